@@ -1,0 +1,1 @@
+"""Tendon-sheath friction for MuJoCo."""

@@ -1,0 +1,38 @@
+"""What goes wrong, said so that the reader can mend it."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class TendonError(Exception):
+    """Root of every error this package raises on purpose."""
+
+
+class UnknownNameError(TendonError, ValueError):
+    """A name that does not exist; the message lists the nearest and all valid ones."""
+
+    def __init__(self, kind: str, name: str, valid: Iterable[str], where: str = "") -> None:
+        super().__init__(f"{where + ': ' if where else ''}{unknown(kind, name, valid)}")
+
+
+class InvalidValueError(TendonError, ValueError):
+    """A value outside its range; the message names the thing, the value and the range."""
+
+
+class RecordingError(TendonError, ValueError):
+    """A recording that cannot be read; the message names file, row and column."""
+
+
+class EngineError(TendonError, RuntimeError):
+    """The running MuJoCo does not fit the plugin, or cannot do what was asked of it."""
+
+
+def unknown(kind: str, name: str, valid: Iterable[str]) -> str:
+    """Say that ``name`` is no ``kind``, with the nearest valid name first and then all of them."""
+    names = sorted(n for n in valid if n)
+    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    shown = ", ".join(repr(n) for n in names[:20]) + (", …" if len(names) > 20 else "")
+    return f"unknown {kind} {name!r}{hint} (there {'is' if len(names) == 1 else 'are'}: {shown or 'none'})"

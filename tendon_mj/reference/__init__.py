@@ -1,0 +1,13 @@
+"""Independent twins of the friction model: lumped elements and the continuum, sharing no code."""
+
+from tendon_mj.reference.chains import quasi_static as quasi_static
+from tendon_mj.reference.chains import uniform_chain as uniform_chain
+from tendon_mj.reference.continuum import Continuum as Continuum
+from tendon_mj.reference.continuum import ContinuumRun as ContinuumRun
+from tendon_mj.reference.continuum import continuum as continuum
+from tendon_mj.reference.continuum import simulate_continuum as simulate_continuum
+from tendon_mj.reference.elements import ElementChain as ElementChain
+from tendon_mj.reference.energy import EnergyBalance as EnergyBalance
+from tendon_mj.reference.run import ChainRun as ChainRun
+from tendon_mj.reference.run import ChainState as ChainState
+from tendon_mj.reference.run import simulate_chain as simulate_chain

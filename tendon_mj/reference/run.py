@@ -1,0 +1,147 @@
+"""Run a chain of elements on an input history."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.reference.checks import FloatArray, drive, vector, whole
+from tendon_mj.reference.elements import ElementChain
+from tendon_mj.reference.energy import EnergyBalance
+from tendon_mj.reference.integrator import COLUMNS, march
+
+
+@dataclass(frozen=True, eq=False)
+class ChainState:
+    """Where the elements are and how fast they move; zero is the tendon at rest under T_0.
+
+    Args:
+        displacement: ξ_i [m], positive toward the actuator. Shape (n,).
+        velocity: ξ̇_i [m/s]; exactly 0 is at rest. Shape (n,).
+    """
+
+    displacement: FloatArray
+    velocity: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class ChainRun:
+    """What a run of `simulate_chain` gave; histories have the shape of ``time``.
+
+    Args:
+        time: as given [s].
+        input_tension: T_in [N].
+        output_tension: T_out = T_{n+1} [N].
+        input_displacement: ξ_in [m]. Where T_in is prescribed it is the one of a taut tendon.
+        output_displacement: ξ_out = (T_out − T_0)/k_se [m].
+        energy: energies and works.
+        element_friction_work: lost to friction by each element over the whole run [J]. Shape (n,).
+        element_displacement: ξ_i at each sample [m], shape (samples, n); no rows unless asked for.
+        state: of the elements at the end.
+        steps: number of steps taken.
+        unsolved_steps: steps whose equations were not solved within the iterations allowed; 0
+            unless something is badly scaled. They show in ``energy.error``.
+    """
+
+    time: FloatArray
+    input_tension: FloatArray
+    output_tension: FloatArray
+    input_displacement: FloatArray
+    output_displacement: FloatArray
+    energy: EnergyBalance
+    element_friction_work: FloatArray
+    element_displacement: FloatArray
+    state: ChainState
+    steps: int
+    unsolved_steps: int
+
+
+def simulate_chain(
+    chain: ElementChain,
+    time: npt.ArrayLike,
+    *,
+    input_tension: npt.ArrayLike | None = None,
+    input_displacement: npt.ArrayLike | None = None,
+    substeps: int | None = None,
+    state: ChainState | None = None,
+    record_elements: bool = False,
+) -> ChainRun:
+    """Integrate eq. (25) of the paper with stick and slip through an input history.
+
+    The method is the energy-conserving implicit midpoint rule with exact sticking, of order 2
+    where no element stops or starts; `tendon_mj.reference.integrator` has the details.
+
+    Args:
+        chain: the elements.
+        time: instants of the input [s], rising. Shape (samples,), at least 2.
+        input_tension: T_in [N], ≥ 0, linear between instants. A number or of ``time``'s shape.
+        input_displacement: ξ_in [m], linear between instants; exactly one of the two inputs. It
+            needs a finite ``chain.input_stiffness``.
+        substeps: steps between two instants; None takes what ``chain.time_step`` asks for.
+        state: to start from; None is at rest under uniform T_0.
+        record_elements: keep every element's displacement at every instant.
+
+    Raises:
+        InvalidValueError: a history that does not fit, no input or two, or a prescribed ξ_in on an
+            infinite input stiffness.
+    """
+    instants = vector("time", time)
+    gaps = np.diff(instants)
+    if instants.size < 2 or gaps.min() <= 0.0:
+        raise InvalidValueError(
+            f"time has {instants.size} instants"
+            + (f" and a smallest gap of {gaps.min():g} s" if gaps.size else "")
+            + "; it must have at least 2 and rise strictly"
+        )
+    history, tension_driven = drive(input_tension, input_displacement, instants.size)
+    if not tension_driven and np.isinf(chain.input_stiffness):
+        raise InvalidValueError(
+            "input_stiffness is inf; a prescribed input_displacement needs it finite and > 0"
+        )
+    if substeps is None:
+        counts = np.ceil(gaps / chain.time_step * (1.0 - 1e-9)).astype(np.int64)
+    else:
+        counts = np.full(gaps.size, whole("substeps", substeps), dtype=np.int64)
+    counts = np.maximum(counts, 1)
+    start = state or ChainState(np.zeros(chain.n), np.zeros(chain.n))
+    x = vector("state.displacement", start.displacement, chain.n).copy()
+    v = vector("state.velocity", start.velocity, chain.n).copy()
+    rubbed = np.zeros(chain.n)
+    record = np.zeros((instants.size, COLUMNS))
+    positions = np.zeros((instants.size if record_elements else 0, chain.n))
+    unsolved = march(
+        instants,
+        history,
+        tension_driven,
+        counts,
+        float(chain.pretension),
+        chain.spring_stiffness,
+        chain.output_stiffness,
+        chain.mass,
+        chain.damping,
+        chain.friction_weights(chain.static_friction),
+        chain.friction_weights(chain.dynamic_friction),
+        chain.friction_force,
+        x,
+        v,
+        rubbed,
+        record,
+        positions,
+    )
+    columns = np.ascontiguousarray(record.T)
+    return ChainRun(
+        time=instants,
+        input_tension=columns[0],
+        output_tension=columns[1],
+        input_displacement=columns[2],
+        output_displacement=columns[3],
+        energy=EnergyBalance(*columns[4:]),
+        element_friction_work=rubbed,
+        element_displacement=positions,
+        state=ChainState(x, v),
+        steps=int(counts.sum()),
+        unsolved_steps=int(unsolved),
+    )

@@ -1,0 +1,19 @@
+"""The one way in which this package compiles: cached, and rounding as written.
+
+No `fastmath`: results must not depend on how the compiler reorders sums, since a resumed
+simulation has to repeat itself bit by bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeVar, cast
+
+import numba
+
+_F = TypeVar("_F", bound=Callable[..., object])
+
+
+def compiled(function: _F) -> _F:
+    """Compile a function of numbers and arrays to machine code, kept on disk between runs."""
+    return cast(_F, numba.njit(cache=True, error_model="numpy", nogil=True)(function))

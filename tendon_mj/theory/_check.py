@@ -1,0 +1,60 @@
+"""Ranges of the arguments; every refusal names argument, value and valid range."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tendon_mj.errors import InvalidValueError
+
+FloatArray = NDArray[np.float64]
+
+
+def finite(name: str, value: ArrayLike) -> FloatArray:
+    """Return ``value`` as floats, all finite."""
+    array = np.asarray(value, dtype=np.float64)
+    return _require(name, array, np.isfinite(array), "finite")
+
+
+def non_negative(name: str, value: ArrayLike) -> FloatArray:
+    """Return ``value`` as floats, all finite and at least 0."""
+    array = np.asarray(value, dtype=np.float64)
+    return _require(name, array, np.isfinite(array) & (array >= 0), "finite and >= 0")
+
+
+def positive(name: str, value: ArrayLike) -> FloatArray:
+    """Return ``value`` as floats, all finite and above 0."""
+    array = np.asarray(value, dtype=np.float64)
+    return _require(name, array, np.isfinite(array) & (array > 0), "finite and > 0")
+
+
+def stiffness(name: str, value: ArrayLike) -> FloatArray:
+    """Return ``value`` as floats, all above 0; infinity stands for a rigid part."""
+    array = np.asarray(value, dtype=np.float64)
+    return _require(name, array, array > 0, "> 0 (inf: rigid)")
+
+
+def history(name: str, value: FloatArray) -> FloatArray:
+    """Return ``value``, which must have a time axis."""
+    if value.ndim == 0:
+        raise InvalidValueError(
+            f"{name} must be a history with time on axis 0, got the scalar {float(value)!r}"
+        )
+    return value
+
+
+def at_least(name: str, value: FloatArray, low: FloatArray, why: str) -> None:
+    """Refuse values below ``low`` (the same for each or broadcast)."""
+    value, low = np.broadcast_arrays(value, low)
+    wrong = ~(value >= low)
+    if wrong.any():
+        raise InvalidValueError(
+            f"{name} must be >= {float(low[wrong][0])!r} ({why}), got {float(value[wrong][0])!r}"
+        )
+
+
+def _require(name: str, array: FloatArray, valid: NDArray[np.bool_], wanted: str) -> FloatArray:
+    wrong = ~np.asarray(valid)
+    if wrong.any():
+        raise InvalidValueError(f"{name} must be {wanted}, got {float(array[wrong][0])!r}")
+    return array

@@ -1,0 +1,156 @@
+"""From one end to the other, for a first motion from uniform pretension."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tendon_mj.theory import _check
+from tendon_mj.theory._check import FloatArray
+from tendon_mj.theory._exponential import relative_excess
+from tendon_mj.theory.profile import elongation_profile, tension_profile
+from tendon_mj.theory.stiffness import (
+    equivalent_backlash,
+    tendon_stiffness,
+    transmission_stiffness,
+)
+
+
+def first_output_tension(
+    displacement: ArrayLike,
+    lam: ArrayLike,
+    pretension: ArrayLike,
+    axial_stiffness: ArrayLike,
+    length: ArrayLike,
+    output_stiffness: ArrayLike = np.inf,
+) -> FloatArray:
+    """Output tension after a first motion of the input end: still in the backlash, then a line.
+
+    T_out = T_0 for |ξ_in| ≤ |ξ_B|, else T_out − T_0 = K_t (ξ_in − ξ_B), λ signed by ξ_in.
+
+    Args:
+        displacement: ξ_in [m], positive toward the actuator.
+        lam: λ [–]; its sign is ignored.
+        pretension: T_0 [N].
+        axial_stiffness: EA [N].
+        length: L [m].
+        output_stiffness: k_se [N/m], ``series_stiffness(k_e, k_s)``; ``inf`` holds the output.
+
+    Returns:
+        T_out [N], in the shape the arguments broadcast to.
+
+    Raises:
+        InvalidValueError: an argument out of its range, or so much paid out that the tendon
+            is slack, ξ_in < −T_0 (1/K_w + 1/k_se).
+
+    Source: Kaneko et al. 1991, eq. (16).
+    """
+    xi = _check.finite("displacement", displacement)
+    signed = np.copysign(np.abs(_check.finite("lam", lam)), xi)
+    floor = _check.non_negative("pretension", pretension)
+    backlash = equivalent_backlash(signed, floor, axial_stiffness, length)
+    _refuse_slack(xi, floor, axial_stiffness, length, output_stiffness)
+    slope = transmission_stiffness(signed, axial_stiffness, length, output_stiffness)
+    moving = np.maximum(floor + slope * (xi - backlash), 0.0)
+    return np.where(np.abs(xi) <= np.abs(backlash), floor, moving)[()]
+
+
+def first_input_tension(
+    displacement: ArrayLike,
+    lam: ArrayLike,
+    pretension: ArrayLike,
+    axial_stiffness: ArrayLike,
+    length: ArrayLike,
+    output_stiffness: ArrayLike = np.inf,
+) -> FloatArray:
+    """Input tension after a first motion of the input end.
+
+    Outside the backlash T_in = T_out e^λ. Inside, T_in = T_0 e^w with e^w − 1 − w =
+    |λ| EA |ξ_in|/(L T_0) and w of the sign of ξ_in: eq. (6) at x = L_1, |w| = |λ| L_1/L.
+
+    Args:
+        displacement: ξ_in [m], positive toward the actuator.
+        lam: λ [–]; its sign is ignored.
+        pretension: T_0 [N].
+        axial_stiffness: EA [N].
+        length: L [m].
+        output_stiffness: k_se [N/m]; ``inf`` holds the output.
+
+    Returns:
+        T_in [N], in the shape the arguments broadcast to.
+
+    Raises:
+        InvalidValueError: as in ``first_output_tension``.
+
+    Source: Kaneko et al. 1991, eqs. (5), (6) and (14).
+    """
+    far = first_output_tension(
+        displacement, lam, pretension, axial_stiffness, length, output_stiffness
+    )
+    xi, floor = np.asarray(displacement, np.float64), np.asarray(pretension, np.float64)
+    signed = np.copysign(np.abs(np.asarray(lam, np.float64)), xi)
+    backlash = equivalent_backlash(signed, floor, axial_stiffness, length)
+    inside = (np.abs(xi) <= np.abs(backlash)) & (floor > 0)
+    load = np.abs(signed * xi) * tendon_stiffness(axial_stiffness, length)
+    size = np.where(inside, load, 0.0) / np.where(inside, floor, 1.0)
+    return np.where(inside, floor * np.exp(_slid_exponent(size, xi)), far * np.exp(signed))[()]
+
+
+def first_displacement(
+    input_tension: ArrayLike,
+    lam: ArrayLike,
+    pretension: ArrayLike,
+    axial_stiffness: ArrayLike,
+    length: ArrayLike,
+    output_stiffness: ArrayLike = np.inf,
+) -> FloatArray:
+    """Displacement of the input end when T_in is reached in a first motion.
+
+    ξ_in = δ(L) + (T_out − T_0)/k_se.
+
+    Args:
+        input_tension: T_in [N].
+        lam: λ [–]; its sign is ignored.
+        pretension: T_0 [N].
+        axial_stiffness: EA [N].
+        length: L [m].
+        output_stiffness: k_se [N/m]; ``inf`` holds the output.
+
+    Returns:
+        ξ_in [m], in the shape the arguments broadcast to.
+
+    Raises:
+        InvalidValueError: an argument out of its range.
+
+    Source: Kaneko et al. 1991, eqs. (14) and (15).
+    """
+    spring = _check.stiffness("output_stiffness", output_stiffness)
+    elongation = elongation_profile(length, input_tension, lam, pretension, axial_stiffness, length)
+    far = tension_profile(length, input_tension, lam, pretension, length)
+    return elongation + (far - np.asarray(pretension, np.float64)) / spring
+
+
+def _slid_exponent(size: FloatArray, sign: FloatArray) -> FloatArray:
+    """Solve e^w − 1 − w = size for the w of the given sign; Newton, monotone after a step."""
+    root = np.sqrt(2.0 * size)
+    w = np.where(sign < 0, -root, np.minimum(root, np.log1p(size + root)))
+    for _ in range(60):  # 4 to 6 suffice; the residual is free of cancellation for every w
+        slope = np.where(w == 0, 1.0, np.expm1(w))
+        change = np.where(w == 0, 0.0, (w * relative_excess(w) - size) / slope)
+        w = w - change
+        if np.all(np.abs(change) <= 2e-16 * np.abs(w)):
+            break
+    return w
+
+
+def _refuse_slack(
+    displacement: FloatArray,
+    pretension: FloatArray,
+    axial_stiffness: ArrayLike,
+    length: ArrayLike,
+    output_stiffness: ArrayLike,
+) -> None:
+    spring = _check.stiffness("output_stiffness", output_stiffness)
+    lowest = -pretension * (1.0 / tendon_stiffness(axial_stiffness, length) + 1.0 / spring)
+    # a rounding error below the limit is still the limit
+    _check.at_least("displacement", displacement, lowest * (1 + 1e-12), "the tendon is slack below")

@@ -1,0 +1,115 @@
+"""Laws of apparent stiffness and backlash."""
+
+import numpy as np
+import pytest
+
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.theory import (
+    apparent_stiffness,
+    equivalent_backlash,
+    friction_exponent,
+    reversal_backlash,
+    series_stiffness,
+    tendon_stiffness,
+    transmission_stiffness,
+)
+
+EA, LENGTH, PRETENSION = 20e3, 0.5, 20.0
+LAMS = np.array([1e-12, 1e-6, 0.01, 0.47, 1.0, 1.5, 3.0, 10.0])
+
+
+def test_friction_exponent_is_coefficient_times_angle_with_the_sign_of_motion():
+    lam = friction_exponent(0.15, np.pi, [0.3, 0.0, -2.0])
+    np.testing.assert_allclose(lam, 0.15 * np.pi * np.array([1, 1, -1]))
+
+
+def test_without_friction_the_tendon_is_a_plain_spring():
+    assert apparent_stiffness(0.0, EA, LENGTH) == tendon_stiffness(EA, LENGTH) == 40e3
+    assert equivalent_backlash(0.0, PRETENSION, EA, LENGTH) == 0
+    assert reversal_backlash(0.0, PRETENSION, EA, LENGTH) == 0
+
+
+def test_little_friction_gives_the_first_term_of_the_series():
+    lam = np.array([-1e-9, 1e-9])
+    free = PRETENSION * LENGTH / EA
+    backlash = equivalent_backlash(lam, PRETENSION, EA, LENGTH)
+    np.testing.assert_allclose(backlash, free * lam / 2, rtol=1e-9)
+    reversal = reversal_backlash(lam, PRETENSION, EA, LENGTH)
+    np.testing.assert_allclose(reversal, free * lam, rtol=1e-9)
+
+
+def test_stiffness_of_loosening_over_pulling_is_the_capstan_ratio():
+    pull, loosen = apparent_stiffness(LAMS, EA, LENGTH), apparent_stiffness(-LAMS, EA, LENGTH)
+    np.testing.assert_allclose(loosen, np.exp(LAMS) * pull, rtol=1e-14)
+
+
+def test_pulling_is_softer_and_loosening_stiffer_than_the_tendon():
+    assert np.all(apparent_stiffness(LAMS, EA, LENGTH) < tendon_stiffness(EA, LENGTH))
+    assert np.all(apparent_stiffness(-LAMS, EA, LENGTH) > tendon_stiffness(EA, LENGTH))
+
+
+def test_apparent_stiffness_has_no_overflow_at_extreme_friction():
+    np.testing.assert_allclose(apparent_stiffness([-1e4, 1e4], 1.0, 1.0), [1e4, 0.0])
+    assert transmission_stiffness(1e4, EA, LENGTH, 10e3, 40e3) == 0
+    assert equivalent_backlash(1e4, PRETENSION, EA, LENGTH) == np.inf
+
+
+def test_backlash_has_the_sign_of_friction_and_is_proportional_to_pretension():
+    for lam in (LAMS, -LAMS):
+        backlash = equivalent_backlash(lam, PRETENSION, EA, LENGTH)
+        np.testing.assert_array_equal(np.sign(backlash), np.sign(lam))
+        np.testing.assert_allclose(equivalent_backlash(lam, 60.0, EA, LENGTH), 3 * backlash)
+    assert equivalent_backlash(1.0, 0.0, EA, LENGTH) == 0
+
+
+def test_reversal_takes_both_backlashes():
+    both = equivalent_backlash(LAMS, PRETENSION, EA, LENGTH) - equivalent_backlash(
+        -LAMS, PRETENSION, EA, LENGTH
+    )
+    reversal = reversal_backlash(LAMS, PRETENSION, EA, LENGTH)
+    np.testing.assert_allclose(reversal, both, rtol=1e-13)
+    np.testing.assert_array_equal(reversal_backlash(-LAMS, PRETENSION, EA, LENGTH), -reversal)
+
+
+def test_springs_in_a_row_add_their_compliance():
+    assert series_stiffness(10e3, 40e3) == pytest.approx(8e3)
+    assert series_stiffness(10e3, np.inf) == pytest.approx(10e3)
+    assert series_stiffness(np.inf, np.inf) == np.inf
+    assert series_stiffness() == np.inf
+
+
+def test_transmission_is_tendon_environment_and_sensor_in_a_row():
+    tendon = apparent_stiffness(0.47, EA, LENGTH)
+    full = transmission_stiffness(0.47, EA, LENGTH, 10e3, 40e3)
+    assert full == pytest.approx(series_stiffness(10e3, 40e3, tendon), rel=1e-14)
+    assert transmission_stiffness(0.47, EA, LENGTH) == tendon
+
+
+def test_arguments_broadcast():
+    lam, stiffness, length = np.ones((4, 1, 1)), np.full((3, 1), EA), np.full(2, LENGTH)
+    assert apparent_stiffness(lam, stiffness, length).shape == (4, 3, 2)
+    assert equivalent_backlash(lam, 20.0, stiffness, length).shape == (4, 3, 2)
+    assert reversal_backlash(lam, 20.0, stiffness, length).shape == (4, 3, 2)
+    assert transmission_stiffness(lam, EA, LENGTH, stiffness, np.full(2, np.inf)).shape == (4, 3, 2)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: tendon_stiffness(0.0, 1.0), r"axial_stiffness must be finite and > 0, got 0\.0"),
+        (lambda: tendon_stiffness(1.0, [1.0, -2.0]), r"length must be .*, got -2\.0"),
+        (lambda: apparent_stiffness(np.nan, 1.0, 1.0), "lam must be finite, got nan"),
+        (lambda: equivalent_backlash(1.0, -1.0, 1.0, 1.0), "pretension must be finite and >= 0"),
+        (lambda: reversal_backlash(1.0, -1.0, 1.0, 1.0), "tension must be finite and >= 0"),
+        (lambda: friction_exponent(-0.1, 1.0, 1.0), r"friction must be .*, got -0\.1"),
+        (lambda: friction_exponent(np.inf, 1.0, 1.0), "friction must be .*, got inf"),
+        (lambda: friction_exponent(0.1, -1.0, 1.0), "bend must be"),
+        (lambda: friction_exponent(0.1, 1.0, np.nan), "direction must be finite"),
+        (lambda: series_stiffness(1.0, 0.0), r"stiffness\[1\] must be > 0 \(inf: rigid\), got 0"),
+        (lambda: transmission_stiffness(1.0, 1.0, 1.0, np.nan), "environment_stiffness must be"),
+        (lambda: transmission_stiffness(1.0, 1.0, 1.0, 1.0, -1.0), "sensor_stiffness must be"),
+    ],
+)
+def test_a_value_out_of_range_is_named(call, message):
+    with pytest.raises(InvalidValueError, match=message):
+        call()

@@ -1,0 +1,130 @@
+"""Laws of the first motion, from end to end."""
+
+import numpy as np
+import pytest
+
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.theory import (
+    equivalent_backlash,
+    first_displacement,
+    first_input_tension,
+    first_output_tension,
+    series_stiffness,
+    tendon_stiffness,
+    transmission_stiffness,
+)
+
+EA, LENGTH, PRETENSION = 20e3, 0.5, 20.0
+SPRING = float(series_stiffness(10e3, 40e3))
+SLACK = -PRETENSION * (1 / SPRING + LENGTH / EA)
+XI = np.concatenate([np.linspace(SLACK, 0, 50), np.linspace(0, 8e-3, 50), [1e-12, -1e-12]])
+LAMS = [0.0, 1e-9, 1e-3, 0.47, 1.0, 3.0]
+
+
+def ends(xi, lam, pretension=PRETENSION, spring=SPRING):
+    """T_in and T_out."""
+    arguments = (xi, lam, pretension, EA, LENGTH, spring)
+    return first_input_tension(*arguments), first_output_tension(*arguments)
+
+
+@pytest.mark.parametrize("lam", LAMS)
+def test_output_holds_still_in_the_backlash_and_follows_a_line_outside(lam):
+    _, out = ends(XI, lam)
+    for sgn in (1.0, -1.0):
+        backlash = equivalent_backlash(sgn * lam, PRETENSION, EA, LENGTH)
+        side = np.sign(XI) == sgn
+        inside = side & (np.abs(XI) <= np.abs(backlash))
+        np.testing.assert_array_equal(out[inside], PRETENSION)
+        slope = transmission_stiffness(sgn * lam, EA, LENGTH, 10e3, 40e3)
+        outside = side & ~inside
+        line = PRETENSION + slope * (XI[outside] - backlash)
+        np.testing.assert_allclose(out[outside], line, rtol=1e-13, atol=1e-12)
+
+
+@pytest.mark.parametrize("lam", LAMS)
+@pytest.mark.parametrize("spring", [SPRING, np.inf])
+def test_displacement_and_input_tension_are_inverse(lam, spring):
+    xi = XI[XI > -PRETENSION * (1 / spring + LENGTH / EA)]
+    near, _ = ends(xi, lam, spring=spring)
+    back = first_displacement(near, lam, PRETENSION, EA, LENGTH, spring)
+    np.testing.assert_allclose(back, xi, rtol=1e-12, atol=1e-18)
+
+
+@pytest.mark.parametrize("lam", LAMS)
+def test_end_tensions_stay_within_the_capstan_ratio(lam):
+    near, far = ends(XI, lam)
+    assert np.all(near <= far * np.exp(lam) * (1 + 1e-13))
+    assert np.all(near >= far * np.exp(-lam) * (1 - 1e-13))
+
+
+def test_without_friction_the_transmission_is_springs_in_a_row():
+    near, far = ends(XI, 0.0)
+    stiffness = series_stiffness(SPRING, tendon_stiffness(EA, LENGTH))
+    np.testing.assert_allclose(far, PRETENSION + stiffness * XI, rtol=1e-14, atol=1e-13)
+    np.testing.assert_array_equal(near, far)
+
+
+def test_transmission_is_continuous_at_the_edge_of_the_backlash():
+    for lam in (1.0, -1.0):
+        edge = equivalent_backlash(lam, PRETENSION, EA, LENGTH)
+        near, far = ends(edge * np.array([1 - 1e-12, 1, 1 + 1e-12]), lam)
+        np.testing.assert_allclose(near, PRETENSION * np.exp(lam), rtol=1e-11)
+        np.testing.assert_allclose(far, PRETENSION, rtol=1e-11)
+
+
+def test_the_smallest_motion_moves_the_input_tension_by_a_square_root():
+    xi = np.array([1e-15, -1e-15])
+    near, _ = ends(xi, 1.0)
+    expected = np.sign(xi) * np.sqrt(2 * np.abs(xi) * EA / (LENGTH * PRETENSION))
+    np.testing.assert_allclose(near / PRETENSION - 1, expected, rtol=1e-5)
+
+
+def test_at_the_slack_limit_there_is_no_tension():
+    near, far = ends(SLACK, 1.0)
+    assert near == pytest.approx(0, abs=1e-12)
+    assert far == pytest.approx(0, abs=1e-12)
+
+
+def test_without_pretension_there_is_no_backlash():
+    near, far = ends([0.0, 1e-3], 1.0, pretension=0.0)
+    stiffness = transmission_stiffness(1.0, EA, LENGTH, SPRING)
+    np.testing.assert_allclose(far, [0.0, 1e-3 * stiffness])
+    np.testing.assert_allclose(near, far * np.e)
+
+
+def test_arguments_broadcast():
+    xi, lam, pretension = np.zeros((4, 1, 1)), np.ones((3, 1)), np.full(2, 20.0)
+    for function in (first_output_tension, first_input_tension):
+        assert function(xi, lam, pretension, EA, LENGTH).shape == (4, 3, 2)
+    assert first_displacement(xi + 30, lam, pretension, EA, LENGTH).shape == (4, 3, 2)
+
+
+@pytest.mark.parametrize("function", [first_output_tension, first_input_tension])
+def test_a_slack_tendon_is_refused(function):
+    with pytest.raises(InvalidValueError, match="displacement must be >= -.*slack.*got -0.1"):
+        function(-0.1, 1.0, PRETENSION, EA, LENGTH, SPRING)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"displacement": np.nan}, "displacement must be finite"),
+        ({"lam": np.inf}, "lam must be finite"),
+        ({"pretension": -1.0}, "pretension must be"),
+        ({"axial_stiffness": 0.0}, "axial_stiffness must be"),
+        ({"length": -1.0}, "length must be"),
+        ({"output_stiffness": 0.0}, "output_stiffness must be"),
+    ],
+)
+def test_a_value_out_of_range_is_named(changed, message):
+    good = {
+        "displacement": 1e-3,
+        "lam": 1.0,
+        "pretension": 20.0,
+        "axial_stiffness": EA,
+        "length": LENGTH,
+        "output_stiffness": SPRING,
+    }
+    for function in (first_output_tension, first_input_tension):
+        with pytest.raises(InvalidValueError, match=message):
+            function(**(good | changed))
