@@ -9,111 +9,121 @@ before this takes one or two passes, each linear in the guides.
 from __future__ import annotations
 
 from tendon_mj.sheath.compiled import compiled
-from tendon_mj.sheath.segments import held, held_slope, tension_of
-from tendon_mj.sheath.sweep import Array, highest, lowest
+from tendon_mj.sheath.segments import held, tension_of
+from tendon_mj.sheath.sweep import highest, lowest
+from tendon_mj.sheath.tables import (
+    CONSTANT,
+    DOWN,
+    FLOW,
+    LENGTH,
+    ROUNDING,
+    SLIP,
+    STORED,
+    TENSION,
+    UP,
+    Table,
+)
 
 _NEWTON_STEPS = 30
+_VERGE = 8 * ROUNDING
 UNSOLVED = -1
 
 
 @compiled
-def _next(tau: float, slip: float, up: float, down: float, constant: float) -> float:
-    """Tension on the output side of a sliding guide."""
-    return (tau - constant) / up if slip > 0.0 else down * tau + constant
-
-
-@compiled
-def _run_tension(
-    first: int,
-    last: int,
-    length: Array,
-    give: Array,
-    offset: Array,
-    a: float,
-    stored: Array,
-    up: Array,
-    down: Array,
-    constant: Array,
-    slip: Array,
-    start: float,
-) -> float:
-    """Tension of segment ``first`` in a run of sliding guides that ends at segment ``last``."""
+def _solve_run(segments: Table, guides: Table, a: float, first: int, last: int) -> bool:
+    """Tensions and flows of a run of sliding guides, from segment ``first`` to segment ``last``."""
     total = 0.0
     for k in range(first, last + 1):
-        total += stored[k]
-    head = start if start > 0.0 else 1e-6
+        total += segments[STORED, k]
+    head = segments[TENSION, first]
+    if not head > 0.0:
+        head = 1e-6
     for _ in range(_NEWTON_STEPS):
         missing, slope, tau, gain = -total, 0.0, head, 1.0
         for k in range(first, last + 1):
-            missing += held(length[k], give[k], offset[k], a, tau)
-            slope += gain * held_slope(length[k], give[k], offset[k], a, tau)
+            holds, falls = held(segments, a, k, tau)
+            missing += holds
+            slope += gain * falls
             if k < last:
-                tau = _next(tau, slip[k], up[k], down[k], constant[k])
-                gain = gain / up[k] if slip[k] > 0.0 else gain * down[k]
+                slides_in = guides[SLIP, k] > 0.0
+                ratio = 1.0 / guides[UP, k] if slides_in else guides[DOWN, k]
+                shift = -guides[CONSTANT, k] * ratio if slides_in else guides[CONSTANT, k]
+                tau = ratio * tau + shift
+                gain *= ratio
         step = -missing / slope
-        head += step
         # the error after a Newton step is about step² times the curvature, which is of order 1
         if step * step <= 1e-17 * head:
-            return head
-    return -1.0
+            return _finish_run(segments, guides, a, first, last, head + step)
+        head += step
+    return False
 
 
 @compiled
-def try_pattern(
-    length: Array,
-    give: Array,
-    offset: Array,
-    a: float,
-    stored: Array,
-    up: Array,
-    down: Array,
-    constant: Array,
-    tension: Array,
-    flow: Array,
-    slip: Array,
-) -> int:
-    """Solve with ``slip`` as the pattern, and correct the pattern where the solution denies it.
+def _finish_run(
+    segments: Table, guides: Table, a: float, first: int, last: int, tau: float
+) -> bool:
+    """Tensions and flows of the run once the tension of its first segment is known."""
+    passed = 0.0
+    for k in range(first, last + 1):
+        if not tau > 0.0:
+            return False
+        segments[TENSION, k] = tau
+        if k < last:
+            passed += held(segments, a, k, tau)[0] - segments[STORED, k]
+            guides[FLOW, k] = passed
+            if guides[SLIP, k] > 0.0:
+                tau = (tau - guides[CONSTANT, k]) / guides[UP, k]
+            else:
+                tau = guides[DOWN, k] * tau + guides[CONSTANT, k]
+    return True
 
-    Args as in ``sweep``; ``tension`` and ``slip`` hold the guess on entry.
+
+@compiled
+def _correct(segments: Table, guides: Table) -> int:
+    """Count and correct the guides whose slip the solution denies by more than rounding.
+
+    A tendon at rest on the verge of sliding would otherwise change its mind at every step.
+    """
+    changed = 0
+    for i in range(guides.shape[1]):
+        if guides[SLIP, i] == 0.0:
+            guides[FLOW, i] = 0.0
+            left, right = segments[TENSION, i], segments[TENSION, i + 1]
+            if left > highest(guides, i, right) + _VERGE:
+                guides[SLIP, i] = 1.0
+                changed += 1
+            elif left < lowest(guides, i, right) - _VERGE:
+                guides[SLIP, i] = -1.0
+                changed += 1
+        elif guides[FLOW, i] * guides[SLIP, i] < 0.0:
+            if guides[CONSTANT, i] == 0.0 and guides[UP, i] == 1.0 and guides[DOWN, i] == 1.0:
+                guides[SLIP, i] = -guides[SLIP, i]  # nothing rubs: either direction will do
+            elif abs(guides[FLOW, i]) < _VERGE * segments[LENGTH, i]:
+                guides[FLOW, i] = 0.0
+            else:
+                guides[SLIP, i] = 0.0
+                changed += 1
+    return changed
+
+
+@compiled
+def try_pattern(segments: Table, guides: Table, a: float) -> int:
+    """Solve with the guides' slip as the pattern, and correct it where the solution denies it.
 
     Returns:
         How many guides changed (0: solved), or UNSOLVED where a tension would not be positive.
     """
-    guides = up.shape[0]
+    last_guide = guides.shape[1]
     first = 0
-    while first <= guides:
+    while first <= last_guide:
         last = first
-        while last < guides and slip[last] != 0.0:
+        while last < last_guide and guides[SLIP, last] != 0.0:
             last += 1
         if last == first:
-            tension[first] = tension_of(length[first], give[first], offset[first], a, stored[first])
-        else:
-            tension[first] = _run_tension(
-                first, last, length, give, offset, a, stored, up, down, constant, slip, tension[first]
-            )
-            passed = 0.0
-            for k in range(first, last):
-                if not tension[k] > 0.0:
-                    return UNSOLVED
-                passed += held(length[k], give[k], offset[k], a, tension[k]) - stored[k]
-                flow[k] = passed
-                tension[k + 1] = _next(tension[k], slip[k], up[k], down[k], constant[k])
-        if not 0.0 < tension[last] < 1e300:
+            segments[TENSION, first] = tension_of(segments, a, first)
+        elif not _solve_run(segments, guides, a, first, last):
+            return UNSOLVED
+        if not 0.0 < segments[TENSION, last] < 1e300:
             return UNSOLVED
         first = last + 1
-
-    changed = 0
-    for i in range(guides):
-        if slip[i] == 0.0:
-            flow[i] = 0.0
-            if tension[i] > highest(tension[i + 1], up[i], constant[i]):
-                slip[i] = 1.0
-                changed += 1
-            elif tension[i] < lowest(tension[i + 1], down[i], constant[i]):
-                slip[i] = -1.0
-                changed += 1
-        elif flow[i] * slip[i] < 0.0:
-            free = constant[i] == 0.0 and up[i] == 1.0 and down[i] == 1.0
-            slip[i] = -slip[i] if free else 0.0
-            changed += 0 if free else 1
-    return changed
+    return _correct(segments, guides)

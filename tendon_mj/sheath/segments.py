@@ -13,24 +13,22 @@ with κ = c/(EA Δt), backward Euler).
 from __future__ import annotations
 
 from tendon_mj.sheath.compiled import compiled
+from tendon_mj.sheath.tables import GIVE, LENGTH, OFFSET, STORED, Table
 
 
 @compiled
-def held(length: float, give: float, offset: float, a: float, tau: float) -> float:
-    """Unstretched length s(τ) of a segment [m]."""
-    return (length - give * tau) / (1.0 + offset + a * tau)
+def held(segments: Table, a: float, j: int, tau: float) -> tuple[float, float]:
+    """Unstretched length s_j(τ) [m] and its slope ds/dτ [m], which is negative."""
+    inverse = 1.0 / (1.0 + segments[OFFSET, j] + a * tau)
+    length = (segments[LENGTH, j] - segments[GIVE, j] * tau) * inverse
+    return length, -(segments[GIVE, j] + a * length) * inverse
 
 
 @compiled
-def held_slope(length: float, give: float, offset: float, a: float, tau: float) -> float:
-    """ds/dτ of a segment [m], negative."""
-    strain = 1.0 + offset + a * tau
-    return -(give * strain + a * (length - give * tau)) / (strain * strain)
-
-
-@compiled
-def tension_of(length: float, give: float, offset: float, a: float, stored: float) -> float:
-    """Normalised tension of a segment that holds ``stored``; 0 when slack, inf when stored ≤ 0."""
+def tension_of(segments: Table, a: float, j: int) -> float:
+    """τ of a segment that keeps what it has stored; 0 when slack, inf when nothing is stored."""
+    stored = segments[STORED, j]
     if stored <= 0.0:
         return float("inf")
-    return max(0.0, (length - stored * (1.0 + offset)) / (a * stored + give))
+    pull = segments[LENGTH, j] - stored * (1.0 + segments[OFFSET, j])
+    return max(0.0, pull / (a * stored + segments[GIVE, j]))

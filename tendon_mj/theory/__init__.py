@@ -1,13 +1,13 @@
 """Closed form of a tendon in a frictional sheath, NumPy only (Kaneko et al. 1991).
 
 First motion and outer branches: ``stiffness``, ``profile``, ``transmission``.
-Any history of tension or displacement: ``play``, with its ``memory``.
+Any history: of tension ``play``, of displacement ``drive``, both on ``memory``.
 Units are SI; ξ is positive toward the actuator and λ is positive while pulling.
 """
 
+from tendon_mj.theory.drive import driven_tensions as driven_tensions
 from tendon_mj.theory.memory import TensionMemory as TensionMemory
 from tendon_mj.theory.play import displacement as displacement
-from tendon_mj.theory.play import driven_tensions as driven_tensions
 from tendon_mj.theory.play import output_tension as output_tension
 from tendon_mj.theory.profile import elongation_profile as elongation_profile
 from tendon_mj.theory.profile import sliding_length as sliding_length

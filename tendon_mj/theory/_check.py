@@ -13,25 +13,25 @@ FloatArray = NDArray[np.float64]
 def finite(name: str, value: ArrayLike) -> FloatArray:
     """Return ``value`` as floats, all finite."""
     array = np.asarray(value, dtype=np.float64)
-    return _require(name, array, np.isfinite(array), "finite")
+    return require(name, array, np.isfinite(array), "finite")
 
 
 def non_negative(name: str, value: ArrayLike) -> FloatArray:
     """Return ``value`` as floats, all finite and at least 0."""
     array = np.asarray(value, dtype=np.float64)
-    return _require(name, array, np.isfinite(array) & (array >= 0), "finite and >= 0")
+    return require(name, array, np.isfinite(array) & (array >= 0), "finite and >= 0")
 
 
 def positive(name: str, value: ArrayLike) -> FloatArray:
     """Return ``value`` as floats, all finite and above 0."""
     array = np.asarray(value, dtype=np.float64)
-    return _require(name, array, np.isfinite(array) & (array > 0), "finite and > 0")
+    return require(name, array, np.isfinite(array) & (array > 0), "finite and > 0")
 
 
 def stiffness(name: str, value: ArrayLike) -> FloatArray:
     """Return ``value`` as floats, all above 0; infinity stands for a rigid part."""
     array = np.asarray(value, dtype=np.float64)
-    return _require(name, array, array > 0, "> 0 (inf: rigid)")
+    return require(name, array, array > 0, "> 0 (inf: rigid)")
 
 
 def history(name: str, value: FloatArray) -> FloatArray:
@@ -53,8 +53,9 @@ def at_least(name: str, value: FloatArray, low: FloatArray, why: str) -> None:
         )
 
 
-def _require(name: str, array: FloatArray, valid: NDArray[np.bool_], wanted: str) -> FloatArray:
-    wrong = ~np.asarray(valid)
-    if wrong.any():
-        raise InvalidValueError(f"{name} must be {wanted}, got {float(array[wrong][0])!r}")
-    return array
+def require(name: str, value: FloatArray, valid: ArrayLike, wanted: str) -> FloatArray:
+    """Return ``value`` if ``valid`` throughout; the two broadcast."""
+    array, good = np.broadcast_arrays(value, np.asarray(valid, dtype=np.bool_))
+    if not good.all():
+        raise InvalidValueError(f"{name} must be {wanted}, got {float(array[~good][0])!r}")
+    return value

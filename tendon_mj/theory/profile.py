@@ -116,5 +116,4 @@ def elongation_profile(
 
 def _position(position: ArrayLike, length: FloatArray) -> FloatArray:
     x = _check.non_negative("position", position)
-    _check.at_least("length - position", length - x, np.asarray(0.0), "position within the sheath")
-    return x
+    return _check.require("position", x, x <= length, "within the sheath, 0 to its length")

@@ -48,7 +48,7 @@ def test_mean_excess_is_accurate_relative_to_the_tension(start):
             d = Decimal(float(z))
             stretched = Decimal(start) * (d.exp() - 1) / d
             error = abs(Decimal(float(value)) - (stretched - 1))
-            assert error <= Decimal(2e-15) * max(stretched, Decimal(1))
+            assert error <= Decimal("2e-15") * max(stretched, Decimal(1))
 
 
 def test_log_ratio_is_accurate_near_one_and_far_from_it():

@@ -17,7 +17,7 @@ from tendon_mj.theory import (
 EA, LENGTH, PRETENSION = 20e3, 0.5, 20.0
 SPRING = float(series_stiffness(10e3, 40e3))
 SLACK = -PRETENSION * (1 / SPRING + LENGTH / EA)
-XI = np.concatenate([np.linspace(SLACK, 0, 50), np.linspace(0, 8e-3, 50), [1e-12, -1e-12]])
+MOTIONS = np.concatenate([np.linspace(SLACK, 0, 50), np.linspace(0, 8e-3, 50), [1e-12, -1e-12]])
 LAMS = [0.0, 1e-9, 1e-3, 0.47, 1.0, 3.0]
 
 
@@ -29,22 +29,23 @@ def ends(xi, lam, pretension=PRETENSION, spring=SPRING):
 
 @pytest.mark.parametrize("lam", LAMS)
 def test_output_holds_still_in_the_backlash_and_follows_a_line_outside(lam):
-    _, out = ends(XI, lam)
+    _, out = ends(MOTIONS, lam)
     for sgn in (1.0, -1.0):
         backlash = equivalent_backlash(sgn * lam, PRETENSION, EA, LENGTH)
-        side = np.sign(XI) == sgn
-        inside = side & (np.abs(XI) <= np.abs(backlash))
+        side = np.sign(MOTIONS) == sgn
+        inside = side & (np.abs(MOTIONS) <= np.abs(backlash))
         np.testing.assert_array_equal(out[inside], PRETENSION)
         slope = transmission_stiffness(sgn * lam, EA, LENGTH, 10e3, 40e3)
         outside = side & ~inside
-        line = PRETENSION + slope * (XI[outside] - backlash)
+        line = PRETENSION + slope * (MOTIONS[outside] - backlash)
         np.testing.assert_allclose(out[outside], line, rtol=1e-13, atol=1e-12)
 
 
 @pytest.mark.parametrize("lam", LAMS)
 @pytest.mark.parametrize("spring", [SPRING, np.inf])
 def test_displacement_and_input_tension_are_inverse(lam, spring):
-    xi = XI[XI > -PRETENSION * (1 / spring + LENGTH / EA)]
+    slack = -PRETENSION * (1 / spring + LENGTH / EA)
+    xi = MOTIONS[slack < MOTIONS]
     near, _ = ends(xi, lam, spring=spring)
     back = first_displacement(near, lam, PRETENSION, EA, LENGTH, spring)
     np.testing.assert_allclose(back, xi, rtol=1e-12, atol=1e-18)
@@ -52,15 +53,15 @@ def test_displacement_and_input_tension_are_inverse(lam, spring):
 
 @pytest.mark.parametrize("lam", LAMS)
 def test_end_tensions_stay_within_the_capstan_ratio(lam):
-    near, far = ends(XI, lam)
+    near, far = ends(MOTIONS, lam)
     assert np.all(near <= far * np.exp(lam) * (1 + 1e-13))
     assert np.all(near >= far * np.exp(-lam) * (1 - 1e-13))
 
 
 def test_without_friction_the_transmission_is_springs_in_a_row():
-    near, far = ends(XI, 0.0)
+    near, far = ends(MOTIONS, 0.0)
     stiffness = series_stiffness(SPRING, tendon_stiffness(EA, LENGTH))
-    np.testing.assert_allclose(far, PRETENSION + stiffness * XI, rtol=1e-14, atol=1e-13)
+    np.testing.assert_allclose(far, PRETENSION + stiffness * MOTIONS, rtol=1e-14, atol=1e-13)
     np.testing.assert_array_equal(near, far)
 
 
@@ -101,7 +102,7 @@ def test_arguments_broadcast():
 
 @pytest.mark.parametrize("function", [first_output_tension, first_input_tension])
 def test_a_slack_tendon_is_refused(function):
-    with pytest.raises(InvalidValueError, match="displacement must be >= -.*slack.*got -0.1"):
+    with pytest.raises(InvalidValueError, match=r"displacement must be >= -.*slack.*got -0.1"):
         function(-0.1, 1.0, PRETENSION, EA, LENGTH, SPRING)
 
 

@@ -1,0 +1,38 @@
+"""The running MuJoCo library: its C functions, for Python and for compiled code."""
+
+from __future__ import annotations
+
+import ctypes
+from pathlib import Path
+
+import llvmlite.binding as llvm
+import mujoco
+from numba import types
+
+from tendon_mj.errors import EngineError
+
+
+def _find() -> Path:
+    folder = Path(mujoco.__file__).parent
+    for pattern in ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll"):
+        for found in sorted(folder.glob(pattern)):
+            return found
+    raise EngineError(f"no MuJoCo library in {folder}: is the mujoco package complete?")
+
+
+PATH = _find()
+C = ctypes.CDLL(str(PATH))
+C.mj_getPluginConfig.restype = ctypes.c_char_p
+C.mj_getPluginConfig.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p]
+C.mj_id2name.restype = ctypes.c_char_p
+C.mj_id2name.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_int]
+C.strtod.restype = ctypes.c_double
+C.strtod.argtypes = [ctypes.c_char_p, ctypes.c_void_p]
+C.mjp_registerPlugin.restype = ctypes.c_int
+
+# Compiled code finds its external functions by name: those of MuJoCo and of the C library.
+llvm.load_library_permanently(str(PATH))
+_char_p = types.intp  # pointers travel as integers
+mj_name2id = types.ExternalFunction("mj_name2id", types.int32(types.intp, types.int32, _char_p))
+mju_error = types.ExternalFunction("mju_error", types.void(_char_p))
+strtod = types.ExternalFunction("strtod", types.float64(_char_p, types.intp))

@@ -1,0 +1,65 @@
+"""What a sensor of the plugin can show."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tendon_mj.engine import state as st
+from tendon_mj.sheath.compiled import compiled
+from tendon_mj.sheath.tables import FLOW
+from tendon_mj.sheath.tables import SLIP as SLIP_ROW
+from tendon_mj.sheath.tables import TENSION as TENSION_ROW
+
+# kind -> (what it is, unit, whether one number per "segment" or "guide" or one in all)
+KINDS: dict[str, tuple[str, str, str]] = {
+    "input_tension": ("tension at the input end", "N", "one"),
+    "output_tension": ("tension at the output end", "N", "one"),
+    "tension": ("tension of each segment, input side first", "N", "segment"),
+    "bend_angle": ("bend at each guide", "rad", "guide"),
+    "slip": ("+1 sliding towards the input, -1 towards the output, 0 at rest", "-", "guide"),
+    "friction_work": ("energy that each guide has turned to heat since the reset", "J", "guide"),
+    "reel_displacement": ("tendon wound in at the input", "m", "one"),
+    "unsolved": ("evaluations whose flow was not solved since the reset", "-", "one"),
+}
+(
+    INPUT_TENSION,
+    OUTPUT_TENSION,
+    TENSION,
+    BEND_ANGLE,
+    SLIP,
+    FRICTION_WORK,
+    REEL_DISPLACEMENT,
+    UNSOLVED,
+) = range(len(KINDS))
+
+
+def width(kind: str, guides: int) -> int:
+    """How many numbers a sensor of this kind has on a sheath with so many guides."""
+    return {"one": 1, "segment": guides + 1, "guide": guides}[KINDS[kind][2]]
+
+
+@compiled
+def measure(state: Any, kind: int, out: Any) -> None:
+    """Write what a sensor shows of the sheath's latest evaluation."""
+    segments, guides, _ = st.unpack(state)
+    last = guides.shape[1]
+    ea = state[st.AXIAL_STIFFNESS]
+    if kind == INPUT_TENSION:
+        out[0] = ea * segments[TENSION_ROW, 0]
+    elif kind == OUTPUT_TENSION:
+        out[0] = ea * segments[TENSION_ROW, last]
+    elif kind == TENSION:
+        for j in range(last + 1):
+            out[j] = ea * segments[TENSION_ROW, j]
+    elif kind == REEL_DISPLACEMENT:
+        out[0] = state[st.TRIAL_WOUND_IN]
+    elif kind == UNSOLVED:
+        out[0] = state[st.UNSOLVED]
+    else:
+        for i in range(last):
+            if kind == BEND_ANGLE:
+                out[i] = guides[st.ANGLE, i]
+            elif kind == SLIP:
+                out[i] = guides[SLIP_ROW, i] if guides[FLOW, i] != 0.0 else 0.0
+            else:
+                out[i] = guides[st.WORK, i] + guides[st.TRIAL_WORK, i]

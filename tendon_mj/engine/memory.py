@@ -1,0 +1,64 @@
+"""Reading and writing C memory from compiled code."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+from numba import carray, types
+from numba.extending import intrinsic
+
+from tendon_mj.sheath.compiled import compiled
+
+
+def _as_pointer(item: Any) -> Any:
+    @intrinsic  # type: ignore[misc]
+    def cast(typing_context: Any, address: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
+
+        return types.CPointer(item)(address), build
+
+    return cast
+
+
+_f64 = _as_pointer(numba.float64)
+_i32 = _as_pointer(numba.int32)
+_i64 = _as_pointer(numba.int64)
+_u8 = _as_pointer(numba.uint8)
+
+
+@compiled
+def pointer(address: int) -> int:
+    """The pointer stored at ``address``."""
+    return carray(_i64(address), (1,))[0]
+
+
+@compiled
+def doubles(address: int, count: int) -> Any:
+    """``count`` mjtNum at ``address`` as an array that shares the memory."""
+    return carray(_f64(address), (count,))
+
+
+@compiled
+def double(address: int, index: int) -> float:
+    """The mjtNum number ``index`` of the array at ``address``."""
+    return carray(_f64(address), (index + 1,))[index]
+
+
+@compiled
+def integer(address: int, index: int) -> int:
+    """The int number ``index`` of the array at ``address``."""
+    return numba.int64(carray(_i32(address), (index + 1,))[index])
+
+
+@compiled
+def size(address: int) -> int:
+    """The mjtSize at ``address``."""
+    return carray(_i64(address), (1,))[0]
+
+
+@compiled
+def byte(address: int, index: int) -> int:
+    """The byte number ``index`` at ``address``."""
+    return numba.int64(carray(_u8(address), (index + 1,))[index])

@@ -1,0 +1,56 @@
+"""The tendon's path: segment lengths and bend angles from the points it runs through."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from tendon_mj.sheath.compiled import compiled
+
+_SHORTEST = 1e-9  # two sites on one spot still have a segment between them [m]
+
+
+@compiled
+def _bend(a: Any, i: int) -> float:
+    """Angle by which the path turns at point ``i`` [rad], exact for small and large angles."""
+    ux, uy, uz = a[3 * i] - a[3 * i - 3], a[3 * i + 1] - a[3 * i - 2], a[3 * i + 2] - a[3 * i - 1]
+    vx, vy, vz = a[3 * i + 3] - a[3 * i], a[3 * i + 4] - a[3 * i + 1], a[3 * i + 5] - a[3 * i + 2]
+    cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    return math.atan2(math.sqrt(cx * cx + cy * cy + cz * cz), ux * vx + uy * vy + uz * vz)
+
+
+@compiled
+def follow_path(points: Any, path: Any, length: Any, angle: Any, refresh: bool) -> bool:
+    """Bring lengths and bends up to date with the points; what did not move is not recomputed.
+
+    Args:
+        points: (3(n+2),) where the points are now [m].
+        path: (3(n+2),) where they were when lengths and angles were computed; updated.
+        length: (n+1,) segment lengths [m]; updated.
+        angle: (n,) bends [rad]; updated.
+        refresh: compute everything anew.
+
+    Returns:
+        Whether any bend may have changed.
+    """
+    bent = False
+    before = True  # whether the segment before the point at hand moved
+    for j in range(length.shape[0]):
+        moved = refresh
+        for k in range(3 * j, 3 * j + 6):
+            if points[k] != path[k]:
+                moved = True
+                break
+        if moved:
+            dx = points[3 * j + 3] - points[3 * j]
+            dy = points[3 * j + 4] - points[3 * j + 1]
+            dz = points[3 * j + 5] - points[3 * j + 2]
+            length[j] = max(_SHORTEST, math.sqrt(dx * dx + dy * dy + dz * dz))
+        if j > 0 and (moved or before):
+            angle[j - 1] = _bend(points, j)
+            bent = True
+        before = moved
+    if bent or before:
+        for k in range(path.shape[0]):
+            path[k] = points[k]
+    return bent
