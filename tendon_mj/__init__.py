@@ -4,6 +4,12 @@ Importing this package registers the engine plugin `tendon_mj.sheath`, so that m
 can be loaded.
 """
 
+from tendon_mj.attach import Parameters as Parameters
+from tendon_mj.attach import add_friction as add_friction
+from tendon_mj.attach import add_sensor as add_sensor
+from tendon_mj.attach import add_sites as add_sites
+from tendon_mj.attach import add_tendon as add_tendon
+from tendon_mj.attach import arc_points as arc_points
 from tendon_mj.engine import register as _register
 
 _register()

@@ -26,10 +26,15 @@ _VIEWED, _KIND, _FIRST, _LAST = range(VIEW_SIZE)
 
 
 @compiled
-def _state(layout: Layout, m: int, d: int, instance: int) -> Any:
+def _state(layout: Layout, m: int, d: int, instance: int) -> int:
+    """Address of an instance's state."""
     start = integer(pointer(m + layout.m_plugin_stateadr), instance)
-    count = integer(pointer(m + layout.m_plugin_statenum), instance)
-    return doubles(pointer(d + layout.d_plugin_state) + 8 * start, count)
+    return pointer(d + layout.d_plugin_state) + 8 * start
+
+
+@compiled
+def _is_view(layout: Layout, m: int, instance: int) -> bool:
+    return integer(pointer(m + layout.m_plugin_statenum), instance) == VIEW_SIZE
 
 
 @compiled
@@ -86,36 +91,35 @@ def _reset(layout: Layout, m: int, address: int, instance: int) -> None:
 
 
 @compiled
-def _show(layout: Layout, m: int, d: int, view: Any) -> None:
+def _show(layout: Layout, m: int, d: int, instance: int) -> None:
+    view = doubles(_state(layout, m, d, instance), VIEW_SIZE)
     if view[_VIEWED] < 0.0:
         return
     sheath = _state(layout, m, d, int(view[_VIEWED]))
-    n = int(sheath[st.GUIDES])
     for sensor in range(int(view[_FIRST]), int(view[_LAST]) + 1):
         adr = integer(pointer(m + layout.m_sensor_adr), sensor)
-        out = doubles(pointer(d + layout.d_sensordata) + 8 * adr, n + 1)
-        measure(sheath, int(view[_KIND]), out)
+        measure(sheath, int(view[_KIND]), pointer(d + layout.d_sensordata) + 8 * adr)
 
 
 @compiled
 def _compute(layout: Layout, m: int, d: int, instance: int, capability: int) -> None:
-    state = _state(layout, m, d, instance)
-    if state.shape[0] == VIEW_SIZE:
-        if capability == _SENSOR:
-            _show(layout, m, d, state)
-    elif capability == _PASSIVE:
-        evaluate(layout, m, d, state)
-    elif capability == _ACTUATOR and state[st.REEL_ACTUATOR] >= 0.0:
+    view = _is_view(layout, m, instance)
+    if capability == _PASSIVE and not view:
+        evaluate(layout, m, d, _state(layout, m, d, instance))
+    elif capability == _SENSOR and view:
+        _show(layout, m, d, instance)
+    elif capability == _ACTUATOR and not view:
         # a reel acts through the tendon's length, not through a force of its own
-        adr = integer(pointer(m + layout.m_actuator_outadr), int(state[st.REEL_ACTUATOR]))
-        doubles(pointer(d + layout.d_actuator_force) + 8 * adr, 1)[0] = 0.0
+        reel = int(doubles(_state(layout, m, d, instance), st.SCALARS)[st.REEL_ACTUATOR])
+        if reel >= 0:
+            adr = integer(pointer(m + layout.m_actuator_outadr), reel)
+            doubles(pointer(d + layout.d_actuator_force) + 8 * adr, 1)[0] = 0.0
 
 
 @compiled
 def _advance(layout: Layout, m: int, d: int, instance: int) -> None:
-    state = _state(layout, m, d, instance)
-    if state.shape[0] != VIEW_SIZE:
-        commit(state)
+    if not _is_view(layout, m, instance):
+        commit(_state(layout, m, d, instance))
 
 
 class Callbacks(NamedTuple):

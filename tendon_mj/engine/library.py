@@ -30,6 +30,16 @@ C.strtod.restype = ctypes.c_double
 C.strtod.argtypes = [ctypes.c_char_p, ctypes.c_void_p]
 C.mjp_registerPlugin.restype = ctypes.c_int
 
+
+class PluginHead(ctypes.Structure):
+    """The first field of `mjpPlugin`, enough to know a plugin by its name."""
+
+    _fields_ = (("name", ctypes.c_char_p),)
+
+
+C.mjp_getPluginAtSlot.restype = ctypes.POINTER(PluginHead)
+C.mjp_getPluginAtSlot.argtypes = [ctypes.c_int]
+
 # Compiled code finds its external functions by name: those of MuJoCo and of the C library.
 llvm.load_library_permanently(str(PATH))
 _char_p = types.intp  # pointers travel as integers

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from tendon_mj.engine import state as st
+from tendon_mj.engine.memory import doubles
 from tendon_mj.sheath.compiled import compiled
 from tendon_mj.sheath.tables import FLOW
 from tendon_mj.sheath.tables import SLIP as SLIP_ROW
@@ -39,27 +40,28 @@ def width(kind: str, guides: int) -> int:
 
 
 @compiled
-def measure(state: Any, kind: int, out: Any) -> None:
-    """Write what a sensor shows of the sheath's latest evaluation."""
-    segments, guides, _ = st.unpack(state)
+def measure(address: int, kind: int, out: int) -> None:
+    """Write at ``out`` what a sensor shows of the sheath at ``address``."""
+    state, segments, guides, _ = st.unpack(address)
     last = guides.shape[1]
+    shown = doubles(out, last + 1)
     ea = state[st.AXIAL_STIFFNESS]
     if kind == INPUT_TENSION:
-        out[0] = ea * segments[TENSION_ROW, 0]
+        shown[0] = ea * segments[TENSION_ROW, 0]
     elif kind == OUTPUT_TENSION:
-        out[0] = ea * segments[TENSION_ROW, last]
+        shown[0] = ea * segments[TENSION_ROW, last]
     elif kind == TENSION:
         for j in range(last + 1):
-            out[j] = ea * segments[TENSION_ROW, j]
+            shown[j] = ea * segments[TENSION_ROW, j]
     elif kind == REEL_DISPLACEMENT:
-        out[0] = state[st.TRIAL_WOUND_IN]
+        shown[0] = state[st.TRIAL_WOUND_IN]
     elif kind == UNSOLVED:
-        out[0] = state[st.UNSOLVED]
+        shown[0] = state[st.UNSOLVED]
     else:
         for i in range(last):
             if kind == BEND_ANGLE:
-                out[i] = guides[st.ANGLE, i]
+                shown[i] = guides[st.ANGLE, i]
             elif kind == SLIP:
-                out[i] = guides[SLIP_ROW, i] if guides[FLOW, i] != 0.0 else 0.0
+                shown[i] = guides[SLIP_ROW, i] if guides[FLOW, i] != 0.0 else 0.0
             else:
-                out[i] = guides[st.WORK, i] + guides[st.TRIAL_WORK, i]
+                shown[i] = guides[st.WORK, i] + guides[st.TRIAL_WORK, i]

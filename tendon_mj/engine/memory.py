@@ -41,6 +41,12 @@ def doubles(address: int, count: int) -> Any:
 
 
 @compiled
+def table(address: int, rows: int, columns: int) -> Any:
+    """A C-contiguous table of mjtNum at ``address`` that shares the memory."""
+    return carray(_f64(address), (rows, columns))
+
+
+@compiled
 def double(address: int, index: int) -> float:
     """The mjtNum number ``index`` of the array at ``address``."""
     return carray(_f64(address), (index + 1,))[index]

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from tendon_mj.engine.memory import doubles, table
 from tendon_mj.sheath import tables
 from tendon_mj.sheath.compiled import compiled
 
@@ -77,11 +78,11 @@ def size(guides: int) -> int:
 
 
 @compiled
-def unpack(state: Any) -> tuple[Any, Any, Any]:
-    """Views on one sheath's state: segments table, guides table, the 3(n+2) path coordinates."""
-    n = int(state[GUIDES])
-    behind = SCALARS + SEGMENT_ROWS * (n + 1)
-    end = behind + GUIDE_ROWS * n
-    segments = state[SCALARS:behind].reshape((SEGMENT_ROWS, n + 1))
-    guides = state[behind:end].reshape((GUIDE_ROWS, n))
-    return segments, guides, state[end : end + 3 * (n + 2)]
+def unpack(address: int) -> tuple[Any, Any, Any, Any]:
+    """Views on one sheath's state: scalars, segments table, guides table, path coordinates."""
+    scalars = doubles(address, SCALARS)
+    n = int(scalars[GUIDES])
+    segments = table(address + 8 * SCALARS, SEGMENT_ROWS, n + 1)
+    behind = address + 8 * (SCALARS + SEGMENT_ROWS * (n + 1))
+    guides = table(behind, GUIDE_ROWS, n)
+    return scalars, segments, guides, doubles(behind + 8 * GUIDE_ROWS * n, 3 * (n + 2))

@@ -188,9 +188,9 @@ def _strain_after(segments: Any, guides: Any) -> None:
 
 
 @compiled
-def evaluate(layout: Any, m: int, d: int, state: Any) -> None:
+def evaluate(layout: Any, m: int, d: int, address: int) -> None:
     """Solve the tendon for the pose at hand, from the committed state, and apply its forces."""
-    segments, guides, path = st.unpack(state)
+    state, segments, guides, path = st.unpack(address)
     last = guides.shape[1]
     time = double(d + layout.d_time, 0)
     start = integer(pointer(d + layout.d_ten_wrapadr), int(state[st.TENDON]))
@@ -232,11 +232,11 @@ def evaluate(layout: Any, m: int, d: int, state: Any) -> None:
 
 
 @compiled
-def commit(state: Any) -> None:
+def commit(address: int) -> None:
     """Make the step on trial the committed state."""
+    state, segments, guides, _ = st.unpack(address)
     if state[st.ON_TRIAL] == 0.0:
         return
-    segments, guides, _ = st.unpack(state)
     last = guides.shape[1]
     segments[STORED, 0] -= state[st.TRIAL_WOUND_IN] - state[st.WOUND_IN]
     segments[STORED, last] -= state[st.TRIAL_WOUND_OUT] - state[st.WOUND_OUT]

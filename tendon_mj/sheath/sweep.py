@@ -141,14 +141,18 @@ def _flow_at(segments: Table, guides: Table, a: float, j: int, beyond: float) ->
 
 
 @compiled
-def _keeps_slack(segments: Table, guides: Table, a: float) -> bool:
-    """Whether every slack segment had what its neighbours asked of it."""
+def _holds(segments: Table, guides: Table, a: float) -> bool:
+    """Whether every segment ends with what its tension says, a slack one with at least that."""
     passed, last = 0.0, guides.shape[1]
     for j in range(last + 1):
         beyond = guides[FLOW, j] if j < last else 0.0
         kept = segments[STORED, j] + beyond - passed
         passed = beyond
-        if segments[TENSION, j] == 0.0 and kept < held(segments, a, j, 0.0)[0] * (1.0 - _TOUCHING):
+        needed = held(segments, a, j, segments[TENSION, j])[0]
+        tolerance = needed * _TOUCHING
+        if kept < needed - tolerance:
+            return False
+        if kept > needed + tolerance and segments[TENSION, j] > 0.0:
             return False
     return True
 
@@ -177,4 +181,4 @@ def sweep(segments: Table, guides: Table, a: float) -> bool:
         beyond = _flow_at(segments, guides, a, j, beyond)
         guides[FLOW, j] = beyond
         guides[SLIP, j] = np.sign(beyond)
-    return _keeps_slack(segments, guides, a)
+    return _holds(segments, guides, a)

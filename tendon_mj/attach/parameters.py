@@ -1,0 +1,67 @@
+"""A sheath's parameters by name, live in the data of a simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, MutableMapping
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.engine import PARAMETERS, sheaths
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.sheath.law import RANGES, check_range
+
+
+class Parameters(MutableMapping[str, float]):
+    """``<sheath>.<parameter>`` to value, read from and written to `mjData.plugin_state`.
+
+    A change acts from the next evaluation on; a reset brings back what the model says. The
+    unstretched length is laid down from ``pretension`` at the first evaluation after a reset, so
+    set that before it. Writing goes to this data only, which makes a friction of its own for each
+    of many simulations of one model cheap.
+
+    Args:
+        model: with sheaths.
+        data: of that model; or any (npluginstate,) array, such as the tail of a state vector.
+
+    Raises:
+        UnknownNameError: no such sheath or parameter, with the nearest.
+        InvalidValueError: a value outside its range.
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData | NDArray[np.float64]
+    ) -> None:
+        self._state = data if isinstance(data, np.ndarray) else data.plugin_state
+        self._address = {
+            f"{name}.{parameter}": instance.state + k
+            for name, instance in sheaths(model).items()
+            for k, parameter in enumerate(PARAMETERS)
+        }
+
+    def _find(self, name: str) -> int:
+        if name not in self._address:
+            raise UnknownNameError("parameter", name, self._address)
+        return self._address[name]
+
+    def __getitem__(self, name: str) -> float:
+        return float(self._state[self._find(name)])
+
+    def __setitem__(self, name: str, value: float) -> None:
+        address = self._find(name)
+        kind = name.rsplit(".", 1)[1]
+        if kind in RANGES:
+            check_range(kind, float(value), name)
+        elif not np.isfinite(value):
+            raise InvalidValueError(f"{name} = {value} must be finite")
+        self._state[address] = value
+
+    def __delitem__(self, name: str) -> None:
+        raise InvalidValueError(f"{name} cannot be removed, only set")
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._address)
+
+    def __len__(self) -> int:
+        return len(self._address)

@@ -1,0 +1,107 @@
+"""Routes a sheath as a row of sites, one a guide."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+
+
+def arc_points(
+    length: float,
+    bend: float,
+    guides: int,
+    start: ArrayLike = (0.0, 0.0, 0.0),
+    direction: ArrayLike = (1.0, 0.0, 0.0),
+    normal: ArrayLike = (0.0, 0.0, 1.0),
+) -> NDArray[np.float64]:
+    """Points of a sheath of uniform curvature: its two ends and the guides between.
+
+    Each guide bends the path by ``bend``/n and the segments are ``length``/n long, the two end
+    segments half of that, so length and total bend are exact for any number of guides.
+
+    Args:
+        length: of the sheath [m].
+        bend: total angle that it turns through [rad]; positive to the left, seen against ``normal``.
+        guides: n ≥ 1.
+        start: of the path [m].
+        direction: in which it leaves ``start``.
+        normal: of the plane it bends in.
+
+    Returns:
+        (n+2, 3) points [m].
+
+    Raises:
+        InvalidValueError: length ≤ 0, no guide, or ``direction`` along ``normal``.
+    """
+    if not (np.isfinite(length) and length > 0.0):
+        raise InvalidValueError(f"length = {length} [m] must be finite and > 0")
+    if guides < 1:
+        raise InvalidValueError(f"guides = {guides} must be ≥ 1")
+    along = np.asarray(direction, float)
+    axis = np.asarray(normal, float)
+    left = np.cross(axis, along)
+    if not np.linalg.norm(left) > 0.0:
+        raise InvalidValueError(f"direction {direction} must not lie along normal {normal}")
+    left /= np.linalg.norm(left)
+    along = np.cross(left, axis)
+    along /= np.linalg.norm(along)
+    headings = bend / guides * np.arange(guides + 1)
+    steps = np.full(guides + 1, length / guides)
+    steps[[0, -1]] /= 2.0
+    turns = np.outer(np.cos(headings), along) + np.outer(np.sin(headings), left)
+    path = np.vstack([np.zeros(3), np.cumsum(steps[:, None] * turns, axis=0)])
+    return np.asarray(start, float) + path
+
+
+def add_sites(
+    spec: mujoco.MjSpec, prefix: str, points: ArrayLike, body: str = "world"
+) -> list[str]:
+    """Add a site ``prefix_i`` for every point of a polyline, in the frame of ``body``.
+
+    Args:
+        spec: changed in place.
+        prefix: of the sites' names.
+        points: (k, 3) in the body's frame [m].
+        body: that carries them.
+
+    Returns:
+        The sites' names in order.
+
+    Raises:
+        UnknownNameError: no such body.
+        InvalidValueError: points are not (k, 3) and finite.
+    """
+    where = np.asarray(points, float)
+    if where.ndim != 2 or where.shape[1] != 3 or not np.isfinite(where).all():
+        raise InvalidValueError(f"points must be finite and of shape (k, 3), not {where.shape}")
+    parent = spec.body(body)
+    if parent is None:
+        raise UnknownNameError("body", body, [b.name for b in spec.bodies])
+    names = [f"{prefix}_{k}" for k in range(len(where))]
+    for name, point in zip(names, where, strict=True):
+        parent.add_site(name=name, pos=point)
+    return names
+
+
+def add_tendon(spec: mujoco.MjSpec, name: str, sites: Sequence[str]) -> mujoco.MjsTendon:
+    """Add a spatial tendon through the named sites, input end first.
+
+    Raises:
+        UnknownNameError: a site that does not exist.
+        InvalidValueError: fewer than two sites.
+    """
+    if len(sites) < 2:
+        raise InvalidValueError(f"tendon {name!r} needs at least 2 sites, got {len(sites)}")
+    known = [s.name for s in spec.sites]
+    for site in sites:
+        if site not in known:
+            raise UnknownNameError("site", site, known, f"tendon {name!r}")
+    tendon = spec.add_tendon(name=name)
+    for site in sites:
+        tendon.wrap_site(site)
+    return tendon

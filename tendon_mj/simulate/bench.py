@@ -1,0 +1,115 @@
+"""The bench of the paper's Fig. 1 as a model with every number free.
+
+A reel winds the tendon in; it runs through a sheath of uniform bend and pulls, through a sensor
+spring k_s, on an environment spring k_e. `models/bench/bench.xml` is this with the default numbers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from tendon_mj.attach import add_friction, add_sites, add_tendon, arc_points
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bench:
+    """Numbers of the bench; the defaults are those of `models/bench/parameters.toml`.
+
+    Attributes:
+        friction: μ, static = dynamic [-].
+        length: of the sheath [m].
+        bend: total angle that it turns through [rad].
+        guides: sites that stand for the sheath.
+        axial_stiffness: EA [N].
+        pretension: T_0 [N].
+        environment_stiffness: k_e [N/m].
+        sensor_stiffness: k_s [N/m].
+        mass: of the sensor's and of the environment's carriage [kg].
+        timestep: [s].
+    """
+
+    friction: float = 0.15
+    length: float = 0.5
+    bend: float = np.pi
+    guides: int = 16
+    axial_stiffness: float = 20e3
+    pretension: float = 20.0
+    environment_stiffness: float = 10e3
+    sensor_stiffness: float = 40e3
+    mass: float = 1.0
+    timestep: float = 0.0005
+
+    @property
+    def exponent(self) -> float:
+        """|λ| = μ × total bend [-]."""
+        return self.friction * self.bend
+
+    def stiffened(self, factor: float) -> Bench:
+        """The same bench with EA, k_e, k_s and the masses times ``factor``: strain and travel shrink."""
+        return Bench(
+            friction=self.friction,
+            length=self.length,
+            bend=self.bend,
+            guides=self.guides,
+            axial_stiffness=self.axial_stiffness * factor,
+            pretension=self.pretension,
+            environment_stiffness=self.environment_stiffness * factor,
+            sensor_stiffness=self.sensor_stiffness * factor,
+            mass=self.mass * factor,
+            timestep=self.timestep,
+        )
+
+
+def build_bench(bench: Bench) -> mujoco.MjSpec:
+    """The bench as an editable model: actuator `reel`, sheath `sheath`, four named sensors."""
+    spec = mujoco.MjSpec()
+    spec.modelname = "bench"
+    spec.option.timestep = bench.timestep
+    spec.option.gravity = [0.0, 0.0, 0.0]
+    points = arc_points(bench.length, bench.bend, bench.guides)
+    sites = add_sites(spec, "guide", points[:-1])
+    heading = (points[-1] - points[-2]) / np.linalg.norm(points[-1] - points[-2])
+
+    def carriage(parent: mujoco.MjsBody, name: str, stiffness: float) -> mujoco.MjsBody:
+        body = parent.add_body(name=name)
+        joint = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=-heading)
+        joint.stiffness[0] = stiffness
+        joint.springref = -bench.pretension / stiffness
+        joint.damping[0] = 2.0 * np.sqrt(stiffness * bench.mass)
+        body.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=[0.008, 0.008, 0.008],
+            mass=bench.mass,
+            contype=0,
+            conaffinity=0,
+        )
+        return body
+
+    environment = carriage(spec.worldbody, "environment", bench.environment_stiffness)
+    environment.pos = points[-1] + 0.05 * heading
+    sensor = carriage(environment, "sensor", bench.sensor_stiffness)
+    sensor.pos = -0.05 * heading
+    sensor.add_site(name="output")
+    add_tendon(spec, "tendon", [*sites, "output"])
+    add_friction(
+        spec,
+        "tendon",
+        friction=bench.friction,
+        axial_stiffness=bench.axial_stiffness,
+        pretension=bench.pretension,
+        reel="reel",
+        sensors=("input_tension", "output_tension", "reel_displacement"),
+    )
+    travel = spec.add_tendon(name="output_displacement")
+    travel.wrap_joint("environment", 1.0)
+    travel.wrap_joint("sensor", 1.0)
+    spec.add_sensor(
+        name="output_displacement",
+        type=mujoco.mjtSensor.mjSENS_TENDONPOS,
+        objtype=mujoco.mjtObj.mjOBJ_TENDON,
+        objname="output_displacement",
+    )
+    return spec

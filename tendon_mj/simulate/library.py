@@ -1,0 +1,68 @@
+"""The models that come with the package, and how to load any model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+
+from tendon_mj.errors import TendonError, UnknownNameError
+
+# In a wheel the models lie inside the package, in a checkout beside it.
+_FOLDERS = (Path(__file__).parents[1] / "models", Path(__file__).parents[2] / "models")
+
+
+def models_folder() -> Path:
+    """The folder that holds one folder a model."""
+    for folder in _FOLDERS:
+        if folder.is_dir():
+            return folder
+    raise TendonError(f"the models are missing: neither {_FOLDERS[0]} nor {_FOLDERS[1]} exists")
+
+
+def model_names() -> list[str]:
+    """Names of the models that come with the package."""
+    return sorted(p.parent.name for p in models_folder().glob("*/scene.xml"))
+
+
+def model_path(name: str, *, scene: bool = False) -> Path:
+    """The MJCF file of a model: ``<name>.xml``, or ``scene.xml`` with light and floor.
+
+    Args:
+        name: of a model that comes with the package, or the path of an MJCF file.
+        scene: whether to look at it.
+
+    Raises:
+        UnknownNameError: neither a model of the package nor a file.
+    """
+    if name in model_names():
+        return models_folder() / name / ("scene.xml" if scene else f"{name}.xml")
+    path = Path(name)
+    if path.is_file():
+        return path
+    raise UnknownNameError("model or MJCF file", name, model_names())
+
+
+def load_spec(name: str, *, scene: bool = False) -> mujoco.MjSpec:
+    """A model as an editable `MjSpec`; see ``model_path`` for ``name``.
+
+    Raises:
+        UnknownNameError: no such model.
+        TendonError: MuJoCo cannot read it; the message is MuJoCo's, with the file's name.
+    """
+    path = model_path(name, scene=scene)
+    try:
+        return mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        raise TendonError(f"{path}: {error}") from error
+
+
+def load_model(name: str, *, scene: bool = False) -> mujoco.MjModel:
+    """A compiled model; see ``load_spec``."""
+    path = model_path(name, scene=scene)
+    try:
+        return load_spec(name, scene=scene).compile()
+    except ValueError as error:
+        if isinstance(error, TendonError):
+            raise
+        raise TendonError(f"{path}: {error}") from error
