@@ -1,6 +1,7 @@
 """The engine plugin and the C ABI: the only room that knows a struct offset."""
 
 from tendon_mj.engine.instances import Instance as Instance
+from tendon_mj.engine.instances import segment_tensions as segment_tensions
 from tendon_mj.engine.instances import sheaths as sheaths
 from tendon_mj.engine.measure import KINDS as KINDS
 from tendon_mj.engine.plugin import register as register

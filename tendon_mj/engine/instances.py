@@ -5,9 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
+from tendon_mj.engine import state
 from tendon_mj.engine.library import C
 from tendon_mj.engine.validate import NAME
+from tendon_mj.errors import UnknownNameError
+from tendon_mj.sheath.tables import TENSION
 
 
 class Instance(NamedTuple):
@@ -32,3 +37,22 @@ def sheaths(model: mujoco.MjModel) -> dict[str, Instance]:
             name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, k) or tendon
             found[name] = Instance(tendon, int(model.plugin_stateadr[k]))
     return found
+
+
+def segment_tensions(
+    model: mujoco.MjModel, data: mujoco.MjData, sheath: str
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The path of a sheath's tendon and the tension along it, at the latest evaluation.
+
+    Returns:
+        (n+2, 3) points [m], and (n+1,) tensions of the segments between them [N].
+
+    Raises:
+        UnknownNameError: no such sheath.
+    """
+    known = sheaths(model)
+    if sheath not in known:
+        raise UnknownNameError("sheath", sheath, known)
+    _, segments, _, path = state.unpack(data.plugin_state.ctypes.data + 8 * known[sheath].state)
+    stiffness = data.plugin_state[known[sheath].state + state.AXIAL_STIFFNESS]
+    return path.reshape(-1, 3).copy(), stiffness * segments[TENSION]

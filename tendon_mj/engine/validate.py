@@ -73,8 +73,8 @@ def _read_number(config: dict[str, str], name: str, where: str) -> float | None:
         raise InvalidValueError(f"{where}: {name} = {raw!r} is not a number")
     if name in RANGES:
         check_range(name, value, where)
-    elif not (math.isfinite(value) and value > 0.0):
-        raise InvalidValueError(f"{where}: {name} = {value:g} [m] must be finite and > 0")
+    elif not math.isfinite(value) or value == 0.0:
+        raise InvalidValueError(f"{where}: {name} = {value:g} [m] must be finite and not 0")
     return value
 
 
