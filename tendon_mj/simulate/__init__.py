@@ -1,0 +1,1 @@
+"""Models, recordings, replay, and the bench held against theory."""

@@ -1,0 +1,31 @@
+"""Which commands there are, and what becomes of an error."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+import tyro
+
+from tendon_mj.cli.compare import compare
+from tendon_mj.cli.demo import demo
+from tendon_mj.cli.render import render
+from tendon_mj.cli.replay import replay
+from tendon_mj.errors import TendonError
+
+COMMANDS = {"compare": compare, "replay": replay, "render": render, "demo": demo}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; 0 when it did its work, 2 when its input was refused."""
+    try:
+        tyro.extras.subcommand_cli_from_dict(
+            COMMANDS,
+            prog="tendon-mj",
+            description="Tendon-sheath friction for MuJoCo.",
+            args=None if arguments is None else list(arguments),
+        )
+    except (TendonError, OSError) as error:
+        print(f"tendon-mj: {error}", file=sys.stderr)
+        return 2
+    return 0

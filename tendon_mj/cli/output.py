@@ -1,0 +1,67 @@
+"""What every command leaves behind: a folder with `result.json` and pictures, and a word on it."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+console = Console(highlight=False)
+
+
+class Output:
+    """The folder that a command writes to.
+
+    Args:
+        folder: made if it is not there.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.written: list[Path] = []
+        self.started = time.perf_counter()
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def add(self, path: Path) -> Path:
+        """Remember a file that something else wrote into the folder."""
+        self.written.append(path)
+        return path
+
+    def figure(self, name: str, figure: Figure) -> Path:
+        """Write a figure as ``name``.png."""
+        path = self.folder / f"{name}.png"
+        figure.savefig(path, dpi=160)
+        return self.add(path)
+
+    def result(self, numbers: Mapping[str, object]) -> Path:
+        """Write `result.json`: plain numbers in SI units."""
+        path = self.folder / "result.json"
+        path.write_text(json.dumps(numbers, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        return self.add(path)
+
+    def close(self) -> None:
+        """Say what was written."""
+        console.print(f"{time.perf_counter() - self.started:.1f} s; wrote")
+        for path in self.written:
+            console.print(f"  {path}", soft_wrap=True)
+
+
+@contextmanager
+def progress_bar() -> Iterator[object]:
+    """A callback ``(what, done, total)`` that shows a bar for each thing that is being done."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console) as bars:
+        tasks: dict[str, object] = {}
+
+        def report(what: str, done: int, total: int) -> None:
+            if what not in tasks:
+                tasks[what] = bars.add_task(what, total=total)
+            bars.update(tasks[what], completed=done, total=total)  # type: ignore[arg-type]
+
+        yield report

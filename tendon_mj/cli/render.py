@@ -1,0 +1,43 @@
+"""`tendon-mj render`: an offscreen clip of a model with its tendons drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from tendon_mj.cli.output import Output, progress_bar
+from tendon_mj.simulate.library import load_model, model_path
+from tendon_mj.view.clip import render_clip
+from tendon_mj.view.motion import default_motion
+
+
+def render(
+    model: Annotated[str, tyro.conf.Positional],
+    out: Path = Path("out/render"),
+    duration: float = 6.0,
+) -> dict[str, object]:
+    """Write an MP4 of a model in motion, its tendons coloured by their tension.
+
+    Args:
+        model: bench, joint, or the path of an MJCF file.
+        out: folder for the clip and result.json.
+        duration: of the clip in seconds.
+    """
+    output = Output(out)
+    name = model_path(model).stem
+    compiled = load_model(model, scene=True)
+    with progress_bar() as progress:
+        path = render_clip(
+            compiled,
+            default_motion(name, compiled),
+            out / f"{name}.mp4",
+            duration=duration,
+            progress=progress,
+        )
+    output.add(path)
+    result: dict[str, object] = {"clip": path.name, "duration_s": duration}
+    output.result(result)
+    output.close()
+    return result

@@ -1,0 +1,122 @@
+"""Holds MuJoCo's response on the bench against the closed form of the paper."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_mj.simulate.bench import Bench
+from tendon_mj.simulate.first_motion import (
+    Array,
+    Loop,
+    Motion,
+    Progress,
+    first_motion,
+    run_bench,
+    silent,
+    sweep,
+)
+from tendon_mj.simulate.step_cost import step_cost_ratio
+
+SWEEP = (0.05, 0.1, 0.2, 0.35, 0.47, 0.7, 1.0, 1.25, 1.5)
+LIMIT_SWEEP = (0.05, 0.2, 0.47, 1.0, 1.5, 2.0, 3.0)
+LIMIT_FACTOR = 100.0
+LIMIT_GUIDES = 64
+GUIDES = (2, 4, 8, 16, 32, 64)
+FINEST_GUIDES = 1024
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """How K_ap approaches its value at many guides.
+
+    Attributes:
+        guides: (k,) numbers of guides.
+        error: (k,) |K_ap/K_ap(finest) − 1|.
+        order: p of error ∝ guides^−p, least squares over all of them.
+    """
+
+    guides: Array
+    error: Array
+    order: float
+
+
+def convergence(bench: Bench, progress: Progress = silent) -> Convergence:
+    """Refine the guides and compare with ``FINEST_GUIDES``; what the closed form neglects drops out."""
+    # the stuck segment at the output end stiffens with the guides; so short a step follows it
+    fine = dataclasses.replace(bench, timestep=1e-4)
+    stiffness = []
+    counts = (*GUIDES, FINEST_GUIDES)
+    for k, guides in enumerate(counts):
+        progress("convergence", k, len(counts))
+        motion = first_motion(dataclasses.replace(fine, guides=guides), 1)
+        stiffness.append(motion.apparent_stiffness)
+    progress("convergence", len(counts), len(counts))
+    error = np.abs(np.array(stiffness[:-1]) / stiffness[-1] - 1.0)
+    order = -np.polyfit(np.log(GUIDES), np.log(error), 1)[0]
+    return Convergence(np.array(GUIDES, float), error, float(order))
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Everything that `compare` measures.
+
+    Attributes:
+        bench, limit_bench: what was measured.
+        loop: two cycles on the bench, with the reel's history.
+        motions, limit_motions: sweeps of λ in both directions.
+        convergence: over guides, at λ = 3 in the limit.
+        step_cost: ratio of step times.
+    """
+
+    bench: Bench
+    limit_bench: Bench
+    loop: Loop
+    motions: list[Motion]
+    limit_motions: list[Motion]
+    convergence: Convergence
+    step_cost: float
+
+    def result(self) -> dict[str, object]:
+        """Plain numbers for `result.json`."""
+        return {
+            **_errors(self.motions),
+            "limit": _errors(self.limit_motions),
+            "convergence_order": self.convergence.order,
+            "step_cost_ratio": self.step_cost,
+            "motions": [_numbers(m) for m in self.motions],
+            "limit_motions": [_numbers(m) for m in self.limit_motions],
+        }
+
+
+def _numbers(motion: Motion) -> dict[str, float]:
+    return {**dataclasses.asdict(motion), "stiffness_error": motion.stiffness_error}
+
+
+def _errors(motions: list[Motion]) -> dict[str, dict[str, float]]:
+    slid = [m.transmission / m.analytic_transmission - 1.0 for m in motions]
+    return {
+        "apparent_stiffness": {"max_relative_error": max(abs(m.stiffness_error) for m in motions)},
+        "equivalent_backlash": {"max_relative_error": max(abs(m.backlash_error) for m in motions)},
+        "transmission": {"max_relative_error": max(abs(e) for e in slid)},
+    }
+
+
+def compare(bench: Bench | None = None, progress: Progress = silent) -> Comparison:
+    """Measure the bench against the closed form: loops, sweep, limit, convergence, step cost."""
+    bench = bench or Bench()
+    limit = dataclasses.replace(bench, guides=LIMIT_GUIDES).stiffened(LIMIT_FACTOR)
+    phase = np.linspace(0.0, 2.0, 12001)
+    loop = run_bench(bench, 1.5e-3 * np.sin(2.0 * np.pi * phase))
+    steep = dataclasses.replace(limit, friction=3.0 / bench.bend)
+    return Comparison(
+        bench=bench,
+        limit_bench=limit,
+        loop=loop,
+        motions=sweep(bench, SWEEP, progress, "sweep of λ on the bench"),
+        limit_motions=sweep(limit, LIMIT_SWEEP, progress, "sweep of λ in the stiff limit"),
+        convergence=convergence(steep, progress),
+        step_cost=step_cost_ratio(bench),
+    )

@@ -1,0 +1,53 @@
+"""Tendons without MuJoCo: the solver's two tables, filled."""
+
+import numpy as np
+from hypothesis import strategies as some
+
+from tendon_mj.sheath import tables as t
+
+
+def tendon(lengths, strains, bends, mu_s, mu_d, constant=0.0, was=0.0):
+    """Tables of a tendon; strains are those before the step, ``constant`` is over EA."""
+    lengths, bends = np.asarray(lengths, float), np.asarray(bends, float)
+    segments = np.zeros((t.SEGMENT_ROWS, len(lengths)))
+    guides = np.zeros((t.GUIDE_ROWS, len(bends)))
+    segments[t.LENGTH] = lengths
+    segments[t.STORED] = lengths / (1.0 + np.asarray(strains, float))
+    segments[t.TENSION] = np.maximum(strains, 0.0)
+    guides[t.STATIC], guides[t.DYNAMIC] = np.exp(mu_s * bends), np.exp(mu_d * bends)
+    guides[t.CONSTANT], guides[t.WAS] = constant, was
+    return segments, guides
+
+
+def uniform(guides, exponent, strain=1e-3, length=0.5):
+    """A tendon evenly bent: ``guides`` guides that together hold a ratio e^exponent."""
+    lengths = np.full(guides + 1, length / guides)
+    lengths[[0, -1]] /= 2.0
+    bends = np.full(guides, exponent / guides)
+    return tendon(lengths, np.full(guides + 1, strain), bends, 1.0, 1.0)
+
+
+def commit(segments, guides):
+    """Let the flow of the step pass, as the engine does at its end."""
+    flow = np.concatenate([[0.0], guides[t.FLOW], [0.0]])
+    segments[t.STORED] += np.diff(flow)
+    guides[t.WAS] = np.where(guides[t.FLOW] != 0.0, guides[t.SLIP], 0.0)
+
+
+@some.composite
+def random_tendons(draw, slack=True, constant=True, most=10):
+    """Any tendon in any state before a step."""
+    n = draw(some.integers(1, most))
+    rng = np.random.default_rng(draw(some.integers(0, 2**32 - 1)))
+    lengths = 10.0 ** rng.uniform(-3, 0, n + 1)
+    scale = 10.0 ** draw(some.integers(-4, -1))
+    low = -1.0 if slack and draw(some.booleans()) else 0.05
+    strains = scale * rng.uniform(low, 1.0, n + 1)
+    bends = rng.uniform(0.0, 1.5, n) * (rng.random(n) < 0.9)
+    mu_d = draw(some.sampled_from([0.0, 0.05, 0.15, 0.5, 1.0]))
+    mu_s = mu_d * draw(some.sampled_from([1.0, 1.0, 1.2, 2.0])) + draw(
+        some.sampled_from([0.0, 0.0, 0.1])
+    )
+    rubs = scale * draw(some.sampled_from([0.0, 0.0, 0.01, 0.1])) / n if constant else 0.0
+    was = rng.integers(-1, 2, n).astype(float) * draw(some.integers(0, 1))
+    return tendon(lengths, strains, bends, mu_s, mu_d, rubs, was)

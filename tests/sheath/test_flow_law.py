@@ -1,0 +1,110 @@
+"""What a step's flow must satisfy, whichever way it was found."""
+
+import numpy as np
+from hypothesis import assume, given, settings
+
+from tendon_mj.sheath import tables as t
+from tendon_mj.sheath.flow import settle
+from tendon_mj.sheath.sweep import sweep
+from tests.sheath.tendons import random_tendons
+
+EXACT = 1e-9  # relative
+
+
+def after(segments, guides):
+    """Unstretched lengths once the flow has passed."""
+    return segments[t.STORED] + np.diff(np.concatenate([[0.0], guides[t.FLOW], [0.0]]))
+
+
+def lies_slack(segments):
+    return not segments[t.TENSION].any()
+
+
+@settings(max_examples=400, deadline=None)
+@given(random_tendons(constant=False))
+def test_a_tendon_always_has_a_solution(tables):
+    assert settle(*tables, 1.0)
+
+
+@settings(max_examples=400, deadline=None)
+@given(random_tendons())
+def test_every_segment_obeys_hooke_and_no_tendon_is_lost(tables):
+    segments, guides = tables
+    assume(settle(segments, guides, 1.0))
+    stored = after(segments, guides)
+    assert abs(stored.sum() - segments[t.STORED].sum()) <= 1e-15 * segments[t.STORED].sum() * 10
+    strain = np.maximum(segments[t.LENGTH] / stored - 1.0, 0.0)
+    scale = max(strain.max(), 1e-6)
+    np.testing.assert_allclose(segments[t.TENSION], strain, rtol=0, atol=EXACT * scale + 2e-12)
+    assert np.all(segments[t.TENSION] >= 0.0), "a tendon does not push"
+
+
+@settings(max_examples=400, deadline=None)
+@given(random_tendons())
+def test_a_guide_at_rest_holds_no_more_than_it_can(tables):
+    segments, guides = tables
+    assume(settle(segments, guides, 1.0))
+    left, right = segments[t.TENSION, :-1], segments[t.TENSION, 1:]
+    rests = guides[t.FLOW] == 0.0
+    up = np.where(guides[t.WAS] > 0.0, guides[t.DYNAMIC], guides[t.STATIC])
+    down = np.where(guides[t.WAS] < 0.0, guides[t.DYNAMIC], guides[t.STATIC])
+    room = EXACT * segments[t.TENSION].max() + 1e-14
+    assert np.all((left <= up * right + guides[t.CONSTANT] + room)[rests])
+    assert np.all((right <= down * left + guides[t.CONSTANT] + room)[rests])
+
+
+@settings(max_examples=400, deadline=None)
+@given(random_tendons())
+def test_a_guide_slides_at_its_bound_towards_the_higher_tension(tables):
+    segments, guides = tables
+    assume(settle(segments, guides, 1.0))
+    left, right = segments[t.TENSION, :-1], segments[t.TENSION, 1:]
+    flow, ratio, rubs = guides[t.FLOW], guides[t.DYNAMIC], guides[t.CONSTANT]
+    assume(not lies_slack(segments))
+    room = EXACT * segments[t.TENSION].max() + 1e-14
+    # where both sides are slack, tendon may pass without rubbing
+    taut = (left > 0.0) | (right > 0.0)
+    up, down = taut & (flow > 0.0), taut & (flow < 0.0)
+    held_up, held_down = ratio * right + rubs, ratio * left + rubs
+    assert np.all(left[up] >= held_up[up] * (1 - EXACT) - room)
+    assert np.all(right[down] >= held_down[down] * (1 - EXACT) - room)
+    both = (left > 0.0) & (right > 0.0)
+    assert np.all(np.abs(left - held_up)[up & both] <= room)
+    assert np.all(np.abs(right - held_down)[down & both] <= room)
+    assert np.all(guides[t.SLIP][flow != 0.0] == np.sign(flow)[flow != 0.0])
+
+
+@settings(max_examples=400, deadline=None)
+@given(random_tendons())
+def test_friction_only_takes_energy(tables):
+    segments, guides = tables
+    assume(settle(segments, guides, 1.0))
+    work = (segments[t.TENSION, :-1] - segments[t.TENSION, 1:]) * guides[t.FLOW]
+    assert work.min() >= -1e-13 * segments[t.TENSION].max()
+
+
+@settings(max_examples=300, deadline=None)
+@given(random_tendons())
+def test_a_step_after_a_step_changes_nothing(tables):
+    segments, guides = tables
+    assume(settle(segments, guides, 1.0))
+    first = segments[t.TENSION].copy()
+    segments[t.STORED] = after(segments, guides)
+    guides[t.WAS] = np.sign(guides[t.FLOW])
+    assert settle(segments, guides, 1.0)
+    np.testing.assert_allclose(segments[t.TENSION], first, rtol=1e-9, atol=1e-12)
+
+
+@settings(max_examples=400, deadline=None)
+@given(random_tendons())
+def test_the_fast_way_and_the_sure_way_agree(tables):
+    segments, guides = tables
+    solved = settle(segments, guides, 1.0)
+    other, held = segments.copy(), guides.copy()
+    assert sweep(other, held, 1.0) == solved
+    assume(solved)
+    scale = max(segments[t.TENSION].max(), 1e-6)
+    np.testing.assert_allclose(other[t.TENSION], segments[t.TENSION], rtol=0, atol=1e-9 * scale)
+    if segments[t.TENSION].min() > 0.0:
+        length = segments[t.LENGTH].sum()
+        np.testing.assert_allclose(held[t.FLOW], guides[t.FLOW], rtol=0, atol=1e-9 * scale * length)
