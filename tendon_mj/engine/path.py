@@ -20,7 +20,7 @@ def _bend(a: Any, i: int) -> float:
 
 
 @compiled
-def follow_path(points: Any, path: Any, length: Any, angle: Any, refresh: bool) -> bool:
+def follow_path(points: Any, path: Any, length: Any, angle: Any, refresh: bool) -> None:
     """Bring lengths and bends up to date with the points; what did not move is not recomputed.
 
     Args:
@@ -29,11 +29,8 @@ def follow_path(points: Any, path: Any, length: Any, angle: Any, refresh: bool) 
         length: (n+1,) segment lengths [m]; updated.
         angle: (n,) bends [rad]; updated.
         refresh: compute everything anew.
-
-    Returns:
-        Whether any bend may have changed.
     """
-    bent = False
+    changed = False
     before = True  # whether the segment before the point at hand moved
     for j in range(length.shape[0]):
         moved = refresh
@@ -48,9 +45,8 @@ def follow_path(points: Any, path: Any, length: Any, angle: Any, refresh: bool) 
             length[j] = max(_SHORTEST, math.sqrt(dx * dx + dy * dy + dz * dz))
         if j > 0 and (moved or before):
             angle[j - 1] = _bend(points, j)
-            bent = True
         before = moved
-    if bent or before:
+        changed |= moved
+    if changed:
         for k in range(path.shape[0]):
             path[k] = points[k]
-    return bent

@@ -83,26 +83,22 @@ def _start(layout: Any, m: int, d: int, state: Any, segments: Any) -> None:
 
 @compiled
 def _bind_guides(state: Any, guides: Any) -> None:
-    """Ratios that the guides can hold, from their bends and the coefficients of the moment."""
+    """Ratios that the guides can hold, where a bend or a coefficient is not what it was."""
+    anew = False
+    for k in range(_LAWS):
+        anew |= state[st.BOUND + k] != state[k]
+        state[st.BOUND + k] = state[k]
     n = guides.shape[1]
     same = state[st.STATIC_FRICTION] == state[st.FRICTION]
     for i in range(n):
-        dynamic = math.exp(state[st.FRICTION] * guides[st.ANGLE, i])
-        guides[DYNAMIC, i] = guides[STATIC, i] = dynamic
-        if not same:
-            guides[STATIC, i] = math.exp(state[st.STATIC_FRICTION] * guides[st.ANGLE, i])
-        guides[CONSTANT, i] = state[st.CONSTANT_FRICTION] / (n * state[st.AXIAL_STIFFNESS])
-    for k in range(_LAWS):
-        state[st.BOUND + k] = state[k]
-
-
-@compiled
-def _unbound(state: Any) -> bool:
-    """Whether a coefficient changed since the guides' ratios were computed."""
-    for k in range(_LAWS):
-        if state[st.BOUND + k] != state[k]:
-            return True
-    return False
+        angle = guides[st.ANGLE, i]
+        if anew or angle != guides[st.BOUND_ANGLE, i]:
+            guides[DYNAMIC, i] = math.exp(state[st.FRICTION] * angle)
+            guides[STATIC, i] = guides[DYNAMIC, i]
+            if not same:
+                guides[STATIC, i] = math.exp(state[st.STATIC_FRICTION] * angle)
+            guides[CONSTANT, i] = state[st.CONSTANT_FRICTION] / (n * state[st.AXIAL_STIFFNESS])
+            guides[st.BOUND_ANGLE, i] = angle
 
 
 @compiled
@@ -196,11 +192,10 @@ def evaluate(layout: Any, m: int, d: int, address: int) -> None:
     start = integer(pointer(d + layout.d_ten_wrapadr), int(state[st.TENDON]))
     points = doubles(pointer(d + layout.d_wrap_xpos) + 24 * start, 3 * (last + 2))
     fresh = state[st.STARTED] == 0.0
-    bent = follow_path(points, path, segments[LENGTH], guides[st.ANGLE], fresh)
+    follow_path(points, path, segments[LENGTH], guides[st.ANGLE], fresh)
+    _bind_guides(state, guides)
     if fresh:
         _start(layout, m, d, state, segments)
-    if bent or _unbound(state):
-        _bind_guides(state, guides)
 
     stage = _is_stage(layout, m, time, state)
     wound_in = _turned(layout, m, d, state, st.REEL_JOINT, st.REEL_RADIUS)

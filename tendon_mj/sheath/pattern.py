@@ -1,7 +1,7 @@
 """The flow problem when it is known which guides slide: one scalar equation per sliding run.
 
 Guides that slide in a row tie the tensions of their segments to each other, and the run as a whole
-conserves its tendon: one unknown, solved by Newton's method. What comes out says which guides
+conserves its tendon: one unknown, solved by Halley's method. What comes out says which guides
 were wrongly taken to slide or to rest; the next pass corrects them. From the pattern of the step
 before this takes one or two passes, each linear in the guides.
 """
@@ -24,7 +24,7 @@ from tendon_mj.sheath.tables import (
     Table,
 )
 
-_NEWTON_STEPS = 30
+_STEPS = 30
 _VERGE = 8 * ROUNDING
 UNSOLVED = -1
 
@@ -38,23 +38,26 @@ def _solve_run(segments: Table, guides: Table, a: float, first: int, last: int) 
     head = segments[TENSION, first]
     if not head > 0.0:
         head = 1e-6
-    for _ in range(_NEWTON_STEPS):
-        missing, slope, tau, gain = -total, 0.0, head, 1.0
+    for _ in range(_STEPS):
+        missing, slope, curvature, tau, gain = -total, 0.0, 0.0, head, 1.0
         for k in range(first, last + 1):
-            holds, falls = held(segments, a, k, tau)
+            holds, falls, curves = held(segments, a, k, tau)
             missing += holds
             slope += gain * falls
+            curvature += gain * gain * curves
             if k < last:
-                slides_in = guides[SLIP, k] > 0.0
-                ratio = 1.0 / guides[UP, k] if slides_in else guides[DOWN, k]
-                shift = -guides[CONSTANT, k] * ratio if slides_in else guides[CONSTANT, k]
-                tau = ratio * tau + shift
+                if guides[SLIP, k] > 0.0:
+                    ratio = 1.0 / guides[UP, k]
+                    tau = (tau - guides[CONSTANT, k]) * ratio
+                else:
+                    ratio = guides[DOWN, k]
+                    tau = ratio * tau + guides[CONSTANT, k]
                 gain *= ratio
         step = -missing / slope
-        # the error after a Newton step is about step² times the curvature, which is of order 1
-        if step * step <= 1e-17 * head:
-            return _finish_run(segments, guides, a, first, last, head + step)
+        step /= 1.0 + 0.5 * step * curvature / slope
         head += step
+        if abs(step * step * step) <= 1e-17:  # of this order is what Halley's method leaves
+            return _finish_run(segments, guides, a, first, last, head)
     return False
 
 
@@ -72,7 +75,7 @@ def _finish_run(
             passed += held(segments, a, k, tau)[0] - segments[STORED, k]
             guides[FLOW, k] = passed
             if guides[SLIP, k] > 0.0:
-                tau = (tau - guides[CONSTANT, k]) / guides[UP, k]
+                tau = (tau - guides[CONSTANT, k]) * (1.0 / guides[UP, k])
             else:
                 tau = guides[DOWN, k] * tau + guides[CONSTANT, k]
     return True

@@ -17,11 +17,12 @@ from tendon_mj.sheath.tables import GIVE, LENGTH, OFFSET, STORED, Table
 
 
 @compiled
-def held(segments: Table, a: float, j: int, tau: float) -> tuple[float, float]:
-    """Unstretched length s_j(τ) [m] and its slope ds/dτ [m], which is negative."""
+def held(segments: Table, a: float, j: int, tau: float) -> tuple[float, float, float]:
+    """Unstretched length s_j(τ) [m], its slope ds/dτ < 0, and d²s/dτ² > 0."""
     inverse = 1.0 / (1.0 + segments[OFFSET, j] + a * tau)
     length = (segments[LENGTH, j] - segments[GIVE, j] * tau) * inverse
-    return length, -(segments[GIVE, j] + a * length) * inverse
+    slope = -(segments[GIVE, j] + a * length) * inverse
+    return length, slope, -2.0 * a * slope * inverse
 
 
 @compiled

@@ -53,7 +53,7 @@ def _missing(segments: Table, guides: Table, a: float, j: int, tau: float) -> tu
     """G_j(τ) [m] and its slope: what the prefix up to segment j lacks when j is at τ."""
     total, slope, gain = 0.0, 0.0, 1.0
     for k in range(j, -1, -1):
-        holds, falls = held(segments, a, k, tau)
+        holds, falls, _ = held(segments, a, k, tau)
         total += holds - segments[STORED, k]
         slope += gain * falls
         if k == 0:

@@ -1,0 +1,144 @@
+"""An antagonistic joint behind a bent sheath, as a model with every number free.
+
+A motor's spool winds tendon 1 in and pays tendon 2 out by moment arm × angle. Both run through one
+sheath, side by side across the plane of its bend, so that they are equally long and equally bent,
+to a pulley of the same radius on a hinge with a spring. `models/joint/joint.xml` is this with the
+default numbers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.attach import add_friction, add_sensor, add_sites, add_tendon, arc_points
+
+TENDONS = (1, 2)
+_ACROSS = np.array([0.0, 0.0, 1.0])  # normal of the plane in which the sheath bends
+_LEFT = np.array([0.0, 1.0, 0.0])  # to which it bends, where it starts along +x
+
+
+@dataclass(frozen=True, kw_only=True)
+class Joint:
+    """Numbers of the joint; the defaults are those of `models/joint/parameters.toml`.
+
+    Attributes:
+        bend: total angle that the sheath turns through [rad].
+        friction: μ of both tendons, static = dynamic [-].
+        length: of the sheath [m].
+        free_length: of straight tendon between sheath and spool, and sheath and hinge [m].
+        guides: sites that stand for the sheath.
+        axial_stiffness: EA of each tendon [N].
+        pretension: T_0 of each tendon [N].
+        moment_arm: r, radius of the spool and of the hinge's pulley [m].
+        stiffness: of the hinge's spring [N m/rad].
+        damping: of the hinge [N m s/rad].
+        inertia: of the tip about the hinge, with its centre of mass there [kg m²].
+        motor_inertia: seen at the spool, behind the gear [kg m²].
+        servo_stiffness: torque of the motor per angle that it lags its command [N m/rad].
+        servo_damping: torque of the motor per speed of the spool [N m s/rad].
+        timestep: [s].
+    """
+
+    bend: float = np.pi * 2.0 / 3.0
+    friction: float = 0.19
+    length: float = 0.7
+    free_length: float = 0.03
+    guides: int = 16
+    axial_stiffness: float = 5000.0
+    pretension: float = 5.0
+    moment_arm: float = 0.003
+    stiffness: float = 0.02
+    damping: float = 0.0005
+    inertia: float = 1e-5
+    motor_inertia: float = 0.01
+    servo_stiffness: float = 1e4
+    servo_damping: float = 20.0
+    timestep: float = 0.001
+
+    @property
+    def exponent(self) -> float:
+        """|λ| = μ × total bend, for one tendon [-]."""
+        return self.friction * self.bend
+
+
+def build_joint(joint: Joint) -> mujoco.MjSpec:
+    """The joint as an editable model.
+
+    Actuators `command` [rad] and, for what each tendon is wound in besides, `reel_1`, `reel_2` [m];
+    sheaths `sheath_1`, `sheath_2`; hinge `joint`; sensors `joint_angle`, `spool_angle` [rad] and
+    `input_tension_k`, `output_tension_k` [N].
+
+    Raises:
+        InvalidValueError: a length, count or coefficient outside its range.
+    """
+    spec = mujoco.MjSpec()
+    spec.modelname = "joint"
+    spec.option.timestep = joint.timestep
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.gravity = [0.0, 0.0, 0.0]
+    centre, heading = _centre_line(joint)
+    spool = _add_turning(spec, "spool", centre[0], -_LEFT, 1e-6)
+    spool.armature = joint.motor_inertia
+    hinge = _add_turning(spec, "joint", centre[-1], -np.cross(_ACROSS, heading), joint.inertia)
+    hinge.stiffness[0] = joint.stiffness
+    hinge.damping[0] = joint.damping
+    command = spec.add_actuator(
+        name="command", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="spool"
+    )
+    command.set_to_position(kp=joint.servo_stiffness, kv=joint.servo_damping)
+    for number, side in zip(TENDONS, (1.0, -1.0), strict=True):
+        points = centre + side * joint.moment_arm * _ACROSS
+        sites = add_sites(spec, f"guide_{number}", points)
+        add_tendon(spec, f"tendon_{number}", sites)
+        add_friction(
+            spec,
+            f"tendon_{number}",
+            name=f"sheath_{number}",
+            friction=joint.friction,
+            axial_stiffness=joint.axial_stiffness,
+            pretension=joint.pretension,
+            reel=f"reel_{number}",
+            reel_joint="spool",
+            reel_radius=side * joint.moment_arm,
+            output_joint="joint",
+            output_radius=-side * joint.moment_arm,
+            sensors=(),
+        )
+    _add_sensors(spec)
+    return spec
+
+
+def _centre_line(joint: Joint) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Spool, guides, hinge as (guides+2, 3) points [m], and the direction in which it ends."""
+    points = arc_points(joint.length, joint.bend, joint.guides)
+    heading = np.array([np.cos(joint.bend), np.sin(joint.bend), 0.0])
+    points[0] -= joint.free_length * np.array([1.0, 0.0, 0.0])
+    points[-1] += joint.free_length * heading
+    return points, heading
+
+
+def _add_turning(
+    spec: mujoco.MjSpec, name: str, pos: NDArray[np.float64], axis: NDArray[np.float64], inertia: float
+) -> mujoco.MjsJoint:
+    """A balanced body on a hinge, both of one name; positive turns wind tendon 1 in at the spool."""
+    body = spec.worldbody.add_body(name=name, pos=pos, explicitinertial=True, mass=0.02)
+    body.ipos = [0.0, 0.0, 0.0]
+    body.inertia = [inertia, inertia, inertia]
+    return body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
+
+
+def _add_sensors(spec: mujoco.MjSpec) -> None:
+    for name in ("joint", "spool"):
+        spec.add_sensor(
+            name=f"{name}_angle",
+            type=mujoco.mjtSensor.mjSENS_JOINTPOS,
+            objtype=mujoco.mjtObj.mjOBJ_JOINT,
+            objname=name,
+        )
+    for kind in ("input_tension", "output_tension"):
+        for number in TENDONS:
+            add_sensor(spec, f"sheath_{number}", kind, f"{kind}_{number}")

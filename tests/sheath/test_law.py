@@ -1,0 +1,48 @@
+"""The friction law as a value: what it refuses, and how it says so."""
+
+import math
+from dataclasses import FrozenInstanceError, replace
+
+import pytest
+
+from tendon_mj.errors import InvalidValueError, TendonError
+from tendon_mj.sheath import Law
+from tendon_mj.sheath.law import RANGES, check_range
+
+LAW = Law(axial_stiffness=20e3, friction=0.15)
+
+
+@pytest.mark.parametrize("name", list(RANGES))
+@pytest.mark.parametrize("value", [-1.0, math.nan, math.inf, -math.inf])
+def test_a_value_out_of_range_is_named_with_its_range_and_unit(name, value):
+    with pytest.raises(InvalidValueError, match=rf"^{name} = {value:g} \[.+\] must be finite and"):
+        replace(LAW, **{name: value})
+
+
+def test_only_the_stiffness_may_not_be_zero():
+    zero = dict.fromkeys(RANGES, 0.0)
+    Law(**zero | {"axial_stiffness": 1.0})
+    with pytest.raises(InvalidValueError, match=r"axial_stiffness = 0 \[N\] must be finite and > 0"):
+        Law(**zero)
+
+
+def test_friction_at_rest_is_not_below_friction_while_sliding():
+    with pytest.raises(InvalidValueError, match=r"static_friction = 0\.1 must be ≥ friction = 0\.15"):
+        replace(LAW, static_friction=0.1)
+    assert replace(LAW, static_friction=0.15).mu_s == LAW.mu_s == 0.15
+    assert replace(LAW, static_friction=0.3).mu_s == 0.3
+
+
+def test_a_place_comes_first_in_the_message():
+    with pytest.raises(InvalidValueError, match=r"^finger: friction = -1 "):
+        check_range("friction", -1.0, "finger")
+
+
+def test_a_law_does_not_change():
+    with pytest.raises(FrozenInstanceError):
+        LAW.friction = 0.2
+
+
+def test_every_refusal_is_a_value_error_of_this_package():
+    assert issubclass(InvalidValueError, TendonError)
+    assert issubclass(InvalidValueError, ValueError)
