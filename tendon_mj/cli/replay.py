@@ -2,13 +2,91 @@
 
 from __future__ import annotations
 
+import fnmatch
 from pathlib import Path
 from typing import Annotated
 
+import mujoco
 import tyro
 
+from tendon_mj.attach import Parameters
 from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.simulate.library import load_model, models_folder
 from tendon_mj.simulate.recording import read_recording, write_recording
 from tendon_mj.simulate.replay import replay as simulate
 from tendon_mj.simulate.replay import replay_error
 from tendon_mj.view.replay import replay_figure
+
+DESCRIBED = "as described"
+WITHOUT = "friction 0"
+
+
+def carried_recording() -> Path:
+    """The recording that the package carries; lumped elements made it, nobody measured it."""
+    return models_folder() / "bench" / "recordings" / "twin.csv"
+
+
+def replay(
+    recording: Annotated[Path, tyro.conf.Positional],
+    out: Path = Path("out/replay"),
+    description: Path | None = None,
+    model: str | None = None,
+    change: tuple[str, ...] = (),
+) -> dict[str, object]:
+    """Simulate what a recording's rig was made to do, with and without friction, and draw both.
+
+    Args:
+        recording: a CSV, with its TOML beside it unless --description names another.
+        out: folder for result.json, the simulated recordings and the picture.
+        description: TOML that says what the columns are.
+        model: to replay on instead of the recording's own: a name or an MJCF file.
+        change: more variants, each like "*.friction=0.1,joint.stiffness=0.03".
+    """
+    output = Output(out)
+    measured = read_recording(recording, description)
+    compiled = load_model(model or measured.model)
+    variants = {DESCRIBED: {}, WITHOUT: _parse("*.friction=0", compiled)}
+    variants |= {text: _parse(text, compiled) for text in change}
+    simulated = {}
+    with progress_bar() as progress:
+        for k, (label, parameters) in enumerate(variants.items()):
+            progress("replay", k, len(variants))  # type: ignore[operator]
+            simulated[label] = simulate(measured, compiled, parameters=parameters)
+        progress("replay", len(variants), len(variants))  # type: ignore[operator]
+    result: dict[str, object] = {}
+    for k, (label, answer) in enumerate(simulated.items()):
+        errors = replay_error(measured, answer)
+        result[label] = {
+            column: {"rmse": error.rmse, "share_of_range": error.share_of_range}
+            for column, error in errors.items()
+        }
+        for column, error in errors.items():
+            console.print(
+                f"{label}: {column} off by {error.rmse:.4g} rms, {error.share_of_range:.2%} of its range",
+                soft_wrap=True,
+            )
+        output.add(write_recording(answer, out / f"simulated_{k}.csv"))
+    output.figure("replay", replay_figure(measured, simulated))
+    output.result({"recording": str(recording), "source": measured.source, "rmse": result})
+    output.close()
+    return result
+
+
+def _parse(text: str, model: mujoco.MjModel) -> dict[str, float]:
+    """``name=value,…`` with * in names standing for any sheath."""
+    parameters = {}
+    known = list(Parameters(model, mujoco.MjData(model)))
+    for part in text.split(","):
+        name, equals, value = part.partition("=")
+        try:
+            number = float(value)
+        except ValueError:
+            equals = ""
+        if not equals:
+            raise InvalidValueError(f"--change {text!r}: {part!r} is not like name=value")
+        names = fnmatch.filter(known, name.strip()) if "*" in name else [name.strip()]
+        if not names:
+            raise UnknownNameError("parameter", name.strip(), known, f"--change {text!r}")
+        parameters |= dict.fromkeys(names, number)
+    return parameters

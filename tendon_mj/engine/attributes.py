@@ -37,9 +37,9 @@ def text(layout: Any, m: int, instance: int, attribute: int) -> int:
 
 
 @compiled
-def number(address: int, default: float) -> float:
-    """The number that a string holds, ``default`` for an empty one."""
-    return default if byte(address, 0) == 0 else strtod(address, 0)
+def number(address: int) -> float:
+    """The number that a string holds, 0 for an empty one."""
+    return 0.0 if byte(address, 0) == 0 else strtod(address, 0)
 
 
 @compiled

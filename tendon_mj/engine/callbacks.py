@@ -78,9 +78,7 @@ def _reset(layout: Layout, m: int, address: int, instance: int) -> None:
     state = doubles(address, integer(pointer(m + layout.m_plugin_statenum), instance))
     state[:] = 0.0
     for parameter in range(len(st.PARAMETERS)):
-        state[parameter] = at.number(at.text(layout, m, instance, parameter), 0.0)
-    static = at.text(layout, m, instance, st.STATIC_FRICTION)
-    state[st.STATIC_FRICTION] = at.number(static, state[st.FRICTION])
+        state[parameter] = at.number(at.text(layout, m, instance, parameter))
     tendon = mj_name2id(m, _TENDON, at.text(layout, m, instance, at.TENDON))
     state[st.TENDON] = tendon
     state[st.GUIDES] = integer(pointer(m + layout.m_tendon_num), tendon) - 2

@@ -89,7 +89,7 @@ def _bind_guides(state: Any, guides: Any) -> None:
         anew |= state[st.BOUND + k] != state[k]
         state[st.BOUND + k] = state[k]
     n = guides.shape[1]
-    same = state[st.STATIC_FRICTION] == state[st.FRICTION]
+    same = state[st.STATIC_FRICTION] <= state[st.FRICTION]  # as where it is not given
     for i in range(n):
         angle = guides[st.ANGLE, i]
         if anew or angle != guides[st.BOUND_ANGLE, i]:

@@ -17,8 +17,13 @@ from numpy.typing import NDArray
 from tendon_mj.attach import add_friction, add_sensor, add_sites, add_tendon, arc_points
 
 TENDONS = (1, 2)
+_Vector = NDArray[np.float64]
 _ACROSS = np.array([0.0, 0.0, 1.0])  # normal of the plane in which the sheath bends
 _LEFT = np.array([0.0, 1.0, 0.0])  # to which it bends, where it starts along +x
+_COLOURS = {1: [0.85, 0.2, 0.15, 1.0], 2: [0.1, 0.35, 0.8, 1.0]}
+_STEEL, _TIP = [0.45, 0.47, 0.5, 1.0], [0.95, 0.65, 0.15, 1.0]
+_TENDON_RADIUS = 0.0005  # as drawn [m]
+_TIP_LENGTH = 0.04  # of the tip and of the spool's crank, as drawn [m]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,19 +86,19 @@ def build_joint(joint: Joint) -> mujoco.MjSpec:
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.gravity = [0.0, 0.0, 0.0]
     centre, heading = _centre_line(joint)
-    spool = _add_turning(spec, "spool", centre[0], -_LEFT, 1e-6)
+    spool = _add_wheel(spec, "spool", joint, centre[0], -_LEFT, _ACROSS, 1e-6)
     spool.armature = joint.motor_inertia
-    hinge = _add_turning(spec, "joint", centre[-1], -np.cross(_ACROSS, heading), joint.inertia)
+    axis = -np.cross(_ACROSS, heading)
+    hinge = _add_wheel(spec, "joint", joint, centre[-1], axis, heading, joint.inertia)
     hinge.stiffness[0] = joint.stiffness
     hinge.damping[0] = joint.damping
-    command = spec.add_actuator(
-        name="command", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="spool"
-    )
+    command = spec.add_actuator(name="command", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="spool")
     command.set_to_position(kp=joint.servo_stiffness, kv=joint.servo_damping)
     for number, side in zip(TENDONS, (1.0, -1.0), strict=True):
         points = centre + side * joint.moment_arm * _ACROSS
         sites = add_sites(spec, f"guide_{number}", points)
-        add_tendon(spec, f"tendon_{number}", sites)
+        tendon = add_tendon(spec, f"tendon_{number}", sites)
+        tendon.width, tendon.rgba = _TENDON_RADIUS, _COLOURS[number]
         add_friction(
             spec,
             f"tendon_{number}",
@@ -112,7 +117,7 @@ def build_joint(joint: Joint) -> mujoco.MjSpec:
     return spec
 
 
-def _centre_line(joint: Joint) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _centre_line(joint: Joint) -> tuple[_Vector, _Vector]:
     """Spool, guides, hinge as (guides+2, 3) points [m], and the direction in which it ends."""
     points = arc_points(joint.length, joint.bend, joint.guides)
     heading = np.array([np.cos(joint.bend), np.sin(joint.bend), 0.0])
@@ -121,13 +126,36 @@ def _centre_line(joint: Joint) -> tuple[NDArray[np.float64], NDArray[np.float64]
     return points, heading
 
 
-def _add_turning(
-    spec: mujoco.MjSpec, name: str, pos: NDArray[np.float64], axis: NDArray[np.float64], inertia: float
+def _add_wheel(
+    spec: mujoco.MjSpec,
+    name: str,
+    joint: Joint,
+    pos: _Vector,
+    axis: _Vector,
+    arm: _Vector,
+    inertia: float,
 ) -> mujoco.MjsJoint:
-    """A balanced body on a hinge, both of one name; positive turns wind tendon 1 in at the spool."""
+    """A balanced body on a hinge of the same name; turned forward it winds tendon 1 in.
+
+    It looks like a wheel with an arm; its mass and inertia about the hinge [kg m²] are not those of
+    the looks.
+    """
     body = spec.worldbody.add_body(name=name, pos=pos, explicitinertial=True, mass=0.02)
     body.ipos = [0.0, 0.0, 0.0]
     body.inertia = [inertia, inertia, inertia]
+    wheel, capsule = mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE
+    for shape, radius, start, end, rgba in (
+        (wheel, joint.moment_arm - _TENDON_RADIUS, -0.004 * axis, 0.004 * axis, _STEEL),
+        (capsule, 0.6 * joint.moment_arm, 0.0 * arm, _TIP_LENGTH * arm, _TIP),
+    ):
+        body.add_geom(
+            type=shape,
+            size=[radius, 0.0, 0.0],
+            fromto=[*start, *end],
+            rgba=rgba,
+            contype=0,
+            conaffinity=0,
+        )
     return body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
 
 

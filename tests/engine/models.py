@@ -173,10 +173,9 @@ def tendon_total(model, data, sheath="sheath"):
     return segments[t.STORED].sum() + scalars[st.WOUND_IN] + scalars[st.WOUND_OUT]
 
 
-def segment_lengths(model, data, tendon="tendon"):
-    """Lengths of a tendon's segments from where its sites are."""
-    first, count = model.tendon(tendon).adr[0], model.tendon(tendon).num[0]
-    points = data.site_xpos[model.wrap_objid[first : first + count]]
+def segment_lengths(model, data):
+    """Lengths of the segments of a model's only tendon, from where its sites are."""
+    points = data.site_xpos[model.wrap_objid]
     return np.linalg.norm(np.diff(points, axis=0), axis=1)
 
 

@@ -1,0 +1,78 @@
+"""Makes the recording that the package carries: `models/bench/recordings/twin.csv`.
+
+It is no measurement. The lumped elements of `tendon_mj.reference`, which share no code with the
+plugin, stand for the rig: 64 elements with mass and stick-slip on the bench's numbers, driven slowly
+through two large cycles and a few minor loops, with sensor noise added.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from tendon_mj.reference import quasi_static, simulate_chain, uniform_chain
+from tendon_mj.simulate.bench import Bench
+from tendon_mj.simulate.recording import Measured, Recording, Uncertain, write_recording
+
+RATE = 50.0  # samples per second
+SPEED = 0.5e-3  # of the input [m/s]
+TURNS = (0.0, 2e-3, -1.5e-3, 2e-3, 0.5e-3, 1.4e-3, -0.8e-3, 0.2e-3, -1.5e-3, 0.0)  # ξ_in [m]
+NOISE = 0.05  # of both tension sensors [N]
+SEED = 1991
+FOLDER = Path(__file__).parents[1] / "models" / "bench" / "recordings"
+
+
+def displacement() -> tuple[np.ndarray, np.ndarray]:
+    """Time [s] and input displacement [m]: straight lines between the turning points."""
+    corners = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(TURNS)) / SPEED)])
+    time = np.arange(0.0, corners[-1], 1.0 / RATE)
+    return time, np.interp(time, corners, TURNS)
+
+
+def main() -> None:
+    """Simulate the twin and write the recording."""
+    bench = Bench()
+    time, reel = displacement()
+    chain = uniform_chain(
+        64,
+        length=bench.length,
+        bend_angle=bench.bend,
+        axial_stiffness=bench.axial_stiffness,
+        pretension=bench.pretension,
+        static_friction=bench.friction,
+        environment_stiffness=bench.environment_stiffness,
+        sensor_stiffness=bench.sensor_stiffness,
+    )
+    run = simulate_chain(quasi_static(chain, 4.0, slowness=300.0), time, input_displacement=reel)
+    random = np.random.default_rng(SEED)
+    noisy = {
+        name: np.round(tension + random.normal(0.0, NOISE, len(time)), 3)
+        for name, tension in (
+            ("input_tension_N", run.input_tension),
+            ("output_tension_N", run.output_tension),
+        )
+    }
+    recording = Recording(
+        name="twin",
+        model="bench",
+        source=(
+            "made by tendon-mj, not measured: experiments/make_demo_recording.py, lumped elements, "
+            f"noise {NOISE} N, seed {SEED}; Apache-2.0"
+        ),
+        time=np.round(time, 6),
+        columns={"input_displacement_m": np.round(reel, 9), **noisy},
+        drive={"input_displacement_m": "reel"},
+        measured={
+            "input_tension_N": Measured("input_tension", NOISE),
+            "output_tension_N": Measured("output_tension", NOISE),
+        },
+        known={"sheath.axial_stiffness": bench.axial_stiffness},
+        uncertain={"sheath.friction": Uncertain(bench.friction, 0.05, 0.4)},
+    )
+    FOLDER.mkdir(exist_ok=True)
+    print(write_recording(recording, FOLDER / "twin.csv"))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,91 @@
+"""Friction takes energy and nothing gives any."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj.engine import state as st
+from tests.engine.models import arm, elastic_energy, started, unpacked
+
+EA = 500.0
+
+
+def heat(model, data):
+    """Energy that the flow of the step on trial turns to heat: what the elastic energy loses by it.
+
+    Length that leaves tension T takes T + T²/2EA along for each metre that it has unstretched.
+    """
+    tension = data.sensor("tension").data
+    borne = tension + tension**2 / (2.0 * EA)
+    _, _, guides = unpacked(model, data)
+    return float(np.sum((borne[:-1] - borne[1:]) * guides[st.TRIAL_FLOW]))
+
+
+def balance(model, data, duration):
+    """Total energy over time: mechanical + elastic + heat; the heat; what the sensor shows of it."""
+    total, hot = [], 0.0
+    for _ in range(round(duration / model.opt.timestep)):
+        mujoco.mj_forward(model, data)
+        hot += heat(model, data)
+        total.append(data.energy.sum() + elastic_energy(model, data, EA) + hot)
+        mujoco.mj_step(model, data)
+    return np.array(total), hot, data.sensor("friction_work").data.sum()
+
+
+def drift(timestep, **values):
+    """Largest departure from the energy at the start, over the heat [-]."""
+    model = arm(timestep=timestep, axial_stiffness=EA, **values)
+    total, hot, shown = balance(model, started(model, 3, 2.0), 0.3)
+    assert hot > 1e-2, "friction does work"
+    # the sensor counts unstretched length; stretched it would be longer by its strain
+    assert 0.9 * hot < shown < hot * (1 + 1e-9)
+    return np.abs(total - total[0]).max() / hot
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
+@pytest.mark.parametrize("spools", [False, True])
+def test_energy_and_friction_heat_add_up_better_with_every_halving(integrator, spools):
+    coarse, fine = (drift(h, integrator=integrator, spools=spools) for h in (2e-4, 1e-4))
+    assert fine < 0.03
+    assert fine < 0.6 * coarse
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_friction_work_never_decreases_at_any_guide(seed):
+    rng = np.random.default_rng(seed)
+    model = arm(
+        timestep=float(rng.choice([1e-4, 5e-4, 2e-3])),
+        integrator=str(rng.choice(["Euler", "implicitfast", "RK4"])),
+        spools=bool(rng.integers(2)),
+        friction=float(rng.choice([0.0, 0.1, 0.5])),
+        static_friction=float(rng.choice([0.5, 0.8])),
+        constant_friction=float(rng.choice([0.0, 0.5])),
+        pretension=float(rng.choice([0.0, 2.0, 20.0])),
+        axial_damping=float(rng.choice([0.0, 0.0, 1.0])),
+        axial_stiffness=EA,
+    )
+    data = started(model, seed, float(rng.uniform(0.5, 5.0)))
+    before = np.zeros(4)
+    for _ in range(600):
+        mujoco.mj_step(model, data)
+        work = data.sensor("friction_work").data
+        assert np.all(work >= before)
+        before = work.copy()
+    assert np.isfinite(data.qpos).all()
+
+
+def test_joint_damping_and_friction_together_leave_the_arm_at_rest():
+    model = arm(damping=0.2)
+    data = started(model, 1, 3.0)
+    mujoco.mj_forward(model, data)
+    start = data.energy.sum() + elastic_energy(model, data, EA)
+    damped = 0.0
+    for _ in range(8000):
+        mujoco.mj_step(model, data)
+        damped += 0.2 * (data.qvel @ data.qvel) * model.opt.timestep
+    mujoco.mj_forward(model, data)
+    end = data.energy.sum() + elastic_energy(model, data, EA)
+    lost = damped + data.sensor("friction_work").data.sum()
+    print(start,end,damped,lost,data.qvel)
+    assert np.abs(data.qvel).max() < 1e-3
+    assert start - end == pytest.approx(lost, rel=2e-2)
