@@ -18,7 +18,8 @@ def _own_elasticity(spec: mujoco.MjSpec, name: str) -> tuple[float, float]:
     """EA and T_0 [N] that a tendon's own stiffness and spring length amount to at `qpos0`."""
     tendon = spec.tendon(name)
     stiffness, spring = float(tendon.stiffness[0]), float(tendon.springlength[1])
-    length = float(spec.copy().compile().tendon(name).length0[0])
+    model = spec.copy().compile()
+    length = float(model.tendon_length0[model.tendon(name).id])
     unstretched = spring if spring > 0.0 else length
     return stiffness * unstretched, max(0.0, stiffness * (length - unstretched))
 
@@ -146,7 +147,9 @@ def add_sensor(
     Raises:
         UnknownNameError: no such sheath or kind.
     """
-    sheaths = {p.name: p for p in spec.plugins if p.plugin_name == NAME and "sensor" not in p.config}
+    sheaths = {
+        p.name: p for p in spec.plugins if p.plugin_name == NAME and "sensor" not in p.config
+    }
     if sheath not in sheaths:
         raise UnknownNameError("sheath", sheath, sheaths)
     if kind not in KINDS:

@@ -30,9 +30,7 @@ class Parameters(MutableMapping[str, float]):
         InvalidValueError: a value outside its range.
     """
 
-    def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData | NDArray[np.float64]
-    ) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | NDArray[np.float64]) -> None:
         self._state = data if isinstance(data, np.ndarray) else data.plugin_state
         self._address = {
             f"{name}.{parameter}": instance.state + k

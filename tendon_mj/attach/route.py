@@ -46,7 +46,7 @@ def arc_points(
     axis = np.asarray(normal, float)
     left = np.cross(axis, along)
     if not np.linalg.norm(left) > 0.0:
-        raise InvalidValueError(f"direction {direction} must not lie along normal {normal}")
+        raise InvalidValueError(f"direction {along} must not lie along normal {axis}")
     left /= np.linalg.norm(left)
     along = np.cross(left, axis)
     along /= np.linalg.norm(along)
@@ -54,8 +54,10 @@ def arc_points(
     steps = np.full(guides + 1, length / guides)
     steps[[0, -1]] /= 2.0
     turns = np.outer(np.cos(headings), along) + np.outer(np.sin(headings), left)
-    path = np.vstack([np.zeros(3), np.cumsum(steps[:, None] * turns, axis=0)])
-    return np.asarray(start, float) + path
+    path: NDArray[np.float64] = np.zeros((guides + 2, 3))
+    path[1:] = np.cumsum(steps[:, None] * turns, axis=0)
+    path += np.asarray(start, float)
+    return path
 
 
 def add_sites(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import tyro
 
@@ -13,7 +13,7 @@ from tendon_mj.cli.render import render
 from tendon_mj.cli.replay import replay
 from tendon_mj.errors import TendonError
 
-COMMANDS = {"compare": compare, "replay": replay, "render": render, "demo": demo}
+COMMANDS: dict[str, Callable[..., object]] = {"compare": compare, "replay": replay, "render": render, "demo": demo}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -46,14 +46,14 @@ def replay(
     output = Output(out)
     measured = read_recording(recording, description)
     compiled = load_model(model or measured.model)
-    variants = {DESCRIBED: {}, WITHOUT: _parse("*.friction=0", compiled)}
+    variants: dict[str, dict[str, float]] = {DESCRIBED: {}, WITHOUT: _parse("*.friction=0", compiled)}
     variants |= {text: _parse(text, compiled) for text in change}
     simulated = {}
     with progress_bar() as progress:
         for k, (label, parameters) in enumerate(variants.items()):
-            progress("replay", k, len(variants))  # type: ignore[operator]
+            progress("replay", k, len(variants))
             simulated[label] = simulate(measured, compiled, parameters=parameters)
-        progress("replay", len(variants), len(variants))  # type: ignore[operator]
+        progress("replay", len(variants), len(variants))
     result: dict[str, object] = {}
     for k, (label, answer) in enumerate(simulated.items()):
         errors = replay_error(measured, answer)
@@ -75,7 +75,7 @@ def replay(
 
 def _parse(text: str, model: mujoco.MjModel) -> dict[str, float]:
     """``name=value,…`` with * in names standing for any sheath."""
-    parameters = {}
+    parameters: dict[str, float] = {}
     known = list(Parameters(model, mujoco.MjData(model)))
     for part in text.split(","):
         name, equals, value = part.partition("=")

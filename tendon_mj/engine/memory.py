@@ -12,7 +12,7 @@ from tendon_mj.sheath.compiled import compiled
 
 
 def _as_pointer(item: Any) -> Any:
-    @intrinsic  # type: ignore[misc]
+    @intrinsic
     def cast(typing_context: Any, address: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))

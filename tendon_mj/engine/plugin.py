@@ -89,9 +89,7 @@ def _guarded(function: Callable[..., int]) -> Callable[..., int]:
     return call
 
 
-_py_state_size = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int)(
-    _guarded(state_size)
-)
+_py_state_size = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int)(_guarded(state_size))
 _py_sensor_size = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.c_int)(
     _guarded(sensor_size)
 )

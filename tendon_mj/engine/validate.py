@@ -132,9 +132,7 @@ def state_size(address: int, instance: int) -> int:
     tendons = int(model.fields.ntendon)
     _find(model, _OBJ.mjOBJ_TENDON, tendons, "tendon", config["tendon"], where)
     others = {k: model.config(k) for k in model.siblings(instance) if k != instance}
-    rivals = [
-        k for k, c in others.items() if c["tendon"] == config["tendon"] and not c["sensor"]
-    ]
+    rivals = [k for k, c in others.items() if c["tendon"] == config["tendon"] and not c["sensor"]]
     if config["sensor"]:
         if config["sensor"] not in KINDS:
             raise UnknownNameError("sensor", config["sensor"], KINDS, where)

@@ -6,6 +6,7 @@ spring k_s, on an environment spring k_e. `models/bench/bench.xml` is this with 
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import mujoco
@@ -48,18 +49,13 @@ class Bench:
         return self.friction * self.bend
 
     def stiffened(self, factor: float) -> Bench:
-        """The same bench with EA, k_e, k_s and the masses times ``factor``: strain and travel shrink."""
-        return Bench(
-            friction=self.friction,
-            length=self.length,
-            bend=self.bend,
-            guides=self.guides,
+        """The bench with EA, k_e, k_s and the masses times ``factor``: less strain and travel."""
+        return dataclasses.replace(
+            self,
             axial_stiffness=self.axial_stiffness * factor,
-            pretension=self.pretension,
             environment_stiffness=self.environment_stiffness * factor,
             sensor_stiffness=self.sensor_stiffness * factor,
             mass=self.mass * factor,
-            timestep=self.timestep,
         )
 
 

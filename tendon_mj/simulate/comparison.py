@@ -18,7 +18,7 @@ from tendon_mj.simulate.first_motion import (
     silent,
     sweep,
 )
-from tendon_mj.simulate.step_cost import step_cost_ratio
+from tendon_mj.simulate.step_cost import rollout_speedup, step_cost_ratio
 
 SWEEP = (0.05, 0.1, 0.2, 0.35, 0.47, 0.7, 1.0, 1.25, 1.5)
 LIMIT_SWEEP = (0.05, 0.2, 0.47, 1.0, 1.5, 2.0, 3.0)
@@ -44,7 +44,7 @@ class Convergence:
 
 
 def convergence(bench: Bench, progress: Progress = silent) -> Convergence:
-    """Refine the guides and compare with ``FINEST_GUIDES``; what the closed form neglects drops out."""
+    """Refine the guides and compare with ``FINEST_GUIDES``, so that all else drops out."""
     # the stuck segment at the output end stiffens with the guides; so short a step follows it
     fine = dataclasses.replace(bench, timestep=1e-4)
     stiffness = []
@@ -69,6 +69,7 @@ class Comparison:
         motions, limit_motions: sweeps of λ in both directions.
         convergence: over guides, at λ = 3 in the limit.
         step_cost: ratio of step times.
+        rollout_speedup: of rollouts on two threads over one.
     """
 
     bench: Bench
@@ -78,6 +79,7 @@ class Comparison:
     limit_motions: list[Motion]
     convergence: Convergence
     step_cost: float
+    rollout_speedup: float
 
     def result(self) -> dict[str, object]:
         """Plain numbers for `result.json`."""
@@ -86,6 +88,7 @@ class Comparison:
             "limit": _errors(self.limit_motions),
             "convergence_order": self.convergence.order,
             "step_cost_ratio": self.step_cost,
+            "rollout_speedup": self.rollout_speedup,
             "motions": [_numbers(m) for m in self.motions],
             "limit_motions": [_numbers(m) for m in self.limit_motions],
         }
@@ -119,4 +122,5 @@ def compare(bench: Bench | None = None, progress: Progress = silent) -> Comparis
         limit_motions=sweep(limit, LIMIT_SWEEP, progress, "sweep of λ in the stiff limit"),
         convergence=convergence(steep, progress),
         step_cost=step_cost_ratio(bench),
+        rollout_speedup=rollout_speedup(bench),
     )

@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.attach import add_friction, add_sensor, add_sites, add_tendon, arc_points
+from tendon_mj.errors import InvalidValueError
 
 TENDONS = (1, 2)
+_MAY_BE_0 = ("friction", "pretension", "stiffness", "damping", "servo_damping")
 _Vector = NDArray[np.float64]
 _ACROSS = np.array([0.0, 0.0, 1.0])  # normal of the plane in which the sheath bends
 _LEFT = np.array([0.0, 1.0, 0.0])  # to which it bends, where it starts along +x
@@ -46,6 +48,9 @@ class Joint:
         servo_stiffness: torque of the motor per angle that it lags its command [N m/rad].
         servo_damping: torque of the motor per speed of the spool [N m s/rad].
         timestep: [s].
+
+    Raises:
+        InvalidValueError: a number that is not finite, or not positive where it must be.
     """
 
     bend: float = np.pi * 2.0 / 3.0
@@ -64,6 +69,13 @@ class Joint:
     servo_damping: float = 20.0
     timestep: float = 0.001
 
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            low = -np.inf if name == "bend" else 0.0
+            if not (np.isfinite(value) and (value > low or (value == low and name in _MAY_BE_0))):
+                bound = "" if name == "bend" else f" and {'≥' if name in _MAY_BE_0 else '>'} 0"
+                raise InvalidValueError(f"{name} = {value} must be finite{bound}")
+
     @property
     def exponent(self) -> float:
         """|λ| = μ × total bend, for one tendon [-]."""
@@ -76,9 +88,6 @@ def build_joint(joint: Joint) -> mujoco.MjSpec:
     Actuators `command` [rad] and, for what each tendon is wound in besides, `reel_1`, `reel_2` [m];
     sheaths `sheath_1`, `sheath_2`; hinge `joint`; sensors `joint_angle`, `spool_angle` [rad] and
     `input_tension_k`, `output_tension_k` [N].
-
-    Raises:
-        InvalidValueError: a length, count or coefficient outside its range.
     """
     spec = mujoco.MjSpec()
     spec.modelname = "joint"

@@ -4,30 +4,22 @@ from __future__ import annotations
 
 import copy
 import math
-import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import mujoco
 import numpy as np
-from mujoco import rollout
 from numpy.typing import NDArray
 
-from tendon_mj.engine import sheaths
-from tendon_mj.engine.state import UNSOLVED
-from tendon_mj.errors import InvalidValueError, RecordingError, TendonError
+from tendon_mj.errors import InvalidValueError, RecordingError
 from tendon_mj.simulate.library import load_model
 from tendon_mj.simulate.recording import Measured, Recording
 from tendon_mj.simulate.replay_clock import Clock, make_clock
 from tendon_mj.simulate.replay_error import Misfit as Misfit
 from tendon_mj.simulate.replay_error import replay_error as replay_error
 from tendon_mj.simulate.replay_parameters import Adjustable
+from tendon_mj.simulate.replay_run import Progress, run_open_loop
 
 FloatArray = NDArray[np.float64]
-Progress = Callable[[float], None]
-
-_PHYSICS = mujoco.mjtState.mjSTATE_FULLPHYSICS.value
-_CTRL = mujoco.mjtState.mjSTATE_CTRL.value
-_CHUNK = 2000  # steps between two reports of progress
 
 
 def replay(
@@ -78,7 +70,14 @@ def replay(
     rig.model.opt.timestep = clock.timestep
     lead = math.ceil(settle / clock.timestep * (1.0 - 1e-9))
     control = _control(recording, rig, clock, lead)
-    readings = _simulate(recording, rig, control, lead, progress)
+
+    def when(step: int) -> str:
+        if step < lead:
+            return f"{(lead - step) * clock.timestep:.6g} s before the first sample, settling"
+        return f"at time {clock.time[step - lead]:.6g} s"
+
+    where = f"replay of {recording.name!r} on model {recording.model!r}"
+    readings = run_open_loop(rig.model, rig.data, control, where, when, progress)
     samples = clock.sample(readings[lead:])
     columns = {column: recording.columns[column] for column in recording.drive}
     for column, (sensor, address) in addresses.items():
@@ -124,76 +123,3 @@ def _control(recording: Recording, rig: Adjustable, clock: Clock, lead: int) -> 
         control[:lead, actuator] = ramp * drive[0]
         control[lead:, actuator] = drive
     return control
-
-
-def _simulate(
-    recording: Recording, rig: Adjustable, control: FloatArray, lead: int, progress: Progress | None
-) -> FloatArray:
-    """(steps, nsensordata) readings, each with the control and the pose of its own step."""
-    model, data = rig.model, rig.data
-    readings = np.empty((len(control), model.nsensordata))
-    start = _state(model, data)
-    state, warmstart = start, data.qacc_warmstart.copy()
-    chunk = _CHUNK if progress else len(control)
-    for first in range(0, len(control), chunk):
-        part = slice(first, min(first + chunk, len(control)))
-        rollout.rollout(
-            [model],
-            [data],
-            state[None],
-            control[None, part],
-            skip_checks=True,
-            nstep=part.stop - part.start,
-            initial_warmstart=warmstart[None],
-            sensordata=readings[None, part],
-        )
-        if any(w.number for w in data.warning) or not np.isfinite(readings[part]).all():
-            raise TendonError(_failure(recording, rig, start, control, lead))
-        state, warmstart = _state(model, data), data.qacc_warmstart.copy()
-        if progress:
-            progress(part.stop / len(control))
-    for name, sheath in sheaths(model).items():
-        unsolved = int(data.plugin_state[sheath.state + UNSOLVED])
-        if unsolved:
-            warnings.warn(
-                f"replay of {recording.name!r}: sheath {name!r} found no equilibrium in {unsolved}"
-                f" of {len(control)} steps, and took the best that it had",
-                RuntimeWarning,
-                stacklevel=3,
-            )
-    return readings
-
-
-def _state(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
-    state = np.empty(mujoco.mj_stateSize(model, _PHYSICS))
-    mujoco.mj_getState(model, data, state, _PHYSICS)
-    return state
-
-
-def _failure(
-    recording: Recording, rig: Adjustable, start: FloatArray, control: FloatArray, lead: int
-) -> str:
-    """Step once more from the start, and say when and why the simulation failed."""
-    model, data = rig.model, mujoco.MjData(rig.model)
-    mujoco.mj_setState(model, data, start, _PHYSICS)
-    reason, step = "", 0
-    for step, row in enumerate(control):
-        mujoco.mj_setState(model, data, row, _CTRL)
-        mujoco.mj_step(model, data)
-        raised = [k for k, w in enumerate(data.warning) if w.number]
-        if raised:
-            reason = f"MuJoCo raised {mujoco.mjtWarning(raised[0]).name}"
-        elif not np.isfinite(data.sensordata).all():
-            reason = "a sensor reads no finite number"
-        if reason:
-            break
-    since = (step - lead) * model.opt.timestep
-    when = (
-        f"{-since:.6g} s before the first sample, while it settled"
-        if since < 0.0
-        else f"at time {recording.time[0] + since:.6g} s"
-    )
-    return (
-        f"replay of {recording.name!r} on model {recording.model!r} failed {when}: {reason}; "
-        f"the timestep was {model.opt.timestep:g} s"
-    )

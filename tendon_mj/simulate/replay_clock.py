@@ -33,16 +33,14 @@ class Clock:
     @property
     def time(self) -> FloatArray:
         """(steps+1,) times of the grid [s]."""
-        return self.start + self.timestep * np.arange(self.steps + 1)
+        return self.start + self.timestep * np.arange(self.steps + 1, dtype=np.float64)
 
     def sample(self, series: FloatArray) -> FloatArray:
         """(steps+1, …) on the grid to (n, …) at the samples: taken there, or linear between."""
-        below = np.clip(np.floor(self.places).astype(int), 0, max(0, self.steps - 1))
+        below = np.clip(np.floor(self.places).astype(int), 0, self.steps - 1)
         share = (self.places - below).reshape(-1, *[1] * (series.ndim - 1))
-        above = np.minimum(below + 1, self.steps)
-        return np.where(
-            share == 0.0, series[below], (1 - share) * series[below] + share * series[above]
-        )
+        between: FloatArray = (1.0 - share) * series[below] + share * series[below + 1]
+        return between
 
 
 def make_clock(time: ArrayLike, longest: float) -> Clock:

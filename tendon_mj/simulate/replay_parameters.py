@@ -26,6 +26,7 @@ from tendon_mj.sheath.law import check_static
 
 _OBJ, _JNT = mujoco.mjtObj, mujoco.mjtJoint
 _Setter = Callable[[float], None]
+_Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
 
 
 class Adjustable:
@@ -54,8 +55,6 @@ class Adjustable:
     def set(self, values: Mapping[str, float]) -> None:
         """Give parameters values; those that are not named keep theirs.
 
-        A sheath's static friction that equals its friction goes with it, unless it is named too.
-
         Raises:
             UnknownNameError: no such parameter, with the nearest; nothing is changed then.
             InvalidValueError: a value outside its range.
@@ -63,23 +62,21 @@ class Adjustable:
         for name in values:
             if name not in self._sheaths and name not in self._setters:
                 raise UnknownNameError("parameter", name, self.names())
-        before = dict(self._sheaths)
         for name, value in values.items():
             if name in self._setters:
                 self._setters[name](float(value))
-                continue
-            self._sheaths[name] = value
-            element, parameter = name.rsplit(".", 1)
-            static = f"{element}.static_friction"
-            if parameter == "friction" and static not in values and before[static] == before[name]:
-                self._sheaths[static] = value
+            else:
+                self._sheaths[name] = value
         for name in values:
-            element, _, parameter = name.rpartition(".")
-            if name in self._sheaths and parameter in ("friction", "static_friction"):
-                friction = self._sheaths[f"{element}.friction"]
-                check_static(friction, self._sheaths[f"{element}.static_friction"], element)
+            if name in self._sheaths:
+                self._check_sheath(name.rsplit(".", 1)[0])
         if any(name.endswith(".armature") for name in values):
             mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
+
+    def _check_sheath(self, sheath: str) -> None:
+        static = self._sheaths[f"{sheath}.static_friction"]
+        if static > 0.0:  # 0: not given, it is the dynamic one then
+            check_static(self._sheaths[f"{sheath}.friction"], static, sheath)
 
     def _joints(self) -> dict[str, _Setter]:
         m, found = self.model, {}
@@ -105,7 +102,7 @@ class Adjustable:
             name = mujoco.mj_id2name(m, _OBJ.mjOBJ_ACTUATOR, k)
             if not name:
                 continue
-            slots = {
+            slots: dict[str, tuple[list[_Place], float]] = {
                 "gear": ([(m.actuator_gear, (k, 0), 1.0)], -math.inf),
                 "command_scale": ([(self.commands, (k, 0), 1.0)], -math.inf),
                 "command_offset": ([(self.commands, (k, 1), 1.0)], -math.inf),
@@ -127,9 +124,6 @@ class Adjustable:
                 if name:
                     found[key] = _into(key, [(self.readings, (k, column), 1.0)], -math.inf)
         return found
-
-
-_Place = tuple[NDArray[np.float64], int | tuple[int, int], float]
 
 
 def _into(name: str, places: list[_Place], low: float) -> _Setter:

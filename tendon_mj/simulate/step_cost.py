@@ -1,4 +1,4 @@
-"""What a step with a sheath costs, over a step of the same model without."""
+"""What a step costs, over one of the same model without a sheath, and what a second core saves."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 from mujoco import rollout
 
+from tendon_mj.errors import EngineError
 from tendon_mj.simulate.bench import Bench, build_bench
 from tendon_mj.simulate.first_motion import full_state
 
@@ -50,4 +51,27 @@ def step_cost_ratio(bench: Bench, *, rounds: int = 7, steps: int = 8000) -> floa
             before = time.perf_counter()
             rollout.rollout(model, data, start, control=control[None])
             spent[k].append(time.perf_counter() - before)
+    return float(np.median(spent[0]) / np.median(spent[1]))
+
+
+def rollout_speedup(bench: Bench, *, rounds: int = 5, runs: int = 8, steps: int = 6000) -> float:
+    """Time of the same rollouts on one thread over that on two, taken in turns.
+
+    Raises:
+        EngineError: the two do not agree bit by bit.
+    """
+    model = build_bench(bench).compile()
+    pool = [mujoco.MjData(model) for _ in range(2)]
+    start = np.tile(full_state(model, pool[0]), (runs, 1))
+    control = 1e-3 * np.sin(np.linspace(0.0, 4.0 * np.pi, steps))[None, :, None]
+    spent: list[list[float]] = [[], []]
+    for _ in range(rounds):
+        seen = []
+        for threads in (1, 2):
+            before = time.perf_counter()
+            states, _ = rollout.rollout(model, pool[:threads], start, control=control)
+            spent[threads - 1].append(time.perf_counter() - before)
+            seen.append(states)
+        if not np.array_equal(*seen):
+            raise EngineError("rollouts differ between one and two threads")
     return float(np.median(spent[0]) / np.median(spent[1]))

@@ -19,20 +19,20 @@ ARM = """
   <option timestep="{timestep}" integrator="{integrator}" gravity="0 0 -9.81"/>
   <option><flag energy="enable"/></option>
   {extension}
-  <default><geom type="capsule" size=".02" contype="0" conaffinity="0" mass=".5"/></default>
+  <default><geom type="box" contype="0" conaffinity="0" mass=".5"/></default>
   <worldbody>
     <site name="ground" pos="-.1 .03 .05"/>
     <body name="upper">
       <joint name="shoulder" axis="0 1 0" damping="{damping}" stiffness="3"/>
-      <geom fromto="0 0 0 .3 0 0"/>
+      <geom pos=".15 0 0" size=".15 .02 .02"/>
       <site name="one" pos=".1 .02 .05"/><site name="two" pos=".22 -.02 .05"/>
       <body name="lower" pos=".3 0 0">
-        <joint name="elbow" axis="0 1 0.3" damping="{damping}" stiffness="2"/>
-        <geom fromto="0 0 0 .25 0 0"/>
+        <joint name="elbow" axis="0 .8 .6" damping="{damping}" stiffness="2"/>
+        <geom pos=".125 0 0" size=".125 .02 .02"/>
         <site name="three" pos=".06 .01 .04"/><site name="four" pos=".18 0 .04"/>
         <body name="hand" pos=".25 0 0">
           <joint name="wrist" axis="0 1 0" damping="{damping}" stiffness="1"/>
-          <geom fromto="0 0 0 .1 0 0" mass=".2"/>
+          <geom pos=".05 0 0" size=".05 .02 .02" mass=".2"/>
           <site name="tip" pos=".07 0 .03"/>
         </body>
       </body>
@@ -50,7 +50,7 @@ ARM = """
 """
 SPOOLS = """
     <body pos="-.2 0 0"><joint name="reel" axis="0 1 0" stiffness=".02" damping="{damping}"/>
-      <geom size=".03 .02" mass=".3"/></body>
+      <geom size=".03 .03 .02" mass=".3"/></body>
     <body pos=".5 .5 0"><joint name="drum" type="slide" axis="0 1 0" stiffness="900"
       damping="{damping}"/><geom type="sphere" size=".03" mass=".3"/></body>
 """

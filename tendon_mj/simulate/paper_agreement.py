@@ -1,0 +1,176 @@
+"""The routes against each other: first motion, outer loop, minor loops and random histories."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_mj.simulate import paper_routes as routes
+from tendon_mj.simulate.comparison import Progress, silent
+from tendon_mj.simulate.paper_rig import Rig
+from tendon_mj.simulate.paper_routes import Array, Trace
+
+RIG = Rig(friction=0.15, output_stiffness=8e3)  # models/bench: 1/k_se = 1/10 + 1/40 m/MN
+STEEP = Rig(friction=1.0 / np.pi)  # λ = 1, output held: nothing but the tendon to refine
+STEEP_TRAVEL = 0.3  # of the outer loop of RIG, to reach the same tensions
+ELEMENTS = 64
+LEG = 2.0  # from one turning point to the next [s]
+SAMPLES = 60  # a leg
+SLOWNESS = 60.0  # of the elements, see `reference.quasi_static`
+TIMESTEP = 1e-4  # of the plugin with a sprung output [s]
+LOW, HIGH = -1.2e-3, 2.4e-3  # reaches well beyond the backlash both ways [m]
+NAMED = {
+    "first motion, pulling": (HIGH,),
+    "first motion, loosening": (LOW,),
+    "outer loop": (HIGH, LOW, HIGH),
+    "minor loops": (HIGH, LOW, 1.2e-3, 0.3e-3, 0.9e-3, -0.4e-3, HIGH),
+}
+REFINED = (4, 8, 16, 32, 64)
+STIFF = 100.0
+BATCH = 10  # histories that two threads share at a time
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """Largest difference of T_out between any two routes, over its range.
+
+    Args:
+        routes: their names.
+        difference: per kind of history a symmetric table. Each (routes, routes) [-].
+        loops: the traces of the minor loops by route, to look at.
+        rig: of these histories.
+        histories: number of random histories.
+    """
+
+    routes: tuple[str, ...]
+    difference: dict[str, Array]
+    loops: dict[str, Trace]
+    rig: Rig
+    histories: int
+
+    @property
+    def largest(self) -> float:
+        """Over all histories and pairs [-]."""
+        return max(float(table.max()) for table in self.difference.values())
+
+
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """RMS error of T_out against the closed form over its range, by the number of elements.
+
+    Args:
+        elements: n. Shape (k,).
+        error: by route [-]. Each (k,).
+        order: by route: −slope of the error over n, while it still falls [-].
+        rig: of the history, an outer loop.
+    """
+
+    elements: Array
+    error: dict[str, Array]
+    order: dict[str, float]
+    rig: Rig
+
+
+def follow(turns: tuple[float, ...]) -> tuple[Array, Array]:
+    """Time [s] and ξ_in [m] from 0 through the turning points, half a cosine a leg."""
+    phase = np.arange(len(turns) * SAMPLES + 1) / SAMPLES
+    leg = np.minimum(phase.astype(int), len(turns) - 1)
+    points = np.array((0.0, *turns))
+    share = 0.5 - 0.5 * np.cos(np.pi * (phase - leg))
+    return LEG * phase, points[leg] + (points[leg + 1] - points[leg]) * share
+
+
+def random_turns(count: int, seed: int = 1991) -> list[tuple[float, ...]]:
+    """Turning points [m] of histories of four legs.
+
+    The first leg goes most of the way to one end or the other, so that T_out has a range to
+    compare with; the other turning points are drawn evenly.
+    """
+    rng = np.random.default_rng(seed)
+    histories = []
+    for _ in range(count):
+        first = float(rng.choice((LOW, HIGH)) * rng.uniform(0.8, 1.0))
+        histories.append((first, *rng.uniform(LOW, HIGH, 3).tolist()))
+    return histories
+
+
+def every_route(rig: Rig, histories: Sequence[tuple[float, ...]]) -> list[dict[str, Trace]]:
+    """The five routes of the comparison on histories of ξ_in with equally many legs."""
+    time = follow(histories[0])[0]
+    travels = np.array([follow(turns)[1] for turns in histories])
+    rolled = routes.plugin(rig, time, travels, ELEMENTS, TIMESTEP, threads=min(2, len(histories)))
+    return [
+        {
+            "closed form": routes.closed_form(rig, travel, "displacement"),
+            "continuum": routes.continuum(rig, travel, "displacement"),
+            "elements": routes.slow_elements(
+                rig, time, travel, "displacement", ELEMENTS, 2.0 * LEG, SLOWNESS
+            ),
+            "sheath alone": routes.sheath_alone(rig, travel, "displacement", ELEMENTS),
+            "plugin in MuJoCo": Trace(rolled.input_tension[k], rolled.output_tension[k], travel),
+        }
+        for k, travel in enumerate(travels)
+    ]
+
+
+def _differences(traces: dict[str, Trace]) -> Array:
+    outputs = [trace.output_tension for trace in traces.values()]
+    span = np.ptp(outputs[0])
+    table = np.zeros((len(outputs), len(outputs)))
+    for i, j in itertools.combinations(range(len(outputs)), 2):
+        table[i, j] = table[j, i] = np.abs(outputs[i] - outputs[j]).max() / span
+    return table
+
+
+def agree(histories: int = 100, rig: Rig = RIG, progress: Progress = silent) -> Agreement:
+    """Compare the routes on the named histories and on so many random ones."""
+    difference: dict[str, Array] = {}
+    loops: dict[str, Trace] = {}
+    for name, turns in NAMED.items():
+        loops = every_route(rig, [turns])[0]
+        difference[name] = _differences(loops)
+    label = f"{histories} random histories"
+    drawn = random_turns(histories)
+    for done in range(0, histories, BATCH):
+        batch = drawn[done : done + BATCH]
+        tables = [_differences(traces) for traces in every_route(rig, batch)]
+        before = difference.get(label, np.zeros_like(tables[0]))
+        difference[label] = np.maximum(before, np.max(tables, axis=0))
+        progress(label, done + len(batch), histories)
+    return Agreement(tuple(loops), difference, loops, rig, histories)
+
+
+def refine(rig: Rig = STEEP, progress: Progress = silent) -> Refinement:
+    """Run an outer loop with ever more elements, guides or grid intervals."""
+    time, travel = follow(NAMED["outer loop"])
+    travel = STEEP_TRAVEL * travel
+    exact = routes.closed_form(rig, travel, "displacement").output_tension
+    stiff, less = rig.stiffened(STIFF), travel / STIFF
+    kinds: dict[str, Callable[[int], Trace]] = {
+        "continuum": lambda n: routes.continuum(rig, travel, "displacement", n),
+        "elements": lambda n: routes.slow_elements(
+            rig, time, travel, "displacement", n, 2.0 * LEG, 600.0
+        ),
+        "sheath alone": lambda n: routes.sheath_alone(rig, travel, "displacement", n),
+        "plugin in MuJoCo": lambda n: routes.plugin(rig, time, travel, n),
+        "sheath alone, EA × 100": lambda n: routes.sheath_alone(stiff, less, "displacement", n),
+        "plugin in MuJoCo, EA × 100": lambda n: routes.plugin(stiff, time, less, n),
+    }
+    error: dict[str, Array] = {}
+    for done, (name, run) in enumerate(kinds.items()):
+        gaps = [run(n).output_tension - exact for n in REFINED]
+        error[name] = np.array([np.sqrt(np.mean(gap**2)) for gap in gaps]) / np.ptp(exact)
+        progress("refinement", done + 1, len(kinds))
+    counts = np.array(REFINED, float)
+    return Refinement(counts, error, {name: _order(counts, e) for name, e in error.items()}, rig)
+
+
+def _order(counts: Array, error: Array) -> float:
+    """−slope in the logarithms, from the coarsest to where the error falls by less than 2.5."""
+    falling = error[:-1] > 2.5 * error[1:]
+    last = int(np.argmin(falling)) if not falling.all() else len(falling)
+    last = max(last, 1)
+    return float(-np.polyfit(np.log(counts[: last + 1]), np.log(error[: last + 1]), 1)[0])

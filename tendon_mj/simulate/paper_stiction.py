@@ -1,0 +1,179 @@
+"""Fig. 4 (b), (c) of the paper: μ_s = 0.3 against μ_d = 0.1 at 0.5 Hz and at 5 Hz.
+
+The paper sees the operating point shift at the switching points at 0.5 Hz and not at 5 Hz, but
+gives neither mass nor damping nor step. The *shift* here is what static friction adds to the same
+chain: T_out with μ_s = 0.3 less T_out with μ_s = μ_d = 0.1, largest in a period, over the range.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_mj import reference
+from tendon_mj.simulate import paper_routes as routes
+from tendon_mj.simulate.comparison import Progress, silent
+from tendon_mj.simulate.paper_figure4 import AMPLITUDE, sine
+from tendon_mj.simulate.paper_rig import Rig
+from tendon_mj.simulate.paper_routes import Array, Trace
+
+RIG = Rig(friction=0.1, static_friction=0.3)  # the paper's
+FREQUENCIES = (0.5, 5.0)  # the paper's (b) and (c) [Hz]
+PERIODS = 3  # that count, after the first quarter
+SAMPLES = 1000  # a period
+GUIDES = (8, 16, 32, 64, 128)
+# Damping is coulombs of this drag: about 1/4 of the range at 5 Hz, hence the reference without μ_s.
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tendon:
+    """A choice of what the paper leaves out.
+
+    Args:
+        name: of the choice.
+        elements: n.
+        mass, damping: of the whole tendon [kg], [N s/m].
+        steps: time steps to integrate with, coarse to fine [s].
+    """
+
+    name: str
+    elements: int
+    mass: float
+    damping: float
+    steps: tuple[float, ...]
+
+
+# Heavy: inertia carries a slip on to its neighbours; its lowest mode is at 29 Hz.
+HEAVY = Tendon(name="heavy", elements=20, mass=3.0, damping=500.0, steps=(3.2e-5, 1.6e-5, 8e-6))
+# Overdamped: an element that breaks loose creeps to its new place.
+OVERDAMPED = Tendon(
+    name="overdamped", elements=16, mass=0.01, damping=1000.0, steps=(2e-5, 1e-5, 5e-6)
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Shift:
+    """The shift of one tendon at one frequency.
+
+    Args:
+        tendon, frequency: which [Hz].
+        largest: of T_out over its range. Shape (steps, periods) [-].
+        rms: the same, root mean square over the period [-].
+        phase: where in the period it is largest, 0 where T_in rises through T_0 [-].
+        drag: largest |T_out − play(T_in)| with μ_s = μ_d, over the range [-].
+    """
+
+    tendon: Tendon
+    frequency: float
+    largest: Array
+    rms: Array
+    phase: Array
+    drag: float
+
+
+@dataclass(frozen=True, eq=False)
+class Stiction:
+    """All that was found out about Fig. 4 (b) and (c).
+
+    Args:
+        rig: of every run.
+        shifts: by tendon and frequency.
+        loops: by frequency the traces by route, the heavy tendon's with its finest step.
+        guides: n of the quasi-static sheath. Shape (k,).
+        quasi_static: its shift [-]. Shape (k,).
+        one_guide: (e^{(μ_s−μ_d)φ/n} − 1) T*/range, the most that one guide can hold back [-]. (k,).
+        plugin_difference: T_out of the plugin less that of the sheath alone, over the range [-].
+    """
+
+    rig: Rig
+    shifts: tuple[Shift, ...]
+    loops: dict[float, dict[str, Trace]]
+    guides: Array
+    quasi_static: Array
+    one_guide: Array
+    plugin_difference: float
+
+
+def _run(rig: Rig, tendon: Tendon, frequency: float, step: float) -> Trace:
+    time, load = sine(frequency, AMPLITUDE, rig.pretension, PERIODS + 0.25, SAMPLES)
+    chain: reference.ElementChain = routes.elements_chain(
+        rig, tendon.elements, tendon.mass, tendon.damping
+    )
+    return routes.elements(chain, time, load, "tension", step)
+
+
+def _by_period(values: Array) -> Array:
+    """Rows: periods after the first quarter."""
+    return values[SAMPLES // 4 + 1 :].reshape(PERIODS, SAMPLES)
+
+
+def measure_shift(rig: Rig, tendon: Tendon, frequency: float) -> tuple[Shift, Trace, Trace]:
+    """Shift of a tendon, with the traces of the finest step with and without μ_s > μ_d."""
+    level = rig.but(static_friction=None)
+    _, load = sine(frequency, AMPLITUDE, rig.pretension, PERIODS + 0.25, SAMPLES)
+    exact = routes.closed_form(level, load, "tension").output_tension
+    span = np.ptp(exact)
+    largest, rms, phase = [], [], []
+    for step in tendon.steps:
+        sticky = _run(rig, tendon, frequency, step)
+        smooth = _run(level, tendon, frequency, step)
+        gap = _by_period(sticky.output_tension - smooth.output_tension) / span
+        largest.append(np.abs(gap).max(1))
+        rms.append(np.sqrt(np.mean(gap**2, axis=1)))
+        phase.append((np.abs(gap).argmax(1) / SAMPLES + 0.25) % 1.0)
+    drag = float(np.abs(smooth.output_tension - exact).max() / span)
+    found = Shift(
+        tendon, frequency, np.array(largest), np.array(rms), np.array(phase), drag
+    )
+    return found, sticky, smooth
+
+
+def _loops(rig: Rig, frequency: float, sticky: Trace, smooth: Trace) -> dict[str, Trace]:
+    time, load = sine(frequency, AMPLITUDE, rig.pretension, PERIODS + 0.25, SAMPLES)
+    sheath = routes.sheath_alone(rig, load, "tension", HEAVY.elements)
+    return {
+        "closed form, μ_d": routes.closed_form(rig.but(static_friction=None), load, "tension"),
+        "elements, μ_s = μ_d": smooth,
+        "elements": sticky,
+        "elements in MuJoCo": routes.mujoco_elements(
+            rig, time, load, "tension", HEAVY.elements, HEAVY.mass, HEAVY.damping
+        ),
+        "sheath alone": sheath,
+        "plugin in MuJoCo": routes.plugin(rig, time, sheath.input_displacement, HEAVY.elements),
+    }
+
+
+def stiction(progress: Progress = silent) -> Stiction:
+    """Simulate Fig. 4 (b) and (c) with both tendons and the quasi-static routes."""
+    rig = RIG
+    level = rig.but(static_friction=None)
+    shifts, loops = [], {}
+    total = 2 * len(FREQUENCIES) + 1
+    for frequency in FREQUENCIES:
+        for tendon in (HEAVY, OVERDAMPED):
+            shift, sticky, smooth = measure_shift(rig, tendon, frequency)
+            shifts.append(shift)
+            if tendon is HEAVY:
+                loops[frequency] = _loops(rig, frequency, sticky, smooth)
+            progress("Fig. 4 (b), (c)", len(shifts), total)
+    _, load = sine(1.0, AMPLITUDE, rig.pretension, PERIODS + 0.25, SAMPLES)
+    exact = routes.closed_form(level, load, "tension").output_tension
+    found = []
+    for guides in GUIDES:
+        sheath = routes.sheath_alone(rig, load, "tension", guides)
+        found.append(np.abs(sheath.output_tension - exact).max() / np.ptp(exact))
+    progress("Fig. 4 (b), (c)", total, total)
+    counts = np.array(GUIDES, float)
+    held = np.expm1((0.3 - 0.1) * rig.bend / counts) * exact.max() / np.ptp(exact)
+    last = loops[FREQUENCIES[0]]
+    difference = last["plugin in MuJoCo"].output_tension - last["sheath alone"].output_tension
+    return Stiction(
+        rig,
+        tuple(shifts),
+        loops,
+        counts,
+        np.array(found),
+        held,
+        float(np.abs(difference).max() / np.ptp(exact)),
+    )

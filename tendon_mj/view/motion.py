@@ -1,0 +1,54 @@
+"""What to do with a model that nobody has said what to do with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+Drive = Callable[[float], NDArray[np.float64]]
+
+# actuator -> amplitude in its own unit
+_NAMED = {"bench": {"reel": 0.002}, "joint": {"command": np.deg2rad(60.0)}}
+_REEL = 0.001  # of a reel without a control range [m]
+_SHARE = 0.8  # of a control range
+_PERIOD = 3.0  # [s]
+_EASE = 1.0  # from 0 to the middle of a control range [s]
+
+
+def default_motion(name: str, model: mujoco.MjModel) -> Drive:
+    """A slow sine that shows what a model does, as a function of time [s] to its (nu,) controls.
+
+    `bench` winds its reel ±2 mm, `joint` follows a command of ±60°. On any other model every
+    actuator goes through most of its control range; a reel without one moves ±1 mm, and another
+    actuator without one stays at 0.
+
+    Args:
+        name: of the model.
+        model: compiled.
+    """
+    centre, amplitude = np.zeros(model.nu), np.zeros(model.nu)
+    actuators = [model.actuator(k).name for k in range(model.nu)]
+    named = _NAMED.get(name, {})
+    if named and named.keys() <= set(actuators):
+        for actuator, size in named.items():
+            amplitude[actuators.index(actuator)] = size
+    else:
+        centre, amplitude = _within_ranges(model)
+
+    def drive(time: float) -> NDArray[np.float64]:
+        grown = min(time / _EASE, 1.0)
+        share = grown * grown * (3.0 - 2.0 * grown)
+        return share * centre + amplitude * np.sin(2.0 * np.pi * time / _PERIOD)
+
+    return drive
+
+
+def _within_ranges(model: mujoco.MjModel) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    limited = model.actuator_ctrllimited.astype(bool)
+    low, high = model.actuator_ctrlrange.T
+    reel = np.where(model.actuator_plugin >= 0, _REEL, 0.0)
+    amplitude = np.where(limited, 0.5 * _SHARE * (high - low), reel)
+    return np.where(limited, 0.5 * (low + high), 0.0), amplitude

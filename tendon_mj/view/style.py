@@ -1,0 +1,75 @@
+"""How every figure looks: colours that colour-blind eyes tell apart, and lines that print."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+# Okabe and Ito's palette, in the order in which series take it
+BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILLION, PURPLE = (
+    "#000000",
+    "#E69F00",
+    "#56B4E9",
+    "#009E73",
+    "#F0E442",
+    "#0072B2",
+    "#D55E00",
+    "#CC79A7",
+)
+GREY = "#6E6E6E"
+# what distinguishes series besides their colour
+SERIES = (
+    (BLUE, "--", "o"),
+    (VERMILLION, "-.", "s"),
+    (GREEN, (0, (1, 1)), "^"),
+    (PURPLE, (0, (6, 1, 1, 1, 1, 1)), "D"),
+    (ORANGE, (0, (4, 2)), "v"),
+    (SKY, (0, (8, 2)), "P"),
+)
+DPI = 160
+
+_SETTINGS = {
+    "font.size": 9.0,
+    "axes.labelsize": 9.5,
+    "axes.titlesize": 10.0,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,
+    "grid.color": "#E3E3E3",
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.5,
+    "lines.markersize": 5.0,
+    "legend.fontsize": 8.5,
+    "legend.frameon": False,
+    "savefig.dpi": DPI,
+    "figure.dpi": DPI,
+}
+
+
+@contextmanager
+def print_style() -> Iterator[None]:
+    """Apply the style to figures made inside; nothing outside it changes."""
+    with mpl.rc_context(_SETTINGS):
+        yield
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure of that size [inch] that places its parts itself and needs no pyplot."""
+    figure = Figure(figsize=(width, height), layout="constrained", dpi=DPI)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def legend_below(figure: Figure, axes: Axes, columns: int) -> None:
+    """Put the legend of ``axes`` under the whole figure, off the data."""
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns)

@@ -1,0 +1,190 @@
+"""Friction for a tendon that a model already has."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj import add_friction, add_sensor
+from tendon_mj.engine import KINDS, sheaths
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+
+FINGER = """
+<mujoco model="finger">
+  <option timestep="0.0005"/>
+  <default><geom type="box" size=".1 .02 .02" pos=".1 0 0" contype="0" conaffinity="0"/></default>
+  <worldbody>
+    <site name="a" pos="-.1 0 .04"/><site name="d" pos="-.1 0 -.04"/>
+    <body name="proximal">
+      <joint name="mcp" axis="0 1 0" damping=".002"/><geom/>
+      <site name="b" pos=".05 0 .03"/><site name="e" pos=".05 0 -.03"/>
+      <body name="distal" pos=".2 0 0">
+        <joint name="pip" axis="0 1 0" damping=".002"/><geom/>
+        <site name="c" pos=".05 0 .03"/><site name="f" pos=".05 0 -.03"/>
+      </body>
+    </body>
+  </worldbody>
+  <tendon>
+    <spatial name="extensor" stiffness="{k}" springlength="{s}">
+      <site site="a"/><site site="b"/><site site="c"/>
+    </spatial>
+    <spatial name="flexor" stiffness="{k}" springlength="{s}">
+      <site site="d"/><site site="e"/><site site="f"/>
+    </spatial>
+    <fixed name="sum"><joint joint="mcp" coef="1"/><joint joint="pip" coef="1"/></fixed>
+  </tendon>
+</mujoco>
+"""
+
+
+def finger(k=400.0, s="0 .29"):
+    return mujoco.MjSpec.from_string(FINGER.format(k=k, s=s))
+
+
+def both(spec, friction, **values):
+    """Friction on both tendons; reels keep a sheath that nothing else refers to in a copied spec."""
+    for tendon in ("extensor", "flexor"):
+        add_friction(spec, tendon, friction=friction, reel=f"{tendon}_reel", **values)
+    return spec
+
+
+def test_the_tendon_keeps_its_force_at_qpos0():
+    plain = finger().compile()
+    model = both(finger(), 0.2).compile()
+    one, other = mujoco.MjData(plain), mujoco.MjData(model)
+    mujoco.mj_forward(plain, one)
+    mujoco.mj_forward(model, other)
+    tension = 400.0 * (plain.tendon_length0[0] - 0.29)
+    assert tension > 1.0
+    assert other.sensor("input_tension").data[0] == pytest.approx(tension, rel=1e-9)
+    np.testing.assert_allclose(other.qfrc_passive, one.qfrc_passive, rtol=1e-9, atol=1e-12)
+    assert not model.tendon_stiffness.any()
+
+
+@pytest.mark.parametrize("springlength", ["0 .29", "0 .33", "-1 -1"])
+def test_without_friction_the_model_moves_as_before(springlength):
+    plain = finger(s=springlength).compile()
+    if springlength == "-1 -1":  # as long as it is, and it must not push
+        plain.tendon_lengthspring[:2, 0] = 0.0
+    model = both(finger(s=springlength), 0.0).compile()
+    one, other = mujoco.MjData(plain), mujoco.MjData(model)
+    one.qvel[:] = other.qvel[:] = [1.0, -2.0]
+    paths = np.empty((2, 2000, 2))
+    for k in range(2000):
+        mujoco.mj_step(plain, one)
+        mujoco.mj_step(model, other)
+        paths[:, k] = one.qpos, other.qpos
+    assert np.abs(paths[0] - paths[1]).max() <= 1e-9 * np.abs(paths).max()
+
+
+def test_what_is_given_goes_before_what_the_tendon_had():
+    spec = add_friction(finger(), "flexor", friction=0.1, axial_stiffness=900.0, pretension=3.0)
+    config = spec.plugin("sheath").config
+    assert (config["axial_stiffness"], config["pretension"]) == ("900.0", "3.0")
+    data = mujoco.MjData(model := spec.compile())
+    mujoco.mj_forward(model, data)
+    assert data.sensor("output_tension").data[0] == pytest.approx(3.0, rel=1e-9)
+
+
+def test_names_of_sheaths_reels_and_sensors():
+    spec = both(finger(), 0.1)
+    model = spec.compile()
+    assert set(sheaths(model)) == {"sheath", "flexor_sheath"}
+    assert {s.tendon for s in sheaths(model).values()} == {"extensor", "flexor"}
+    assert [a.name for a in spec.actuators] == ["extensor_reel", "flexor_reel"]
+    assert [s.name for s in spec.sensors] == [
+        "input_tension",
+        "output_tension",
+        "flexor_sheath_input_tension",
+        "flexor_sheath_output_tension",
+    ]
+    named = add_friction(finger(), "flexor", friction=0.1, name="tube", sensors=())
+    assert set(sheaths(named.compile())) == {"tube"}
+    assert not named.sensors
+
+
+@pytest.mark.parametrize("kind", list(KINDS))
+def test_every_kind_of_sensor_can_be_added_and_shows_as_much_as_it_says(kind):
+    spec = add_friction(finger(), "flexor", friction=0.1, sensors=())
+    sensor = add_sensor(spec, "sheath", kind, name="shown")
+    model = spec.compile()
+    assert sensor.name == "shown"
+    assert model.sensor("shown").dim[0] == {"one": 1, "segment": 2, "guide": 1}[KINDS[kind][2]]
+
+
+def test_a_reel_winds_in_what_its_control_says():
+    spec = add_friction(
+        finger(), "flexor", friction=0.1, reel="reel", sensors=("reel_displacement", "tension")
+    )
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    before = data.sensor("tension").data.copy()
+    data.actuator("reel").ctrl[0] = 2e-3
+    mujoco.mj_forward(model, data)
+    assert data.sensor("reel_displacement").data[0] == 2e-3
+    assert np.all(data.sensor("tension").data > before)
+    model.actuator("reel").ctrlrange[:] = [-1e-3, 1e-3]
+    model.actuator_ctrllimited[:] = 1
+    mujoco.mj_forward(model, data)
+    assert data.sensor("reel_displacement").data[0] == 1e-3
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda s: add_friction(s, "flexr", friction=0.1), "unknown tendon 'flexr'; did you mean"),
+        (
+            lambda s: add_friction(s, "flexor", friction=0.1, sensors=("slipp",)),
+            "unknown sensor 'slipp'; did you mean 'slip'",
+        ),
+        (lambda s: add_sensor(s, "sheat", "slip"), r"unknown sheath 'sheat'.*none"),
+        (lambda s: add_friction(s, "flexor", friction=-0.1), r"friction = -0\.1"),
+        (lambda s: add_friction(s, "flexor", friction=np.nan), "friction = nan"),
+        (lambda s: add_friction(s, "flexor", friction=1.0, pretension=-1.0), "pretension = -1"),
+        (lambda s: add_friction(s, "flexor", friction=1.0, axial_stiffness=0.0), "axial_stiffn"),
+        (lambda s: add_friction(s, "flexor", friction=1.0, static_friction=0.5), "must be ≥ fric"),
+        (
+            lambda s: add_friction(add_friction(s, "flexor", friction=0.1), "flexor", friction=0.1),
+            "tendon 'flexor' already runs in sheath 'sheath'",
+        ),
+        (
+            lambda s: both(s, 0.1, name="one"),
+            "already has a plugin instance 'one'",
+        ),
+    ],
+)
+def test_what_cannot_be_added_is_refused_by_name(call, message):
+    with pytest.raises(ValueError, match=message) as caught:
+        call(finger())
+    assert isinstance(caught.value, (UnknownNameError, InvalidValueError))
+
+
+def test_a_tendon_without_stiffness_must_be_given_one():
+    with pytest.raises(InvalidValueError, match=r"'flexor' has no stiffness to take over: give axi"):
+        add_friction(finger(k=0.0), "flexor", friction=0.1)
+    spec = add_friction(
+        finger(k=0.0), "flexor", friction=0.1, axial_stiffness=100.0, pretension=1.0
+    )
+    assert spec.compile().nplugin == 3
+
+
+def test_a_fixed_tendon_is_refused_when_the_model_is_compiled():
+    with pytest.raises(ValueError, match="'sum' is a fixed tendon"):
+        add_friction(
+            finger(), "sum", friction=0.1, axial_stiffness=1.0, pretension=0.0
+        ).compile()
+
+
+def test_an_attached_model_survives_being_written_and_read():
+    spec = both(finger(), 0.2, static_friction=1.0 / 3.0, axial_damping=0.1)
+    model = spec.compile()
+    text = spec.to_xml()
+    again = mujoco.MjModel.from_xml_string(text)
+    one, other = mujoco.MjData(model), mujoco.MjData(again)
+    for m, d in ((model, one), (again, other)):
+        d.qvel[:] = [2.0, -1.0]
+        d.ctrl[:] = [1e-3, -1e-3]
+        mujoco.mj_step(m, d, 300)
+    np.testing.assert_array_equal(one.qpos, other.qpos)
+    np.testing.assert_array_equal(one.plugin_state, other.plugin_state)
+    assert mujoco.MjSpec.from_string(text).to_xml() == text

@@ -1,0 +1,115 @@
+"""What goes wrong while a simulation runs is counted and survived."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import mujoco
+import numpy as np
+import pytest
+
+from tests.engine.models import arm, fixed_sheaths, run, snapshot, started, tendon_total, unpacked
+
+LAW = {"guides": 6, "bend": 2.0, "friction": 0.2, "pretension": 20.0}
+UNSOLVED = ("input_tension", "output_tension", "unsolved")
+
+
+def reeled():
+    model = fixed_sheaths([LAW | {"sensors": UNSOLVED}])
+    data = mujoco.MjData(model)
+    run(model, data, 10)
+    return model, data
+
+
+def unsolved(data):
+    return data.sensor("unsolved").data[0]
+
+
+@pytest.mark.parametrize("control", [np.nan, np.inf, -np.inf])
+def test_a_control_that_is_no_number_is_counted_and_moves_nothing(control):
+    model, data = reeled()
+    before = data.sensordata[:2].copy()
+    stored = unpacked(model, data, "sheath0")[1].copy()
+    data.ctrl[0] = control
+    run(model, data, 5)
+    assert unsolved(data) == 5
+    assert np.isfinite(data.plugin_state).all()
+    np.testing.assert_array_equal(unpacked(model, data, "sheath0")[1], stored)
+    data.ctrl[0] = 0.0
+    run(model, data, 5)
+    assert unsolved(data) == 5
+    np.testing.assert_allclose(data.sensordata[:2], before, rtol=1e-9)
+
+
+@pytest.mark.parametrize("control", [0.6, 1e3, 1e300])
+def test_winding_in_more_than_there_is_is_counted_and_undone_by_a_reset(control):
+    model, data = reeled()
+    total = tendon_total(model, data, "sheath0")
+    data.ctrl[0] = control
+    run(model, data, 5)
+    assert unsolved(data) >= 5
+    assert np.isfinite(data.plugin_state[: unpacked(model, data, "sheath0")[0].size]).all()
+    mujoco.mj_resetData(model, data)
+    run(model, data, 10)
+    assert unsolved(data) == 0
+    assert tendon_total(model, data, "sheath0") == pytest.approx(total, rel=1e-15)
+    np.testing.assert_allclose(data.sensordata[:2], 20.0, rtol=1e-9)
+
+
+def test_winding_back_brings_the_tendon_back():
+    model, data = reeled()
+    total = tendon_total(model, data, "sheath0")
+    data.ctrl[0] = 0.6
+    run(model, data, 5)
+    data.ctrl[0] = 0.0
+    run(model, data, 5)
+    count = unsolved(data)
+    run(model, data, 5)
+    assert unsolved(data) == count
+    assert tendon_total(model, data, "sheath0") == pytest.approx(total, rel=1e-12)
+
+
+def test_bodies_flung_apart_do_not_stop_the_process():
+    model = arm()
+    data = started(model, 1, 1e4)
+    run(model, data, 200)
+    mujoco.mj_resetData(model, data)
+    run(model, data, 50)
+    fresh = run(model, started(model), 50)
+    np.testing.assert_array_equal(data.qpos, fresh.qpos)
+
+
+def test_guides_on_one_spot_have_no_bend_and_no_harm():
+    spec = mujoco.MjSpec()
+    from tendon_mj.attach import add_friction, add_sites, add_tendon
+
+    sites = add_sites(spec, "s", [[0, 0, 0], [0.1, 0, 0], [0.1, 0, 0], [0.2, 0.1, 0]])
+    add_tendon(spec, "t", sites)
+    add_friction(spec, "t", friction=0.3, axial_stiffness=100.0, pretension=1.0, sensors=())
+    model = spec.compile()
+    data = run(model, mujoco.MjData(model), 20)
+    assert np.isfinite(data.plugin_state).all()
+
+
+def test_data_made_and_run_in_many_threads_at_once_agree():
+    model = arm(spools=True, axial_damping=0.5)
+
+    def one(_):
+        return snapshot(model, run(model, started(model, 3, 2.0), 100))
+
+    with ThreadPoolExecutor(8) as pool:
+        ends = list(pool.map(one, range(64)))
+    for end in ends[1:]:
+        np.testing.assert_array_equal(end, ends[0])
+
+
+def test_models_compiled_and_refused_in_many_threads_at_once():
+    def one(k):
+        friction = -1.0 - k if k % 2 else 0.1
+        try:
+            return float(arm(friction=friction).npluginstate)
+        except ValueError as error:
+            return str(error)
+
+    with ThreadPoolExecutor(8) as pool:
+        results = list(pool.map(one, range(32)))
+    assert {type(r) for r in results[::2]} == {float}
+    assert all("friction = -" in r for r in results[1::2])

@@ -1,0 +1,72 @@
+"""Every snippet of the README and the docs runs."""
+
+import re
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+import tendon_mj
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+FINGER = """
+<mujoco>
+  <worldbody>
+    <site name="a"/><site name="b" pos="0.1 0 0"/>
+    <body pos="0.2 0 0">
+      <joint name="knuckle" axis="0 0 1" stiffness="0.1"/>
+      <geom size="0.01" pos="0.05 0 0"/><site name="c" pos="0.03 0.01 0"/>
+    </body>
+  </worldbody>
+  <tendon>
+    <spatial name="flexor" stiffness="2000" springlength="0.22">
+      <site site="a"/><site site="b"/><site site="c"/>
+    </spatial>
+  </tendon>
+  {}
+</mujoco>
+"""
+
+
+def blocks(language):
+    for page in PAGES:
+        found = re.findall(rf"```{language}\n(.*?)```", page.read_text("utf-8"), re.S)
+        for k, code in enumerate(found):
+            yield pytest.param(code, id=f"{page.name}-{k}")
+
+
+@pytest.mark.parametrize("code", list(blocks("python")))
+def test_python_snippet_runs(code, tmp_path, monkeypatch, capsys):
+    (tmp_path / "finger.xml").write_text(FINGER.format(""))
+    monkeypatch.chdir(tmp_path)
+    spec = mujoco.MjSpec.from_file("finger.xml")
+    model = tendon_mj.add_friction(spec, "flexor", friction=0.1).compile()
+    names = {"tendon_mj": tendon_mj, "model": model, "data": mujoco.MjData(model), "np": np}
+    exec(compile(code, "snippet", "exec"), names)  # our own documentation, not input
+    assert mujoco.MjData(names["model"]).plugin_state.size > 0
+
+
+@pytest.mark.parametrize("code", list(blocks("xml")))
+def test_xml_snippet_loads(code):
+    text = FINGER.replace(' stiffness="2000"', "")
+    extension = next(b.values[0] for b in blocks("xml") if "<extension>" in b.values[0])
+    parts = code if code == extension else extension + code
+    mujoco.MjModel.from_xml_string(text.format(parts))
+
+
+def test_the_readme_loses_the_tension_that_it_says(capsys):
+    readme = (ROOT / "README.md").read_text("utf-8")
+    code = next(c for c in re.findall(r"```python\n(.*?)```", readme, re.S) if "arc_points" in c)
+    exec(compile(code, "snippet", "exec"), {})
+    tension = [float(x) for x in re.findall(r"\[([\d.]+)\]", capsys.readouterr().out)]
+    assert tension[1] / tension[0] == pytest.approx(np.exp(-0.15 * np.pi), rel=1e-6)
+    assert 1 - tension[1] / tension[0] == pytest.approx(1 / 3, abs=0.05)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_links_lead_somewhere(page):
+    for target in re.findall(r"\]\(([^)#]+)\)", page.read_text("utf-8")):
+        if not target.startswith("http"):
+            assert (page.parent / target).exists(), f"{page.name} links to {target}"
