@@ -17,6 +17,12 @@ class UnknownNameError(TendonError, ValueError):
         super().__init__(f"{where + ': ' if where else ''}{unknown(kind, name, valid)}")
 
 
+class UnknownKeyError(UnknownNameError, KeyError):
+    """The same where a mapping was asked, so that ``in`` and ``get`` answer as they should."""
+
+    __str__ = Exception.__str__  # a KeyError would show the message in quotes
+
+
 class InvalidValueError(TendonError, ValueError):
     """A value outside its range; the message names the thing, the value and the range."""
 

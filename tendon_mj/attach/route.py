@@ -40,6 +40,8 @@ def arc_points(
     """
     if not (np.isfinite(length) and length > 0.0):
         raise InvalidValueError(f"length = {length} [m] must be finite and > 0")
+    if not np.isfinite(bend):
+        raise InvalidValueError(f"bend = {bend} [rad] must be finite")
     if guides < 1:
         raise InvalidValueError(f"guides = {guides} must be ≥ 1")
     along = np.asarray(direction, float)

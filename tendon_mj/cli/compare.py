@@ -86,6 +86,8 @@ def _say(comparison: Comparison) -> None:
             f"{backlash:.4%} of T_in L/EA, T_out/T_in within {slid:.0e}"
         )
     console.print(f"  ({_LEFT})")
+    kt = comparison.transmission_stiffness
+    console.print(f"loop on the bench: K_t off by {kt[1]:+.2%} pulling and {kt[-1]:+.2%} loosening")
     console.print(
         f"convergence over the guides: order {comparison.convergence.order:.2f}; "
         f"a step costs {comparison.step_cost:.2f} × that of MuJoCo's own tendon; rollouts on two "

@@ -46,7 +46,10 @@ def replay(
     output = Output(out)
     measured = read_recording(recording, description)
     compiled = load_model(model or measured.model)
-    variants: dict[str, dict[str, float]] = {DESCRIBED: {}, WITHOUT: _parse("*.friction=0", compiled)}
+    variants: dict[str, dict[str, float]] = {
+        DESCRIBED: {},
+        WITHOUT: _parse("*.friction=0", compiled),
+    }
     variants |= {text: _parse(text, compiled) for text in change}
     simulated = {}
     with progress_bar() as progress:

@@ -22,7 +22,7 @@ def heat(model, data):
 
 
 def balance(model, data, duration):
-    """Total energy over time: mechanical + elastic + heat; the heat; what the sensor shows of it."""
+    """Mechanical + elastic energy + heat over time; the heat; what the sensor shows of it."""
     total, hot = [], 0.0
     for _ in range(round(duration / model.opt.timestep)):
         mujoco.mj_forward(model, data)
