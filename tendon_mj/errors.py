@@ -41,4 +41,5 @@ def unknown(kind: str, name: str, valid: Iterable[str]) -> str:
     near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     shown = ", ".join(repr(n) for n in names[:20]) + (", …" if len(names) > 20 else "")
-    return f"unknown {kind} {name!r}{hint} (there {'is' if len(names) == 1 else 'are'}: {shown or 'none'})"
+    verb = "is" if len(names) == 1 else "are"
+    return f"unknown {kind} {name!r}{hint} (there {verb}: {shown or 'none'})"

@@ -26,7 +26,7 @@ def arc_points(
 
     Args:
         length: of the sheath [m].
-        bend: total angle that it turns through [rad]; positive to the left, seen against ``normal``.
+        bend: total angle that it turns through [rad]; positive turns left, seen from ``normal``.
         guides: n ≥ 1.
         start: of the path [m].
         direction: in which it leaves ``start``.

@@ -66,7 +66,8 @@ def replay(
         }
         for column, error in errors.items():
             console.print(
-                f"{label}: {column} off by {error.rmse:.4g} rms, {error.share_of_range:.2%} of its range",
+                f"{label}: {column} off by {error.rmse:.4g} rms, "
+                f"{error.share_of_range:.2%} of its range",
                 soft_wrap=True,
             )
         output.add(write_recording(answer, out / f"simulated_{k}.csv"))

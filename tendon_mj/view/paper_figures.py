@@ -28,7 +28,6 @@ from tendon_mj.view.style import (
     PURPLE,
     SKY,
     VERMILLION,
-    legend_below,
     new_figure,
     print_style,
 )
@@ -60,6 +59,12 @@ def _caption(figure: Figure, text: str) -> None:
     figure.text(
         0.5, 0.04 / height, "\n".join(lines), ha="center", va="bottom", size=7.5, color=GREY
     )
+
+
+def _legend(figure: Figure, axes: Axes, columns: int) -> None:
+    """Put the legend of ``axes`` above everything; the caption has the place below."""
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=columns)
 
 
 def _loops(
@@ -112,7 +117,7 @@ def loop_figure(
         _theory_lines(axes, rig)
         axes[0].set_title(title)
         axes[1].set_title("dotted: closed form, and no friction")
-        legend_below(figure, axes[0], 3)
+        _legend(figure, axes[0], 3)
         _caption(figure, caption)
     return figure
 
@@ -162,11 +167,11 @@ def figure_5(found: Figure5) -> Figure:
             axes[row][0].set_title(f"Fig. 5, F_c = {rig.constant_friction:g} N")
             axes[row][0].set_xlabel("input displacement from slack [mm]")
             axes[row][1].set_title("dotted: closed form, F_c = 0")
-        legend_below(figure, axes[0][0], 3)
+        _legend(figure, axes[0][0], 3)
         _caption(
             figure,
-            f"T_in = T_0 + {AMPLITUDE_5:g} N sin(2π {FREQUENCY_5:g} Hz t); {found.rigs[1].caption()}; "
-            "F_c chosen, not fitted. "
+            f"T_in = T_0 + {AMPLITUDE_5:g} N sin(2π {FREQUENCY_5:g} Hz t); "
+            f"{found.rigs[1].caption()}; F_c chosen, not fitted. "
             f"The loop is {found.widening_at(BOUND):.0%} wider for F_c at {_MILLI * BOUND:g} mm "
             f"from slack, {found.widening_at(0.5 * BOUND):.0%} at {500 * BOUND:g} mm and "
             f"{found.widening_at(6 * BOUND):.0%} at {6e3 * BOUND:g} mm; the slopes do not change. "
@@ -201,13 +206,13 @@ def agreement_figure(found: Agreement) -> Figure:
             colour, line, width = _LOOKS[name]
             look = {"color": colour, "linestyle": line, "label": name}
             travel = _MILLI * trace.input_displacement
-            axes[0].plot(travel, trace.output_tension, linewidth=width, **look)  # type: ignore[arg-type]
+            axes[0].plot(travel, trace.output_tension, linewidth=width, **look)
             error = 100.0 * (trace.output_tension - exact) / np.ptp(exact)
-            axes[1].plot(error, linewidth=min(width, 1.5), **look)  # type: ignore[arg-type]
+            axes[1].plot(error, linewidth=min(width, 1.5), **look)
         axes[0].set(xlabel="ξ_in [mm]", ylabel="T_out [N]", title="Minor loops")
         axes[1].axhspan(-0.5, 0.5, color=SKY, alpha=0.15, lw=0)
         axes[1].set(xlabel="sample", ylabel="less closed form [% of range]", title="What is left")
-        legend_below(figure, axes[0], 5)
+        _legend(figure, axes[0], 5)
         _caption(
             figure,
             f"{found.rig.caption()}; 64 elements or guides. Largest difference between two routes, "
@@ -228,7 +233,7 @@ def refinement_figure(found: Refinement) -> Figure:
                 found.elements,
                 error,
                 color=colour,
-                linestyle="-" if far else line,  # type: ignore[arg-type]
+                linestyle="-" if far else line,
                 linewidth=1.0 if far else max(width, 1.4),
                 marker="s" if far else "o",
                 markerfacecolor="white" if far else colour,
@@ -240,7 +245,7 @@ def refinement_figure(found: Refinement) -> Figure:
         axes.minorticks_off()
         axes.set(xlabel="elements, guides or intervals n", ylabel="rms error of T_out / range")
         axes.set_title("Refinement")
-        legend_below(figure, axes, 2)
+        _legend(figure, axes, 2)
         _caption(
             figure,
             f"{found.rig.caption()}; outer loop against the closed form. Sheath and plugin level "
