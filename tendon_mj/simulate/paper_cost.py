@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import time as clock
 from collections.abc import Callable, Iterator
@@ -51,27 +52,35 @@ _Setting = tuple[float, int, str, _Run]
 
 
 def _massless(travel: Array) -> dict[str, Iterator[_Setting]]:
-    none = "none"
+    drive: routes.Drive = "displacement"
 
     def closed() -> Iterator[_Setting]:
-        yield STRIDE, 0, none, _ends(lambda _: routes.closed_form(RIG, travel, "displacement"), 0)
+        yield STRIDE, 0, "none", _ends(functools.partial(routes.closed_form, RIG, travel, drive))
 
     def grid() -> Iterator[_Setting]:
         for n in (4, 8, 16, 32, 64, 128):
-            run = _ends(lambda k: routes.continuum(RIG, travel, "displacement", k), n)
-            yield STRIDE, n, none, run
+            yield (
+                STRIDE,
+                n,
+                "none",
+                _ends(functools.partial(routes.continuum, RIG, travel, drive, n)),
+            )
 
     def sheath() -> Iterator[_Setting]:
         for n in (4, 8, 16, 32, 64, 128):
-            run = _ends(lambda k: routes.sheath_alone(RIG, travel, "displacement", k), n)
-            yield STRIDE, n, none, run
+            yield (
+                STRIDE,
+                n,
+                "none",
+                _ends(functools.partial(routes.sheath_alone, RIG, travel, drive, n)),
+            )
 
     return {"closed form": closed(), "continuum": grid(), "sheath alone": sheath()}
 
 
-def _ends(run: Callable[[int], routes.Trace], n: int) -> _Run:
+def _ends(run: Callable[[], routes.Trace]) -> _Run:
     def go() -> tuple[Array, Array]:
-        trace = run(n)
+        trace = run()
         return trace.input_tension, trace.output_tension
 
     return go
@@ -90,10 +99,8 @@ def _with_mass(time: Array, travel: Array) -> dict[str, Iterator[_Setting]]:
             chain = _slow(n, slowness)
             step = min(4.0 * chain.time_step, STRIDE)
             step = STRIDE / math.ceil(STRIDE / step)
-            run = _ends(
-                lambda _, c=chain, h=step: routes.elements(c, time, travel, "displacement", h), n
-            )
-            yield step, n, f"tendon of {chain.mass.sum():.2g} kg", run
+            run = functools.partial(routes.elements, chain, time, travel, "displacement", step)
+            yield step, n, f"tendon of {chain.mass.sum():.2g} kg", _ends(run)
 
     def chained() -> Iterator[_Setting]:
         for n, slowness in ((8, 20.0), (16, 40.0), (32, 40.0), (32, 80.0), (64, 80.0)):

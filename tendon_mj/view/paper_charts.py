@@ -153,7 +153,7 @@ def cost_figure(costs: Sequence[Cost]) -> Figure:
                 fontsize=7.5,
             )
         axes.set_xscale("log")
-        axes.set_xlim(min(c.seconds for c in costs) / 3, 300 * max(c.seconds for c in costs))
+        axes.set_xlim(min(c.seconds for c in costs) / 3, 3000 * max(c.seconds for c in costs))
         axes.invert_yaxis()
         axes.grid(visible=False, axis="y")
         axes.set(xlabel="wall time per simulated second [s]", title="Cost at 1 % of range")
