@@ -1,8 +1,8 @@
 """From Python, a model in and a model out: routes sheaths, adds friction, names live parameters."""
 
 from tendon_mj.attach.friction import add_friction as add_friction
-from tendon_mj.attach.friction import add_sensor as add_sensor
 from tendon_mj.attach.parameters import Parameters as Parameters
 from tendon_mj.attach.route import add_sites as add_sites
 from tendon_mj.attach.route import add_tendon as add_tendon
 from tendon_mj.attach.route import arc_points as arc_points
+from tendon_mj.attach.sensor import add_sensor as add_sensor

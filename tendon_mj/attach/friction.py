@@ -2,47 +2,20 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from collections.abc import Sequence
-from typing import Any
+from typing import SupportsFloat
 
 import mujoco
 
-from tendon_mj.engine import KINDS, NAME
+from tendon_mj.attach.elasticity import own_elasticity
+from tendon_mj.attach.sensor import add_instance, add_sensor, check_kinds, free_name
+from tendon_mj.engine import NAME
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.sheath import Law
 
 _SITE = mujoco.mjtWrap.mjWRAP_SITE
-
-
-def _own_elasticity(spec: mujoco.MjSpec, name: str) -> tuple[float, float]:
-    """EA and T_0 [N] that a tendon's own stiffness and spring length amount to at `qpos0`."""
-    tendon = spec.tendon(name)
-    stiffness, spring = float(tendon.stiffness[0]), float(tendon.springlength[1])
-    model = spec.compile()  # not a copy: MuJoCo's copies drop a plugin that no element refers to
-    length = float(model.tendon_length0[model.tendon(name).id])
-    if stiffness > 0.0 and spring == 0.0:
-        raise InvalidValueError(
-            f"tendon {name!r} has springlength = 0, so no strain is defined: give axial_stiffness "
-            "and pretension"
-        )
-    unstretched = spring if spring > 0.0 else length
-    return stiffness * unstretched, max(0.0, stiffness * (length - unstretched))
-
-
-def _instance(spec: mujoco.MjSpec, name: str, config: dict[str, Any]) -> Any:
-    taken = [plugin.name for plugin in spec.plugins]
-    if name in taken:
-        raise InvalidValueError(f"the model already has a plugin instance {name!r}")
-    plugin = spec.add_plugin(name=name, plugin_name=NAME, active=True)
-    plugin.config = {
-        k: v if isinstance(v, str) else repr(v) for k, v in config.items() if v is not None
-    }
-    return plugin
-
-
-def _check_kind(kind: str) -> None:
-    if kind not in KINDS:
-        raise UnknownNameError("sensor", kind, KINDS)
 
 
 def add_friction(
@@ -91,95 +64,85 @@ def add_friction(
         UnknownNameError: no such tendon or sensor kind, with the nearest name.
         InvalidValueError: a parameter outside its range, or a second sheath on the tendon.
     """
-    known = [t.name for t in spec.tendons]
-    if tendon not in known:
-        raise UnknownNameError("tendon", tendon, known)
-    for plugin in spec.plugins:
-        if plugin.plugin_name == NAME and plugin.config.get("tendon") == tendon:
-            raise InvalidValueError(f"tendon {tendon!r} already runs in sheath {plugin.name!r}")
-    for kind in sensors:
-        _check_kind(kind)
-    element = spec.tendon(tendon)
-    if any(point.type != _SITE for point in element.path):
-        raise InvalidValueError(
-            f"tendon {tendon!r} does not run over sites alone, which is what a sheath needs: "
-            "no joints, geoms or pulleys"
-        )
+    element = _find_tendon(spec, tendon)
+    check_kinds(sensors)
     if axial_stiffness is None or pretension is None:
-        own_stiffness, own_pretension = _own_elasticity(spec, tendon)
-        if axial_stiffness is None and not own_stiffness > 0.0:
-            raise InvalidValueError(
-                f"tendon {tendon!r} has no stiffness to take over: give axial_stiffness [N]"
-            )
+        own_stiffness, own_pretension = own_elasticity(spec, tendon)
         axial_stiffness = own_stiffness if axial_stiffness is None else axial_stiffness
         pretension = own_pretension if pretension is None else pretension
     law = Law(
-        axial_stiffness=axial_stiffness,
-        friction=friction,
-        static_friction=static_friction,
-        constant_friction=constant_friction,
-        axial_damping=axial_damping,
-        pretension=pretension,
+        axial_stiffness=_number("axial_stiffness", axial_stiffness),
+        friction=_number("friction", friction),
+        static_friction=(
+            None if static_friction is None else _number("static_friction", static_friction)
+        ),
+        constant_friction=_number("constant_friction", constant_friction),
+        axial_damping=_number("axial_damping", axial_damping),
+        pretension=_number("pretension", pretension),
     )
-    spec.activate_plugin(NAME)
+    config = {"tendon": tendon, "guides": str(len(element.path) - 2)}
+    config |= {k: repr(v) for k, v in dataclasses.asdict(law).items() if v}
+    config |= {k: repr(getattr(law, k)) for k in ("axial_stiffness", "friction", "pretension")}
+    config |= _spool(spec, "reel", reel_joint, reel_radius)
+    config |= _spool(spec, "output", output_joint, output_radius)
+    if reel is not None and reel in [actuator.name for actuator in spec.actuators]:
+        raise InvalidValueError(f"the model already has an actuator {reel!r}")
     if name is None:
-        name = "sheath"
-        if name in [plugin.name for plugin in spec.plugins]:
-            name = f"{tendon}_sheath"
-    config = {
-        "tendon": tendon,
-        "axial_stiffness": law.axial_stiffness,
-        "friction": law.friction,
-        "static_friction": law.static_friction,
-        "constant_friction": law.constant_friction or None,
-        "axial_damping": law.axial_damping or None,
-        "pretension": law.pretension,
-        "reel_joint": reel_joint,
-        "reel_radius": reel_radius,
-        "output_joint": output_joint,
-        "output_radius": output_radius,
-        "guides": str(len(element.path) - 2),
-    }
-    sheath = _instance(spec, name, config)
+        taken = [plugin.name for plugin in spec.plugins]
+        name = "sheath" if "sheath" not in taken else f"{tendon}_sheath"
+    spec.activate_plugin(NAME)
+    sheath = add_instance(spec, name, config)
     element.stiffness[:] = 0.0
     element.springlength[:] = -1.0
     if reel is not None:
         actuator = spec.add_actuator(name=reel, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon)
         actuator.plugin = sheath
     else:  # something has to refer to the sheath, or MjSpec.copy and attach lose it
-        ends = spec.add_sensor(name=name, type=mujoco.mjtSensor.mjSENS_PLUGIN)
+        ends = spec.add_sensor(
+            name=free_name(spec, name, f"{name}_ends"), type=mujoco.mjtSensor.mjSENS_PLUGIN
+        )
         ends.plugin = sheath
     for kind in sensors:
         add_sensor(spec, name, kind)
     return spec
 
 
-def add_sensor(
-    spec: mujoco.MjSpec, sheath: str, kind: str, name: str | None = None
-) -> mujoco.MjsSensor:
-    """Add a sensor that shows something of a sheath.
+def _find_tendon(spec: mujoco.MjSpec, name: str) -> mujoco.MjsTendon:
+    """A tendon that can run in a sheath and does not yet."""
+    known = [t.name for t in spec.tendons]
+    if name not in known:
+        raise UnknownNameError("tendon", name, known)
+    for plugin in spec.plugins:
+        if plugin.plugin_name == NAME and plugin.config.get("tendon") == name:
+            raise InvalidValueError(f"tendon {name!r} already runs in sheath {plugin.name!r}")
+    element = spec.tendon(name)
+    if any(point.type != _SITE for point in element.path):
+        raise InvalidValueError(
+            f"tendon {name!r} does not run over sites alone, which is what a sheath needs: "
+            "no joints, geoms or pulleys"
+        )
+    return element
 
-    Args:
-        spec: changed in place.
-        sheath: name of the plugin instance.
-        kind: one of ``tendon_mj.engine.KINDS``.
-        name: of the sensor; default: the kind, or ``<sheath>_<kind>`` where that is taken.
 
-    Raises:
-        UnknownNameError: no such sheath or kind.
-    """
-    sheaths = {
-        p.name: p for p in spec.plugins if p.plugin_name == NAME and "sensor" not in p.config
-    }
-    if sheath not in sheaths:
-        raise UnknownNameError("sheath", sheath, sheaths)
-    _check_kind(kind)
-    if name is None:
-        taken = [s.name for s in spec.sensors]
-        name = kind if kind not in taken else f"{sheath}_{kind}"
-    view = _instance(
-        spec, f"{sheath}.{kind}", {"tendon": sheaths[sheath].config["tendon"], "sensor": kind}
-    )
-    sensor = spec.add_sensor(name=name, type=mujoco.mjtSensor.mjSENS_PLUGIN)
-    sensor.plugin = view
-    return sensor
+def _number(name: str, value: SupportsFloat) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise InvalidValueError(f"{name} = {value!r} is not a number") from None
+
+
+def _spool(
+    spec: mujoco.MjSpec, end: str, joint: str | None, radius: SupportsFloat | None
+) -> dict[str, str]:
+    """Attributes of a spool at one end; none without one."""
+    if joint is None and radius is None:
+        return {}
+    if joint is None or radius is None:
+        raise InvalidValueError(f"{end}_joint and {end}_radius go together, one of them is missing")
+    known = [j.name for j in spec.joints]
+    if joint not in known:
+        raise UnknownNameError("joint", joint, known, f"{end}_joint")
+    arm = _number(f"{end}_radius", radius)
+    if not math.isfinite(arm) or arm == 0.0:
+        raise InvalidValueError(f"{end}_radius = {arm:g} [m] must be finite and not 0")
+    return {f"{end}_joint": joint, f"{end}_radius": repr(arm)}

@@ -32,6 +32,11 @@ class Parameters(MutableMapping[str, float]):
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | NDArray[np.float64]) -> None:
         self._state = data if isinstance(data, np.ndarray) else data.plugin_state
+        if self._state.shape != (model.npluginstate,):
+            raise InvalidValueError(
+                f"the plugin state of this model has shape ({model.npluginstate},), the data's has "
+                f"{self._state.shape}: it belongs to another model, or is more than that part"
+            )
         self._address = {
             f"{name}.{parameter}": instance.state + k
             for name, instance in sheaths(model).items()

@@ -42,8 +42,12 @@ def arc_points(
         raise InvalidValueError(f"length = {length} [m] must be finite and > 0")
     if not np.isfinite(bend):
         raise InvalidValueError(f"bend = {bend} [rad] must be finite")
-    if guides < 1:
-        raise InvalidValueError(f"guides = {guides} must be ≥ 1")
+    if guides < 1 or guides != int(guides):
+        raise InvalidValueError(f"guides = {guides} must be a whole number ≥ 1")
+    if abs(bend) / guides >= np.pi:
+        raise InvalidValueError(
+            f"guides = {guides} cannot bend by {bend:g} rad: each must turn by less than π"
+        )
     along = np.asarray(direction, float)
     axis = np.asarray(normal, float)
     left = np.cross(axis, along)

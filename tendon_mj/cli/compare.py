@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.simulate.comparison import Comparison
 from tendon_mj.simulate.comparison import compare as measure
-from tendon_mj.simulate.first_motion import Motion
+from tendon_mj.simulate.first_motion import SWING, Motion
 from tendon_mj.view.convergence import convergence_figure
 from tendon_mj.view.loops import loops_figure
 from tendon_mj.view.sweep import sweep_figure
@@ -81,7 +81,8 @@ def _say(comparison: Comparison) -> None:
         slid = max(abs(m.transmission / m.analytic_transmission - 1.0) for m in motions)
         top = max(m.exponent for m in motions)
         console.print(
-            f"{label}, |λ| ≤ {top:g}, both directions: K_ap within {stiffness:.3%}, ξ_B within "
+            f"{label}, |λ| ≤ {top:g}, both directions, output tension ±{SWING:.0%}: "
+            f"K_ap within {stiffness:.3%}, ξ_B within "
             f"{backlash:.4%} of T_in L/EA, T_out/T_in within {slid:.0e}"
         )
     console.print(f"  ({_LEFT})")

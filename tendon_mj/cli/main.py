@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
+from importlib.metadata import version
 
 import tyro
 
@@ -25,6 +26,9 @@ COMMANDS: dict[str, Callable[..., object]] = {
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; 0 when it did its work, 2 when its input was refused."""
+    if list(sys.argv[1:] if arguments is None else arguments) == ["--version"]:
+        print(f"tendon-mj {version('tendon-mj')}")
+        return 0
     try:
         tyro.extras.subcommand_cli_from_dict(
             COMMANDS,

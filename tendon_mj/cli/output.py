@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -11,6 +12,8 @@ from pathlib import Path
 from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+
+from tendon_mj.errors import InvalidValueError
 
 console = Console(highlight=False)
 
@@ -26,6 +29,8 @@ class Output:
         self.folder = folder
         self.written: list[Path] = []
         self.started = time.perf_counter()
+        if folder.exists() and not folder.is_dir():
+            raise InvalidValueError(f"--out {folder} is a file; it must be a folder")
         folder.mkdir(parents=True, exist_ok=True)
 
     def add(self, path: Path) -> Path:
@@ -42,7 +47,8 @@ class Output:
     def result(self, numbers: Mapping[str, object]) -> Path:
         """Write `result.json`: plain numbers in SI units."""
         path = self.folder / "result.json"
-        path.write_text(json.dumps(numbers, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        text = json.dumps(_plain(numbers), indent=2, allow_nan=False)
+        path.write_text(text + "\n", encoding="utf-8")
         return self.add(path)
 
     def close(self) -> None:
@@ -50,6 +56,15 @@ class Output:
         console.print(f"{time.perf_counter() - self.started:.1f} s; wrote")
         for path in self.written:
             console.print(f"  {path}", soft_wrap=True)
+
+
+def _plain(value: object) -> object:
+    """The same without numbers that JSON does not have: they become null."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 @contextmanager

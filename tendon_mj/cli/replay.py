@@ -11,7 +11,7 @@ import tyro
 
 from tendon_mj.attach import Parameters
 from tendon_mj.cli.output import Output, console, progress_bar
-from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.simulate.library import load_model, models_folder
 from tendon_mj.simulate.recording import read_recording, write_recording
 from tendon_mj.simulate.replay import replay as simulate
@@ -45,6 +45,10 @@ def replay(
     """
     output = Output(out)
     measured = read_recording(recording, description)
+    if not measured.measured:
+        raise RecordingError(
+            f"{recording}: no column is [measured], so there is nothing to compare"
+        )
     compiled = load_model(model or measured.model)
     variants: dict[str, dict[str, float]] = {
         DESCRIBED: {},

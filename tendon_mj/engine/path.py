@@ -12,9 +12,18 @@ _SHORTEST = 1e-9  # two sites on one spot still have a segment between them [m]
 
 @compiled
 def _bend(a: Any, i: int) -> float:
-    """Angle by which the path turns at point ``i`` [rad], exact for small and large angles."""
-    ux, uy, uz = a[3 * i] - a[3 * i - 3], a[3 * i + 1] - a[3 * i - 2], a[3 * i + 2] - a[3 * i - 1]
+    """Angle by which the path turns at point ``i`` [rad], exact for small and large angles.
+
+    Where several points lie on one spot the turn counts once, at the last of them.
+    """
     vx, vy, vz = a[3 * i + 3] - a[3 * i], a[3 * i + 4] - a[3 * i + 1], a[3 * i + 5] - a[3 * i + 2]
+    if vx == 0.0 and vy == 0.0 and vz == 0.0:
+        return 0.0
+    ux, uy, uz = 0.0, 0.0, 0.0
+    k = i
+    while k > 0 and ux == 0.0 and uy == 0.0 and uz == 0.0:
+        k -= 1
+        ux, uy, uz = a[3 * i] - a[3 * k], a[3 * i + 1] - a[3 * k + 1], a[3 * i + 2] - a[3 * k + 2]
     cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     return math.atan2(math.sqrt(cx * cx + cy * cy + cz * cz), ux * vx + uy * vy + uz * vz)
 
@@ -45,7 +54,8 @@ def follow_path(points: Any, path: Any, length: Any, angle: Any, refresh: bool) 
             length[j] = max(_SHORTEST, math.sqrt(dx * dx + dy * dy + dz * dz))
         if j > 0 and (moved or before):
             angle[j - 1] = _bend(points, j)
-        before = moved
+        # behind a segment without length the bend depends on what lies before it
+        before = moved or (before and length[j] == _SHORTEST)
         changed |= moved
     if changed:
         for k in range(path.shape[0]):

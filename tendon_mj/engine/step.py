@@ -1,4 +1,7 @@
-"""A sheath's part in a time step: evaluate the tendon, apply its forces, commit what happened."""
+"""A sheath's part in a time step: evaluate the tendon, apply its forces, commit what happened.
+
+Equations: docs/theory.md, section 4.
+"""
 
 from __future__ import annotations
 

@@ -104,6 +104,8 @@ def _capacity(model: _Model, config: dict[str, str], where: str) -> int:
         return max(0, int(model.fields.nwrap) - int(model.fields.ntendon) - 1)
     if not _COUNT.fullmatch(config["guides"]):
         raise InvalidValueError(f"{where}: guides = {config['guides']!r} is not a count")
+    if len(config["guides"]) > 6:
+        raise InvalidValueError(f"{where}: guides = {config['guides']} is more than 999999")
     return int(config["guides"])
 
 
@@ -190,9 +192,11 @@ def check_tendon(address: int, instance: int) -> int:
         if problem:
             raise InvalidValueError(f"{where}: tendon {name!r} {problem}")
     stiffness = model.doubles("tendon_stiffness")[tendon]
-    if stiffness != 0.0:
+    higher = model.doubles("tendon_stiffnesspoly")[2 * tendon : 2 * tendon + 2]
+    if stiffness != 0.0 or any(higher):
         raise InvalidValueError(
-            f"{where}: tendon {name!r} has stiffness = {stiffness:g} [N/m] of its own, which would "
+            f"{where}: tendon {name!r} has a stiffness of its own, "
+            f"{' '.join(f'{k:g}' for k in (stiffness, *higher))}, which would "
             "act beside the sheath's axial_stiffness; remove it"
         )
     if config["guides"] and int(config["guides"]) != count - 2:
@@ -204,6 +208,7 @@ def check_tendon(address: int, instance: int) -> int:
 
 
 def _check_reels(model: _Model, instance: int, view: bool) -> None:
+    """One reel at most, on the sheath and on its tendon."""
     owners = model.ints("actuator_plugin")
     reels = [k for k in range(model.fields.nactuator) if owners[k] == instance]
     names = ", ".join(repr(model.name(_OBJ.mjOBJ_ACTUATOR, k)) for k in reels)
@@ -216,6 +221,16 @@ def _check_reels(model: _Model, instance: int, view: bool) -> None:
         raise InvalidValueError(
             f"{_where(model, instance)}: a sheath has one reel, not {len(reels)}: {names}"
         )
+    for reel in reels:
+        if model.ints("actuator_trntype")[reel] != mujoco.mjtTrn.mjTRN_TENDON.value:
+            continue
+        acts_on = model.name(_OBJ.mjOBJ_TENDON, model.ints("actuator_trnid")[2 * reel])
+        if acts_on != model.config(instance)["tendon"]:
+            raise InvalidValueError(
+                f"{_where(model, instance)}: reel {names} acts on tendon {acts_on!r}, the sheath "
+                f"on {model.config(instance)['tendon']!r}; a config is not renamed when its model "
+                "is attached to another: attach first, then add friction"
+            )
 
 
 def _unsuited(model: _Model, kind: int, index: int) -> str:

@@ -1,4 +1,7 @@
-"""Chains ready to run: a sheath cut into n elements, and the inertia for a slow run."""
+"""Chains ready to run: a sheath cut into n elements, and the inertia for a slow run.
+
+Equations: docs/theory.md, section 5.
+"""
 
 from __future__ import annotations
 

@@ -8,6 +8,8 @@ old one and holds its tension elsewhere, θ(x) the bend angle from the input to 
 
 eqs. (5), (6), (15) of the paper, here for any curvature and any history. The integral is the
 trapezoid's: T has a kink at each front, where Simpson's rule is of order 2 as well.
+
+Equations: docs/theory.md, section 2.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Energy of a chain through a run: what went in, what is stored, what was lost."""
+"""Energy of a chain through a run: what went in, what is stored, what was lost.
+
+Equations: docs/theory.md, section 5.
+"""
 
 from __future__ import annotations
 

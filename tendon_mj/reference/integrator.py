@@ -21,6 +21,8 @@ An element stops within O(h²) of its place and, with μ_s = μ_d, breaks away w
 from 0: order 2 is kept. With μ_s > μ_d the force jumps, and the breakaway is off by up to h: order
 1. There, whether a slip carries a neighbour along can hang on a hair: single slips differ between
 steps h (T_out by some newtons at 64 light elements, the friction work by a few per cent).
+
+Equations: docs/theory.md, section 5.
 """
 
 from __future__ import annotations

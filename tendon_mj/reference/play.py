@@ -1,4 +1,7 @@
-"""Inner loop of the continuum (Numba): play at every grid point, Newton on the displacement."""
+"""Inner loop of the continuum (Numba): play at every grid point, Newton on the displacement.
+
+Equations: docs/theory.md, section 2.
+"""
 
 from __future__ import annotations
 

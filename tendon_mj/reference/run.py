@@ -1,4 +1,7 @@
-"""Run a chain of elements on an input history."""
+"""Run a chain of elements on an input history.
+
+Equations: docs/theory.md, section 5.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""One step's two decisions, spring by spring and element by element: slack, and stick or slide."""
+"""One step's two decisions, spring by spring and element by element: slack, and stick or slide.
+
+Equations: docs/theory.md, section 5.
+"""
 
 from __future__ import annotations
 

@@ -4,6 +4,8 @@ Guide i holds as long as T_{i+1} e^{−μ_s φ} ≤ T_i ≤ T_{i+1} e^{μ_s φ};
 μ_d. A guide that breaks loose within the step therefore drops to μ_d and may take others with it:
 rounds are repeated until no guide breaks loose any more. Each round only ever frees guides, so
 there are at most 2n + 1.
+
+Equations: docs/theory.md, section 4.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""The friction law of a tendon in its sheath, as a value."""
+"""The friction law of a tendon in its sheath, as a value.
+
+Equations: docs/theory.md, section 4.
+"""
 
 from __future__ import annotations
 

@@ -4,6 +4,8 @@ Guides that slide in a row tie the tensions of their segments to each other, and
 conserves its tendon: one unknown, solved by Halley's method. What comes out says which guides
 were wrongly taken to slide or to rest; the next pass corrects them. From the pattern of the step
 before this takes one or two passes, each linear in the guides.
+
+Equations: docs/theory.md, section 4.
 """
 
 from __future__ import annotations

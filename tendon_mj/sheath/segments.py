@@ -8,6 +8,8 @@ which falls with τ. For a purely elastic segment between fixed points g = d = 0
 T = EA (ℓ/s − 1). The give g [m] is the length that an elastic support at that segment's end gives
 up per unit τ (g = EA/k for a spring k). Damping shifts and scales the strain (a < 1, d = κ ε⁻/(1+κ)
 with κ = c/(EA Δt), backward Euler).
+
+Equations: docs/theory.md, section 4.
 """
 
 from __future__ import annotations

@@ -6,6 +6,8 @@ allows against τ_{j+1}. So a walk forward finds every τ*_j, a walk backward th
 missing length of the prefix, G_j(τ) = Σ_{k≤j} (s_k(τ_k) − stored_k), falls with τ, hence one root;
 it is bracketed and cannot be missed. This is the argument by which fused regression problems are
 solved by dynamic programming, with friction bounds in the place of a fusion penalty.
+
+Equations: docs/theory.md, section 4.
 """
 
 from __future__ import annotations

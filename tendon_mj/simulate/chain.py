@@ -11,6 +11,8 @@ follows the tension only if Python rewrites it between steps, and as a soft cons
 under any load; so does the friction of contacts. What remains is the price of inertia: the springs
 between beads are explicit in MuJoCo, and the step has to resolve the fastest bead
 (`Chain.longest_timestep`, which falls with √mass/n). `docs/routes.md` has wall time and accuracy.
+
+Equations: docs/theory.md, section 5.
 """
 
 from __future__ import annotations

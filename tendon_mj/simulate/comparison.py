@@ -10,6 +10,7 @@ import numpy as np
 from tendon_mj import theory
 from tendon_mj.simulate.bench import Bench
 from tendon_mj.simulate.first_motion import (
+    SWING,
     Loop,
     Motion,
     Progress,
@@ -92,6 +93,7 @@ class Comparison:
         return {
             **_errors(self.motions),
             "limit": _errors(self.limit_motions),
+            "output_tension_swing": SWING,
             "transmission_stiffness": {
                 "relative_error_pulling": self.transmission_stiffness[1],
                 "relative_error_loosening": self.transmission_stiffness[-1],

@@ -19,6 +19,7 @@ from tendon_mj.simulate.roll import Array, roll
 
 Progress = Callable[[str, int, int], None]
 
+SWING = 0.5  # of the output tension, over T_0, within which K_ap and ξ_B are read
 SENSORS = ("input_tension", "output_tension", "reel_displacement", "output_displacement")
 
 
@@ -74,7 +75,9 @@ class Motion:
         return self.apparent_stiffness / self.analytic_stiffness - 1.0
 
 
-def first_motion(bench: Bench, direction: int, *, swing: float = 0.5, steps: int = 6000) -> Motion:
+def first_motion(
+    bench: Bench, direction: int, *, swing: float = SWING, steps: int = 6000
+) -> Motion:
     """Wind the bench's reel until T_out has changed by ``swing`` T_0, and measure.
 
     Args:

@@ -8,6 +8,8 @@ on the tension. A friction F_c of the whole sheath, spread evenly over its bend,
 The slopes stay as they are. Without F_c the lines of both directions meet where the tendon turns
 slack; with it they meet at T = −F_c/λ. So the loop stays open by F_c/λ where the theory closes it:
 a departure that weighs most at the smallest displacement.
+
+Equations: docs/theory.md, section 3.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Reads the paper's numbers off a loop: slopes outside the backlash, backlash, ratio."""
+"""Reads the paper's numbers off a loop: slopes outside the backlash, backlash, ratio.
+
+Equations: docs/theory.md, sections 1, 2.
+"""
 
 from __future__ import annotations
 

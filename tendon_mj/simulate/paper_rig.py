@@ -1,4 +1,7 @@
-"""The rig on which the paper is reproduced: every number that the paper leaves out, and why."""
+"""The rig on which the paper is reproduced: every number that the paper leaves out, and why.
+
+Equations: docs/theory.md, sections 1, 3.
+"""
 
 from __future__ import annotations
 

@@ -19,6 +19,8 @@ from tendon_mj.simulate.replay_error import replay_error as replay_error
 from tendon_mj.simulate.replay_parameters import Adjustable
 from tendon_mj.simulate.replay_run import Progress, run_open_loop
 
+_MOST_STEPS = 20_000_000  # some minutes
+
 FloatArray = NDArray[np.float64]
 
 
@@ -69,6 +71,12 @@ def replay(
     clock = make_clock(recording.time, rig.model.opt.timestep)
     rig.model.opt.timestep = clock.timestep
     lead = math.ceil(settle / clock.timestep * (1.0 - 1e-9))
+    if lead + clock.steps > _MOST_STEPS:
+        raise RecordingError(
+            f"recording {recording.name!r}: its typical interval between samples gives steps of "
+            f"{clock.timestep:g} s, {lead + clock.steps} in all, more than {_MOST_STEPS}; are the "
+            "times in seconds?"
+        )
     control = _control(recording, rig, clock, lead)
 
     def when(step: int) -> str:

@@ -1,4 +1,7 @@
-"""Quotients of exponentials with removable singularities, to about 1e-15 everywhere."""
+"""Quotients of exponentials with removable singularities, to about 1e-15 everywhere.
+
+Equations: docs/theory.md, section 1.
+"""
 
 from __future__ import annotations
 

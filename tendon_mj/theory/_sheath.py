@@ -1,4 +1,7 @@
-"""One sheath of uniform curvature with a spring at its output end, in scalars."""
+"""One sheath of uniform curvature with a spring at its output end, in scalars.
+
+Equations: docs/theory.md, section 2.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Any history of displacement: the tensions that the play answers with."""
+"""Any history of displacement: the tensions that the play answers with.
+
+Equations: docs/theory.md, section 2.
+"""
 
 from __future__ import annotations
 

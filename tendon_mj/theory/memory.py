@@ -1,4 +1,7 @@
-"""What a tendon in its sheath remembers: the turning points of the input tension."""
+"""What a tendon in its sheath remembers: the turning points of the input tension.
+
+Equations: docs/theory.md, section 2.
+"""
 
 from __future__ import annotations
 

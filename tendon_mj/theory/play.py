@@ -1,4 +1,7 @@
-"""Any history: a play (backlash) operator on the logarithm of the tension, solved exactly."""
+"""Any history: a play (backlash) operator on the logarithm of the tension, solved exactly.
+
+Equations: docs/theory.md, section 2.
+"""
 
 from __future__ import annotations
 

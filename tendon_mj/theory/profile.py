@@ -1,4 +1,7 @@
-"""Tension and elongation along the tendon, for a first motion from uniform pretension."""
+"""Tension and elongation along the tendon, for a first motion from uniform pretension.
+
+Equations: docs/theory.md, section 1.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What the tendon looks like from its ends: apparent stiffness and equivalent backlash."""
+"""What the tendon looks like from its ends: apparent stiffness and equivalent backlash.
+
+Equations: docs/theory.md, section 1.
+"""
 
 from __future__ import annotations
 

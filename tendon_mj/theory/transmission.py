@@ -1,4 +1,7 @@
-"""From one end to the other, for a first motion from uniform pretension."""
+"""From one end to the other, for a first motion from uniform pretension.
+
+Equations: docs/theory.md, section 1.
+"""
 
 from __future__ import annotations
 

@@ -149,7 +149,7 @@ def test_a_reel_winds_in_what_its_control_says():
         ),
         (
             lambda s: both(s, 0.1, name="one"),
-            "already has a plugin instance 'one'",
+            "'one' cannot be the name of a plugin instance: empty or taken",
         ),
     ],
 )
@@ -218,3 +218,70 @@ def test_an_attached_model_survives_being_written_and_read():
     np.testing.assert_array_equal(one.qpos, other.qpos)
     np.testing.assert_array_equal(one.plugin_state, other.plugin_state)
     assert mujoco.MjSpec.from_string(text).to_xml() == text
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.float32, np.int64, str])
+def test_numbers_of_any_make_are_numbers(kind):
+    spec = finger()
+    add_friction(spec, "flexor", friction=kind(1), axial_stiffness=kind(5000), pretension=kind(2))
+    data = mujoco.MjData(spec.compile())
+    assert Parameters(spec.compile(), data)["sheath.axial_stiffness"] == 5000.0
+
+
+@pytest.mark.parametrize("value", [None, "much", [0.1]])
+def test_what_is_no_number_is_refused_as_such(value):
+    with pytest.raises(ValueError, match=r"friction = .* is not a number"):
+        add_friction(finger(), "flexor", friction=value)
+
+
+def test_a_slack_spring_is_not_taken_over_in_silence():
+    spec = finger()
+    spec.tendon("flexor").springlength = [0.0, 9.0]
+    with pytest.raises(ValueError, match="slack at qpos0"):
+        add_friction(spec, "flexor", friction=0.1)
+
+
+def test_a_dead_band_and_a_polynomial_are_not_taken_over_in_silence():
+    spec = finger()
+    length = spec.compile().tendon_length0[spec.compile().tendon("flexor").id]
+    spec.tendon("flexor").springlength = [0.5 * length, 0.9 * length]
+    with pytest.raises(ValueError, match="dead band"):
+        add_friction(spec, "flexor", friction=0.1)
+    spec = finger()
+    spec.tendon("flexor").stiffness[1] = 10.0
+    with pytest.raises(ValueError, match="polynomial"):
+        add_friction(spec, "flexor", friction=0.1)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"sensors": ("slip", "slip")},
+        {"reel_joint": "nowhere", "reel_radius": 0.01},
+        {"output_radius": 0.01},
+        {"name": ""},
+    ],
+)
+def test_every_refusal_leaves_the_model_as_it_was(wrong):
+    spec = finger()
+    with pytest.raises(ValueError, match=r"."):
+        add_friction(spec, "flexor", friction=0.1, **wrong)
+    assert spec.tendon("flexor").stiffness[0] > 0.0
+    assert [s.name for s in spec.sensors] == []
+    assert not spec.plugins
+
+
+def test_parameters_of_another_model_are_refused():
+    one = add_friction(finger(), "flexor", friction=0.1).compile()
+    other = both(finger(), 0.1).compile()
+    with pytest.raises(ValueError, match="belongs to another model"):
+        Parameters(one, mujoco.MjData(other))
+
+
+def test_a_sheath_that_followed_its_model_into_another_says_what_it_acts_on():
+    child = add_friction(finger(), "flexor", friction=0.1, reel="reel")
+    parent = finger()
+    frame = parent.worldbody.add_frame()
+    parent.attach(child, prefix="left_", frame=frame)
+    with pytest.raises(ValueError, match="acts on tendon 'left_flexor', the sheath on 'flexor'"):
+        parent.compile()

@@ -56,7 +56,7 @@ def test_many_guides_make_an_arc_of_a_circle():
     [
         (lambda: arc_points(0.0, 1.0, 4), r"length = 0\.0 \[m\] must be finite and > 0"),
         (lambda: arc_points(np.nan, 1.0, 4), r"length = nan \[m\]"),
-        (lambda: arc_points(1.0, 1.0, 0), r"guides = 0 must be ≥ 1"),
+        (lambda: arc_points(1.0, 1.0, 0), r"guides = 0 must be a whole number ≥ 1"),
         (lambda: arc_points(1.0, 1.0, 4, direction=(0, 0, 2)), r"must not lie along normal"),
     ],
 )

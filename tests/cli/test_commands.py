@@ -64,3 +64,37 @@ def test_help_names_the_commands():
     shown = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True).stdout
     for command in ("compare", "replay", "render", "demo"):
         assert command in shown
+
+
+def test_output_has_to_be_a_folder(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert main(["replay", str(carried_recording()), "--out", str(tmp_path / "file")]) == 2
+    assert "must be a folder" in capsys.readouterr().err
+
+
+def recorded(folder, rows):
+    (folder / "r.csv").write_text("time_s,input_displacement_m,input_tension_N\n" + rows)
+    (folder / "r.toml").write_text(
+        'model = "bench"\nsource = "test"\n[drive]\ninput_displacement_m = "reel"\n'
+        '[measured]\ninput_tension_N = { sensor = "input_tension" }\n'
+    )
+    return str(folder / "r.csv")
+
+
+def test_times_in_the_wrong_unit_are_refused_before_they_cost_hours(tmp_path, capsys):
+    path = recorded(tmp_path, "0,0,20\n1e-9,1e-4,21\n2e-9,2e-4,22\n")
+    assert main(["replay", path, "--out", str(tmp_path)]) == 2
+    assert "are the times in seconds?" in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_column_that_never_moves_has_no_range(tmp_path):
+    path = recorded(tmp_path, "0,0,20\n0.1,1e-4,20\n0.2,2e-4,20\n")
+    assert main(["replay", path, "--out", str(tmp_path)]) == 0
+    misfit = read(tmp_path)["rmse"]["as described"]["input_tension_N"]
+    assert misfit["share_of_range"] is None
+    assert misfit["rmse"] > 0.0
+
+
+def test_version(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("tendon-mj ")

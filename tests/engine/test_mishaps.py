@@ -133,3 +133,22 @@ def test_models_compiled_and_refused_in_many_threads_at_once():
         results = list(pool.map(one, range(32)))
     assert {type(r) for r in results[::2]} == {float}
     assert all("friction = -" in r for r in results[1::2])
+
+
+def bend_angles(points):
+    spec = mujoco.MjSpec()
+    add_tendon(spec, "t", add_sites(spec, "p", points))
+    add_friction(
+        spec, "t", friction=0.2, axial_stiffness=1e4, pretension=10.0, sensors=("bend_angle",)
+    )
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return data.sensor("bend_angle").data
+
+
+@pytest.mark.parametrize("repeats", [1, 2, 3])
+def test_a_corner_given_more_than_once_still_bends_the_tendon_once(repeats):
+    corner = [[1.0, 0.0, 0.0]] * repeats
+    angles = bend_angles([[0.0, 0.0, 0.0], *corner, [1.0, 1.0, 0.0]])
+    assert angles.sum() == pytest.approx(np.pi / 2)
