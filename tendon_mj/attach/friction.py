@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import mujoco
@@ -24,13 +24,20 @@ def _own_elasticity(spec: mujoco.MjSpec, name: str) -> tuple[float, float]:
     return stiffness * unstretched, max(0.0, stiffness * (length - unstretched))
 
 
-def _instance(spec: mujoco.MjSpec, name: str, config: dict[str, Any]) -> Any:
+def add_instance(
+    spec: mujoco.MjSpec, name: str, config: Mapping[str, str | float | None], plugin_name: str
+) -> Any:
+    """Add a plugin instance whose configuration leaves out what is None.
+
+    Raises:
+        InvalidValueError: the name is taken.
+    """
     taken = [plugin.name for plugin in spec.plugins]
     if name in taken:
         raise InvalidValueError(f"the model already has a plugin instance {name!r}")
-    plugin = spec.add_plugin(name=name, plugin_name=NAME, active=True)
+    plugin = spec.add_plugin(name=name, plugin_name=plugin_name, active=True)
     plugin.config = {
-        k: v if isinstance(v, str) else repr(v) for k, v in config.items() if v is not None
+        k: v if isinstance(v, str) else repr(float(v)) for k, v in config.items() if v is not None
     }
     return plugin
 
@@ -108,7 +115,7 @@ def add_friction(
         name = "sheath"
         if name in [plugin.name for plugin in spec.plugins]:
             name = f"{tendon}_sheath"
-    config = {
+    config: dict[str, str | float | None] = {
         "tendon": tendon,
         "axial_stiffness": law.axial_stiffness,
         "friction": law.friction,
@@ -122,7 +129,7 @@ def add_friction(
         "output_radius": output_radius,
         "guides": str(len(element.path) - 2),
     }
-    sheath = _instance(spec, name, config)
+    sheath = add_instance(spec, name, config, NAME)
     element.stiffness[:] = 0.0
     element.springlength[:] = -1.0
     if reel is not None:
@@ -157,9 +164,8 @@ def add_sensor(
     if name is None:
         taken = [s.name for s in spec.sensors]
         name = kind if kind not in taken else f"{sheath}_{kind}"
-    view = _instance(
-        spec, f"{sheath}.{kind}", {"tendon": sheaths[sheath].config["tendon"], "sensor": kind}
-    )
+    shown = {"tendon": sheaths[sheath].config["tendon"], "sensor": kind}
+    view = add_instance(spec, f"{sheath}.{kind}", shown, NAME)
     sensor = spec.add_sensor(name=name, type=mujoco.mjtSensor.mjSENS_PLUGIN)
     sensor.plugin = view
     return sensor

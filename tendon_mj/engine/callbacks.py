@@ -26,7 +26,7 @@ _VIEWED, _KIND, _FIRST, _LAST = range(VIEW_SIZE)
 
 
 @compiled
-def _state(layout: Layout, m: int, d: int, instance: int) -> int:
+def state_of(layout: Layout, m: int, d: int, instance: int) -> int:
     """Address of an instance's state."""
     start = integer(pointer(m + layout.m_plugin_stateadr), instance)
     return pointer(d + layout.d_plugin_state) + 8 * start
@@ -53,7 +53,7 @@ def _find_sheath(layout: Layout, m: int, view: int) -> int:
 
 
 @compiled
-def _range_of(owners: int, count: int, instance: int) -> tuple[int, int]:
+def range_of(owners: int, count: int, instance: int) -> tuple[int, int]:
     """First and last element that belongs to an instance, (0, −1) if none does."""
     first, last = 0, -1
     for k in range(count):
@@ -67,7 +67,7 @@ def _range_of(owners: int, count: int, instance: int) -> tuple[int, int]:
 def _reset(layout: Layout, m: int, address: int, instance: int) -> None:
     """Configured parameters into the state; the tendon is laid at the first evaluation."""
     sensors = pointer(m + layout.m_sensor_plugin)
-    first, last = _range_of(sensors, size(m + layout.m_nsensor), instance)
+    first, last = range_of(sensors, size(m + layout.m_nsensor), instance)
     kind = at.sensor_kind(at.text(layout, m, instance, at.SENSOR))
     if kind >= 0:
         view = doubles(address, VIEW_SIZE)
@@ -85,15 +85,15 @@ def _reset(layout: Layout, m: int, address: int, instance: int) -> None:
     state[st.REEL_JOINT] = mj_name2id(m, _JOINT, at.text(layout, m, instance, at.REEL_JOINT))
     state[st.OUTPUT_JOINT] = mj_name2id(m, _JOINT, at.text(layout, m, instance, at.OUTPUT_JOINT))
     reels = pointer(m + layout.m_actuator_plugin)
-    state[st.REEL_ACTUATOR] = _range_of(reels, size(m + layout.m_nactuator), instance)[1]
+    state[st.REEL_ACTUATOR] = range_of(reels, size(m + layout.m_nactuator), instance)[1]
 
 
 @compiled
 def _show(layout: Layout, m: int, d: int, instance: int) -> None:
-    view = doubles(_state(layout, m, d, instance), VIEW_SIZE)
+    view = doubles(state_of(layout, m, d, instance), VIEW_SIZE)
     if view[_VIEWED] < 0.0:
         return
-    sheath = _state(layout, m, d, int(view[_VIEWED]))
+    sheath = state_of(layout, m, d, int(view[_VIEWED]))
     for sensor in range(int(view[_FIRST]), int(view[_LAST]) + 1):
         adr = integer(pointer(m + layout.m_sensor_adr), sensor)
         measure(sheath, int(view[_KIND]), pointer(d + layout.d_sensordata) + 8 * adr)
@@ -103,12 +103,12 @@ def _show(layout: Layout, m: int, d: int, instance: int) -> None:
 def _compute(layout: Layout, m: int, d: int, instance: int, capability: int) -> None:
     view = _is_view(layout, m, instance)
     if capability == _PASSIVE and not view:
-        evaluate(layout, m, d, _state(layout, m, d, instance))
+        evaluate(layout, m, d, state_of(layout, m, d, instance))
     elif capability == _SENSOR and view:
         _show(layout, m, d, instance)
     elif capability == _ACTUATOR and not view:
         # a reel acts through the tendon's length, not through a force of its own
-        reel = int(doubles(_state(layout, m, d, instance), st.SCALARS)[st.REEL_ACTUATOR])
+        reel = int(doubles(state_of(layout, m, d, instance), st.SCALARS)[st.REEL_ACTUATOR])
         if reel >= 0:
             adr = integer(pointer(m + layout.m_actuator_outadr), reel)
             doubles(pointer(d + layout.d_actuator_force) + 8 * adr, 1)[0] = 0.0
@@ -117,7 +117,7 @@ def _compute(layout: Layout, m: int, d: int, instance: int, capability: int) -> 
 @compiled
 def _advance(layout: Layout, m: int, d: int, instance: int) -> None:
     if not _is_view(layout, m, instance):
-        commit(_state(layout, m, d, instance))
+        commit(state_of(layout, m, d, instance))
 
 
 class Callbacks(NamedTuple):
