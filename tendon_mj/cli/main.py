@@ -11,9 +11,16 @@ from tendon_mj.cli.compare import compare
 from tendon_mj.cli.demo import demo
 from tendon_mj.cli.render import render
 from tendon_mj.cli.replay import replay
+from tendon_mj.cli.servo import servo
 from tendon_mj.errors import TendonError
 
-COMMANDS: dict[str, Callable[..., object]] = {"compare": compare, "replay": replay, "render": render, "demo": demo}
+COMMANDS: dict[str, Callable[..., object]] = {
+    "compare": compare,
+    "servo": servo,
+    "replay": replay,
+    "render": render,
+    "demo": demo,
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
