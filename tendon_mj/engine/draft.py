@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-import math
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,6 +12,9 @@ import mujoco
 from tendon_mj.engine.layout import mirror
 from tendon_mj.engine.library import C
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+
+# What Python and the C library read alike.
+_NUMBER = re.compile(r"[+-]?(([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?|inf|nan)")
 
 
 class Draft:
@@ -52,7 +55,7 @@ class Draft:
         values = {}
         for attribute in self.attributes:
             raw = C.mj_getPluginConfig(self.address, instance, attribute.encode())
-            values[attribute] = (raw or b"").decode().strip()
+            values[attribute] = (raw or b"").decode()
         return values
 
     def plugin(self, instance: int) -> str:
@@ -93,10 +96,6 @@ def number(config: dict[str, str], name: str, where: str) -> float | None:
     raw = config[name]
     if not raw:
         return None
-    try:
-        value = float(raw)
-    except ValueError:
-        value = math.nan
-    if math.isnan(value) and raw.lower() != "nan":
+    if not _NUMBER.fullmatch(raw):
         raise InvalidValueError(f"{where}: {name} = {raw!r} is not a number")
-    return value
+    return float(raw)

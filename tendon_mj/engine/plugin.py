@@ -14,7 +14,7 @@ from tendon_mj.engine import servo_callbacks, servo_validate, validate
 from tendon_mj.engine.attributes import ATTRIBUTES
 from tendon_mj.engine.callbacks import Callbacks, make_callbacks
 from tendon_mj.engine.checks import Check
-from tendon_mj.engine.layout import Layout, read_layout, verify
+from tendon_mj.engine.layout import Layout, read_layout, verify, verify_state
 from tendon_mj.engine.library import PATH, C
 from tendon_mj.engine.servo_state import ATTRIBUTES as SERVO_ATTRIBUTES
 from tendon_mj.errors import EngineError
@@ -116,6 +116,23 @@ DEFINITIONS = (
 
 NAMES = tuple(definition.name for definition in DEFINITIONS)
 
+# Made, not stepped: MuJoCo hands the plugin its state directly then, and no offset is trusted yet.
+_SMALLEST = f"""
+<mujoco>
+  <extension>
+    <plugin plugin="{validate.NAME}">
+      <instance name="sheath">
+        <config key="tendon" value="t"/>
+        <config key="friction" value="0"/>
+        <config key="axial_stiffness" value="1"/>
+      </instance>
+    </plugin>
+  </extension>
+  <worldbody><site name="a"/><site name="b" pos="1 0 0"/></worldbody>
+  <tendon><spatial name="t"><site site="a"/><site site="b"/></spatial></tendon>
+</mujoco>
+"""
+
 _registered: list[object] = []  # what C holds pointers to must outlive it
 
 
@@ -158,4 +175,5 @@ def register() -> tuple[str, ...]:
         verify(layout)
         for definition in DEFINITIONS:
             _register(definition, layout)
+        verify_state(layout, mujoco.MjData(mujoco.MjModel.from_xml_string(_SMALLEST)))
     return NAMES

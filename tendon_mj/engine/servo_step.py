@@ -119,6 +119,11 @@ def evaluate(layout: Any, m: int, d: int, address: int) -> None:
     dof = integer(pointer(m + layout.m_jnt_dofadr), int(sheath[st.REEL_JOINT]))
     speed, radius = double(pointer(d + layout.d_qvel), dof), sheath[st.REEL_RADIUS]
     spool = spool_torque(radius, sheath[st.AXIAL_STIFFNESS], segments[TENSION, 0])
+    adr = integer(pointer(m + layout.m_actuator_outadr), actuator)
+    force = doubles(pointer(d + layout.d_actuator_force) + 8 * adr, 1)
+    if not math.isfinite(spool):
+        force[0], s[sv.ON_TRIAL] = 0.0, 0.0
+        return
     load = spool if s[sv.BACKDRIVEN] != 0.0 else 0.0
     stage = is_stage(layout, m, time, s[sv.ON_TRIAL], s[sv.TRIAL_TIME])
     sampled, early = ring.shape[0] > 0, _EARLY * h
@@ -147,9 +152,8 @@ def evaluate(layout: Any, m: int, d: int, address: int) -> None:
         torque = min(max(torque, -s[sv.TORQUE_LIMIT]), s[sv.TORQUE_LIMIT])
     if not stage:
         s[sv.TRIAL_TIME], s[sv.ON_TRIAL] = time, 1.0
-    adr = integer(pointer(m + layout.m_actuator_outadr), actuator)
     # the tendon pulls the spool back, and a gear that cannot be driven back holds it
-    doubles(pointer(d + layout.d_actuator_force) + 8 * adr, 1)[0] = torque + spool - load
+    force[0] = torque + spool - load
 
 
 @compiled

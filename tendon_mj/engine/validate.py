@@ -6,6 +6,7 @@ This is the plugin's only Python, and it never runs in a step.
 from __future__ import annotations
 
 import math
+import re
 
 import mujoco
 
@@ -14,12 +15,13 @@ from tendon_mj.engine.attributes import ATTRIBUTES
 from tendon_mj.engine.callbacks import VIEW_SIZE
 from tendon_mj.engine.draft import Draft, find, number
 from tendon_mj.engine.library import C
-from tendon_mj.engine.measure import KINDS, width
+from tendon_mj.engine.measure import ENDS, KINDS, width
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.sheath.law import RANGES, check_range, check_static
 
 NAME = "tendon_mj.sheath"
 _OBJ, _WRAP, _JNT = mujoco.mjtObj, mujoco.mjtWrap, mujoco.mjtJoint
+_COUNT = re.compile(r"[0-9]+")
 SPOOL_ATTRIBUTES = ("tendon", "reel_joint", "sensor")  # what a servo asks about
 _REQUIRED = ("axial_stiffness", "friction")
 
@@ -58,7 +60,7 @@ def _capacity(model: Draft, config: dict[str, str], where: str) -> int:
     """
     if not config["guides"]:
         return max(0, int(model.fields.nwrap) - int(model.fields.ntendon) - 1)
-    if not config["guides"].isdigit():
+    if not _COUNT.fullmatch(config["guides"]):
         raise InvalidValueError(f"{where}: guides = {config['guides']!r} is not a count")
     return int(config["guides"])
 
@@ -108,18 +110,11 @@ def state_size(address: int, instance: int) -> int:
 
 
 def sensor_size(address: int, instance: int, sensor: int) -> int:
-    """How many numbers a sensor element of the plugin shows.
-
-    Raises:
-        InvalidValueError: the sensor does not say what it shows.
-    """
+    """How many numbers a sensor shows; one on a sheath's own instance has T_in and T_out."""
     model = Draft(address, ATTRIBUTES)
     config = model.config(instance)
     if not config["sensor"]:
-        raise InvalidValueError(
-            f"sensor {model.name(_OBJ.mjOBJ_SENSOR, sensor)!r}: a sensor of {NAME} has a config of "
-            f"its own with tendon and sensor (one of {', '.join(KINDS)}), and no instance"
-        )
+        return ENDS
     for other in model.siblings(instance):
         sheath = model.config(other)
         if sheath["tendon"] == config["tendon"] and not sheath["sensor"]:
@@ -135,6 +130,7 @@ def check_tendon(address: int, instance: int) -> int:
     """
     model = Draft(address, ATTRIBUTES)
     config = model.config(instance)
+    _check_reels(model, instance, bool(config["sensor"]))
     if config["sensor"]:
         return 0
     where, name = model.where(instance), config["tendon"]
@@ -156,6 +152,21 @@ def check_tendon(address: int, instance: int) -> int:
             "between its ends; remove the attribute or correct it"
         )
     return 0
+
+
+def _check_reels(model: Draft, instance: int, view: bool) -> None:
+    owners = model.ints("actuator_plugin")
+    reels = [k for k in range(model.fields.nactuator) if owners[k] == instance]
+    names = ", ".join(repr(model.name(_OBJ.mjOBJ_ACTUATOR, k)) for k in reels)
+    if view and reels:
+        raise InvalidValueError(
+            f"{model.where(instance)}: actuator {names} belongs on the sheath's instance, not on "
+            "that of a sensor"
+        )
+    if len(reels) > 1:
+        raise InvalidValueError(
+            f"{model.where(instance)}: a sheath has one reel, not {len(reels)}: {names}"
+        )
 
 
 def _unsuited(model: Draft, kind: int, index: int) -> str:

@@ -120,4 +120,5 @@ def run_servo(bench: Bench, servo: Servo, reference: ArrayLike, speed: float = 0
     names = ("output_tension", "input_tension", "motor_angle", "motor_speed")
     columns = [shown[0][:, int(model.sensor(name).adr[0])] for name in names]
     # the sensors show where the step began
-    return Response(bench.timestep * np.arange(len(wanted)), wanted, *columns)
+    time: Array = bench.timestep * np.arange(len(wanted), dtype=np.float64)
+    return Response(time, wanted, *columns)

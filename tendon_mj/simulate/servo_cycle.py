@@ -101,14 +101,21 @@ def limit_cycle(bench: Bench, servo: Servo, varied: str, damping: float = DAMPIN
     )
 
 
+def _changed(bench: Bench, name: str, value: float) -> Bench:
+    if name == "exponent":
+        return dataclasses.replace(bench, friction=value / bench.bend)
+    if name == "pretension":
+        return dataclasses.replace(bench, pretension=value)
+    return dataclasses.replace(bench, axial_stiffness=value)
+
+
 def limit_cycles(bench: Bench, servo: Servo, progress: Progress = silent) -> Cycles:
     """Vary λ, T_0 and EA, and fit amplitude against ξ_B."""
     middle = dataclasses.replace(bench, friction=1.0 / bench.bend)
     cases = []
     for name, values in VARIED.items():
         for value in values:
-            changed = {"friction": value / bench.bend} if name == "exponent" else {name: value}
-            cases.append((name, dataclasses.replace(middle, **changed)))
+            cases.append((name, _changed(middle, name, value)))
     found = []
     for k, (name, case) in enumerate(cases):
         progress("limit cycles", k, len(cases))

@@ -31,7 +31,7 @@ def _answer(bench: Bench, amplitude: float, centre: float) -> tuple[float, float
         length=bench.length,
         bend=bench.bend,
         guides=bench.guides,
-        output_stiffness=1.0 / (1.0 / bench.environment_stiffness + 1.0 / bench.sensor_stiffness),
+        output_stiffness=bench.output_stiffness,
     )
     seen, phase = response.output_tension[-_SAMPLES:], phase[-_SAMPLES:]
     rest = float(seen.mean())
@@ -40,7 +40,7 @@ def _answer(bench: Bench, amplitude: float, centre: float) -> tuple[float, float
 
 
 def _excess(bench: Bench, servo: Servo, amplitude: float) -> float:
-    """Power that damping takes beyond what the sheath's lag gives, over their size; 0 in balance."""
+    """G_v ω A + G_t r² Q: > 0 where the damping takes more than the sheath's lag gives."""
     low, high = -amplitude, amplitude
     for _ in range(24):  # T̄ rises with the centre
         centre = 0.5 * (low + high)

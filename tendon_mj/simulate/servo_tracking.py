@@ -42,9 +42,11 @@ class Tracking:
 
 def strategies(bench: Bench, servo: Servo) -> dict[str, Servo]:
     """The servos that are compared; ``servo`` is the plain one."""
-    output = 1.0 / (1.0 / bench.environment_stiffness + 1.0 / bench.sensor_stiffness)
     forward = dataclasses.replace(
-        servo, backlash_feedforward=1.0, rate_feedforward=1.0, output_stiffness=output
+        servo,
+        backlash_feedforward=1.0,
+        rate_feedforward=1.0,
+        output_stiffness=bench.output_stiffness,
     )
     observed = dataclasses.replace(forward, feedback="observer")
     more, less = (1.0 + WRONG) * bench.friction, (1.0 - WRONG) * bench.friction
@@ -72,13 +74,9 @@ def track(bench: Bench, servo: Servo) -> Tracking:
     count = round(_PERIODS / FREQUENCY / bench.timestep)
     phase = 2.0 * np.pi * FREQUENCY * bench.timestep * np.arange(count)
     ramp = np.linspace(bench.pretension, MEAN, lead)
-    reference = np.concatenate([ramp, MEAN + AMPLITUDE * np.sin(phase)])
+    reference: Array = np.concatenate([ramp, MEAN + AMPLITUDE * np.sin(phase)])
     rated = slice(lead + round(_SKIPPED * count), None)
-    compliance = (
-        1.0 / bench.environment_stiffness
-        + 1.0 / bench.sensor_stiffness
-        + bench.length / bench.axial_stiffness
-    )
+    compliance = 1.0 / bench.output_stiffness + bench.length / bench.axial_stiffness
     open_loop = run_bench(bench, (reference - bench.pretension) * compliance).output_tension
     responses = {
         name: run_servo(bench, variant, reference)

@@ -6,7 +6,16 @@ import mujoco
 import numpy as np
 import pytest
 
+from tendon_mj.attach import add_friction, add_sites, add_tendon
+from tendon_mj.sheath import tables as t
 from tests.engine.models import arm, fixed_sheaths, run, snapshot, started, tendon_total, unpacked
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder_of_its_own(tmp_path, monkeypatch):
+    """MuJoCo writes its warnings to a file where it runs."""
+    monkeypatch.chdir(tmp_path)
+
 
 LAW = {"guides": 6, "bend": 2.0, "friction": 0.2, "pretension": 20.0}
 UNSOLVED = ("input_tension", "output_tension", "unsolved")
@@ -37,6 +46,19 @@ def test_a_control_that_is_no_number_is_counted_and_moves_nothing(control):
     run(model, data, 5)
     assert unsolved(data) == 5
     np.testing.assert_allclose(data.sensordata[:2], before, rtol=1e-9)
+
+
+def test_what_was_only_looked_at_does_not_come_true_instead():
+    model, data = reeled()
+    stored = unpacked(model, data, "sheath0")[1].copy()
+    data.ctrl[0] = 1e-3
+    mujoco.mj_forward(model, data)
+    data.ctrl[0] = np.nan
+    mujoco.mj_step(model, data)
+    data.ctrl[0] = 0.0
+    run(model, data, 2)
+    kept = unpacked(model, data, "sheath0")[1]
+    np.testing.assert_allclose(kept[t.STORED], stored[t.STORED], rtol=1e-12)
 
 
 @pytest.mark.parametrize("control", [0.6, 1e3, 1e300])
@@ -79,8 +101,6 @@ def test_bodies_flung_apart_do_not_stop_the_process():
 
 def test_guides_on_one_spot_have_no_bend_and_no_harm():
     spec = mujoco.MjSpec()
-    from tendon_mj.attach import add_friction, add_sites, add_tendon
-
     sites = add_sites(spec, "s", [[0, 0, 0], [0.1, 0, 0], [0.1, 0, 0], [0.2, 0.1, 0]])
     add_tendon(spec, "t", sites)
     add_friction(spec, "t", friction=0.3, axial_stiffness=100.0, pretension=1.0, sensors=())
