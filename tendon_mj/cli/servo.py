@@ -51,5 +51,6 @@ def _say(found: Study) -> None:
     for name in tracking.responses:
         console.print(
             f"sine, {name.replace('_', ' ')}: {tracking.rmse[name]:.3f} N rms, "
-            f"{tracking.reduction(name):.1%} below the frictionless inverse"
+            f"{1.0 - tracking.reduction(name):.1%} of the frictionless inverse's",
+            soft_wrap=True,
         )

@@ -88,5 +88,5 @@ def track(bench: Bench, servo: Servo) -> Tracking:
         name: float(np.sqrt(np.mean((output - reference)[rated] ** 2)))
         for name, output in outputs.items()
     }
-    time = bench.timestep * np.arange(len(reference))
+    time: Array = bench.timestep * np.arange(len(reference), dtype=np.float64)
     return Tracking(time, reference, open_loop, responses, rmse)

@@ -64,6 +64,7 @@ def staircase_figure(found: Staircase) -> Figure:
                 "  (percentages: overshoot of the step)"
             )
             axes.set_ylabel("tension above $T_0$ [N]")
+            axes.set_ylim(-9.0, 69.0)
         lower.set_xlabel("time $t$ [s]")
         legend_below(figure, upper, columns=2)
     return figure
@@ -119,7 +120,8 @@ def cycles_figure(found: Cycles) -> Figure:
 
 
 def _draw_cycle(axes: Axes, angle: np.ndarray, tension: np.ndarray) -> None:
-    axes.plot(angle[::_THIN], tension[::_THIN], color=BLUE)
+    last = slice(-len(angle) // 2, None)
+    axes.plot(angle[last], tension[last], color=BLUE)
     axes.set(xlabel="motor angle $\\theta$ [rad]", ylabel="output tension $T_\\mathrm{out}$ [N]")
 
 
@@ -127,7 +129,9 @@ def strategies_figure(steps: Steps, tracking: Tracking) -> Figure:
     """Draw a loosening step with and without scheduled gains, a tracked sine, and all errors."""
     with print_style():
         figure = new_figure(8.6, 6.4)
-        step, error, sine, bars = figure.subplots(2, 2, height_ratios=(1.0, 1.2)).flat
+        upper, lower = figure.subfigures(2, 1, height_ratios=(1.0, 1.2))  # type: ignore[misc]
+        step, error = upper.subplots(1, 2)
+        sine, bars = lower.subplots(1, 2)
         _draw_step(step, error, steps)
         _draw_sine(sine, tracking)
         _draw_errors(bars, tracking)
@@ -187,7 +191,11 @@ def _draw_errors(axes: Axes, tracking: Tracking) -> None:
     colours = [VERMILLION if name == "frictionless" else BLUE for name in names]
     axes.barh(place, values, color=colours)
     for y, name, value in zip(place, names, values, strict=True):
-        cut = "" if name == "frictionless" else f" ({-tracking.reduction(name):+.0%})"
+        cut = (
+            ""
+            if name == "frictionless"
+            else f" ({-tracking.reduction(name):+.0%})".replace("-", "−")
+        )
         axes.text(value, float(y), f" {value:.2f}{cut}", va="center", fontsize=7.5)
     words = [
         name.replace("_friction_high", ", $\\mu$ +20 %")
@@ -196,6 +204,6 @@ def _draw_errors(axes: Axes, tracking: Tracking) -> None:
         for name in names
     ]
     axes.set_yticks(place, words, fontsize=7.5)
-    axes.set_xlim(0.0, 1.35 * max(values))
+    axes.set_xlim(0.0, 1.5 * max(values))
     axes.grid(False, axis="y")
     axes.set(title="root mean square error", xlabel="of $T_\\mathrm{out}$ [N]")

@@ -19,7 +19,7 @@ from tendon_mj.view.style import (
     print_style,
 )
 
-_STILL = 0.02  # share of its greatest rate below which the output counts as holding still
+_STILL = 0.2  # share of the usual dT_out/dθ below which the output counts as holding still
 _THIN = 10
 
 
@@ -74,10 +74,11 @@ def _draw(
 
 def _draw_still(axes: Axes, response: Response, origin: float) -> None:
     """Mark where the motor moves and the output does not."""
-    rate = np.abs(np.gradient(response.output_tension, response.time))
-    fast = np.abs(response.speed) > 0.02 * np.abs(response.speed).max()
-    still = (rate < _STILL * rate.max()) & fast
-    speed = np.where(still, response.speed, np.nan)
+    rate, speed = np.gradient(response.output_tension, response.time), response.speed
+    fast = np.abs(speed) > 0.01 * np.abs(speed).max()
+    slope = np.abs(rate) / np.where(fast, np.abs(speed), 1.0)
+    still = fast & (slope < _STILL * np.quantile(slope[fast], 0.9))
+    speed = np.where(still, speed, np.nan)
     axes.plot(
         response.angle[::_THIN] - origin,
         speed[::_THIN],
