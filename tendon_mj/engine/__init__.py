@@ -2,10 +2,13 @@
 
 from tendon_mj.engine.instances import Instance as Instance
 from tendon_mj.engine.instances import segment_tensions as segment_tensions
+from tendon_mj.engine.instances import servo_estimate as servo_estimate
+from tendon_mj.engine.instances import servos as servos
 from tendon_mj.engine.instances import sheaths as sheaths
 from tendon_mj.engine.measure import KINDS as KINDS
 from tendon_mj.engine.plugin import register as register
 from tendon_mj.engine.servo_state import FEEDBACKS as FEEDBACKS
+from tendon_mj.engine.servo_state import GAINS as GAINS
 from tendon_mj.engine.servo_validate import SERVO as SERVO
 from tendon_mj.engine.servo_validate import check_gain as check_gain
 from tendon_mj.engine.state import PARAMETERS as PARAMETERS

@@ -60,8 +60,9 @@ def staircase_figure(found: Staircase) -> Figure:
                     color=GREY,
                 )
             axes.set_title(
-                f"$G_t$ = {servo.tension_gain:.1f}, $G_v$ = {servo.velocity_gain:.2f} N m s/rad"
-                "  (percentages: overshoot of the step)"
+                f"$G_t$ = {servo.tension_gain:.1f}, $G_v$ = {servo.velocity_gain:.2f} N m s/rad, "
+                f"$J_m$ = {servo.inertia:g} kg m², $r$ = {1e3 * servo.radius:g} mm, "
+                f"$\\lambda$ = {found.bench.exponent:.2g} (in grey: overshoot)"
             )
             axes.set_ylabel("tension above $T_0$ [N]")
             axes.set_ylim(-9.0, 69.0)
