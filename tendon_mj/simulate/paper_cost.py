@@ -19,6 +19,7 @@ from tendon_mj.simulate.chain import Chain, build_chain
 from tendon_mj.simulate.first_motion import Progress, silent
 from tendon_mj.simulate.paper_agreement import LEG, NAMED, RIG, follow
 from tendon_mj.simulate.paper_routes import Array
+from tendon_mj.simulate.roll import roll
 
 TARGET = 0.01  # of the range, for either tension
 REPEATS = 3
@@ -128,7 +129,7 @@ def _slow(n: int, slowness: float) -> reference.ElementChain:
 
 def _rolled(model: mujoco.MjModel, reel: Array, every: int) -> _Run:
     def go() -> tuple[Array, Array]:
-        found = in_mujoco.roll(model, reel)
+        found = roll(model, reel)
         return found["input_tension"][::every], found["output_tension"][::every]
 
     return go

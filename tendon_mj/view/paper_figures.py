@@ -94,9 +94,9 @@ def figure_4bc(found: Stiction, frequency: float, letter: str) -> Figure:
         f"T_in = T_0 + {AMPLITUDE:g} N sin(2π {frequency:g} Hz t); {found.rig.caption()}. Elements:"
         f" n = {HEAVY.elements}, mass {HEAVY.mass:g} kg, damping {HEAVY.damping:g} N s/m, step "
         f"{1e6 * HEAVY.steps[-1]:g} µs, masses and damping chosen. What μ_s > μ_d adds to T_out of "
-        f"the same chain: at most {shift.largest.min():.1%} to {shift.largest.max():.1%} of range "
-        f"a period, over three steps h; {shift.rms.mean():.1%} rms. Sheath alone and plugin "
-        "know no inertia."
+        f"the same chain: its largest in a period is {shift.largest.min():.1%} to "
+        f"{shift.largest.max():.1%} of range, over several steps h; {shift.rms.mean():.1%} rms. "
+        "Sheath alone and plugin know no inertia."
     )
     title = f"Fig. 4 ({letter}), {frequency:g} Hz"
     level = found.rig.but(static_friction=None)
