@@ -10,15 +10,12 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from mujoco import rollout
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tendon_mj.attach import add_servo
 from tendon_mj.errors import TendonError
 from tendon_mj.simulate.bench import Bench, build_bench
-from tendon_mj.simulate.first_motion import full_state
-
-Array = NDArray[np.float64]
+from tendon_mj.simulate.roll import Array, full_state, roll_sensors
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,9 +109,8 @@ def run_servo(bench: Bench, servo: Servo, reference: ArrayLike, speed: float = 0
     model = build_servo_bench(bench, servo).compile()
     data = mujoco.MjData(model)
     data.joint("motor").qvel[0] = speed
-    mujoco.mj_forward(model, data)
-    start = full_state(model, data)
-    _, shown = rollout.rollout(model, data, start, control=wanted[None, :, None])
+    start = full_state(model, data)[None]
+    shown = roll_sensors(model, [data], start, wanted[None, :, None])
     if not np.isfinite(shown).all() or data.warning.number.any():
         raise TendonError(f"the simulation of {servo} on {bench} became unstable")
     names = ("output_tension", "input_tension", "motor_angle", "motor_speed")

@@ -15,7 +15,8 @@ import numpy as np
 
 from tendon_mj import theory
 from tendon_mj.simulate.bench import Bench
-from tendon_mj.simulate.servo_bench import Array, Servo
+from tendon_mj.simulate.roll import Array
+from tendon_mj.simulate.servo_bench import Servo
 
 # By which scheduled gains are faster than they need be from rest: after a reversal the plain servo
 # comes out of the backlash with speed, and is not to be the faster one there either.

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_mj.simulate.bench import Bench
-from tendon_mj.simulate.servo_bench import Array, Response, Servo, run_servo
+from tendon_mj.simulate.roll import Array
+from tendon_mj.simulate.servo_bench import Response, Servo, run_servo
 from tendon_mj.simulate.servo_linear import damped, mode
 
 GOAL = 60.0  # reference of every trajectory [N]

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_mj.simulate.bench import Bench
-from tendon_mj.simulate.servo_bench import Array, Response, Servo, run_servo
+from tendon_mj.simulate.roll import Array
+from tendon_mj.simulate.servo_bench import Response, Servo, run_servo
 from tendon_mj.simulate.servo_linear import arrival, damped, mode, overshoot
 
 LOW, MIDDLE, HIGH = 40.0, 60.0, 80.0  # tensions between which the steps go [N]

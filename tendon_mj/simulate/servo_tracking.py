@@ -9,7 +9,8 @@ import numpy as np
 
 from tendon_mj.simulate.bench import Bench
 from tendon_mj.simulate.first_motion import run_bench
-from tendon_mj.simulate.servo_bench import Array, Response, Servo, run_servo
+from tendon_mj.simulate.roll import Array
+from tendon_mj.simulate.servo_bench import Response, Servo, run_servo
 from tendon_mj.simulate.servo_linear import damped
 
 MEAN, AMPLITUDE, FREQUENCY = 40.0, 15.0, 0.25  # of the reference [N], [N], [Hz]
