@@ -10,7 +10,8 @@ from typing import SupportsFloat
 import mujoco
 
 from tendon_mj.attach.elasticity import own_elasticity
-from tendon_mj.attach.sensor import add_instance, add_sensor, check_kinds, free_name
+from tendon_mj.attach.instance import add_instance
+from tendon_mj.attach.sensor import add_sensor, check_kinds, free_name
 from tendon_mj.engine import NAME
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.sheath import Law
@@ -91,7 +92,7 @@ def add_friction(
         taken = [plugin.name for plugin in spec.plugins]
         name = "sheath" if "sheath" not in taken else f"{tendon}_sheath"
     spec.activate_plugin(NAME)
-    sheath = add_instance(spec, name, config)
+    sheath = add_instance(spec, name, config, NAME)
     element.stiffness[:] = 0.0
     element.springlength[:] = -1.0
     if reel is not None:

@@ -1,4 +1,4 @@
-"""A sheath's parameters by name, live in the data of a simulation."""
+"""Parameters of sheaths and gains of servos by name, live in the data of a simulation."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.engine import PARAMETERS, sheaths
+from tendon_mj.engine import GAINS, PARAMETERS, check_gain, servos, sheaths
 from tendon_mj.errors import InvalidValueError, UnknownKeyError
 from tendon_mj.sheath.law import RANGES, check_range
 
+_FIXED = ("period", "delay")  # they say how much memory a servo has
+
 
 class Parameters(MutableMapping[str, float]):
-    """``<sheath>.<parameter>`` to value, read from and written to `mjData.plugin_state`.
+    """``<sheath>.<parameter>`` and ``<servo>.<gain>`` to value, live in `mjData.plugin_state`.
 
     A change acts from the next evaluation on; a reset brings back what the model says. The
     unstretched length is laid down from ``pretension`` at the first evaluation after a reset, so
@@ -42,6 +44,12 @@ class Parameters(MutableMapping[str, float]):
             for name, instance in sheaths(model).items()
             for k, parameter in enumerate(PARAMETERS)
         }
+        self._address |= {
+            f"{name}.{gain}": instance.state + k
+            for name, instance in servos(model).items()
+            for k, gain in enumerate(GAINS)
+            if gain not in _FIXED
+        }
 
     def _find(self, name: str) -> int:
         if name not in self._address:
@@ -56,6 +64,8 @@ class Parameters(MutableMapping[str, float]):
         kind = name.rsplit(".", 1)[1]
         if kind in RANGES:
             check_range(kind, float(value), name)
+        elif kind in GAINS:
+            check_gain(kind, float(value), name.rsplit(".", 1)[0])
         elif not np.isfinite(value):
             raise InvalidValueError(f"{name} = {value} must be finite")
         self._state[address] = value

@@ -3,25 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import mujoco
 
+from tendon_mj.attach.instance import add_instance
 from tendon_mj.engine import KINDS, NAME
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-
-
-def add_instance(spec: mujoco.MjSpec, name: str, config: dict[str, str]) -> Any:
-    """Add a named instance of the plugin to a model.
-
-    Raises:
-        InvalidValueError: the name is taken or empty.
-    """
-    if not name or name in [plugin.name for plugin in spec.plugins]:
-        raise InvalidValueError(f"{name!r} cannot be the name of a plugin instance: empty or taken")
-    plugin = spec.add_plugin(name=name, plugin_name=NAME, active=True)
-    plugin.config = config
-    return plugin
 
 
 def check_kinds(kinds: Sequence[str]) -> None:
@@ -66,7 +53,10 @@ def add_sensor(
     if name is None:
         name = free_name(spec, kind, f"{sheath}_{kind}")
     view = add_instance(
-        spec, f"{sheath}.{kind}", {"tendon": sheaths[sheath].config["tendon"], "sensor": kind}
+        spec,
+        f"{sheath}.{kind}",
+        {"tendon": sheaths[sheath].config["tendon"], "sensor": kind},
+        NAME,
     )
     sensor = spec.add_sensor(name=name, type=mujoco.mjtSensor.mjSENS_PLUGIN)
     sensor.plugin = view

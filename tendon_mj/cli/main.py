@@ -13,10 +13,12 @@ from tendon_mj.cli.demo import demo
 from tendon_mj.cli.paper import paper
 from tendon_mj.cli.render import render
 from tendon_mj.cli.replay import replay
+from tendon_mj.cli.servo import servo
 from tendon_mj.errors import TendonError
 
 COMMANDS: dict[str, Callable[..., object]] = {
     "compare": compare,
+    "servo": servo,
     "replay": replay,
     "render": render,
     "paper": paper,

@@ -1,9 +1,15 @@
-"""The engine plugin and the C ABI: the only room that knows a struct offset."""
+"""The engine plugins and the C ABI: the only room that knows a struct offset."""
 
 from tendon_mj.engine.instances import Instance as Instance
 from tendon_mj.engine.instances import segment_tensions as segment_tensions
+from tendon_mj.engine.instances import servo_estimate as servo_estimate
+from tendon_mj.engine.instances import servos as servos
 from tendon_mj.engine.instances import sheaths as sheaths
 from tendon_mj.engine.measure import KINDS as KINDS
 from tendon_mj.engine.plugin import register as register
+from tendon_mj.engine.servo_state import FEEDBACKS as FEEDBACKS
+from tendon_mj.engine.servo_state import GAINS as GAINS
+from tendon_mj.engine.servo_validate import SERVO as SERVO
+from tendon_mj.engine.servo_validate import check_gain as check_gain
 from tendon_mj.engine.state import PARAMETERS as PARAMETERS
 from tendon_mj.engine.validate import NAME as NAME

@@ -6,9 +6,11 @@ which the plugin was registered with them.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tendon_mj.engine.library import strtod
 from tendon_mj.engine.measure import KINDS
@@ -19,9 +21,14 @@ from tendon_mj.sheath.compiled import compiled
 ATTRIBUTES = (*PARAMETERS, "tendon", "reel_joint", "output_joint", "sensor", "guides")
 TENDON, REEL_JOINT, OUTPUT_JOINT, SENSOR, _GUIDES = range(len(PARAMETERS), len(ATTRIBUTES))
 
-_KIND_NAMES = np.zeros((len(KINDS), 32), np.uint8)
-for _row, _kind in zip(_KIND_NAMES, KINDS, strict=True):
-    _row[: len(_kind)] = np.frombuffer(_kind.encode(), np.uint8)
+
+def words(known: Iterable[str]) -> NDArray[np.uint8]:
+    """Words for ``which``, as compiled code can hold them."""
+    rows = [word.encode().ljust(32, b"\0") for word in known]
+    return np.frombuffer(b"".join(rows), np.uint8).reshape(-1, 32)
+
+
+_KIND_NAMES = words(KINDS)
 
 
 @compiled
@@ -54,12 +61,18 @@ def same(one: int, other: int) -> bool:
 
 
 @compiled
-def sensor_kind(address: int) -> int:
-    """Which kind of sensor a string names, −1 for none."""
-    for kind in range(_KIND_NAMES.shape[0]):
+def which(address: int, known: Any) -> int:
+    """Which of the known words a string is, −1 for none."""
+    for word in range(known.shape[0]):
         k = 0
-        while k < 31 and byte(address, k) == _KIND_NAMES[kind, k]:
-            if _KIND_NAMES[kind, k] == 0:
-                return kind
+        while k < 31 and byte(address, k) == known[word, k]:
+            if known[word, k] == 0:
+                return word
             k += 1
     return -1
+
+
+@compiled
+def sensor_kind(address: int) -> int:
+    """Which kind of sensor a string names, −1 for none."""
+    return which(address, _KIND_NAMES)

@@ -26,7 +26,7 @@ _VIEWED, _KIND, _FIRST, _LAST = range(VIEW_SIZE)
 
 
 @compiled
-def _state(layout: Layout, m: int, d: int, instance: int) -> int:
+def state_of(layout: Layout, m: int, d: int, instance: int) -> int:
     """Address of an instance's state."""
     start = integer(pointer(m + layout.m_plugin_stateadr), instance)
     return pointer(d + layout.d_plugin_state) + 8 * start
@@ -53,7 +53,7 @@ def _find_sheath(layout: Layout, m: int, view: int) -> int:
 
 
 @compiled
-def _range_of(owners: int, count: int, instance: int) -> tuple[int, int]:
+def range_of(owners: int, count: int, instance: int) -> tuple[int, int]:
     """First and last element that belongs to an instance, (0, −1) if none does."""
     first, last = 0, -1
     for k in range(count):
@@ -67,7 +67,7 @@ def _range_of(owners: int, count: int, instance: int) -> tuple[int, int]:
 def _reset(layout: Layout, m: int, address: int, instance: int) -> None:
     """Configured parameters into the state; the tendon is laid at the first evaluation."""
     sensors = pointer(m + layout.m_sensor_plugin)
-    first, last = _range_of(sensors, size(m + layout.m_nsensor), instance)
+    first, last = range_of(sensors, size(m + layout.m_nsensor), instance)
     kind = at.sensor_kind(at.text(layout, m, instance, at.SENSOR))
     if kind >= 0:
         view = doubles(address, VIEW_SIZE)
@@ -86,15 +86,15 @@ def _reset(layout: Layout, m: int, address: int, instance: int) -> None:
     state[st.OUTPUT_JOINT] = mj_name2id(m, _JOINT, at.text(layout, m, instance, at.OUTPUT_JOINT))
     state[st.FIRST_SENSOR], state[st.LAST_SENSOR] = first, last
     reels = pointer(m + layout.m_actuator_plugin)
-    state[st.REEL_ACTUATOR] = _range_of(reels, size(m + layout.m_nactuator), instance)[1]
+    state[st.REEL_ACTUATOR] = range_of(reels, size(m + layout.m_nactuator), instance)[1]
 
 
 @compiled
 def _show(layout: Layout, m: int, d: int, instance: int) -> None:
-    view = doubles(_state(layout, m, d, instance), VIEW_SIZE)
+    view = doubles(state_of(layout, m, d, instance), VIEW_SIZE)
     if view[_VIEWED] < 0.0:
         return
-    sheath = _state(layout, m, d, int(view[_VIEWED]))
+    sheath = state_of(layout, m, d, int(view[_VIEWED]))
     owners = pointer(m + layout.m_sensor_plugin)
     for sensor in range(int(view[_FIRST]), int(view[_LAST]) + 1):
         if integer(owners, sensor) != instance:
@@ -106,7 +106,7 @@ def _show(layout: Layout, m: int, d: int, instance: int) -> None:
 @compiled
 def _show_ends(layout: Layout, m: int, d: int, instance: int) -> None:
     """For sensors on the sheath's own instance."""
-    sheath = _state(layout, m, d, instance)
+    sheath = state_of(layout, m, d, instance)
     scalars = doubles(sheath, st.SCALARS)
     owners = pointer(m + layout.m_sensor_plugin)
     for sensor in range(int(scalars[st.FIRST_SENSOR]), int(scalars[st.LAST_SENSOR]) + 1):
@@ -119,14 +119,14 @@ def _show_ends(layout: Layout, m: int, d: int, instance: int) -> None:
 def _compute(layout: Layout, m: int, d: int, instance: int, capability: int) -> None:
     view = _is_view(layout, m, instance)
     if capability == _PASSIVE and not view:
-        evaluate(layout, m, d, _state(layout, m, d, instance))
+        evaluate(layout, m, d, state_of(layout, m, d, instance))
     elif capability == _SENSOR and view:
         _show(layout, m, d, instance)
     elif capability == _SENSOR:
         _show_ends(layout, m, d, instance)
     elif capability == _ACTUATOR and not view:
         # a reel acts through the tendon's length, not through a force of its own
-        reel = int(doubles(_state(layout, m, d, instance), st.SCALARS)[st.REEL_ACTUATOR])
+        reel = int(doubles(state_of(layout, m, d, instance), st.SCALARS)[st.REEL_ACTUATOR])
         if reel >= 0:
             adr = integer(pointer(m + layout.m_actuator_outadr), reel)
             doubles(pointer(d + layout.d_actuator_force) + 8 * adr, 1)[0] = 0.0
@@ -135,7 +135,7 @@ def _compute(layout: Layout, m: int, d: int, instance: int, capability: int) -> 
 @compiled
 def _advance(layout: Layout, m: int, d: int, instance: int) -> None:
     if not _is_view(layout, m, instance):
-        commit(_state(layout, m, d, instance))
+        commit(state_of(layout, m, d, instance))
 
 
 class Callbacks(NamedTuple):

@@ -1,22 +1,24 @@
-"""Which sheaths a compiled model has, and where in `mjData.plugin_state` each keeps its numbers."""
+"""Which sheaths and servos a model has, and where in `mjData.plugin_state` each keeps its state."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.engine import state
+from tendon_mj.engine import servo_state, state
 from tendon_mj.engine.library import C
+from tendon_mj.engine.servo_validate import SERVO
 from tendon_mj.engine.validate import NAME
 from tendon_mj.errors import UnknownNameError
 from tendon_mj.sheath.tables import TENSION
 
 
 class Instance(NamedTuple):
-    """A sheath of a model."""
+    """A sheath or servo of a model."""
 
     tendon: str
     state: int  # address of its first number in `mjData.plugin_state`
@@ -29,14 +31,41 @@ def _config(model: mujoco.MjModel, instance: int, attribute: str) -> str:
 
 def sheaths(model: mujoco.MjModel) -> dict[str, Instance]:
     """Every sheath of a model by name; an unnamed one goes by its tendon's name."""
-    found = {}
+    return {
+        mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, k) or found.tendon: found
+        for k, found in _instances(model, NAME)
+        if not _config(model, k, "sensor")
+    }
+
+
+def servos(model: mujoco.MjModel) -> dict[str, Instance]:
+    """Every servo of a model by name; an unnamed one goes by its actuator's name."""
+    named = {}
+    for k, found in _instances(model, SERVO):
+        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, k)
+        for actuator in np.flatnonzero(model.actuator_plugin == k):
+            name = name or model.actuator(int(actuator)).name
+        if name:
+            named[name] = found
+    return named
+
+
+def _instances(model: mujoco.MjModel, plugin: str) -> Iterator[tuple[int, Instance]]:
     for k in range(model.nplugin):
-        tendon = _config(model, k, "tendon")
-        ours = C.mjp_getPluginAtSlot(int(model.plugin[k])).contents.name == NAME.encode()
-        if ours and not _config(model, k, "sensor"):
-            name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, k) or tendon
-            found[name] = Instance(tendon, int(model.plugin_stateadr[k]))
-    return found
+        if C.mjp_getPluginAtSlot(int(model.plugin[k])).contents.name == plugin.encode():
+            yield k, Instance(_config(model, k, "tendon"), int(model.plugin_stateadr[k]))
+
+
+def servo_estimate(model: mujoco.MjModel, data: mujoco.MjData, servo: str) -> float:
+    """T̂_out [N], the output tension as a servo's observer computes it from T_in.
+
+    Raises:
+        UnknownNameError: no such servo.
+    """
+    known = servos(model)
+    if servo not in known:
+        raise UnknownNameError("servo", servo, known)
+    return float(data.plugin_state[known[servo].state + servo_state.TRIAL + servo_state.ESTIMATE])
 
 
 def segment_tensions(

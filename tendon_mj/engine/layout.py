@@ -41,6 +41,7 @@ class Layout(NamedTuple):
     m_qpos0: int
     m_jnt_qposadr: int
     m_jnt_dofadr: int
+    m_dof_armature: int
     m_body_parentid: int
     m_body_rootid: int
     m_body_weldid: int
@@ -66,6 +67,7 @@ class Layout(NamedTuple):
     m_plugin_attradr: int
     d_time: int
     d_qpos: int
+    d_qvel: int
     d_ctrl: int
     d_plugin_state: int
     d_ten_wrapadr: int

@@ -44,5 +44,6 @@ C.mjp_getPluginAtSlot.argtypes = [ctypes.c_int]
 llvm.load_library_permanently(str(PATH))
 _char_p = types.intp  # pointers travel as integers
 mj_name2id = types.ExternalFunction("mj_name2id", types.int32(types.intp, types.int32, _char_p))
+mjp_getPluginAtSlot = types.ExternalFunction("mjp_getPluginAtSlot", types.intp(types.int32))
 mju_error = types.ExternalFunction("mju_error", types.void(_char_p))
 strtod = types.ExternalFunction("strtod", types.float64(_char_p, types.intp))

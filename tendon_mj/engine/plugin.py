@@ -1,4 +1,4 @@
-"""Registers the plugin `tendon_mj.sheath` with the running MuJoCo."""
+"""Registers the plugins of this package with the running MuJoCo."""
 
 from __future__ import annotations
 
@@ -6,19 +6,20 @@ import ctypes
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
-import llvmlite.binding as llvm
 import mujoco
-from numba import cfunc, types
 
+from tendon_mj.engine import servo_callbacks, servo_validate, validate
 from tendon_mj.engine.attributes import ATTRIBUTES
 from tendon_mj.engine.callbacks import Callbacks, make_callbacks
-from tendon_mj.engine.layout import read_layout, verify, verify_state
-from tendon_mj.engine.library import PATH, C, mju_error
-from tendon_mj.engine.validate import NAME, check_tendon, sensor_size, state_size
-from tendon_mj.errors import EngineError, TendonError
+from tendon_mj.engine.checks import Check
+from tendon_mj.engine.layout import Layout, read_layout, verify, verify_state
+from tendon_mj.engine.library import PATH, C
+from tendon_mj.engine.servo_state import ATTRIBUTES as SERVO_ATTRIBUTES
+from tendon_mj.errors import EngineError
 
-_CAPABILITIES = 1 | 2 | 4  # actuator, sensor, passive: mjtPluginCapabilityBit
+_ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
 
 
 class _Plugin(ctypes.Structure):
@@ -71,46 +72,55 @@ def _verify_struct() -> None:
         )
 
 
-_MESSAGE = ctypes.create_string_buffer(2048)
+class Definition(NamedTuple):
+    """What makes a plugin.
+
+    Attributes:
+        name: by which MJCF asks for it.
+        attributes: that its configuration may have.
+        capabilities: sum of `mjtPluginCapabilityBit`.
+        state_size: checks an instance, returns how many numbers of state it needs.
+        complete: checks an instance once the model is complete.
+        callbacks: makes the functions that run in a step.
+        sensor_size: returns how many numbers a sensor shows.
+    """
+
+    name: str
+    attributes: tuple[str, ...]
+    capabilities: int
+    state_size: Callable[[int, int], int]
+    complete: Callable[[int, int], int]
+    callbacks: Callable[[Layout], Callbacks]
+    sensor_size: Callable[[int, int, int], int] | None = None
 
 
-def _guarded(function: Callable[..., int]) -> Callable[..., int]:
-    """Turn an exception into −1 and a message, for the C side to raise after Python has left."""
-
-    def call(*arguments: int) -> int:
-        try:
-            return function(*arguments)
-        except Exception as error:
-            said = str(error) if isinstance(error, TendonError) else f"{NAME}: {error!r}"
-            text = said.replace("%", "%%").encode()
-            _MESSAGE.value = text[: len(_MESSAGE) - 1]
-            return -1
-
-    return call
-
-
-_py_state_size = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int)(_guarded(state_size))
-_py_sensor_size = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.c_int)(
-    _guarded(sensor_size)
+DEFINITIONS = (
+    Definition(
+        validate.NAME,
+        ATTRIBUTES,
+        _ACTUATOR | _SENSOR | _PASSIVE,
+        validate.state_size,
+        validate.check_tendon,
+        make_callbacks,
+        validate.sensor_size,
+    ),
+    Definition(
+        servo_validate.SERVO,
+        SERVO_ATTRIBUTES,
+        _ACTUATOR,
+        servo_validate.state_size,
+        servo_validate.check_joint,
+        servo_callbacks.make_callbacks,
+    ),
 )
-_py_check = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int)(_guarded(check_tendon))
-_i32, _ptr = types.int32, types.intp
-for _name, _address in {
-    "tendon_mj_state_size": ctypes.cast(_py_state_size, ctypes.c_void_p).value,
-    "tendon_mj_sensor_size": ctypes.cast(_py_sensor_size, ctypes.c_void_p).value,
-    "tendon_mj_check": ctypes.cast(_py_check, ctypes.c_void_p).value,
-    "tendon_mj_message": ctypes.addressof(_MESSAGE),
-}.items():
-    llvm.add_symbol(_name, _address)
-_ask_state_size = types.ExternalFunction("tendon_mj_state_size", _i32(_ptr, _i32))
-_ask_sensor_size = types.ExternalFunction("tendon_mj_sensor_size", _i32(_ptr, _i32, _i32))
-_check = types.ExternalFunction("tendon_mj_check", _i32(_ptr, _i32))
+
+NAMES = tuple(definition.name for definition in DEFINITIONS)
 
 # Made, not stepped: MuJoCo hands the plugin its state directly then, and no offset is trusted yet.
 _SMALLEST = f"""
 <mujoco>
   <extension>
-    <plugin plugin="{NAME}">
+    <plugin plugin="{validate.NAME}">
       <instance name="sheath">
         <config key="tendon" value="t"/>
         <config key="friction" value="0"/>
@@ -126,61 +136,44 @@ _SMALLEST = f"""
 _registered: list[object] = []  # what C holds pointers to must outlive it
 
 
-def _make_checks() -> tuple[object, object, object]:
-    message = ctypes.addressof(_MESSAGE)
-
-    @cfunc(_i32(_ptr, _i32))
-    def nstate(m: int, instance: int) -> int:
-        count = _ask_state_size(m, instance)
-        if count < 0:
-            mju_error(message)
-        return count
-
-    @cfunc(_i32(_ptr, _i32, _i32))
-    def nsensordata(m: int, instance: int, sensor: int) -> int:
-        count = _ask_sensor_size(m, instance, sensor)
-        if count < 0:
-            mju_error(message)
-        return count
-
-    @cfunc(_i32(_ptr, _ptr, _i32))
-    def init(m: int, d: int, instance: int) -> int:
-        if _check(m, instance) < 0:
-            mju_error(message)
-        return 0
-
-    return nstate, nsensordata, init
-
-
-def register() -> Callbacks:
-    """Make `tendon_mj.sheath` known to MuJoCo; a second call does nothing more.
-
-    Raises:
-        EngineError: the running MuJoCo does not have the layout that the plugin would read.
-    """
-    if _registered:
-        return _registered[0]  # type: ignore[return-value]
-    _verify_struct()
-    layout = read_layout()
-    verify(layout)
-    callbacks = make_callbacks(layout)
-    nstate, nsensordata, init = _make_checks()
-    names = (ctypes.c_char_p * len(ATTRIBUTES))(*(a.encode() for a in ATTRIBUTES))
-    plugin = _Plugin(
-        name=NAME.encode(),
-        nattribute=len(ATTRIBUTES),
+def _register(plugin: Definition, layout: Layout) -> None:
+    callbacks = plugin.callbacks(layout)
+    nstate = Check(plugin.name, plugin.state_size)
+    init = Check(plugin.name, plugin.complete, data=True)
+    sensor = Check(plugin.name, plugin.sensor_size, 2) if plugin.sensor_size else None
+    names = (ctypes.c_char_p * len(plugin.attributes))(*(a.encode() for a in plugin.attributes))
+    struct = _Plugin(
+        name=plugin.name.encode(),
+        nattribute=len(plugin.attributes),
         attributes=names,
-        capabilityflags=_CAPABILITIES,
+        capabilityflags=plugin.capabilities,
         needstage=mujoco.mjtStage.mjSTAGE_VEL.value,
-        nstate=nstate.address,  # type: ignore[attr-defined]
-        nsensordata=nsensordata.address,  # type: ignore[attr-defined]
-        init=init.address,  # type: ignore[attr-defined]
+        nstate=nstate.address,
+        nsensordata=sensor.address if sensor else None,
+        init=init.address,
         reset=callbacks.reset.address,
         compute=callbacks.compute.address,
         advance=callbacks.advance.address,
     )
-    _registered.extend([callbacks, nstate, nsensordata, init, names, plugin])
-    if C.mjp_registerPlugin(ctypes.byref(plugin)) < 0:
-        raise EngineError(f"{PATH.name} refused the plugin {NAME}")
-    verify_state(layout, mujoco.MjData(mujoco.MjModel.from_xml_string(_SMALLEST)))
-    return callbacks
+    _registered.extend([callbacks, nstate, sensor, init, names, struct])
+    if C.mjp_registerPlugin(ctypes.byref(struct)) < 0:
+        raise EngineError(f"{PATH.name} refused the plugin {plugin.name}")
+
+
+def register() -> tuple[str, ...]:
+    """Make the plugins known to MuJoCo; a second call does nothing more.
+
+    Returns:
+        Their names.
+
+    Raises:
+        EngineError: the running MuJoCo does not have the layout that the plugins would read.
+    """
+    if not _registered:
+        _verify_struct()
+        layout = read_layout()
+        verify(layout)
+        for definition in DEFINITIONS:
+            _register(definition, layout)
+        verify_state(layout, mujoco.MjData(mujoco.MjModel.from_xml_string(_SMALLEST)))
+    return NAMES

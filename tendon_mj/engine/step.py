@@ -9,7 +9,8 @@ import math
 from typing import Any
 
 from tendon_mj.engine import state as st
-from tendon_mj.engine.memory import byte, double, doubles, integer, pointer
+from tendon_mj.engine.memory import double, doubles, integer, pointer
+from tendon_mj.engine.moment import control, is_stage
 from tendon_mj.engine.path import follow_path
 from tendon_mj.engine.wrench import add_force
 from tendon_mj.sheath.compiled import compiled
@@ -28,7 +29,6 @@ from tendon_mj.sheath.tables import (
     WAS,
 )
 
-_RK4 = 1  # mjINT_RK4
 _LAWS = st.CONSTANT_FRICTION + 1  # the leading parameters, on which the guides' ratios depend
 
 
@@ -40,29 +40,6 @@ def _turned(layout: Any, m: int, d: int, state: Any, joint: int, radius: int) ->
     adr = integer(pointer(m + layout.m_jnt_qposadr), int(state[joint]))
     turn = double(pointer(d + layout.d_qpos), adr) - double(pointer(m + layout.m_qpos0), adr)
     return state[radius] * turn
-
-
-@compiled
-def _commanded(layout: Any, m: int, d: int, actuator: int) -> float:
-    """Displacement that the reel's control asks for, within its range [m]; 0 without a reel."""
-    if actuator < 0:
-        return 0.0
-    adr = integer(pointer(m + layout.m_actuator_ctrladr), actuator)
-    value = double(pointer(d + layout.d_ctrl), adr)
-    if byte(pointer(m + layout.m_actuator_ctrllimited), adr):
-        limits = doubles(pointer(m + layout.m_actuator_ctrlrange) + 16 * adr, 2)
-        value = min(max(value, limits[0]), limits[1])
-    return value
-
-
-@compiled
-def _is_stage(layout: Any, m: int, time: float, state: Any) -> bool:
-    """Whether this evaluation is an inner stage of Runge-Kutta, which must leave no trace."""
-    if integer(m + layout.o_integrator, 0) != _RK4 or state[st.ON_TRIAL] == 0.0:
-        return False
-    h = double(m + layout.o_timestep, 0)
-    since = time - state[st.TRIAL_TIME]
-    return 0.25 * h < since < 1.25 * h
 
 
 @compiled
@@ -150,16 +127,22 @@ def _apply(layout: Any, m: int, d: int, state: Any, segments: Any, p: Any) -> No
 
 
 @compiled
-def _turn_back(
-    layout: Any, m: int, d: int, state: Any, joint: int, radius: int, tau: float
-) -> None:
+def spool_torque(radius: float, ea: float, tau: float) -> float:
     """Torque on a spool: r (T + T²/2EA), the second term being the energy that goes onto the drum.
 
     With it the torque is exactly −∂U/∂θ of the elastic energy U, so no cycle gains any.
     """
+    return radius * ea * tau * (1.0 + 0.5 * tau)
+
+
+@compiled
+def _turn_back(
+    layout: Any, m: int, d: int, state: Any, joint: int, radius: int, tau: float
+) -> None:
+    """The tendon unwinds its spool."""
     if state[joint] >= 0.0:
         dof = integer(pointer(m + layout.m_jnt_dofadr), int(state[joint]))
-        torque = state[radius] * state[st.AXIAL_STIFFNESS] * tau * (1.0 + 0.5 * tau)
+        torque = spool_torque(state[radius], state[st.AXIAL_STIFFNESS], tau)
         doubles(pointer(d + layout.d_qfrc_passive) + 8 * dof, 1)[0] -= torque
 
 
@@ -203,9 +186,9 @@ def evaluate(layout: Any, m: int, d: int, address: int) -> None:
     if fresh:
         _start(layout, m, d, state, segments)
 
-    stage = _is_stage(layout, m, time, state)
+    stage = is_stage(layout, m, time, state[st.ON_TRIAL], state[st.TRIAL_TIME])
     wound_in = _turned(layout, m, d, state, st.REEL_JOINT, st.REEL_RADIUS)
-    wound_in += _commanded(layout, m, d, int(state[st.REEL_ACTUATOR]))
+    wound_in += control(layout, m, d, int(state[st.REEL_ACTUATOR]))
     wound_out = _turned(layout, m, d, state, st.OUTPUT_JOINT, st.OUTPUT_RADIUS)
     damped = state[st.AXIAL_DAMPING] > 0.0
     share = 1.0

@@ -5,17 +5,15 @@ This is the plugin's only Python, and it never runs in a step.
 
 from __future__ import annotations
 
-import ctypes
 import math
 import re
-from typing import Any
 
 import mujoco
 
 from tendon_mj.engine import state
 from tendon_mj.engine.attributes import ATTRIBUTES
 from tendon_mj.engine.callbacks import VIEW_SIZE
-from tendon_mj.engine.layout import mirror
+from tendon_mj.engine.draft import Draft, find, number
 from tendon_mj.engine.library import C
 from tendon_mj.engine.measure import ENDS, KINDS, width
 from tendon_mj.errors import InvalidValueError, UnknownNameError
@@ -23,55 +21,15 @@ from tendon_mj.sheath.law import RANGES, check_range, check_static
 
 NAME = "tendon_mj.sheath"
 _OBJ, _WRAP, _JNT = mujoco.mjtObj, mujoco.mjtWrap, mujoco.mjtJoint
-# What Python and the C library read alike.
-_NUMBER = re.compile(r"[+-]?(([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?|inf|nan)")
 _COUNT = re.compile(r"[0-9]+")
+SPOOL_ATTRIBUTES = ("tendon", "reel_joint", "sensor")  # what a servo asks about
 _REQUIRED = ("axial_stiffness", "friction")
 
 
-class _Model:
-    """The model under construction, read through its C structure."""
-
-    def __init__(self, address: int) -> None:
-        self.address = address
-        self.fields = mirror("mjModel").from_address(address)
-
-    def ints(self, field: str) -> Any:
-        return ctypes.cast(getattr(self.fields, field), ctypes.POINTER(ctypes.c_int))
-
-    def doubles(self, field: str) -> Any:
-        return ctypes.cast(getattr(self.fields, field), ctypes.POINTER(ctypes.c_double))
-
-    def name(self, kind: Any, index: int) -> str:
-        return (C.mj_id2name(self.address, kind.value, index) or b"").decode()
-
-    def names(self, kind: Any, count: int) -> list[str]:
-        return [self.name(kind, k) for k in range(count)]
-
-    def config(self, instance: int) -> dict[str, str]:
-        values = {}
-        for attribute in ATTRIBUTES:
-            raw = C.mj_getPluginConfig(self.address, instance, attribute.encode())
-            values[attribute] = (raw or b"").decode()
-        return values
-
-    def siblings(self, instance: int) -> list[int]:
-        slots = self.ints("plugin")
-        return [k for k in range(self.fields.nplugin) if slots[k] == slots[instance]]
-
-
-def _where(model: _Model, instance: int) -> str:
-    name = model.name(_OBJ.mjOBJ_PLUGIN, instance)
-    return f"plugin {NAME} instance {name!r}" if name else f"plugin {NAME}"
-
-
 def _read_number(config: dict[str, str], name: str, where: str) -> float | None:
-    raw = config[name]
-    if not raw:
+    value = number(config, name, where)
+    if value is None:
         return None
-    if not _NUMBER.fullmatch(raw):
-        raise InvalidValueError(f"{where}: {name} = {raw!r} is not a number")
-    value = float(raw)
     if name in RANGES:
         check_range(name, value, where)
     elif not math.isfinite(value) or value == 0.0:
@@ -94,7 +52,7 @@ def _check_numbers(config: dict[str, str], where: str) -> None:
             )
 
 
-def _capacity(model: _Model, config: dict[str, str], where: str) -> int:
+def _capacity(model: Draft, config: dict[str, str], where: str) -> int:
     """Guides to make room for.
 
     MuJoCo asks before it has told its tendons which points they run through, so without `guides`
@@ -109,16 +67,9 @@ def _capacity(model: _Model, config: dict[str, str], where: str) -> int:
     return int(config["guides"])
 
 
-def _find(model: _Model, kind: Any, count: int, what: str, name: str, where: str) -> int:
-    names = model.names(kind, count)
-    if not name or name not in names:
-        raise UnknownNameError(what, name, names, where)
-    return names.index(name)
-
-
-def _find_spool(model: _Model, name: str, where: str) -> None:
+def _find_spool(model: Draft, name: str, where: str) -> None:
     joints = int(model.fields.njnt)
-    joint = _find(model, _OBJ.mjOBJ_JOINT, joints, "joint", name, where)
+    joint = find(model, _OBJ.mjOBJ_JOINT, joints, "joint", name, where)
     if model.ints("jnt_type")[joint] not in (_JNT.mjJNT_HINGE.value, _JNT.mjJNT_SLIDE.value):
         raise InvalidValueError(f"{where} {name!r} is no hinge or slide")
 
@@ -129,11 +80,11 @@ def state_size(address: int, instance: int) -> int:
     Raises:
         InvalidValueError, UnknownNameError: what is wrong, where, and the nearest valid choice.
     """
-    model = _Model(address)
-    where = _where(model, instance)
+    model = Draft(address, ATTRIBUTES)
+    where = model.where(instance)
     config = model.config(instance)
     tendons = int(model.fields.ntendon)
-    _find(model, _OBJ.mjOBJ_TENDON, tendons, "tendon", config["tendon"], where)
+    find(model, _OBJ.mjOBJ_TENDON, tendons, "tendon", config["tendon"], where)
     others = {k: model.config(k) for k in model.siblings(instance) if k != instance}
     rivals = [k for k, c in others.items() if c["tendon"] == config["tendon"] and not c["sensor"]]
     if config["sensor"]:
@@ -162,14 +113,14 @@ def state_size(address: int, instance: int) -> int:
 
 def sensor_size(address: int, instance: int, sensor: int) -> int:
     """How many numbers a sensor shows; one on a sheath's own instance has T_in and T_out."""
-    model = _Model(address)
+    model = Draft(address, ATTRIBUTES)
     config = model.config(instance)
     if not config["sensor"]:
         return ENDS
     for other in model.siblings(instance):
         sheath = model.config(other)
         if sheath["tendon"] == config["tendon"] and not sheath["sensor"]:
-            return width(config["sensor"], _capacity(model, sheath, _where(model, other)))
+            return width(config["sensor"], _capacity(model, sheath, model.where(other)))
     return 1
 
 
@@ -179,12 +130,12 @@ def check_tendon(address: int, instance: int) -> int:
     Raises:
         InvalidValueError: what is wrong with the tendon.
     """
-    model = _Model(address)
+    model = Draft(address, ATTRIBUTES)
     config = model.config(instance)
     _check_reels(model, instance, bool(config["sensor"]))
     if config["sensor"]:
         return 0
-    where, name = _where(model, instance), config["tendon"]
+    where, name = model.where(instance), config["tendon"]
     tendon = model.names(_OBJ.mjOBJ_TENDON, int(model.fields.ntendon)).index(name)
     start, count = model.ints("tendon_adr")[tendon], model.ints("tendon_num")[tendon]
     for k in range(start, start + count):
@@ -207,19 +158,19 @@ def check_tendon(address: int, instance: int) -> int:
     return 0
 
 
-def _check_reels(model: _Model, instance: int, view: bool) -> None:
+def _check_reels(model: Draft, instance: int, view: bool) -> None:
     """One reel at most, on the sheath and on its tendon."""
     owners = model.ints("actuator_plugin")
     reels = [k for k in range(model.fields.nactuator) if owners[k] == instance]
     names = ", ".join(repr(model.name(_OBJ.mjOBJ_ACTUATOR, k)) for k in reels)
     if view and reels:
         raise InvalidValueError(
-            f"{_where(model, instance)}: actuator {names} belongs on the sheath's instance, not on "
+            f"{model.where(instance)}: actuator {names} belongs on the sheath's instance, not on "
             "that of a sensor"
         )
     if len(reels) > 1:
         raise InvalidValueError(
-            f"{_where(model, instance)}: a sheath has one reel, not {len(reels)}: {names}"
+            f"{model.where(instance)}: a sheath has one reel, not {len(reels)}: {names}"
         )
     for reel in reels:
         if model.ints("actuator_trntype")[reel] != mujoco.mjtTrn.mjTRN_TENDON.value:
@@ -227,13 +178,13 @@ def _check_reels(model: _Model, instance: int, view: bool) -> None:
         acts_on = model.name(_OBJ.mjOBJ_TENDON, model.ints("actuator_trnid")[2 * reel])
         if acts_on != model.config(instance)["tendon"]:
             raise InvalidValueError(
-                f"{_where(model, instance)}: reel {names} acts on tendon {acts_on!r}, the sheath "
+                f"{model.where(instance)}: reel {names} acts on tendon {acts_on!r}, the sheath "
                 f"on {model.config(instance)['tendon']!r}; a config is not renamed when its model "
                 "is attached to another: attach first, then add friction"
             )
 
 
-def _unsuited(model: _Model, kind: int, index: int) -> str:
+def _unsuited(model: Draft, kind: int, index: int) -> str:
     """Why a tendon with such a point on its path cannot run in a sheath; empty if it can."""
     if kind == _WRAP.mjWRAP_SITE.value:
         return ""

@@ -64,8 +64,16 @@ class Bench:
         )
 
 
-def build_bench(bench: Bench) -> mujoco.MjSpec:
-    """The bench as an editable model: actuator `reel`, sheath `sheath`, four named sensors."""
+def build_bench(
+    bench: Bench, *, reel_joint: str | None = None, reel_radius: float | None = None
+) -> mujoco.MjSpec:
+    """The bench as an editable model: actuator `reel`, sheath `sheath`, four named sensors.
+
+    Args:
+        bench: its numbers.
+        reel_joint, reel_radius: joint, for the caller to add, and radius [m] of a spool that winds
+            the tendon in instead of the actuator.
+    """
     spec = mujoco.MjSpec()
     spec.modelname = "bench"
     spec.option.timestep = bench.timestep
@@ -101,7 +109,9 @@ def build_bench(bench: Bench) -> mujoco.MjSpec:
         friction=bench.friction,
         axial_stiffness=bench.axial_stiffness,
         pretension=bench.pretension,
-        reel="reel",
+        reel=None if reel_joint else "reel",
+        reel_joint=reel_joint,
+        reel_radius=reel_radius,
         sensors=("input_tension", "output_tension", "reel_displacement"),
     )
     travel = spec.add_tendon(name="output_displacement")

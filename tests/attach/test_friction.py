@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj import add_friction, add_sensor
+from tendon_mj import Parameters, add_friction, add_sensor
 from tendon_mj.engine import KINDS, sheaths
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 

@@ -26,6 +26,22 @@ def test_compare_meets_its_figures(tmp_path):
         assert (tmp_path / f"{picture}.png").stat().st_size > 10_000
 
 
+def test_servo_meets_its_figures(tmp_path):
+    assert main(["servo", "--out", str(tmp_path)]) == 0
+    result = read(tmp_path)
+    steps = result["overshoot"]
+    assert steps["pulling"] < 0.005
+    assert steps["loosening"] == pytest.approx(steps["loosening_predicted"], rel=0.2)
+    assert steps["scheduled_difference_cut"] > 0.9
+    assert steps["scheduled_rise_ratio_loosening"] <= 1.0
+    assert all(abs(e) < 0.02 for e in result["phase_plane"]["slope_error"].values())
+    assert result["limit_cycle"]["r_squared"] > 0.98
+    assert abs(result["limit_cycle"]["intercept_over_mean_amplitude"]) < 0.05
+    assert result["tracking"]["rmse_reduction"] > 0.88
+    for picture in ("fig6_phase_plane", "fig7_steps", "limit_cycle", "strategies"):
+        assert (tmp_path / f"{picture}.png").stat().st_size > 10_000
+
+
 def test_replay_of_the_twin_needs_the_friction(tmp_path):
     assert main(["replay", str(carried_recording()), "--out", str(tmp_path)]) == 0
     result = read(tmp_path)
@@ -62,7 +78,7 @@ def test_refusals_are_one_line(arguments, said, tmp_path, capsys):
 def test_help_names_the_commands():
     script = "from tendon_mj.cli import main; main(['--help'])"
     shown = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True).stdout
-    for command in ("compare", "replay", "render", "demo"):
+    for command in ("compare", "servo", "replay", "render", "demo"):
         assert command in shown
 
 

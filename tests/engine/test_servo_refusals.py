@@ -1,0 +1,119 @@
+"""A servo that cannot work is refused when the model is compiled."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj import add_servo
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tests.engine.servos import hand
+
+MODEL = """
+<mujoco>
+  <extension><plugin plugin="tendon_mj.sheath">
+    <instance name="sheath"><config key="tendon" value="flexor"/><config key="friction" value=".1"/>
+      <config key="axial_stiffness" value="1000"/><config key="reel_joint" value="motor"/>
+      <config key="reel_radius" value=".01"/></instance>
+    <instance name="unwound"><config key="tendon" value="idle"/><config key="friction" value=".1"/>
+      <config key="axial_stiffness" value="1000"/></instance>
+  </plugin><plugin plugin="tendon_mj.servo"/></extension>
+  <worldbody>
+    <site name="a"/><site name="b" pos=".1 0 0"/>
+    <body><joint name="motor" {armature}/><geom size=".01" contype="0" conaffinity="0"/></body>
+    <body><joint name="other"/><geom size=".01" contype="0" conaffinity="0"/></body>
+  </worldbody>
+  <tendon>
+    <spatial name="flexor"><site site="a"/><site site="b"/></spatial>
+    <spatial name="idle"><site site="a"/><site site="b"/></spatial>
+    <spatial name="bare"><site site="a"/><site site="b"/></spatial>
+  </tendon>
+  <actuator><plugin name="pull" plugin="tendon_mj.servo" {target}>{config}</plugin></actuator>
+</mujoco>
+"""
+GAINS = {"tendon": "flexor", "tension_gain": "7", "velocity_gain": "2"}
+
+
+def compiled(target='joint="motor"', armature='armature=".1"', **values):
+    config = GAINS | values
+    keys = "".join(f'<config key="{k}" value="{v}"/>' for k, v in config.items() if v is not None)
+    return mujoco.MjModel.from_xml_string(
+        MODEL.format(target=target, armature=armature, config=keys)
+    )
+
+
+CASES = [
+    ({"tendon": "flexer"}, r"unknown tendon 'flexer'; did you mean 'flexor'"),
+    ({"tendon": None}, r"unknown tendon ''"),
+    ({"tendon": "bare"}, r"unknown sheathed tendon 'bare'.*'flexor', 'idle'"),
+    ({"tendon": "idle"}, r"sheath on tendon 'idle' has no reel_joint"),
+    ({"tension_gain": None}, r"tension_gain is missing"),
+    ({"velocity_gain": None}, r"velocity_gain is missing \(its unit is N m s/rad\)"),
+    ({"tension_gain": "-7"}, r"tension_gain = -7 \[-\] must be finite and > 0"),
+    ({"velocity_gain": "-1"}, r"velocity_gain = -1 \[N m s/rad\] must be finite and ≥ 0"),
+    ({"loosening_tension_gain": "0"}, r"loosening_tension_gain = 0 \[-\] must be finite and > 0"),
+    ({"velocity_gain": "slow"}, r"velocity_gain = 'slow' is not a number"),
+    ({"torque_limit": "inf"}, r"torque_limit = inf \[N m\] must be finite"),
+    ({"speed_limit": "-1"}, r"speed_limit = -1 \[rad/s\] must be finite and ≥ 0"),
+    ({"period": "-0.01"}, r"period = -0\.01 \[s\] must be finite"),
+    ({"delay": "nan"}, r"delay = nan \[s\] must be finite"),
+    ({"motor_inertia": "0"}, r"motor_inertia = 0 \[kg m²\] must be finite and > 0"),
+    ({"observer_friction": "-1"}, r"observer_friction = -1 \[-\] must be finite"),
+    ({"feedback": "senser"}, r"unknown feedback 'senser'; did you mean 'sensor'"),
+    ({"backdrive": "yes"}, r"unknown backdrive 'yes' .*'false', 'true'"),
+    ({"armature": ""}, r"motor_inertia \[kg m²\] is missing, and joint 'motor' has no armature"),
+    ({"target": 'joint="other"'}, r"'pull' drives joint 'other', but .* by joint 'motor'"),
+    ({"target": 'tendon="flexor"'}, r"'pull' drives no joint, but"),
+    ({"target": 'joint="motor" gear="2"'}, r"gear = 2; it must be 1"),
+    ({"target": 'joint="motor" forcerange="-1 1"'}, r"forcerange, .*; use torque_limit"),
+]
+
+
+@pytest.mark.parametrize(("values", "pattern"), CASES, ids=[str(v) for v, _ in CASES])
+def test_a_bad_servo_is_named_with_what_is_wrong(values, pattern):
+    with pytest.raises(ValueError, match=r"plugin tendon_mj\.servo: .*" + pattern):
+        compiled(**values)
+    data = mujoco.MjData(compiled())  # the process is as good as before
+    mujoco.mj_step(compiled(), data)
+    assert np.isfinite(data.plugin_state).all()
+
+
+def test_an_unknown_attribute():
+    with pytest.raises(ValueError, match=r"unrecognized attribute.*gian"):
+        compiled(gian="1")
+
+
+def test_python_refuses_the_same_before_anything_is_added():
+    spec = hand()
+    before = len(spec.actuators)
+    gains = {"tension_gain": 1.0, "velocity_gain": 1.0}
+    with pytest.raises(UnknownNameError, match="did you mean 'tendon'"):
+        add_servo(spec, "tendno", name="second", **gains)
+    with pytest.raises(InvalidValueError, match="tension_gain = -1"):
+        add_servo(spec, "tendon", name="second", **(gains | {"tension_gain": -1.0}))
+    with pytest.raises(UnknownNameError, match="unknown feedback"):
+        add_servo(spec, "tendon", name="second", feedback="guess", **gains)
+    with pytest.raises(InvalidValueError, match="'servo' cannot be the name of a plugin instance: empty or taken"):
+        add_servo(spec, "tendon", **gains)
+    assert len(spec.actuators) == before
+    spec.compile()
+
+
+def test_two_actuators_cannot_share_a_servo():
+    spec = hand()
+    twin = spec.add_actuator(name="twin", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="motor")
+    twin.plugin = spec.actuator("servo").plugin
+    with pytest.raises(ValueError, match="2 actuators share it; a servo drives one motor"):
+        spec.compile()
+
+
+def test_an_instance_that_no_actuator_uses_does_nothing():
+    spec = hand()
+    spec.add_plugin(name="spare", plugin_name="tendon_mj.servo", active=True).config = {
+        "tendon": "tendon",
+        "tension_gain": "1",
+        "velocity_gain": "1",
+    }
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 10)
+    assert np.isfinite(data.plugin_state).all()
