@@ -3,8 +3,6 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 OUT    ?= out/demo
-# Rendering without a screen; ignored where there is one.
-export MUJOCO_GL ?= egl
 # Real measurements are not in the repository (docs/data.md says where they come from).
 ifneq ($(wildcard ../shared/data),)
 export TENDON_MJ_DATA ?= $(abspath ../shared/data)

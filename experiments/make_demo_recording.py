@@ -1,8 +1,8 @@
 """Makes the recording that the package carries: `models/bench/recordings/twin.csv`.
 
 It is no measurement. The lumped elements of `tendon_mj.reference`, which share no code with the
-plugin, stand for the rig: 64 elements with mass and stick-slip on the bench's numbers, driven slowly
-through two large cycles and a few minor loops, with sensor noise added.
+plugin, stand for the rig: 64 elements with mass and stick-slip on the bench's numbers, driven
+slowly through two large cycles and a few minor loops, with sensor noise added.
 """
 
 from __future__ import annotations

@@ -17,6 +17,12 @@ class UnknownNameError(TendonError, ValueError):
         super().__init__(f"{where + ': ' if where else ''}{unknown(kind, name, valid)}")
 
 
+class UnknownKeyError(UnknownNameError, KeyError):
+    """The same where a mapping was asked, so that ``in`` and ``get`` answer as they should."""
+
+    __str__ = Exception.__str__  # a KeyError would show the message in quotes
+
+
 class InvalidValueError(TendonError, ValueError):
     """A value outside its range; the message names the thing, the value and the range."""
 
@@ -35,4 +41,5 @@ def unknown(kind: str, name: str, valid: Iterable[str]) -> str:
     near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     shown = ", ".join(repr(n) for n in names[:20]) + (", …" if len(names) > 20 else "")
-    return f"unknown {kind} {name!r}{hint} (there {'is' if len(names) == 1 else 'are'}: {shown or 'none'})"
+    verb = "is" if len(names) == 1 else "are"
+    return f"unknown {kind} {name!r}{hint} (there {verb}: {shown or 'none'})"

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.engine import PARAMETERS, sheaths
-from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.errors import InvalidValueError, UnknownKeyError
 from tendon_mj.sheath.law import RANGES, check_range
 
 
@@ -26,7 +26,7 @@ class Parameters(MutableMapping[str, float]):
         data: of that model; or any (npluginstate,) array, such as the tail of a state vector.
 
     Raises:
-        UnknownNameError: no such sheath or parameter, with the nearest.
+        UnknownKeyError: no such sheath or parameter, with the nearest.
         InvalidValueError: a value outside its range.
     """
 
@@ -40,7 +40,7 @@ class Parameters(MutableMapping[str, float]):
 
     def _find(self, name: str) -> int:
         if name not in self._address:
-            raise UnknownNameError("parameter", name, self._address)
+            raise UnknownKeyError("parameter", name, self._address)
         return self._address[name]
 
     def __getitem__(self, name: str) -> float:

@@ -26,7 +26,7 @@ def arc_points(
 
     Args:
         length: of the sheath [m].
-        bend: total angle that it turns through [rad]; positive to the left, seen against ``normal``.
+        bend: total angle that it turns through [rad]; positive turns left, seen from ``normal``.
         guides: n ≥ 1.
         start: of the path [m].
         direction: in which it leaves ``start``.
@@ -40,6 +40,8 @@ def arc_points(
     """
     if not (np.isfinite(length) and length > 0.0):
         raise InvalidValueError(f"length = {length} [m] must be finite and > 0")
+    if not np.isfinite(bend):
+        raise InvalidValueError(f"bend = {bend} [rad] must be finite")
     if guides < 1:
         raise InvalidValueError(f"guides = {guides} must be ≥ 1")
     along = np.asarray(direction, float)

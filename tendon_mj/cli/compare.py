@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
+from matplotlib.figure import Figure
 
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.simulate.comparison import Comparison
@@ -53,23 +53,22 @@ def _draw(comparison: Comparison, output: Output) -> None:
             / (1.0 / bench.environment_stiffness + 1.0 / bench.sensor_stiffness),
         ),
     )
-    for name, motions in (("sweep", comparison.motions), ("limit", comparison.limit_motions)):
-        output.figure(name, sweep_figure(**_columns(motions)))
+    output.figure("sweep", _sweep(comparison.motions))
+    output.figure("limit", _sweep(comparison.limit_motions))
     found = comparison.convergence
     output.figure("convergence", convergence_figure(found.guides, found.error, found.order))
 
 
-def _columns(motions: list[Motion]) -> dict[str, np.ndarray]:
+def _sweep(motions: list[Motion]) -> Figure:
     ordered = sorted(motions, key=lambda motion: motion.exponent)
-    names = (
-        "exponent",
-        "apparent_stiffness",
-        "analytic_stiffness",
-        "backlash",
-        "analytic_backlash",
-        "backlash_error",
+    return sweep_figure(
+        exponent=[m.exponent for m in ordered],
+        apparent_stiffness=[m.apparent_stiffness for m in ordered],
+        analytic_stiffness=[m.analytic_stiffness for m in ordered],
+        backlash=[m.backlash for m in ordered],
+        analytic_backlash=[m.analytic_backlash for m in ordered],
+        backlash_error=[m.backlash_error for m in ordered],
     )
-    return {name: np.array([getattr(motion, name) for motion in ordered]) for name in names}
 
 
 def _say(comparison: Comparison) -> None:
@@ -86,6 +85,8 @@ def _say(comparison: Comparison) -> None:
             f"{backlash:.4%} of T_in L/EA, T_out/T_in within {slid:.0e}"
         )
     console.print(f"  ({_LEFT})")
+    kt = comparison.transmission_stiffness
+    console.print(f"loop on the bench: K_t off by {kt[1]:+.2%} pulling and {kt[-1]:+.2%} loosening")
     console.print(
         f"convergence over the guides: order {comparison.convergence.order:.2f}; "
         f"a step costs {comparison.step_cost:.2f} × that of MuJoCo's own tendon; rollouts on two "

@@ -13,7 +13,12 @@ from tendon_mj.cli.render import render
 from tendon_mj.cli.replay import replay
 from tendon_mj.errors import TendonError
 
-COMMANDS: dict[str, Callable[..., object]] = {"compare": compare, "replay": replay, "render": render, "demo": demo}
+COMMANDS: dict[str, Callable[..., object]] = {
+    "compare": compare,
+    "replay": replay,
+    "render": render,
+    "demo": demo,
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -46,7 +46,10 @@ def replay(
     output = Output(out)
     measured = read_recording(recording, description)
     compiled = load_model(model or measured.model)
-    variants: dict[str, dict[str, float]] = {DESCRIBED: {}, WITHOUT: _parse("*.friction=0", compiled)}
+    variants: dict[str, dict[str, float]] = {
+        DESCRIBED: {},
+        WITHOUT: _parse("*.friction=0", compiled),
+    }
     variants |= {text: _parse(text, compiled) for text in change}
     simulated = {}
     with progress_bar() as progress:
@@ -63,7 +66,8 @@ def replay(
         }
         for column, error in errors.items():
             console.print(
-                f"{label}: {column} off by {error.rmse:.4g} rms, {error.share_of_range:.2%} of its range",
+                f"{label}: {column} off by {error.rmse:.4g} rms, "
+                f"{error.share_of_range:.2%} of its range",
                 soft_wrap=True,
             )
         output.add(write_recording(answer, out / f"simulated_{k}.csv"))

@@ -125,8 +125,8 @@ def read_layout() -> Layout:
         member = getattr(mirror(_OWNER[owner]), name, None)
         if member is None:
             raise EngineError(
-                f"mujoco {mujoco.__version__} has no {_OWNER[owner]}.{name}, which tendon-mj reads; "
-                "versions that fit are named in its pyproject.toml"
+                f"mujoco {mujoco.__version__} has no {_OWNER[owner]}.{name}, which tendon-mj "
+                "reads; versions that fit are named in its pyproject.toml"
             )
         offsets[entry] = member.offset + (option if owner == "o" else 0)
     return Layout(**offsets)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tendon_mj.engine import state as st
 from tendon_mj.engine.memory import doubles
 from tendon_mj.sheath.compiled import compiled

@@ -17,7 +17,7 @@ from tendon_mj.sheath.compiled import compiled
 def add_force(
     layout: Any, m: int, d: int, body: int, p: Any, at: int, fx: float, fy: float, fz: float
 ) -> None:
-    """Add force (fx, fy, fz) [N] at point ``p[at:at+3]`` [m] of ``body`` to `mjData.qfrc_passive`."""
+    """Add force (fx, fy, fz) [N] at ``p[at:at+3]`` [m] of ``body`` to `mjData.qfrc_passive`."""
     if integer(pointer(m + layout.m_body_weldid), body) == 0:
         return  # fixed to the world
     root = integer(pointer(m + layout.m_body_rootid), body)

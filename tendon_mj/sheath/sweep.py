@@ -21,11 +21,11 @@ from tendon_mj.sheath.tables import (
     FLOW,
     LENGTH,
     OFFSET,
+    ROUNDING,
     SLIP,
     STORED,
     TENSION,
     UP,
-    ROUNDING,
     Table,
 )
 

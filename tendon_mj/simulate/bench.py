@@ -48,6 +48,11 @@ class Bench:
         """|λ| = μ × total bend [-]."""
         return self.friction * self.bend
 
+    @property
+    def output_stiffness(self) -> float:
+        """k_se = 1/(1/k_e + 1/k_s) [N/m]."""
+        return 1.0 / (1.0 / self.environment_stiffness + 1.0 / self.sensor_stiffness)
+
     def stiffened(self, factor: float) -> Bench:
         """The bench with EA, k_e, k_s and the masses times ``factor``: less strain and travel."""
         return dataclasses.replace(

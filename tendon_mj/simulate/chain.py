@@ -1,16 +1,16 @@
 """The paper's lumped elements (Fig. 3) as a MuJoCo model, for tendons whose inertia matters.
 
 The tendon is a row of beads on slide joints, with mass and damping, midway between the guides of
-the sheath; between two beads it is a spring, a spatial tendon of its own, that bends over one guide:
+the sheath. Between two beads it is a spring, a spatial tendon of its own, that bends over a guide:
 
     m_i ξ̈_i + c_i ξ̇_i = T_i⁻ − T_i⁺,    T_high = T_low e^{μφ/n} + F_c/n at every guide in between
 
 `tendon_mj.sheath` solves each guide implicitly, so friction is proportional to tension within the
-step and rest is rest. The other ways in MuJoCo are worse: a joint's ``frictionloss`` does not follow
-the tension unless Python rewrites it between steps, and as a soft constraint it creeps under load;
-contact friction creeps likewise. What remains is the price of inertia: the beads' springs are
-explicit in MuJoCo, so the step has to resolve the fastest bead (`Chain.longest_timestep`), which
-falls with √mass/n. `docs/routes.md` has the wall time and the accuracy.
+step and a guide that holds, holds. The other ways in MuJoCo are worse: a joint's ``frictionloss``
+follows the tension only if Python rewrites it between steps, and as a soft constraint it creeps
+under any load; so does the friction of contacts. What remains is the price of inertia: the springs
+between beads are explicit in MuJoCo, and the step has to resolve the fastest bead
+(`Chain.longest_timestep`, which falls with √mass/n). `docs/routes.md` has wall time and accuracy.
 """
 
 from __future__ import annotations

@@ -101,6 +101,9 @@ def build_joint(joint: Joint) -> mujoco.MjSpec:
     hinge = _add_wheel(spec, "joint", joint, centre[-1], axis, heading, joint.inertia)
     hinge.stiffness[0] = joint.stiffness
     hinge.damping[0] = joint.damping
+    # dry friction at the hinge, if a user adds some: by default it would creep on so light a tip
+    hinge.solref_friction = [2.0 * joint.timestep, 1.0]
+    hinge.solimp_friction = [0.9999, 0.9999, 0.001, 0.5, 2.0]
     command = spec.add_actuator(name="command", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="spool")
     command.set_to_position(kp=joint.servo_stiffness, kv=joint.servo_damping)
     for number, side in zip(TENDONS, (1.0, -1.0), strict=True):

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_mj.simulate import paper_mujoco as in_mujoco
 from tendon_mj.simulate import paper_routes as routes
-from tendon_mj.simulate.comparison import Progress, silent
+from tendon_mj.simulate.first_motion import Progress, silent
 from tendon_mj.simulate.paper_rig import Rig
 from tendon_mj.simulate.paper_routes import Array, Trace
 
@@ -64,7 +65,7 @@ class Refinement:
     Args:
         elements: n. Shape (k,).
         error: by route [-]. Each (k,).
-        order: by route: −slope of the error over n, while it still falls [-].
+        order: −slope of the error over n, of the routes whose error falls that long [-].
         rig: of the history, an outer loop.
     """
 
@@ -101,7 +102,9 @@ def every_route(rig: Rig, histories: Sequence[tuple[float, ...]]) -> list[dict[s
     """The five routes of the comparison on histories of ξ_in with equally many legs."""
     time = follow(histories[0])[0]
     travels = np.array([follow(turns)[1] for turns in histories])
-    rolled = routes.plugin(rig, time, travels, ELEMENTS, TIMESTEP, threads=min(2, len(histories)))
+    rolled = in_mujoco.plugin(
+        rig, time, travels, ELEMENTS, TIMESTEP, threads=min(2, len(histories))
+    )
     return [
         {
             "closed form": routes.closed_form(rig, travel, "displacement"),
@@ -155,9 +158,9 @@ def refine(rig: Rig = STEEP, progress: Progress = silent) -> Refinement:
             rig, time, travel, "displacement", n, 2.0 * LEG, 600.0
         ),
         "sheath alone": lambda n: routes.sheath_alone(rig, travel, "displacement", n),
-        "plugin in MuJoCo": lambda n: routes.plugin(rig, time, travel, n),
+        "plugin in MuJoCo": lambda n: in_mujoco.plugin(rig, time, travel, n),
         "sheath alone, EA × 100": lambda n: routes.sheath_alone(stiff, less, "displacement", n),
-        "plugin in MuJoCo, EA × 100": lambda n: routes.plugin(stiff, time, less, n),
+        "plugin in MuJoCo, EA × 100": lambda n: in_mujoco.plugin(stiff, time, less, n),
     }
     error: dict[str, Array] = {}
     for done, (name, run) in enumerate(kinds.items()):
@@ -165,12 +168,15 @@ def refine(rig: Rig = STEEP, progress: Progress = silent) -> Refinement:
         error[name] = np.array([np.sqrt(np.mean(gap**2)) for gap in gaps]) / np.ptp(exact)
         progress("refinement", done + 1, len(kinds))
     counts = np.array(REFINED, float)
-    return Refinement(counts, error, {name: _order(counts, e) for name, e in error.items()}, rig)
+    orders = {name: _order(counts, gap) for name, gap in error.items()}
+    return Refinement(counts, error, {k: v for k, v in orders.items() if v is not None}, rig)
 
 
-def _order(counts: Array, error: Array) -> float:
-    """−slope in the logarithms, from the coarsest to where the error falls by less than 2.5."""
-    falling = error[:-1] > 2.5 * error[1:]
-    last = int(np.argmin(falling)) if not falling.all() else len(falling)
-    last = max(last, 1)
-    return float(-np.polyfit(np.log(counts[: last + 1]), np.log(error[: last + 1]), 1)[0])
+def _order(counts: Array, error: Array) -> float | None:
+    """−slope in the logarithms over at least three points, while each error is a third at most."""
+    falling = np.append(error[1:] < error[:-1] / 3.0, False)
+    points = int(np.argmin(falling)) + 1
+    if points < 3:
+        return None
+    line = np.polyfit(np.log(counts[:points]), np.log(error[:points]), 1)
+    return float(-line[0])

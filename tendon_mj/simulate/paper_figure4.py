@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_mj import reference
+from tendon_mj.simulate import paper_mujoco as in_mujoco
 from tendon_mj.simulate import paper_routes as routes
-from tendon_mj.simulate.comparison import Progress, silent
+from tendon_mj.simulate.first_motion import Progress, silent
 from tendon_mj.simulate.paper_loop import (
     LoopNumbers,
     largest_difference,
@@ -68,22 +70,23 @@ class Figure4a:
         return max(abs(e) for route in self.numbers for e in self.slope_errors(route))
 
 
-def sine(frequency: float, amplitude: float, pretension: float, periods: float, samples: int) -> (
-    tuple[Array, Array]
-):
+def sine(
+    frequency: float, amplitude: float, pretension: float, periods: float, samples: int
+) -> tuple[Array, Array]:
     """Time [s] and T_in = T_0 + T_m sin ωt [N]; eq. (26)."""
     time = np.arange(round(periods * samples) + 1) / (samples * frequency)
     return time, pretension + amplitude * np.sin(2.0 * np.pi * frequency * time)
 
 
 def slow_mass(rig: Rig, frequency: float) -> tuple[float, float]:
-    """Mass [kg] and damping [N s/m] of a tendon in MuJoCo that is slow at ``frequency``.
-
-    ω_1 = (π/2) √(EA/(m L)) = 2π f · slowness for a tendon held at one end; Σ c = 2 ζ m ω_1.
-    """
-    omega = 2.0 * np.pi * frequency * MUJOCO_SLOWNESS
-    mass = rig.axial_stiffness / rig.length * (0.5 * np.pi / omega) ** 2
-    return float(mass), float(2.0 * MUJOCO_DAMPING_RATIO * mass * omega)
+    """Mass [kg] and damping [N s/m] of a tendon in MuJoCo that is slow at ``frequency``."""
+    chain = reference.quasi_static(
+        routes.elements_chain(rig, MUJOCO_ELEMENTS),
+        1.0 / frequency,
+        slowness=MUJOCO_SLOWNESS,
+        damping_ratio=MUJOCO_DAMPING_RATIO,
+    )
+    return float(chain.mass.sum()), float(chain.damping.sum())
 
 
 def figure_4a(progress: Progress = silent) -> Figure4a:
@@ -98,8 +101,8 @@ def figure_4a(progress: Progress = silent) -> Figure4a:
             rig, time, load, "tension", ELEMENTS, 1.0 / FREQUENCY, SLOWNESS
         ),
         "sheath alone": lambda: routes.sheath_alone(rig, load, "tension", ELEMENTS),
-        "plugin in MuJoCo": lambda: routes.plugin(rig, time, exact.input_displacement, ELEMENTS),
-        "elements in MuJoCo": lambda: routes.mujoco_elements(
+        "plugin in MuJoCo": lambda: in_mujoco.plugin(rig, time, exact.input_displacement, ELEMENTS),
+        "elements in MuJoCo": lambda: in_mujoco.mujoco_elements(
             rig, time, load, "tension", MUJOCO_ELEMENTS, mass, damping
         ),
     }
@@ -129,11 +132,11 @@ def _straight(rig: Rig) -> dict[str, float]:
         "continuum": routes.continuum(free, load, "tension"),
         "elements": routes.elements(chain, time, load, "tension", 1e-3),
         "sheath alone": routes.sheath_alone(free, load, "tension", ELEMENTS),
-        "plugin in MuJoCo": routes.plugin(free, time, exact.input_displacement, ELEMENTS),
+        "plugin in MuJoCo": in_mujoco.plugin(free, time, exact.input_displacement, ELEMENTS),
     }
     gaps = {name: _bend(free, trace) for name, trace in traces.items()}
     stiff = free.stiffened(STIFF)
-    trace = routes.plugin(stiff, time, exact.input_displacement / STIFF, ELEMENTS)
+    trace = in_mujoco.plugin(stiff, time, exact.input_displacement / STIFF, ELEMENTS)
     return {**gaps, f"plugin in MuJoCo, EA × {STIFF:g}": _bend(stiff, trace)}
 
 

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_mj import reference
+from tendon_mj.simulate import paper_mujoco as in_mujoco
 from tendon_mj.simulate import paper_routes as routes
-from tendon_mj.simulate.comparison import Progress, silent
+from tendon_mj.simulate.first_motion import Progress, silent
 from tendon_mj.simulate.paper_figure4 import AMPLITUDE, sine
 from tendon_mj.simulate.paper_rig import Rig
 from tendon_mj.simulate.paper_routes import Array, Trace
@@ -123,9 +124,7 @@ def measure_shift(rig: Rig, tendon: Tendon, frequency: float) -> tuple[Shift, Tr
         rms.append(np.sqrt(np.mean(gap**2, axis=1)))
         phase.append((np.abs(gap).argmax(1) / SAMPLES + 0.25) % 1.0)
     drag = float(np.abs(smooth.output_tension - exact).max() / span)
-    found = Shift(
-        tendon, frequency, np.array(largest), np.array(rms), np.array(phase), drag
-    )
+    found = Shift(tendon, frequency, np.array(largest), np.array(rms), np.array(phase), drag)
     return found, sticky, smooth
 
 
@@ -136,11 +135,11 @@ def _loops(rig: Rig, frequency: float, sticky: Trace, smooth: Trace) -> dict[str
         "closed form, μ_d": routes.closed_form(rig.but(static_friction=None), load, "tension"),
         "elements, μ_s = μ_d": smooth,
         "elements": sticky,
-        "elements in MuJoCo": routes.mujoco_elements(
+        "elements in MuJoCo": in_mujoco.mujoco_elements(
             rig, time, load, "tension", HEAVY.elements, HEAVY.mass, HEAVY.damping
         ),
         "sheath alone": sheath,
-        "plugin in MuJoCo": routes.plugin(rig, time, sheath.input_displacement, HEAVY.elements),
+        "plugin in MuJoCo": in_mujoco.plugin(rig, time, sheath.input_displacement, HEAVY.elements),
     }
 
 

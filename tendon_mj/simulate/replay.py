@@ -98,7 +98,7 @@ def replay(
 def _sensor_addresses(recording: Recording, model: mujoco.MjModel) -> dict[str, tuple[int, int]]:
     """Sensor and its place in `mjData.sensordata` for every measured column."""
     sensors = {model.sensor(k).name: k for k in range(model.nsensor)}
-    actuators = {model.actuator(k).name for k in range(model.nu)}
+    actuators = {model.actuator(k).name for k in range(model.nactuator)}
     recording.check_against(actuators - {""}, sensors.keys() - {""})
     found = {}
     for column, measured in recording.measured.items():
@@ -120,6 +120,7 @@ def _control(recording: Recording, rig: Adjustable, clock: Clock, lead: int) -> 
         actuator = rig.model.actuator(name).id
         scale, offset = rig.commands[actuator]
         drive = scale * np.interp(clock.time, recording.time, recording.columns[column]) + offset
-        control[:lead, actuator] = ramp * drive[0]
-        control[lead:, actuator] = drive
+        slot = rig.model.actuator_ctrladr[actuator]
+        control[:lead, slot] = ramp * drive[0]
+        control[lead:, slot] = drive
     return control

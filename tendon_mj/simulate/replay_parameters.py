@@ -37,13 +37,13 @@ class Adjustable:
 
     Attributes:
         model, data: ready to run, with what ``set`` was given.
-        commands, readings: (nu, 2) and (nsensor, 2) scale and offset, for who runs the model.
+        commands, readings: (nactuator, 2), (nsensor, 2) scale and offset, for who runs the model.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self.model = model
         self.data = mujoco.MjData(model)
-        self.commands = np.tile([1.0, 0.0], (model.nu, 1))
+        self.commands = np.tile([1.0, 0.0], (model.nactuator, 1))
         self.readings = np.tile([1.0, 0.0], (model.nsensor, 1))
         self._sheaths = Parameters(model, self.data)
         self._setters = self._joints() | self._actuators() | self._sensors()
@@ -59,17 +59,17 @@ class Adjustable:
             UnknownNameError: no such parameter, with the nearest; nothing is changed then.
             InvalidValueError: a value outside its range.
         """
+        known = self.names()
         for name in values:
-            if name not in self._sheaths and name not in self._setters:
-                raise UnknownNameError("parameter", name, self.names())
+            if name not in known:
+                raise UnknownNameError("parameter", name, known)
         for name, value in values.items():
             if name in self._setters:
                 self._setters[name](float(value))
             else:
                 self._sheaths[name] = value
-        for name in values:
-            if name in self._sheaths:
-                self._check_sheath(name.rsplit(".", 1)[0])
+        for name in values.keys() - self._setters.keys():
+            self._check_sheath(name.rsplit(".", 1)[0])
         if any(name.endswith(".armature") for name in values):
             mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
 
@@ -98,7 +98,7 @@ class Adjustable:
     def _actuators(self) -> dict[str, _Setter]:
         m, found = self.model, {}
         gain, bias = m.actuator_gainprm, m.actuator_biasprm
-        for k in range(m.nu):
+        for k in range(m.nactuator):
             name = mujoco.mj_id2name(m, _OBJ.mjOBJ_ACTUATOR, k)
             if not name:
                 continue

@@ -16,7 +16,13 @@ from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 
 from tendon_mj.errors import EngineError, InvalidValueError
-from tendon_mj.view.cable import GUIDE_COLOUR, add_cable, cable_radius, tension_scale, without_tendons
+from tendon_mj.view.cable import (
+    GUIDE_COLOUR,
+    add_cable,
+    cable_radius,
+    tension_scale,
+    without_tendons,
+)
 from tendon_mj.view.offscreen import Image, Offscreen, find_camera, project
 from tendon_mj.view.panel import HEIGHT, INK, Panel
 from tendon_mj.view.take import POSE, Progress, Take, record_take

@@ -36,7 +36,8 @@ _OSMESA = (
 _HINTS = {
     "egl": f"{_EGL}; or {_OSMESA}",
     "osmesa": f"{_OSMESA}; or unset MUJOCO_GL: {_EGL}",
-    "glfw": f"GLFW needs a screen (DISPLAY or WAYLAND_DISPLAY); unset MUJOCO_GL or set it to egl: {_EGL}",
+    "glfw": "GLFW needs a screen (DISPLAY or WAYLAND_DISPLAY); unset MUJOCO_GL or set it to egl: "
+    f"{_EGL}",
     "cgl": "CGL needs macOS; unset MUJOCO_GL",
 }
 
@@ -98,4 +99,6 @@ def _reason(error: Exception) -> str:
         text = " ".join(str(error).split())
     except Exception:  # PyOpenGL's errors ask the context that is missing
         text = ""
+    if isinstance(error, AttributeError) and "NoneType" in text:
+        return "its library was not found"  # PyOpenGL has None in its place
     return f"{type(error).__name__}: {text}" if text else type(error).__name__

@@ -41,7 +41,7 @@ def default_motion(name: str, model: mujoco.MjModel) -> Drive:
     def drive(time: float) -> NDArray[np.float64]:
         grown = min(time / _EASE, 1.0)
         share = grown * grown * (3.0 - 2.0 * grown)
-        return share * centre + amplitude * np.sin(2.0 * np.pi * time / _PERIOD)
+        return np.asarray(share * centre + amplitude * np.sin(2.0 * np.pi * time / _PERIOD))
 
     return drive
 

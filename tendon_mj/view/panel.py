@@ -15,7 +15,15 @@ from PIL import ImageDraw, ImageFont
 
 from tendon_mj.view.cable import COLOURS
 from tendon_mj.view.offscreen import Image
-from tendon_mj.view.style import BLUE, GREEN, GREY, PURPLE, VERMILLION, new_figure, print_style
+from tendon_mj.view.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    PURPLE,
+    VERMILLION,
+    new_figure,
+    print_style,
+)
 from tendon_mj.view.take import Array, Take
 
 HEIGHT = 720  # at which a type size is what it says [pixels]
@@ -119,7 +127,10 @@ def _draw_tensions(axes: Axes, take: Take) -> list[tuple[str, Array]]:
     axes.set_ylabel("$T$ [N]")
     axes.tick_params(labelbottom=False)
     ends = (GREY, GREY) if len(take.cables) > 1 else _PAIR
-    handles = [Line2D([], [], color=c, linestyle=s) for c, s in zip(ends, ("-", "--"), strict=True)]
+    handles = [
+        Line2D([], [], color=ends[0], linestyle="-"),
+        Line2D([], [], color=ends[1], linestyle="--"),
+    ]
     axes.legend(
         handles, ["input end", "output end"], loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2
     )
@@ -131,7 +142,9 @@ def _draw_controls(axes: Axes, model: mujoco.MjModel, take: Take) -> None:
     for colour, k in zip(_MANY, moving, strict=False):
         name = model.actuator(k).name or f"actuator {k}"
         name += " [m]" if model.actuator_plugin[k] >= 0 else ""
-        axes.plot(take.time, take.controls[:, k], color=colour if len(moving) > 1 else GREY, label=name)
+        axes.plot(
+            take.time, take.controls[:, k], color=colour if len(moving) > 1 else GREY, label=name
+        )
     if moving:
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
     axes.set_ylabel("control")

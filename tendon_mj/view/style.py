@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -22,6 +23,7 @@ BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILLION, PURPLE = (
     "#CC79A7",
 )
 GREY = "#6E6E6E"
+PALE = "#B4B4B4"  # a wide line for others to lie on
 # what distinguishes series besides their colour
 SERIES = (
     (BLUE, "--", "o"),
@@ -33,7 +35,7 @@ SERIES = (
 )
 DPI = 160
 
-_SETTINGS = {
+_SETTINGS: Any = {
     "font.size": 9.0,
     "axes.labelsize": 9.5,
     "axes.titlesize": 10.0,

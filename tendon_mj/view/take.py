@@ -103,9 +103,10 @@ def _control(
     model: mujoco.MjModel, drive: Callable[[float], ArrayLike] | ArrayLike
 ) -> Callable[[float], ArrayLike]:
     if callable(drive):
-        if np.shape(drive(0.0)) != (model.nu,):
+        shape = np.shape(drive(0.0))
+        if shape != (model.nu,):
             raise InvalidValueError(
-                f"drive gives controls of shape {np.shape(drive(0.0))}, the model takes ({model.nu},)"
+                f"drive gives controls of shape {shape}, the model takes ({model.nu},)"
             )
         return drive
     rows = np.asarray(drive, float)

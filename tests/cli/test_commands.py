@@ -31,8 +31,8 @@ def test_replay_of_the_twin_needs_the_friction(tmp_path):
     result = read(tmp_path)
     with_friction = result["rmse"]["as described"]["output_tension_N"]["rmse"]
     without = result["rmse"]["friction 0"]["output_tension_N"]["rmse"]
-    assert with_friction < 0.1  # the noise is 0.05 N
-    assert without > 20 * with_friction
+    assert with_friction < 2 * 0.05  # twice the sensors' noise [N]
+    assert without > 10 * with_friction
     assert "not measured" in result["source"]
 
 

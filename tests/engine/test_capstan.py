@@ -57,6 +57,25 @@ def test_the_joint_driven_spool_and_the_reel_draw_alike():
             assert other.sensor(name).data == pytest.approx(one.sensor(name).data, rel=1e-9)
 
 
+def test_a_tendon_held_by_static_friction_breaks_loose_and_slides_on_at_the_dynamic():
+    law = {"guides": 1, "bend": 1.0, "friction": 0.2, "static_friction": 0.4, "pretension": 20.0}
+    model = fixed_sheaths([law])
+    data = mujoco.MjData(model)
+    ratios = []
+    for _ in range(400):
+        data.ctrl[0] += 2e-6
+        mujoco.mj_step(model, data)
+        ratios.append(data.sensordata[0] / data.sensordata[1])
+    broke = int(np.argmax(ratios))
+    assert np.exp(0.39) < ratios[broke] <= np.exp(0.4) * (1 + 1e-12)
+    np.testing.assert_allclose(ratios[broke + 1 :], np.exp(0.2), rtol=1e-9)
+    # at rest again it takes the static friction to let it go
+    mujoco.mj_step(model, data, 3)
+    data.ctrl[0] += 8e-6
+    mujoco.mj_step(model, data)
+    assert np.exp(0.201) < data.sensordata[0] / data.sensordata[1] < np.exp(0.4)
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_two_hundred_random_histories_are_the_play_operator(seed):
     rng = np.random.default_rng(seed)

@@ -44,7 +44,8 @@ def exact(damping, timestep):
     decay = friction / (2 * mass)
     omega = np.sqrt(stiffness / mass - decay**2)
     time = timestep * np.arange(round(1.0 / timestep))
-    return 1e-3 * np.exp(-decay * time) * (np.cos(omega * time) + decay / omega * np.sin(omega * time))
+    wave = np.cos(omega * time) + decay / omega * np.sin(omega * time)
+    return 1e-3 * np.exp(-decay * time) * wave
 
 
 @pytest.mark.parametrize("damping", [2.0, 10.0])

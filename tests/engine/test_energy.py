@@ -18,11 +18,13 @@ def heat(model, data):
     tension = data.sensor("tension").data
     borne = tension + tension**2 / (2.0 * EA)
     _, _, guides = unpacked(model, data)
-    return float(np.sum((borne[:-1] - borne[1:]) * guides[st.TRIAL_FLOW]))
+    at_guides = (borne[:-1] - borne[1:]) * guides[st.TRIAL_FLOW]
+    assert at_guides.min() >= -1e-15, "tendon flows from the lower tension to the higher"
+    return float(at_guides.sum())
 
 
 def balance(model, data, duration):
-    """Total energy over time: mechanical + elastic + heat; the heat; what the sensor shows of it."""
+    """Mechanical + elastic energy + heat over time; the heat; what the sensor shows of it."""
     total, hot = [], 0.0
     for _ in range(round(duration / model.opt.timestep)):
         mujoco.mj_forward(model, data)

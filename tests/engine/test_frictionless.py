@@ -59,3 +59,16 @@ def test_pretension_is_what_the_tendon_carries_at_qpos0():
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
         np.testing.assert_allclose(data.sensor("tension").data, 12.5, rtol=1e-10)
+
+
+def test_where_a_simulation_starts_does_not_change_how_much_tendon_there_is():
+    model = arm(friction=0.0, spools=True, axial_stiffness=EA, pretension=T0)
+    there, moved = mujoco.MjData(model), mujoco.MjData(model)
+    mujoco.mj_step(model, moved)
+    for data in (there, moved):
+        data.qpos[:] = [0.05, -0.1, 0.1, 0.3, 0.01]
+        data.qvel[:] = 0.0
+        mujoco.mj_forward(model, data)
+    tension = there.sensor("tension").data
+    assert tension.min() > T0
+    np.testing.assert_allclose(tension, moved.sensor("tension").data, rtol=1e-9)

@@ -16,7 +16,9 @@ def test_the_running_mujoco_is_as_described():
     plugin._verify_struct()
 
 
-@pytest.mark.parametrize("field", ["m_tendon_num", "d_qpos", "d_cdof", "d_qfrc_passive", "o_timestep"])
+@pytest.mark.parametrize(
+    "field", ["m_tendon_num", "d_qpos", "d_cdof", "d_qfrc_passive", "o_timestep"]
+)
 @pytest.mark.parametrize("shift", [8, -8])
 def test_a_wrong_offset_is_refused_by_name(field, shift):
     wrong = LAYOUT._replace(**{field: getattr(LAYOUT, field) + shift})

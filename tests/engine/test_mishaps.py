@@ -6,7 +6,15 @@ import mujoco
 import numpy as np
 import pytest
 
+from tendon_mj.attach import add_friction, add_sites, add_tendon
 from tests.engine.models import arm, fixed_sheaths, run, snapshot, started, tendon_total, unpacked
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder_of_its_own(tmp_path, monkeypatch):
+    """MuJoCo writes its warnings to a file where it runs."""
+    monkeypatch.chdir(tmp_path)
+
 
 LAW = {"guides": 6, "bend": 2.0, "friction": 0.2, "pretension": 20.0}
 UNSOLVED = ("input_tension", "output_tension", "unsolved")
@@ -79,8 +87,6 @@ def test_bodies_flung_apart_do_not_stop_the_process():
 
 def test_guides_on_one_spot_have_no_bend_and_no_harm():
     spec = mujoco.MjSpec()
-    from tendon_mj.attach import add_friction, add_sites, add_tendon
-
     sites = add_sites(spec, "s", [[0, 0, 0], [0.1, 0, 0], [0.1, 0, 0], [0.2, 0.1, 0]])
     add_tendon(spec, "t", sites)
     add_friction(spec, "t", friction=0.3, axial_stiffness=100.0, pretension=1.0, sensors=())

@@ -123,9 +123,11 @@ def test_a_value_out_of_range_is_refused_and_changes_nothing(name, value):
 
 def test_an_unknown_name_comes_with_the_nearest():
     parameters = Parameters(arm(), mujoco.MjData(arm()))
-    with pytest.raises(UnknownNameError, match=r"'sheath\.fricton'; did you mean 'sheath\.friction'"):
+    with pytest.raises(
+        UnknownNameError, match=r"'sheath\.fricton'; did you mean 'sheath\.friction'"
+    ):
         parameters["sheath.fricton"] = 0.1
-    with pytest.raises(UnknownNameError, match="there are: 'sheath.axial_damping'"):
+    with pytest.raises(UnknownNameError, match=r"there are: 'sheath\.axial_damping'"):
         parameters["nothing"]
     with pytest.raises(InvalidValueError, match="cannot be removed"):
         del parameters[MU]

@@ -111,7 +111,10 @@ def test_two_sheaths_on_a_tendon():
 @pytest.mark.parametrize(
     ("values", "pattern"),
     [
-        ({"tendon": "flexor", "sensor": "tensoin"}, r"unknown sensor 'tensoin'; did you mean 'tens"),
+        (
+            {"tendon": "flexor", "sensor": "tensoin"},
+            r"unknown sensor 'tensoin'; did you mean 'tens",
+        ),
         ({"tendon": "flexor", "sensor": "slip", "friction": "1"}, r"a sensor takes no friction"),
         ({"tendon": "extensor", "sensor": "slip"}, r"unknown sheathed tendon 'extensor'.*'flexor'"),
         ({"tendon": "flexr", "sensor": "slip"}, r"unknown tendon 'flexr'; did you mean 'flexor'"),

@@ -12,7 +12,6 @@ import pytest
 from tests.engine.models import arm, arm_xml, run, snapshot, started
 
 
-
 def assert_alike(model, other):
     assert model.npluginstate == other.npluginstate
     one, two = (run(m, started(m, 6, 2.0), 200) for m in (model, other))

@@ -1,4 +1,4 @@
-"""All that the sheath knows lies in mjData: a simulation can stop anywhere and go on, bit by bit."""
+"""All that the sheath knows lies in mjData: a simulation can stop anywhere and go on."""
 
 import mujoco
 import numpy as np

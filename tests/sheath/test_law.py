@@ -22,12 +22,16 @@ def test_a_value_out_of_range_is_named_with_its_range_and_unit(name, value):
 def test_only_the_stiffness_may_not_be_zero():
     zero = dict.fromkeys(RANGES, 0.0)
     Law(**zero | {"axial_stiffness": 1.0})
-    with pytest.raises(InvalidValueError, match=r"axial_stiffness = 0 \[N\] must be finite and > 0"):
+    with pytest.raises(
+        InvalidValueError, match=r"axial_stiffness = 0 \[N\] must be finite and > 0"
+    ):
         Law(**zero)
 
 
 def test_friction_at_rest_is_not_below_friction_while_sliding():
-    with pytest.raises(InvalidValueError, match=r"static_friction = 0\.1 must be ≥ friction = 0\.15"):
+    with pytest.raises(
+        InvalidValueError, match=r"static_friction = 0\.1 must be ≥ friction = 0\.15"
+    ):
         replace(LAW, static_friction=0.1)
     assert replace(LAW, static_friction=0.15).mu_s == LAW.mu_s == 0.15
     assert replace(LAW, static_friction=0.3).mu_s == 0.3

@@ -66,7 +66,7 @@ def test_a_jump_of_the_input_by_the_whole_backlash_is_solved_in_one_step():
     np.testing.assert_allclose(once[0][t.TENSION], many[0][t.TENSION], rtol=1e-9)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300, deadline=None, derandomize=True)
 @given(some.integers(1, 6), some.data())
 def test_it_ends_whatever_it_is_given(n, data):
     segments, guides = uniform(n, 0.5)
@@ -77,15 +77,16 @@ def test_it_ends_whatever_it_is_given(n, data):
     assert settle(segments, guides, 1.0) in (True, False)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100, deadline=None, derandomize=True)
 @given(some.floats(1e-3, 1.0), some.floats(1e-9, 0.5), some.floats(0.0, 10.0))
 def test_a_segment_holds_what_its_tension_says(length, tau, give):
     segments, _ = uniform(1, 0.0)
     segments[t.LENGTH], segments[t.GIVE] = length, give * length
-    holds, falls = held(segments, 1.0, 0, tau)
+    holds, falls, bends = held(segments, 1.0, 0, tau)
     if holds > 1e-3 * length:
         segments[t.STORED] = holds
         assert tension_of(segments, 1.0, 0) == pytest.approx(tau, rel=1e-9, abs=1e-13)
         step = 1e-6 * (1.0 + tau)
-        rise = held(segments, 1.0, 0, tau + step)[0] - held(segments, 1.0, 0, tau - step)[0]
-        assert falls == pytest.approx(rise / (2 * step), rel=1e-5)
+        after, before = held(segments, 1.0, 0, tau + step), held(segments, 1.0, 0, tau - step)
+        assert falls == pytest.approx((after[0] - before[0]) / (2 * step), rel=1e-5)
+        assert bends == pytest.approx((after[1] - before[1]) / (2 * step), rel=1e-5)

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import os
+import re
 import tomllib
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -24,7 +27,14 @@ FIELDS = {  # what of an element must be the same in a file and from its builder
     "actuator": ("actuator_trntype", "actuator_gainprm", "actuator_biasprm", "actuator_gear"),
     "sensor": ("sensor_type", "sensor_dim"),
 }
-PER_JOINT = ("qpos_spring", "dof_damping", "dof_armature", "dof_frictionloss")  # one each here
+PER_JOINT = (  # one each here
+    "qpos_spring",
+    "dof_damping",
+    "dof_armature",
+    "dof_frictionloss",
+    "dof_solref",
+    "dof_solimp",
+)
 SIZES = {
     "body": "nbody",
     "joint": "njnt",
@@ -161,7 +171,8 @@ def test_the_joints_scene_shows_the_sheath_where_the_guides_are():
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     centre = [
-        0.5 * (data.site(f"guide_1_{k}").xpos + data.site(f"guide_2_{k}").xpos) for k in range(1, 17)
+        0.5 * (data.site(f"guide_1_{k}").xpos + data.site(f"guide_2_{k}").xpos)
+        for k in range(1, 17)
     ]
     shown = [
         data.geom_xpos[k]
@@ -171,3 +182,30 @@ def test_the_joints_scene_shows_the_sheath_where_the_guides_are():
     assert len(shown) == len(centre) + 1
     for a, b, middle in zip(centre[:-1], centre[1:], shown[1:-1], strict=True):
         np.testing.assert_allclose(0.5 * (a + b), middle, atol=1e-6)
+
+
+def snippets(readme):
+    """Python blocks of a page, in order."""
+    return re.findall(r"```python\n(.*?)```", readme.read_text("utf-8"), re.S)
+
+
+def test_the_overviews_snippet_runs(capsys):
+    (code,) = snippets(models_folder() / "README.md")
+    exec(code, {})
+    angle = float(capsys.readouterr().out.split("]")[0].strip("["))
+    assert 0.3 < angle < 0.5
+
+
+def test_the_joints_snippets_run(monkeypatch, tmp_path, capsys):
+    build, replay = snippets(models_folder() / "joint" / "README.md")
+    names = {}
+    exec(build, names)
+    assert names["model"].nu == 3
+    data = os.environ.get("TENDON_MJ_DATA")
+    if not data or not (Path(data) / "tendon_sheath_joint").is_dir():
+        pytest.skip("TENDON_MJ_DATA names no folder with tendon_sheath_joint (see docs/data.md)")
+    (tmp_path / "data").symlink_to(data)
+    (tmp_path / "models").symlink_to(models_folder().resolve())
+    monkeypatch.chdir(tmp_path)
+    exec(replay, names)
+    assert 0.0 < float(capsys.readouterr().out) < 1.0

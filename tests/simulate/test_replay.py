@@ -331,8 +331,9 @@ def test_static_friction_below_the_dynamic_one_is_refused():
 
 def test_a_recording_that_the_model_has_no_names_for_is_refused():
     with pytest.raises(RecordingError, match="did you mean 'command'"):
-        replay(joint_recording(drive_to := None, drive={"command_rad": "comand"}))
-    assert drive_to is None
+        replay(dataclasses.replace(joint_recording(), drive={"command_rad": "comand"}))
+    with pytest.raises(RecordingError, match="did you mean 'joint_angle'"):
+        replay(joint_recording(measured={"joint_rad": Measured("joint_angel")}))
 
 
 def test_a_sensor_of_many_numbers_is_refused():

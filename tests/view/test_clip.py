@@ -1,0 +1,92 @@
+import subprocess
+
+import imageio_ffmpeg
+import mujoco
+import numpy as np
+import pytest
+from matplotlib.colors import Normalize
+
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.simulate.bench import Bench, build_bench
+from tendon_mj.view.cable import COLOURS, add_cable, without_tendons
+from tendon_mj.view.clip import render_clip
+from tendon_mj.view.motion import default_motion
+from tendon_mj.view.offscreen import Offscreen, find_camera, project
+from tendon_mj.view.take import record_take
+
+
+@pytest.fixture(scope="module")
+def model():
+    return build_bench(Bench(guides=6)).compile()
+
+
+def frames_of(path, width, height):
+    """(k, height, width, 3) frames, and what ffmpeg says of the file."""
+    ffmpeg = imageio_ffmpeg.get_ffmpeg_exe()
+    raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    done = subprocess.run([ffmpeg, "-i", str(path), *raw], capture_output=True, check=True)
+    frames = np.frombuffer(done.stdout, np.uint8).reshape(-1, height, width, 3)
+    return frames, done.stderr.decode()
+
+
+def test_a_clip_has_its_size_its_frames_and_moves(gl, model, tmp_path):
+    told = []
+    path = render_clip(
+        model,
+        default_motion("bench", model),
+        tmp_path / "new" / "bench.mp4",
+        duration=0.8,
+        fps=10,
+        width=480,
+        height=270,
+        progress=lambda what, done, total: told.append((what, done, total)),
+    )
+    frames, said = frames_of(path, 480, 270)
+    assert frames.shape == (8, 270, 480, 3)
+    assert "480x270" in said
+    assert "10 fps" in said
+    assert told[-1] == ("draw", 8, 8)
+    assert ("simulate", 8, 8) in told
+    scene, strip = np.split(frames[[0, 7]].astype(float), [336], axis=2)
+    assert np.abs(scene[1] - scene[0]).max() > 30.0, "the tendon changes its colour"
+    assert np.abs(strip[1] - strip[0]).max() > 30.0, "the cursor moves"
+
+
+def test_a_model_without_a_sheath_has_no_strip(gl, tmp_path):
+    ball = mujoco.MjModel.from_xml_string(
+        "<mujoco><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>"
+    )
+    path = render_clip(
+        ball, np.zeros((1, 0)), tmp_path / "b.mp4", duration=0.2, fps=10, width=128, height=96
+    )
+    frames, _ = frames_of(path, 128, 96)
+    assert frames.shape == (2, 96, 128, 3)
+    assert frames[0, :, -20:].min() > 240, "white to the edge"
+
+
+@pytest.mark.parametrize("size", [{"width": 481}, {"height": 20}])
+def test_a_size_that_no_video_has_is_refused(model, tmp_path, size):
+    with pytest.raises(InvalidValueError, match="must be even"):
+        render_clip(model, lambda t: [0.0], tmp_path / "x.mp4", duration=1.0, **size)
+
+
+def test_an_unknown_camera_is_answered_with_those_there_are(model, tmp_path):
+    with pytest.raises(UnknownNameError, match="unknown camera 'front'"):
+        render_clip(model, lambda t: [0.0], tmp_path / "x.mp4", duration=1.0, camera="front")
+
+
+def test_the_colour_of_a_segment_is_that_of_the_bar(gl, model):
+    cable = record_take(model, lambda t: [0.0], duration=0.1, fps=10).cables["sheath"]
+    scale, data = Normalize(0.0, 40.0), mujoco.MjData(model)
+    tensions = np.linspace(2.0, 38.0, cable.tensions.shape[1])
+    with Offscreen(without_tendons(model), 640, 480) as offscreen:
+        mujoco.mj_forward(model, data)
+        image = offscreen.draw(
+            data,
+            find_camera(model, None),
+            lambda scene: add_cable(scene, cable.points[0], tensions, scale, 0.004),
+        )
+        middles = 0.5 * (cable.points[0][1:] + cable.points[0][:-1])
+        seen = project(offscreen.scene, middles, 640, 480).round().astype(int)
+    shown = image[seen[1:-1, 1], seen[1:-1, 0]] / 255.0
+    assert shown == pytest.approx(COLOURS(scale(tensions))[1:-1, :3], abs=0.12)
