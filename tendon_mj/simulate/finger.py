@@ -22,7 +22,7 @@ FLEXION = np.array([0.0, 1.0, 0.0])  # turned about it, a finger along +x goes d
 SIDE = {"flexor": -1.0, "extensor": 1.0}  # of the finger where the tendon is, up being the back
 Array = NDArray[np.float64]
 _MAY_BE_0 = ("friction", "pretension", "stiffness", "damping", "armature", "bend")
-_SIGNED = ("low", "object_x", "object_z")
+_SIGNED = ("low", "object_x", "object_z", "object_angle")
 
 
 def _check(numbers: object, where: str) -> None:
@@ -145,7 +145,9 @@ class Finger:
         motor_torque: most that a rotor gives [N m].
         object_stiffness: k_e of the object's spring [N/m].
         object_mass: [kg].
-        object_x, object_z: where the object's face is, from the MCP's axis [m].
+        object_angle: below the finger's straight line, in which the object is pressed [rad].
+        object_x, object_z: where the middle of the object's
+            face is, from the MCP's axis [m].
         timestep: [s].
 
     Raises:
@@ -168,15 +170,16 @@ class Finger:
     spool_radius: float = 0.008
     rotor_inertia: float = 5e-7
     gear: float = 30.0
-    motor_damping: float = 0.02
+    motor_damping: float = 0.01
     servo_stiffness: float = 50.0
     servo_damping: float = 0.3
     servo_margin: float = 1.0
     motor_torque: float = 0.03
     object_stiffness: float = 2000.0
     object_mass: float = 0.05
-    object_x: float = 0.052
-    object_z: float = -0.056
+    object_x: float = 0.033
+    object_z: float = -0.048
+    object_angle: float = -np.pi / 12.0
     timestep: float = 0.001
 
     def __post_init__(self) -> None:

@@ -21,7 +21,9 @@ from tendon_mj.simulate.finger import (
 _COLOUR = {"flexor": [0.85, 0.2, 0.15, 1.0], "extensor": [0.1, 0.35, 0.8, 1.0]}
 _SKIN, _STEEL, _OBJECT = [0.87, 0.72, 0.6, 0.45], [0.45, 0.47, 0.5, 1.0], [0.95, 0.65, 0.15, 1.0]
 _PHALANX, _OBJECT_BIT = 1, 2  # contact bits: phalanges touch the object and nothing else
-_OBJECT_SIZE = (0.012, 0.012, 0.008)  # half edges of the object [m]
+_OBJECT_SIZE = (0.007, 0.012, 0.008)  # half edges of the object [m]
+# so light joints would otherwise give way to what the motors can pull
+_LIMIT_SOLREF, _LIMIT_SOLIMP = (0.005, 1.0), (0.99, 0.999, 0.01, 0.5, 2.0)
 _TENDON_RADIUS = 0.0004  # as drawn [m]
 
 
@@ -75,6 +77,7 @@ def _add_phalanges(spec: mujoco.MjSpec, finger: Finger) -> None:
         hinge.range, hinge.limited = [joint.low, joint.high], True
         hinge.stiffness[0], hinge.damping[0] = joint.stiffness, joint.damping
         hinge.armature = joint.armature
+        hinge.solref_limit, hinge.solimp_limit = _LIMIT_SOLREF, _LIMIT_SOLIMP
         end = joint.length if name != JOINTS[-1] else joint.length - joint.radius
         body.add_geom(
             name=name,
@@ -97,11 +100,12 @@ def _add_phalanges(spec: mujoco.MjSpec, finger: Finger) -> None:
 
 
 def _add_object(spec: mujoco.MjSpec, finger: Finger) -> None:
-    """A block on a spring k_e below the finger, its weight borne."""
-    half = _OBJECT_SIZE[2]
-    body = spec.worldbody.add_body(
-        name="object", pos=[finger.object_x, 0.0, finger.object_z - half]
-    )
+    """A block on a spring k_e, which gives way as the face is pressed; its weight is borne."""
+    tilt = 0.5 * (0.5 * np.pi - finger.object_angle)
+    inwards = -np.cos(finger.object_angle) * FORWARD - np.sin(finger.object_angle) * UP
+    face = finger.object_x * FORWARD + finger.object_z * UP
+    body = spec.worldbody.add_body(name="object", pos=face + _OBJECT_SIZE[2] * inwards)
+    body.quat = [np.cos(tilt), 0.0, np.sin(tilt), 0.0]
     body.gravcomp = 1.0
     slide = body.add_joint(name="object", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=-UP)
     slide.stiffness[0] = finger.object_stiffness

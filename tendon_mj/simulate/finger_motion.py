@@ -18,7 +18,7 @@ ANGLES = tuple(f"{joint}_rad" for joint in JOINTS)
 TENSIONS = tuple(f"{tendon}_N" for tendon in TENDONS)
 _INTERVAL = 0.01  # between samples of the named ones [s]
 _CURLED = np.radians([75.0, 80.0, 60.0])  # what a curl asks for
-_TOUCHING = np.radians([42.0, 34.0, 36.0])  # beyond the pose in which the tip touches the object
+_TOUCHING = np.radians([45.0, 34.0, 45.0])  # beyond the pose in which the tip touches the object
 _REST = 4.0  # tension that both tendons are kept at [N], the default pretension
 
 
@@ -53,7 +53,9 @@ def _time(duration: float) -> Array:
     return np.linspace(0.0, duration, round(duration / _INTERVAL) + 1)
 
 
-def _by_angles(name: str, duration: float, share: Callable[[Array], Array], pose: Array) -> Trajectory:
+def _by_angles(
+    name: str, duration: float, share: Callable[[Array], Array], pose: Array
+) -> Trajectory:
     time = _time(duration)
     angles = np.outer(share(time), pose)
     return Trajectory(name, time, dict(zip(ANGLES, angles.T, strict=True)), aside=name == "curl")
@@ -84,9 +86,9 @@ def press() -> Trajectory:
 
 
 def hold() -> Trajectory:
-    """Flexor tension held at 16 N, once come from below and once from above."""
-    knots = [(0.0, _REST), (1.0, 16.0), (3.0, 16.0), (4.0, 28.0), (5.0, 28.0), (6.0, 16.0)]
-    return _by_tensions("hold", [*knots, (8.0, 16.0)])
+    """Flexor tension held at 14 N, once come from below and once from above."""
+    knots = [(0.0, _REST), (1.0, 14.0), (3.0, 14.0), (4.0, 24.0), (5.0, 24.0), (6.0, 14.0)]
+    return _by_tensions("hold", [*knots, (8.0, 14.0)])
 
 
 NAMED: dict[str, Callable[[], Trajectory]] = {f.__name__: f for f in (curl, tap, press, hold)}

@@ -12,7 +12,7 @@ from tendon_mj.simulate.recording import Measured, Recording
 from tendon_mj.simulate.replay import replay
 from tendon_mj.simulate.replay_run import Progress
 
-_AWAY = 0.1  # that the object's spring rests below its place, for the object to be out of reach [m]
+OUT_OF_REACH = 0.1  # where the object rests on its slide for the finger to miss it [m]
 _UNITS = {"angle": "rad", "force": "N", "tension": "N", "displacement": "m"}
 
 
@@ -26,8 +26,8 @@ def drive_recording(
 ) -> Recording:
     """What the motors are told to follow a trajectory, as a recording still without readings.
 
-    Joint angles become spool angles by the tendons' geometry alone, as for an ideal tendon; tensions
-    become torques, T r, with the position servos off. Nothing of it knows of friction.
+    Joint angles become spool angles by geometry alone, as for an ideal tendon; tensions become
+    torques, T r, with the position servos off. Nothing of it knows of friction.
 
     Args:
         trajectory: to follow.
@@ -42,7 +42,7 @@ def drive_recording(
     tendons = [t for t in TENDONS if t in {model.tendon(k).name for k in range(model.ntendon)}]
     columns, drive, known = _commands(trajectory, finger, tendons)
     if trajectory.aside:
-        known["object.springref"] = _AWAY
+        known["object.springref"] = OUT_OF_REACH
     if friction is not None:
         known |= {f"{tendon}_sheath.friction": friction for tendon in tendons}
     measured = {}
@@ -80,7 +80,9 @@ def _commands(
     for column, tension in trajectory.columns.items():
         tendon = column.removesuffix("_N")
         if tendon not in tendons:
-            raise InvalidValueError(f"trajectory {trajectory.name!r}: there is no {tendon!r} to pull")
+            raise InvalidValueError(
+                f"trajectory {trajectory.name!r}: there is no {tendon!r} to pull"
+            )
         torque = (tension - finger.pretension) * finger.spool_radius / finger.gear
         columns[f"{tendon}_command_Nm"] = torque
         drive[f"{tendon}_command_Nm"] = f"{tendon}_torque"
