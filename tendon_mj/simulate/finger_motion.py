@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError, UnknownNameError
-from tendon_mj.simulate.finger import JOINTS, TENDONS
+from tendon_mj.simulate.finger import JOINTS, TENDONS, Finger
 from tendon_mj.simulate.recording_table import TIME, read_table
 
 Array = NDArray[np.float64]
@@ -124,3 +124,18 @@ def find_trajectory(name: str) -> Trajectory:
     if Path(name).is_file():
         return read_trajectory(Path(name))
     raise UnknownNameError("trajectory or CSV file", name, NAMED)
+
+
+def wander(finger: Finger, seed: int, duration: float = 60.0) -> Trajectory:
+    """Every joint for itself to a random angle of its range every 0.3 s, smoothly."""
+    random, interval = np.random.default_rng(seed), 0.3
+    low, high = np.array([(joint.low, joint.high) for joint in finger.joints.values()]).T
+    goals = random.uniform(low, high, (round(duration / interval) + 2, len(JOINTS)))
+    goals[0] = 0.0
+    time = _time(duration)
+    at = np.floor(time / interval).astype(int)
+    share = time / interval - at
+    share = (share * share * (3.0 - 2.0 * share))[:, None]
+    angles = (1.0 - share) * goals[at] + share * goals[at + 1]
+    columns = dict(zip(ANGLES, angles.T, strict=True))
+    return Trajectory(f"wander_{seed}", time, columns, aside=True)
