@@ -31,6 +31,9 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	touch $@
 
+# In three wheels since 4.0; what they replace has to go first.
+MUJOCO4 := mujoco==4.0.0 mujoco-core==4.0.0 mujoco-studio==4.0.0
+
 # The next major MuJoCo, beside the pinned one: plugin and theory.
 test-mujoco4: .venv4/.ready
 	.venv4/bin/pytest -n auto tests/theory tests/sheath tests/engine
@@ -38,7 +41,8 @@ test-mujoco4: .venv4/.ready
 .venv4/.ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv4
 	.venv4/bin/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
-	.venv4/bin/pip install --quiet --disable-pip-version-check --no-deps --upgrade mujoco==4.0.0 mujoco-core==4.0.0
+	.venv4/bin/pip uninstall --quiet --yes mujoco
+	.venv4/bin/pip install --quiet --disable-pip-version-check --no-deps $(MUJOCO4)
 	touch $@
 
 clean:

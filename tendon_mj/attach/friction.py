@@ -18,8 +18,13 @@ def _own_elasticity(spec: mujoco.MjSpec, name: str) -> tuple[float, float]:
     """EA and T_0 [N] that a tendon's own stiffness and spring length amount to at `qpos0`."""
     tendon = spec.tendon(name)
     stiffness, spring = float(tendon.stiffness[0]), float(tendon.springlength[1])
-    model = spec.copy().compile()
+    model = spec.compile()  # not a copy: MuJoCo's copies drop a plugin that no element refers to
     length = float(model.tendon_length0[model.tendon(name).id])
+    if stiffness > 0.0 and spring == 0.0:
+        raise InvalidValueError(
+            f"tendon {name!r} has springlength = 0, so no strain is defined: give axial_stiffness "
+            "and pretension"
+        )
     unstretched = spring if spring > 0.0 else length
     return stiffness * unstretched, max(0.0, stiffness * (length - unstretched))
 
@@ -33,6 +38,11 @@ def _instance(spec: mujoco.MjSpec, name: str, config: dict[str, Any]) -> Any:
         k: v if isinstance(v, str) else repr(v) for k, v in config.items() if v is not None
     }
     return plugin
+
+
+def _check_kind(kind: str) -> None:
+    if kind not in KINDS:
+        raise UnknownNameError("sensor", kind, KINDS)
 
 
 def add_friction(
@@ -69,6 +79,7 @@ def add_friction(
         axial_damping: [N s].
         name: of the sheath, default ``sheath`` or, where that is taken, ``<tendon>_sheath``.
         reel: name of an actuator to add that winds tendon in at the input, control in metres.
+            Without one, a sensor named like the sheath is added, which shows T_in and T_out.
         reel_joint, reel_radius: joint [rad] or slide whose motion winds tendon in, and radius [m].
         output_joint, output_radius: the same at the output end.
         sensors: kinds to add, named like the kind, or ``<name>_<kind>`` where that is taken.
@@ -86,7 +97,14 @@ def add_friction(
     for plugin in spec.plugins:
         if plugin.plugin_name == NAME and plugin.config.get("tendon") == tendon:
             raise InvalidValueError(f"tendon {tendon!r} already runs in sheath {plugin.name!r}")
+    for kind in sensors:
+        _check_kind(kind)
     element = spec.tendon(tendon)
+    if any(point.type != _SITE for point in element.path):
+        raise InvalidValueError(
+            f"tendon {tendon!r} does not run over sites alone, which is what a sheath needs: "
+            "no joints, geoms or pulleys"
+        )
     if axial_stiffness is None or pretension is None:
         own_stiffness, own_pretension = _own_elasticity(spec, tendon)
         if axial_stiffness is None and not own_stiffness > 0.0:
@@ -128,6 +146,9 @@ def add_friction(
     if reel is not None:
         actuator = spec.add_actuator(name=reel, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon)
         actuator.plugin = sheath
+    else:  # something has to refer to the sheath, or MjSpec.copy and attach lose it
+        ends = spec.add_sensor(name=name, type=mujoco.mjtSensor.mjSENS_PLUGIN)
+        ends.plugin = sheath
     for kind in sensors:
         add_sensor(spec, name, kind)
     return spec
@@ -152,8 +173,7 @@ def add_sensor(
     }
     if sheath not in sheaths:
         raise UnknownNameError("sheath", sheath, sheaths)
-    if kind not in KINDS:
-        raise UnknownNameError("sensor", kind, KINDS)
+    _check_kind(kind)
     if name is None:
         taken = [s.name for s in spec.sensors]
         name = kind if kind not in taken else f"{sheath}_{kind}"

@@ -9,6 +9,7 @@ import tyro
 
 from tendon_mj.cli.compare import compare
 from tendon_mj.cli.demo import demo
+from tendon_mj.cli.paper import paper
 from tendon_mj.cli.render import render
 from tendon_mj.cli.replay import replay
 from tendon_mj.errors import TendonError
@@ -17,6 +18,7 @@ COMMANDS: dict[str, Callable[..., object]] = {
     "compare": compare,
     "replay": replay,
     "render": render,
+    "paper": paper,
     "demo": demo,
 }
 

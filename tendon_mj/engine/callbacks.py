@@ -14,7 +14,7 @@ from tendon_mj.engine import attributes as at
 from tendon_mj.engine import state as st
 from tendon_mj.engine.layout import Layout
 from tendon_mj.engine.library import mj_name2id
-from tendon_mj.engine.measure import measure
+from tendon_mj.engine.measure import measure, measure_ends
 from tendon_mj.engine.memory import doubles, integer, pointer, size
 from tendon_mj.engine.step import commit, evaluate
 from tendon_mj.sheath.compiled import compiled
@@ -84,6 +84,7 @@ def _reset(layout: Layout, m: int, address: int, instance: int) -> None:
     state[st.GUIDES] = integer(pointer(m + layout.m_tendon_num), tendon) - 2
     state[st.REEL_JOINT] = mj_name2id(m, _JOINT, at.text(layout, m, instance, at.REEL_JOINT))
     state[st.OUTPUT_JOINT] = mj_name2id(m, _JOINT, at.text(layout, m, instance, at.OUTPUT_JOINT))
+    state[st.FIRST_SENSOR], state[st.LAST_SENSOR] = first, last
     reels = pointer(m + layout.m_actuator_plugin)
     state[st.REEL_ACTUATOR] = _range_of(reels, size(m + layout.m_nactuator), instance)[1]
 
@@ -94,9 +95,24 @@ def _show(layout: Layout, m: int, d: int, instance: int) -> None:
     if view[_VIEWED] < 0.0:
         return
     sheath = _state(layout, m, d, int(view[_VIEWED]))
+    owners = pointer(m + layout.m_sensor_plugin)
     for sensor in range(int(view[_FIRST]), int(view[_LAST]) + 1):
+        if integer(owners, sensor) != instance:
+            continue
         adr = integer(pointer(m + layout.m_sensor_adr), sensor)
         measure(sheath, int(view[_KIND]), pointer(d + layout.d_sensordata) + 8 * adr)
+
+
+@compiled
+def _show_ends(layout: Layout, m: int, d: int, instance: int) -> None:
+    """For sensors on the sheath's own instance."""
+    sheath = _state(layout, m, d, instance)
+    scalars = doubles(sheath, st.SCALARS)
+    owners = pointer(m + layout.m_sensor_plugin)
+    for sensor in range(int(scalars[st.FIRST_SENSOR]), int(scalars[st.LAST_SENSOR]) + 1):
+        if integer(owners, sensor) == instance:
+            adr = integer(pointer(m + layout.m_sensor_adr), sensor)
+            measure_ends(sheath, pointer(d + layout.d_sensordata) + 8 * adr)
 
 
 @compiled
@@ -106,6 +122,8 @@ def _compute(layout: Layout, m: int, d: int, instance: int, capability: int) -> 
         evaluate(layout, m, d, _state(layout, m, d, instance))
     elif capability == _SENSOR and view:
         _show(layout, m, d, instance)
+    elif capability == _SENSOR:
+        _show_ends(layout, m, d, instance)
     elif capability == _ACTUATOR and not view:
         # a reel acts through the tendon's length, not through a force of its own
         reel = int(doubles(_state(layout, m, d, instance), st.SCALARS)[st.REEL_ACTUATOR])

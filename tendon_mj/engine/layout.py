@@ -12,6 +12,7 @@ import functools
 from typing import Any, NamedTuple
 
 import mujoco
+import numpy as np
 from mujoco.introspect import ast_nodes, structs
 
 from tendon_mj.errors import EngineError
@@ -165,17 +166,32 @@ def verify(layout: Layout) -> None:
     owners = {"m": (model, model), "o": (model, model.opt), "d": (data, data)}
     for entry, offset in layout._asdict().items():
         owner, name = entry.split("_", 1)
-        base, shown = owners[owner][0]._address + offset, getattr(owners[owner][1], name, None)
-        if isinstance(shown, float):
-            agrees = ctypes.c_double.from_address(base).value == shown
-        elif isinstance(shown, int):
-            agrees = ctypes.c_int.from_address(base).value == shown
-        elif shown is None or not shown.size:  # not shown in Python, or empty in this model
-            continue
-        else:
-            agrees = ctypes.c_size_t.from_address(base).value == shown.ctypes.data
-        if not agrees:
-            raise EngineError(
-                f"mujoco {mujoco.__version__}: {_OWNER[owner]}.{name} is not where its description "
-                "says; tendon-mj will not touch memory that it may misread"
-            )
+        holder, shower = owners[owner]
+        _compare(holder._address + offset, getattr(shower, name, None), f"{_OWNER[owner]}.{name}")
+
+
+def verify_state(layout: Layout, data: mujoco.MjData) -> None:
+    """The one array that no model without our plugin fills.
+
+    Raises:
+        EngineError: it is not where the offsets say.
+    """
+    _compare(data._address + layout.d_plugin_state, data.plugin_state, "mjData.plugin_state")
+
+
+def _compare(address: int, shown: object, name: str) -> None:
+    if isinstance(shown, float):
+        agrees = ctypes.c_double.from_address(address).value == shown
+    elif isinstance(shown, int):
+        agrees = ctypes.c_int.from_address(address).value == shown
+    elif not isinstance(shown, np.ndarray) or not shown.size:  # not shown, or empty here
+        return
+    else:
+        held = ctypes.c_size_t.from_address(address).value
+        # arrays that a struct holds itself, not by pointer, start at the address
+        agrees = shown.ctypes.data in (held, address)
+    if not agrees:
+        raise EngineError(
+            f"mujoco {mujoco.__version__}: {name} is not where its description says; tendon-mj "
+            "will not touch memory that it may misread"
+        )

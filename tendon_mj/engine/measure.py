@@ -32,9 +32,21 @@ KINDS: dict[str, tuple[str, str, str]] = {
 ) = range(len(KINDS))
 
 
+ENDS = 2  # numbers of a sensor on the sheath's own instance: T_in and T_out
+
+
 def width(kind: str, guides: int) -> int:
     """How many numbers a sensor of this kind has on a sheath with so many guides."""
     return {"one": 1, "segment": guides + 1, "guide": guides}[KINDS[kind][2]]
+
+
+@compiled
+def measure_ends(address: int, out: int) -> None:
+    """Write T_in and T_out of the sheath at ``address``."""
+    state, segments, _, _ = st.unpack(address)
+    shown = doubles(out, ENDS)
+    shown[0] = state[st.AXIAL_STIFFNESS] * segments[TENSION_ROW, 0]
+    shown[1] = state[st.AXIAL_STIFFNESS] * segments[TENSION_ROW, segments.shape[1] - 1]
 
 
 @compiled

@@ -13,7 +13,7 @@ from numba import cfunc, types
 
 from tendon_mj.engine.attributes import ATTRIBUTES
 from tendon_mj.engine.callbacks import Callbacks, make_callbacks
-from tendon_mj.engine.layout import read_layout, verify
+from tendon_mj.engine.layout import read_layout, verify, verify_state
 from tendon_mj.engine.library import PATH, C, mju_error
 from tendon_mj.engine.validate import NAME, check_tendon, sensor_size, state_size
 from tendon_mj.errors import EngineError, TendonError
@@ -106,6 +106,23 @@ _ask_state_size = types.ExternalFunction("tendon_mj_state_size", _i32(_ptr, _i32
 _ask_sensor_size = types.ExternalFunction("tendon_mj_sensor_size", _i32(_ptr, _i32, _i32))
 _check = types.ExternalFunction("tendon_mj_check", _i32(_ptr, _i32))
 
+# Made, not stepped: MuJoCo hands the plugin its state directly then, and no offset is trusted yet.
+_SMALLEST = f"""
+<mujoco>
+  <extension>
+    <plugin plugin="{NAME}">
+      <instance name="sheath">
+        <config key="tendon" value="t"/>
+        <config key="friction" value="0"/>
+        <config key="axial_stiffness" value="1"/>
+      </instance>
+    </plugin>
+  </extension>
+  <worldbody><site name="a"/><site name="b" pos="1 0 0"/></worldbody>
+  <tendon><spatial name="t"><site site="a"/><site site="b"/></spatial></tendon>
+</mujoco>
+"""
+
 _registered: list[object] = []  # what C holds pointers to must outlive it
 
 
@@ -165,4 +182,5 @@ def register() -> Callbacks:
     _registered.extend([callbacks, nstate, nsensordata, init, names, plugin])
     if C.mjp_registerPlugin(ctypes.byref(plugin)) < 0:
         raise EngineError(f"{PATH.name} refused the plugin {NAME}")
+    verify_state(layout, mujoco.MjData(mujoco.MjModel.from_xml_string(_SMALLEST)))
     return callbacks

@@ -64,8 +64,8 @@ PARAMETERS = (
 
 
 # Rows that the engine adds to the flow solver's tables.
-STRAIN, FRESH_STRAIN, TRIAL_STRAIN, SEGMENT_ROWS = range(
-    tables.SEGMENT_ROWS, tables.SEGMENT_ROWS + 4
+STRAIN, FRESH_STRAIN, TRIAL_STRAIN, START, TRIAL_START, SEGMENT_ROWS = range(
+    tables.SEGMENT_ROWS, tables.SEGMENT_ROWS + 6
 )
 ANGLE, BOUND_ANGLE, WORK, TRIAL_FLOW, TRIAL_SLIP, TRIAL_WORK, GUIDE_ROWS = range(
     tables.GUIDE_ROWS, tables.GUIDE_ROWS + 7

@@ -11,6 +11,7 @@ from tendon_mj.engine.path import follow_path
 from tendon_mj.engine.wrench import add_force
 from tendon_mj.sheath.compiled import compiled
 from tendon_mj.sheath.flow import settle
+from tendon_mj.sheath.segments import released
 from tendon_mj.sheath.tables import (
     CONSTANT,
     DYNAMIC,
@@ -77,6 +78,7 @@ def _start(layout: Any, m: int, d: int, state: Any, segments: Any) -> None:
     for j in range(segments.shape[1]):
         segments[STORED, j] = segments[LENGTH, j] * unstretched / total
         segments[st.STRAIN, j] = total / unstretched - 1.0
+        segments[st.START, j] = total / unstretched - 1.0
     state[st.COMMIT_TIME] = double(d + layout.d_time, 0) - double(m + layout.o_timestep, 0)
     state[st.STARTED] = 1.0
 
@@ -109,10 +111,11 @@ def _leave_trial(
     ea = state[st.AXIAL_STIFFNESS]
     for i in range(guides.shape[1]):
         flow = guides[FLOW, i]
-        lost = abs(segments[TENSION, i] - segments[TENSION, i + 1])
+        left, right = segments[TENSION, i], segments[TENSION, i + 1]
         guides[st.TRIAL_FLOW, i] = flow
         guides[st.TRIAL_SLIP, i] = guides[SLIP, i] if flow != 0.0 else 0.0
-        guides[st.TRIAL_WORK, i] = ea * lost * abs(flow)
+        guides[st.TRIAL_WORK, i] = ea * released(left, right, flow)
+    segments[st.TRIAL_START, :] = segments[TENSION, :]
     if state[st.AXIAL_DAMPING] > 0.0:
         segments[st.TRIAL_STRAIN, :] = segments[st.FRESH_STRAIN, :]
     state[st.TRIAL_WOUND_IN], state[st.TRIAL_WOUND_OUT] = wound_in, wound_out
@@ -211,6 +214,7 @@ def evaluate(layout: Any, m: int, d: int, address: int) -> None:
     input_stored, output_stored = segments[STORED, 0], segments[STORED, last]
     segments[STORED, 0] -= wound_in - state[st.WOUND_IN]
     segments[STORED, last] -= wound_out - state[st.WOUND_OUT]
+    segments[TENSION, :] = segments[st.START, :]  # so that no earlier look at the pose shows
     possible = math.isfinite(wound_in + wound_out)
     solved = possible and settle(segments, guides, share)
     if damped:
@@ -220,6 +224,7 @@ def evaluate(layout: Any, m: int, d: int, address: int) -> None:
     if not solved:
         state[st.UNSOLVED] += 1.0
     if not possible or not math.isfinite(segments[TENSION, last]):
+        state[st.ON_TRIAL] = 0.0  # nothing that an earlier evaluation left may come true instead
         return
     _apply(layout, m, d, state, segments, path)
     if not stage:
@@ -241,6 +246,7 @@ def commit(address: int) -> None:
         segments[STORED, i + 1] -= flow
         guides[WAS, i] = guides[st.TRIAL_SLIP, i]
         guides[st.WORK, i] += guides[st.TRIAL_WORK, i]
+    segments[st.START, :] = segments[st.TRIAL_START, :]
     if state[st.AXIAL_DAMPING] > 0.0:
         segments[st.STRAIN, :] = segments[st.TRIAL_STRAIN, :]
     state[st.WOUND_IN], state[st.WOUND_OUT] = state[st.TRIAL_WOUND_IN], state[st.TRIAL_WOUND_OUT]

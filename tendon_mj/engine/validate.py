@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import math
+import re
 from typing import Any
 
 import mujoco
@@ -16,12 +17,15 @@ from tendon_mj.engine.attributes import ATTRIBUTES
 from tendon_mj.engine.callbacks import VIEW_SIZE
 from tendon_mj.engine.layout import mirror
 from tendon_mj.engine.library import C
-from tendon_mj.engine.measure import KINDS, width
+from tendon_mj.engine.measure import ENDS, KINDS, width
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.sheath.law import RANGES, check_range, check_static
 
 NAME = "tendon_mj.sheath"
 _OBJ, _WRAP, _JNT = mujoco.mjtObj, mujoco.mjtWrap, mujoco.mjtJoint
+# What Python and the C library read alike.
+_NUMBER = re.compile(r"[+-]?(([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?|inf|nan)")
+_COUNT = re.compile(r"[0-9]+")
 _REQUIRED = ("axial_stiffness", "friction")
 
 
@@ -48,7 +52,7 @@ class _Model:
         values = {}
         for attribute in ATTRIBUTES:
             raw = C.mj_getPluginConfig(self.address, instance, attribute.encode())
-            values[attribute] = (raw or b"").decode().strip()
+            values[attribute] = (raw or b"").decode()
         return values
 
     def siblings(self, instance: int) -> list[int]:
@@ -65,12 +69,9 @@ def _read_number(config: dict[str, str], name: str, where: str) -> float | None:
     raw = config[name]
     if not raw:
         return None
-    try:
-        value = float(raw)
-    except ValueError:
-        value = math.nan
-    if math.isnan(value) and raw.lower() != "nan":
+    if not _NUMBER.fullmatch(raw):
         raise InvalidValueError(f"{where}: {name} = {raw!r} is not a number")
+    value = float(raw)
     if name in RANGES:
         check_range(name, value, where)
     elif not math.isfinite(value) or value == 0.0:
@@ -101,7 +102,7 @@ def _capacity(model: _Model, config: dict[str, str], where: str) -> int:
     """
     if not config["guides"]:
         return max(0, int(model.fields.nwrap) - int(model.fields.ntendon) - 1)
-    if not config["guides"].isdigit():
+    if not _COUNT.fullmatch(config["guides"]):
         raise InvalidValueError(f"{where}: guides = {config['guides']!r} is not a count")
     return int(config["guides"])
 
@@ -158,18 +159,11 @@ def state_size(address: int, instance: int) -> int:
 
 
 def sensor_size(address: int, instance: int, sensor: int) -> int:
-    """How many numbers a sensor element of the plugin shows.
-
-    Raises:
-        InvalidValueError: the sensor does not say what it shows.
-    """
+    """How many numbers a sensor shows; one on a sheath's own instance has T_in and T_out."""
     model = _Model(address)
     config = model.config(instance)
     if not config["sensor"]:
-        raise InvalidValueError(
-            f"sensor {model.name(_OBJ.mjOBJ_SENSOR, sensor)!r}: a sensor of {NAME} has a config of "
-            f"its own with tendon and sensor (one of {', '.join(KINDS)}), and no instance"
-        )
+        return ENDS
     for other in model.siblings(instance):
         sheath = model.config(other)
         if sheath["tendon"] == config["tendon"] and not sheath["sensor"]:
@@ -185,6 +179,7 @@ def check_tendon(address: int, instance: int) -> int:
     """
     model = _Model(address)
     config = model.config(instance)
+    _check_reels(model, instance, bool(config["sensor"]))
     if config["sensor"]:
         return 0
     where, name = _where(model, instance), config["tendon"]
@@ -206,6 +201,21 @@ def check_tendon(address: int, instance: int) -> int:
             "between its ends; remove the attribute or correct it"
         )
     return 0
+
+
+def _check_reels(model: _Model, instance: int, view: bool) -> None:
+    owners = model.ints("actuator_plugin")
+    reels = [k for k in range(model.fields.nactuator) if owners[k] == instance]
+    names = ", ".join(repr(model.name(_OBJ.mjOBJ_ACTUATOR, k)) for k in reels)
+    if view and reels:
+        raise InvalidValueError(
+            f"{_where(model, instance)}: actuator {names} belongs on the sheath's instance, not on "
+            "that of a sensor"
+        )
+    if len(reels) > 1:
+        raise InvalidValueError(
+            f"{_where(model, instance)}: a sheath has one reel, not {len(reels)}: {names}"
+        )
 
 
 def _unsuited(model: _Model, kind: int, index: int) -> str:

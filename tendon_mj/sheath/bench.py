@@ -16,6 +16,7 @@ from tendon_mj.errors import InvalidValueError
 from tendon_mj.sheath.compiled import compiled
 from tendon_mj.sheath.flow import settle
 from tendon_mj.sheath.law import Law
+from tendon_mj.sheath.segments import released
 from tendon_mj.sheath.tables import (
     CONSTANT,
     DYNAMIC,
@@ -83,7 +84,7 @@ def _lay(
 
 @compiled
 def _commit(segments: Table, guides: Table, drawn: float) -> float:
-    """Make the settled flow the state; return T/EA times the length that rubbed [m]."""
+    """Make the settled flow the state; return the heat over EA [m]."""
     rubbed = 0.0
     segments[STORED, 0] -= drawn
     for i in range(guides.shape[1]):
@@ -91,7 +92,7 @@ def _commit(segments: Table, guides: Table, drawn: float) -> float:
         segments[STORED, i] += flow
         segments[STORED, i + 1] -= flow
         guides[WAS, i] = guides[SLIP, i] if flow != 0.0 else 0.0
-        rubbed += abs((segments[TENSION, i] - segments[TENSION, i + 1]) * flow)
+        rubbed += released(segments[TENSION, i], segments[TENSION, i + 1], flow)
     return rubbed
 
 

@@ -33,3 +33,12 @@ def tension_of(segments: Table, a: float, j: int) -> float:
         return float("inf")
     pull = segments[LENGTH, j] - stored * (1.0 + segments[OFFSET, j])
     return max(0.0, pull / (a * stored + segments[GIVE, j]))
+
+
+@compiled
+def released(left: float, right: float, flow: float) -> float:
+    """Heat over EA when ``flow`` passes from τ ``right`` to τ ``left`` [m], ≥ 0 as friction slides.
+
+    A length that leaves a segment takes T + T²/2EA a metre along: its pull and its elastic energy.
+    """
+    return flow * (left - right) * (1.0 + 0.5 * (left + right))

@@ -149,7 +149,7 @@ def _holds(segments: Table, guides: Table, a: float) -> bool:
         kept = segments[STORED, j] + beyond - passed
         passed = beyond
         needed = held(segments, a, j, segments[TENSION, j])[0]
-        tolerance = needed * _TOUCHING
+        tolerance = _TOUCHING * (needed + abs(beyond) + abs(kept - segments[STORED, j]))
         if kept < needed - tolerance:
             return False
         if kept > needed + tolerance and segments[TENSION, j] > 0.0:

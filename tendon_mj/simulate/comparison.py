@@ -10,7 +10,6 @@ import numpy as np
 from tendon_mj import theory
 from tendon_mj.simulate.bench import Bench
 from tendon_mj.simulate.first_motion import (
-    Array,
     Loop,
     Motion,
     Progress,
@@ -19,6 +18,7 @@ from tendon_mj.simulate.first_motion import (
     silent,
     sweep,
 )
+from tendon_mj.simulate.roll import Array
 from tendon_mj.simulate.step_cost import rollout_speedup, step_cost_ratio
 
 SWEEP = (0.05, 0.1, 0.2, 0.35, 0.47, 0.7, 1.0, 1.25, 1.5)

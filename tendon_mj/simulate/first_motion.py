@@ -11,16 +11,12 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
-from mujoco import rollout
-from numpy.typing import NDArray
 
 from tendon_mj import theory
-from tendon_mj.errors import TendonError
 from tendon_mj.simulate.bench import Bench, build_bench
+from tendon_mj.simulate.roll import Array, roll
 
-Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
 
 SENSORS = ("input_tension", "output_tension", "reel_displacement", "output_displacement")
@@ -28,14 +24,6 @@ SENSORS = ("input_tension", "output_tension", "reel_displacement", "output_displ
 
 def silent(what: str, done: int, total: int) -> None:
     """Progress that goes nowhere."""
-
-
-def full_state(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """Everything that a rollout needs to go on from here."""
-    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
-    state = np.empty(mujoco.mj_stateSize(model, kind))
-    mujoco.mj_getState(model, data, state, kind)
-    return state
 
 
 @dataclass(frozen=True)
@@ -52,16 +40,10 @@ def run_bench(bench: Bench, reel: Array) -> Loop:
     """Let the reel follow ``reel`` [m], a value per time step, from rest under T_0.
 
     Raises:
-        TendonError: the simulation failed or left a flow unsolved.
+        TendonError: the simulation became unstable.
     """
-    model = build_bench(bench).compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    _, shown = rollout.rollout(model, data, full_state(model, data), control=reel[None, :, None])
-    if not np.isfinite(shown).all() or data.warning.number.any():
-        raise TendonError(f"the simulation of {bench} became unstable")
-    adr = [int(model.sensor(name).adr[0]) for name in SENSORS]
-    return Loop(*(shown[0][:, a] for a in adr))
+    shown = roll(build_bench(bench).compile(), reel)
+    return Loop(*(shown[name] for name in SENSORS))
 
 
 @dataclass(frozen=True)

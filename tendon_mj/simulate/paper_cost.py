@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import time as clock
 from collections.abc import Callable, Iterator
@@ -18,9 +19,10 @@ from tendon_mj.simulate.chain import Chain, build_chain
 from tendon_mj.simulate.first_motion import Progress, silent
 from tendon_mj.simulate.paper_agreement import LEG, NAMED, RIG, follow
 from tendon_mj.simulate.paper_routes import Array
+from tendon_mj.simulate.roll import roll
 
 TARGET = 0.01  # of the range, for either tension
-REPEATS = 5
+REPEATS = 3
 STRIDE = 10e-3  # step of the routes without dynamics, and where all are compared [s]
 
 
@@ -51,27 +53,35 @@ _Setting = tuple[float, int, str, _Run]
 
 
 def _massless(travel: Array) -> dict[str, Iterator[_Setting]]:
-    none = "none"
+    drive: routes.Drive = "displacement"
 
     def closed() -> Iterator[_Setting]:
-        yield STRIDE, 0, none, _ends(lambda _: routes.closed_form(RIG, travel, "displacement"), 0)
+        yield STRIDE, 0, "none", _ends(functools.partial(routes.closed_form, RIG, travel, drive))
 
     def grid() -> Iterator[_Setting]:
         for n in (4, 8, 16, 32, 64, 128):
-            run = _ends(lambda k: routes.continuum(RIG, travel, "displacement", k), n)
-            yield STRIDE, n, none, run
+            yield (
+                STRIDE,
+                n,
+                "none",
+                _ends(functools.partial(routes.continuum, RIG, travel, drive, n)),
+            )
 
     def sheath() -> Iterator[_Setting]:
         for n in (4, 8, 16, 32, 64, 128):
-            run = _ends(lambda k: routes.sheath_alone(RIG, travel, "displacement", k), n)
-            yield STRIDE, n, none, run
+            yield (
+                STRIDE,
+                n,
+                "none",
+                _ends(functools.partial(routes.sheath_alone, RIG, travel, drive, n)),
+            )
 
     return {"closed form": closed(), "continuum": grid(), "sheath alone": sheath()}
 
 
-def _ends(run: Callable[[int], routes.Trace], n: int) -> _Run:
+def _ends(run: Callable[[], routes.Trace]) -> _Run:
     def go() -> tuple[Array, Array]:
-        trace = run(n)
+        trace = run()
         return trace.input_tension, trace.output_tension
 
     return go
@@ -86,17 +96,15 @@ def _with_mass(time: Array, travel: Array) -> dict[str, Iterator[_Setting]]:
             yield step, n, f"{in_mujoco.CARRIAGE:g} kg at the output", _rolled(model, reel, every)
 
     def elements() -> Iterator[_Setting]:
-        for n, slowness in ((8, 20.0), (16, 20.0), (16, 40.0), (32, 40.0), (32, 80.0), (64, 80.0)):
+        for n, slowness in ((8, 20.0), (16, 40.0), (32, 40.0), (32, 80.0), (64, 80.0)):
             chain = _slow(n, slowness)
             step = min(4.0 * chain.time_step, STRIDE)
             step = STRIDE / math.ceil(STRIDE / step)
-            run = _ends(
-                lambda _, c=chain, h=step: routes.elements(c, time, travel, "displacement", h), n
-            )
-            yield step, n, f"tendon of {chain.mass.sum():.2g} kg", run
+            run = functools.partial(routes.elements, chain, time, travel, "displacement", step)
+            yield step, n, f"tendon of {chain.mass.sum():.2g} kg", _ends(run)
 
     def chained() -> Iterator[_Setting]:
-        for n, slowness in ((8, 20.0), (16, 20.0), (16, 40.0), (32, 40.0), (32, 80.0), (64, 80.0)):
+        for n, slowness in ((8, 20.0), (16, 40.0), (32, 40.0), (32, 80.0), (64, 80.0)):
             slow = _slow(n, slowness)
             mass, drag = float(slow.mass.sum()), float(slow.damping.sum())
             held = {"output_stiffness": RIG.output_stiffness, "mass": mass, "damping": drag}
@@ -121,7 +129,7 @@ def _slow(n: int, slowness: float) -> reference.ElementChain:
 
 def _rolled(model: mujoco.MjModel, reel: Array, every: int) -> _Run:
     def go() -> tuple[Array, Array]:
-        found = in_mujoco.roll(model, reel)
+        found = roll(model, reel)
         return found["input_tension"][::every], found["output_tension"][::every]
 
     return go

@@ -6,13 +6,13 @@ import math
 
 import mujoco
 import numpy as np
-from mujoco import rollout
 
 from tendon_mj.attach import add_friction, add_sites, add_tendon, arc_points
-from tendon_mj.errors import InvalidValueError, TendonError
+from tendon_mj.errors import InvalidValueError
 from tendon_mj.simulate.chain import Chain, build_chain
 from tendon_mj.simulate.paper_rig import Rig
 from tendon_mj.simulate.paper_routes import Array, Drive, Trace
+from tendon_mj.simulate.roll import roll
 
 CARRIAGE = 0.1  # mass on the output spring [kg]
 CARRIAGE_DAMPING_RATIO = 0.1  # its drag and its ringing both count as errors of the tendon
@@ -57,42 +57,6 @@ def plugin_model(
         sensors=("input_tension", "output_tension", "unsolved"),
     )
     return spec.compile()
-
-
-def roll(model: mujoco.MjModel, control: Array, threads: int = 1) -> dict[str, Array]:
-    """Let the one actuator follow ``control``, (steps,) or (runs, steps); sensors by name.
-
-    Unlike a plain `mujoco.rollout` it keeps no states: a sheath of 64 guides has thousands.
-
-    Raises:
-        TendonError: a simulation became unstable or left a flow unsolved.
-    """
-    commands = np.ascontiguousarray(np.atleast_2d(control))
-    runs, steps = commands.shape
-    data = [mujoco.MjData(model) for _ in range(threads)]
-    whole = mujoco.mjtState.mjSTATE_FULLPHYSICS
-    start = np.empty((runs, mujoco.mj_stateSize(model, whole)))
-    for row in start:
-        mujoco.mj_getState(model, data[0], row, whole)
-    shown = np.empty((runs, steps, model.nsensordata))
-    with rollout.Rollout(nthread=threads if threads > 1 else 0) as runner:
-        runner.rollout(
-            [model] * runs,
-            data,
-            start,
-            commands[:, :, None],
-            skip_checks=True,
-            nstep=steps,
-            sensordata=shown,
-        )
-    if not np.isfinite(shown).all() or any(d.warning.number.any() for d in data):
-        raise TendonError(f"a simulation at a step of {model.opt.timestep:g} s became unstable")
-    shown = shown.reshape(*control.shape, model.nsensordata)
-    names = [model.sensor(k).name for k in range(model.nsensor)]
-    found = {name: shown[..., int(model.sensor(name).adr[0])] for name in names}
-    if "unsolved" in found and found["unsolved"].max() > 0.0:
-        raise TendonError(f"{found['unsolved'].max():g} flows of the plugin were not solved")
-    return found
 
 
 def plugin(

@@ -14,10 +14,9 @@ from tendon_mj.sheath import Law
 
 # Shown below every figure. The paper gives μ, the frequencies and T_m < T_0, nothing else.
 WHY = {
-    "length": "0.5 m: forearm to fingertip",
+    "length": "0.5 m: forearm to fingertip; 1 m in Fig. 5, for millimetres of travel",
     "bend": "π rad: with μ = 0.1 the loop shows both branches and a backlash for T_m < T_0",
-    "axial_stiffness": "20 kN: steel rope of 0.5 mm; ξ_in is then some tenths of a millimetre, as "
-    "in the paper's Fig. 5",
+    "axial_stiffness": "20 kN: steel rope of 0.5 mm; 10 kN in Fig. 5, for the same reason",
     "pretension": "20 N: the smallest reference tension of the paper's Fig. 7",
     "amplitude": "T_m = 15 N in Fig. 4: the largest round number for which μ_s = 0.3 still lets "
     "both branches be reached",

@@ -24,7 +24,6 @@ FREQUENCIES = (0.5, 5.0)  # the paper's (b) and (c) [Hz]
 PERIODS = 3  # that count, after the first quarter
 SAMPLES = 1000  # a period
 GUIDES = (8, 16, 32, 64, 128)
-# Damping is coulombs of this drag: about 1/4 of the range at 5 Hz, hence the reference without μ_s.
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,11 +7,10 @@ import time
 
 import mujoco
 import numpy as np
-from mujoco import rollout
 
 from tendon_mj.errors import EngineError
 from tendon_mj.simulate.bench import Bench, build_bench
-from tendon_mj.simulate.first_motion import full_state
+from tendon_mj.simulate.roll import full_state, roll_sensors
 
 
 def reference_spec(bench: Bench) -> mujoco.MjSpec:
@@ -46,10 +45,10 @@ def step_cost_ratio(bench: Bench, *, rounds: int = 7, steps: int = 8000) -> floa
     for _ in range(rounds):
         for k, model in enumerate(models):
             data = mujoco.MjData(model)
-            start = full_state(model, data)
-            control = np.broadcast_to(1e-3 * np.sin(phase)[:, None], (steps, model.nu))
+            start = full_state(model, data)[None]
+            control = np.broadcast_to(1e-3 * np.sin(phase)[:, None], (steps, model.nu))[None]
             before = time.perf_counter()
-            rollout.rollout(model, data, start, control=control[None])
+            roll_sensors(model, [data], start, control)
             spent[k].append(time.perf_counter() - before)
     return float(np.median(spent[0]) / np.median(spent[1]))
 
@@ -63,15 +62,16 @@ def rollout_speedup(bench: Bench, *, rounds: int = 5, runs: int = 8, steps: int 
     model = build_bench(bench).compile()
     pool = [mujoco.MjData(model) for _ in range(2)]
     start = np.tile(full_state(model, pool[0]), (runs, 1))
-    control = 1e-3 * np.sin(np.linspace(0.0, 4.0 * np.pi, steps))[None, :, None]
+    wave = 1e-3 * np.sin(np.linspace(0.0, 4.0 * np.pi, steps))
+    control = np.broadcast_to(wave[None, :, None], (runs, steps, 1))
     spent: list[list[float]] = [[], []]
     for _ in range(rounds):
         seen = []
         for threads in (1, 2):
             before = time.perf_counter()
-            states, _ = rollout.rollout(model, pool[:threads], start, control=control)
+            shown = roll_sensors(model, pool[:threads], start, control)
             spent[threads - 1].append(time.perf_counter() - before)
-            seen.append(states)
-        if not np.array_equal(*seen):
+            seen.append(shown)
+        if not np.array_equal(seen[0], seen[1]):
             raise EngineError("rollouts differ between one and two threads")
     return float(np.median(spent[0]) / np.median(spent[1]))

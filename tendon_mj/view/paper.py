@@ -10,7 +10,8 @@ from tendon_mj.simulate.first_motion import Progress, silent
 from tendon_mj.simulate.paper import Paper, reproduce
 from tendon_mj.simulate.paper_loop import LoopNumbers
 from tendon_mj.simulate.paper_rig import WHY
-from tendon_mj.view import paper_figures as draw
+from tendon_mj.view import paper_charts as charts
+from tendon_mj.view import paper_figures as loops
 
 
 def run_paper(out: Path, progress: Progress = silent, histories: int = 100) -> dict[str, Any]:
@@ -28,14 +29,14 @@ def run_paper(out: Path, progress: Progress = silent, histories: int = 100) -> d
     out.mkdir(parents=True, exist_ok=True)
     low, high = found.stiction.loops
     figures = {
-        "agreement": draw.agreement_figure(found.agreement),
-        "refinement": draw.refinement_figure(found.refinement),
-        "figure_4a": draw.figure_4a(found.figure4a),
-        "figure_4b": draw.figure_4bc(found.stiction, low, "b"),
-        "figure_4c": draw.figure_4bc(found.stiction, high, "c"),
-        "stiction": draw.stiction_figure(found.stiction),
-        "figure_5": draw.figure_5(found.figure5),
-        "cost": draw.cost_figure(found.costs),
+        "agreement": charts.agreement_figure(found.agreement),
+        "refinement": charts.refinement_figure(found.refinement),
+        "figure_4a": loops.figure_4a(found.figure4a),
+        "figure_4b": loops.figure_4bc(found.stiction, low, "b"),
+        "figure_4c": loops.figure_4bc(found.stiction, high, "c"),
+        "stiction": charts.stiction_figure(found.stiction),
+        "figure_5": loops.figure_5(found.figure5),
+        "cost": charts.cost_figure(found.costs),
     }
     for done, (name, figure) in enumerate(figures.items()):
         figure.savefig(out / f"{name}.png")

@@ -99,7 +99,7 @@ def test_names_of_sheaths_reels_and_sensors():
     ]
     named = add_friction(finger(), "flexor", friction=0.1, name="tube", sensors=())
     assert set(sheaths(named.compile())) == {"tube"}
-    assert not named.sensors
+    assert [s.name for s in named.sensors] == ["tube"], "something refers to the sheath"
 
 
 @pytest.mark.parametrize("kind", list(KINDS))
@@ -168,9 +168,41 @@ def test_a_tendon_without_stiffness_must_be_given_one():
     assert spec.compile().nplugin == 3
 
 
-def test_a_fixed_tendon_is_refused_when_the_model_is_compiled():
-    with pytest.raises(ValueError, match="'sum' is a fixed tendon"):
-        add_friction(finger(), "sum", friction=0.1, axial_stiffness=1.0, pretension=0.0).compile()
+def test_a_fixed_tendon_is_refused():
+    with pytest.raises(ValueError, match="'sum' does not run over sites alone"):
+        add_friction(finger(), "sum", friction=0.1, axial_stiffness=1.0, pretension=0.0)
+
+
+def test_a_sheath_without_a_reel_survives_copies():
+    spec = add_friction(finger(), "flexor", friction=0.1, sensors=())
+    add_friction(spec, "extensor", friction=0.1, sensors=())
+    assert len(sheaths(spec.copy().compile())) == 2
+
+
+def test_a_sensor_on_the_sheath_shows_both_ends():
+    spec = add_friction(finger(), "flexor", friction=0.3)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qvel[:] = 2.0
+    mujoco.mj_step(model, data, 50)
+    ends = [data.sensor(f"{end}_tension").data[0] for end in ("input", "output")]
+    np.testing.assert_array_equal(data.sensor("sheath").data, ends)
+    assert ends[0] != ends[1]
+
+
+def test_a_refusal_leaves_the_model_as_it_was():
+    spec = finger()
+    before = spec.to_xml()
+    with pytest.raises(ValueError, match="did you mean 'slip'"):
+        add_friction(spec, "flexor", friction=0.1, sensors=("slipp",))
+    assert spec.to_xml() == before
+
+
+def test_a_spring_of_no_length_is_no_strain():
+    spec = finger()
+    spec.tendon("flexor").springlength = [0.0, 0.0]
+    with pytest.raises(ValueError, match="springlength = 0"):
+        add_friction(spec, "flexor", friction=0.1)
 
 
 def test_an_attached_model_survives_being_written_and_read():

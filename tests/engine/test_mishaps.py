@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.attach import add_friction, add_sites, add_tendon
+from tendon_mj.sheath import tables as t
 from tests.engine.models import arm, fixed_sheaths, run, snapshot, started, tendon_total, unpacked
 
 
@@ -45,6 +46,19 @@ def test_a_control_that_is_no_number_is_counted_and_moves_nothing(control):
     run(model, data, 5)
     assert unsolved(data) == 5
     np.testing.assert_allclose(data.sensordata[:2], before, rtol=1e-9)
+
+
+def test_what_was_only_looked_at_does_not_come_true_instead():
+    model, data = reeled()
+    stored = unpacked(model, data, "sheath0")[1].copy()
+    data.ctrl[0] = 1e-3
+    mujoco.mj_forward(model, data)
+    data.ctrl[0] = np.nan
+    mujoco.mj_step(model, data)
+    data.ctrl[0] = 0.0
+    run(model, data, 2)
+    kept = unpacked(model, data, "sheath0")[1]
+    np.testing.assert_allclose(kept[t.STORED], stored[t.STORED], rtol=1e-12)
 
 
 @pytest.mark.parametrize("control", [0.6, 1e3, 1e300])

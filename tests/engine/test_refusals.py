@@ -125,10 +125,20 @@ def test_a_sensor_that_cannot_show_what_it_is_asked_for(values, pattern):
     refused(WHERE + pattern, instance("sheath", **LAW), instance("bad", **values), sensors=sensor)
 
 
-def test_a_sensor_on_the_sheath_s_own_instance():
-    sensor = '<plugin name="pull" plugin="tendon_mj.sheath" instance="sheath"/>'
-    pattern = r"sensor 'pull': .* config of its own with tendon and sensor \(one of input_tension, "
-    refused(pattern, instance("sheath", **LAW), sensors=sensor)
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("axial_stiffness", "1_000"), ("friction", "٣"), ("friction", " 0.1"), ("friction", "0x1p-3")],
+)
+def test_a_number_that_c_and_python_read_differently_is_none(name, text):
+    refused(rf"{name} = '{text}' is not a number", instance("bad", **(LAW | {name: text})))
+
+
+def test_a_name_is_taken_to_the_letter():
+    refused(r"unknown tendon ' tendon '", instance("bad", **(LAW | {"tendon": " tendon "})))
+
+
+def test_a_count_is_of_plain_digits():
+    refused(r"guides = '²' is not a count", instance("bad", **(LAW | {"guides": "²"})))
 
 
 def test_a_percent_sign_is_no_format():

@@ -1,0 +1,24 @@
+"""`tendon-mj paper`: the paper's figures by routes that share no code."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tendon_mj.cli.output import Output, progress_bar
+from tendon_mj.view.paper import run_paper
+
+
+def paper(out: Path = Path("out/paper"), histories: int = 100) -> dict[str, object]:
+    """Reproduce the paper's Figs. 4 and 5 by every route, and say how far the routes are apart.
+
+    Args:
+        out: folder for result.json, numbers.md and the pictures.
+        histories: random histories that the routes are compared on.
+    """
+    output = Output(out)
+    with progress_bar() as progress:
+        result = run_paper(out, progress, histories)
+    output.written = sorted([*out.glob("*.png"), *out.glob("*.md")])
+    output.result(result)
+    output.close()
+    return result

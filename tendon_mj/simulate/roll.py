@@ -1,0 +1,69 @@
+"""Runs a model through a history of controls at engine speed, keeping what its sensors show."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from mujoco import rollout
+from numpy.typing import NDArray
+
+from tendon_mj.errors import TendonError
+
+Array = NDArray[np.float64]
+
+
+def full_state(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """Everything that a rollout needs to go on from here."""
+    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    state = np.empty(mujoco.mj_stateSize(model, kind))
+    mujoco.mj_getState(model, data, state, kind)
+    return state
+
+
+def roll_sensors(
+    model: mujoco.MjModel, data: list[mujoco.MjData], start: Array, control: Array
+) -> Array:
+    """(runs, steps, nsensordata) readings of rollouts, one thread for each of ``data``.
+
+    Unlike a plain `mujoco.rollout` it keeps no states: a sheath of 64 guides has thousands of
+    numbers, and writing them down at every step would cost more than the step.
+
+    Args:
+        model: of all runs.
+        data: work space, one a thread.
+        start: (runs, state size) states of kind FULLPHYSICS.
+        control: (runs, steps, nu).
+    """
+    runs, steps = control.shape[:2]
+    shown = np.empty((runs, steps, model.nsensordata))
+    with rollout.Rollout(nthread=len(data) if len(data) > 1 else 0) as runner:
+        runner.rollout(
+            [model] * runs,
+            data,
+            start,
+            np.ascontiguousarray(control),
+            skip_checks=True,
+            nstep=steps,
+            sensordata=shown,
+        )
+    return shown
+
+
+def roll(model: mujoco.MjModel, control: Array, threads: int = 1) -> dict[str, Array]:
+    """Let the one actuator follow ``control``, (steps,) or (runs, steps); sensors by name.
+
+    Raises:
+        TendonError: a simulation became unstable or left a flow unsolved.
+    """
+    commands = np.atleast_2d(control)
+    data = [mujoco.MjData(model) for _ in range(threads)]
+    start = np.tile(full_state(model, data[0]), (len(commands), 1))
+    shown = roll_sensors(model, data, start, commands[:, :, None])
+    if not np.isfinite(shown).all() or any(d.warning.number.any() for d in data):
+        raise TendonError(f"a simulation at a step of {model.opt.timestep:g} s became unstable")
+    shown = shown.reshape(*control.shape, model.nsensordata)
+    names = [model.sensor(k).name for k in range(model.nsensor)]
+    found = {name: shown[..., int(model.sensor(name).adr[0])] for name in names}
+    if "unsolved" in found and found["unsolved"].max() > 0.0:
+        raise TendonError(f"{found['unsolved'].max():g} flows of the plugin were not solved")
+    return found
