@@ -33,9 +33,9 @@ def build_finger(finger: Finger, *, spring_return: bool = False) -> mujoco.MjSpe
     For every tendon t of `flexor`, `extensor`: tendon `t`, sheath `t_sheath`, spool `t_motor`;
     actuators `t_angle`, where the spool is to be [rad], which bears the pretension besides, and
     `t_torque` of the rotor [N m] on top, which drives alone once the other's kp and kv are 0;
-    sensors `t_input_tension`, `t_output_tension` [N], `t_motor_angle` [rad]. Hinges `mcp`, `pip`,
-    `dip` with sensors `mcp_angle`, … [rad]; sensor `tip_force` [N]; slide `object` with sensor
-    `object_displacement` [m].
+    sensors `t_input_tension`, `t_output_tension` [N] (both in `t_sheath`), `t_motor_angle` [rad].
+    Hinges `mcp`, `pip`, `dip` with sensors `mcp_angle`, … [rad]; sensor `tip_force` [N]; slide
+    `object` with sensor `object_displacement` [m].
 
     Args:
         finger: its numbers.

@@ -52,9 +52,13 @@ def frictionless_spec(finger: Finger) -> mujoco.MjSpec:
 
 
 def without_tension_sensors(finger: Finger) -> mujoco.MjSpec:
-    """The finger with its friction, without sensors that the frictionless one cannot have."""
+    """The finger with its friction, without sensors that the frictionless one cannot have.
+
+    The one that refers to a sheath stays: MuJoCo would delete the sheath with it.
+    """
     spec = build_finger(finger)
-    for sensor in [s for s in spec.sensors if s.type == mujoco.mjtSensor.mjSENS_PLUGIN]:
+    views = [s for s in spec.sensors if s.name.endswith("_tension")]
+    for sensor in views:
         spec.delete(sensor)
     for view in [p for p in spec.plugins if "sensor" in p.config]:
         spec.delete(view)

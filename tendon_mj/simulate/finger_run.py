@@ -48,7 +48,8 @@ def drive_recording(
     measured = {}
     for k in range(model.nsensor):
         sensor = model.sensor(k).name
-        measured[f"{sensor}_{_UNITS[sensor.rpartition('_')[2]]}"] = Measured(sensor)
+        if model.sensor_dim[k] == 1:  # a column is one number
+            measured[f"{sensor}_{_UNITS[sensor.rpartition('_')[2]]}"] = Measured(sensor)
     asked = {f"asked_{column}": values for column, values in trajectory.columns.items()}
     nothing = np.zeros_like(trajectory.time)
     return Recording(

@@ -17,7 +17,11 @@ from tendon_mj.engine.state import UNSOLVED
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.simulate.finger import JOINTS, TENDONS, Finger, spool_angles
 from tendon_mj.simulate.finger_build import build_finger
-from tendon_mj.simulate.finger_cost import frictionless_spec, spool_commands
+from tendon_mj.simulate.finger_cost import (
+    frictionless_spec,
+    spool_commands,
+    without_tension_sensors,
+)
 from tendon_mj.simulate.finger_motion import curl, hold, press, tap, wander
 from tendon_mj.simulate.finger_run import OUT_OF_REACH, simulate
 from tendon_mj.simulate.library import load_model
@@ -64,6 +68,11 @@ def readings(model, control, **initial):
 def sensed(model, seen, name):
     sensor = model.sensor(name)
     return seen[:, sensor.adr[0] : sensor.adr[0] + sensor.dim[0]]
+
+
+def joint_angles(model, seen):
+    """(steps, 3) [rad]."""
+    return np.hstack([sensed(model, seen, f"{joint}_angle") for joint in JOINTS])
 
 
 def move_away(model):
@@ -155,7 +164,7 @@ def test_a_minute_of_random_motion_is_sound(seed, aside):
         assert data.plugin_state[sheath.state + UNSOLVED] == 0.0
     if aside:
         low, high = np.degrees([(j.low, j.high) for j in FINGER.joints.values()]).T
-        angles = np.degrees(seen[:, :3])
+        angles = np.degrees(joint_angles(model, seen))
         assert np.all(angles > low - 2.0)
         assert np.all(angles < high + 2.0)
 
@@ -167,7 +176,8 @@ def test_half_the_step_hardly_matters():
         model = build_finger(finger).compile()
         move_away(model)
         seen, _ = readings(model, spool_commands(model, finger, wander(finger, 0, 20.0)))
-        answers.append(seen[:: round(FINGER.timestep / timestep), : len(JOINTS)])
+        angles = joint_angles(model, seen)
+        answers.append(angles[:: round(FINGER.timestep / timestep)])
     size = min(map(len, answers))
     off = np.degrees(answers[0][:size] - answers[1][:size])
     assert np.sqrt(np.mean(off**2)) < 0.5
@@ -197,9 +207,17 @@ def test_without_friction_it_is_mujocos_own_tendon():
     for spec in (build_finger(finger), frictionless_spec(finger)):
         model = spec.compile()
         seen, _ = readings(model, spool_commands(model, finger, tap()))
-        answers.append(seen[:, : len(JOINTS)])
+        answers.append(joint_angles(model, seen))
     # what is wound in stretches no more: a tenth of the tendon, which MuJoCo's spring neglects
     np.testing.assert_allclose(answers[0], answers[1], atol=np.radians(1.0))
+
+
+def test_what_the_step_cost_times_is_the_finger(model):
+    bare = without_tension_sensors(FINGER).compile()
+    answers = [
+        joint_angles(m, readings(m, spool_commands(m, FINGER, tap()))[0]) for m in (model, bare)
+    ]
+    np.testing.assert_array_equal(*answers)
 
 
 def test_with_friction_the_same_tension_holds_another_force_after_more(model):
@@ -219,7 +237,9 @@ def test_pressing_moves_the_object_by_force_over_stiffness(model):
     assert force.max() > 1.0
     pressing = (force > 0.8 * force.max()) & (np.abs(np.gradient(force)) < 0.01)
     # where the pulp touches an edge of the face, it does not press along the slide
-    np.testing.assert_allclose(moved[pressing] * FINGER.object_stiffness, force[pressing], rtol=0.15)
+    np.testing.assert_allclose(
+        moved[pressing] * FINGER.object_stiffness, force[pressing], rtol=0.15
+    )
 
 
 def test_the_springs_alone_extend_the_finger_again():
