@@ -163,8 +163,8 @@ class Finger:
     bend: float = np.pi * 2.0 / 3.0
     forearm_length: float = 0.14
     wrist_length: float = 0.06
-    forearm_guides: int = 4
-    wrist_guides: int = 4
+    forearm_guides: int = 3
+    wrist_guides: int = 3
     palm_length: float = 0.0681
     free_length: float = 0.03
     spool_radius: float = 0.008

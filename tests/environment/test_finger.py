@@ -74,7 +74,7 @@ def test_episodes_have_a_friction_a_pretension_and_a_bend_from_the_ranges():
         frictions.add(friction)
         bends.add(environment.task.drawn["bend"])
         heading = np.diff(
-            [environment.physics.data.ptr.site(f"flexor_sheath_{k}").xpos for k in (4, 5)], axis=0
+            [environment.physics.data.ptr.site(f"flexor_sheath_{k}").xpos for k in (3, 4)], axis=0
         )[0]
         risen = math.atan2(heading[2], heading[0])
         assert risen == pytest.approx(environment.task.drawn["bend"] / 2.0, abs=1e-9)

@@ -272,3 +272,26 @@ def test_a_joints_numbers_are_refused_by_name_too():
         dataclasses.replace(FINGER.mcp, stiffness=-1.0)
     with pytest.raises(InvalidValueError, match="low"):
         dataclasses.replace(FINGER.mcp, low=2.0)
+
+
+@pytest.mark.parametrize("geom", [*JOINTS, "object"])
+def test_what_touches_is_as_the_builder_makes_it(model, geom):
+    file = load_model("finger")
+    for field in ("size", "pos", "quat", "contype", "conaffinity", "solref", "solimp", "friction"):
+        one, other = (getattr(m.geom(geom), field) for m in (file, model))
+        np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-9, err_msg=field)
+
+
+def test_the_scene_shows_conduits_where_the_guides_are():
+    model = load_model("finger", scene=True)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    shown = [
+        data.geom_xpos[k]
+        for k in range(model.ngeom)
+        if model.geom_bodyid[k] == 0 and model.geom_type[k] == mujoco.mjtGeom.mjGEOM_CAPSULE
+    ]
+    for tendon in TENDONS:
+        points = [data.site(f"{tendon}_sheath_{k}").xpos for k in range(1, SHEATH_GUIDES + 1)]
+        for a, b in itertools.pairwise(points):
+            assert min(np.linalg.norm(0.5 * (a + b) - middle) for middle in shown) < 1e-6
