@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from tendon_mj.simulate.finger import TENDONS, Finger, spool_angles
 from tendon_mj.simulate.finger_build import build_finger
 from tendon_mj.simulate.finger_motion import Trajectory
+from tendon_mj.simulate.finger_run import OUT_OF_REACH
 
 Array = NDArray[np.float64]
 
@@ -92,7 +93,7 @@ def step_cost(finger: Finger, trajectory: Trajectory, *, rounds: int = 7) -> tup
         for k, model in enumerate(models):
             data = mujoco.MjData(model)
             if trajectory.aside:
-                model.qpos_spring[model.joint("object").qposadr[0]] = 0.1
+                model.qpos_spring[model.joint("object").qposadr[0]] = OUT_OF_REACH
             state = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
             mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
             control = spool_commands(model, finger, trajectory)

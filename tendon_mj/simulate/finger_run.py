@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+
 import mujoco
 import numpy as np
 
@@ -10,9 +12,10 @@ from tendon_mj.simulate.finger import TENDONS, Finger, spool_angles
 from tendon_mj.simulate.finger_motion import ANGLES, Array, Trajectory
 from tendon_mj.simulate.recording import Measured, Recording
 from tendon_mj.simulate.replay import replay
+from tendon_mj.simulate.replay_parameters import Adjustable
 from tendon_mj.simulate.replay_run import Progress
 
-OUT_OF_REACH = 0.1  # where the object rests on its slide for the finger to miss it [m]
+OUT_OF_REACH = 0.5  # where the object rests on its slide for the finger to miss it [m]
 _UNITS = {"angle": "rad", "force": "N", "tension": "N", "displacement": "m"}
 
 
@@ -89,6 +92,27 @@ def _commands(
         drive[f"{tendon}_command_Nm"] = f"{tendon}_torque"
         known |= {f"{tendon}_angle.kp": 0.0, f"{tendon}_angle.kv": 0.0}
     return columns, drive, known
+
+
+def rehearse(
+    trajectory: Trajectory, model: mujoco.MjModel, finger: Finger
+) -> tuple[mujoco.MjModel, Array]:
+    """A copy of a model with all but friction set for a trajectory, and its (steps, nu) controls.
+
+    For who steps the model by himself, such as a clip.
+
+    Args:
+        trajectory, model, finger: see `drive_recording`.
+    """
+    drive = drive_recording(trajectory, model, finger)
+    rig = Adjustable(copy.copy(model))
+    rig.set(drive.known)
+    time = np.arange(0.0, trajectory.time[-1], model.opt.timestep)
+    controls = np.zeros((len(time), model.nu))
+    for column, actuator in drive.drive.items():
+        values = np.interp(time, drive.time, drive.columns[column])
+        controls[:, model.actuator(actuator).id] = values
+    return rig.model, controls
 
 
 def simulate(
