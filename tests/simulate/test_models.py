@@ -26,7 +26,7 @@ BUILDERS = {
     "finger": (Finger(), build_finger),
     "joint": (Joint(), build_joint),
 }
-# in a model's folder, with its numbers and no scene of their own
+# in a model's folder, with its numbers
 VARIANTS = {"finger_spring": (Finger(), functools.partial(build_finger, spring_return=True))}
 ALL = {**BUILDERS, **VARIANTS}
 FIELDS = {  # what of an element must be the same in a file and from its builder
@@ -163,7 +163,7 @@ def test_the_file_moves_as_the_builder_does(name):
         np.testing.assert_allclose(value, answers[1][sensor], rtol=1e-5, atol=1e-7, err_msg=sensor)
 
 
-@pytest.mark.parametrize("name", BUILDERS)
+@pytest.mark.parametrize("name", ALL)
 @pytest.mark.parametrize("scene", [False, True])
 def test_a_second_of_rest_is_rest_without_warnings(name, scene):
     model = load_model(name, scene=scene)
@@ -176,7 +176,7 @@ def test_a_second_of_rest_is_rest_without_warnings(name, scene):
     np.testing.assert_allclose(data.sensordata, before, rtol=1e-6, atol=1e-9)
 
 
-@pytest.mark.parametrize("name", BUILDERS)
+@pytest.mark.parametrize("name", ALL)
 def test_a_scene_adds_only_what_is_seen(name):
     bare, scene = load_model(name), load_model(name, scene=True)
     for size in ("nq", "nv", "nu", "nsensor", "ntendon", "nplugin", "nbody"):
@@ -213,6 +213,12 @@ def test_the_overviews_snippet_runs(capsys):
     exec(code, {})
     angle = float(capsys.readouterr().out.split("]")[0].strip("["))
     assert 0.3 < angle < 0.5
+
+
+def test_the_fingers_snippet_runs(capsys):
+    (code,) = snippets(models_folder() / "finger" / "README.md")
+    exec(code, {})
+    assert 0.5 < float(capsys.readouterr().out) < 10.0
 
 
 def test_the_joints_snippets_run(monkeypatch, tmp_path, capsys):
