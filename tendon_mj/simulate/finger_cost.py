@@ -6,13 +6,13 @@ import time
 
 import mujoco
 import numpy as np
-from mujoco import rollout
 from numpy.typing import NDArray
 
 from tendon_mj.simulate.finger import TENDONS, Finger, spool_angles
 from tendon_mj.simulate.finger_build import build_finger
 from tendon_mj.simulate.finger_motion import Trajectory
 from tendon_mj.simulate.finger_run import OUT_OF_REACH
+from tendon_mj.simulate.roll import full_state, roll_sensors
 
 Array = NDArray[np.float64]
 
@@ -94,10 +94,9 @@ def step_cost(finger: Finger, trajectory: Trajectory, *, rounds: int = 7) -> tup
             data = mujoco.MjData(model)
             if trajectory.aside:
                 model.qpos_spring[model.joint("object").qposadr[0]] = OUT_OF_REACH
-            state = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
-            mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+            start = full_state(model, data)[None]
             control = spool_commands(model, finger, trajectory)
             before = time.perf_counter()
-            rollout.rollout(model, data, state, control=control[None])
+            roll_sensors(model, [data], start, control[None])
             spent[k].append((time.perf_counter() - before) / len(control))
     return float(np.median(spent[0])), float(np.median(spent[1]))
