@@ -44,9 +44,9 @@ def arc_points(
         raise InvalidValueError(f"bend = {bend} [rad] must be finite")
     if guides < 1 or guides != int(guides):
         raise InvalidValueError(f"guides = {guides} must be a whole number ≥ 1")
-    if abs(bend) / guides >= np.pi:
+    if abs(bend) / guides > np.pi * (1.0 + 1e-12):
         raise InvalidValueError(
-            f"guides = {guides} cannot bend by {bend:g} rad: each must turn by less than π"
+            f"guides = {guides} cannot bend by {bend:g} rad: each turns by π at most"
         )
     along = np.asarray(direction, float)
     axis = np.asarray(normal, float)

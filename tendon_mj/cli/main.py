@@ -14,6 +14,8 @@ from tendon_mj.cli.paper import paper
 from tendon_mj.cli.render import render
 from tendon_mj.cli.replay import replay
 from tendon_mj.cli.servo import servo
+from tendon_mj.cli.simulate import simulate
+from tendon_mj.cli.view import view
 from tendon_mj.errors import TendonError
 
 COMMANDS: dict[str, Callable[..., object]] = {
@@ -21,6 +23,8 @@ COMMANDS: dict[str, Callable[..., object]] = {
     "servo": servo,
     "replay": replay,
     "render": render,
+    "simulate": simulate,
+    "view": view,
     "paper": paper,
     "demo": demo,
 }

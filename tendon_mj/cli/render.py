@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
 import tyro
+from numpy.typing import ArrayLike
 
 from tendon_mj.cli.output import Output, progress_bar
+from tendon_mj.simulate.finger import Finger
+from tendon_mj.simulate.finger_motion import curl
+from tendon_mj.simulate.finger_run import rehearse
 from tendon_mj.simulate.library import load_model, model_path
 from tendon_mj.view.clip import render_clip
 from tendon_mj.view.motion import default_motion
@@ -21,17 +26,20 @@ def render(
     """Write an MP4 of a model in motion, its tendons coloured by their tension.
 
     Args:
-        model: bench, joint, or the path of an MJCF file.
+        model: bench, joint, finger, finger_spring, or the path of an MJCF file.
         out: folder for the clip and result.json.
         duration: of the clip in seconds.
     """
     output = Output(out)
     name = model_path(model).stem
     compiled = load_model(model, scene=True)
+    drive: Callable[[float], ArrayLike] | ArrayLike = default_motion(name, compiled)
+    if name in ("finger", "finger_spring"):
+        compiled, drive = rehearse(curl(), compiled, Finger())
     with progress_bar() as progress:
         path = render_clip(
             compiled,
-            default_motion(name, compiled),
+            drive,
             out / f"{name}.mp4",
             duration=duration,
             progress=progress,

@@ -1,4 +1,8 @@
-"""Independent twins of the friction model: lumped elements and the continuum, sharing no code."""
+"""Independent twins of the friction model: lumped elements and the continuum.
+
+They share no code with `tendon_mj.theory` and `tendon_mj.sheath`, and with each other the argument
+checks only. Equations: docs/theory.md, sections 2 and 5.
+"""
 
 from tendon_mj.reference.chains import quasi_static as quasi_static
 from tendon_mj.reference.chains import uniform_chain as uniform_chain

@@ -59,10 +59,18 @@ def uniform_chain(
             "paper" is eq. (24): T_in on element 1, every spring EA/ΔL; it converges as 1/n.
 
     Raises:
-        InvalidValueError: a value out of its range.
+        InvalidValueError: a value out of its range, or a list where one number is due (a chain
+            whose elements differ is an `ElementChain`).
         UnknownNameError: an unknown ``law`` or ``ends``.
     """
     n = whole("n", n)
+    mass = number("mass", mass, above=0.0)
+    damping = number("damping", damping, least=0.0)
+    friction_force = number("friction_force", friction_force, least=0.0)
+    resting = number("static_friction", static_friction, least=0.0)
+    sliding = resting
+    if dynamic_friction is not None:
+        sliding = number("dynamic_friction", dynamic_friction, least=0.0)
     if ends not in ENDS:
         raise UnknownNameError("placement of the ends", ends, ENDS)
     cut = number("axial_stiffness", axial_stiffness, above=0.0)
@@ -70,17 +78,16 @@ def uniform_chain(
     stiffness = np.full(n, cut)
     if ends == "half":
         stiffness[-1] = 2.0 * cut
-    angle = np.asarray(bend_angle, dtype=np.float64)
-    angle = vector("bend_angle", angle / n if angle.ndim == 0 else angle, n, least=0.0)
+    angle = vector("bend_angle", bend_angle, n, least=0.0)
+    if np.ndim(bend_angle) == 0:
+        angle = angle / n
     return ElementChain(
         bend_angle=angle,
         mass=np.full(n, mass / n),
         damping=np.full(n, damping / n),
         stiffness=stiffness,
-        static_friction=np.full(n, static_friction),
-        dynamic_friction=np.full(
-            n, static_friction if dynamic_friction is None else dynamic_friction
-        ),
+        static_friction=np.full(n, resting),
+        dynamic_friction=np.full(n, sliding),
         friction_force=np.full(n, friction_force / n),
         pretension=pretension,
         input_stiffness=2.0 * cut if ends == "half" else math.inf,

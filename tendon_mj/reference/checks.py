@@ -21,7 +21,10 @@ def number(
     infinite: bool = False,
 ) -> float:
     """Return ``value`` as a float if ``value > above`` and ``value >= least``."""
-    given = float(value)
+    try:
+        given = float(value)
+    except (TypeError, ValueError) as error:
+        raise InvalidValueError(f"{name} is {value!r}; it must be one number") from error
     wanted = "finite" if not infinite else "a number or inf"
     if above > -math.inf:
         wanted = f"> {above:g}" + (" (inf allowed)" if infinite else " and finite")
@@ -42,7 +45,10 @@ def vector(
     least: float = -math.inf,
 ) -> FloatArray:
     """Return ``value`` as a read-only float array of ``size``; a scalar fills it."""
-    given = np.array(value, dtype=np.float64)
+    try:
+        given = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidValueError(f"{name} is {value!r}; it must be numbers in a row") from error
     if size is not None and given.ndim == 0:
         given = np.full(size, float(given))
     if given.ndim != 1 or (size is not None and given.size != size):
@@ -63,7 +69,8 @@ def vector(
 
 def whole(name: str, value: int, *, least: int = 1) -> int:
     """Return ``value`` as an int if it is whole and at least ``least``."""
-    if int(value) != value or value < least:
+    given = number(name, value)
+    if not given.is_integer() or given < least:
         raise InvalidValueError(f"{name} is {value}; it must be a whole number >= {least}")
     return int(value)
 

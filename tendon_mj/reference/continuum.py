@@ -127,9 +127,12 @@ def continuum(
     """
     points = whole("intervals", intervals) + 1
     position = np.linspace(0.0, number("length", length, above=0.0), points)
-    turned = np.asarray(bend_angle(position) if callable(bend_angle) else bend_angle, np.float64)
-    if turned.ndim == 0:
-        turned = float(turned) * position / length
+    if callable(bend_angle):
+        turned = vector("bend_angle", bend_angle(position), points)
+    elif np.ndim(bend_angle) == 0:
+        turned = vector("bend_angle", bend_angle, 1)[0] * position / length
+    else:
+        turned = vector("bend_angle", bend_angle)
     return Continuum(
         position=position,
         bend_angle=turned,

@@ -30,6 +30,7 @@ from tendon_mj.reference.checks import FloatArray, number, series, vector
 
 Law = Literal["exponential", "linear"]
 LAWS: tuple[Law, ...] = ("exponential", "linear")
+LARGEST_EXPONENT = 700.0  # e^709 is the largest double
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -57,8 +58,9 @@ class ElementChain:
         law: friction law of one element, "exponential" or "linear" (see the module).
 
     Raises:
-        InvalidValueError: a value out of its range, a shape that does not fit, μ_s < μ_d, or a
-            linear law with μ_s φ_i ≥ 1 (friction would exceed the tension).
+        InvalidValueError: a value out of its range, a shape that does not fit, μ_s < μ_d, a
+            linear law with μ_s φ_i ≥ 1 (friction would exceed the tension), or an exponential law
+            with Σ μ_s φ_i > 700 (e^λ would exceed every number).
         UnknownNameError: an unknown ``law``.
     """
 
@@ -97,6 +99,11 @@ class ElementChain:
                 f"dynamic_friction[{at}] = {self.dynamic_friction[at]:g}"
             )
         steep = self.static_friction * angle
+        if self.law == "exponential" and steep.sum() > LARGEST_EXPONENT:
+            raise InvalidValueError(
+                f"the sum of static_friction * bend_angle is {steep.sum():g}; it must be <= "
+                f"{LARGEST_EXPONENT:g}"
+            )
         if self.law == "linear" and steep.max() >= 1.0:
             at = int(np.argmax(steep))
             raise InvalidValueError(

@@ -16,6 +16,8 @@ from tendon_mj.reference.elements import ElementChain
 from tendon_mj.reference.energy import EnergyBalance
 from tendon_mj.reference.integrator import COLUMNS, march
 
+MOST_STEPS = 1e12  # days of computing; beyond 2^63 they could not even be counted
+
 
 @dataclass(frozen=True, eq=False)
 class ChainState:
@@ -89,8 +91,8 @@ def simulate_chain(
         record_elements: keep every element's displacement at every instant.
 
     Raises:
-        InvalidValueError: a history that does not fit, no input or two, or a prescribed ξ_in on an
-            infinite input stiffness.
+        InvalidValueError: a history that does not fit, no input or two, a prescribed ξ_in on an
+            infinite input stiffness, or a step so short that the run would never end.
     """
     instants = vector("time", time)
     gaps = np.diff(instants)
@@ -106,7 +108,7 @@ def simulate_chain(
             "input_stiffness is inf; a prescribed input_displacement needs it finite and > 0"
         )
     longest = chain.time_step if time_step is None else number("time_step", time_step, above=0.0)
-    counts = np.maximum(np.ceil(gaps / longest * (1.0 - 1e-9)), 1.0).astype(np.int64)
+    counts = _steps(gaps, longest)
     start = state or ChainState(np.zeros(chain.n), np.zeros(chain.n))
     x = vector("state.displacement", start.displacement, chain.n).copy()
     v = vector("state.velocity", start.velocity, chain.n).copy()
@@ -146,3 +148,16 @@ def simulate_chain(
         steps=int(counts.sum()),
         unsolved_steps=int(unsolved),
     )
+
+
+def _steps(gaps: FloatArray, longest: float) -> npt.NDArray[np.int64]:
+    """Steps between two instants each, none longer than ``longest`` [s]."""
+    with np.errstate(over="ignore"):
+        counts = np.maximum(np.ceil(gaps / longest * (1.0 - 1e-9)), 1.0)
+        total = counts.sum()
+    if total > MOST_STEPS:
+        raise InvalidValueError(
+            f"time_step is {longest:g} s, which makes {total:.3g} steps; there may be at most "
+            f"{MOST_STEPS:g}"
+        )
+    return counts.astype(np.int64)

@@ -71,8 +71,8 @@ def build_bench(
 
     Args:
         bench: its numbers.
-        reel_joint, reel_radius: joint, for the caller to add, and radius [m] of a spool that winds
-            the tendon in instead of the actuator.
+        reel_joint, reel_radius: name of a hinge to add, on a body of that name, and radius [m] of
+            the spool on it that winds the tendon in instead of the actuator.
     """
     spec = mujoco.MjSpec()
     spec.modelname = "bench"
@@ -103,6 +103,9 @@ def build_bench(
     sensor.pos = -0.05 * heading
     sensor.add_site(name="output")
     add_tendon(spec, "tendon", [*sites, "output"])
+    if reel_joint is not None:
+        spool = spec.worldbody.add_body(name=reel_joint)
+        spool.add_joint(name=reel_joint, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0])
     add_friction(
         spec,
         "tendon",

@@ -29,7 +29,8 @@ def model_path(name: str, *, scene: bool = False) -> Path:
     """The MJCF file of a model: ``<name>.xml``, or ``scene.xml`` with light and floor.
 
     Args:
-        name: of a model that comes with the package, or the path of an MJCF file.
+        name: of a model that comes with the package, or of a variant of one (`finger_spring`); or
+            the path of an MJCF file.
         scene: whether to look at it.
 
     Raises:
@@ -38,6 +39,10 @@ def model_path(name: str, *, scene: bool = False) -> Path:
     if name in model_names():
         return models_folder() / name / ("scene.xml" if scene else f"{name}.xml")
     path = Path(name)
+    for variant in models_folder().glob("*/*_*.xml"):
+        if variant.stem == name and name.startswith(variant.parent.name):
+            shown = f"scene{name.removeprefix(variant.parent.name)}.xml"
+            return variant.with_name(shown) if scene else variant
     if path.is_file():
         return path
     raise UnknownNameError("model or MJCF file", name, model_names())

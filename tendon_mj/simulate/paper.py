@@ -7,7 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from tendon_mj.simulate.first_motion import Progress, silent
-from tendon_mj.simulate.paper_agreement import Agreement, Refinement, agree, refine
+from tendon_mj.simulate.paper_agreement import (
+    Agreement,
+    Refinement,
+    agree,
+    check_histories,
+    refine,
+)
 from tendon_mj.simulate.paper_cost import Cost, cost
 from tendon_mj.simulate.paper_figure4 import Figure4a, figure_4a
 from tendon_mj.simulate.paper_figure5 import BOUND, Figure5, figure_5
@@ -52,7 +58,12 @@ class Paper:
 
 
 def reproduce(histories: int = 100, progress: Progress = silent) -> Paper:
-    """Simulate all of it; about a minute and a half on two cores."""
+    """Simulate all of it; about two minutes on two cores.
+
+    Raises:
+        InvalidValueError: fewer than 0 histories.
+    """
+    check_histories(histories)
     # the wall times first, while the process has done nothing else
     costs = cost(progress)
     return Paper(
@@ -69,10 +80,19 @@ def _agreement(found: Agreement) -> dict[str, Any]:
     pairs = [(i, j) for i in range(len(found.routes)) for j in range(i)]
     return {
         "max_difference_of_range": found.largest,
+        "max_difference_of_input_tension_of_range": found.largest_input,
         "random_histories": found.histories,
-        "by_history": {
-            name: {f"{found.routes[j]} / {found.routes[i]}": float(table[i, j]) for i, j in pairs}
-            for name, table in found.difference.items()
+        **{
+            key: {
+                name: {
+                    f"{found.routes[j]} / {found.routes[i]}": float(table[i, j]) for i, j in pairs
+                }
+                for name, table in tables.items()
+            }
+            for key, tables in (
+                ("by_history", found.difference),
+                ("input_tension_by_history", found.input_difference),
+            )
         },
     }
 
@@ -91,10 +111,12 @@ def _figure_4a(found: Figure4a) -> dict[str, Any]:
 def _stiction(found: Stiction) -> dict[str, Any]:
     return {
         "shift_of_range": [_shift(s) for s in found.shifts],
+        "switch_phase_of_closed_form": found.switches,
         "quasi_static": {
             "guides": found.guides.tolist(),
             "shift_of_range": found.quasi_static.tolist(),
             "one_guide_of_range": found.one_guide.tolist(),
+            "phase_of_period": found.quasi_static_phase.tolist(),
             "plugin_less_sheath_alone_of_range": found.plugin_difference,
         },
     }
@@ -110,6 +132,8 @@ def _shift(found: Shift) -> dict[str, Any]:
         "least": float(found.largest.min()),
         "most": float(found.largest.max()),
         "mean_by_step": found.largest.mean(1).tolist(),
+        "by_step_and_period": found.largest.tolist(),
+        "phase_by_step_and_period": found.phase.tolist(),
         "mean_rms": float(found.rms.mean()),
         "drag": found.drag,
     }
@@ -133,4 +157,5 @@ def _figure_5(found: Figure5) -> dict[str, Any]:
             f"{1e3 * travel:g} mm": found.widening_at(travel)
             for travel in (0.5 * BOUND, BOUND, 2 * BOUND, 6 * BOUND)
         },
+        "departure_by_constant_friction": dataclasses.asdict(found.departure),
     }

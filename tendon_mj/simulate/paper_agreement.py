@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_mj.errors import InvalidValueError
 from tendon_mj.simulate import paper_mujoco as in_mujoco
 from tendon_mj.simulate import paper_routes as routes
 from tendon_mj.simulate.first_motion import Progress, silent
@@ -36,11 +37,12 @@ BATCH = 10  # histories that two threads share at a time
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """Largest difference of T_out between any two routes, over its range.
+    """Largest difference of T_out and of T_in between any two routes, over its range.
 
     Args:
         routes: their names.
-        difference: per kind of history a symmetric table. Each (routes, routes) [-].
+        difference: of T_out, per kind of history a symmetric table. Each (routes, routes) [-].
+        input_difference: the same of T_in.
         loops: the traces of the minor loops by route, to look at.
         rig: of these histories.
         histories: number of random histories.
@@ -48,14 +50,20 @@ class Agreement:
 
     routes: tuple[str, ...]
     difference: dict[str, Array]
+    input_difference: dict[str, Array]
     loops: dict[str, Trace]
     rig: Rig
     histories: int
 
     @property
     def largest(self) -> float:
-        """Over all histories and pairs [-]."""
+        """Of T_out, over all histories and pairs [-]."""
         return max(float(table.max()) for table in self.difference.values())
+
+    @property
+    def largest_input(self) -> float:
+        """Of T_in, over all histories and pairs [-]."""
+        return max(float(table.max()) for table in self.input_difference.values())
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,16 +128,25 @@ def every_route(rig: Rig, histories: Sequence[tuple[float, ...]]) -> list[dict[s
 
 
 def _differences(traces: dict[str, Trace]) -> Array:
-    outputs = [trace.output_tension for trace in traces.values()]
-    span = np.ptp(outputs[0])
-    table = np.zeros((len(outputs), len(outputs)))
-    for i, j in itertools.combinations(range(len(outputs)), 2):
-        table[i, j] = table[j, i] = np.abs(outputs[i] - outputs[j]).max() / span
+    """Of T_out and T_in between any two routes, shape (2, routes, routes)."""
+    outputs = np.array([trace.output_tension for trace in traces.values()])
+    inputs = np.array([trace.input_tension for trace in traces.values()])
+    table = np.zeros((2, len(outputs), len(outputs)))
+    for end, tensions in enumerate((outputs, inputs)):
+        span = np.ptp(tensions[0])
+        for i, j in itertools.combinations(range(len(tensions)), 2):
+            gap = np.abs(tensions[i] - tensions[j]).max() / span
+            table[end, i, j] = table[end, j, i] = gap
     return table
 
 
 def agree(histories: int = 100, rig: Rig = RIG, progress: Progress = silent) -> Agreement:
-    """Compare the routes on the named histories and on so many random ones."""
+    """Compare the routes on the named histories and on so many random ones.
+
+    Raises:
+        InvalidValueError: fewer than 0 histories.
+    """
+    check_histories(histories)
     difference: dict[str, Array] = {}
     loops: dict[str, Trace] = {}
     for name, turns in NAMED.items():
@@ -143,7 +160,19 @@ def agree(histories: int = 100, rig: Rig = RIG, progress: Progress = silent) -> 
         before = difference.get(label, np.zeros_like(tables[0]))
         difference[label] = np.maximum(before, np.max(tables, axis=0))
         progress(label, done + len(batch), histories)
-    return Agreement(tuple(loops), difference, loops, rig, histories)
+    outputs = {name: tables[0] for name, tables in difference.items()}
+    inputs = {name: tables[1] for name, tables in difference.items()}
+    return Agreement(tuple(loops), outputs, inputs, loops, rig, histories)
+
+
+def check_histories(histories: int) -> None:
+    """Refuse a number of random histories that cannot be drawn.
+
+    Raises:
+        InvalidValueError: fewer than 0.
+    """
+    if histories < 0:
+        raise InvalidValueError(f"histories = {histories} must be ≥ 0")
 
 
 def refine(rig: Rig = STEEP, progress: Progress = silent) -> Refinement:

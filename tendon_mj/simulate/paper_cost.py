@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 import time as clock
 from collections.abc import Callable, Iterator
@@ -23,12 +24,14 @@ from tendon_mj.simulate.roll import roll
 
 TARGET = 0.01  # of the range, for either tension
 REPEATS = 3
+SLOW = ((8, 20.0), (16, 40.0), (32, 40.0), (32, 80.0), (64, 80.0))  # elements, slowness
+PLUGIN_STEPS = (1e-3, 5e-4, 2.5e-4, 2e-4, 1e-4)  # for each number of guides [s]
 STRIDE = 10e-3  # step of the routes without dynamics, and where all are compared [s]
 
 
 @dataclass(frozen=True)
 class Cost:
-    """One route at the coarsest setting that reaches ``TARGET``.
+    """One route with the fewest elements, then the longest step, that reach ``TARGET``.
 
     Args:
         route: its name.
@@ -89,27 +92,27 @@ def _ends(run: Callable[[], routes.Trace]) -> _Run:
 
 def _with_mass(time: Array, travel: Array) -> dict[str, Iterator[_Setting]]:
     def plugin() -> Iterator[_Setting]:
-        for n, step in ((4, 1e-3), (8, 5e-4), (16, 2.5e-4), (32, 2e-4), (64, 1e-4), (128, 5e-5)):
+        for n, step in itertools.product((4, 8, 16, 32, 64, 128), PLUGIN_STEPS):
             model = in_mujoco.plugin_model(RIG, n, step)
             fine = np.arange(0.0, time[-1] + 0.5 * step, step)
             reel, every = np.interp(fine, time, travel), round(STRIDE / step)
             yield step, n, f"{in_mujoco.CARRIAGE:g} kg at the output", _rolled(model, reel, every)
 
     def elements() -> Iterator[_Setting]:
-        for n, slowness in ((8, 20.0), (16, 40.0), (32, 40.0), (32, 80.0), (64, 80.0)):
+        for n, slowness in SLOW:
             chain = _slow(n, slowness)
-            step = min(4.0 * chain.time_step, STRIDE)
-            step = STRIDE / math.ceil(STRIDE / step)
-            run = functools.partial(routes.elements, chain, time, travel, "displacement", step)
-            yield step, n, f"tendon of {chain.mass.sum():.2g} kg", _ends(run)
+            for parts in (1, 2, 3, 4, 6, 8, 9, 10, 12, 16, 24, 32, 48, 64):
+                step = STRIDE / parts
+                run = functools.partial(routes.elements, chain, time, travel, "displacement", step)
+                yield step, n, f"tendon of {chain.mass.sum():.2g} kg", _ends(run)
 
     def chained() -> Iterator[_Setting]:
-        for n, slowness in ((8, 20.0), (16, 40.0), (32, 40.0), (32, 80.0), (64, 80.0)):
+        for (n, slowness), share in itertools.product(SLOW, (1.0, 0.7, 0.5)):
             slow = _slow(n, slowness)
             mass, drag = float(slow.mass.sum()), float(slow.damping.sum())
             held = {"output_stiffness": RIG.output_stiffness, "mass": mass, "damping": drag}
             longest = Chain(elements=n, friction=RIG.friction, **held).longest_timestep
-            step = STRIDE / math.ceil(STRIDE / (0.5 * longest))
+            step = STRIDE / math.ceil(STRIDE / (share * longest))
             chain = Chain(elements=n, friction=RIG.friction, timestep=step, **held)
             model = build_chain(chain, "displacement").compile()
             fine = np.arange(0.0, time[-1] + 0.5 * step, step)

@@ -5,16 +5,17 @@ on the tension. A friction F_c of the whole sheath, spread evenly over its bend,
 
     dT/dθ = −(μT + F_c/φ) sgn ξ̇,  so that  T + F_c/λ  obeys every equation that T obeys without F_c.
 
-The slopes stay as they are. Without F_c the lines of both directions meet where the tendon turns
-slack; with it they meet at T = −F_c/λ. So the loop stays open by F_c/λ where the theory closes it:
-a departure that weighs most at the smallest displacement.
+The slopes stay as they are, so each branch is moved by a number of newtons that is the same at
+every displacement, and over T_in by another one (`Departure`). Only relative to the width of the
+loop does it fade. Without F_c the lines of both directions meet where the tendon turns slack; with
+it they meet at T = −F_c/λ.
 
 Equations: docs/theory.md, section 3.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,6 +54,26 @@ CONSTANT_FRICTION = 1.0  # chosen: the loop is then half as wide again at 0.5 mm
 BOUND = 0.5e-3  # where the paper sees the departure end [m]
 
 
+@dataclass(frozen=True)
+class Departure:
+    """By what F_c moves the branches in T_out, the same everywhere on them.
+
+    Args:
+        travel_pulling, travel_loosening: of T_out over ξ_in, (F_c/λ)(K_t/K_slack − 1) with
+            1/K_slack = 1/K_w + 1/k_se [N].
+        tension_pulling, tension_loosening: of T_out over T_in, (F_c/λ)(e^{∓λ} − 1) [N].
+        lower_flat: ξ_in from slack between which T_out stays at its least, without F_c [m].
+        lower_flat_with: the same with F_c.
+    """
+
+    travel_pulling: float
+    travel_loosening: float
+    tension_pulling: float
+    tension_loosening: float
+    lower_flat: tuple[float, float]
+    lower_flat_with: tuple[float, float]
+
+
 @dataclass(frozen=True, eq=False)
 class Figure5:
     """The loops with and without F_c.
@@ -65,6 +86,7 @@ class Figure5:
         largest: difference of T_out between routes over the range, for each rig [-].
         travel: ξ_in from where the frictionless tendon turns slack [m]. Shape (k,).
         widening: how much F_c widens the loop there, over its width without [-]. Shape (k,).
+        departure: in newtons.
     """
 
     rigs: tuple[Rig, Rig]
@@ -74,6 +96,7 @@ class Figure5:
     largest: tuple[float, float]
     travel: Array
     widening: Array
+    departure: Departure
 
     def widening_at(self, travel: float) -> float:
         """The widening at a displacement from slack [m]."""
@@ -125,6 +148,30 @@ def figure_5(progress: Progress = silent) -> Figure5:
         (largest[0], largest[1]),
         travel,
         _widening(rigs, travel),
+        _departure(rigs, traces),
+    )
+
+
+def _departure(rigs: tuple[Rig, Rig], traces: Sequence[Mapping[str, Trace]]) -> Departure:
+    rubbing = rigs[1]
+    offset, lam = rubbing.tension_offset, rubbing.exponent
+    slack = rigs[0].slack_displacement
+    compliance = -slack / rubbing.pretension
+    flats = []
+    for found in traces:
+        trace = found["closed form"]
+        travel, tension = (
+            values[SAMPLES // 4 :] for values in (trace.input_displacement, trace.output_tension)
+        )
+        low = travel[tension <= tension.min() + 1e-9] - slack
+        flats.append((float(low.min()), float(low.max())))
+    return Departure(
+        offset * (rubbing.slope(1.0) * compliance - 1.0),
+        offset * (rubbing.slope(-1.0) * compliance - 1.0),
+        float(offset * np.expm1(-lam)),
+        float(offset * np.expm1(lam)),
+        flats[0],
+        flats[1],
     )
 
 

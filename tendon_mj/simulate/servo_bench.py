@@ -68,8 +68,7 @@ class Response:
 def build_servo_bench(bench: Bench, servo: Servo) -> mujoco.MjSpec:
     """The bench with joint `motor` that winds the tendon in, and actuator `servo` on it."""
     spec = build_bench(bench, reel_joint="motor", reel_radius=servo.radius)
-    spool = spec.worldbody.add_body(name="motor")
-    joint = spool.add_joint(name="motor", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0])
+    spool, joint = spec.body("motor"), spec.joint("motor")
     joint.armature = servo.inertia
     # MuJoCo wants mass in a body that moves; what turns is the armature
     spool.add_geom(size=[servo.radius, 0.0, 0.0], mass=1e-6, contype=0, conaffinity=0)

@@ -4,7 +4,7 @@ First motion and outer branches: ``stiffness``, ``profile``, ``transmission``.
 Any history: of tension ``play``, of displacement ``drive``, both on ``memory``.
 Units are SI; ξ is positive toward the actuator and λ is positive while pulling.
 
-Equations: docs/theory.md, sections 1–3.
+Equations: docs/theory.md, sections 1 and 2.
 """
 
 from tendon_mj.theory.drive import driven_tensions as driven_tensions

@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from tendon_mj.errors import InvalidValueError
 from tendon_mj.simulate.first_motion import Progress, silent
 from tendon_mj.simulate.paper import Paper, reproduce
+from tendon_mj.simulate.paper_agreement import Agreement, check_histories
 from tendon_mj.simulate.paper_loop import LoopNumbers
 from tendon_mj.simulate.paper_rig import WHY
 from tendon_mj.view import paper_charts as charts
@@ -24,9 +26,15 @@ def run_paper(out: Path, progress: Progress = silent, histories: int = 100) -> d
 
     Returns:
         Plain numbers in SI units, for `result.json`.
+
+    Raises:
+        InvalidValueError: ``out`` is a file, or fewer than 0 histories.
     """
-    found = reproduce(histories, progress)
+    if out.exists() and not out.is_dir():
+        raise InvalidValueError(f"{out} is a file; it must be a folder")
+    check_histories(histories)
     out.mkdir(parents=True, exist_ok=True)
+    found = reproduce(histories, progress)
     low, high = found.stiction.loops
     figures = {
         "agreement": charts.agreement_figure(found.agreement),
@@ -50,6 +58,7 @@ def numbers_page(found: Paper) -> str:
     slow, spring = found.figure4a, found.figure5
     parts = ["# The paper's figures in numbers", "Chosen, since the paper does not say:", ""]
     parts += [f"- {name}: {reason}" for name, reason in WHY.items()]
+    parts += ["", *_agreement_table(found.agreement)]
     parts += ["", "## Fig. 4 (a)", slow.rig.caption() + ".", ""]
     parts += _loop_table(slow.theory, slow.numbers)
     parts += ["", f"Largest difference of T_out between routes: {slow.largest:.2%} of range.", ""]
@@ -61,16 +70,48 @@ def numbers_page(found: Paper) -> str:
         parts += ["", f"## Fig. 5, F_c = {rig.constant_friction:g} N", rig.caption() + ".", ""]
         parts += _loop_table(theory, numbers)
         parts += ["", f"Largest difference of T_out between routes: {largest:.2%} of range."]
+    gone = spring.departure
+    parts += [
+        "",
+        f"F_c moves T_out at the same ξ_in by {gone.travel_pulling:+.3f} N pulling and "
+        f"{gone.travel_loosening:+.3f} N loosening, at the same T_in by "
+        f"{gone.tension_pulling:+.3f} N and {gone.tension_loosening:+.3f} N, on every point of the "
+        "branches. The lower flat from slack: "
+        + " … ".join(f"{1e3 * end:.2f}" for end in gone.lower_flat)
+        + " mm without, "
+        + " … ".join(f"{1e3 * end:.2f}" for end in gone.lower_flat_with)
+        + " mm with F_c.",
+    ]
     parts += ["", "## Fig. 4 (b), (c): shift by static friction, over the range", ""]
-    parts += ["| tendon | Hz | mean | least | most | rms | steps h [µs] | drag |", ""]
-    parts[-1] = "|---|---|---|---|---|---|---|---|"
+    parts += ["| tendon | Hz | mean | least | most | phase | rms | steps h [µs] | drag |", ""]
+    parts[-1] = "|---|---|---|---|---|---|---|---|---|"
     for s in found.stiction.shifts:
         steps = ", ".join(f"{1e6 * h:g}" for h in s.tendon.steps)
         parts.append(
             f"| {s.tendon.name} | {s.frequency:g} | {s.largest.mean():.1%} | {s.largest.min():.1%} "
-            f"| {s.largest.max():.1%} | {s.rms.mean():.2%} | {steps} | {s.drag:.1%} |"
+            f"| {s.largest.max():.1%} | {s.phase.min():.3f} … {s.phase.max():.3f} "
+            f"| {s.rms.mean():.2%} | {steps} | {s.drag:.1%} |"
         )
-    parts += ["", "## Wall time", ""]
+    still = found.stiction
+    parts += ["", "Largest in each of three periods, and where, by the time step:", ""]
+    parts += ["| tendon | Hz | h [µs] | shift | phase |", "|---|---|---|---|---|"]
+    for s in still.shifts:
+        for h, shift, phase in zip(s.tendon.steps, s.largest, s.phase, strict=True):
+            parts.append(
+                f"| {s.tendon.name} | {s.frequency:g} | {1e6 * h:g} "
+                f"| {', '.join(f'{v:.1%}' for v in shift)} "
+                f"| {', '.join(f'{v:.3f}' for v in phase)} |"
+            )
+    parts += ["", "No inertia, the closed form's T_out switching at phases "]
+    parts[-1] += " and ".join(f"{at:.3f}" for at in still.switches) + ":"
+    parts += ["", "| guides | shift | phase |", "|---|---|---|"]
+    parts += [
+        f"| {n:g} | {shift:.1%} | {at:.3f} |"
+        for n, shift, at in zip(
+            still.guides, still.quasi_static, still.quasi_static_phase, strict=True
+        )
+    ]
+    parts += ["", "## Wall time", "Best of three runs, one thread.", ""]
     parts += ["| route | wall time per simulated second [s] | step [ms] | n | error | inertia |"]
     parts += ["|---|---|---|---|---|---|"]
     parts += [
@@ -79,6 +120,14 @@ def numbers_page(found: Paper) -> str:
         for c in found.costs
     ]
     return "\n".join(parts) + "\n"
+
+
+def _agreement_table(found: Agreement) -> list[str]:
+    rows = ["## Largest difference between two routes, over the range", ""]
+    rows += ["| history | T_out | T_in |", "|---|---|---|"]
+    for name, table in found.difference.items():
+        rows.append(f"| {name} | {table.max():.2%} | {found.input_difference[name].max():.2%} |")
+    return rows
 
 
 def _loop_table(theory: LoopNumbers, numbers: Mapping[str, LoopNumbers]) -> list[str]:

@@ -7,7 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from tendon_mj.simulate.paper_agreement import Agreement, Refinement
+from tendon_mj.simulate.paper_agreement import (
+    LEG,
+    SAMPLES,
+    STIFF,
+    Agreement,
+    Refinement,
+)
 from tendon_mj.simulate.paper_cost import Cost
 from tendon_mj.simulate.paper_stiction import Stiction
 from tendon_mj.view.paper_style import LOOKS, caption_below, legend_above
@@ -30,21 +36,27 @@ def agreement_figure(found: Agreement) -> Figure:
         figure = new_figure(8.2, 4.4)
         axes = figure.subplots(1, 2)
         exact = found.loops["closed form"].output_tension
+        time = LEG / SAMPLES * np.arange(exact.size)
         for name, trace in found.loops.items():
             colour, line, width = LOOKS[name]
             look = {"color": colour, "linestyle": line, "label": name}
             travel = _MILLI * trace.input_displacement
             axes[0].plot(travel, trace.output_tension, linewidth=width, **look)
             error = 100.0 * (trace.output_tension - exact) / np.ptp(exact)
-            axes[1].plot(error, linewidth=min(width, 1.5), **look)
+            axes[1].plot(time, error, linewidth=min(width, 1.5), **look)
         axes[0].set(xlabel="ξ_in [mm]", ylabel="T_out [N]", title="Minor loops")
         axes[1].axhspan(-0.5, 0.5, color=SKY, alpha=0.15, lw=0)
-        axes[1].set(xlabel="sample", ylabel="less closed form [% of range]", title="What is left")
+        axes[1].set(
+            xlabel=f"time [s], {LEG:g} s from one turning point to the next",
+            ylabel="T_out less closed form [% of range]",
+            title="What is left (band: ±0.5 %)",
+        )
         legend_above(figure, axes[0], 5)
         caption_below(
             figure,
-            f"{found.rig.caption()}; 64 elements or guides. Largest difference between two routes, "
-            f"with {found.histories} random histories: {found.largest:.2%} of range.",
+            f"{found.rig.caption()}; 64 elements or guides, 256 grid intervals. Largest difference "
+            f"between two routes on all histories, {found.histories} random ones among them: T_out "
+            f"{found.largest:.2%}, T_in {found.largest_input:.2%} of range.",
         )
     return figure
 
@@ -76,9 +88,13 @@ def refinement_figure(found: Refinement) -> Figure:
         legend_above(figure, axes, 2)
         caption_below(
             figure,
-            f"{found.rig.caption()}; outer loop against the closed form. Sheath and plugin level "
-            "off at finite strain, ξ/L and T/EA of 1e-3, which the closed form neglects; with EA "
-            "× 100 that is gone. The elements level off at their inertia.",
+            f"{found.rig.caption()}; outer loop against the closed form. At this EA sheath and "
+            "plugin do not shrink to the last: they level off at finite strain, ξ/L and T/EA of "
+            f"1e-3, which the closed form neglects. Squares: the same at EA = "
+            f"{STIFF * found.rig.axial_stiffness / 1e3:g} kN, T_0 and all tensions kept, where "
+            "they shrink. The elements level off at their inertia. The order is that of the "
+            "points before a curve levels off. Elements in MuJoCo are left out: their step goes "
+            "with 1/n and their inertia would be all that is seen.",
         )
     return figure
 
@@ -118,14 +134,15 @@ def stiction_figure(found: Stiction) -> Figure:
         right.set_xscale("log")
         right.set(xlabel="time step h [µs]", ylabel="shift [% of range]", title="With inertia")
         right.set_ylim(bottom=0.0)
-        right.set_xticks([5, 10, 20, 40], ["5", "10", "20", "40"])
+        right.set_xticks([2, 5, 10, 20, 40], ["2", "5", "10", "20", "40"])
         right.minorticks_off()
         right.legend(ncols=2, loc="upper left")
         right.set_ylim(top=1.25 * right.get_ylim()[1])
         caption_below(
             figure,
             "Shift: what μ_s = 0.3 against μ_d = 0.1 adds to T_out, largest in a period, over the "
-            "range. Right: three periods each, bars from least to most. "
+            "range. Right: three periods each after the start, mean, with bars from least to most: for the "
+            "heavy tendon neither converges. "
             + "; ".join(
                 f"{t.name}: n = {t.elements}, {t.mass:g} kg, {t.damping:g} N s/m"
                 for t in (found.shifts[0].tendon, found.shifts[1].tendon)

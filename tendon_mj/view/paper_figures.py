@@ -19,6 +19,7 @@ from tendon_mj.view.paper_style import LOOKS, PALE, caption_below, legend_above
 from tendon_mj.view.style import BLACK, BLUE, SKY, new_figure, print_style
 
 _MILLI = 1e3
+DOTTED = "dotted: closed form at μ_d, and no friction"
 
 
 def _loops(
@@ -60,7 +61,12 @@ def _frame(axes: Sequence[Axes], traces: Mapping[str, Trace], samples: slice, sh
 
 
 def loop_figure(
-    title: str, traces: Mapping[str, Trace], rig: Rig, caption: str, samples: slice
+    title: str,
+    traces: Mapping[str, Trace],
+    rig: Rig,
+    caption: str,
+    samples: slice,
+    dotted: str = "dotted: closed form, and no friction",
 ) -> Figure:
     """Loops of all routes over ξ_in and T_in, the closed form's lines dotted."""
     with print_style():
@@ -70,7 +76,7 @@ def loop_figure(
         _frame(axes, traces, samples, 0.0)
         _theory_lines(axes, rig)
         axes[0].set_title(title)
-        axes[1].set_title("dotted: closed form, and no friction")
+        axes[1].set_title(dotted)
         legend_above(figure, axes[0], 3)
         caption_below(figure, caption)
     return figure
@@ -93,19 +99,22 @@ def figure_4bc(found: Stiction, frequency: float, letter: str) -> Figure:
     caption = (
         f"T_in = T_0 + {AMPLITUDE:g} N sin(2π {frequency:g} Hz t); {found.rig.caption()}. Elements:"
         f" n = {HEAVY.elements}, mass {HEAVY.mass:g} kg, damping {HEAVY.damping:g} N s/m, step "
-        f"{1e6 * HEAVY.steps[-1]:g} µs, masses and damping chosen. What μ_s > μ_d adds to T_out of "
-        f"the same chain: its largest in a period is {shift.largest.min():.1%} to "
-        f"{shift.largest.max():.1%} of range, over several steps h; {shift.rms.mean():.1%} rms. "
-        "Sheath alone and plugin know no inertia."
+        f"{1e6 * HEAVY.steps[-1]:g} µs, masses and damping chosen; the last period. What μ_s > μ_d "
+        f"adds to T_out of the same chain: its largest in a period is {shift.largest.min():.1%} to "
+        f"{shift.largest.max():.1%} of range, over periods and steps h from "
+        f"{1e6 * HEAVY.steps[-1]:g} to {1e6 * HEAVY.steps[0]:g} µs, {shift.rms.mean():.1%} rms, at "
+        f"phases {shift.phase.min():.2f} to {shift.phase.max():.2f} of the period (closed form: "
+        f"T_out turns at {found.switches[0]:.2f} and {found.switches[1]:.2f}). Sheath alone and "
+        "plugin know no inertia. The continuum knows one μ only and is left out."
     )
     title = f"Fig. 4 ({letter}), {frequency:g} Hz"
     level = found.rig.but(static_friction=None)
-    return loop_figure(title, found.loops[frequency], level, caption, slice(-1001, None))
+    return loop_figure(title, found.loops[frequency], level, caption, slice(-1001, None), DOTTED)
 
 
 def figure_5(found: Figure5) -> Figure:
     """Fig. 5: without and with F_c, and where it tells."""
-    shift = found.rigs[0].slack_displacement
+    shift, gone = found.rigs[0].slack_displacement, found.departure
     samples = slice(SAMPLES, 2 * SAMPLES + SAMPLES // 4 + 1)
     with print_style():
         figure = new_figure(8.2, 7.6)
@@ -120,16 +129,22 @@ def figure_5(found: Figure5) -> Figure:
             _zoom(axes[row][0], found, row, shift, samples)
             axes[row][0].set_title(f"Fig. 5, F_c = {rig.constant_friction:g} N")
             axes[row][0].set_xlabel("input displacement from slack [mm]")
-            axes[row][1].set_title("dotted: closed form, F_c = 0")
+            axes[row][1].set_title("dotted: F_c = 0, pulling, loosening; between: no friction")
         legend_above(figure, axes[0][0], 3)
         caption_below(
             figure,
             f"T_in = T_0 + {AMPLITUDE_5:g} N sin(2π {FREQUENCY_5:g} Hz t); "
-            f"{found.rigs[1].caption()}; F_c chosen, not fitted. "
-            f"The loop is {found.widening_at(BOUND):.0%} wider for F_c at {_MILLI * BOUND:g} mm "
-            f"from slack, {found.widening_at(0.5 * BOUND):.0%} at {500 * BOUND:g} mm and "
-            f"{found.widening_at(6 * BOUND):.0%} at {6e3 * BOUND:g} mm; the slopes do not change. "
-            f"T_out of all routes within {max(found.largest):.1%} of range.",
+            f"{found.rigs[1].caption()} below, F_c = 0 above; F_c chosen, not fitted. Band: the "
+            "0.5 mm below which the paper sees its departure; inset: the same corner, closed form "
+            "and plugin. F_c leaves the slopes and moves T_out over ξ_in by "
+            f"{gone.travel_pulling:+.2f} N (pulling), {gone.travel_loosening:+.2f} N (loosening) "
+            f"and over T_in by {gone.tension_pulling:+.2f} N, {gone.tension_loosening:+.2f} N, "
+            "everywhere on the branches. Over the distance of its two lines that is "
+            f"{found.widening_at(0.5 * BOUND):.0%} at {500 * BOUND:g} mm, "
+            f"{found.widening_at(BOUND):.0%} at {_MILLI * BOUND:g} mm and "
+            f"{found.widening_at(6 * BOUND):.0%} at {6e3 * BOUND:g} mm from slack. Only the lower "
+            "flat is confined to the band. "
+            f"T_out of all routes within {max(found.largest):.2%} of range.",
         )
     return figure
 

@@ -1,11 +1,15 @@
 import json
+import platform
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from tendon_mj.cli import main
 from tendon_mj.cli.replay import carried_recording
+from tendon_mj.simulate.recording import read_recording
+from tendon_mj.simulate.replay import replay
 
 
 def read(folder):
@@ -78,7 +82,7 @@ def test_refusals_are_one_line(arguments, said, tmp_path, capsys):
 def test_help_names_the_commands():
     script = "from tendon_mj.cli import main; main(['--help'])"
     shown = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True).stdout
-    for command in ("compare", "servo", "replay", "render", "demo"):
+    for command in ("compare", "servo", "replay", "render", "simulate", "view", "paper", "demo"):
         assert command in shown
 
 
@@ -114,3 +118,51 @@ def test_a_column_that_never_moves_has_no_range(tmp_path):
 def test_version(capsys):
     assert main(["--version"]) == 0
     assert capsys.readouterr().out.startswith("tendon-mj ")
+
+
+@pytest.mark.parametrize("motion", ["curl", "press"])
+def test_simulate_finger_shows_what_friction_does(motion, tmp_path):
+    arguments = ["simulate", "finger", "--motion", motion, "--out", str(tmp_path), "--no-clip"]
+    assert main(arguments) == 0
+    result = read(tmp_path)
+    assert result["friction 0"]["flexor_input_over_output_max"] == pytest.approx(1.0, abs=1e-9)
+    assert result["friction as in the model"]["flexor_input_over_output_max"] > 1.5
+    assert result["friction as in the model"]["flexor_input_over_output_min"] < 0.7
+    assert (tmp_path / f"{motion}.png").stat().st_size > 10_000
+    recording = read_recording(tmp_path / motion)
+    again = replay(recording)
+    for column in recording.measured:
+        np.testing.assert_allclose(
+            again.columns[column], recording.columns[column], rtol=1e-9, atol=1e-12
+        )
+
+
+def test_simulate_finger_follows_a_table(tmp_path):
+    table = tmp_path / "pull.csv"
+    table.write_text("time_s,flexor_N,extensor_N\n0,4,4\n0.5,8,4\n1,8,4\n")
+    out = tmp_path / "out"
+    arguments = ["simulate", "finger", "--motion", str(table), "--out", str(out), "--no-clip"]
+    assert main(arguments) == 0
+    tension = read_recording(out / "pull").columns["flexor_input_tension_N"]
+    assert tension[-1] == pytest.approx(8.0, abs=0.3)
+    table.write_text("time_s,thumb_N\n0,4\n1,8\n")
+    assert main(arguments) == 2
+
+
+def test_a_clip_of_the_finger(tmp_path):
+    table = tmp_path / "short.csv"
+    table.write_text("time_s,mcp_rad,pip_rad,dip_rad\n0,0,0,0\n0.1,0.1,0.1,0.1\n")
+    assert main(["simulate", "finger", "--motion", str(table), "--out", str(tmp_path)]) == 0
+    clip = read(tmp_path)["clip"]
+    if clip is None:
+        pytest.skip("no OpenGL on this machine")
+    assert (tmp_path / clip).stat().st_size > 1000
+
+
+def test_view_says_what_it_lacks(monkeypatch, capsys):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    if platform.system() != "Linux":
+        pytest.skip("only Linux says so beforehand")
+    assert main(["view", "finger"]) == 2
+    assert "no screen" in capsys.readouterr().err

@@ -92,7 +92,9 @@ def test_python_refuses_the_same_before_anything_is_added():
         add_servo(spec, "tendon", name="second", **(gains | {"tension_gain": -1.0}))
     with pytest.raises(UnknownNameError, match="unknown feedback"):
         add_servo(spec, "tendon", name="second", feedback="guess", **gains)
-    with pytest.raises(InvalidValueError, match="'servo' cannot be the name of a plugin instance: empty or taken"):
+    with pytest.raises(
+        InvalidValueError, match="'servo' cannot be the name of a plugin instance: empty or taken"
+    ):
         add_servo(spec, "tendon", **gains)
     assert len(spec.actuators) == before
     spec.compile()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os
 import re
 import tomllib
@@ -15,10 +16,19 @@ import pytest
 from tendon_mj.attach import Parameters
 from tendon_mj.engine import sheaths
 from tendon_mj.simulate.bench import Bench, build_bench
+from tendon_mj.simulate.finger import Finger
+from tendon_mj.simulate.finger_build import build_finger
 from tendon_mj.simulate.joint import Joint, build_joint
 from tendon_mj.simulate.library import load_model, model_names, models_folder
 
-BUILDERS = {"bench": (Bench(), build_bench), "joint": (Joint(), build_joint)}
+BUILDERS = {
+    "bench": (Bench(), build_bench),
+    "finger": (Finger(), build_finger),
+    "joint": (Joint(), build_joint),
+}
+# in a model's folder, with its numbers
+VARIANTS = {"finger_spring": (Finger(), functools.partial(build_finger, spring_return=True))}
+ALL = {**BUILDERS, **VARIANTS}
 FIELDS = {  # what of an element must be the same in a file and from its builder
     "body": ("body_pos", "body_mass", "body_inertia", "body_ipos"),
     "joint": ("jnt_type", "jnt_pos", "jnt_axis", "jnt_stiffness"),
@@ -60,6 +70,15 @@ def parameters(name):
     return found
 
 
+def flat(numbers):
+    """Numbers of parts beside those of the whole, `part_number`."""
+    found = {}
+    for key, value in numbers.items():
+        parts = value if isinstance(value, dict) else {"": value}
+        found |= {f"{key}_{part}".rstrip("_"): number for part, number in parts.items()}
+    return found
+
+
 def elements(model, kind):
     """Index of every element of a kind by name."""
     return {getattr(model, kind)(k).name: k for k in range(getattr(model, SIZES[kind]))}
@@ -98,7 +117,7 @@ def test_every_number_has_a_value_a_unit_and_a_source(name):
 
 @pytest.mark.parametrize("name", BUILDERS)
 def test_the_builders_defaults_are_the_parameters(name):
-    defaults = dataclasses.asdict(BUILDERS[name][0])
+    defaults = flat(dataclasses.asdict(BUILDERS[name][0]))
     covered = set()
     for key, entry in parameters(name).items():
         element, _, parameter = key.rpartition(".")
@@ -108,9 +127,9 @@ def test_the_builders_defaults_are_the_parameters(name):
     assert covered | {"timestep"} == set(defaults)
 
 
-@pytest.mark.parametrize("name", BUILDERS)
+@pytest.mark.parametrize("name", ALL)
 def test_the_file_is_what_the_builder_makes(name):
-    file, built = load_model(name), BUILDERS[name][1](BUILDERS[name][0]).compile()
+    file, built = load_model(name), ALL[name][1](ALL[name][0]).compile()
     for kind, fields in FIELDS.items():
         ours, theirs = elements(file, kind), elements(built, kind)
         assert set(ours) == set(theirs), kind
@@ -129,12 +148,12 @@ def test_the_file_is_what_the_builder_makes(name):
     np.testing.assert_array_equal(file.opt.gravity, built.opt.gravity)
 
 
-@pytest.mark.parametrize("name", BUILDERS)
+@pytest.mark.parametrize("name", ALL)
 def test_the_file_moves_as_the_builder_does(name):
     answers = []
-    for model in (load_model(name), BUILDERS[name][1](BUILDERS[name][0]).compile()):
+    for model in (load_model(name), ALL[name][1](ALL[name][0]).compile()):
         data = mujoco.MjData(model)
-        size = {"bench": 0.002, "joint": 0.6}[name]
+        size = {"bench": 0.002, "joint": 0.6}.get(name, 3.0)
         for _ in range(500):
             data.ctrl[0] = size * np.sin(3.0 * data.time)
             mujoco.mj_step(model, data)
@@ -144,7 +163,7 @@ def test_the_file_moves_as_the_builder_does(name):
         np.testing.assert_allclose(value, answers[1][sensor], rtol=1e-5, atol=1e-7, err_msg=sensor)
 
 
-@pytest.mark.parametrize("name", BUILDERS)
+@pytest.mark.parametrize("name", ALL)
 @pytest.mark.parametrize("scene", [False, True])
 def test_a_second_of_rest_is_rest_without_warnings(name, scene):
     model = load_model(name, scene=scene)
@@ -157,7 +176,7 @@ def test_a_second_of_rest_is_rest_without_warnings(name, scene):
     np.testing.assert_allclose(data.sensordata, before, rtol=1e-6, atol=1e-9)
 
 
-@pytest.mark.parametrize("name", BUILDERS)
+@pytest.mark.parametrize("name", ALL)
 def test_a_scene_adds_only_what_is_seen(name):
     bare, scene = load_model(name), load_model(name, scene=True)
     for size in ("nq", "nv", "nu", "nsensor", "ntendon", "nplugin", "nbody"):
@@ -194,6 +213,12 @@ def test_the_overviews_snippet_runs(capsys):
     exec(code, {})
     angle = float(capsys.readouterr().out.split("]")[0].strip("["))
     assert 0.3 < angle < 0.5
+
+
+def test_the_fingers_snippet_runs(capsys):
+    (code,) = snippets(models_folder() / "finger" / "README.md")
+    exec(code, {})
+    assert 0.5 < float(capsys.readouterr().out) < 10.0
 
 
 def test_the_joints_snippets_run(monkeypatch, tmp_path, capsys):

@@ -1,0 +1,124 @@
+"""`tendon-mj simulate`: the finger along a trajectory, with friction and without."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+import tyro
+
+from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.errors import EngineError
+from tendon_mj.simulate.finger import Finger
+from tendon_mj.simulate.finger_cost import step_cost
+from tendon_mj.simulate.finger_motion import ANGLES, Trajectory, find_trajectory
+from tendon_mj.simulate.finger_run import rehearse
+from tendon_mj.simulate.finger_run import simulate as follow
+from tendon_mj.simulate.library import load_model, load_spec
+from tendon_mj.simulate.recording import Recording, write_recording
+from tendon_mj.view.clip import render_clip
+from tendon_mj.view.finger import finger_figure
+
+WITHOUT = "friction 0"
+
+
+def simulate(
+    model: Annotated[Literal["finger", "finger_spring"], tyro.conf.Positional],
+    motion: str = "curl",
+    out: Path = Path("out/simulate"),
+    friction: float | None = None,
+    clip: bool = True,
+) -> dict[str, object]:
+    """Let the finger follow joint angles or tendon tensions, with friction and without.
+
+    Args:
+        model: the finger, or its variant with springs in place of the extensor.
+        motion: curl, tap, press, hold, or a CSV with time_s and either mcp_rad, pip_rad, dip_rad or
+            flexor_N, extensor_N.
+        out: folder for the recordings, the plots, the clip and result.json.
+        friction: mu of the sheaths in place of the model's.
+        clip: whether to render an MP4 (of the motion with friction).
+    """
+    trajectory = find_trajectory(motion)
+    output, compiled = Output(out), load_model(model)
+    label = "friction as in the model" if friction is None else f"friction {friction:g}"
+    answers: dict[str, Recording] = {}
+    result: dict[str, object] = {"model": model, "motion": trajectory.name}
+    for name, value in ((label, friction), (WITHOUT, 0.0)):
+        answer = follow(trajectory, compiled, name=model, friction=value)
+        answers[name] = answer
+        result[name] = _summary(answer)
+        stem = f"{trajectory.name}_frictionless" if name == WITHOUT else trajectory.name
+        output.add(write_recording(answer, out / f"{stem}.csv"))
+    output.figure(trajectory.name, finger_figure(answers))
+    if model == "finger" and not trajectory.by_tension:
+        with_friction, without = step_cost(Finger(), trajectory)
+        result["step_cost"] = {"ratio": with_friction / without, "step_s": with_friction}
+    if clip:
+        _render(output, trajectory, model, friction, result)
+    output.result(result)
+    _say(answers, result)
+    output.close()
+    return result
+
+
+def _summary(answer: Recording) -> dict[str, float]:
+    columns = answer.columns
+    numbers = {"tip_force_max_N": float(columns["tip_force_N"].max())}
+    for column in ANGLES:
+        asked = columns.get(f"asked_{column}")
+        if asked is not None:
+            joint = column.removesuffix("_rad")
+            off = columns[f"{joint}_angle_rad"] - asked
+            numbers[f"{joint}_rms_off_rad"] = float(np.sqrt(np.mean(off**2)))
+    ratio = columns["flexor_input_tension_N"] / np.maximum(columns["flexor_output_tension_N"], 1e-3)
+    numbers["flexor_input_over_output_max"] = float(ratio.max())
+    numbers["flexor_input_over_output_min"] = float(ratio.min())
+    return numbers
+
+
+def _render(
+    output: Output,
+    trajectory: Trajectory,
+    model: str,
+    friction: float | None,
+    result: dict[str, object],
+) -> None:
+    spec = load_spec(model, scene=True)
+    if friction is not None:
+        for plugin in [p for p in spec.plugins if "friction" in p.config]:
+            plugin.config = {**plugin.config, "friction": repr(friction)}
+    ready, controls = rehearse(trajectory, spec.compile(), Finger())
+    duration = float(trajectory.time[-1])
+    try:
+        with progress_bar() as progress:
+            path = render_clip(
+                ready,
+                controls,
+                output.folder / f"{trajectory.name}.mp4",
+                duration=duration,
+                progress=progress,
+            )
+    except EngineError as error:  # a machine without GL still gets the rest
+        console.print(f"no clip: {error}", soft_wrap=True)
+        result["clip"] = None
+        return
+    result["clip"] = output.add(path).name
+
+
+def _say(answers: dict[str, Recording], result: dict[str, object]) -> None:
+    for label, answer in answers.items():
+        numbers = _summary(answer)
+        low, high = numbers["flexor_input_over_output_min"], numbers["flexor_input_over_output_max"]
+        console.print(
+            f"{label}: flexor tension in over out {low:.2f} to {high:.2f}, "
+            f"tip force up to {numbers['tip_force_max_N']:.2f} N",
+            soft_wrap=True,
+        )
+    cost = result.get("step_cost")
+    if isinstance(cost, dict):
+        console.print(
+            f"a step takes {cost['step_s'] * 1e6:.1f} µs, {cost['ratio']:.2f} × that of the finger "
+            "with MuJoCo's own tendons"
+        )
