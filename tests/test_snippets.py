@@ -40,9 +40,9 @@ def blocks(language):
 
 @pytest.mark.parametrize("code", list(blocks("python")))
 def test_python_snippet_runs(code, tmp_path, monkeypatch, capsys):
-    (tmp_path / "finger.xml").write_text(FINGER.format(""))
+    (tmp_path / "hand.xml").write_text(FINGER.format(""))
     monkeypatch.chdir(tmp_path)
-    spec = mujoco.MjSpec.from_file("finger.xml")
+    spec = mujoco.MjSpec.from_file("hand.xml")
     model = tendon_mj.add_friction(spec, "flexor", friction=0.1).compile()
     names = {"tendon_mj": tendon_mj, "model": model, "data": mujoco.MjData(model), "np": np}
     exec(compile(code, "snippet", "exec"), names)  # our own documentation, not input

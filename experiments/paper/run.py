@@ -9,6 +9,7 @@ import json
 import sys
 from pathlib import Path
 
+from tendon_mj.errors import TendonError
 from tendon_mj.view.paper import run_paper
 
 
@@ -21,7 +22,10 @@ def main() -> None:
     """Write everything into the folder given."""
     out = Path(sys.argv[1] if len(sys.argv) > 1 else "out/paper")
     histories = int(sys.argv[2]) if len(sys.argv) > 2 else 100
-    result = run_paper(out, report, histories)
+    try:
+        result = run_paper(out, report, histories)
+    except TendonError as error:
+        sys.exit(f"error: {error}")
     text = json.dumps(result, indent=2, allow_nan=False) + "\n"
     (out / "result.json").write_text(text, encoding="utf-8")
     print(

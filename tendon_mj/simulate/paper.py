@@ -58,7 +58,7 @@ class Paper:
 
 
 def reproduce(histories: int = 100, progress: Progress = silent) -> Paper:
-    """Simulate all of it; about two minutes on two cores.
+    """Simulate all of it; about a minute and a half on two cores.
 
     Raises:
         InvalidValueError: fewer than 0 histories.

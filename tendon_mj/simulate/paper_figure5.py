@@ -15,7 +15,7 @@ Equations: docs/theory.md, section 3.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -148,18 +148,18 @@ def figure_5(progress: Progress = silent) -> Figure5:
         (largest[0], largest[1]),
         travel,
         _widening(rigs, travel),
-        _departure(rigs, traces),
+        departure(rigs, [found["closed form"] for found in traces]),
     )
 
 
-def _departure(rigs: tuple[Rig, Rig], traces: Sequence[Mapping[str, Trace]]) -> Departure:
+def departure(rigs: tuple[Rig, Rig], exact: Sequence[Trace]) -> Departure:
+    """Return what F_c moves, from the traces of the closed form without and with it."""
     rubbing = rigs[1]
     offset, lam = rubbing.tension_offset, rubbing.exponent
     slack = rigs[0].slack_displacement
     compliance = -slack / rubbing.pretension
     flats = []
-    for found in traces:
-        trace = found["closed form"]
+    for trace in exact:
         travel, tension = (
             values[SAMPLES // 4 :] for values in (trace.input_displacement, trace.output_tension)
         )

@@ -141,8 +141,8 @@ def stiction_figure(found: Stiction) -> Figure:
         caption_below(
             figure,
             "Shift: what μ_s = 0.3 against μ_d = 0.1 adds to T_out, largest in a period, over the "
-            "range. Right: three periods each after the start, mean, with bars from least to most: for the "
-            "heavy tendon neither converges. "
+            "range. Right: three periods each after the start, mean, with bars from least to "
+            "most: the heavy tendon at 0.5 Hz does not converge. "
             + "; ".join(
                 f"{t.name}: n = {t.elements}, {t.mass:g} kg, {t.damping:g} N s/m"
                 for t in (found.shifts[0].tendon, found.shifts[1].tendon)

@@ -129,7 +129,7 @@ def figure_5(found: Figure5) -> Figure:
             _zoom(axes[row][0], found, row, shift, samples)
             axes[row][0].set_title(f"Fig. 5, F_c = {rig.constant_friction:g} N")
             axes[row][0].set_xlabel("input displacement from slack [mm]")
-            axes[row][1].set_title("dotted: F_c = 0, pulling, loosening; between: no friction")
+            axes[row][1].set_title("dotted: F_c = 0; middle: no friction")
         legend_above(figure, axes[0][0], 3)
         caption_below(
             figure,
@@ -139,7 +139,7 @@ def figure_5(found: Figure5) -> Figure:
             "and plugin. F_c leaves the slopes and moves T_out over ξ_in by "
             f"{gone.travel_pulling:+.2f} N (pulling), {gone.travel_loosening:+.2f} N (loosening) "
             f"and over T_in by {gone.tension_pulling:+.2f} N, {gone.tension_loosening:+.2f} N, "
-            "everywhere on the branches. Over the distance of its two lines that is "
+            "everywhere on the branches. The distance of the two lines grows by "
             f"{found.widening_at(0.5 * BOUND):.0%} at {500 * BOUND:g} mm, "
             f"{found.widening_at(BOUND):.0%} at {_MILLI * BOUND:g} mm and "
             f"{found.widening_at(6 * BOUND):.0%} at {6e3 * BOUND:g} mm from slack. Only the lower "

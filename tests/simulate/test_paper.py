@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import InvalidValueError, TendonError
-from tendon_mj.simulate import paper_mujoco, paper_routes, paper_stiction
+from tendon_mj.simulate import paper_figure5, paper_mujoco, paper_routes, paper_stiction
 from tendon_mj.simulate.paper_agreement import agree, follow, random_turns, refine
 from tendon_mj.simulate.paper_figure4 import figure_4a, sine
 from tendon_mj.simulate.paper_figure5 import CONSTANT_FRICTION
@@ -23,6 +23,7 @@ RUBBING = SPRUNG.but(constant_friction=CONSTANT_FRICTION)
 def test_routes_agree_within_half_a_percent():
     found = agree(histories=2)
     assert found.largest < 0.005
+    assert 0.0 < found.largest_input < 0.01
     assert set(found.difference) >= {"outer loop", "minor loops", "2 random histories"}
 
 
@@ -56,6 +57,28 @@ def test_constant_friction_leaves_the_slopes_and_opens_the_loop():
     assert both[0].slope_loosening == both[1].slope_loosening
     wider = both[1].backlash / both[0].backlash
     assert wider == pytest.approx(1.0 + RUBBING.tension_offset / 20.0)
+
+
+def test_constant_friction_moves_a_branch_by_the_same_everywhere():
+    _, load = sine(0.4, 19.0, 20.0, 2.25, 800)
+    exact = [paper_routes.closed_form(rig, load, "tension") for rig in (SPRUNG, RUBBING)]
+    gone = paper_figure5.departure((SPRUNG, RUBBING), exact)
+    over_load = (gone.tension_pulling, gone.tension_loosening)
+    slides = [
+        branches(rig, trace, 200) for rig, trace in zip((SPRUNG, RUBBING), exact, strict=True)
+    ]
+    for side, wanted in enumerate(over_load):
+        both = slides[0][side] & slides[1][side]
+        moved = exact[1].output_tension[both] - exact[0].output_tension[both]
+        assert moved == pytest.approx(wanted, rel=1e-9)
+    for side, wanted in enumerate((gone.travel_pulling, gone.travel_loosening)):
+        ends = [
+            (trace.input_displacement[which[side]], trace.output_tension[which[side]])
+            for trace, which in zip(exact, slides, strict=True)
+        ]
+        line = np.polyfit(*ends[0], 1)
+        assert ends[1][1] - np.polyval(line, ends[1][0]) == pytest.approx(wanted, rel=1e-6)
+    assert gone.lower_flat_with[1] < 0.5e-3 < exact[1].input_displacement.max()
 
 
 def test_constant_friction_needs_a_bend_to_be_shared_over():
@@ -125,6 +148,8 @@ def test_an_overdamped_tendon_shifts_by_one_element():
     one = np.expm1(0.2 * np.pi / tendon.elements) * 35.0 * np.exp(-0.1 * np.pi) / np.ptp(out)
     assert shift.largest == pytest.approx(one, rel=0.15)
     assert np.ptp(shift.largest) < 1e-6  # every period alike
+    fall = 0.5 - np.arcsin((35.0 * np.exp(-0.2 * np.pi) - 20.0) / 15.0) / (2.0 * np.pi)
+    assert shift.phase == pytest.approx(fall, abs=0.05)  # where T_out begins to fall
 
 
 def test_plugin_repeats_the_stiction_of_the_sheath_alone():
@@ -134,6 +159,18 @@ def test_plugin_repeats_the_stiction_of_the_sheath_alone():
     plugin = paper_mujoco.plugin(sticky, time, sheath.input_displacement, 20)
     assert plugin.output_tension == pytest.approx(sheath.output_tension, rel=1e-9)
     assert plugin.input_tension == pytest.approx(sheath.input_tension, rel=1e-9)
+
+
+def test_what_cannot_be_done_is_refused_before_anything_is_computed(tmp_path):
+    def nothing(what, done, total):
+        raise AssertionError(what)
+
+    with pytest.raises(InvalidValueError, match="histories = -1"):
+        run_paper(tmp_path / "new", nothing, -1)
+    assert not (tmp_path / "new").exists()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InvalidValueError, match="is a file"):
+        run_paper(tmp_path / "file", nothing)
 
 
 def test_random_histories_repeat_and_have_a_range():
