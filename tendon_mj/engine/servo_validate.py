@@ -15,6 +15,7 @@ from tendon_mj.errors import InvalidValueError, UnknownNameError
 
 SERVO = "tendon_mj.servo"
 _OBJ = mujoco.mjtObj
+_MOST_SAMPLES = 100_000
 _REQUIRED = ("tension_gain", "velocity_gain")
 
 
@@ -76,7 +77,13 @@ def state_size(address: int, instance: int) -> int:
             "could turn; give it reel_joint and reel_radius"
         )
     timestep = float(model.fields.opt.timestep)
-    return sv.size(sv.capacity(values["period"] or 0.0, values["delay"] or 0.0, timestep))
+    samples = sv.capacity(values["period"] or 0.0, values["delay"] or 0.0, timestep)
+    if samples > _MOST_SAMPLES:
+        raise InvalidValueError(
+            f"{where}: delay = {values['delay']:g} [s] is {samples} samples to remember, more than "
+            f"{_MOST_SAMPLES}"
+        )
+    return sv.size(samples)
 
 
 def check_joint(address: int, instance: int) -> int:
@@ -96,6 +103,7 @@ def check_joint(address: int, instance: int) -> int:
         )
     for actuator in mine:
         _check_actuator(model, actuator, wanted, where)
+        _check_rivals(model, instance, where)
     joints = int(model.fields.njnt)
     joint = find(model, _OBJ.mjOBJ_JOINT, joints, "joint", wanted, where)
     armature = model.doubles("dof_armature")[model.ints("jnt_dofadr")[joint]]
@@ -105,6 +113,21 @@ def check_joint(address: int, instance: int) -> int:
             "to take its place"
         )
     return 0
+
+
+def _check_rivals(model: Draft, instance: int, where: str) -> None:
+    """Two servos would both hold the gear, and the tension with it."""
+    owners = model.ints("actuator_plugin")
+    tendon = model.config(instance)["tendon"]
+    for k in range(int(model.fields.nactuator)):
+        other = owners[k]
+        if other < 0 or other == instance or model.plugin(other) != model.plugin(instance):
+            continue
+        if model.config(other)["tendon"] == tendon:
+            raise InvalidValueError(
+                f"{where}: tendon {tendon!r} already has servo "
+                f"{model.name(_OBJ.mjOBJ_PLUGIN, other)!r}; a motor has one"
+            )
 
 
 def _check_actuator(model: Draft, actuator: int, wanted: str, where: str) -> None:

@@ -119,3 +119,16 @@ def test_an_instance_that_no_actuator_uses_does_nothing():
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, 10)
     assert np.isfinite(data.plugin_state).all()
+
+
+def test_a_motor_has_one_servo():
+    spec = hand()
+    add_servo(spec, "tendon", name="second", tension_gain=7.0, velocity_gain=1.0)
+    with pytest.raises(ValueError, match="already has servo"):
+        spec.compile()
+
+
+@pytest.mark.parametrize("delay", [1e4, 1e7, 1e12])
+def test_a_delay_has_to_fit_into_memory(delay):
+    with pytest.raises(ValueError, match="samples to remember"):
+        hand(delay=delay).compile()

@@ -13,13 +13,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj.attach import Parameters
+from tendon_mj.attach import Parameters, add_sensor
 from tendon_mj.engine import sheaths
 from tendon_mj.simulate.bench import Bench, build_bench
 from tendon_mj.simulate.finger import Finger
 from tendon_mj.simulate.finger_build import build_finger
 from tendon_mj.simulate.joint import Joint, build_joint
-from tendon_mj.simulate.library import load_model, model_names, models_folder
+from tendon_mj.simulate.library import load_model, load_spec, model_names, models_folder
 
 BUILDERS = {
     "bench": (Bench(), build_bench),
@@ -234,3 +234,14 @@ def test_the_joints_snippets_run(monkeypatch, tmp_path, capsys):
     monkeypatch.chdir(tmp_path)
     exec(replay, names)
     assert 0.0 < float(capsys.readouterr().out) < 1.0
+
+
+@pytest.mark.parametrize("name", model_names())
+def test_a_model_that_python_added_to_can_be_written_and_read(name):
+    spec = load_spec(name)
+    sheath = next(p.name for p in spec.plugins if "friction" in p.config)
+    add_sensor(spec, sheath, "slip", name="added")
+    model = spec.compile()
+    again = mujoco.MjModel.from_xml_string(spec.to_xml())
+    assert again.nplugin == model.nplugin
+    assert again.nsensordata == model.nsensordata
