@@ -13,10 +13,10 @@ import numpy as np
 from PIL import Image
 
 from tendon_mj.simulate.bench import Bench
-from tendon_mj.simulate.first_motion import run_bench
+from tendon_mj.simulate.comparison import slow_loop
 from tendon_mj.simulate.library import load_model
 from tendon_mj.view.clip import render_clip
-from tendon_mj.view.loops import loops_figure
+from tendon_mj.view.loops import bench_loops_figure
 from tendon_mj.view.motion import default_motion
 
 ROOT = Path(__file__).parents[1]
@@ -38,17 +38,7 @@ def frame(model: str, moment: float) -> Image.Image:
 
 def loops(bench: Bench, folder: Path) -> Image.Image:
     """The loops that `tendon-mj compare` draws."""
-    loop = run_bench(bench, 1.5e-3 * np.sin(2.0 * np.pi * np.linspace(0.0, 1.25, 200_001)))
-    figure = loops_figure(
-        input_tension=loop.input_tension,
-        output_tension=loop.output_tension,
-        reel_displacement=loop.reel_displacement,
-        exponent=bench.exponent,
-        pretension=bench.pretension,
-        axial_stiffness=bench.axial_stiffness,
-        length=bench.length,
-        output_stiffness=bench.output_stiffness,
-    )
+    figure = bench_loops_figure(bench, slow_loop(bench))
     figure.savefig(folder / "loops.png", dpi=160)
     with Image.open(folder / "loops.png") as picture:
         return picture.convert("RGB")

@@ -11,7 +11,7 @@ from tendon_mj.simulate.comparison import Comparison
 from tendon_mj.simulate.comparison import compare as measure
 from tendon_mj.simulate.first_motion import SWING, Motion
 from tendon_mj.view.convergence import convergence_figure
-from tendon_mj.view.loops import loops_figure
+from tendon_mj.view.loops import bench_loops_figure
 from tendon_mj.view.sweep import sweep_figure
 
 _LEFT = (
@@ -38,21 +38,7 @@ def compare(out: Path = Path("out/compare")) -> dict[str, object]:
 
 
 def _draw(comparison: Comparison, output: Output) -> None:
-    bench, loop = comparison.bench, comparison.loop
-    output.figure(
-        "loops",
-        loops_figure(
-            input_tension=loop.input_tension,
-            output_tension=loop.output_tension,
-            reel_displacement=loop.reel_displacement,
-            exponent=bench.exponent,
-            pretension=bench.pretension,
-            axial_stiffness=bench.axial_stiffness,
-            length=bench.length,
-            output_stiffness=1.0
-            / (1.0 / bench.environment_stiffness + 1.0 / bench.sensor_stiffness),
-        ),
-    )
+    output.figure("loops", bench_loops_figure(comparison.bench, comparison.loop))
     output.figure("sweep", _sweep(comparison.motions))
     output.figure("limit", _sweep(comparison.limit_motions))
     found = comparison.convergence

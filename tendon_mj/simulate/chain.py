@@ -17,7 +17,6 @@ Equations: docs/theory.md, section 5.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
 from typing import Literal
@@ -94,10 +93,6 @@ class Chain:
     def output_is_fixed(self) -> bool:
         """Whether nothing gives at the output end."""
         return math.isinf(self.output_stiffness)
-
-    def refined(self, elements: int) -> Chain:
-        """The same tendon cut into another number of elements."""
-        return dataclasses.replace(self, elements=elements)
 
 
 def build_chain(chain: Chain, drive: Drive = "tension") -> mujoco.MjSpec:

@@ -13,12 +13,11 @@ from tendon_mj.simulate.first_motion import (
     SWING,
     Loop,
     Motion,
-    Progress,
     first_motion,
     run_bench,
-    silent,
     sweep,
 )
+from tendon_mj.simulate.progress import Progress, silent
 from tendon_mj.simulate.roll import Array
 from tendon_mj.simulate.step_cost import rollout_speedup, step_cost_ratio
 
@@ -135,18 +134,20 @@ def _errors(motions: list[Motion]) -> dict[str, dict[str, float]]:
     }
 
 
+def slow_loop(bench: Bench) -> Loop:
+    """A cycle and a quarter of ±1.5 mm, so slow that the carriages' damping does not show."""
+    return run_bench(bench, 1.5e-3 * np.sin(2.0 * np.pi * np.linspace(0.0, 1.25, 200_001)))
+
+
 def compare(bench: Bench | None = None, progress: Progress = silent) -> Comparison:
     """Measure the bench against the closed form: loops, sweep, limit, convergence, step cost."""
     bench = bench or Bench()
     limit = dataclasses.replace(bench, guides=LIMIT_GUIDES).stiffened(LIMIT_FACTOR)
-    # slow enough that the carriages' damping does not show
-    phase = np.linspace(0.0, 1.25, 200_001)
-    loop = run_bench(bench, 1.5e-3 * np.sin(2.0 * np.pi * phase))
     steep = dataclasses.replace(limit, friction=3.0 / bench.bend)
     return Comparison(
         bench=bench,
         limit_bench=limit,
-        loop=loop,
+        loop=slow_loop(bench),
         motions=sweep(bench, SWEEP, progress, "sweep of λ on the bench"),
         limit_motions=sweep(limit, LIMIT_SWEEP, progress, "sweep of λ in the stiff limit"),
         convergence=convergence(steep, progress),

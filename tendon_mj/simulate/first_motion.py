@@ -8,23 +8,18 @@ the backlash, and the line through it meets T_0 at ξ_B.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from tendon_mj import theory
 from tendon_mj.simulate.bench import Bench, build_bench
+from tendon_mj.simulate.progress import Progress, silent
 from tendon_mj.simulate.roll import Array, roll
-
-Progress = Callable[[str, int, int], None]
 
 SWING = 0.5  # of the output tension, over T_0, within which K_ap and ξ_B are read
 SENSORS = ("input_tension", "output_tension", "reel_displacement", "output_displacement")
-
-
-def silent(what: str, done: int, total: int) -> None:
-    """Progress that goes nowhere."""
 
 
 @dataclass(frozen=True)

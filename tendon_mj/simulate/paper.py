@@ -6,7 +6,6 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
-from tendon_mj.simulate.first_motion import Progress, silent
 from tendon_mj.simulate.paper_agreement import (
     Agreement,
     Refinement,
@@ -18,6 +17,7 @@ from tendon_mj.simulate.paper_cost import Cost, cost
 from tendon_mj.simulate.paper_figure4 import Figure4a, figure_4a
 from tendon_mj.simulate.paper_figure5 import BOUND, Figure5, figure_5
 from tendon_mj.simulate.paper_stiction import Shift, Stiction, stiction
+from tendon_mj.simulate.progress import Progress, silent
 
 
 @dataclass(frozen=True, eq=False)

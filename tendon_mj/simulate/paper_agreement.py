@@ -11,9 +11,9 @@ import numpy as np
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.simulate import paper_mujoco as in_mujoco
 from tendon_mj.simulate import paper_routes as routes
-from tendon_mj.simulate.first_motion import Progress, silent
 from tendon_mj.simulate.paper_rig import Rig
 from tendon_mj.simulate.paper_routes import Array, Trace
+from tendon_mj.simulate.progress import Progress, silent
 
 RIG = Rig(friction=0.15, output_stiffness=8e3)  # models/bench: 1/k_se = 1/10 + 1/40 m/MN
 STEEP = Rig(friction=1.0 / np.pi)  # λ = 1, output held: nothing but the tendon to refine

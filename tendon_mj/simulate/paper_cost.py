@@ -17,9 +17,9 @@ from tendon_mj.errors import TendonError
 from tendon_mj.simulate import paper_mujoco as in_mujoco
 from tendon_mj.simulate import paper_routes as routes
 from tendon_mj.simulate.chain import Chain, build_chain
-from tendon_mj.simulate.first_motion import Progress, silent
 from tendon_mj.simulate.paper_agreement import LEG, NAMED, RIG, follow
 from tendon_mj.simulate.paper_routes import Array
+from tendon_mj.simulate.progress import Progress, silent
 from tendon_mj.simulate.roll import roll
 
 TARGET = 0.01  # of the range, for either tension

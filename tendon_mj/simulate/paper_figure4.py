@@ -10,7 +10,6 @@ import numpy as np
 from tendon_mj import reference
 from tendon_mj.simulate import paper_mujoco as in_mujoco
 from tendon_mj.simulate import paper_routes as routes
-from tendon_mj.simulate.first_motion import Progress, silent
 from tendon_mj.simulate.paper_loop import (
     LoopNumbers,
     largest_difference,
@@ -19,6 +18,7 @@ from tendon_mj.simulate.paper_loop import (
 )
 from tendon_mj.simulate.paper_rig import Rig
 from tendon_mj.simulate.paper_routes import Array, Trace
+from tendon_mj.simulate.progress import Progress, silent
 
 FREQUENCY = 0.04  # the paper's [Hz]
 AMPLITUDE = 15.0  # T_m < T_0 [N]

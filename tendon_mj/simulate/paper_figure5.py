@@ -22,7 +22,6 @@ import numpy as np
 
 from tendon_mj.simulate import paper_mujoco as in_mujoco
 from tendon_mj.simulate import paper_routes as routes
-from tendon_mj.simulate.first_motion import Progress, silent
 from tendon_mj.simulate.paper_figure4 import (
     ELEMENTS,
     MUJOCO_ELEMENTS,
@@ -38,6 +37,7 @@ from tendon_mj.simulate.paper_loop import (
 )
 from tendon_mj.simulate.paper_rig import Rig
 from tendon_mj.simulate.paper_routes import Array, Trace
+from tendon_mj.simulate.progress import Progress, silent
 
 FREQUENCY = 0.4  # the paper's [Hz]
 PERIODS = 2.25

@@ -14,10 +14,10 @@ import numpy as np
 from tendon_mj import reference
 from tendon_mj.simulate import paper_mujoco as in_mujoco
 from tendon_mj.simulate import paper_routes as routes
-from tendon_mj.simulate.first_motion import Progress, silent
 from tendon_mj.simulate.paper_figure4 import AMPLITUDE, sine
 from tendon_mj.simulate.paper_rig import Rig
 from tendon_mj.simulate.paper_routes import Array, Trace
+from tendon_mj.simulate.progress import Progress, silent
 
 RIG = Rig(friction=0.1, static_friction=0.3)  # the paper's
 FREQUENCIES = (0.5, 5.0)  # the paper's (b) and (c) [Hz]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_mj.simulate.bench import Bench
-from tendon_mj.simulate.first_motion import Progress, silent
+from tendon_mj.simulate.progress import Progress, silent
 from tendon_mj.simulate.servo_bench import Servo
 from tendon_mj.simulate.servo_cycle import Cycles, limit_cycles
 from tendon_mj.simulate.servo_linear import damped, mode, scheduled

@@ -12,7 +12,7 @@ import numpy as np
 
 from tendon_mj import theory
 from tendon_mj.simulate.bench import Bench
-from tendon_mj.simulate.first_motion import Progress, silent
+from tendon_mj.simulate.progress import Progress, silent
 from tendon_mj.simulate.roll import Array
 from tendon_mj.simulate.servo_bench import Response, Servo, run_servo
 from tendon_mj.simulate.servo_harmonic import balance

@@ -16,6 +16,7 @@ from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 
 from tendon_mj.errors import EngineError, InvalidValueError
+from tendon_mj.simulate.progress import Progress
 from tendon_mj.view.cable import (
     GUIDE_COLOUR,
     add_cable,
@@ -25,7 +26,7 @@ from tendon_mj.view.cable import (
 )
 from tendon_mj.view.offscreen import Image, Offscreen, find_camera, project
 from tendon_mj.view.panel import HEIGHT, INK, Panel
-from tendon_mj.view.take import POSE, Progress, Take, record_take
+from tendon_mj.view.take import POSE, Take, record_take
 
 _STRIP = 0.3  # share of the width that the panel takes
 _SMALLEST = 64  # [pixels]

@@ -8,6 +8,8 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj import theory
+from tendon_mj.simulate.bench import Bench
+from tendon_mj.simulate.first_motion import Loop
 from tendon_mj.view.style import (
     BLACK,
     BLUE,
@@ -24,6 +26,20 @@ _DIRECTIONS = (
     (1, "pulling, $+|\\lambda|$", BLUE, "--"),
     (-1, "loosening, $-|\\lambda|$", VERMILLION, "-."),
 )
+
+
+def bench_loops_figure(bench: Bench, loop: Loop) -> Figure:
+    """``loops_figure`` of what a bench's sensors showed."""
+    return loops_figure(
+        input_tension=loop.input_tension,
+        output_tension=loop.output_tension,
+        reel_displacement=loop.reel_displacement,
+        exponent=bench.exponent,
+        pretension=bench.pretension,
+        axial_stiffness=bench.axial_stiffness,
+        length=bench.length,
+        output_stiffness=bench.output_stiffness,
+    )
 
 
 def loops_figure(

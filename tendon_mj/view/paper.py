@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.simulate.first_motion import Progress, silent
 from tendon_mj.simulate.paper import Paper, reproduce
 from tendon_mj.simulate.paper_agreement import Agreement, check_histories
 from tendon_mj.simulate.paper_loop import LoopNumbers
 from tendon_mj.simulate.paper_rig import WHY
+from tendon_mj.simulate.progress import Progress, silent
 from tendon_mj.view import paper_charts as charts
 from tendon_mj.view import paper_figures as loops
 

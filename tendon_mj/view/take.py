@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.engine import segment_tensions, sheaths
 from tendon_mj.errors import InvalidValueError, TendonError
+from tendon_mj.simulate.progress import Progress
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
 POSE = mujoco.mjtState.mjSTATE_PHYSICS
 
 

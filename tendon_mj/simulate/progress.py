@@ -1,0 +1,11 @@
+"""How long work says how far it is: a callback ``(what, done, total)``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+Progress = Callable[[str, int, int], None]
+
+
+def silent(what: str, done: int, total: int) -> None:
+    """Progress that goes nowhere."""
