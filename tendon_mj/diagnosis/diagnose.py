@@ -66,12 +66,12 @@ def diagnose(
         simulator(train),
         whole(train) if held_out else without_tail(train, _TAIL),
     )
-    base = dict(problem.simulate.parameters)
+    base = {name: p.value for name, p in problem.simulate.parameters.items()}
     rig = look_at(problem)
     calibrated = tuple(
         Term(
             (name,),
-            problem.simulate.units.get(name, ""),
+            problem.simulate.parameters[name].unit,
             u.value,
             u.low,
             u.high,
@@ -126,14 +126,16 @@ def look_at(problem: Problem) -> Rig:
         for column, measured in recording.measured.items():
             span = float(np.ptp(recording.columns[column]))
             spans[measured.sensor] = max(spans.get(measured.sensor, 0.0), span) or 1.0
-    first = problem.recordings[0]
+    first, parameters = problem.recordings[0], problem.simulate.parameters
+    joints = sorted({n.rsplit(".", 1)[0] for n, p in parameters.items() if p.kind == "joint"})
+    driven = [j for j, is_driven in getattr(problem.simulate, "joints", {}).items() if is_driven]
     return Rig(
-        values=problem.simulate.parameters,
+        values={name: parameter.value for name, parameter in parameters.items()},
         known=frozenset(first.known),
         uncertain=frozenset(first.uncertain),
         spans=spans,
         inputs=tuple(first.drive.values()),
-        free_joints=tuple(problem.simulate.free_joints),
+        free_joints=tuple(joint for joint in joints if joint not in driven),
         duration=max(float(r.time[-1] - r.time[0]) for r in problem.recordings),
     )
 
@@ -209,7 +211,7 @@ def _values(setting: Setting, model: Entrant, own: bool) -> dict[str, Value]:
             continue
         for target in term.targets:
             ends = [term.write(float(end), {**base, **written})[target] for end in ranges[k]]
-            unit = setting.problem.simulate.units.get(target, term.unit)
+            unit = setting.problem.simulate.parameters[target].unit
             values[target] = Value(written[target], min(ends), max(ends), unit, base[target])
     return values
 

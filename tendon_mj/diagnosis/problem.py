@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.diagnosis.noise import noise_levels
 from tendon_mj.simulate.recording import Recording
-from tendon_mj.simulate.simulator import SimulatorLike
+from tendon_mj.simulate.simulator import Simulates
 
 FloatArray = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ class Problem:
     """
 
     recordings: tuple[Recording, ...]
-    simulate: SimulatorLike
+    simulate: Simulates
     choice: tuple[NDArray[np.bool_], ...]
 
     @cached_property
@@ -94,4 +94,4 @@ def without_tail(recordings: Sequence[Recording], share: float) -> tuple[NDArray
     return tuple(kept)
 
 
-Make = Callable[[Sequence[Recording]], SimulatorLike]
+Make = Callable[[Sequence[Recording]], Simulates]

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.simulate.recording import Measured, Recording, Uncertain
+from tendon_mj.simulate.simulator import Parameter
 
 FloatArray = NDArray[np.float64]
 
@@ -44,14 +45,8 @@ class Toy:
 
     def __init__(self, recordings: Sequence[Recording]) -> None:
         self.recordings = list(recordings)
-        self.parameters = {name: value for name, (value, _) in WEIGHTS.items()}
-        self.units: Mapping[str, str] = {}
-        self.free_joints: tuple[str, ...] = ()
+        self.parameters = {name: Parameter(v, "SI", "toy") for name, (v, _) in WEIGHTS.items()}
         self.calls = 0
-
-    def finer(self) -> Toy:
-        """There is no step to make finer."""
-        return self
 
     def __call__(
         self, parameter_sets: Sequence[Mapping[str, float]]
@@ -61,7 +56,7 @@ class Toy:
         return [[self._one(s, r) for r in self.recordings] for s in parameter_sets]
 
     def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
-        values = {**self.parameters, **changed}
+        values = {**{name: p.value for name, p in self.parameters.items()}, **changed}
         series = {}
         for k, column in enumerate(COLUMNS):
             series[column] = 20.0 + sum(
