@@ -56,8 +56,11 @@ class Layout(NamedTuple):
     m_actuator_plugin: int
     m_actuator_ctrladr: int
     m_actuator_outadr: int
+    m_actuator_outnum: int
     m_actuator_ctrllimited: int
     m_actuator_ctrlrange: int
+    m_actuator_forcelimited: int
+    m_actuator_forcerange: int
     m_sensor_plugin: int
     m_sensor_adr: int
     m_plugin: int
@@ -74,6 +77,12 @@ class Layout(NamedTuple):
     d_wrap_xpos: int
     d_subtree_com: int
     d_cdof: int
+    d_moment_rownnz: int
+    d_moment_rowadr: int
+    d_moment_colind: int
+    d_actuator_moment: int
+    d_qfrc_applied: int
+    d_qfrc_bias: int
     d_qfrc_passive: int
     d_actuator_force: int
     d_sensordata: int
