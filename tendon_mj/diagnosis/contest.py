@@ -1,4 +1,4 @@
-"""Candidates fitted side by side on what a model leaves, and judged on what they were not fitted to."""
+"""Candidates fitted side by side, and judged on stretches that they were not fitted to."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def tied(best: Entrant, other: Entrant) -> bool:
 
 
 def tie_width(best: Entrant) -> float:
-    """Difference of gaps that says nothing, as large as half of what the best model cannot explain."""
+    """Difference of gaps that says nothing: half of what the best model cannot explain itself."""
     return 0.02 + 0.5 * max(best.gap, 0.0)
 
 

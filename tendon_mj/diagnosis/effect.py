@@ -135,7 +135,7 @@ class Effect:
     kind: Kind = "missing"
 
     def bind(self, rig: Rig) -> list[Candidate]:
-        """Its candidates on a model, without those that would fit what is known or fitted anyway."""
+        """Its candidates on a model, without those that fit what is known or fitted anyway."""
         taken = rig.known | rig.uncertain
         return [
             Candidate(self.identifier, self.kind, where, terms)

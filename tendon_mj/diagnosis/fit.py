@@ -56,7 +56,8 @@ class Fit:
     def free(self) -> NDArray[np.bool_]:
         """(p,) which terms are not held by a bound and do something."""
         inside = (self.scaled > self.bounds[0] + 1e-6) & (self.scaled < self.bounds[1] - 1e-6)
-        return inside & (np.abs(self.jacobian).max(axis=0, initial=0.0) > 0.0)
+        visible = np.abs(self.jacobian).max(axis=0, initial=0.0) > 0.0
+        return np.logical_and(inside, visible)
 
     def parameters(self, base: Mapping[str, float]) -> dict[str, float]:
         """Parameter → value of the fitted model, of what the terms write."""

@@ -53,8 +53,7 @@ def locate(problem: Problem, residual: FloatArray) -> Located:
     """Spread the excess of a residual (m,), in units of noise, over the regimes."""
     per_recording = [regimes(recording) for recording in problem.recordings]
     names = [regime.name for regime in per_recording[0]]
-    excess = residual**2 - 1.0
-    total = float(excess.sum())
+    total = float((residual**2).sum()) - residual.size
     parts = np.split(residual, np.cumsum([size for _, _, size in problem.blocks()])[:-1])
     places = []
     for number, name in enumerate(names):
@@ -65,29 +64,20 @@ def locate(problem: Problem, residual: FloatArray) -> Located:
                 inside = part[regime.number == b]
                 if inside.size:
                     powers.setdefault(label, []).append(inside**2)
-        for label, found in powers.items():
-            power = np.concatenate(found)
-            share = float(power.sum() - power.size) / total if total > 0.0 else 0.0
-            places.append(
-                Place(name, label, share, power.size / residual.size, float(np.sqrt(power.mean())))
-            )
-    by_column: dict[str, float] = {}
-    for (_, column, size), part in zip(problem.blocks(), parts, strict=True):
-        by_column[column] = by_column.get(column, 0.0) + float((part**2).sum()) - size
-    for column, power in by_column.items():
-        inside = [p for (_, c, _), p in zip(problem.blocks(), parts, strict=True) if c == column]
-        joined = np.concatenate(inside)
-        places.append(
-            Place(
-                "signal",
-                column,
-                power / total if total > 0.0 else 0.0,
-                joined.size / residual.size,
-                float(np.sqrt(np.mean(joined**2))),
-            )
-        )
+        places += [_place(name, label, found, residual) for label, found in powers.items()]
+    columns: dict[str, list[FloatArray]] = {}
+    for (_, column, _), part in zip(problem.blocks(), parts, strict=True):
+        columns.setdefault(column, []).append(part**2)
+    places += [_place("signal", column, found, residual) for column, found in columns.items()]
     frequency = _half(problem, parts) if total > 0.0 else 0.0
     return Located(tuple(places), _say(places, residual, frequency), frequency)
+
+
+def _place(regime: str, label: str, powers: Sequence[FloatArray], residual: FloatArray) -> Place:
+    inside = np.concatenate(powers)
+    total = float((residual**2).sum()) - residual.size
+    share = (float(inside.sum()) - inside.size) / total if total > 0.0 else 0.0
+    return Place(regime, label, share, inside.size / residual.size, float(np.sqrt(inside.mean())))
 
 
 def _rank(labels: Sequence[str], name: str) -> list[str]:

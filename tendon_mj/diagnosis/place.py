@@ -42,8 +42,8 @@ class Knob:
         if self.share:
             if value == 0.0 or any(rig.values[t] != value for t in targets):
                 return None
-            ends = sorted((self.low * value, self.high * value))
-            return Term(targets, self.unit, value, *ends, self.probe * abs(value))
+            low, high = sorted((self.low * value, self.high * value))
+            return Term(targets, self.unit, value, low, high, self.probe * abs(value))
         inert = 0.0 if self.relative_to or self.starts else value
         low, high = min(inert, scale * self.low), max(inert, scale * self.high)
         if self.starts:

@@ -1,9 +1,9 @@
 """First look: which candidates could explain a residual at all, without fitting any of them.
 
-Each candidate is switched on by a little, and its trace s in the residuals, freed of what the fitted
-terms could imitate, is held against the residual r: the best strength is a = −(s·r)/(s·s), within
-its range, and the power that it would take away is what it is ranked by. A second look does the same
-at that strength, for traces that do not grow in proportion.
+Each candidate is switched on by a little, and its trace s in the residuals, freed of what the
+fitted terms could imitate, is held against the residual r: the best strength is a = −(s·r)/(s·s),
+within its range, and the power that it would take away is what it is ranked by. A second look does
+the same at that strength, for traces that do not grow in proportion.
 """
 
 from __future__ import annotations

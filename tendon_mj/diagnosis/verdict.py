@@ -97,7 +97,7 @@ class Diagnosis:
 
     @property
     def confidence(self) -> float:
-        """Of the least sure finding; where nothing was named, 1 (see `sentence` for the reasons)."""
+        """Of the least sure finding; 1 where nothing was named, see `sentence` for the reasons."""
         return min((finding.confidence for finding in self.findings), default=1.0)
 
     def result(self) -> dict[str, Any]:

@@ -10,6 +10,6 @@ EFFECT = Effect(
     name="friction that differs between pulling and loosening",
     equation="μ (1 + α) pulling, μ (1 − α) loosening",
     looks_like="one branch of the loop is off, the other less or the other way",
-    source="shown for Bowden cables by Carlson et al. 1995; worn or plaited tendons have a grain",
+    source="an assumption of ours: a worn or plaited tendon has a grain",
     candidates=on_sheaths(Knob("direction_asymmetry", "-", -0.9, 0.9, 0.05)),
 )
