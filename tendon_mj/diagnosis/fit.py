@@ -57,7 +57,8 @@ class Fit:
         """(p,) which terms are not held by a bound and do something."""
         inside = (self.scaled > self.bounds[0] + 1e-6) & (self.scaled < self.bounds[1] - 1e-6)
         visible = np.abs(self.jacobian).max(axis=0, initial=0.0) > 0.0
-        return np.logical_and(inside, visible)
+        free: NDArray[np.bool_] = inside & visible
+        return free
 
     def parameters(self, base: Mapping[str, float]) -> dict[str, float]:
         """Parameter → value of the fitted model, of what the terms write."""

@@ -7,7 +7,7 @@ from tendon_mj.diagnosis.place import Binding, Bound, Knob, on_sheaths
 
 
 def _where_there_is_none(binding: Binding) -> Binding:
-    """Only on a model whose sheaths rub nowhere; a coefficient that is merely wrong is `friction`."""
+    """Only on a model whose sheaths rub nowhere; a wrong coefficient is `friction`."""
 
     def bind(rig: Rig) -> Bound:
         rubs = [rig.values[f"{sheath}.friction"] for sheath in rig.elements("friction")]
