@@ -25,6 +25,19 @@ PARAMETERS = (
     "pretension",
     "reel_radius",
     "output_radius",
+    "stribeck_friction",
+    "stribeck_velocity",
+    "viscous_friction",
+    "direction_asymmetry",
+    "friction_gradient",
+    "friction_drift",
+    "backlash",
+    "stiffening",
+    "creep",
+    "creep_time",
+    "sheath_compliance",
+    "tendon_mass",
+    "extra_bend",
 )
 (
     AXIAL_STIFFNESS,
@@ -35,6 +48,19 @@ PARAMETERS = (
     PRETENSION,
     REEL_RADIUS,
     OUTPUT_RADIUS,
+    STRIBECK_FRICTION,
+    STRIBECK_VELOCITY,
+    VISCOUS_FRICTION,
+    DIRECTION_ASYMMETRY,
+    FRICTION_GRADIENT,
+    FRICTION_DRIFT,
+    BACKLASH,
+    STIFFENING,
+    CREEP,
+    CREEP_TIME,
+    SHEATH_COMPLIANCE,
+    TENDON_MASS,
+    EXTRA_BEND,
     # what the sheath is attached to; -1 where there is none
     TENDON,
     GUIDES,
@@ -60,7 +86,7 @@ PARAMETERS = (
     _,
     _,
     SCALARS,
-) = range(29)
+) = range(42)
 
 
 # Rows that the engine adds to the flow solver's tables.
