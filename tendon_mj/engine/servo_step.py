@@ -11,7 +11,6 @@ from tendon_mj.engine.memory import double, doubles, integer, pointer
 from tendon_mj.engine.moment import RK4, control, is_stage
 from tendon_mj.engine.servo_law import backlash_ahead, limited, play, stiffness_ahead
 from tendon_mj.engine.servo_load import known_torque
-from tendon_mj.engine.step import spool_torque
 from tendon_mj.sheath.compiled import compiled
 from tendon_mj.sheath.tables import LENGTH, TENSION
 
@@ -119,7 +118,7 @@ def evaluate(layout: Any, m: int, d: int, address: int) -> None:
     time, h = double(d + layout.d_time, 0), double(m + layout.o_timestep, 0)
     dof = integer(pointer(m + layout.m_jnt_dofadr), int(sheath[st.REEL_JOINT]))
     speed, radius = double(pointer(d + layout.d_qvel), dof), sheath[st.REEL_RADIUS]
-    spool = spool_torque(radius, sheath[st.AXIAL_STIFFNESS], segments[TENSION, 0])
+    spool = sheath[st.REEL_TORQUE]  # which has just been applied
     adr = integer(pointer(m + layout.m_actuator_outadr), actuator)
     force = doubles(pointer(d + layout.d_actuator_force) + 8 * adr, 1)
     if not math.isfinite(spool):

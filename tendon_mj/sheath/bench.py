@@ -18,6 +18,8 @@ from tendon_mj.sheath.flow import settle
 from tendon_mj.sheath.law import Law
 from tendon_mj.sheath.segments import released
 from tendon_mj.sheath.tables import (
+    BACK_DYNAMIC,
+    BACK_STATIC,
     CONSTANT,
     DYNAMIC,
     FLOW,
@@ -25,6 +27,7 @@ from tendon_mj.sheath.tables import (
     GUIDE_ROWS,
     LENGTH,
     SEGMENT_ROWS,
+    SHARE,
     SLIP,
     STATIC,
     STORED,
@@ -74,10 +77,12 @@ def _lay(
     segments[LENGTH, [0, -1]] /= 2.0
     segments[STORED] = segments[LENGTH] / (1.0 + strain)
     segments[TENSION] = strain
+    segments[SHARE] = 1.0
     segments[LENGTH, -1] += law.pretension / output_stiffness  # give back what T_0 takes
     segments[GIVE, -1] = law.axial_stiffness / output_stiffness
     table[STATIC] = np.exp(law.mu_s * abs(bend) / guides)
     table[DYNAMIC] = np.exp(law.friction * abs(bend) / guides)
+    table[BACK_STATIC], table[BACK_DYNAMIC] = table[STATIC], table[DYNAMIC]
     table[CONSTANT] = law.constant_friction / (guides * law.axial_stiffness)
     return segments, table
 
@@ -92,7 +97,7 @@ def _commit(segments: Table, guides: Table, drawn: float) -> float:
         segments[STORED, i] += flow
         segments[STORED, i + 1] -= flow
         guides[WAS, i] = guides[SLIP, i] if flow != 0.0 else 0.0
-        rubbed += released(segments[TENSION, i], segments[TENSION, i + 1], flow)
+        rubbed += released(segments[TENSION, i], segments[TENSION, i + 1], flow, 0.0)
     return rubbed
 
 
@@ -101,7 +106,7 @@ def _settle_drawn(segments: Table, guides: Table, drawn: float) -> bool:
     """Settle with ``drawn`` more tendon wound in than is stored, leaving the state as it was."""
     stored = segments[STORED, 0]
     segments[STORED, 0] = stored - drawn
-    solved = settle(segments, guides, 1.0)
+    solved = settle(segments, guides)
     segments[STORED, 0] = stored
     return solved
 
