@@ -35,7 +35,7 @@ def _is_bound(state: Any) -> bool:
 def _growth(state: Any, guides: Any, i: int, time: float) -> float:
     """By which factor μ has grown at guide i, with what passed it and with time."""
     passed = max(0.0, 1.0 + state[st.FRICTION_GRADIENT] * guides[st.PASSED, i])
-    return passed * max(0.0, 1.0 + state[st.FRICTION_DRIFT] * time)
+    return passed * max(0.0, 1.0 + state[st.FRICTION_DRIFT] * max(0.0, time))
 
 
 @compiled

@@ -244,7 +244,7 @@ def march_effects(
             drum_before = drum
             drum = min(max(drum, wound - 0.5 * backlash), wound + 0.5 * backlash)
             if varies:
-                now = time[sample - 1] - time[0] + share * (time[sample] - time[sample - 1])
+                now = max(0.0, time[sample - 1] + share * (time[sample] - time[sample - 1]))
                 fade = -math.expm1(-h / weakening[2])
                 for i in range(n):
                     seen[i] = speed[i] + (abs(d[i]) / h - speed[i]) * fade

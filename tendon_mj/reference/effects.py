@@ -37,7 +37,7 @@ class Effects:
         constant_friction: F_c, of the whole tendon besides the chain's own [N], ≥ 0.
         direction_asymmetry: α, −1 < α < 1 [–].
         friction_gradient: γ, share by which μ grows per metre of tendon passed [1/m].
-        friction_drift: β, share by which μ grows per second [1/s].
+        friction_drift: β, share by which μ grows per second from time 0 on [1/s].
         backlash: b, width of the play between drive and drum; starts centred [m], ≥ 0.
         stiffening: κ, share by which EA grows per unit strain [–], ≥ 0.
         creep: χ, delayed strain over elastic strain [–], ≥ 0.

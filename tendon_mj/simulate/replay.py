@@ -57,7 +57,7 @@ def replay(
     course = Course(recording, rig.model, settle)
     values = {**(described_values(recording) if described else {}), **(parameters or {})}
     rig.set(values)
-    rig.model.opt.timestep = course.clock.timestep
+    course.prepare(rig)
     control = course.control(rig)
     readings = run_open_loop(rig.model, rig.data, control, course.where, course.when, progress)
     columns = {column: recording.columns[column] for column in recording.drive}

@@ -72,6 +72,11 @@ class Course:
         """From the start of settling to the last sample."""
         return self.lead + self.clock.steps
 
+    def prepare(self, rig: Adjustable) -> None:
+        """Give a rig the step of this course, and a clock that shows 0 at the first sample."""
+        rig.model.opt.timestep = self.clock.timestep
+        rig.data.time = -self.lead * self.clock.timestep
+
     def control(self, rig: Adjustable) -> FloatArray:
         """(steps+1, nu) controls: the ramp and rest before the first sample, then the drive."""
         control = np.zeros((self.steps + 1, rig.model.nu))

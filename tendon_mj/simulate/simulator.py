@@ -227,7 +227,7 @@ class Simulator:
         course = self._courses[job.recording]
         rig = Adjustable(copy.copy(self.model))  # of its own, so that no earlier one shows
         rig.set(job.acting)
-        rig.model.opt.timestep = course.clock.timestep
+        course.prepare(rig)
         control, plain = course.control(rig), rig.readings.copy()
         if self._strict:
             where = course.where
