@@ -177,7 +177,7 @@ def _write_intervals(text: Mjcf, intervals: Mapping[str, tuple[float, float]]) -
     if custom is None:
         custom = ElementTree.SubElement(text.root, "custom")
     for name, interval in intervals.items():
-        for old in custom.findall(f"text[@name='{name}{_INTERVAL}']"):
+        for old in [t for t in custom.iterfind("text") if t.get("name") == name + _INTERVAL]:
             custom.remove(old)
         ElementTree.SubElement(custom, "text", name=name + _INTERVAL, data=numbers(interval))
 

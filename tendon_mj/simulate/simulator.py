@@ -182,10 +182,9 @@ class Simulator:
         return names[0]
 
     def _described_parameters(self) -> dict[str, Parameter]:
-        rig = Adjustable(copy.copy(self.model))
-        parameters = rig.parameters()
+        parameters = Adjustable(copy.copy(self.model)).parameters()
         for values in reversed(self._described):
-            rig.set(values)  # refuses what does not exist
+            Adjustable(copy.copy(self.model)).set(values)  # refuses what cannot be
             parameters |= {n: parameters[n]._replace(value=float(v)) for n, v in values.items()}
         for channel in self.sensors.values():
             for name, unit in (("offset", channel.unit), ("drift", rate(channel.unit))):
