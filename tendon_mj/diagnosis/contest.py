@@ -17,6 +17,8 @@ SMALLEST_GAP = 0.2  # mean square, in noise power (0.45 noise rms): less is not 
 SMALLEST_SHARE = 0.005  # of the gap that the calibrated model left
 _SURE = 2.0  # standard errors
 _MOST_FITS = 7
+_HEAT = 3  # points that every promising candidate gets, before the best go on
+_FINALISTS = 3
 _PROMISING = 0.25  # of what the best candidate explains at first look
 
 
@@ -65,7 +67,7 @@ class Setting:
         effects: Sequence[Candidate],
         start: Sequence[float] | np.ndarray,
         candidate: Candidate | None = None,
-        iterations: int = 8,
+        trials: int = 8,
     ) -> Entrant:
         """Fit a model with these effects."""
         fitted = fit(
@@ -74,7 +76,7 @@ class Setting:
             self.calibrated,
             effects,
             np.asarray(start, float),
-            iterations=iterations,
+            trials=trials,
         )
         return Entrant(candidate, fitted, leave_out(self.problem, fitted))
 
@@ -86,10 +88,16 @@ class Setting:
         entrants = []
         tried = _promising(sights)
         for k, sight in enumerate(tried):
-            self.report(f"fit {sight.candidate.identifier}", k, len(tried))
+            self.report(f"fit {sight.candidate.identifier}", k, len(tried) + _FINALISTS)
             effects = (*model.fit.effects, sight.candidate)
             start = np.concatenate([model.fit.values, sight.start])
-            entrants.append(self.enter(effects, start, sight.candidate))
+            entrants.append(self.enter(effects, start, sight.candidate, _HEAT))
+        entrants.sort(key=lambda entrant: entrant.gap)
+        for k, entrant in enumerate(entrants[:_FINALISTS]):
+            label = entrant.candidate.identifier if entrant.candidate else ""
+            self.report(f"fit {label}", len(tried) + k, len(tried) + _FINALISTS)
+            fitted = entrant.fit
+            entrants[k] = self.enter(fitted.effects, fitted.values, entrant.candidate)
         return sorted(entrants, key=lambda entrant: entrant.gap)
 
     def helps(self, before: Entrant, after: Entrant, whole: float) -> bool:

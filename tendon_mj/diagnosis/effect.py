@@ -124,6 +124,7 @@ class Effect:
         source: where it is described.
         candidates: binds it to the elements of a model; empty where it has no place there.
         kind: see `Candidate`.
+        though_known: whether it may also write what was "measured on the rig".
     """
 
     identifier: str
@@ -133,10 +134,11 @@ class Effect:
     source: str
     candidates: Callable[[Rig], list[tuple[str, tuple[Term, ...]]]] = field(repr=False)
     kind: Kind = "missing"
+    though_known: bool = False
 
     def bind(self, rig: Rig) -> list[Candidate]:
         """Its candidates on a model, without those that fit what is known or fitted anyway."""
-        taken = rig.known | rig.uncertain
+        taken = rig.uncertain if self.though_known else rig.known | rig.uncertain
         return [
             Candidate(self.identifier, self.kind, where, terms)
             for where, terms in self.candidates(rig)

@@ -1,9 +1,10 @@
 """Fits terms of a model to recordings by least squares.
 
-Through `mujoco.minimize`, whose Gauss-Newton steps keep to the bounds and ask for the residuals of
-many parameter sets at once. `mujoco.sysid`, which is built on the same function, wants a
-model recompiled for every parameter set and every sensor of the model in the data: it is what the
-result is compared with, see `tendon_mj.diagnosis.sysid`.
+Through SciPy's trust region, which keeps to bounds and ends after so many simulations: a candidate
+that does not fit is to cost no more than one that does. `mujoco.minimize` (and `mujoco.sysid`, which
+is built on it) searches its damping until a step succeeds, up to a hundred simulations where stick
+and slip make the response rough. What `mujoco.sysid` makes of the same data is what a diagnosis is
+compared with, see `tendon_mj.diagnosis.sysid`.
 """
 
 from __future__ import annotations
@@ -13,8 +14,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from mujoco import minimize
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
 from tendon_mj.diagnosis.effect import Candidate, Term
 from tendon_mj.diagnosis.problem import Problem
@@ -98,12 +99,13 @@ def fit(
     effects: Sequence[Candidate],
     start: FloatArray,
     *,
-    iterations: int = 8,
+    trials: int = 8,
     tolerance: float = 3e-3,
 ) -> Fit:
     """Least squares over what may be used in choices, from ``start`` (p,) [the terms' units].
 
-    Ends after ``iterations``, or when no term moves by more than ``tolerance`` of its probe.
+    Ends after ``trials`` points, or when neither the terms nor what is left change by more than
+    ``tolerance`` of themselves.
     """
     terms = terms_of(calibrated, effects)
     bounds = np.array(
@@ -112,54 +114,52 @@ def fit(
     seen: dict[bytes, FloatArray] = {}
     slopes: dict[bytes, FloatArray] = {}
 
-    def evaluate(points: FloatArray) -> FloatArray:
-        """(m, k) residuals at the columns of (p, k) scaled points."""
-        keys = [np.ascontiguousarray(points[:, k]).tobytes() for k in range(points.shape[1])]
-        missing = [k for k, key in enumerate(keys) if key not in seen]
-        if missing:
-            sets = [
-                write(terms, [t.natural(z) for t, z in zip(terms, points[:, k], strict=True)], base)
-                for k in missing
+    def simulate(points: Sequence[FloatArray]) -> FloatArray:
+        """(k, m) residuals at scaled points."""
+        return problem.residuals(
+            [
+                write(terms, [t.natural(z) for t, z in zip(terms, point, strict=True)], base)
+                for point in points
             ]
-            for k, row in zip(missing, problem.residuals(sets), strict=True):
-                seen[keys[k]] = row
-        return np.stack([seen[key] for key in keys], axis=1)
+        )
 
-    def used(points: FloatArray) -> FloatArray:
-        rows = evaluate(points)[problem.chosen]
+    at: dict[bytes, FloatArray] = {}
+    slopes: dict[bytes, FloatArray] = {}
+
+    def residual(point: FloatArray) -> FloatArray:
+        """(m,) of one point."""
+        if point.tobytes() not in at:
+            at[point.tobytes()] = simulate([point])[0]
+        return at[point.tobytes()]
+
+    def used(point: FloatArray) -> FloatArray:
+        rows = residual(point)[problem.chosen]
         return np.where(np.isfinite(rows), rows, _HOPELESS)
 
-    def slope(point: FloatArray, _: FloatArray) -> FloatArray:
+    def slope(point: FloatArray) -> FloatArray:
         """(m used, p) by one-sided differences, away from the nearer bound."""
-        at = point.reshape(-1, 1)
-        key = at.tobytes()
-        if key not in slopes:
-            middle = bounds.mean(axis=0)
-            step = np.where(at[:, 0] > middle, -_DIFFERENCE, _DIFFERENCE)
-            moved = evaluate(at + np.diag(step))
-            slopes[key] = np.nan_to_num((moved - evaluate(at)) / step, posinf=0.0, neginf=0.0)
-            for other in [k for k in seen if k != key]:
-                del seen[other]  # a minute of recordings is megabytes
-        return slopes[key][problem.chosen]
+        step = np.where(point > bounds.mean(axis=0), -_DIFFERENCE, _DIFFERENCE)
+        moved = simulate(list(point + np.diag(step)))
+        matrix = (moved - residual(point)).T / step
+        slopes.clear()  # a minute of recordings is megabytes
+        slopes[point.tobytes()] = np.nan_to_num(matrix, posinf=0.0, neginf=0.0)
+        return slopes[point.tobytes()][problem.chosen]
 
-    origin = np.array([t.scaled(v) for t, v in zip(terms, start, strict=True)])
-    point = np.clip(origin, bounds[0], bounds[1]) if terms else origin
+    point = np.array([t.scaled(v) for t, v in zip(terms, start, strict=True)])
+    jacobian = np.zeros((problem.chosen.size, 0))
     if terms:
-        solution, _ = minimize.least_squares(
-            point,
+        inside = 1e-6 * (bounds[1] - bounds[0])
+        solution = least_squares(
             used,
-            bounds=[bounds[0], bounds[1]],
-            jacobian=slope,
+            np.clip(point, bounds[0] + inside, bounds[1] - inside),
+            jac=slope,
+            bounds=(bounds[0], bounds[1]),
+            ftol=tolerance,
             xtol=tolerance,
-            gtol=1e-9,
-            max_iter=iterations,
-            verbose=0,
+            gtol=None,
+            max_nfev=trials,
         )
-        point = np.asarray(solution).ravel()
-    residual = evaluate(point.reshape(-1, 1))[:, 0]
-    key = point.reshape(-1, 1).tobytes()
-    jacobian = slopes.get(key, next(reversed(slopes.values())) if slopes else None)
-    if jacobian is None:
-        jacobian = np.zeros((residual.size, 0))
+        point = solution.x
+        jacobian = next(iter(slopes.values()))  # at the last point but one, where it ended there
     values = np.array([t.natural(z) for t, z in zip(terms, point, strict=True)])
-    return Fit(tuple(calibrated), tuple(effects), values, residual, jacobian, point, bounds)
+    return Fit(tuple(calibrated), tuple(effects), values, residual(point), jacobian, point, bounds)

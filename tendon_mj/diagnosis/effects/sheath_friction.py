@@ -23,4 +23,5 @@ EFFECT = Effect(
     looks_like="output lags input in a wide loop whose width grows with the tension",
     source="Kaneko, Wada, Maekawa & Tanie 1991, eq. (1)",
     candidates=_where_there_is_none(on_sheaths(Knob("friction", "-", 0.0, 1.0, 0.02))),
+    though_known=True,  # a coefficient of 0 says that the model has no friction, not the rig
 )
