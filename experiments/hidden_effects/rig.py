@@ -5,17 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from experiments.hidden_effects.excitation import clock
 from experiments.hidden_effects.sensor import Sensor
+from experiments.hidden_effects.side import Side
 from tendon_mj.reference import Carriage, Effects, simulate_effects, uniform_chain
 from tendon_mj.simulate.bench import Bench
+from tendon_mj.simulate.recording import Uncertain
 
 FloatArray = NDArray[np.float64]
 
+STEPS = {True: 1.25e-4, False: 2.5e-4}  # of the truth, of the search for a strength [s]
 COLUMNS = ("input_tension_N", "output_tension_N")
 ELEMENTS = 24  # the bench has 16 guides: another discretisation, as a real rig is another
 OVERSAMPLED = 4  # readings per sample, so that sensors act on what happens between samples
@@ -36,6 +40,22 @@ class Rig:
         warmth: amplitude [m] and period [s] of a sine by which the tendon shrinks unseen.
     """
 
+    side: ClassVar[Side] = Side(
+        model="bench",
+        drive="input_displacement_m",
+        actuator="reel",
+        travel=1.0,
+        sensors={c: c.removesuffix("_N") for c in COLUMNS},
+        known={
+            "sheath.axial_stiffness": Bench.axial_stiffness,
+            "environment.stiffness": Bench.environment_stiffness,
+            "sensor.stiffness": Bench.sensor_stiffness,
+        },
+        uncertain={name: (f"sheath.{name}",) for name in ("friction", "pretension")},
+        ranges={"friction": Uncertain(0.15, 0.05, 0.4), "pretension": Uncertain(20.0, 15.0, 25.0)},
+        drawn={"friction": (0.08, 0.3), "pretension": (16.5, 23.5)},
+    )
+
     friction: float = Bench.friction
     pretension: float = Bench.pretension
     axial_stiffness: float = Bench.axial_stiffness
@@ -46,9 +66,9 @@ class Rig:
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
     warmth: tuple[float, float] = (0.0, 1.0)
 
-    def run(self, drives: Sequence[FloatArray], time_step: float = 1.25e-4) -> list[FloatArray]:
+    def run(self, drives: Sequence[FloatArray], fine: bool = True) -> list[FloatArray]:
         """Readings without noise, (2, samples) [N] of each drive [m]."""
-        return [self._run(drive, time_step) for drive in drives]
+        return [self._run(drive, STEPS[fine]) for drive in drives]
 
     def _run(self, drive: FloatArray, time_step: float) -> FloatArray:
         bench, sparse = Bench(), clock()[: len(drive)]
