@@ -158,7 +158,7 @@ PARAMETERS: dict[str, Draw] = {
         "axial_stiffness", "axial_stiffness", "sheath.axial_stiffness", lambda s: 2e4 * (1 + s), 0.6
     ),
     "pretension": _number(
-        "pretension", "pretension", "sheath.pretension", lambda s: 20.0 * (1.0 + s), 0.25
+        "pretension", "pretension", "sheath.pretension", lambda s: 20.0 * (1.0 + s), 0.6
     ),
     "bend_angle": _number(
         "bend_angle", "bend", "sheath.extra_bend", lambda s: np.pi * (1.0 + s), 0.5, less=np.pi

@@ -23,6 +23,7 @@ STEPS = {True: 1.25e-4, False: 2.5e-4}  # of the truth, of the search for a stre
 COLUMNS = ("input_tension_N", "output_tension_N")
 ELEMENTS = 24  # the bench has 16 guides: another discretisation, as a real rig is another
 OVERSAMPLED = 4  # readings per sample, so that sensors act on what happens between samples
+SETTLE = 0.5  # before the recording, with the reel at 0 [s]
 MASS = 1e-3  # of the tendon where its mass is no effect [kg]
 RETARDATION = 1e-4  # s, ends the ringing of a tendon whose mass is the effect
 
@@ -32,7 +33,8 @@ class Rig:
     """Truth of a case; the defaults are the bench's own numbers.
 
     Attributes:
-        friction: μ [-]. pretension: T_0 [N]. axial_stiffness: EA [N]. bend: [rad].
+        friction: μ [-]. pretension: T_0 of the tendon as mounted, on carriages whose springs
+            balance the bench's own T_0 [N]. axial_stiffness: EA [N]. bend: [rad].
         static_excess: μ_s/μ − 1 [-].
         effects: of the transmission.
         reel_scale: tendon wound in per what the drive's column says [-].
@@ -76,6 +78,7 @@ class Rig:
         wound = self.reel_scale * np.interp(dense, sparse, drive)
         height, period = self.warmth
         wound += height * np.sin(2.0 * np.pi * dense / period)
+        lead = np.arange(-SETTLE, 0.0, dense[1])
         chain = uniform_chain(
             ELEMENTS,
             length=bench.length,
@@ -87,9 +90,18 @@ class Rig:
             mass=MASS,
         )
         run = simulate_effects(
-            chain, self._whole_effects(), dense, wound, carriages=_carriages(), time_step=time_step
+            chain,
+            self._whole_effects(),
+            np.concatenate([lead, dense]),
+            np.concatenate([np.zeros_like(lead), wound]),
+            carriages=_carriages(),
+            preload=bench.pretension,
+            time_step=time_step,
         )
-        tensions = dict(zip(COLUMNS, (run.input_tension, run.output_tension), strict=True))
+        after = slice(len(lead), None)
+        tensions = dict(
+            zip(COLUMNS, (run.input_tension[after], run.output_tension[after]), strict=True)
+        )
         return np.array(
             [
                 self.sensors.get(name, Sensor()).read(dense, tension)[::OVERSAMPLED]
