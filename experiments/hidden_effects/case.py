@@ -87,8 +87,9 @@ def _make(
     names = [f"train_{k + 1}" for k in range(len(training))]
     names += [f"held_out_{k + 1}" for k in range(len(held_out))]
     folder.mkdir(parents=True, exist_ok=True)
+    model = rig.write_model(folder.parent)
     for name, drive, reading in zip(names, [*training, *held_out], readings, strict=True):
-        recording = _recording(plan, rig, uncertain, rng, name, drive, reading, noise)
+        recording = _recording(plan, rig, model, uncertain, rng, name, drive, reading, noise)
         write_recording(recording, folder / name)
     public = json.dumps({"exclude": plan.exclude}) + "\n"
     (folder / "case.json").write_text(public, encoding="utf-8")
@@ -169,6 +170,7 @@ def _find(
 def _recording(
     plan: Plan,
     rig: Rig | JointRig,
+    model: str,
     uncertain: tuple[str, ...],
     rng: np.random.Generator,
     name: str,
@@ -185,7 +187,7 @@ def _recording(
         measured[column] = Measured(sensor, float(f"{sigma:.4g}"))
     return Recording(
         name=name,
-        model=side.model,
+        model=model,
         source="made by tendon-mj, not measured: experiments/hidden_effects; Apache-2.0",
         time=excitation.clock()[: len(drive)],
         columns=columns,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 import mujoco
@@ -20,8 +21,7 @@ from tendon_mj.simulate.replay import replay
 
 FloatArray = NDArray[np.float64]
 
-GRAVITY = 9.81  # m/s²
-ARM = 0.005  # of the load's centre of mass about the hinge [m]
+MASS, ARM = 0.1, 0.01  # of the tip, and of its centre of mass about the hinge [kg], [m]
 STEPS = {True: 2.5e-4, False: 1e-3}  # of the truth, of the search for a strength [s]; model: 1e-3
 _BOTH = ("sheath_1", "sheath_2")
 
@@ -34,11 +34,10 @@ class JointRig:
         friction: μ of both tendons [-]. pretension: T_0 of both [N].
         axial_stiffness: EA of both [N].
         damping: [N m s/rad], dry_friction: [N m], stiffness: [N m/rad] of the hinge.
-        load: torque of gravity on the hinge at angle 0 [N m].
+        gravity: downward, across the hinge [m/s²]; the model has none.
     """
 
     side: ClassVar[Side] = Side(
-        model="joint",
         drive="command_rad",
         actuator="command",
         travel=600.0,
@@ -61,14 +60,17 @@ class JointRig:
     damping: float = Joint.damping
     dry_friction: float = 0.0
     stiffness: float = Joint.stiffness
-    load: float = 0.0
+    gravity: float = 0.0
 
     def run(self, drives: Sequence[FloatArray], fine: bool = True) -> list[FloatArray]:
         """Readings without noise, (3, samples) of each drive [rad]."""
-        model = self._model(STEPS[fine])
+        spec = self.spec(STEPS[fine])
+        spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICIT
+        model = spec.compile()
         return [self._run(model, drive) for drive in drives]
 
-    def _model(self, step: float) -> mujoco.MjModel:
+    def spec(self, step: float) -> mujoco.MjSpec:
+        """The joint with these numbers; the centre of mass of its tip is off the hinge."""
         spec = build_joint(
             Joint(
                 friction=self.friction,
@@ -79,22 +81,25 @@ class JointRig:
                 timestep=step,
             )
         )
-        spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICIT
         spec.joint("joint").frictionloss = self.dry_friction
-        if self.load > 0.0:
-            spec.option.gravity = [0.0, 0.0, -GRAVITY]
-            axis = np.array(spec.joint("joint").axis)
-            arm = np.cross(axis, [0.0, 0.0, 1.0])
-            body = spec.body("joint")
-            body.mass = self.load / (GRAVITY * ARM)
-            body.ipos = ARM * arm / np.linalg.norm(arm)
-        return spec.compile()
+        spec.option.gravity = [0.0, 0.0, -self.gravity]
+        arm = np.cross(spec.joint("joint").axis, [0.0, 0.0, 1.0])
+        body = spec.body("joint")
+        body.mass = MASS
+        body.ipos = ARM * arm / np.linalg.norm(arm)
+        return spec
+
+    def write_model(self, folder: Path) -> str:
+        """Write the model that its recordings are of, and return what they call it."""
+        path = folder.resolve() / "tipped_joint.xml"
+        path.write_text(JointRig().spec(Joint.timestep).to_xml(), encoding="utf-8")
+        return str(path)
 
     def _run(self, model: mujoco.MjModel, drive: FloatArray) -> FloatArray:
         side = self.side
         recording = Recording(
             name="truth",
-            model=side.model,
+            model="joint",
             source="drive",
             time=clock()[: len(drive)],
             columns={side.drive: drive, **{c: np.zeros_like(drive) for c in side.sensors}},
@@ -106,13 +111,13 @@ class JointRig:
 
 
 def _number(
-    name: str, attribute: str, parameter: str, start: float, high: float
+    name: str, attribute: str, parameter: str, start: float, high: float, sign: float = 1.0
 ) -> Callable[[np.random.Generator], Hidden[JointRig]]:
     def draw(_: np.random.Generator) -> Hidden[JointRig]:
         return hidden(
             name,
             lambda rig, s: dataclasses.replace(rig, **{attribute: start + s}),
-            lambda _, s: {parameter: start + s},
+            lambda _, s: {parameter: start + sign * s},
             high,
         )
 
@@ -125,5 +130,5 @@ JOINT_EFFECTS: Mapping[str, Callable[[np.random.Generator], Hidden[JointRig]]] =
     "joint_stiffness": _number(
         "joint_stiffness", "stiffness", "joint.stiffness", Joint.stiffness, 0.06
     ),
-    "gravity_load": _number("gravity_load", "load", "gravity_load.torque", 0.0, 0.015),
-}  # N m s/rad, N m, N m/rad, N m
+    "gravity_load": _number("gravity_load", "gravity", "gravity.z", 0.0, 30.0, sign=-1.0),
+}  # N m s/rad, N m, N m/rad, m/s²

@@ -13,7 +13,6 @@ class Side:
     """The side of a rig that its recordings show.
 
     Attributes:
-        model: that it is an example of.
         drive: column driven. actuator: that it drives.
         travel: drive's unit per metre of the bench's excitation.
         sensors: measured column to sensor.
@@ -23,7 +22,6 @@ class Side:
         drawn: of those numbers, where the truth lies.
     """
 
-    model: str
     drive: str
     actuator: str
     travel: float
