@@ -14,8 +14,8 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import tyro
-from tendon_mj.diagnosis import diagnose
 
+from tendon_mj.diagnosis import diagnose
 from tendon_mj.errors import TendonError
 from tendon_mj.simulate.recording import Recording, read_recording
 
