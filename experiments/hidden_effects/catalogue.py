@@ -123,7 +123,7 @@ def _saturation(rng: np.random.Generator) -> Hidden[Rig]:
 
 # The third number is the largest strength that is still physical, in the unit beside it.
 EFFECTS: dict[str, Draw] = {
-    "static_friction": _static_friction,  # 1.5 [-], μ_s/μ − 1
+    "static_friction": _static_friction,  # 0.5 [-], μ_s/μ − 1
     "velocity_weakening": _transmission(
         "velocity_weakening", "stribeck_friction", 0.3, stribeck_velocity=(1e-3, 10e-3)
     ),  # [-]; [m/s]

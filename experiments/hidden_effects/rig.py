@@ -25,7 +25,9 @@ COLUMNS = ("input_tension_N", "output_tension_N")
 ELEMENTS = 24  # the bench has 16 guides: another discretisation, as a real rig is another
 OVERSAMPLED = 4  # readings per sample, so that sensors act on what happens between samples
 SETTLE = 0.5  # before the recording, with the reel at 0 [s]
-MASS = 1e-3  # of the tendon where its mass is no effect [kg]
+# Of the tendon where its mass is no effect [kg]: so light that the integrator damps out all waves.
+# At 1e-3, μ_s > μ_d makes single elements chatter, by as much as 1/ELEMENTS allows: no physics.
+MASS = 1e-5
 RETARDATION = 1e-4  # s, ends the ringing of a tendon whose mass is the effect
 
 
