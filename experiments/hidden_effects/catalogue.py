@@ -4,63 +4,47 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from experiments.hidden_effects.hidden import Hidden, hidden
 from experiments.hidden_effects.rig import COLUMNS, Rig
 from experiments.hidden_effects.sensor import Sensor
 
-Apply = Callable[[Rig, float], Rig]
 Numbers = dict[str, float]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Hidden:
-    """One thing to hide, drawn but for its strength.
-
-    Attributes:
-        name: identifier of the effect or parameter.
-        apply: a rig and a strength > 0 to the rig with it.
-        numbers: strength to the parameters of the model that are then true.
-        low, high, start: range of the strength that is physical, and where its search begins.
-    """
-
-    name: str
-    apply: Apply
-    numbers: Callable[[float], Numbers]
-    low: float
-    high: float
-    start: float
+Draw = Callable[[np.random.Generator], Hidden[Rig]]
 
 
 def _transmission(
     name: str, attribute: str, high: float, *, signed: bool = False, **second: tuple[float, float]
-) -> Callable[[np.random.Generator], Hidden]:
+) -> Draw:
     """An effect of `tendon_mj.reference.Effects`; ``second`` is a further attribute's range."""
 
-    def draw(rng: np.random.Generator) -> Hidden:
+    def draw(rng: np.random.Generator) -> Hidden[Rig]:
         sign = rng.choice([-1.0, 1.0]) if signed else 1.0
-        fixed = {k: float(np.exp(rng.uniform(*np.log(span)))) for k, span in second.items()}
+        fixed: Numbers = {
+            k: float(np.exp(rng.uniform(*np.log(span)))) for k, span in second.items()
+        }
 
         def apply(rig: Rig, strength: float) -> Rig:
-            given = {**fixed, attribute: sign * strength}
+            given: dict[str, Any] = {**fixed, attribute: sign * strength}
             return dataclasses.replace(rig, effects=dataclasses.replace(rig.effects, **given))
 
-        def numbers(strength: float) -> Numbers:
+        def numbers(_: Rig, strength: float) -> Numbers:
             return {f"sheath.{k}": v for k, v in {**fixed, attribute: sign * strength}.items()}
 
-        return _hidden(name, apply, numbers, high)
+        return hidden(name, apply, numbers, high)
 
     return draw
 
 
 def _sensor(
     name: str, attribute: str, high: float, *, signed: bool = False, parameter: str = ""
-) -> Callable[[np.random.Generator], Hidden]:
+) -> Draw:
     """An effect of `Sensor` on one of the two tensions."""
 
-    def draw(rng: np.random.Generator) -> Hidden:
+    def draw(rng: np.random.Generator) -> Hidden[Rig]:
         sign = rng.choice([-1.0, 1.0]) if signed else 1.0
         column = str(rng.choice(COLUMNS))
         shift = 1.0 if attribute == "gain" else 0.0
@@ -70,11 +54,11 @@ def _sensor(
             after = dataclasses.replace(before, **{attribute: sign * strength})
             return dataclasses.replace(rig, sensors={**rig.sensors, column: after})
 
-        def numbers(strength: float) -> Numbers:
+        def numbers(_: Rig, strength: float) -> Numbers:
             sensor = column.removesuffix("_N")
             return {f"{sensor}.{parameter or attribute}": shift + sign * strength}
 
-        return _hidden(name, apply, numbers, high)
+        return hidden(name, apply, numbers, high)
 
     return draw
 
@@ -88,60 +72,58 @@ def _number(
     *,
     signed: bool = True,
     less: float = 0.0,
-) -> Callable[[np.random.Generator], Hidden]:
+) -> Draw:
     """A number of the rig itself; ``value`` gives it for a signed strength.
 
     The model's own parameter is that ``less`` a fixed number.
     """
 
-    def draw(rng: np.random.Generator) -> Hidden:
+    def draw(rng: np.random.Generator) -> Hidden[Rig]:
         sign = rng.choice([-1.0, 1.0]) if signed else 1.0
 
         def apply(rig: Rig, strength: float) -> Rig:
-            return dataclasses.replace(rig, **{attribute: value(sign * strength)})
+            given: dict[str, Any] = {attribute: value(sign * strength)}
+            return dataclasses.replace(rig, **given)
 
-        return _hidden(name, apply, lambda s: {parameter: value(sign * s) - less}, high)
+        return hidden(name, apply, lambda _, s: {parameter: value(sign * s) - less}, high)
 
     return draw
 
 
-def _static_friction(rng: np.random.Generator) -> Hidden:
+def _static_friction(rng: np.random.Generator) -> Hidden[Rig]:
     def apply(rig: Rig, strength: float) -> Rig:
         return dataclasses.replace(rig, static_excess=strength)
 
-    return _hidden("static_friction", apply, lambda s: {"static_friction/friction": 1.0 + s}, 1.5)
+    return hidden(
+        "static_friction",
+        apply,
+        lambda rig, s: {"sheath.static_friction": rig.friction * (1.0 + s)},
+        1.5,
+    )
 
 
-def _warmth(rng: np.random.Generator) -> Hidden:
+def _warmth(rng: np.random.Generator) -> Hidden[Rig]:
     period = rng.uniform(5.0, 20.0)
 
     def apply(rig: Rig, strength: float) -> Rig:
         return dataclasses.replace(rig, warmth=(strength, period))
 
-    return _hidden("warmth", apply, lambda s: {"amplitude_m": s, "period_s": period}, 0.5e-3)
+    return hidden("warmth", apply, lambda _, s: {"amplitude_m": s, "period_s": period}, 0.5e-3)
 
 
-def _saturation(rng: np.random.Generator) -> Hidden:
+def _saturation(rng: np.random.Generator) -> Hidden[Rig]:
     column = str(rng.choice(COLUMNS))
 
     def apply(rig: Rig, strength: float) -> Rig:
-        limit = rig.pretension * (1.6 - strength)
+        limit = rig.pretension * (3.0 - strength)
         return dataclasses.replace(rig, sensors={**rig.sensors, column: Sensor(limit=limit)})
 
-    return _hidden("sensor_saturation", apply, lambda s: {"below_1.6_T_0": s}, 0.55)
-
-
-def _hidden(
-    name: str, apply: Apply, numbers: Callable[[float], Numbers], high: float
-) -> Hidden:
-    return Hidden(
-        name=name, apply=apply, numbers=numbers, low=1e-4 * high, high=high, start=0.1 * high
-    )
+    return hidden("sensor_saturation", apply, lambda _, s: {"below_3_T_0": s}, 1.9)
 
 
 # The third number is the largest strength that is still physical, in the unit beside it.
-EFFECTS: dict[str, Callable[[np.random.Generator], Hidden]] = {
-    "static_friction": _static_friction,  # 1.5 [-], μ_s/μ − 1
+EFFECTS: dict[str, Draw] = {
+    "static_friction": _static_friction,  # 0.5 [-], μ_s/μ − 1
     "velocity_weakening": _transmission(
         "velocity_weakening", "stribeck_friction", 0.3, stribeck_velocity=(1e-3, 10e-3)
     ),  # [-]; [m/s]
@@ -170,15 +152,13 @@ SHEATH_FRICTION = _number(
     "sheath_friction", "friction", "sheath.friction", lambda s: s, 0.4, signed=False
 )
 # The model's own number is wrong, and the recording does not call it uncertain.
-PARAMETERS: dict[str, Callable[[np.random.Generator], Hidden]] = {
-    "friction": _number(
-        "friction", "friction", "sheath.friction", lambda s: 0.15 * (1.0 + s), 0.8
-    ),
+PARAMETERS: dict[str, Draw] = {
+    "friction": _number("friction", "friction", "sheath.friction", lambda s: 0.15 * (1.0 + s), 0.8),
     "axial_stiffness": _number(
         "axial_stiffness", "axial_stiffness", "sheath.axial_stiffness", lambda s: 2e4 * (1 + s), 0.6
     ),
     "pretension": _number(
-        "pretension", "pretension", "sheath.pretension", lambda s: 20.0 * (1.0 + s), 0.25
+        "pretension", "pretension", "sheath.pretension", lambda s: 20.0 * (1.0 + s), 0.6
     ),
     "bend_angle": _number(
         "bend_angle", "bend", "sheath.extra_bend", lambda s: np.pi * (1.0 + s), 0.5, less=np.pi
@@ -188,10 +168,10 @@ PARAMETERS: dict[str, Callable[[np.random.Generator], Hidden]] = {
     ),
 }
 # What no catalogue holds.
-STRANGE: dict[str, Callable[[np.random.Generator], Hidden]] = {
+STRANGE: dict[str, Draw] = {
     "sensor_hum": _sensor("sensor_hum", "hum", 5.0),  # N
     "warmth": _warmth,  # 0.5e-3 m
-    "sensor_saturation": _saturation,  # 0.55 [-], of T_0
+    "sensor_saturation": _saturation,  # 1.9 [-], of T_0
 }
 # Of these, one in the catalogue can pass for the other.
 ALIKE = ({"sensor_delay", "sensor_lag"}, {"sensor_bias", "sensor_gain"})

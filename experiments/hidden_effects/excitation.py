@@ -1,4 +1,4 @@
-"""What the reel does in a recording: slow triangles, sines, steps with dwell, random minor loops."""
+"""What the drive does: slow triangles, sines, steps with dwell, random minor loops."""
 
 from __future__ import annotations
 

@@ -15,9 +15,10 @@ from experiments.hidden_effects.catalogue import (
     PARAMETERS,
     STRANGE,
 )
+from experiments.hidden_effects.joint_rig import JOINT_EFFECTS
 
 KINDS = ("effect", "pair", "parameter", "nothing", "outside", "joint")
-JOINT = ("joint_damping", "joint_friction", "joint_stiffness", "gravity_load")
+
 ALONE = (*EFFECTS, "sheath_friction")
 
 
@@ -47,7 +48,7 @@ def plans(
         if "effect" in kinds:
             raw += [("effect", (e,), s, noise, ()) for e in ALONE for s in strengths]
         if "joint" in kinds:
-            raw += [("joint", (e,), s, noise, ()) for e in JOINT for s in strengths]
+            raw += [("joint", (e,), s, noise, ()) for e in JOINT_EFFECTS for s in strengths]
         if "parameter" in kinds:
             raw += [("parameter", (p,), 10.0, noise, ()) for p in PARAMETERS]
         if "outside" in kinds:

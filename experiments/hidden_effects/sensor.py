@@ -32,14 +32,15 @@ class Sensor:
     def read(self, time: FloatArray, tension: FloatArray) -> FloatArray:
         """Readings at ``time`` [s], evenly spaced, before noise."""
         now = time - time[0]
-        reading = (1.0 + self.gain) * tension + self.bias
+        reading: FloatArray = (1.0 + self.gain) * tension + self.bias
         if self.delay > 0.0:
             reading = np.interp(now - self.delay, now, reading)
         if self.lag > 0.0:
             reading = _lagged(reading, now[1] / self.lag)
         reading = np.minimum(reading, self.limit)
         hum = self.hum * np.sin(2.0 * np.pi * self.hum_frequency * now)
-        return reading + self.drift * now + hum
+        total: FloatArray = reading + self.drift * now + hum
+        return total
 
 
 def _lagged(signal: FloatArray, step: float) -> FloatArray:

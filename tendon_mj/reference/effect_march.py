@@ -147,7 +147,7 @@ def advance(
             if e == 0:
                 diagonal[i] += right[n]
                 lower[i] = -left[n]
-                load[i] += tension[n] - material[0] + right[n] * d[i] - left[n] * d[i - 1]
+                load[i] += tension[n] - material[4] + right[n] * d[i] - left[n] * d[i - 1]
             else:
                 before = tail[0, e - 1] + tail[1, e - 1] * rate[2, i]
                 lower[i] = -tail[0, e - 1] - tail[1, e - 1] * rate[2, i - 1]
@@ -212,8 +212,9 @@ def march_effects(
 ) -> int:
     """March from rest under T_0 through ``time``; fill ``record``; count unsolved steps.
 
-    ``material``: T_0, 1/EA, κ, τ_0. ``compliance``: of the mount, of a massless output. ``tail``:
-    stiffness and damping behind each carriage, none for a massless output. ``weakening``: Δμ, v_s,
+    ``material``: T_0, 1/EA, κ, τ_0, tension that the carriages balance. ``compliance``: of the
+    mount, of a massless output. ``tail``: stiffness and damping behind each carriage, none for a
+    massless output. ``weakening``: Δμ, v_s,
     memory. ``creep``: χ, τ_c. Columns of ``record``: T_in, T_out, what of ξ_in reached the drum,
     ξ_out, work of the input so far.
     """
@@ -249,7 +250,8 @@ def march_effects(
                 for i in range(n):
                     seen[i] = speed[i] + (abs(d[i]) / h - speed[i]) * fade
                     ahead[i] = reached[i] + d[i]
-                ratios(angle, resting, sliding, asymmetry, gradient, max(0.0, 1.0 + drift * now),
+                aged = max(0.0, 1.0 + drift * now)
+                ratios(angle, resting, sliding, asymmetry, gradient, aged,
                        weakening[0], weakening[1], ahead, seen, hold, slide)  # fmt: skip
             if creep[0] > 0.0:
                 crept_share = -math.expm1(-h / creep[1])

@@ -52,6 +52,7 @@ def simulate_effects(
     input_displacement: npt.ArrayLike,
     *,
     carriages: Sequence[Carriage] = (),
+    preload: float | None = None,
     time_step: float = TIME_STEP,
 ) -> EffectRun:
     """Integrate a chain with effects from rest under T_0; see `effects`, `effect_march`.
@@ -63,10 +64,13 @@ def simulate_effects(
     Args:
         chain: the elements, of the exponential law; its friction_force joins constant_friction.
         effects: on top.
-        time: instants of the input [s], rising. Shape (samples,), at least 2.
+        time: instants of the input [s], rising; friction drifts from 0 on. Shape (samples,), at
+            least 2.
         input_displacement: ξ_in [m], linear between instants. A number or of ``time``'s shape.
         carriages: from the tendon's output to the ground, in place of the chain's massless
             environment and sensor springs.
+        preload: tension that the carriages' springs balance where they start [N]; None is T_0. If
+            it is not, the tendon was mounted too tight or too loose, and settles first.
         time_step: longest step [s], > 0. Order 2, but for μ_s > μ_d.
 
     Raises:
@@ -99,6 +103,7 @@ def simulate_effects(
                 alpha,
                 effects.stiffening,
                 elastic + effects.creep * chain.pretension,
+                chain.pretension if preload is None else number("preload", preload),
             ]
         ),
         np.maximum(chain.bend_angle + effects.extra_bend / n, 0.0),
