@@ -83,13 +83,13 @@ def _leave_trial(
     state: Any, segments: Any, guides: Any, wound_in: float, wound_out: float, time: float
 ) -> None:
     """Remember the evaluation, for `advance` to make it true."""
-    ea = state[st.AXIAL_STIFFNESS]
+    ea, stiffening = state[st.AXIAL_STIFFNESS], state[st.STIFFENING]
     for i in range(guides.shape[1]):
         flow = guides[FLOW, i]
         left, right = segments[TENSION, i], segments[TENSION, i + 1]
         guides[st.TRIAL_FLOW, i] = flow
         guides[st.TRIAL_SLIP, i] = guides[SLIP, i] if flow != 0.0 else 0.0
-        guides[st.TRIAL_WORK, i] = ea * released(left, right, flow, state[st.STIFFENING])
+        guides[st.TRIAL_WORK, i] = ea * released(left, right, flow, stiffening)
     if state[st.TENDON_MASS] > 0.0:
         for i in range(guides.shape[1]):
             guides[st.TRIAL_WORK, i] = rubbed(state, segments, guides, i, state[st.TRIAL_ELAPSED])
@@ -229,14 +229,13 @@ def commit(address: int) -> None:
     last = guides.shape[1]
     segments[STORED, 0] -= state[st.TRIAL_WOUND_IN] - state[st.WOUND_IN]
     segments[STORED, last] -= state[st.TRIAL_WOUND_OUT] - state[st.WOUND_OUT]
-    strained = state[st.STRAINED] != 0.0
-    if strained:
+    if state[st.STRAINED] != 0.0:
         segments[st.STRAIN, :] = segments[st.TRIAL_STRAIN, :]
         segments[st.CREPT, :] = segments[st.TRIAL_CREPT, :]
+        for i in range(last):
+            carry_creep(segments, i, guides[st.TRIAL_FLOW, i])
     for i in range(last):
         flow = guides[st.TRIAL_FLOW, i]
-        if strained:
-            carry_creep(segments, i, flow)
         segments[STORED, i] += flow
         segments[STORED, i + 1] -= flow
         guides[st.PASSED, i] += flow
