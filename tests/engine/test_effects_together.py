@@ -170,6 +170,27 @@ def test_all_at_once_take_energy():
     assert work.min() > heat.min() > 0.0
 
 
+@pytest.mark.parametrize("timestep", [1e-3, 1e-4])
+@pytest.mark.parametrize("inertia", [1.0, 10.0])
+def test_a_motor_with_backlash_stores_no_more_than_it_has_put_in(timestep, inertia):
+    drives = Drives(timestep=timestep, backlash=2e-4)
+    model, data = drives.model, drives.data
+    model.body_mass[model.body("reel").id] = inertia
+    mujoco.mj_setConst(model, data)
+    paid, start = 0.0, None
+    for k in range(round(1.0 / timestep)):
+        data.qfrc_applied[0] = PRETENSION + 20.0 * np.sin(2.0 * np.pi * k * timestep)
+        before = data.qpos[0]
+        mujoco.mj_step(model, data)
+        data.qpos[1] = data.qvel[1] = 0.0
+        paid += data.qfrc_applied[0] * (data.qpos[0] - before)
+        stored = energy(model, data, {"axial_stiffness": EA})
+        start = stored if start is None else start
+        moving = 0.5 * inertia * data.qvel[0] ** 2
+        assert stored - start + moving <= paid + 1e-4
+    assert paid > 5e-3
+
+
 def energy(model, data, law):
     """Of the arm, of the tendon's strain and creep, and of its speed [J]."""
     _, segments, guides = unpacked(model, data)
