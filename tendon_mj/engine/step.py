@@ -74,14 +74,14 @@ def _leave_trial(
     state: Any, segments: Any, guides: Any, wound_in: float, wound_out: float, time: float
 ) -> None:
     """Remember the evaluation, for `advance` to make it true."""
-    ea, stiffening = state[st.AXIAL_STIFFNESS], state[st.STIFFENING]
+    ea = state[st.AXIAL_STIFFNESS]
     for i in range(guides.shape[1]):
         flow = guides[FLOW, i]
         left, right = segments[TENSION, i], segments[TENSION, i + 1]
         guides[st.TRIAL_FLOW, i] = flow
         guides[st.TRIAL_SLIP, i] = guides[SLIP, i] if flow != 0.0 else 0.0
-        guides[st.TRIAL_WORK, i] = ea * released(left, right, flow, stiffening)
-    if state[st.TENDON_MASS] > 0.0:
+        guides[st.TRIAL_WORK, i] = ea * released(left, right, flow)
+    if state[st.TENDON_MASS] > 0.0 or state[st.STIFFENING] > 0.0:
         for i in range(guides.shape[1]):
             guides[st.TRIAL_WORK, i] = rubbed(state, segments, guides, i, state[st.TRIAL_ELAPSED])
     segments[st.TRIAL_START, :] = segments[TENSION, :]

@@ -97,7 +97,7 @@ def _commit(segments: Table, guides: Table, drawn: float) -> float:
         segments[STORED, i] += flow
         segments[STORED, i + 1] -= flow
         guides[WAS, i] = guides[SLIP, i] if flow != 0.0 else 0.0
-        rubbed += released(segments[TENSION, i], segments[TENSION, i + 1], flow, 0.0)
+        rubbed += released(segments[TENSION, i], segments[TENSION, i + 1], flow)
     return rubbed
 
 

@@ -59,11 +59,9 @@ def borne(tau: float, stiffening: float) -> float:
 
 
 @compiled
-def released(left: float, right: float, flow: float, stiffening: float) -> float:
+def released(left: float, right: float, flow: float) -> float:
     """Heat over EA when ``flow`` passes from τ ``right`` to τ ``left`` [m], ≥ 0 as friction slides.
 
-    A length that leaves a segment takes along what is ``borne`` there.
+    A length that leaves a segment takes along what is ``borne`` there; this is for Hooke's law.
     """
-    if stiffening == 0.0:
-        return flow * (left - right) * (1.0 + 0.5 * (left + right))
-    return flow * (borne(left, stiffening) - borne(right, stiffening))
+    return flow * (left - right) * (1.0 + 0.5 * (left + right))
