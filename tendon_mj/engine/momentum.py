@@ -1,6 +1,6 @@
 """What sliding itself takes: viscous friction, the tendon's mass, and the speed they depend on.
 
-Equations: docs/theory.md, section 5.
+Equations: docs/theory.md, section 7.
 """
 
 from __future__ import annotations

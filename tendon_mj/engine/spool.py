@@ -5,7 +5,7 @@ Where the drive is a joint, the flank by which it winds is a spring, as stiff as
 allows at this time step: the drive bears what presses on it, and the drum gives way where that is
 more than the tendon's pull. So nothing is wound that the drive has not paid for.
 
-Equations: docs/theory.md, section 5.
+Equations: docs/theory.md, section 7.
 """
 
 from __future__ import annotations

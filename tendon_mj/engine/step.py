@@ -1,6 +1,6 @@
 """A sheath's part in a time step: evaluate the tendon, apply its forces, commit what happened.
 
-Equations: docs/theory.md, sections 4 and 5.
+Equations: docs/theory.md, sections 4 and 7.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@
 The flow solver knows strains ε = d + a τ. Time derivatives become that by backward Euler; a tendon
 that stiffens by its tangent, which is moved until the solution lies on it.
 
-Equations: docs/theory.md, sections 4 and 5.
+Equations: docs/theory.md, sections 4 and 7.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ T = EA (ℓ/s − 1). The give g [m] is the length that an elastic support at th
 up per unit τ (g = EA/k for a spring k). Damping shifts and scales the strain (a < 1, d = κ ε⁻/(1+κ)
 with κ = c/(EA Δt), backward Euler); so do creep and the tangent of a tendon that stiffens.
 
-Equations: docs/theory.md, sections 4 and 5.
+Equations: docs/theory.md, sections 4 and 7.
 """
 
 from __future__ import annotations
