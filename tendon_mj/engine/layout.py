@@ -42,6 +42,7 @@ class Layout(NamedTuple):
     m_jnt_qposadr: int
     m_jnt_dofadr: int
     m_dof_armature: int
+    m_dof_invweight0: int
     m_body_parentid: int
     m_body_rootid: int
     m_body_weldid: int

@@ -1,6 +1,6 @@
 """What sliding itself takes: viscous friction, the tendon's mass, and the speed they depend on.
 
-Equations: docs/theory.md, section 5.
+Equations: docs/theory.md, section 7.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def fill_drag(state: Any, guides: Any, elapsed: float) -> bool:
 
 @compiled
 def rubbed(state: Any, segments: Any, guides: Any, i: int, elapsed: float) -> float:
-    """Heat at guide i [J], where part of what the tension does may go into the tendon's speed."""
+    """Heat at guide i [J] where the tendon stiffens, or where tension also changes its speed."""
     flow, n = guides[FLOW, i], guides.shape[1]
     left, right = segments[TENSION, i], segments[TENSION, i + 1]
     shared = n * elapsed * state[st.AXIAL_STIFFNESS]

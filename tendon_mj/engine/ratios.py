@@ -5,7 +5,7 @@
 u_i is the tendon that has passed guide i, v_i its sliding speed, seen through a short memory; both
 are as the last finished step left them.
 
-Equations: docs/theory.md, sections 4 and 5.
+Equations: docs/theory.md, sections 4 and 7.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A sheath's part in a time step: evaluate the tendon, apply its forces, commit what happened.
 
-Equations: docs/theory.md, sections 4 and 5.
+Equations: docs/theory.md, sections 4 and 7.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from tendon_mj.engine.moment import control, is_stage
 from tendon_mj.engine.momentum import fill_drag, remember_speed, rubbed
 from tendon_mj.engine.path import follow_path
 from tendon_mj.engine.ratios import bind_ratios
+from tendon_mj.engine.spool import flank_stiffness, on_drum, torque_on_drive, turned
 from tendon_mj.engine.strain import (
     carry_creep,
     crept_after,
@@ -43,16 +44,6 @@ _TANGENTS = 8  # to a strain law that is no line; about 2 are needed
 
 
 @compiled
-def _turned(layout: Any, m: int, d: int, state: Any, joint: int, radius: int) -> float:
-    """Tendon that the spool on a joint has wound in since `qpos0` [m]; 0 without a spool."""
-    if state[joint] < 0.0:
-        return 0.0
-    adr = integer(pointer(m + layout.m_jnt_qposadr), int(state[joint]))
-    turn = double(pointer(d + layout.d_qpos), adr) - double(pointer(m + layout.m_qpos0), adr)
-    return state[radius] * turn
-
-
-@compiled
 def _start(layout: Any, m: int, d: int, state: Any, segments: Any) -> None:
     """Lay the tendon evenly along its first path.
 
@@ -62,8 +53,8 @@ def _start(layout: Any, m: int, d: int, state: Any, segments: Any) -> None:
     reference = double(pointer(m + layout.m_tendon_length0), int(state[st.TENDON]))
     strain, crept = rest_strain(state)
     unstretched = reference / (1.0 + strain + crept)
-    state[st.WOUND_IN] = _turned(layout, m, d, state, st.REEL_JOINT, st.REEL_RADIUS)
-    state[st.WOUND_OUT] = _turned(layout, m, d, state, st.OUTPUT_JOINT, st.OUTPUT_RADIUS)
+    state[st.WOUND_IN] = turned(layout, m, d, state, st.REEL_JOINT, st.REEL_RADIUS)
+    state[st.WOUND_OUT] = turned(layout, m, d, state, st.OUTPUT_JOINT, st.OUTPUT_RADIUS)
     unstretched -= state[st.WOUND_IN] + state[st.WOUND_OUT]
     total = segments[LENGTH].sum()
     for j in range(segments.shape[1]):
@@ -89,8 +80,8 @@ def _leave_trial(
         left, right = segments[TENSION, i], segments[TENSION, i + 1]
         guides[st.TRIAL_FLOW, i] = flow
         guides[st.TRIAL_SLIP, i] = guides[SLIP, i] if flow != 0.0 else 0.0
-        guides[st.TRIAL_WORK, i] = ea * released(left, right, flow, state[st.STIFFENING])
-    if state[st.TENDON_MASS] > 0.0:
+        guides[st.TRIAL_WORK, i] = ea * released(left, right, flow)
+    if state[st.TENDON_MASS] > 0.0 or state[st.STIFFENING] > 0.0:
         for i in range(guides.shape[1]):
             guides[st.TRIAL_WORK, i] = rubbed(state, segments, guides, i, state[st.TRIAL_ELAPSED])
     segments[st.TRIAL_START, :] = segments[TENSION, :]
@@ -136,27 +127,6 @@ def _turn_back(layout: Any, m: int, d: int, state: Any, joint: int, torque: floa
 
 
 @compiled
-def _drum(state: Any, drive: float) -> float:
-    """Tendon on the drum when the drive stands at ``drive``: it follows across the backlash [m]."""
-    if state[st.BACKLASH] == 0.0:
-        return drive
-    half = 0.5 * state[st.BACKLASH]
-    return min(max(state[st.WOUND_IN], drive - half), drive + half)
-
-
-@compiled
-def _borne_by_drive(state: Any, segments: Any, wound_in: float) -> float:
-    """Torque on the reel's joint [N m].
-
-    A drive with backlash feels the tendon only while it winds: else the drum holds itself.
-    """
-    held = state[st.BACKLASH] > 0.0 and not wound_in > state[st.WOUND_IN]
-    if held or state[st.REEL_JOINT] < 0.0:
-        return 0.0
-    return spool_torque(state, segments, 0, state[st.REEL_RADIUS])
-
-
-@compiled
 def _solve(state: Any, segments: Any, guides: Any, elapsed: float) -> bool:
     """Let the tendon flow, by a strain law that fits the tensions that come out."""
     dragged = fill_drag(state, guides, elapsed)
@@ -187,10 +157,11 @@ def evaluate(layout: Any, m: int, d: int, address: int) -> None:
     elapsed = time - state[st.COMMIT_TIME]
     if not elapsed > 0.0:
         elapsed = double(m + layout.o_timestep, 0)
-    drive = _turned(layout, m, d, state, st.REEL_JOINT, st.REEL_RADIUS)
+    drive = turned(layout, m, d, state, st.REEL_JOINT, st.REEL_RADIUS)
     drive += control(layout, m, d, int(state[st.REEL_ACTUATOR]))
-    wound_in = _drum(state, drive)
-    wound_out = _turned(layout, m, d, state, st.OUTPUT_JOINT, st.OUTPUT_RADIUS)
+    flank = flank_stiffness(layout, m, state, elapsed)
+    wound_in = on_drum(state, segments, drive, flank)
+    wound_out = turned(layout, m, d, state, st.OUTPUT_JOINT, st.OUTPUT_RADIUS)
     strained = fill_strain(state, segments, elapsed)
 
     # for this evaluation only: wound tendon leaves the two end segments, the sheath's mount yields
@@ -210,7 +181,7 @@ def evaluate(layout: Any, m: int, d: int, address: int) -> None:
     segments[STORED, 0] = input_stored
     if not solved:
         state[st.UNSOLVED] += 1.0
-    state[st.REEL_TORQUE] = _borne_by_drive(state, segments, wound_in)
+    state[st.REEL_TORQUE] = torque_on_drive(state, segments, drive - wound_in, flank)
     if not possible or not math.isfinite(segments[TENSION, last]):
         state[st.ON_TRIAL] = 0.0  # nothing that an earlier evaluation left may come true instead
         return
@@ -229,14 +200,13 @@ def commit(address: int) -> None:
     last = guides.shape[1]
     segments[STORED, 0] -= state[st.TRIAL_WOUND_IN] - state[st.WOUND_IN]
     segments[STORED, last] -= state[st.TRIAL_WOUND_OUT] - state[st.WOUND_OUT]
-    strained = state[st.STRAINED] != 0.0
-    if strained:
+    if state[st.STRAINED] != 0.0:
         segments[st.STRAIN, :] = segments[st.TRIAL_STRAIN, :]
         segments[st.CREPT, :] = segments[st.TRIAL_CREPT, :]
+        for i in range(last):
+            carry_creep(segments, i, guides[st.TRIAL_FLOW, i])
     for i in range(last):
         flow = guides[st.TRIAL_FLOW, i]
-        if strained:
-            carry_creep(segments, i, flow)
         segments[STORED, i] += flow
         segments[STORED, i + 1] -= flow
         guides[st.PASSED, i] += flow

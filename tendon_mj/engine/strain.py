@@ -5,7 +5,7 @@
 The flow solver knows strains ε = d + a τ. Time derivatives become that by backward Euler; a tendon
 that stiffens by its tangent, which is moved until the solution lies on it.
 
-Equations: docs/theory.md, sections 4 and 5.
+Equations: docs/theory.md, sections 4 and 7.
 """
 
 from __future__ import annotations
@@ -86,8 +86,9 @@ def move_tangents(state: Any, segments: Any, elapsed: float) -> bool:
         tau = segments[TENSION, j]
         crept = (1.0 - arrives) * segments[st.CREPT, j]
         at = segments[OFFSET, j] - crept + (segments[SHARE, j] - arrives * state[st.CREEP]) * tau
-        offset, share = _tangent(state, segments[st.STRAIN, j], at if tau > 0.0 else 0.0, elapsed)
-        moved |= tau > 0.0 and abs(offset + share * tau - at) > _CLOSE
+        touching = at if tau > 0.0 else 0.0  # what a far tangent calls slack need not be
+        offset, share = _tangent(state, segments[st.STRAIN, j], touching, elapsed)
+        moved |= abs(offset + share * tau - at) > _CLOSE
         segments[OFFSET, j] = offset + crept
         segments[SHARE, j] = share + arrives * state[st.CREEP]
     return moved

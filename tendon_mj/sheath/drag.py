@@ -11,7 +11,7 @@ corrected as long as the solution denies it. Should that go in circles, one guid
 given its own exact answer; flow over a guide only ever makes its neighbours flow more, so these
 rounds converge from anywhere, and the pattern that they find is finished by Newton's method.
 
-Equations: docs/theory.md, section 5.
+Equations: docs/theory.md, section 7.
 """
 
 from __future__ import annotations

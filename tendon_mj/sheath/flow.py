@@ -5,7 +5,7 @@ Guide i holds as long as T_{i+1} e^{−μ_s φ} ≤ T_i ≤ T_{i+1} e^{μ_s φ};
 rounds are repeated until no guide breaks loose any more. Each round only ever frees guides, so
 there are at most 2n + 1.
 
-Equations: docs/theory.md, sections 4 and 5.
+Equations: docs/theory.md, sections 4 and 7.
 """
 
 from __future__ import annotations

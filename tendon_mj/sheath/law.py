@@ -1,6 +1,6 @@
 """The friction law of a tendon in its sheath, as a value.
 
-Equations: docs/theory.md, sections 4 and 5.
+Equations: docs/theory.md, sections 4 and 7.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ T = EA (ℓ/s − 1). The give g [m] is the length that an elastic support at th
 up per unit τ (g = EA/k for a spring k). Damping shifts and scales the strain (a < 1, d = κ ε⁻/(1+κ)
 with κ = c/(EA Δt), backward Euler); so do creep and the tangent of a tendon that stiffens.
 
-Equations: docs/theory.md, sections 4 and 5.
+Equations: docs/theory.md, sections 4 and 7.
 """
 
 from __future__ import annotations
@@ -59,11 +59,9 @@ def borne(tau: float, stiffening: float) -> float:
 
 
 @compiled
-def released(left: float, right: float, flow: float, stiffening: float) -> float:
+def released(left: float, right: float, flow: float) -> float:
     """Heat over EA when ``flow`` passes from τ ``right`` to τ ``left`` [m], ≥ 0 as friction slides.
 
-    A length that leaves a segment takes along what is ``borne`` there.
+    A length that leaves a segment takes along what is ``borne`` there; this is for Hooke's law.
     """
-    if stiffening == 0.0:
-        return flow * (left - right) * (1.0 + 0.5 * (left + right))
-    return flow * (borne(left, stiffening) - borne(right, stiffening))
+    return flow * (left - right) * (1.0 + 0.5 * (left + right))
