@@ -14,12 +14,11 @@ from tendon_mj.diagnosis.problem import Problem
 from tendon_mj.diagnosis.screen import Report, Sight, screen
 
 SMALLEST_GAP = 0.2  # mean square, in noise power (0.45 noise rms): less is not worth a name
+GRAIN = 0.0015  # of a signal's range: what lumping a sheath into guides leaves, and no more a name
 SMALLEST_SHARE = 0.005  # of the gap that the calibrated model left
 _SURE = 2.0  # standard errors
-_MOST_FITS = 7
-_HEAT = 3  # points that every promising candidate gets, before the best go on
-_FINALISTS = 3
-_PROMISING = 0.25  # of what the best candidate explains at first look
+_MOST_FITS = 5
+_PROMISING = 0.4  # of what the best candidate explains, to be fitted
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +50,7 @@ class Setting:
         base: parameters that the model has.
         calibrated: terms of what the recordings call uncertain.
         candidates: the catalogue on this model.
-        floor: mean square that the numerics alone may leave [noise power].
+        floor: mean square that the steps of the simulation alone may leave [noise power].
         report: of progress.
     """
 
@@ -85,19 +84,12 @@ class Setting:
         present = {effect.label for effect in model.fit.effects}
         others = [c for c in self.candidates if c.label not in present]
         sights = screen(self.problem, self.base, model.fit, others, self.report)
-        entrants = []
         tried = _promising(sights)
+        entrants = []
         for k, sight in enumerate(tried):
-            self.report(f"fit {sight.candidate.identifier}", k, len(tried) + _FINALISTS)
+            self.report(f"fit {sight.candidate.identifier}", k, len(tried))
             effects = (*model.fit.effects, sight.candidate)
-            start = np.concatenate([model.fit.values, sight.start])
-            entrants.append(self.enter(effects, start, sight.candidate, _HEAT))
-        entrants.sort(key=lambda entrant: entrant.gap)
-        for k, entrant in enumerate(entrants[:_FINALISTS]):
-            label = entrant.candidate.identifier if entrant.candidate else ""
-            self.report(f"fit {label}", len(tried) + k, len(tried) + _FINALISTS)
-            fitted = entrant.fit
-            entrants[k] = self.enter(fitted.effects, fitted.values, entrant.candidate)
+            entrants.append(self.enter(effects, sight.start, sight.candidate))
         return sorted(entrants, key=lambda entrant: entrant.gap)
 
     def helps(self, before: Entrant, after: Entrant, whole: float) -> bool:
@@ -108,7 +100,17 @@ class Setting:
     @property
     def least(self) -> float:
         """Gap below which nothing is called missing [noise power]."""
-        return max(SMALLEST_GAP, 2.0 * self.floor)
+        return max(SMALLEST_GAP, 2.0 * self.floor, grain(self.problem))
+
+
+def grain(problem: Problem) -> float:
+    """Mean square of `GRAIN` over all residuals [noise power]."""
+    powers = [
+        (GRAIN * float(np.ptp(problem.recordings[k].columns[column])) / problem.noise[k][column])
+        ** 2
+        for k, column, _ in problem.blocks()
+    ]
+    return float(np.mean(powers))
 
 
 def tied(best: Entrant, other: Entrant) -> bool:

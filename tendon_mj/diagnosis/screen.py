@@ -1,9 +1,9 @@
-"""First look: which candidates could explain a residual at all, without fitting any of them.
+"""First looks: which candidates could explain a residual at all, without fitting any of them.
 
-Each candidate is switched on by a little, and its trace s in the residuals, freed of what the
-fitted terms could imitate, is held against the residual r: the best strength is a = −(s·r)/(s·s),
-within its range, and the power that it would take away is what it is ranked by. A second look does
-the same at that strength, for traces that do not grow in proportion.
+Each candidate is switched on by a little. Its trace t in the residuals and the slopes J of what is
+fitted already say, to first order, with which strength and which corrections of the others the
+residual r would be smallest: min |r + J Δ + t a|. The next look is a simulation at just that point,
+which tells what really is left and how the trace has changed; those that promise little drop out.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ Report = Callable[[str, int, int], None]
 
 _INVISIBLE = 1e-8  # mean square trace, in noise, below which an effect has no place on a model
 _BATCH = 8  # parameter sets that are simulated between two reports
+_KEPT = (0.05, 0.15)  # of what the best explains, to be looked at again
+_LOOKS = ("first look", "second look", "third look")
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,8 +34,8 @@ class Sight:
 
     Attributes:
         candidate: which.
-        start: (terms,) values to begin a fit from [their units].
-        explained: mean square that it would take off the residual [noise power].
+        start: (fitted terms and its own,) values to begin a fit from [their units].
+        explained: mean square that this would take off the residual [noise power].
     """
 
     candidate: Candidate
@@ -56,19 +58,24 @@ def screen(
         candidates: to look at.
         report: called with a label, how many looks are done, and of how many.
     """
-    first = [
-        Sight(candidate, np.array([_near(candidate.terms[0]), *shape]), 0.0)
+    sights = [
+        Sight(candidate, np.array([*fitted.values, _near(candidate.terms[0]), *shape]), 0.0)
         for candidate in candidates
         for shape in product(*(term.starts for term in candidate.terms[1:]))
     ]
-    second = _look(problem, base, fitted, first, report, "first look")
-    third = _look(problem, base, fitted, second, report, "second look")
     best: dict[str, Sight] = {}
-    for sight in third:
-        label = sight.candidate.label
-        if label not in best or sight.explained > best[label].explained:
-            best[label] = sight
-    return sorted(best.values(), key=lambda sight: -sight.explained)
+    for number, label in enumerate(_LOOKS):
+        seen = _look(problem, base, fitted, sights, report, label)
+        for achieved, _ in seen:
+            known = best.get(achieved.candidate.label)
+            if known is None or achieved.explained > known.explained:
+                best[achieved.candidate.label] = achieved
+        promised = [promise for _, promise in seen]
+        if number < len(_KEPT):
+            least = _KEPT[number] * max((s.explained for s in promised), default=0.0)
+            sights = [s for s in promised if s.explained > 0.0 and s.explained >= least]
+    ranked = sorted(best.values(), key=lambda sight: -sight.explained)
+    return [sight for sight in ranked if sight.explained > 0.0]
 
 
 def _near(term: Term) -> float:
@@ -83,43 +90,49 @@ def _look(
     sights: Sequence[Sight],
     report: Report,
     label: str,
-) -> list[Sight]:
-    """Switch each on at its start, and say at which strength it explains how much."""
+) -> list[tuple[Sight, Sight]]:
+    """What each explains where it stands, and where it would explain most."""
     used = problem.chosen
-    left = fitted.residual[used]
-    imitable, _ = np.linalg.qr(fitted.jacobian[used][:, fitted.free])
-    residual = left - imitable @ (imitable.T @ left)
-    found = []
+    residual, slopes = fitted.residual[used], fitted.jacobian[used] * fitted.free
+    seen = []
     for k in range(0, len(sights), _BATCH):
         report(label, k, len(sights))
         part = sights[k : k + _BATCH]
-        sets = [
-            write(
-                (*fitted.terms, *sight.candidate.terms),
-                np.concatenate([fitted.values, sight.start]),
-                base,
-            )
-            for sight in part
-        ]
+        sets = [write((*fitted.terms, *s.candidate.terms), s.start, base) for s in part]
         for sight, row in zip(part, problem.residuals(sets), strict=True):
-            trace = row[used] - left
-            if not np.isfinite(trace).all():
-                continue
-            trace = trace - imitable @ (imitable.T @ trace)
-            power = float(trace @ trace)
-            if power < _INVISIBLE * trace.size:
-                continue
-            strength = sight.candidate.terms[0]
-            tried = sight.start[0] - strength.inert
-            best = np.clip(
-                strength.inert - tried * float(trace @ residual) / power,
-                strength.low,
-                strength.high,
-            )
-            share = (best - strength.inert) / tried
-            explained = -float(2.0 * share * (trace @ residual) + share**2 * power)
-            if explained > 0.0:
-                start = np.array([best, *sight.start[1:]])
-                found.append(Sight(sight.candidate, start, explained / trace.size))
+            if np.isfinite(row).all():
+                seen += _weigh(sight, row[used], residual, slopes, fitted)
     report(label, len(sights), len(sights))
-    return found
+    return seen
+
+
+def _weigh(
+    sight: Sight, row: FloatArray, residual: FloatArray, slopes: FloatArray, fitted: Fit
+) -> list[tuple[Sight, Sight]]:
+    """Judge one simulation (m,) of a candidate; nothing where it leaves no trace."""
+    strength, count = sight.candidate.terms[0], len(fitted.terms)
+    terms = fitted.terms
+    scaled = np.array([t.scaled(v) for t, v in zip(terms, sight.start[:count], strict=True)])
+    tried = sight.start[count] - strength.inert
+    trace = row - residual - slopes @ (scaled - fitted.scaled)
+    if float(trace @ trace) < _INVISIBLE * trace.size or tried == 0.0:
+        return []
+    achieved = Sight(
+        sight.candidate, sight.start, float(residual @ residual - row @ row) / row.size
+    )
+    matrix = np.column_stack([slopes, trace])
+    normal = matrix.T @ matrix
+    normal += 1e-9 * np.diag(np.diag(normal)) + 1e-12 * np.eye(count + 1)
+    share = -np.linalg.solve(normal, matrix.T @ residual)[-1]
+    best = float(np.clip(strength.inert + share * tried, strength.low, strength.high))
+    moved = residual + (best - strength.inert) / tried * trace
+    shift = -np.linalg.solve(normal[:-1, :-1], slopes.T @ moved) if count else np.zeros(0)
+    at = np.clip(fitted.scaled + shift, *fitted.bounds)
+    left = moved + slopes @ (at - fitted.scaled)
+    values = [t.natural(z) for t, z in zip(terms, at, strict=True)]
+    promise = Sight(
+        sight.candidate,
+        np.array([*values, best, *sight.start[count + 1 :]]),
+        float(residual @ residual - left @ left) / row.size,
+    )
+    return [(achieved, promise)]
