@@ -17,6 +17,8 @@ from tendon_mj.engine import state as st
 from tendon_mj.sheath.compiled import compiled
 from tendon_mj.sheath.tables import BACK_DYNAMIC, BACK_STATIC, CONSTANT, DYNAMIC, STATIC
 
+_LEADING = st.CONSTANT_FRICTION + 1  # parameters at the front on which the ratios depend
+
 
 @compiled
 def _is_bound(state: Any) -> bool:
@@ -25,9 +27,13 @@ def _is_bound(state: Any) -> bool:
     varies = fades or state[st.FRICTION_GRADIENT] != 0.0 or state[st.FRICTION_DRIFT] != 0.0
     bound = not varies and state[st.VARIED] == 0.0
     state[st.VARIED] = varies
-    for k in range(len(st.BINDING)):
-        bound &= state[st.BOUND + k] == state[st.BINDING[k]]
-        state[st.BOUND + k] = state[st.BINDING[k]]
+    for k in range(_LEADING):
+        bound &= state[st.BOUND + k] == state[k]
+        state[st.BOUND + k] = state[k]
+    bound &= state[st.BOUND_ASYMMETRY] == state[st.DIRECTION_ASYMMETRY]
+    bound &= state[st.BOUND_EXTRA_BEND] == state[st.EXTRA_BEND]
+    state[st.BOUND_ASYMMETRY] = state[st.DIRECTION_ASYMMETRY]
+    state[st.BOUND_EXTRA_BEND] = state[st.EXTRA_BEND]
     return bound
 
 
@@ -65,7 +71,9 @@ def bind_ratios(state: Any, guides: Any, time: float) -> None:
         if bound and angle == guides[st.BOUND_ANGLE, i]:
             continue
         guides[st.BOUND_ANGLE, i] = angle
-        bend = max(0.0, angle + state[st.EXTRA_BEND] / n)
+        bend = angle
+        if state[st.EXTRA_BEND] != 0.0:
+            bend = max(0.0, angle + state[st.EXTRA_BEND] / n)
         grown, more = 1.0, 0.0
         if state[st.VARIED] != 0.0:
             grown, more = _growth(state, guides, i, time), _at_rest(state, guides, i)

@@ -86,23 +86,15 @@ PARAMETERS = (
     TRIAL_TIME,
     TRIAL_ELAPSED,  # time that the step on trial takes [s]
     REEL_TORQUE,  # by which the last evaluation turned the reel's joint back [N m]
-    # the parameters in BINDING as they were when the guides' ratios were computed
+    # parameters as they were when the guides' ratios were computed: the four leading ones first
     BOUND,
     _,
     _,
     _,
-    _,
-    _,
+    BOUND_ASYMMETRY,
+    BOUND_EXTRA_BEND,
     SCALARS,
 ) = range(50)
-BINDING = (
-    AXIAL_STIFFNESS,
-    FRICTION,
-    STATIC_FRICTION,
-    CONSTANT_FRICTION,
-    DIRECTION_ASYMMETRY,
-    EXTRA_BEND,
-)
 
 
 # Rows that the engine adds to the flow solver's tables.

@@ -2,9 +2,9 @@
 
 The path is a sheath of uniform bend with ``guides`` guides, the end segments half as long as the
 others. Its output end sits on a spring k_se: T_out = T_0 + k_se ξ_out. Every sample is one quasi-
-static step of the flow solver, so the result depends on the samples but not on time. Of a law's effects
-it has those that know no time: asymmetry, extra bend, the mount's compliance, and the backlash of
-a drive that prescribes displacement.
+static step of the flow solver, so the result depends on the samples but not on time. Effects of a
+law that know no time are here too: asymmetry, extra bend, the mount's compliance, and the backlash
+of a drive that prescribes displacement.
 """
 
 from __future__ import annotations
