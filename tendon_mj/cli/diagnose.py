@@ -152,9 +152,10 @@ def _say(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> N
             markup=False,
         )
     for name, value in {**diagnosis.calibrated, **diagnosis.parameters}.items():
+        unit = f" {value.unit}" if value.unit not in ("", "-") else ""
         console.print(
-            f"  {name} = {short(value.value)} ({short(value.low)} … {short(value.high)})"
-            f" {value.unit}, the model said {short(value.before)}",
+            f"  {name} = {short(value.value)}{unit}, 95 % within {short(value.low)} …"
+            f" {short(value.high)}; the model said {short(value.before)}",
             soft_wrap=True,
             markup=False,
         )
