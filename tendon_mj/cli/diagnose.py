@@ -7,16 +7,20 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import tyro
 
 from tendon_mj.cli.output import Output, console, progress_bar
-from tendon_mj.diagnosis import Diagnosis
+from tendon_mj.diagnosis import Diagnosis, Term
 from tendon_mj.diagnosis import diagnose as find
+from tendon_mj.diagnosis.fit import fit
+from tendon_mj.diagnosis.problem import Problem, whole, without_tail
 from tendon_mj.diagnosis.sysid import SysidResult, fit_with_sysid, sysid_is_there
 from tendon_mj.simulate.library import load_model
 from tendon_mj.simulate.progress import Progress
 from tendon_mj.simulate.recording import Recording, read_recording, write_recording
 from tendon_mj.simulate.replay import replay
+from tendon_mj.simulate.simulator import Simulator
 from tendon_mj.view.diagnosis import diagnosis_figures
 from tendon_mj.view.report import report_page, short
 
@@ -25,6 +29,7 @@ try:
 except ImportError:  # until the branch that brings it is merged
     patch_model = None  # type: ignore[assignment]
 
+_TAIL = 0.25  # of every recording that is kept for the proof where no other is given
 _LEFT_OUT = "The comparison with mujoco.sysid was left out (--no-sysid)."
 _NOT_THERE = (
     "No comparison with mujoco.sysid: it lacks what it needs (pip install 'tendon-mj[sysid]')."
@@ -59,7 +64,7 @@ def diagnose(
     with progress_bar() as progress:
         diagnosis = find(train, held_out, exclude=exclude, progress=progress)
         compared = _compare(train, held_out, progress) if sysid else None
-        simulated = _simulate(diagnosis, held_out or train, progress)
+        simulated = _simulate(diagnosis, train, held_out, progress)
     no_sysid = _LEFT_OUT if not sysid else _NOT_THERE
     result = diagnosis.result() | {
         "recordings": [recording.name for recording in train],
@@ -107,19 +112,35 @@ def _compare(
 
 
 def _simulate(
-    diagnosis: Diagnosis, recordings: Sequence[Recording], progress: Progress
+    diagnosis: Diagnosis,
+    train: Sequence[Recording],
+    held_out: Sequence[Recording],
+    progress: Progress,
 ) -> list[tuple[Recording, Recording, Recording]]:
-    """Each recording, simulated without what was found, and with it."""
-    compiled = load_model(recordings[0].model)
+    """Each recording of the proof, simulated calibrated alone, and with what was found."""
+    shown = held_out or train
+    compiled = load_model(train[0].model)
     after = _found(diagnosis)
-    before = after | {name: value.before for name, value in diagnosis.parameters.items()}
+    before = _calibrated(train, bool(held_out)) if diagnosis.findings else after
     rows = []
-    for k, recording in enumerate(recordings):
-        progress("simulate before and after", k, len(recordings))
+    for k, recording in enumerate(shown):
+        progress("simulate before and after", k, len(shown))
         answers = [replay(recording, compiled, parameters=values) for values in (before, after)]
         rows.append((recording, answers[0], answers[1]))
-    progress("simulate before and after", len(recordings), len(recordings))
+    progress("simulate before and after", len(shown), len(shown))
     return rows
+
+
+def _calibrated(train: Sequence[Recording], proven_elsewhere: bool) -> dict[str, float]:
+    """What is uncertain, fitted with nothing added: a diagnosis keeps the gap, not the values."""
+    kept = whole(train) if proven_elsewhere else without_tail(train, _TAIL)
+    terms = [
+        Term((name,), "", u.value, u.low, u.high, (u.high - u.low) / 20.0)
+        for name, u in train[0].uncertain.items()
+        if u.high > u.low
+    ]
+    problem = Problem(tuple(train), Simulator(train), kept)
+    return fit(problem, {}, terms, (), np.array([t.inert for t in terms])).parameters({})
 
 
 def _found(diagnosis: Diagnosis) -> dict[str, float]:
