@@ -82,7 +82,17 @@ def test_refusals_are_one_line(arguments, said, tmp_path, capsys):
 def test_help_names_the_commands():
     script = "from tendon_mj.cli import main; main(['--help'])"
     shown = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True).stdout
-    for command in ("compare", "servo", "replay", "render", "simulate", "view", "paper", "demo"):
+    for command in (
+        "compare",
+        "servo",
+        "replay",
+        "diagnose",
+        "render",
+        "simulate",
+        "view",
+        "paper",
+        "demo",
+    ):
         assert command in shown
 
 
