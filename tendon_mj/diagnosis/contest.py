@@ -133,8 +133,8 @@ def tied(best: Entrant, other: Entrant) -> bool:
 
 
 def tie_width(best: Entrant) -> float:
-    """Difference of gaps that says nothing: half of what the best model cannot explain itself."""
-    return 0.02 + 0.5 * max(best.gap, 0.0)
+    """Difference of gaps that says nothing: a quarter of what the best model cannot explain."""
+    return 0.02 + 0.25 * max(best.gap, 0.0)
 
 
 def difference(best: Entrant, other: Entrant) -> Gain:
