@@ -53,7 +53,9 @@ def diagnose_suite(run: Run) -> None:
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ[name] = "1"  # a process has one core; spawned ones read it before NumPy
     with ProcessPoolExecutor(run.processes, get_context("spawn")) as pool:
-        waiting = [pool.submit(_one, folder, run.out / folder.name, run.timestep) for folder in todo]
+        waiting = [
+            pool.submit(_one, folder, run.out / folder.name, run.timestep) for folder in todo
+        ]
         for done, future in enumerate(as_completed(waiting), 1):
             spent = time.monotonic() - begun
             print(f"{done}/{len(todo)}, {spent:.0f} s: {future.result()}", flush=True)

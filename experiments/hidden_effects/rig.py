@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.hidden_effects.excitation import clock
+from experiments.hidden_effects.excitation import RATE
 from experiments.hidden_effects.sensor import Sensor
 from experiments.hidden_effects.side import Side
 from tendon_mj.reference import Carriage, Effects, simulate_effects, uniform_chain
@@ -79,7 +79,7 @@ class Rig:
         return "bench"
 
     def _run(self, drive: FloatArray, time_step: float) -> FloatArray:
-        bench, sparse = Bench(), clock()[: len(drive)]
+        bench, sparse = Bench(), np.arange(len(drive)) / RATE
         dense = np.linspace(0.0, sparse[-1], OVERSAMPLED * (len(sparse) - 1) + 1)
         wound = self.reel_scale * np.interp(dense, sparse, drive)
         height, period = self.warmth
