@@ -31,7 +31,7 @@ _u8 = _as_pointer(numba.uint8)
 @compiled
 def pointer(address: int) -> int:
     """The pointer stored at ``address``."""
-    return carray(_i64(address), (1,))[0]
+    return _i64(address)[0]
 
 
 @compiled
@@ -49,22 +49,22 @@ def table(address: int, rows: int, columns: int) -> Any:
 @compiled
 def double(address: int, index: int) -> float:
     """The mjtNum number ``index`` of the array at ``address``."""
-    return carray(_f64(address), (index + 1,))[index]
+    return _f64(address)[index]
 
 
 @compiled
 def integer(address: int, index: int) -> int:
     """The int number ``index`` of the array at ``address``."""
-    return numba.int64(carray(_i32(address), (index + 1,))[index])
+    return numba.int64(_i32(address)[index])
 
 
 @compiled
 def size(address: int) -> int:
     """The mjtSize at ``address``."""
-    return carray(_i64(address), (1,))[0]
+    return _i64(address)[0]
 
 
 @compiled
 def byte(address: int, index: int) -> int:
     """The byte number ``index`` at ``address``."""
-    return numba.int64(carray(_u8(address), (index + 1,))[index])
+    return numba.int64(_u8(address)[index])
