@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numba
-from numba import carray, types
+from numba import carray, farray, types
 from numba.extending import intrinsic
 
 from tendon_mj.sheath.compiled import compiled
@@ -41,9 +41,18 @@ def doubles(address: int, count: int) -> Any:
 
 
 @compiled
+def coordinates(address: int) -> Any:
+    """The mjtNum at ``address``, however many: a C pointer, whose indices do not wrap around."""
+    return _f64(address)
+
+
+@compiled
 def table(address: int, rows: int, columns: int) -> Any:
-    """A C-contiguous table of mjtNum at ``address`` that shares the memory."""
-    return carray(_f64(address), (rows, columns))
+    """A table of mjtNum at ``address`` that shares the memory, stored column by column.
+
+    A loop over columns then needs one address, not one for every row that it touches.
+    """
+    return farray(_f64(address), (rows, columns))
 
 
 @compiled

@@ -78,11 +78,11 @@ def size(guides: int) -> int:
 
 
 @compiled
-def unpack(address: int) -> tuple[Any, Any, Any, Any]:
-    """Views on one sheath's state: scalars, segments table, guides table, path coordinates."""
+def unpack(address: int) -> tuple[Any, Any, Any, int]:
+    """Views on one sheath's state: scalars, segments table, guides table; address of the path."""
     scalars = doubles(address, SCALARS)
     n = int(scalars[GUIDES])
     segments = table(address + 8 * SCALARS, SEGMENT_ROWS, n + 1)
     behind = address + 8 * (SCALARS + SEGMENT_ROWS * (n + 1))
     guides = table(behind, GUIDE_ROWS, n)
-    return scalars, segments, guides, doubles(behind + 8 * GUIDE_ROWS * n, 3 * (n + 2))
+    return scalars, segments, guides, behind + 8 * GUIDE_ROWS * n

@@ -9,7 +9,7 @@ import math
 from typing import Any
 
 from tendon_mj.engine import state as st
-from tendon_mj.engine.memory import double, doubles, integer, pointer
+from tendon_mj.engine.memory import coordinates, double, doubles, integer, pointer
 from tendon_mj.engine.moment import control, is_stage
 from tendon_mj.engine.path import follow_path
 from tendon_mj.engine.wrench import add_force
@@ -186,9 +186,9 @@ def evaluate(layout: Any, m: int, d: int, address: int) -> None:
     last = guides.shape[1]
     time = double(d + layout.d_time, 0)
     start = integer(pointer(d + layout.d_ten_wrapadr), int(state[st.TENDON]))
-    points = doubles(pointer(d + layout.d_wrap_xpos) + 24 * start, 3 * (last + 2))
+    points = coordinates(pointer(d + layout.d_wrap_xpos) + 24 * start)
     fresh = state[st.STARTED] == 0.0
-    follow_path(points, path, segments[LENGTH], guides[st.ANGLE], fresh)
+    follow_path(points, coordinates(path), segments[LENGTH], guides[st.ANGLE], fresh)
     _bind_guides(state, guides)
     if fresh:
         _start(layout, m, d, state, segments)
@@ -219,7 +219,7 @@ def evaluate(layout: Any, m: int, d: int, address: int) -> None:
     if not possible or not math.isfinite(segments[TENSION, last]):
         state[st.ON_TRIAL] = 0.0  # nothing that an earlier evaluation left may come true instead
         return
-    _apply(layout, m, d, state, segments, path)
+    _apply(layout, m, d, state, segments, points)
     if not stage:
         _leave_trial(state, segments, guides, wound_in, wound_out, time)
 
