@@ -74,6 +74,12 @@ def size(address: int) -> int:
 
 
 @compiled
+def set_byte(address: int, value: int) -> None:
+    """Write the byte at ``address``."""
+    _u8(address)[0] = value
+
+
+@compiled
 def byte(address: int, index: int) -> int:
     """The byte number ``index`` at ``address``."""
     return numba.int64(_u8(address)[index])

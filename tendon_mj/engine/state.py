@@ -43,6 +43,7 @@ PARAMETERS = (
     REEL_ACTUATOR,
     FIRST_SENSOR,
     LAST_SENSOR,
+    SPARING,  # whether nothing in the model reads velocities of subtrees
     # committed
     STARTED,
     WOUND_IN,
@@ -60,7 +61,7 @@ PARAMETERS = (
     _,
     _,
     SCALARS,
-) = range(29)
+) = range(30)
 
 
 # Rows that the engine adds to the flow solver's tables.

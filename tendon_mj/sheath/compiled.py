@@ -16,4 +16,6 @@ _F = TypeVar("_F", bound=Callable[..., object])
 
 def compiled(function: _F) -> _F:
     """Compile a function of numbers and arrays to machine code, kept on disk between runs."""
-    return cast(_F, numba.njit(cache=True, error_model="numpy", nogil=True, forceinline=True)(function))
+    return cast(
+        _F, numba.njit(cache=True, error_model="numpy", nogil=True, forceinline=True)(function)
+    )
