@@ -1,6 +1,6 @@
 """The angle of a direction, as arithmetic that is compiled into the loop that asks for it.
 
-A call of the C library's atan2 for every bend that moves is a sixth of what a sheath costs in a
+A call of the C library's atan2 for every bend that moves is a seventh of what a sheath costs in a
 step. Of two lengths the greater divides, after a rotation by π/4 where that leaves less:
 
     atan2(y, x) = π/4 k + atan t,   |t| ≤ tan(π/8)

@@ -15,7 +15,11 @@ _F = TypeVar("_F", bound=Callable[..., object])
 
 
 def compiled(function: _F) -> _F:
-    """Compile a function of numbers and arrays to machine code, kept on disk between runs."""
+    """Compile a function of numbers and arrays to machine code, kept on disk between runs.
+
+    What one compiled function calls is inlined: arrays and offsets would otherwise travel to every
+    callee as dozens of arguments, a fifth of the time that a sheath takes in a step.
+    """
     return cast(
         _F, numba.njit(cache=True, error_model="numpy", nogil=True, forceinline=True)(function)
     )

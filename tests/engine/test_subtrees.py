@@ -1,4 +1,4 @@
-"""Velocities of subtrees are there for whoever reads them, with a sheath in the model or without."""
+"""Velocities of subtrees are there for whoever reads them, with a sheath or without."""
 
 import mujoco
 import numpy as np
