@@ -29,6 +29,19 @@ def add_friction(
     static_friction: float | None = None,
     constant_friction: float = 0.0,
     axial_damping: float = 0.0,
+    stribeck_friction: float = 0.0,
+    stribeck_velocity: float = 0.0,
+    viscous_friction: float = 0.0,
+    direction_asymmetry: float = 0.0,
+    friction_gradient: float = 0.0,
+    friction_drift: float = 0.0,
+    backlash: float = 0.0,
+    stiffening: float = 0.0,
+    creep: float = 0.0,
+    creep_time: float = 0.0,
+    sheath_compliance: float = 0.0,
+    tendon_mass: float = 0.0,
+    extra_bend: float = 0.0,
     name: str | None = None,
     reel: str | None = None,
     reel_joint: str | None = None,
@@ -51,6 +64,17 @@ def add_friction(
         static_friction: μ_s ≥ μ_d [-].
         constant_friction: tension-independent friction of the whole sheath [N].
         axial_damping: [N s].
+        stribeck_friction, stribeck_velocity: Δμ added at rest [-], fading with v_s [m/s].
+        viscous_friction: friction per sliding speed of the whole sheath [N s/m].
+        direction_asymmetry: α, μ(1 + α) towards the input, μ(1 − α) to the output [-].
+        friction_gradient: growth of μ per tendon drawn past a guide [1/m].
+        friction_drift: growth of μ per time [1/s].
+        backlash: play between the drive and the drum, as tendon [m].
+        stiffening: κ in T = EA ε (1 + κ ε) [-].
+        creep, creep_time: share χ of strain that comes later [-], in which time [s].
+        sheath_compliance: by which the sheath's mount yields at the input [m/N].
+        tendon_mass: of the tendon in the sheath [kg].
+        extra_bend: that the drawn path does not show, over all guides [rad].
         name: of the sheath, default ``sheath`` or, where that is taken, ``<tendon>_sheath``.
         reel: name of an actuator to add that winds tendon in at the input, control in metres.
             Without one, a sensor named like the sheath is added, which shows T_in and T_out.
@@ -80,6 +104,19 @@ def add_friction(
         constant_friction=_number("constant_friction", constant_friction),
         axial_damping=_number("axial_damping", axial_damping),
         pretension=_number("pretension", pretension),
+        stribeck_friction=_number("stribeck_friction", stribeck_friction),
+        stribeck_velocity=_number("stribeck_velocity", stribeck_velocity),
+        viscous_friction=_number("viscous_friction", viscous_friction),
+        direction_asymmetry=_number("direction_asymmetry", direction_asymmetry),
+        friction_gradient=_number("friction_gradient", friction_gradient),
+        friction_drift=_number("friction_drift", friction_drift),
+        backlash=_number("backlash", backlash),
+        stiffening=_number("stiffening", stiffening),
+        creep=_number("creep", creep),
+        creep_time=_number("creep_time", creep_time),
+        sheath_compliance=_number("sheath_compliance", sheath_compliance),
+        tendon_mass=_number("tendon_mass", tendon_mass),
+        extra_bend=_number("extra_bend", extra_bend),
     )
     config = {"tendon": tendon, "guides": str(len(element.path) - 2)}
     config |= {k: repr(v) for k, v in dataclasses.asdict(law).items() if v}

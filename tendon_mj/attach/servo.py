@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import SupportsFloat
+
 import mujoco
+import numpy as np
 
 from tendon_mj.attach.instance import add_instance
-from tendon_mj.engine import FEEDBACKS, NAME, SERVO, check_gain
+from tendon_mj.engine import FEEDBACKS, GAINS, NAME, SERVO, check_gain
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 
 
@@ -61,23 +64,28 @@ def add_servo(
 
     Raises:
         UnknownNameError: no such tendon, or it has no sheath; no such feedback.
-        InvalidValueError: a value outside its range, or a sheath without a reel joint.
+        InvalidValueError: a value that is no number, outside its range, or not True or False; a
+            sheath without a reel joint. What depends on the whole model, such as how much damping
+            a `period` allows, is checked when it is compiled.
     """
     sheaths = {
         p.config["tendon"]: p.config
         for p in spec.plugins
         if p.plugin_name == NAME and "sensor" not in p.config
     }
-    if tendon not in sheaths:
-        raise UnknownNameError("sheathed tendon", tendon, sheaths, f"servo {name!r}")
+    if not isinstance(tendon, str) or tendon not in sheaths:
+        raise UnknownNameError("sheathed tendon", str(tendon), sheaths, f"servo {name!r}")
     joint = sheaths[tendon].get("reel_joint")
     if not joint:
         raise InvalidValueError(
             f"servo {name!r}: the sheath on tendon {tendon!r} has no reel_joint for it to turn"
         )
+    where = f"servo {name!r}"
     if feedback not in FEEDBACKS:
-        raise UnknownNameError("feedback", feedback, FEEDBACKS, f"servo {name!r}")
-    config: dict[str, str | float | None] = {
+        raise UnknownNameError("feedback", str(feedback), FEEDBACKS, where)
+    if not isinstance(backdrive, bool | np.bool_):
+        raise InvalidValueError(f"{where}: backdrive = {backdrive!r} must be True or False")
+    gains = {
         "tension_gain": tension_gain,
         "velocity_gain": velocity_gain,
         "loosening_tension_gain": loosening_tension_gain,
@@ -93,12 +101,24 @@ def add_servo(
         "rate_feedforward": rate_feedforward,
         "reversal_band": reversal_band,
     }
-    for gain, value in config.items():
-        if isinstance(value, int | float):
-            check_gain(gain, value, f"servo {name!r}")
+    config = {k: _gain(k, v, where) for k, v in gains.items() if v is not None}
     words = {"tendon": tendon, "feedback": feedback, "backdrive": "true" if backdrive else "false"}
     spec.activate_plugin(SERVO)
-    instance = add_instance(spec, name, config | words, SERVO)
+    instance = add_instance(spec, name, {**config, **words}, SERVO)
     actuator = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=joint)
     actuator.plugin = instance
     return actuator
+
+
+def _gain(name: str, value: object, where: str) -> float:
+    """A gain as a number, within its range."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, SupportsFloat):
+        raise InvalidValueError(f"{where}: {name} = {value!r} is not a number [{GAINS[name][2]}]")
+    try:
+        number = float(value)
+    except (TypeError, ValueError):  # an array of several
+        raise InvalidValueError(
+            f"{where}: {name} = {value!r} is not one number [{GAINS[name][2]}]"
+        ) from None
+    check_gain(name, number, where)
+    return number

@@ -10,6 +10,7 @@ import tyro
 
 from tendon_mj.cli.compare import compare
 from tendon_mj.cli.demo import demo
+from tendon_mj.cli.diagnose import diagnose
 from tendon_mj.cli.paper import paper
 from tendon_mj.cli.render import render
 from tendon_mj.cli.replay import replay
@@ -22,6 +23,7 @@ COMMANDS: dict[str, Callable[..., object]] = {
     "compare": compare,
     "servo": servo,
     "replay": replay,
+    "diagnose": diagnose,
     "render": render,
     "simulate": simulate,
     "view": view,

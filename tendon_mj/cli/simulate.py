@@ -12,7 +12,8 @@ from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import EngineError
 from tendon_mj.simulate.finger import Finger
 from tendon_mj.simulate.finger_cost import step_cost
-from tendon_mj.simulate.finger_motion import ANGLES, Trajectory, find_trajectory
+from tendon_mj.simulate.finger_error import tracking_error
+from tendon_mj.simulate.finger_motion import Trajectory, clamped, find_trajectory
 from tendon_mj.simulate.finger_run import rehearse
 from tendon_mj.simulate.finger_run import simulate as follow
 from tendon_mj.simulate.library import load_model, load_spec
@@ -28,6 +29,7 @@ def simulate(
     motion: str = "curl",
     out: Path = Path("out/simulate"),
     friction: float | None = None,
+    clamp: bool = False,
     clip: bool = True,
 ) -> dict[str, object]:
     """Let the finger follow joint angles or tendon tensions, with friction and without.
@@ -38,9 +40,13 @@ def simulate(
             flexor_N, extensor_N.
         out: folder for the recordings, the plots, the clip and result.json.
         friction: mu of the sheaths in place of the model's.
+        clamp: take what lies beyond a joint's range, or a motor's strength, at the range instead of
+            refusing it.
         clip: whether to render an MP4 (of the motion with friction).
     """
     trajectory = find_trajectory(motion)
+    if clamp:
+        trajectory = clamped(trajectory, Finger())
     output, compiled = Output(out), load_model(model)
     label = "friction as in the model" if friction is None else f"friction {friction:g}"
     answers: dict[str, Recording] = {}
@@ -48,7 +54,7 @@ def simulate(
     for name, value in ((label, friction), (WITHOUT, 0.0)):
         answer = follow(trajectory, compiled, name=model, friction=value)
         answers[name] = answer
-        result[name] = _summary(answer)
+        result[name] = {**_summary(answer), "tracking": _tracking(answer)}
         stem = f"{trajectory.name}_frictionless" if name == WITHOUT else trajectory.name
         output.add(write_recording(answer, out / f"{stem}.csv"))
     output.figure(trajectory.name, finger_figure(answers))
@@ -66,16 +72,17 @@ def simulate(
 def _summary(answer: Recording) -> dict[str, float]:
     columns = answer.columns
     numbers = {"tip_force_max_N": float(columns["tip_force_N"].max())}
-    for column in ANGLES:
-        asked = columns.get(f"asked_{column}")
-        if asked is not None:
-            joint = column.removesuffix("_rad")
-            off = columns[f"{joint}_angle_rad"] - asked
-            numbers[f"{joint}_rms_off_rad"] = float(np.sqrt(np.mean(off**2)))
     ratio = columns["flexor_input_tension_N"] / np.maximum(columns["flexor_output_tension_N"], 1e-3)
     numbers["flexor_input_over_output_max"] = float(ratio.max())
     numbers["flexor_input_over_output_min"] = float(ratio.min())
     return numbers
+
+
+def _tracking(answer: Recording) -> dict[str, dict[str, float]]:
+    return {
+        column: {"rmse": error.rmse, "largest": error.largest, "bias": error.bias}
+        for column, error in tracking_error(answer).items()
+    }
 
 
 def _render(
@@ -116,6 +123,8 @@ def _say(answers: dict[str, Recording], result: dict[str, object]) -> None:
             f"tip force up to {numbers['tip_force_max_N']:.2f} N",
             soft_wrap=True,
         )
+        off = [f"{c} {e['rmse']:.3g}" for c, e in _tracking(answer).items()]
+        console.print(f"  off what was asked, rms: {', '.join(off)}", soft_wrap=True)
     cost = result.get("step_cost")
     if isinstance(cost, dict):
         console.print(

@@ -42,6 +42,7 @@ class Layout(NamedTuple):
     m_jnt_qposadr: int
     m_jnt_dofadr: int
     m_dof_armature: int
+    m_dof_invweight0: int
     m_body_parentid: int
     m_body_rootid: int
     m_body_weldid: int
@@ -56,8 +57,11 @@ class Layout(NamedTuple):
     m_actuator_plugin: int
     m_actuator_ctrladr: int
     m_actuator_outadr: int
+    m_actuator_outnum: int
     m_actuator_ctrllimited: int
     m_actuator_ctrlrange: int
+    m_actuator_forcelimited: int
+    m_actuator_forcerange: int
     m_sensor_type: int
     m_sensor_plugin: int
     m_sensor_adr: int
@@ -75,6 +79,12 @@ class Layout(NamedTuple):
     d_wrap_xpos: int
     d_subtree_com: int
     d_cdof: int
+    d_moment_rownnz: int
+    d_moment_rowadr: int
+    d_moment_colind: int
+    d_actuator_moment: int
+    d_qfrc_applied: int
+    d_qfrc_bias: int
     d_qfrc_passive: int
     d_actuator_force: int
     d_sensordata: int

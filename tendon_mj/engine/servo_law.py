@@ -65,8 +65,8 @@ def backlash_ahead(
 def limited(
     torque: float, load: float, speed: float, inertia: float, h: float, top: float
 ) -> float:
-    """Torque that will not carry the motor beyond the speed ``top`` (0: none) in a step ``h``."""
+    """Torque that, with ``load``, will not carry the motor beyond ``top`` (0: none) in a step."""
     if top == 0.0:
         return torque
     low, high = inertia * (-top - speed) / h, inertia * (top - speed) / h
-    return min(max(torque - load, low), high) + load
+    return min(max(torque + load, low), high) - load

@@ -10,7 +10,7 @@ from tendon_mj.engine import state as st
 from tendon_mj.engine.memory import double, doubles, integer, pointer
 from tendon_mj.engine.moment import RK4, control, is_stage
 from tendon_mj.engine.servo_law import backlash_ahead, limited, play, stiffness_ahead
-from tendon_mj.engine.step import spool_torque
+from tendon_mj.engine.servo_load import known_torque
 from tendon_mj.sheath.compiled import compiled
 from tendon_mj.sheath.tables import LENGTH, TENSION
 
@@ -118,13 +118,14 @@ def evaluate(layout: Any, m: int, d: int, address: int) -> None:
     time, h = double(d + layout.d_time, 0), double(m + layout.o_timestep, 0)
     dof = integer(pointer(m + layout.m_jnt_dofadr), int(sheath[st.REEL_JOINT]))
     speed, radius = double(pointer(d + layout.d_qvel), dof), sheath[st.REEL_RADIUS]
-    spool = spool_torque(radius, sheath[st.AXIAL_STIFFNESS], segments[TENSION, 0])
+    spool = sheath[st.REEL_TORQUE]  # which has just been applied
     adr = integer(pointer(m + layout.m_actuator_outadr), actuator)
     force = doubles(pointer(d + layout.d_actuator_force) + 8 * adr, 1)
     if not math.isfinite(spool):
         force[0], s[sv.ON_TRIAL] = 0.0, 0.0
         return
-    load = spool if s[sv.BACKDRIVEN] != 0.0 else 0.0
+    held = 0.0 if s[sv.BACKDRIVEN] != 0.0 else spool  # by a gear that cannot be driven back
+    load = known_torque(layout, m, d, dof, actuator) + held
     stage = is_stage(layout, m, time, s[sv.ON_TRIAL], s[sv.TRIAL_TIME])
     sampled, early = ring.shape[0] > 0, _EARLY * h
 
@@ -144,16 +145,15 @@ def evaluate(layout: Any, m: int, d: int, address: int) -> None:
         torque = _arrived(s, ring, time, early, stage)
     elif integer(m + layout.o_integrator, 0) == RK4:
         torque -= damping * speed
-    else:  # the damping as at the end of the step: stable for any gain
+    else:  # the damping as at the end of the step, whatever else turns the motor: always stable
         torque -= damping * speed
-        torque = (torque - load) / (1.0 + h * damping / s[sv.MOTOR_INERTIA]) + load
+        torque = (torque + load) / (1.0 + h * damping / s[sv.MOTOR_INERTIA]) - load
     torque = limited(torque, load, speed, s[sv.MOTOR_INERTIA], h, s[sv.SPEED_LIMIT])
     if s[sv.TORQUE_LIMIT] > 0.0:
         torque = min(max(torque, -s[sv.TORQUE_LIMIT]), s[sv.TORQUE_LIMIT])
     if not stage:
         s[sv.TRIAL_TIME], s[sv.ON_TRIAL] = time, 1.0
-    # the tendon pulls the spool back, and a gear that cannot be driven back holds it
-    force[0] = torque + spool - load
+    force[0] = torque + held
 
 
 @compiled

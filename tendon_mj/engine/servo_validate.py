@@ -9,6 +9,7 @@ import mujoco
 
 from tendon_mj.engine import servo_state as sv
 from tendon_mj.engine.draft import Draft, find, number
+from tendon_mj.engine.servo_stability import largest_damping
 from tendon_mj.engine.validate import NAME as SHEATH
 from tendon_mj.engine.validate import SPOOL_ATTRIBUTES
 from tendon_mj.errors import InvalidValueError, UnknownNameError
@@ -112,7 +113,25 @@ def check_joint(address: int, instance: int) -> int:
             f"{where}: motor_inertia [kg m²] is missing, and joint {wanted!r} has no armature "
             "to take its place"
         )
+    _check_damping(model, instance, number(config, "motor_inertia", where) or armature)
     return 0
+
+
+def _check_damping(model: Draft, instance: int, inertia: float) -> None:
+    """Damping that is not taken implicitly has a largest value."""
+    where, config = model.where(instance), model.config(instance)
+    step, integrator = float(model.fields.opt.timestep), int(model.fields.opt.integrator)
+    period, delay = (number(config, name, where) or 0.0 for name in ("period", "delay"))
+    most = inertia * largest_damping(step, integrator, period, delay)
+    how = f"period = {period:g} s and delay = {delay:g} s" if period or delay else "RK4"
+    for name in ("velocity_gain", "loosening_velocity_gain"):
+        value = number(config, name, where) or 0.0
+        if value >= most:
+            raise InvalidValueError(
+                f"{where}: {name} = {value:g} [N m s/rad] makes the motor swing up instead of "
+                f"damping it: with {how}, a time step of {step:g} s and motor_inertia = "
+                f"{inertia:g} kg m² it must be < {most:.3g}"
+            )
 
 
 def _check_rivals(model: Draft, instance: int, where: str) -> None:

@@ -25,6 +25,19 @@ PARAMETERS = (
     "pretension",
     "reel_radius",
     "output_radius",
+    "stribeck_friction",
+    "stribeck_velocity",
+    "viscous_friction",
+    "direction_asymmetry",
+    "friction_gradient",
+    "friction_drift",
+    "backlash",
+    "stiffening",
+    "creep",
+    "creep_time",
+    "sheath_compliance",
+    "tendon_mass",
+    "extra_bend",
 )
 (
     AXIAL_STIFFNESS,
@@ -35,6 +48,19 @@ PARAMETERS = (
     PRETENSION,
     REEL_RADIUS,
     OUTPUT_RADIUS,
+    STRIBECK_FRICTION,
+    STRIBECK_VELOCITY,
+    VISCOUS_FRICTION,
+    DIRECTION_ASYMMETRY,
+    FRICTION_GRADIENT,
+    FRICTION_DRIFT,
+    BACKLASH,
+    STIFFENING,
+    CREEP,
+    CREEP_TIME,
+    SHEATH_COMPLIANCE,
+    TENDON_MASS,
+    EXTRA_BEND,
     # what the sheath is attached to; -1 where there is none
     TENDON,
     GUIDES,
@@ -50,27 +76,51 @@ PARAMETERS = (
     WOUND_OUT,
     COMMIT_TIME,
     UNSOLVED,
+    LAID,  # pretension under which the tendon was laid [N]
+    VARIED,  # whether the ratios were computed for a moment only
+    STRAINED,  # whether the strain law of the step before was another than Hooke's
+    REMEMBERED,  # whether the guides' speeds were kept in the step before
     # on trial
     ON_TRIAL,
     TRIAL_WOUND_IN,
     TRIAL_WOUND_OUT,
     TRIAL_TIME,
-    # the four leading parameters as they were when the guides' ratios were computed
+    TRIAL_ELAPSED,  # time that the step on trial takes [s]
+    REEL_TORQUE,  # by which the last evaluation turned the reel's joint back [N m]
+    # parameters as they were when the guides' ratios were computed: the four leading ones first
     BOUND,
     _,
     _,
     _,
+    BOUND_ASYMMETRY,
+    BOUND_EXTRA_BEND,
     SCALARS,
-) = range(30)
+) = range(51)
 
 
 # Rows that the engine adds to the flow solver's tables.
-STRAIN, FRESH_STRAIN, TRIAL_STRAIN, START, TRIAL_START, SEGMENT_ROWS = range(
-    tables.SEGMENT_ROWS, tables.SEGMENT_ROWS + 6
-)
-ANGLE, BOUND_ANGLE, WORK, TRIAL_FLOW, TRIAL_SLIP, TRIAL_WORK, GUIDE_ROWS = range(
-    tables.GUIDE_ROWS, tables.GUIDE_ROWS + 7
-)
+(
+    STRAIN,  # elastic strain, kept while damping, stiffening or creep asks for it [-]
+    FRESH_STRAIN,
+    TRIAL_STRAIN,
+    CREPT,  # creep strain [-]
+    TRIAL_CREPT,
+    START,  # τ after the step before, from which the solver starts [-]
+    TRIAL_START,
+    SEGMENT_ROWS,
+) = range(tables.SEGMENT_ROWS, tables.SEGMENT_ROWS + 8)
+(
+    ANGLE,
+    BOUND_ANGLE,
+    WORK,
+    PASSED,  # tendon that has passed to the input since the reset [m]
+    SPEED,  # sliding speed seen through the memory of friction [m/s]
+    RAN,  # velocity in the step before, positive to the input [m/s]
+    TRIAL_FLOW,
+    TRIAL_SLIP,
+    TRIAL_WORK,
+    GUIDE_ROWS,
+) = range(tables.GUIDE_ROWS, tables.GUIDE_ROWS + 10)
 
 
 def size(guides: int) -> int:

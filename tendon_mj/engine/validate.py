@@ -17,7 +17,7 @@ from tendon_mj.engine.draft import Draft, find, number
 from tendon_mj.engine.library import C
 from tendon_mj.engine.measure import ENDS, KINDS, width
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.sheath.law import RANGES, check_range, check_static
+from tendon_mj.sheath.law import RANGES, check_range, check_scales, check_static
 
 NAME = "tendon_mj.sheath"
 _OBJ, _WRAP, _JNT = mujoco.mjtObj, mujoco.mjtWrap, mujoco.mjtJoint
@@ -41,10 +41,11 @@ def _check_numbers(config: dict[str, str], where: str) -> None:
     numbers = {name: _read_number(config, name, where) for name in state.PARAMETERS}
     for name in _REQUIRED:
         if numbers[name] is None:
-            raise InvalidValueError(f"{where}: {name} is missing (its unit is {RANGES[name][2]})")
+            raise InvalidValueError(f"{where}: {name} is missing (its unit is {RANGES[name].unit})")
     friction, static = numbers["friction"], numbers["static_friction"]
     if friction is not None and static is not None:
         check_static(friction, static, where)
+    check_scales(numbers, where)
     for end in ("reel", "output"):
         if bool(config[f"{end}_joint"]) != bool(config[f"{end}_radius"]):
             raise InvalidValueError(

@@ -10,6 +10,7 @@ import numpy as np
 from tendon_mj.errors import InvalidValueError
 
 _UNITS = {"friction": "-", "pretension": "N", "bend": "rad", "axial_stiffness": "N"}
+_POSITIVE = ("axial_stiffness",)  # the others may be 0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +28,7 @@ class Ranges:
         bend: of both sheaths [rad].
 
     Raises:
-        InvalidValueError: not two finite numbers in order, or below 0.
+        InvalidValueError: not two finite numbers in order, below 0, or 0 where it must not be.
     """
 
     friction: tuple[float, float] = (0.05, 0.25)
@@ -37,13 +38,27 @@ class Ranges:
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            low, high = getattr(self, field.name)
-            if not (math.isfinite(high) and 0.0 <= low <= high):
-                unit = _UNITS[field.name]
-                raise InvalidValueError(
-                    f"{field.name} = ({low}, {high}) [{unit}] must be finite, in order and ≥ 0"
-                )
+            limits = _pair(field.name, getattr(self, field.name))
+            object.__setattr__(self, field.name, limits)
 
     def draw(self, random: np.random.RandomState) -> dict[str, float]:
         """One number from each range, by name."""
         return {f.name: float(random.uniform(*getattr(self, f.name))) for f in fields(self)}
+
+
+def _pair(name: str, given: object) -> tuple[float, float]:
+    """(low, high) as two numbers in order, or what is wrong with them."""
+    where = f"{name} = {given!r} [{_UNITS[name]}]"
+    bound = "> 0" if name in _POSITIVE else "≥ 0"
+    try:
+        low, high = (float(number) for number in given)  # type: ignore[attr-defined]
+    except (TypeError, ValueError):
+        hint = f"; to keep it at {given:g}, ({given:g}, {given:g})" if _is_number(given) else ""
+        raise InvalidValueError(f"{where} must be a pair of numbers (low, high){hint}") from None
+    if not (math.isfinite(high) and 0.0 <= low <= high) or (low == 0.0 and name in _POSITIVE):
+        raise InvalidValueError(f"{where} must be a pair (low, high), finite, in order and {bound}")
+    return low, high
+
+
+def _is_number(given: object) -> bool:
+    return isinstance(given, int | float) and not isinstance(given, bool)

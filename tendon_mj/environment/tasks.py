@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.environment.physics import FingerPhysics
 from tendon_mj.environment.ranges import Ranges
+from tendon_mj.errors import InvalidValueError
 from tendon_mj.simulate.finger import JOINTS, TENDONS, Finger
 
 Array = NDArray[np.float64]
@@ -52,9 +53,22 @@ class FingerTask(control.Task):  # type: ignore[misc]  # dm_control is not typed
         return specs.BoundedArray((len(TENDONS),), np.float64, -1.0, 1.0, name="spools")
 
     def before_step(self, action: Array, physics: FingerPhysics) -> None:
-        """Turn the action into angles of the spools."""
+        """Turn the action into angles of the spools.
+
+        Raises:
+            InvalidValueError: the action is not as many numbers as there are tendons.
+        """
+        try:
+            shares = np.asarray(action, float)
+        except (TypeError, ValueError):
+            shares = np.array(np.nan)
+        if shares.shape != (len(TENDONS),) or not np.isfinite(shares).all():
+            raise InvalidValueError(
+                f"action = {action!r} must be {len(TENDONS)} finite numbers between -1 and 1, of "
+                f"{' and '.join(TENDONS)}: shape {(len(TENDONS),)}"
+            )
         low, high = physics.command_range()
-        physics.command(low + 0.5 * (np.asarray(action, float) + 1.0) * (high - low))
+        physics.command(low + 0.5 * (shares + 1.0) * (high - low))
 
     def after_step(self, physics: FingerPhysics) -> None:
         """Nothing more."""

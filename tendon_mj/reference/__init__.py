@@ -10,6 +10,10 @@ from tendon_mj.reference.continuum import Continuum as Continuum
 from tendon_mj.reference.continuum import ContinuumRun as ContinuumRun
 from tendon_mj.reference.continuum import continuum as continuum
 from tendon_mj.reference.continuum import simulate_continuum as simulate_continuum
+from tendon_mj.reference.effect_run import EffectRun as EffectRun
+from tendon_mj.reference.effect_run import simulate_effects as simulate_effects
+from tendon_mj.reference.effects import Carriage as Carriage
+from tendon_mj.reference.effects import Effects as Effects
 from tendon_mj.reference.elements import ElementChain as ElementChain
 from tendon_mj.reference.energy import EnergyBalance as EnergyBalance
 from tendon_mj.reference.run import ChainRun as ChainRun

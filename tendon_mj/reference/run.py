@@ -95,20 +95,13 @@ def simulate_chain(
             infinite input stiffness, or a step so short that the run would never end.
     """
     instants = vector("time", time)
-    gaps = np.diff(instants)
-    if instants.size < 2 or gaps.min() <= 0.0:
-        raise InvalidValueError(
-            f"time has {instants.size} instants"
-            + (f" and a smallest gap of {gaps.min():g} s" if gaps.size else "")
-            + "; it must have at least 2 and rise strictly"
-        )
+    longest = chain.time_step if time_step is None else number("time_step", time_step, above=0.0)
+    counts = step_counts(instants, longest)
     history, tension_driven = drive(input_tension, input_displacement, instants.size)
     if not tension_driven and np.isinf(chain.input_stiffness):
         raise InvalidValueError(
             "input_stiffness is inf; a prescribed input_displacement needs it finite and > 0"
         )
-    longest = chain.time_step if time_step is None else number("time_step", time_step, above=0.0)
-    counts = _steps(gaps, longest)
     start = state or ChainState(np.zeros(chain.n), np.zeros(chain.n))
     x = vector("state.displacement", start.displacement, chain.n).copy()
     v = vector("state.velocity", start.velocity, chain.n).copy()
@@ -150,8 +143,19 @@ def simulate_chain(
     )
 
 
-def _steps(gaps: FloatArray, longest: float) -> npt.NDArray[np.int64]:
-    """Steps between two instants each, none longer than ``longest`` [s]."""
+def step_counts(instants: FloatArray, longest: float) -> npt.NDArray[np.int64]:
+    """Steps between two ``instants`` [s] each, none longer than ``longest`` [s].
+
+    Raises:
+        InvalidValueError: instants that are too few or do not rise, or too many steps.
+    """
+    gaps = np.diff(instants)
+    if instants.size < 2 or gaps.min() <= 0.0:
+        raise InvalidValueError(
+            f"time has {instants.size} instants"
+            + (f" and a smallest gap of {gaps.min():g} s" if gaps.size else "")
+            + "; it must have at least 2 and rise strictly"
+        )
     with np.errstate(over="ignore"):
         counts = np.maximum(np.ceil(gaps / longest * (1.0 - 1e-9)), 1.0)
         total = counts.sum()

@@ -2,7 +2,9 @@
 
 The path is a sheath of uniform bend with ``guides`` guides, the end segments half as long as the
 others. Its output end sits on a spring k_se: T_out = T_0 + k_se ξ_out. Every sample is one quasi-
-static step of the flow solver, so the result depends on the samples but not on time.
+static step of the flow solver, so the result depends on the samples but not on time. Effects of a
+law that know no time are here too: asymmetry, extra bend, the mount's compliance, and the backlash
+of a drive that prescribes displacement.
 """
 
 from __future__ import annotations
@@ -18,6 +20,8 @@ from tendon_mj.sheath.flow import settle
 from tendon_mj.sheath.law import Law
 from tendon_mj.sheath.segments import released
 from tendon_mj.sheath.tables import (
+    BACK_DYNAMIC,
+    BACK_STATIC,
     CONSTANT,
     DYNAMIC,
     FLOW,
@@ -25,6 +29,7 @@ from tendon_mj.sheath.tables import (
     GUIDE_ROWS,
     LENGTH,
     SEGMENT_ROWS,
+    SHARE,
     SLIP,
     STATIC,
     STORED,
@@ -34,6 +39,17 @@ from tendon_mj.sheath.tables import (
 )
 
 Array = NDArray[np.float64]
+
+# Effects that hang on time, or on a state that this bench does not keep.
+_NOT_HERE = (
+    "stribeck_friction",
+    "viscous_friction",
+    "friction_gradient",
+    "friction_drift",
+    "stiffening",
+    "creep",
+    "tendon_mass",
+)
 
 
 class Response(NamedTuple):
@@ -68,16 +84,29 @@ def _lay(
         raise InvalidValueError(f"output_stiffness = {output_stiffness} [N/m] must be > 0")
     if not law.pretension > 0.0:
         raise InvalidValueError(f"pretension = {law.pretension:g} [N] must be > 0 on this bench")
+    for name in _NOT_HERE:
+        if getattr(law, name) != 0.0:
+            raise InvalidValueError(
+                f"{name} = {getattr(law, name):g}: this bench knows neither time nor {name}; give "
+                "it to the plugin's sheath"
+            )
     segments, table = np.zeros((SEGMENT_ROWS, guides + 1)), np.zeros((GUIDE_ROWS, guides))
     strain = law.pretension / law.axial_stiffness
     segments[LENGTH] = length / guides
     segments[LENGTH, [0, -1]] /= 2.0
     segments[STORED] = segments[LENGTH] / (1.0 + strain)
     segments[TENSION] = strain
+    segments[SHARE] = 1.0
     segments[LENGTH, -1] += law.pretension / output_stiffness  # give back what T_0 takes
     segments[GIVE, -1] = law.axial_stiffness / output_stiffness
-    table[STATIC] = np.exp(law.mu_s * abs(bend) / guides)
-    table[DYNAMIC] = np.exp(law.friction * abs(bend) / guides)
+    segments[LENGTH, 0] += law.sheath_compliance * law.pretension
+    segments[GIVE, 0] = law.sheath_compliance * law.axial_stiffness
+    turned = max(0.0, abs(bend) + law.extra_bend)
+    there, back = 1.0 + law.direction_asymmetry, 1.0 - law.direction_asymmetry
+    table[STATIC] = np.exp(law.mu_s * there * turned / guides)
+    table[DYNAMIC] = np.exp(law.friction * there * turned / guides)
+    table[BACK_STATIC] = np.exp(law.mu_s * back * turned / guides)
+    table[BACK_DYNAMIC] = np.exp(law.friction * back * turned / guides)
     table[CONSTANT] = law.constant_friction / (guides * law.axial_stiffness)
     return segments, table
 
@@ -101,7 +130,7 @@ def _settle_drawn(segments: Table, guides: Table, drawn: float) -> bool:
     """Settle with ``drawn`` more tendon wound in than is stored, leaving the state as it was."""
     stored = segments[STORED, 0]
     segments[STORED, 0] = stored - drawn
-    solved = settle(segments, guides, 1.0)
+    solved = settle(segments, guides)
     segments[STORED, 0] = stored
     return solved
 
@@ -199,12 +228,13 @@ def drive_displacement(
         output_stiffness: k_se of what holds the output end [N/m]; inf: held.
 
     Raises:
-        InvalidValueError: names the argument, its value and range.
+        InvalidValueError: names the argument, its value and range, or an effect that is not here.
     """
     history = _history("displacement", displacement)
     segments, table = _lay(law, length, bend, guides, output_stiffness)
     out = np.empty((4, len(history)))
-    unsolved = _follow_displacement(segments, table, history, out)
+    unsolved = _follow_displacement(segments, table, _play(history, law.backlash), out)
+    out[2] = history
     return _response(law, output_stiffness, out, unsolved)
 
 
@@ -218,6 +248,10 @@ def drive_tension(
     output_stiffness: float = np.inf,
 ) -> Response:
     """Pull the input end through a history of T_in > 0 [N]; else as ``drive_displacement``."""
+    if law.backlash > 0.0:
+        raise InvalidValueError(
+            f"backlash = {law.backlash:g} [m]: a tension says nothing about the drive behind it"
+        )
     history = _history("tension", tension)
     if not (history > 0.0).all():
         raise InvalidValueError(f"tension must be > 0 [N] throughout, got {history.min():g}")
@@ -225,6 +259,17 @@ def drive_tension(
     out = np.empty((4, len(history)))
     unsolved = _follow_tension(segments, table, history / law.axial_stiffness, out)
     return _response(law, output_stiffness, out, unsolved)
+
+
+def _play(drive: Array, backlash: float) -> Array:
+    """What a drum winds whose drive has to cross a gap first."""
+    if backlash == 0.0:
+        return drive
+    drum, wound = np.empty_like(drive), 0.0
+    for k, at in enumerate(drive):
+        wound = min(max(wound, at - 0.5 * backlash), at + 0.5 * backlash)
+        drum[k] = wound
+    return drum
 
 
 def _history(name: str, values: ArrayLike) -> Array:

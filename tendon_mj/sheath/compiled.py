@@ -23,3 +23,11 @@ def compiled(function: _F) -> _F:
     return cast(
         _F, numba.njit(cache=True, error_model="numpy", nogil=True, forceinline=True)(function)
     )
+
+
+def apart(function: _F) -> _F:
+    """Compile what most steps do without, and leave it out of line.
+
+    The loops that every step runs through stay short then, and compiling them takes half as long.
+    """
+    return cast(_F, numba.njit(cache=True, error_model="numpy", nogil=True)(function))

@@ -32,7 +32,7 @@ UNSOLVED = -1
 
 
 @compiled
-def _solve_run(segments: Table, guides: Table, a: float, first: int, last: int) -> bool:
+def _solve_run(segments: Table, guides: Table, first: int, last: int) -> bool:
     """Tensions and flows of a run of sliding guides, from segment ``first`` to segment ``last``."""
     head = segments[TENSION, first]
     if not head > 0.0:
@@ -40,7 +40,7 @@ def _solve_run(segments: Table, guides: Table, a: float, first: int, last: int) 
     for _ in range(_STEPS):
         missing, slope, curvature, tau, gain = 0.0, 0.0, 0.0, head, 1.0
         for k in range(first, last + 1):
-            holds, falls, curves = held(segments, a, k, tau)
+            holds, falls, curves = held(segments, k, tau)
             missing += holds - segments[STORED, k]
             slope += gain * falls
             curvature += gain * gain * curves
@@ -56,14 +56,12 @@ def _solve_run(segments: Table, guides: Table, a: float, first: int, last: int) 
         step /= 1.0 + 0.5 * step * curvature / slope
         head += step
         if abs(step * step * step) <= 1e-17:  # of this order is what Halley's method leaves
-            return _finish_run(segments, guides, a, first, last, head)
+            return _finish_run(segments, guides, first, last, head)
     return False
 
 
 @compiled
-def _finish_run(
-    segments: Table, guides: Table, a: float, first: int, last: int, tau: float
-) -> bool:
+def _finish_run(segments: Table, guides: Table, first: int, last: int, tau: float) -> bool:
     """Tensions and flows of the run once the tension of its first segment is known."""
     passed = 0.0
     for k in range(first, last + 1):
@@ -71,7 +69,7 @@ def _finish_run(
             return False
         segments[TENSION, k] = tau
         if k < last:
-            passed += held(segments, a, k, tau)[0] - segments[STORED, k]
+            passed += held(segments, k, tau)[0] - segments[STORED, k]
             guides[FLOW, k] = passed
             if guides[SLIP, k] > 0.0:
                 tau = (tau - guides[CONSTANT, k]) * (1.0 / guides[UP, k])
@@ -109,7 +107,7 @@ def _correct(segments: Table, guides: Table) -> int:
 
 
 @compiled
-def try_pattern(segments: Table, guides: Table, a: float) -> int:
+def try_pattern(segments: Table, guides: Table) -> int:
     """Solve with the guides' slip as the pattern, and correct it where the solution denies it.
 
     Returns:
@@ -122,8 +120,8 @@ def try_pattern(segments: Table, guides: Table, a: float) -> int:
         while last < last_guide and guides[SLIP, last] != 0.0:
             last += 1
         if last == first:
-            segments[TENSION, first] = tension_of(segments, a, first)
-        elif not _solve_run(segments, guides, a, first, last):
+            segments[TENSION, first] = tension_of(segments, first)
+        elif not _solve_run(segments, guides, first, last):
             return UNSOLVED
         if not 0.0 < segments[TENSION, last] < 1e300:
             return UNSOLVED

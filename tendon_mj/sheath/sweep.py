@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tendon_mj.sheath.compiled import compiled
+from tendon_mj.sheath.compiled import apart, compiled
 from tendon_mj.sheath.segments import held, tension_of
 from tendon_mj.sheath.tables import (
     ALONE,
@@ -51,11 +51,11 @@ def lowest(guides: Table, i: int, right: float) -> float:
 
 
 @compiled
-def _missing(segments: Table, guides: Table, a: float, j: int, tau: float) -> tuple[float, float]:
+def _missing(segments: Table, guides: Table, j: int, tau: float) -> tuple[float, float]:
     """G_j(τ) [m] and its slope: what the prefix up to segment j lacks when j is at τ."""
     total, slope, gain = 0.0, 0.0, 1.0
     for k in range(j, -1, -1):
-        holds, falls, _ = held(segments, a, k, tau)
+        holds, falls, _ = held(segments, k, tau)
         total += holds - segments[STORED, k]
         slope += gain * falls
         if k == 0:
@@ -70,27 +70,30 @@ def _missing(segments: Table, guides: Table, a: float, j: int, tau: float) -> tu
     return total, slope
 
 
-@compiled
-def _alone(segments: Table, guides: Table, a: float, j: int) -> float:
+@apart
+def _alone(segments: Table, guides: Table, j: int) -> float:
     """τ*_j: the root of G_j, 0 for a slack prefix, inf for one without tendon."""
-    own = tension_of(segments, a, j)
+    own = tension_of(segments, j)
     if j == 0:
         return own
     if lowest(guides, j - 1, own) <= segments[ALONE, j - 1] <= highest(guides, j - 1, own):
         return own
-    if segments[STORED, : j + 1].sum() <= 0.0:
+    total = 0.0
+    for k in range(j + 1):
+        total += segments[STORED, k]
+    if total <= 0.0:
         return np.inf
     low = _SLACK  # not 0: only above it do the slack segments before this one spare tendon
-    if _missing(segments, guides, a, j, low)[0] <= 0.0:
+    if _missing(segments, guides, j, low)[0] <= 0.0:
         return 0.0
     high = own if np.isfinite(own) and own > 0.0 else 1.0
-    while _missing(segments, guides, a, j, high)[0] > 0.0:
+    while _missing(segments, guides, j, high)[0] > 0.0:
         low, high = high, 4.0 * high
         if high > 1e300:
             return np.inf
     tau = high
     for _ in range(_ITERATIONS):
-        value, slope = _missing(segments, guides, a, j, tau)
+        value, slope = _missing(segments, guides, j, tau)
         if value > 0.0:
             low = tau
         else:
@@ -124,14 +127,14 @@ def _lies_slack(segments: Table, guides: Table) -> bool:
 
 
 @compiled
-def _flow_at(segments: Table, guides: Table, a: float, j: int, beyond: float) -> float:
+def _flow_at(segments: Table, guides: Table, j: int, beyond: float) -> float:
     """Length that passes guide j towards the input, ``beyond`` being what passes the next one."""
     right = segments[TENSION, j + 1]
-    passed = segments[STORED, j + 1] + beyond - held(segments, a, j + 1, right)[0]
+    passed = segments[STORED, j + 1] + beyond - held(segments, j + 1, right)[0]
     high, low = highest(guides, j, right), lowest(guides, j, right)
     if right == 0.0:  # slack: it keeps what it holds, unless a neighbour needs it
         if segments[ALONE, j] > high * (1.0 + _TOUCHING):
-            passed = _missing(segments, guides, a, j, high)[0]
+            passed = _missing(segments, guides, j, high)[0]
         else:
             passed = min(0.0, passed)
     tau = segments[TENSION, j]
@@ -143,14 +146,14 @@ def _flow_at(segments: Table, guides: Table, a: float, j: int, beyond: float) ->
 
 
 @compiled
-def _holds(segments: Table, guides: Table, a: float) -> bool:
+def _holds(segments: Table, guides: Table) -> bool:
     """Whether every segment ends with what its tension says, a slack one with at least that."""
     passed, last = 0.0, guides.shape[1]
     for j in range(last + 1):
         beyond = guides[FLOW, j] if j < last else 0.0
         kept = segments[STORED, j] + beyond - passed
         passed = beyond
-        needed = held(segments, a, j, segments[TENSION, j])[0]
+        needed = held(segments, j, segments[TENSION, j])[0]
         tolerance = _TOUCHING * (needed + abs(beyond) + abs(kept - segments[STORED, j]))
         if kept < needed - tolerance:
             return False
@@ -159,8 +162,8 @@ def _holds(segments: Table, guides: Table, a: float) -> bool:
     return True
 
 
-@compiled
-def sweep(segments: Table, guides: Table, a: float) -> bool:
+@apart
+def sweep(segments: Table, guides: Table) -> bool:
     """Tensions, flows and slip of the whole tendon by the walk forward and back.
 
     Returns:
@@ -171,7 +174,7 @@ def sweep(segments: Table, guides: Table, a: float) -> bool:
         return True
     last = guides.shape[1]
     for j in range(last + 1):
-        segments[ALONE, j] = _alone(segments, guides, a, j)
+        segments[ALONE, j] = _alone(segments, guides, j)
     segments[TENSION, last] = segments[ALONE, last]
     if not np.isfinite(segments[TENSION, last]):
         return False
@@ -180,7 +183,7 @@ def sweep(segments: Table, guides: Table, a: float) -> bool:
         right = segments[TENSION, j + 1]
         low, high = lowest(guides, j, right), highest(guides, j, right)
         segments[TENSION, j] = min(max(segments[ALONE, j], low), high)
-        beyond = _flow_at(segments, guides, a, j, beyond)
+        beyond = _flow_at(segments, guides, j, beyond)
         guides[FLOW, j] = beyond
         guides[SLIP, j] = np.sign(beyond)
-    return _holds(segments, guides, a)
+    return _holds(segments, guides)

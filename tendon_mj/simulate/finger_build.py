@@ -22,8 +22,9 @@ _COLOUR = {"flexor": [0.85, 0.2, 0.15, 1.0], "extensor": [0.1, 0.35, 0.8, 1.0]}
 _SKIN, _STEEL, _OBJECT = [0.87, 0.72, 0.6, 0.45], [0.45, 0.47, 0.5, 1.0], [0.95, 0.65, 0.15, 1.0]
 _PHALANX, _OBJECT_BIT = 1, 2  # contact bits: phalanges touch the object and nothing else
 _OBJECT_SIZE = (0.007, 0.012, 0.008)  # half edges of the object [m]
-# so light joints would otherwise give way to what the motors can pull
-_LIMIT_SOLREF, _LIMIT_SOLIMP = (0.005, 1.0), (0.99, 0.999, 0.01, 0.5, 2.0)
+# so light joints would otherwise give way to what the motors can pull; 2 steps are the stiffest
+# that MuJoCo takes
+_LIMIT_STEPS, _LIMIT_SOLIMP = 2.0, (0.99, 0.999, 0.01, 0.5, 2.0)
 _TENDON_RADIUS = 0.0004  # as drawn [m]
 
 
@@ -77,7 +78,8 @@ def _add_phalanges(spec: mujoco.MjSpec, finger: Finger) -> None:
         hinge.range, hinge.limited = [joint.low, joint.high], True
         hinge.stiffness[0], hinge.damping[0] = joint.stiffness, joint.damping
         hinge.armature = joint.armature
-        hinge.solref_limit, hinge.solimp_limit = _LIMIT_SOLREF, _LIMIT_SOLIMP
+        hinge.solref_limit = [_LIMIT_STEPS * finger.timestep, 1.0]
+        hinge.solimp_limit = _LIMIT_SOLIMP
         end = joint.length if name != JOINTS[-1] else joint.length - joint.radius
         body.add_geom(
             name=name,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.errors import RecordingError, UnknownNameError
+from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.simulate.finger import JOINTS, TENDONS, Finger
 from tendon_mj.simulate.recording_table import TIME, read_table
 
@@ -20,6 +21,7 @@ _INTERVAL = 0.01  # between samples of the named ones [s]
 _CURLED = np.radians([75.0, 80.0, 60.0])  # what a curl asks for
 _TOUCHING = np.radians([45.0, 34.0, 45.0])  # beyond the pose in which the tip touches the object
 _REST = 4.0  # tension that both tendons are kept at [N], the default pretension
+_SLACK = 1e-3  # by which a trajectory may exceed a range, as rounded tables do [rad or N]
 
 
 @dataclass(frozen=True)
@@ -124,6 +126,44 @@ def find_trajectory(name: str) -> Trajectory:
     if Path(name).is_file():
         return read_trajectory(Path(name))
     raise UnknownNameError("trajectory or CSV file", name, NAMED)
+
+
+def check_reach(trajectory: Trajectory, finger: Finger) -> None:
+    """Refuse joint angles beyond the joints' ranges, and tensions that the motors cannot bring up.
+
+    Raises:
+        InvalidValueError: names the joint or tendon, the first such moment, value and range.
+    """
+    kind = "tendon" if trajectory.by_tension else "joint"
+    for column, (low, high) in _reach(trajectory, finger).items():
+        values, (name, _, unit) = trajectory.columns[column], column.rpartition("_")
+        beyond = np.flatnonzero((values < low - _SLACK) | (values > high + _SLACK))
+        if beyond.size:
+            k = beyond[0]
+            degrees = f" ({np.degrees(values[k]):.4g} deg)" if unit == "rad" else ""
+            raise InvalidValueError(
+                f"trajectory {trajectory.name!r}: {kind} {name!r} is asked for {values[k]:.4g} "
+                f"{unit}{degrees} at {trajectory.time[k]:g} s, beyond its range of {low:.4g} to "
+                f"{high:.4g} {unit}"
+            )
+
+
+def clamped(trajectory: Trajectory, finger: Finger) -> Trajectory:
+    """The same, kept within what `check_reach` lets pass."""
+    columns = {
+        column: np.clip(trajectory.columns[column], *limits)
+        for column, limits in _reach(trajectory, finger).items()
+    }
+    return dataclasses.replace(trajectory, columns=columns)
+
+
+def _reach(trajectory: Trajectory, finger: Finger) -> dict[str, tuple[float, float]]:
+    """Lowest and highest value of every column."""
+    if not trajectory.by_tension:
+        ranges = [(joint.low, joint.high) for joint in finger.joints.values()]
+        return dict(zip(ANGLES, ranges, strict=True))
+    most = finger.pretension + finger.motor_torque * finger.gear / finger.spool_radius
+    return dict.fromkeys(trajectory.columns, (0.0, most))
 
 
 def wander(finger: Finger, seed: int, duration: float = 60.0) -> Trajectory:

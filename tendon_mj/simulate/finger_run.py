@@ -9,7 +9,7 @@ import numpy as np
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.simulate.finger import TENDONS, Finger, spool_angles
-from tendon_mj.simulate.finger_motion import ANGLES, Array, Trajectory
+from tendon_mj.simulate.finger_motion import ANGLES, Array, Trajectory, check_reach
 from tendon_mj.simulate.recording import Measured, Recording
 from tendon_mj.simulate.replay import replay
 from tendon_mj.simulate.replay_parameters import Adjustable
@@ -40,8 +40,10 @@ def drive_recording(
         friction: μ of every sheath in place of the model's [-].
 
     Raises:
-        InvalidValueError: a tension of a tendon that the model does not have.
+        InvalidValueError: a tension of a tendon that the model does not have; an angle beyond its
+            joint's range, or a tension beyond what a motor gives.
     """
+    check_reach(trajectory, finger)
     tendons = [t for t in TENDONS if t in {model.tendon(k).name for k in range(model.ntendon)}]
     columns, drive, known = _commands(trajectory, finger, tendons)
     if trajectory.aside:
@@ -138,7 +140,8 @@ def simulate(
         Columns `asked_…` of the trajectory, `…_command_…` driven, and one for every sensor.
 
     Raises:
-        InvalidValueError: a tension of a tendon that the model does not have.
+        InvalidValueError: a tension of a tendon that the model does not have; an angle or tension
+            out of reach.
         TendonError: the simulation failed; the message says when.
     """
     finger = finger or Finger()

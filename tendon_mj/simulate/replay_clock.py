@@ -35,10 +35,16 @@ class Clock:
         """(steps+1,) times of the grid [s]."""
         return self.start + self.timestep * np.arange(self.steps + 1, dtype=np.float64)
 
-    def sample(self, series: FloatArray) -> FloatArray:
-        """(steps+1, …) on the grid to (n, …) at the samples: taken there, or linear between."""
-        below = np.clip(np.floor(self.places).astype(int), 0, self.steps - 1)
-        share = (self.places - below).reshape(-1, *[1] * (series.ndim - 1))
+    def sample(self, series: FloatArray, delay: float = 0.0) -> FloatArray:
+        """(steps+1, …) on the grid to (n, …) at the samples: taken there, or linear between.
+
+        ``delay`` ≥ 0 [s] earlier; what would be before the grid is its first value.
+        """
+        places = self.places
+        if delay > 0.0:
+            places = np.maximum(0.0, places - delay / self.timestep)
+        below = np.clip(np.floor(places).astype(int), 0, self.steps - 1)
+        share = (places - below).reshape(-1, *[1] * (series.ndim - 1))
         between: FloatArray = (1.0 - share) * series[below] + share * series[below + 1]
         return between
 

@@ -2,19 +2,21 @@
 
 | element | parameters |
 |---|---|
-| sheath | those of `tendon_mj.Parameters`: friction [-], axial_stiffness [N], … |
+| sheath, servo | those of `tendon_mj.Parameters`: friction [-], axial_stiffness [N], … |
 | joint | stiffness, damping, frictionloss, armature, springref [SI of a hinge or slide] |
 | actuator | gear; kp, kv of a position servo; command_scale [-], command_offset [of its control] |
-| sensor | scale [-], offset [of its reading] |
+| sensor | scale [-], offset [of its reading], delay [s], lag [s], drift [of its reading per s] |
+| gravity | x, y, z [m/s²] |
 
-The scale and offset of actuators and sensors are the rig's: control = scale × column + offset, and
-column = scale × reading + offset.
+The last two of actuators and those of sensors are the rig's: control = scale × column + offset, and
+a column is what `replay_readout` makes of a reading.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from typing import Literal, NamedTuple
 
 import mujoco
 import numpy as np
@@ -23,10 +25,31 @@ from numpy.typing import NDArray
 from tendon_mj.attach import Parameters
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.sheath.law import check_static
+from tendon_mj.simulate.replay_readout import Readout, stored_commands, stored_readouts
+from tendon_mj.simulate.replay_units import JOINT, UNKNOWN, live_unit, rate
 
-_OBJ, _JNT = mujoco.mjtObj, mujoco.mjtJoint
-_Setter = Callable[[float], None]
+_OBJ, _JNT, _TRN = mujoco.mjtObj, mujoco.mjtJoint, mujoco.mjtTrn
 _Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
+
+Kind = Literal["live", "joint", "actuator", "sensor", "gravity"]
+
+
+class Parameter(NamedTuple):
+    """A number of a model: its value, its unit, and what kind of element has it.
+
+    ``live``: of a sheath or servo, in `mjData.plugin_state`.
+    """
+
+    value: float
+    unit: str
+    kind: Kind
+
+
+class _Entry(NamedTuple):
+    kind: Kind
+    unit: str
+    places: list[_Place]
+    low: float = -math.inf
 
 
 class Adjustable:
@@ -37,20 +60,33 @@ class Adjustable:
 
     Attributes:
         model, data: ready to run, with what ``set`` was given.
-        commands, readings: (nactuator, 2), (nsensor, 2) scale and offset, for who runs the model.
+        commands: (nactuator, 2) scale and offset, for who runs the model.
+        readings: (nsensor, 5) `Readout` of every sensor, for who runs the model.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self.model = model
         self.data = mujoco.MjData(model)
-        self.commands = np.tile([1.0, 0.0], (model.nactuator, 1))
-        self.readings = np.tile([1.0, 0.0], (model.nsensor, 1))
-        self._sheaths = Parameters(model, self.data)
-        self._setters = self._joints() | self._actuators() | self._sensors()
+        self.commands = stored_commands(model)
+        self.readings = stored_readouts(model)
+        self._live = Parameters(model, self.data)
+        self._entries = self._joints() | self._actuators() | self._sensors() | self._gravity()
+        for name, entry in self._entries.items():
+            if entry.kind == "sensor":  # from user data, which nobody checked
+                _check(name, entry, _value(entry))
 
     def names(self) -> list[str]:
         """Every parameter there is."""
-        return sorted([*self._sheaths, *self._setters])
+        return sorted([*self._live, *self._entries])
+
+    def parameters(self) -> dict[str, Parameter]:
+        """Every parameter as it is now."""
+        found = {
+            name: Parameter(value, live_unit(name.rsplit(".", 1)[1]), "live")
+            for name, value in self._live.items()
+        }
+        found |= {n: Parameter(_value(e), e.unit, e.kind) for n, e in self._entries.items()}
+        return dict(sorted(found.items()))
 
     def set(self, values: Mapping[str, float]) -> None:
         """Give parameters values; those that are not named keep theirs.
@@ -59,31 +95,34 @@ class Adjustable:
             UnknownNameError: no such parameter, with the nearest; nothing is changed then.
             InvalidValueError: a value outside its range.
         """
-        known = self.names()
         for name in values:
-            if name not in known:
-                raise UnknownNameError("parameter", name, known)
+            if name not in self._entries and name not in self._live:
+                raise UnknownNameError("parameter", name, self.names())
         for name, value in values.items():
-            if name in self._setters:
-                self._setters[name](float(value))
+            if name in self._entries:
+                entry = self._entries[name]
+                _check(name, entry, value)
+                for array, index, factor in entry.places:
+                    array[index] = factor * value
             else:
-                self._sheaths[name] = value
-        for name in values.keys() - self._setters.keys():
+                self._live[name] = value
+        for name in values.keys() - self._entries.keys():
             self._check_sheath(name.rsplit(".", 1)[0])
         if any(name.endswith(".armature") for name in values):
             mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
 
     def _check_sheath(self, sheath: str) -> None:
-        static = self._sheaths[f"{sheath}.static_friction"]
-        if static > 0.0:  # 0: not given, it is the dynamic one then
-            check_static(self._sheaths[f"{sheath}.friction"], static, sheath)
+        static = self._live.get(f"{sheath}.static_friction", 0.0)
+        if static > 0.0:  # 0: not given, it is the dynamic one then; and a servo has none
+            check_static(self._live[f"{sheath}.friction"], static, sheath)
 
-    def _joints(self) -> dict[str, _Setter]:
+    def _joints(self) -> dict[str, _Entry]:
         m, found = self.model, {}
         for joint in range(m.njnt):
             name = mujoco.mj_id2name(m, _OBJ.mjOBJ_JOINT, joint)
             if name and m.jnt_type[joint] in (_JNT.mjJNT_HINGE.value, _JNT.mjJNT_SLIDE.value):
                 dof, angle = m.jnt_dofadr[joint], m.jnt_qposadr[joint]
+                slides = bool(m.jnt_type[joint] == _JNT.mjJNT_SLIDE.value)
                 for parameter, array, index, low in (
                     ("stiffness", m.jnt_stiffness, joint, 0.0),
                     ("damping", m.dof_damping, dof, 0.0),
@@ -91,49 +130,66 @@ class Adjustable:
                     ("armature", m.dof_armature, dof, 0.0),
                     ("springref", m.qpos_spring, angle, -math.inf),
                 ):
-                    key = f"{name}.{parameter}"
-                    found[key] = _into(key, [(array, index, 1.0)], low)
+                    unit = JOINT[parameter][slides]
+                    places: list[_Place] = [(array, index, 1.0)]
+                    found[f"{name}.{parameter}"] = _Entry("joint", unit, places, low)
         return found
 
-    def _actuators(self) -> dict[str, _Setter]:
+    def _actuators(self) -> dict[str, _Entry]:
         m, found = self.model, {}
         gain, bias = m.actuator_gainprm, m.actuator_biasprm
         for k in range(m.nactuator):
             name = mujoco.mj_id2name(m, _OBJ.mjOBJ_ACTUATOR, k)
             if not name:
                 continue
-            slots: dict[str, tuple[list[_Place], float]] = {
-                "gear": ([(m.actuator_gear, (k, 0), 1.0)], -math.inf),
-                "command_scale": ([(self.commands, (k, 0), 1.0)], -math.inf),
-                "command_offset": ([(self.commands, (k, 1), 1.0)], -math.inf),
+            slots: dict[str, tuple[str, list[_Place], float]] = {
+                "gear": ("-", [(m.actuator_gear, (k, 0), 1.0)], -math.inf),
+                "command_scale": ("-", [(self.commands, (k, 0), 1.0)], -math.inf),
+                "command_offset": (UNKNOWN, [(self.commands, (k, 1), 1.0)], -math.inf),
             }
             if gain[k, 0] != 0.0 and gain[k, 0] == -bias[k, 1]:  # a position servo
-                slots["kp"] = ([(gain, (k, 0), 1.0), (bias, (k, 1), -1.0)], 0.0)
-                slots["kv"] = ([(bias, (k, 2), -1.0)], 0.0)
-            for parameter, (places, low) in slots.items():
-                key = f"{name}.{parameter}"
-                found[key] = _into(key, places, low)
+                slides = not self._turns(k)
+                places: list[_Place] = [(gain, (k, 0), 1.0), (bias, (k, 1), -1.0)]
+                slots["kp"] = (JOINT["stiffness"][slides], places, 0.0)
+                slots["kv"] = (JOINT["damping"][slides], [(bias, (k, 2), -1.0)], 0.0)
+            for parameter, (unit, places, low) in slots.items():
+                found[f"{name}.{parameter}"] = _Entry("actuator", unit, places, low)
         return found
 
-    def _sensors(self) -> dict[str, _Setter]:
+    def _turns(self, actuator: int) -> bool:
+        """Whether it moves a hinge."""
+        m = self.model
+        on_joint = m.actuator_trntype[actuator] == _TRN.mjTRN_JOINT.value
+        joint = m.actuator_trnid[actuator, 0]
+        return bool(on_joint and m.jnt_type[joint] == _JNT.mjJNT_HINGE.value)
+
+    def _sensors(self) -> dict[str, _Entry]:
         found = {}
+        units = Readout("-", UNKNOWN, "s", "s", rate(UNKNOWN))  # type: ignore[arg-type]
         for k in range(self.model.nsensor):
             name = mujoco.mj_id2name(self.model, _OBJ.mjOBJ_SENSOR, k)
-            for column, parameter in enumerate(("scale", "offset")):
-                key = f"{name}.{parameter}"
+            for column, parameter in enumerate(Readout._fields):
+                low = 0.0 if parameter in ("delay", "lag") else -math.inf
+                places: list[_Place] = [(self.readings, (k, column), 1.0)]
                 if name:
-                    found[key] = _into(key, [(self.readings, (k, column), 1.0)], -math.inf)
+                    entry = _Entry("sensor", str(units[column]), places, low)
+                    found[f"{name}.{parameter}"] = entry
         return found
 
+    def _gravity(self) -> dict[str, _Entry]:
+        gravity = self.model.opt.gravity
+        return {
+            f"gravity.{axis}": _Entry("gravity", "m/s²", [(gravity, k, 1.0)])
+            for k, axis in enumerate("xyz")
+        }
 
-def _into(name: str, places: list[_Place], low: float) -> _Setter:
-    """A function that writes a checked value, times a factor, to every place."""
 
-    def write(value: float) -> None:
-        if not (math.isfinite(value) and value >= low):
-            bound = f" and ≥ {low:g}" if math.isfinite(low) else ""
-            raise InvalidValueError(f"{name} = {value:g} must be finite{bound}")
-        for array, index, factor in places:
-            array[index] = factor * value
+def _value(entry: _Entry) -> float:
+    array, index, factor = entry.places[0]
+    return float(array[index]) * factor + 0.0  # + 0: no negative zero
 
-    return write
+
+def _check(name: str, entry: _Entry, value: float) -> None:
+    if not (math.isfinite(value) and value >= entry.low):
+        bound = f" and ≥ {entry.low:g}" if math.isfinite(entry.low) else ""
+        raise InvalidValueError(f"{name} = {value:g} must be finite{bound}")

@@ -51,35 +51,55 @@ def run_open_loop(
     """
     readings = np.empty((len(control), model.nsensordata))
     start = _state(model, data)
-    state, warmstart = start, data.qacc_warmstart.copy()
     chunk = _CHUNK if progress else len(control)
     for first in range(0, len(control), chunk):
         part = slice(first, min(first + chunk, len(control)))
-        rollout.rollout(
-            [model],
-            [data],
-            state[None],
-            control[None, part],
-            skip_checks=True,  # with them it would allocate the states of all steps
-            nstep=part.stop - part.start,
-            initial_warmstart=warmstart[None],
-            sensordata=readings[None, part],
-        )
-        if any(w.number for w in data.warning) or not np.isfinite(readings[part]).all():
+        if not _run(model, data, control[part], readings[part]):
             raise TendonError(f"{where} failed {_first_failure(model, start, control, when)}")
-        state, warmstart = _state(model, data), data.qacc_warmstart.copy()
         if progress:
             progress(part.stop / len(control))
-    for name, sheath in sheaths(model).items():
-        unsolved = int(data.plugin_state[sheath.state + UNSOLVED])
-        if unsolved:
-            warnings.warn(
-                f"{where}: sheath {name!r} found no equilibrium in {unsolved} of {len(control)}"
-                " evaluations, and took the best that it had",
-                RuntimeWarning,
-                stacklevel=3,
-            )
+    for name, unsolved in unsolved_sheaths(model, data).items():
+        warnings.warn(
+            f"{where}: sheath {name!r} found no equilibrium in {unsolved} of {len(control)}"
+            " evaluations, and took the best that it had",
+            RuntimeWarning,
+            stacklevel=3,
+        )
     return readings
+
+
+def try_open_loop(
+    model: mujoco.MjModel, data: mujoco.MjData, control: FloatArray
+) -> FloatArray | None:
+    """The same where failing is an answer: None then, and nobody is warned."""
+    readings = np.empty((len(control), model.nsensordata))
+    return readings if _run(model, data, control, readings) else None
+
+
+def unsolved_sheaths(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, int]:
+    """Evaluations whose flow was not solved, of every sheath that had such."""
+    found = {
+        name: int(data.plugin_state[sheath.state + UNSOLVED])
+        for name, sheath in sheaths(model).items()
+    }
+    return {name: unsolved for name, unsolved in found.items() if unsolved}
+
+
+def _run(
+    model: mujoco.MjModel, data: mujoco.MjData, control: FloatArray, readings: FloatArray
+) -> bool:
+    """From where the data is; false where MuJoCo warned or a reading is not finite."""
+    rollout.rollout(
+        [model],
+        [data],
+        _state(model, data)[None],
+        control[None],
+        skip_checks=True,  # with them it would allocate the states of all steps
+        nstep=len(control),
+        initial_warmstart=data.qacc_warmstart.copy()[None],
+        sensordata=readings[None],
+    )
+    return not any(w.number for w in data.warning) and bool(np.isfinite(readings).all())
 
 
 def _state(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:

@@ -13,19 +13,18 @@ from numpy.typing import NDArray
 from tendon_mj.errors import RecordingError
 from tendon_mj.simulate.recording import UNITS, Recording
 from tendon_mj.simulate.replay_error import Misfit, replay_error
+from tendon_mj.simulate.replay_units import column_unit
 from tendon_mj.view.style import PALE, SERIES, new_figure, print_style
 
 FloatArray = NDArray[np.float64]
 RECORDED = "recording"  # which may itself be simulated; its source is in the title
-_WRITTEN = {"Nm": "N m", "rad_per_s": "rad/s", "m_per_s": "m/s"}
 
 
 def column_label(column: str) -> str:
     """A recording's column as an axis label: ``joint_rad`` is `joint [rad]`."""
     suffix = max((unit for unit in UNITS if column.endswith(unit)), key=len, default="")
-    unit = suffix.removeprefix("_")
     name = column.removesuffix(suffix).replace("_", " ")
-    return f"{name} [{_WRITTEN.get(unit, unit)}]" if unit else name
+    return f"{name} [{column_unit(column)}]" if suffix else name
 
 
 def replay_figure(measured: Recording, simulated: Mapping[str, Recording]) -> Figure:

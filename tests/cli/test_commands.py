@@ -82,7 +82,17 @@ def test_refusals_are_one_line(arguments, said, tmp_path, capsys):
 def test_help_names_the_commands():
     script = "from tendon_mj.cli import main; main(['--help'])"
     shown = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True).stdout
-    for command in ("compare", "servo", "replay", "render", "simulate", "view", "paper", "demo"):
+    for command in (
+        "compare",
+        "servo",
+        "replay",
+        "diagnose",
+        "render",
+        "simulate",
+        "view",
+        "paper",
+        "demo",
+    ):
         assert command in shown
 
 
@@ -145,8 +155,19 @@ def test_simulate_finger_follows_a_table(tmp_path):
     assert main(arguments) == 0
     tension = read_recording(out / "pull").columns["flexor_input_tension_N"]
     assert tension[-1] == pytest.approx(8.0, abs=0.3)
+    tracking = read(out)["friction as in the model"]["tracking"]
+    assert tracking["flexor_input_tension_N"].keys() == {"rmse", "largest", "bias"}
     table.write_text("time_s,thumb_N\n0,4\n1,8\n")
     assert main(arguments) == 2
+
+
+def test_simulate_finger_refuses_degrees_and_clamps_when_told_to(tmp_path, capsys):
+    table = tmp_path / "degrees.csv"
+    table.write_text("time_s,mcp_rad,pip_rad,dip_rad\n0,0,0,0\n1,45,0,0\n")
+    arguments = ["simulate", "finger", "--motion", str(table), "--out", str(tmp_path), "--no-clip"]
+    assert main(arguments) == 2
+    assert "joint 'mcp' is asked for 45 rad" in " ".join(capsys.readouterr().err.split())
+    assert main([*arguments, "--clamp"]) == 0
 
 
 def test_a_clip_of_the_finger(tmp_path):

@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj import add_servo
-from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj import Parameters, add_servo
+from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tests.engine.servos import hand
 
 MODEL = """
@@ -98,6 +98,71 @@ def test_python_refuses_the_same_before_anything_is_added():
         add_servo(spec, "tendon", **gains)
     assert len(spec.actuators) == before
     spec.compile()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "pattern"),
+    [
+        ({"backdrive": "maybe"}, "backdrive = 'maybe' must be True or False"),
+        ({"backdrive": 1}, "backdrive = 1 must be True or False"),
+        ({"tension_gain": "7"}, r"tension_gain = '7' is not a number \[-\]"),
+        ({"velocity_gain": True}, r"velocity_gain = True is not a number \[N m s/rad\]"),
+        ({"delay": [0.1, 0.2]}, r"delay = \[0.1, 0.2\] is not a number \[s\]"),
+        ({"period": np.array([0.1, 0.2])}, "period = .* is not one number"),
+        ({"speed_limit": np.float32(-1.0)}, r"speed_limit = -1 \[rad/s\] must be finite and ≥ 0"),
+        ({"feedback": 3}, "unknown feedback '3'"),
+    ],
+    ids=str,
+)
+def test_python_refuses_what_is_no_number_or_no_switch(wrong, pattern):
+    gains = {"tension_gain": 1.0, "velocity_gain": 1.0} | wrong
+    with pytest.raises(ValueError, match=r"servo 'second': .*" + pattern) as caught:
+        add_servo(hand(), "tendon", name="second", **gains)
+    assert isinstance(caught.value, TendonError)
+
+
+CLOCKS = {
+    "runge-kutta": {"integrator": "RK4"},
+    "sampled": {"period": 0.004},
+    "delayed": {"delay": 0.004},
+    "delayed less than a period": {"period": 0.004, "delay": 0.001},
+    "both": {"period": 0.003, "delay": 0.0105},
+}
+
+
+def largest(**clock):
+    """Velocity gain that the refusal names."""
+    with pytest.raises(ValueError, match="makes the motor swing up") as refused:
+        hand(velocity_gain=1e6, **clock).compile()
+    return float(str(refused.value).rpartition("< ")[2])
+
+
+def swing(share, most, **clock):
+    """Speeds, over the first, of a motor turned a little that nothing but damping acts on."""
+    model = hand(velocity_gain=0.8 * most, tension_gain=1e-9, **clock).compile()
+    data = mujoco.MjData(model)
+    parameters = Parameters(model, data)
+    for gain in ("velocity_gain", "loosening_velocity_gain"):
+        parameters[f"servo.{gain}"] = share * most  # live, it is not checked
+    data.qvel[-1] = 1e-6
+    for _ in range(3000):
+        mujoco.mj_step(model, data)
+        yield abs(data.qvel[-1]) / 1e-6
+
+
+@pytest.mark.parametrize("clock", CLOCKS.values(), ids=CLOCKS)
+def test_damping_that_is_not_implicit_is_refused_from_where_it_swings_up(clock):
+    most = largest(**clock)
+    *_, last = swing(0.8, most, **clock)
+    assert last < 0.01
+    assert any(speed > 100.0 for speed in swing(1.1, most, **clock))
+
+
+def test_loosening_has_the_same_bound_and_implicit_damping_none():
+    most = largest(period=0.004)
+    with pytest.raises(ValueError, match="loosening_velocity_gain = "):
+        hand(period=0.004, loosening_velocity_gain=1.01 * most).compile()
+    hand(velocity_gain=1e6).compile()
 
 
 def test_two_actuators_cannot_share_a_servo():

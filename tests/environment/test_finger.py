@@ -150,3 +150,35 @@ def test_friction_is_felt():
 def test_ranges_out_of_order_are_refused_by_name(bad):
     with pytest.raises(InvalidValueError, match="friction"):
         Ranges(friction=bad)
+
+
+@pytest.mark.parametrize(
+    ("field", "bad", "said"),
+    [
+        ("friction", 0.2, r"friction = 0.2 \[-\] must be a pair .* \(0.2, 0.2\)"),
+        ("friction", "ab", "friction = 'ab' .* must be a pair of numbers"),
+        ("pretension", (1.0, 2.0, 3.0), r"pretension = \(1.0, 2.0, 3.0\) \[N\] must be a pair"),
+        ("bend", None, r"bend = None \[rad\] must be a pair of numbers \(low, high\)"),
+        ("axial_stiffness", (0, 0), r"axial_stiffness = \(0, 0\) \[N\] .* in order and > 0"),
+    ],
+)
+def test_ranges_that_are_no_pair_of_lawful_numbers_are_refused_when_made(field, bad, said):
+    with pytest.raises(InvalidValueError, match=said):
+        Ranges(**{field: bad})
+
+
+def test_ranges_take_any_pair_of_numbers():
+    assert Ranges(friction=[0, np.float32(0.5)]).friction == (0.0, 0.5)
+
+
+@pytest.mark.parametrize(
+    "action",
+    [0.0, [0.0], [0.0, 0.0, 0.0], [[0.0, 0.0]], [0.0, math.nan], None, ["a", "b"]],
+    ids=str,
+)
+def test_an_action_that_is_not_one_number_a_tendon_is_refused(action):
+    environment = hold_force(seed=0, ranges=Ranges(bend=KEPT_BEND))
+    environment.reset()
+    with pytest.raises(InvalidValueError, match=r"action = .* must be 2 finite .* shape \(2,\)"):
+        environment.step(action)
+    environment.step([0.0, 0.0])

@@ -14,7 +14,9 @@ def tendon(lengths, strains, bends, mu_s, mu_d, constant=0.0, was=0.0):
     segments[t.LENGTH] = lengths
     segments[t.STORED] = lengths / (1.0 + np.asarray(strains, float))
     segments[t.TENSION] = np.maximum(strains, 0.0)
+    segments[t.SHARE] = 1.0
     guides[t.STATIC], guides[t.DYNAMIC] = np.exp(mu_s * bends), np.exp(mu_d * bends)
+    guides[t.BACK_STATIC], guides[t.BACK_DYNAMIC] = guides[t.STATIC], guides[t.DYNAMIC]
     guides[t.CONSTANT], guides[t.WAS] = constant, was
     return segments, guides
 

@@ -25,7 +25,7 @@ def lies_slack(segments):
 @EVERY
 @given(random_tendons(slack=False))
 def test_a_taut_tendon_always_has_a_solution(tables):
-    assert settle(*tables, 1.0)
+    assert settle(*tables)
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -39,7 +39,7 @@ def test_what_is_called_solved_is_solved_where_slack_and_constant_friction_meet(
         segments, guides = tendon(
             10.0 ** rng.uniform(-3, 0, n + 1), strains, bends, 0.5, 0.5, 1e-3 / n
         )
-        if settle(segments, guides, 1.0):
+        if settle(segments, guides):
             solved += 1
             strain = np.maximum(segments[t.LENGTH] / after(segments, guides) - 1.0, 0.0)
             np.testing.assert_allclose(segments[t.TENSION], strain, rtol=0, atol=1e-10)
@@ -50,7 +50,7 @@ def test_what_is_called_solved_is_solved_where_slack_and_constant_friction_meet(
 @given(random_tendons())
 def test_every_segment_obeys_hooke_and_no_tendon_is_lost(tables):
     segments, guides = tables
-    assume(settle(segments, guides, 1.0))
+    assume(settle(segments, guides))
     stored = after(segments, guides)
     assert abs(stored.sum() - segments[t.STORED].sum()) <= 1e-15 * segments[t.STORED].sum() * 10
     strain = np.maximum(segments[t.LENGTH] / stored - 1.0, 0.0)
@@ -63,7 +63,7 @@ def test_every_segment_obeys_hooke_and_no_tendon_is_lost(tables):
 @given(random_tendons())
 def test_a_guide_at_rest_holds_no_more_than_it_can(tables):
     segments, guides = tables
-    assume(settle(segments, guides, 1.0))
+    assume(settle(segments, guides))
     left, right = segments[t.TENSION, :-1], segments[t.TENSION, 1:]
     rests = guides[t.FLOW] == 0.0
     up = np.where(guides[t.WAS] > 0.0, guides[t.DYNAMIC], guides[t.STATIC])
@@ -77,7 +77,7 @@ def test_a_guide_at_rest_holds_no_more_than_it_can(tables):
 @given(random_tendons())
 def test_a_guide_slides_at_its_bound_towards_the_higher_tension(tables):
     segments, guides = tables
-    assume(settle(segments, guides, 1.0))
+    assume(settle(segments, guides))
     left, right = segments[t.TENSION, :-1], segments[t.TENSION, 1:]
     flow, ratio, rubs = guides[t.FLOW], guides[t.DYNAMIC], guides[t.CONSTANT]
     assume(not lies_slack(segments))
@@ -98,7 +98,7 @@ def test_a_guide_slides_at_its_bound_towards_the_higher_tension(tables):
 @given(random_tendons())
 def test_friction_only_takes_energy(tables):
     segments, guides = tables
-    assume(settle(segments, guides, 1.0))
+    assume(settle(segments, guides))
     work = (segments[t.TENSION, :-1] - segments[t.TENSION, 1:]) * guides[t.FLOW]
     assert work.min() >= -1e-13 * segments[t.TENSION].max()
 
@@ -107,11 +107,11 @@ def test_friction_only_takes_energy(tables):
 @given(random_tendons())
 def test_a_step_after_a_step_changes_nothing(tables):
     segments, guides = tables
-    assume(settle(segments, guides, 1.0))
+    assume(settle(segments, guides))
     first = segments[t.TENSION].copy()
     segments[t.STORED] = after(segments, guides)
     guides[t.WAS] = np.sign(guides[t.FLOW])
-    assert settle(segments, guides, 1.0)
+    assert settle(segments, guides)
     np.testing.assert_allclose(segments[t.TENSION], first, rtol=1e-9, atol=1e-12)
 
 
@@ -119,9 +119,9 @@ def test_a_step_after_a_step_changes_nothing(tables):
 @given(random_tendons())
 def test_the_fast_way_and_the_sure_way_agree(tables):
     segments, guides = tables
-    solved = settle(segments, guides, 1.0)
+    solved = settle(segments, guides)
     other, held = segments.copy(), guides.copy()
-    assert sweep(other, held, 1.0) == solved
+    assert sweep(other, held) == solved
     assume(solved)
     scale = max(segments[t.TENSION].max(), 1e-6)
     np.testing.assert_allclose(other[t.TENSION], segments[t.TENSION], rtol=0, atol=1e-9 * scale)

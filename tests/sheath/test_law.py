@@ -15,7 +15,10 @@ LAW = Law(axial_stiffness=20e3, friction=0.15)
 @pytest.mark.parametrize("name", list(RANGES))
 @pytest.mark.parametrize("value", [-1.0, math.nan, math.inf, -math.inf])
 def test_a_value_out_of_range_is_named_with_its_range_and_unit(name, value):
-    with pytest.raises(InvalidValueError, match=rf"^{name} = {value:g} \[.+\] must be finite and"):
+    if RANGES[name].admits(value):
+        assert math.isinf(RANGES[name].low)
+        return
+    with pytest.raises(InvalidValueError, match=rf"^{name} = {value:g} \[.+\] must be finite"):
         replace(LAW, **{name: value})
 
 
@@ -50,3 +53,23 @@ def test_a_law_does_not_change():
 def test_every_refusal_is_a_value_error_of_this_package():
     assert issubclass(InvalidValueError, TendonError)
     assert issubclass(InvalidValueError, ValueError)
+
+
+def test_friction_by_direction_is_positive_either_way():
+    for value in (-1.0, 1.0, 1.5):
+        with pytest.raises(
+            InvalidValueError,
+            match=rf"direction_asymmetry = {value:g} \[-\] must be finite and > -1 and < 1",
+        ):
+            replace(LAW, direction_asymmetry=value)
+    replace(LAW, direction_asymmetry=-0.99)
+
+
+@pytest.mark.parametrize(
+    ("effect", "scale"), [("stribeck_friction", "stribeck_velocity"), ("creep", "creep_time")]
+)
+def test_an_effect_needs_its_scale(effect, scale):
+    with pytest.raises(InvalidValueError, match=rf"^{effect} = 0\.1 needs {scale} > 0 \["):
+        replace(LAW, **{effect: 0.1})
+    replace(LAW, **{effect: 0.1, scale: 0.01})
+    replace(LAW, **{scale: 0.01})

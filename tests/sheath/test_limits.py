@@ -18,7 +18,7 @@ ANY = some.floats(allow_nan=True, allow_infinity=True)
 def test_without_tendon_it_says_so_and_nothing_flows(n, left):
     segments, guides = uniform(n, 0.5)
     segments[t.STORED, 0] -= segments[t.STORED].sum() - left
-    assert not settle(segments, guides, 1.0)
+    assert not settle(segments, guides)
     assert not guides[t.FLOW].any()
 
 
@@ -26,7 +26,7 @@ def test_without_tendon_it_says_so_and_nothing_flows(n, left):
 def test_a_little_tendon_is_still_solved(left):
     segments, guides = uniform(8, 0.5, length=0.5)
     segments[t.STORED, 0] -= segments[t.STORED].sum() - left
-    assert settle(segments, guides, 1.0)
+    assert settle(segments, guides)
     ratios = segments[t.TENSION, :-1] / segments[t.TENSION, 1:]
     np.testing.assert_allclose(ratios, np.exp(0.5 / 8), rtol=1e-9)
     stored = segments[t.LENGTH] / (1.0 + segments[t.TENSION])
@@ -37,21 +37,21 @@ def test_a_little_tendon_is_still_solved(left):
 def test_a_tendon_longer_than_its_path_carries_nothing(n):
     segments, guides = uniform(n, 0.5)
     segments[t.STORED, 0] += 0.1
-    assert settle(segments, guides, 1.0)
+    assert settle(segments, guides)
     assert not segments[t.TENSION].any()
 
 
 def test_slack_at_the_input_leaves_the_far_tension_held_by_friction():
     segments, guides = uniform(4, 3.0)
     segments[t.STORED, 0] += 2e-4
-    assert settle(segments, guides, 1.0)
+    assert settle(segments, guides)
     assert segments[t.TENSION, 0] < 0.2 * segments[t.TENSION, -1]
 
 
 def test_friction_cannot_hold_against_no_tension_at_all():
     # e^λ times nothing is nothing: what is slack at one end is slack at the other
     segments, guides = tendon([0.1, 0.1], [-0.5, 1e-3], [1.0], 1.0, 1.0)
-    assert settle(segments, guides, 1.0)
+    assert settle(segments, guides)
     assert not segments[t.TENSION].any()
 
 
@@ -60,7 +60,7 @@ def test_a_jump_of_the_input_by_the_whole_backlash_is_solved_in_one_step():
     for tables, steps in ((many, 400), (once, 1)):
         for _ in range(steps):
             tables[0][t.STORED, 0] -= 5e-3 / steps
-            assert settle(*tables, 1.0)
+            assert settle(*tables)
             flow = np.concatenate([[0.0], tables[1][t.FLOW], [0.0]])
             tables[0][t.STORED] += np.diff(flow)
     np.testing.assert_allclose(once[0][t.TENSION], many[0][t.TENSION], rtol=1e-9)
@@ -74,7 +74,7 @@ def test_it_ends_whatever_it_is_given(n, data):
         segments[row] = data.draw(some.lists(ANY, min_size=n + 1, max_size=n + 1))
     for row in (t.STATIC, t.DYNAMIC, t.CONSTANT, t.WAS):
         guides[row] = data.draw(some.lists(ANY, min_size=n, max_size=n))
-    assert settle(segments, guides, 1.0) in (True, False)
+    assert settle(segments, guides) in (True, False)
 
 
 @settings(max_examples=100, deadline=None, derandomize=True)
@@ -82,11 +82,11 @@ def test_it_ends_whatever_it_is_given(n, data):
 def test_a_segment_holds_what_its_tension_says(length, tau, give):
     segments, _ = uniform(1, 0.0)
     segments[t.LENGTH], segments[t.GIVE] = length, give * length
-    holds, falls, bends = held(segments, 1.0, 0, tau)
+    holds, falls, bends = held(segments, 0, tau)
     if holds > 1e-3 * length:
         segments[t.STORED] = holds
-        assert tension_of(segments, 1.0, 0) == pytest.approx(tau, rel=1e-9, abs=1e-13)
+        assert tension_of(segments, 0) == pytest.approx(tau, rel=1e-9, abs=1e-13)
         step = 1e-6 * (1.0 + tau)
-        after, before = held(segments, 1.0, 0, tau + step), held(segments, 1.0, 0, tau - step)
+        after, before = held(segments, 0, tau + step), held(segments, 0, tau - step)
         assert falls == pytest.approx((after[0] - before[0]) / (2 * step), rel=1e-5)
         assert bends == pytest.approx((after[1] - before[1]) / (2 * step), rel=1e-5)

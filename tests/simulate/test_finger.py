@@ -22,7 +22,8 @@ from tendon_mj.simulate.finger_cost import (
     spool_commands,
     without_tension_sensors,
 )
-from tendon_mj.simulate.finger_motion import curl, hold, press, tap, wander
+from tendon_mj.simulate.finger_error import tracking_error
+from tendon_mj.simulate.finger_motion import Trajectory, clamped, curl, hold, press, tap, wander
 from tendon_mj.simulate.finger_run import OUT_OF_REACH, simulate
 from tendon_mj.simulate.library import load_model
 
@@ -73,6 +74,12 @@ def sensed(model, seen, name):
 def joint_angles(model, seen):
     """(steps, 3) [rad]."""
     return np.hstack([sensed(model, seen, f"{joint}_angle") for joint in JOINTS])
+
+
+def beyond_limits(angles):
+    """By how much angles exceed the joints' ranges [rad]; negative within."""
+    low, high = np.array([(joint.low, joint.high) for joint in FINGER.joints.values()]).T
+    return np.maximum(angles - high, low - angles)
 
 
 def move_away(model):
@@ -162,11 +169,64 @@ def test_a_minute_of_random_motion_is_sound(seed, aside):
         assert work[-1].sum() > 0.5
     for sheath in sheaths(model).values():
         assert data.plugin_state[sheath.state + UNSOLVED] == 0.0
-    if aside:
-        low, high = np.degrees([(j.low, j.high) for j in FINGER.joints.values()]).T
-        angles = np.degrees(joint_angles(model, seen))
-        assert np.all(angles > low - 2.0)
-        assert np.all(angles < high + 2.0)
+    # hooked on the object and slammed against their limits, the joints give way further
+    assert beyond_limits(joint_angles(model, seen)).max() < np.radians(0.5 if aside else 4.0)
+
+
+@pytest.mark.parametrize("tendon", TENDONS)
+def test_the_limits_bear_all_that_a_motor_pulls(model, tendon):
+    time = np.linspace(0.0, 2.0, 201)
+    most = FINGER.motor_torque * FINGER.gear / FINGER.spool_radius
+    pull = {f"{t}_N": np.full(201, FINGER.pretension) for t in TENDONS}
+    pull[f"{tendon}_N"] = np.clip(most * time, FINGER.pretension, most)
+    answer = simulate(Trajectory("pull", time, pull, aside=True), model)
+    assert answer.columns[f"{tendon}_input_tension_N"][-1] > 0.95 * most
+    angles = np.stack([answer.columns[f"{joint}_angle_rad"] for joint in JOINTS], axis=-1)
+    assert beyond_limits(angles[-1]).max() < np.radians(0.1)
+
+
+def asked(**columns):
+    """Half a second of a trajectory, in the unit of the columns."""
+    time = np.linspace(0.0, 0.5, 51)
+    return Trajectory("asked", time, {k: np.full(51, v) for k, v in columns.items()}, aside=True)
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        (
+            {"mcp_rad": 0.0, "pip_rad": 0.0, "dip_rad": 30.0},
+            r"joint 'dip' is asked for 30 rad \(1719 deg\) at 0 s, beyond .* -0.08727 to 1.396 rad",
+        ),
+        ({"mcp_rad": -0.2, "pip_rad": 0.0, "dip_rad": 0.0}, "joint 'mcp' is asked for -0.2 rad"),
+        ({"flexor_N": 200.0, "extensor_N": 4.0}, "'flexor' is asked for 200 N at .* 0 to 116.5 N"),
+        ({"flexor_N": 4.0, "extensor_N": -1.0}, "tendon 'extensor' is asked for -1 N"),
+    ],
+)
+def test_what_is_out_of_reach_is_refused_or_clamped(model, columns, said):
+    trajectory = asked(**columns)
+    with pytest.raises(InvalidValueError, match=said):
+        simulate(trajectory, model)
+    simulate(clamped(trajectory, FINGER), model)
+
+
+def test_the_ends_of_the_ranges_are_within_reach(model):
+    for end in ("low", "high"):
+        ends = {f"{name}_rad": getattr(joint, end) for name, joint in FINGER.joints.items()}
+        simulate(asked(**ends), model)
+
+
+@pytest.mark.parametrize("trajectory", [curl(), press()], ids=lambda t: t.name)
+def test_tracking_errors_are_what_the_columns_differ_by(model, trajectory):
+    answer = simulate(trajectory, model)
+    errors = tracking_error(answer)
+    assert len(errors) == (4 if trajectory.by_tension else 3)
+    for column, error in errors.items():
+        name, unit = column.split("_")[0], column.rpartition("_")[2]
+        off = answer.columns[column] - answer.columns[f"asked_{name}_{unit}"]
+        assert error.rmse == pytest.approx(np.sqrt(np.mean(off**2)), rel=1e-12)
+        assert error.largest == np.abs(off).max()
+        assert error.bias == pytest.approx(off.mean(), rel=1e-12)
 
 
 def test_half_the_step_hardly_matters():

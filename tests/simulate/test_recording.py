@@ -9,6 +9,7 @@ import pickle
 import re
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -245,11 +246,16 @@ def test_measured_data_reads_with_a_description_of_its_own(tmp_path: Path) -> No
 
 def test_the_documented_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     page = Path(__file__).parents[2] / "docs" / "recording.md"
-    blocks = dict(re.findall(r"```(\w+)\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL))
+    found = re.findall(r"```(\w+)\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    blocks = dict(found)
     monkeypatch.chdir(tmp_path)
     Path("pull.csv").write_text(blocks["csv"])
     Path("pull.toml").write_text(blocks["toml"])
-    exec(compile(blocks["python"], page.name, "exec"), {})
+    code = "\n".join(block for language, block in found if language == "python")
+    names: dict[str, Any] = {}
+    exec(compile(code, page.name, "exec"), names)
+    assert names["simulator"].parameters["sheath.friction"][:2] == (0.15, "-")
+    assert names["read_intervals"](names["model"]) == names["within"]
     assert bits(read_recording("again")) == bits(read_recording("pull"))
     Path("pull.toml").write_text(blocks["toml"].replace("displacement", "displacment"))
     with pytest.raises(RecordingError, match=re.escape(" ".join(blocks["text"].split()))):

@@ -1,0 +1,1 @@
+"""Runnable experiments; they use the public API of `tendon_mj` only."""

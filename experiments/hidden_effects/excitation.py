@@ -1,0 +1,109 @@
+"""What the drive does: slow triangles, sines, steps with dwell, random minor loops."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+RATE = 250.0  # samples per second
+DURATION = 8.0  # of a recording [s]
+LOWEST, HIGHEST = -1.0e-3, 1.3e-3  # ξ_in under a pretension of 20 N [m]: the tendon stays taut
+
+
+def clock(duration: float = DURATION) -> FloatArray:
+    """Sampling instants [s]."""
+    return np.round(np.arange(0.0, duration, 1.0 / RATE), 6)
+
+
+def triangle(rng: np.random.Generator, time: FloatArray) -> FloatArray:
+    """Slow straight lines from end to end, each a little different."""
+    return _lines(rng, time, (0.8e-3, 2.0e-3), lambda: rng.uniform(0.6, 1.0))
+
+
+def loops(rng: np.random.Generator, time: FloatArray) -> FloatArray:
+    """Lines between random turning points: minor loops within minor loops."""
+    return _lines(rng, time, (2.0e-3, 12.0e-3), lambda: rng.uniform(0.05, 1.0))
+
+
+def sine(rng: np.random.Generator, time: FloatArray) -> FloatArray:
+    """Some sines of rates between 0.3 and 8 Hz, one after another, each fading in and out."""
+    xi = np.zeros_like(time)
+    slow, middle, fast = rng.uniform(0.35, 0.7), rng.uniform(1.2, 3.0), rng.uniform(5.0, 8.0)
+    rates = rng.permutation([slow, middle, fast])
+    weights = 1.0 + 1.0 / rates
+    edges = time[0] + (time[-1] - time[0]) * np.concatenate([[0.0], np.cumsum(weights)]) / sum(
+        weights
+    )
+    for rate, start, stop in zip(rates, edges[:-1], edges[1:], strict=True):
+        share = np.clip((time - start) / (stop - start), 0.0, 1.0)
+        fade = np.minimum(1.0, 6.0 * np.minimum(share, 1.0 - share))
+        height = rng.uniform(0.75, 1.0) / (1.0 + rate / 3.0)
+        xi += fade * height * np.sin(2.0 * np.pi * rate * (time - start))
+    return np.where(xi > 0.0, HIGHEST, -LOWEST) * xi
+
+
+def steps(rng: np.random.Generator, time: FloatArray) -> FloatArray:
+    """Smooth fast ramps between random levels, with dwells."""
+    xi = np.zeros_like(time)
+    now, level = time[0] + 0.1, 0.0
+    while now < time[-1]:
+        ramp, dwell = rng.uniform(0.03, 0.1), rng.uniform(0.3, 1.6)
+        target = rng.uniform(LOWEST, HIGHEST)
+        while abs(target - level) < 0.3e-3:
+            target = rng.uniform(LOWEST, HIGHEST)
+        s = np.clip((time - now) / ramp, 0.0, 1.0)
+        xi += (target - level) * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+        now, level = now + ramp + dwell, target
+    return xi
+
+
+def _lines(
+    rng: np.random.Generator,
+    time: FloatArray,
+    speeds: tuple[float, float],
+    share: Callable[[], float],
+) -> FloatArray:
+    """Straight lines between turning points on alternate sides of a wandering middle [m]."""
+    corners, values, side = [time[0]], [0.0], 1.0
+    while corners[-1] < time[-1]:
+        end = HIGHEST if side > 0.0 else LOWEST
+        target = values[-1] + share() * (end - values[-1])
+        speed = rng.uniform(*speeds)
+        if abs(target - values[-1]) > 0.02e-3:
+            corners.append(corners[-1] + abs(target - values[-1]) / speed)
+            values.append(target)
+        side = -side
+    return np.interp(time, corners, values)
+
+
+def train(rng: np.random.Generator, scale: float) -> list[FloatArray]:
+    """ξ_in of the four recordings to learn from [m], each of one kind."""
+    time = clock()
+    return [np.round(scale * kind(rng, time), 9) for kind in (triangle, sine, steps, loops)]
+
+
+def held_out(rng: np.random.Generator, scale: float) -> list[FloatArray]:
+    """ξ_in of the two recordings to judge by [m]: halves of two kinds, at other heights."""
+    time = clock()
+    return [
+        np.round(scale * rng.uniform(0.7, 0.95) * _join(rng, time, pair), 9)
+        for pair in ((steps, sine), (loops, triangle))
+    ]
+
+
+def _join(
+    rng: np.random.Generator,
+    time: FloatArray,
+    kinds: tuple[Callable[[np.random.Generator, FloatArray], FloatArray], ...],
+) -> FloatArray:
+    parts, level = [], 0.0
+    for part, kind in zip(np.array_split(time, len(kinds)), kinds, strict=True):
+        own = kind(rng, part)
+        fade = np.clip((part - part[0]) / 0.3, 0.0, 1.0)  # from where the last one ended
+        parts.append(own + (level - own[0]) * (1.0 - fade))
+        level = float(parts[-1][-1])
+    return np.concatenate(parts)

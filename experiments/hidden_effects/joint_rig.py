@@ -1,0 +1,134 @@
+"""The antagonistic joint behind a hidden case: MuJoCo's own, at another step and integrator."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from experiments.hidden_effects.excitation import clock
+from experiments.hidden_effects.hidden import Hidden, hidden
+from experiments.hidden_effects.side import Side
+from tendon_mj.simulate.joint import Joint, build_joint
+from tendon_mj.simulate.recording import Measured, Recording, Uncertain
+from tendon_mj.simulate.replay import replay
+
+FloatArray = NDArray[np.float64]
+
+MASS, ARM = 0.1, 0.01  # of the tip, and of its centre of mass about the hinge [kg], [m]
+STEPS = {True: 2.5e-4, False: 1e-3}  # of the truth, of the search for a strength [s]; model: 1e-3
+_BOTH = ("sheath_1", "sheath_2")
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointRig:
+    """Truth of a case; the defaults are the joint's own numbers.
+
+    Attributes:
+        friction: μ of both tendons [-]. pretension: T_0 of both [N].
+        axial_stiffness: EA of both [N].
+        damping: [N m s/rad], dry_friction: [N m], stiffness: [N m/rad] of the hinge.
+        gravity: downward, across the hinge [m/s²]; the model has none.
+    """
+
+    side: ClassVar[Side] = Side(
+        drive="command_rad",
+        actuator="command",
+        travel=600.0,
+        sensors={
+            "joint_rad": "joint_angle",
+            "tension_1_N": "input_tension_1",
+            "tension_2_N": "input_tension_2",
+        },
+        known={f"{s}.axial_stiffness": Joint.axial_stiffness for s in _BOTH},
+        uncertain={
+            name: tuple(f"{s}.{name}" for s in _BOTH) for name in ("friction", "pretension")
+        },
+        ranges={"friction": Uncertain(0.19, 0.05, 0.4), "pretension": Uncertain(5.0, 3.5, 6.5)},
+        drawn={"friction": (0.1, 0.3), "pretension": (4.2, 6.0)},
+    )
+
+    friction: float = Joint.friction
+    pretension: float = Joint.pretension
+    axial_stiffness: float = Joint.axial_stiffness
+    damping: float = Joint.damping
+    dry_friction: float = 0.0
+    stiffness: float = Joint.stiffness
+    gravity: float = 0.0
+
+    def run(self, drives: Sequence[FloatArray], fine: bool = True) -> list[FloatArray]:
+        """Readings without noise, (3, samples) of each drive [rad]."""
+        spec = self.spec(STEPS[fine])
+        spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICIT
+        model = spec.compile()
+        return [self._run(model, drive) for drive in drives]
+
+    def spec(self, step: float) -> mujoco.MjSpec:
+        """The joint with these numbers; the centre of mass of its tip is off the hinge."""
+        spec = build_joint(
+            Joint(
+                friction=self.friction,
+                pretension=self.pretension,
+                axial_stiffness=self.axial_stiffness,
+                damping=self.damping,
+                stiffness=self.stiffness,
+                timestep=step,
+            )
+        )
+        spec.joint("joint").frictionloss = self.dry_friction
+        spec.option.gravity = [0.0, 0.0, -self.gravity]
+        arm = np.cross(spec.joint("joint").axis, [0.0, 0.0, 1.0])
+        body = spec.body("joint")
+        body.mass = MASS
+        body.ipos = ARM * arm / np.linalg.norm(arm)
+        return spec
+
+    def write_model(self, folder: Path) -> str:
+        """Write the model that its recordings are of, and return what they call it."""
+        path = folder.resolve() / "tipped_joint.xml"
+        path.write_text(JointRig().spec(Joint.timestep).to_xml(), encoding="utf-8")
+        return str(path)
+
+    def _run(self, model: mujoco.MjModel, drive: FloatArray) -> FloatArray:
+        side = self.side
+        recording = Recording(
+            name="truth",
+            model="joint",
+            source="drive",
+            time=clock()[: len(drive)],
+            columns={side.drive: drive, **{c: np.zeros_like(drive) for c in side.sensors}},
+            drive={side.drive: side.actuator},
+            measured={c: Measured(s) for c, s in side.sensors.items()},
+        )
+        simulated = replay(recording, model)
+        return np.array([simulated.columns[c] for c in side.sensors])
+
+
+def _number(
+    name: str, attribute: str, parameter: str, start: float, high: float, sign: float = 1.0
+) -> Callable[[np.random.Generator], Hidden[JointRig]]:
+    def draw(_: np.random.Generator) -> Hidden[JointRig]:
+        return hidden(
+            name,
+            lambda rig, s: dataclasses.replace(rig, **{attribute: start + s}),
+            lambda _, s: {parameter: start + sign * s},
+            high,
+        )
+
+    return draw
+
+
+JOINT_EFFECTS: Mapping[str, Callable[[np.random.Generator], Hidden[JointRig]]] = {
+    "joint_damping": _number("joint_damping", "damping", "joint.damping", Joint.damping, 0.02),
+    "joint_friction": _number("joint_friction", "dry_friction", "joint.frictionloss", 0.0, 0.02),
+    "joint_stiffness": _number(
+        "joint_stiffness", "stiffness", "joint.stiffness", Joint.stiffness, 0.06
+    ),
+    "gravity_load": _number("gravity_load", "gravity", "gravity.z", 0.0, 30.0, sign=-1.0),
+}  # N m s/rad, N m, N m/rad, m/s²

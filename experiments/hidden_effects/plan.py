@@ -1,0 +1,78 @@
+"""Which cases a suite has."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Collection
+
+import numpy as np
+
+from experiments.hidden_effects.case import Plan
+from experiments.hidden_effects.catalogue import (
+    ALIKE,
+    EFFECTS,
+    EXCLUDABLE,
+    PARAMETERS,
+    STRANGE,
+)
+from experiments.hidden_effects.joint_rig import JOINT_EFFECTS
+
+KINDS = ("effect", "pair", "parameter", "nothing", "outside", "joint")
+
+ALONE = (*EFFECTS, "sheath_friction")
+
+
+def plans(
+    seed: int,
+    kinds: Collection[str],
+    strengths: Collection[float],
+    noises: Collection[float],
+    repeats: int,
+    nothing: int,
+    pairs: int,
+) -> list[Plan]:
+    """Every combination asked for, in an order that says nothing.
+
+    Args:
+        seed: of the order, of the pairs and of every case.
+        kinds: some of ``KINDS``.
+        strengths: ratios of residual to noise, of effects alone.
+        noises: shares of range.
+        repeats: of effects alone, of parameters and of what is outside the catalogue.
+        nothing: cases in which nothing is hidden.
+        pairs: cases with two effects.
+    """
+    rng = np.random.default_rng([seed, 0])
+    raw: list[tuple[str, tuple[str, ...], float, float, tuple[str, ...]]] = []
+    for noise, _ in itertools.product(noises, range(repeats)):
+        if "effect" in kinds:
+            raw += [("effect", (e,), s, noise, ()) for e in ALONE for s in strengths]
+        if "joint" in kinds:
+            raw += [("joint", (e,), s, noise, ()) for e in JOINT_EFFECTS for s in strengths]
+        if "parameter" in kinds:
+            raw += [("parameter", (p,), 10.0, noise, ()) for p in PARAMETERS]
+        if "outside" in kinds:
+            raw += [("outside", (e,), 10.0, noise, _without(e)) for e in EXCLUDABLE]
+            raw += [("outside", (e,), 10.0, noise, ()) for e in STRANGE]
+    choice = sorted(noises)
+    if "nothing" in kinds:
+        raw += [("nothing", (), 0.0, choice[k % len(choice)], ()) for k in range(nothing)]
+    if "pair" in kinds:
+        all_pairs = [p for p in itertools.combinations(EFFECTS, 2) if set(p) not in ALIKE]
+        picked = rng.permutation(len(all_pairs))
+        for k in range(pairs):
+            pair = all_pairs[picked[k % len(picked)]]
+            raw.append(("pair", pair, 10.0, choice[k % len(choice)], ()))
+    order = rng.permutation(len(raw))
+    return [
+        Plan(
+            kind=kind, names=names, target=target, noise=noise, exclude=exclude, seed=(seed, 1 + k)
+        )
+        for k, (kind, names, target, noise, exclude) in enumerate(raw[i] for i in order)
+    ]
+
+
+def _without(effect: str) -> tuple[str, ...]:
+    """The effect and all that passes for it."""
+    same: set[str] = {effect}.union(*(group for group in ALIKE if effect in group))
+    return tuple(sorted(same))

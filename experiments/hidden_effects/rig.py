@@ -1,0 +1,131 @@
+"""The rig behind a hidden case: the twin of the bench, with effects, and its two sensors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from experiments.hidden_effects.excitation import clock
+from experiments.hidden_effects.sensor import Sensor
+from experiments.hidden_effects.side import Side
+from tendon_mj.reference import Carriage, Effects, simulate_effects, uniform_chain
+from tendon_mj.simulate.bench import Bench
+from tendon_mj.simulate.recording import Uncertain
+
+FloatArray = NDArray[np.float64]
+
+STEPS = {True: 1.25e-4, False: 5e-4}  # of the truth, of the search for a strength [s]
+COLUMNS = ("input_tension_N", "output_tension_N")
+ELEMENTS = 24  # the bench has 16 guides: another discretisation, as a real rig is another
+OVERSAMPLED = 4  # readings per sample, so that sensors act on what happens between samples
+SETTLE = 0.5  # before the recording, with the reel at 0 [s]
+# Of the tendon where its mass is no effect [kg]: so light that the integrator damps out all waves.
+# At 1e-3, μ_s > μ_d makes single elements chatter, by as much as 1/ELEMENTS allows: no physics.
+MASS = 1e-5
+RETARDATION = 1e-4  # s, ends the ringing of a tendon whose mass is the effect
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rig:
+    """Truth of a case; the defaults are the bench's own numbers.
+
+    Attributes:
+        friction: μ [-]. pretension: T_0 of the tendon as mounted, on carriages whose springs
+            balance the bench's own T_0 [N]. axial_stiffness: EA [N]. bend: [rad].
+        static_excess: μ_s/μ − 1 [-].
+        effects: of the transmission.
+        reel_scale: tendon wound in per what the drive's column says [-].
+        sensors: of a column; those not named are faithful.
+        warmth: amplitude [m] and period [s] of a sine by which the tendon shrinks unseen.
+    """
+
+    side: ClassVar[Side] = Side(
+        drive="input_displacement_m",
+        actuator="reel",
+        travel=1.0,
+        sensors={c: c.removesuffix("_N") for c in COLUMNS},
+        known={
+            "sheath.axial_stiffness": Bench.axial_stiffness,
+            "environment.stiffness": Bench.environment_stiffness,
+            "sensor.stiffness": Bench.sensor_stiffness,
+        },
+        uncertain={name: (f"sheath.{name}",) for name in ("friction", "pretension")},
+        ranges={"friction": Uncertain(0.15, 0.05, 0.4), "pretension": Uncertain(20.0, 15.0, 25.0)},
+        drawn={"friction": (0.08, 0.3), "pretension": (16.5, 23.5)},
+    )
+
+    friction: float = Bench.friction
+    pretension: float = Bench.pretension
+    axial_stiffness: float = Bench.axial_stiffness
+    bend: float = Bench.bend
+    static_excess: float = 0.0
+    effects: Effects = field(default_factory=Effects)
+    reel_scale: float = 1.0
+    sensors: Mapping[str, Sensor] = field(default_factory=dict)
+    warmth: tuple[float, float] = (0.0, 1.0)
+
+    def run(self, drives: Sequence[FloatArray], fine: bool = True) -> list[FloatArray]:
+        """Readings without noise, (2, samples) [N] of each drive [m]."""
+        return [self._run(drive, STEPS[fine]) for drive in drives]
+
+    def write_model(self, _: Path) -> str:
+        """What recordings call the model: it comes with the package."""
+        return "bench"
+
+    def _run(self, drive: FloatArray, time_step: float) -> FloatArray:
+        bench, sparse = Bench(), clock()[: len(drive)]
+        dense = np.linspace(0.0, sparse[-1], OVERSAMPLED * (len(sparse) - 1) + 1)
+        wound = self.reel_scale * np.interp(dense, sparse, drive)
+        height, period = self.warmth
+        wound += height * np.sin(2.0 * np.pi * dense / period)
+        lead = np.arange(-SETTLE, 0.0, dense[1])
+        chain = uniform_chain(
+            ELEMENTS,
+            length=bench.length,
+            bend_angle=self.bend,
+            axial_stiffness=self.axial_stiffness,
+            pretension=self.pretension,
+            static_friction=self.friction * (1.0 + self.static_excess),
+            dynamic_friction=self.friction,
+            mass=MASS,
+        )
+        run = simulate_effects(
+            chain,
+            self._whole_effects(),
+            np.concatenate([lead, dense]),
+            np.concatenate([np.zeros_like(lead), wound]),
+            carriages=_carriages(),
+            preload=bench.pretension,
+            time_step=time_step,
+        )
+        after = slice(len(lead), None)
+        tensions = dict(
+            zip(COLUMNS, (run.input_tension[after], run.output_tension[after]), strict=True)
+        )
+        return np.array(
+            [
+                self.sensors.get(name, Sensor()).read(dense, tension)[::OVERSAMPLED]
+                for name, tension in tensions.items()
+            ]
+        )
+
+    def _whole_effects(self) -> Effects:
+        given = dict(vars(self.effects))
+        given["axial_stiffness"] = self.axial_stiffness
+        given["retardation_time"] = RETARDATION if self.effects.tendon_mass > 0.0 else 0.0
+        return Effects(**given)
+
+
+def _carriages() -> tuple[Carriage, ...]:
+    """Sensor and environment of the bench: critically damped by themselves."""
+    bench = Bench()
+    return tuple(
+        Carriage(mass=bench.mass, stiffness=k, damping=2.0 * math.sqrt(k * bench.mass))
+        for k in (bench.sensor_stiffness, bench.environment_stiffness)
+    )

@@ -1,0 +1,136 @@
+"""Candidates fitted side by side, and judged on stretches that they were not fitted to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_mj.diagnosis.effect import Candidate, Term
+from tendon_mj.diagnosis.fit import Fit, fit
+from tendon_mj.diagnosis.held_out import Gain, Leftover, gain, leave_out
+from tendon_mj.diagnosis.problem import Problem
+from tendon_mj.diagnosis.screen import Report, Sight, screen
+
+SMALLEST_GAP = 0.2  # mean square, in noise power (0.45 noise rms): less is not worth a name
+GRAIN = 0.0015  # of a signal's range: what lumping a sheath into guides leaves, and no more a name
+SMALLEST_SHARE = 0.005  # of the gap that the calibrated model left
+_SURE = 2.0  # standard errors
+_MOST_FITS = 5
+_PROMISING = 0.4  # of what the best candidate explains, to be fitted
+
+
+@dataclass(frozen=True, eq=False)
+class Entrant:
+    """A fitted model and what it leaves on stretches that it was not fitted to.
+
+    Attributes:
+        candidate: the effect that was added or put in another's place; None for the model as it is.
+        fit: of all its terms.
+        leftover: see `leave_out`.
+    """
+
+    candidate: Candidate | None
+    fit: Fit
+    leftover: Leftover
+
+    @property
+    def gap(self) -> float:
+        """Mean square beyond noise, left out [noise power]."""
+        return self.leftover.gap
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What stays the same during a diagnosis.
+
+    Attributes:
+        problem: the data.
+        base: parameters that the model has.
+        calibrated: terms of what the recordings call uncertain.
+        candidates: the catalogue on this model.
+        floor: mean square that the steps of the simulation alone may leave [noise power].
+        report: of progress.
+    """
+
+    problem: Problem
+    base: Mapping[str, float]
+    calibrated: tuple[Term, ...]
+    candidates: tuple[Candidate, ...]
+    floor: float
+    report: Report
+
+    def enter(
+        self,
+        effects: Sequence[Candidate],
+        start: Sequence[float] | np.ndarray,
+        candidate: Candidate | None = None,
+        trials: int = 8,
+    ) -> Entrant:
+        """Fit a model with these effects."""
+        fitted = fit(
+            self.problem,
+            self.base,
+            self.calibrated,
+            effects,
+            np.asarray(start, float),
+            trials=trials,
+        )
+        return Entrant(candidate, fitted, leave_out(self.problem, fitted))
+
+    def rivals(self, model: Entrant) -> list[Entrant]:
+        """Models with one more effect each, the one that leaves least first."""
+        present = {effect.label for effect in model.fit.effects}
+        others = [c for c in self.candidates if c.label not in present]
+        sights = screen(self.problem, self.base, model.fit, others, self.report)
+        tried = _promising(sights)
+        entrants = []
+        for k, sight in enumerate(tried):
+            self.report(f"fit {sight.candidate.identifier}", k, len(tried))
+            effects = (*model.fit.effects, sight.candidate)
+            entrants.append(self.enter(effects, sight.start, sight.candidate))
+        return sorted(entrants, key=lambda entrant: entrant.gap)
+
+    def helps(self, before: Entrant, after: Entrant, whole: float) -> bool:
+        """Whether the second leaves less, beyond chance, numerics and what is worth a name."""
+        got = gain(before.leftover, after.leftover)
+        return got.mean > max(self.least, SMALLEST_SHARE * whole, _SURE * got.error)
+
+    @property
+    def least(self) -> float:
+        """Gap below which nothing is called missing [noise power]."""
+        return max(SMALLEST_GAP, 2.0 * self.floor, grain(self.problem))
+
+
+def grain(problem: Problem) -> float:
+    """Mean square of `GRAIN` over all residuals [noise power]."""
+    powers = [
+        (GRAIN * float(np.ptp(problem.recordings[k].columns[column])) / problem.noise[k][column])
+        ** 2
+        for k, column, _ in problem.blocks()
+    ]
+    return float(np.mean(powers))
+
+
+def tied(best: Entrant, other: Entrant) -> bool:
+    """Whether these data can't tell the two models apart."""
+    got = gain(other.leftover, best.leftover)
+    return got.mean < max(_SURE * got.error, tie_width(best))
+
+
+def tie_width(best: Entrant) -> float:
+    """Difference of gaps that says nothing: half of what the best model cannot explain itself."""
+    return 0.02 + 0.5 * max(best.gap, 0.0)
+
+
+def difference(best: Entrant, other: Entrant) -> Gain:
+    """What the other model leaves more."""
+    return gain(other.leftover, best.leftover)
+
+
+def _promising(sights: Sequence[Sight]) -> list[Sight]:
+    if not sights:
+        return []
+    least = _PROMISING * sights[0].explained
+    return [sight for sight in sights if sight.explained >= least][:_MOST_FITS]

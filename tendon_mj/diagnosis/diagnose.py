@@ -1,0 +1,238 @@
+"""The workflow: calibrate, locate, name, abstain, prove.
+
+Verdicts:
+
+* "nothing missing": calibrated, the model leaves no more than noise and numerics.
+* "parameter": what is left goes away when a number that nobody called uncertain is corrected.
+* "named": effects that the model lacks make it go away, on data that chose nothing too.
+* "unknown": structure remains that nothing in the catalogue explains.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
+
+from tendon_mj.diagnosis.catalogue import CATALOGUE, candidates
+from tendon_mj.diagnosis.contest import Entrant, Setting
+from tendon_mj.diagnosis.effect import Rig, Term
+from tendon_mj.diagnosis.gap import Gap, measure_gap
+from tendon_mj.diagnosis.interval import intervals
+from tendon_mj.diagnosis.locate import locate
+from tendon_mj.diagnosis.name import Named, Naming, name_effects
+from tendon_mj.diagnosis.numerics import numerical_floor
+from tendon_mj.diagnosis.problem import Make, Problem, whole, without_tail
+from tendon_mj.diagnosis.regimes import motion
+from tendon_mj.diagnosis.verdict import Diagnosis, Finding, Value, Verdict
+from tendon_mj.errors import RecordingError
+from tendon_mj.simulate.progress import Progress, silent
+from tendon_mj.simulate.recording import Recording
+from tendon_mj.simulate.simulator import Simulator
+
+_TAIL = 0.25  # of every recording that is kept for the proof where no other is given
+_CLOSED = 0.8  # of the reducible gap: with less, a name is no explanation
+_NEGLIGIBLE = 0.5  # gap in noise power that is no reason to doubt a name
+
+
+def diagnose(
+    train: Sequence[Recording],
+    held_out: Sequence[Recording] = (),
+    simulator: Make = Simulator,
+    *,
+    exclude: Collection[str] = (),
+    progress: Progress = silent,
+) -> Diagnosis:
+    """Find what a model lacks against recordings, or which of its numbers is wrong.
+
+    Args:
+        train: recordings of one model, for all choices and fits.
+        held_out: recordings for the proof alone; without any, the last quarter of each of
+            ``train`` is kept for it.
+        simulator: makes what simulates recordings; see `tendon_mj.simulate.simulator`.
+        exclude: identifiers of effects that are not to be considered.
+        progress: called with a label, how much is done, and of how much.
+
+    Raises:
+        RecordingError: no recording, recordings of different models or descriptions, nothing
+            measured, or nothing that moves back and forth.
+        UnknownNameError: ``exclude`` names no effect of the catalogue.
+    """
+    began = time.perf_counter()
+    check(train, held_out)
+    problem = Problem(
+        tuple(train),
+        simulator(train),
+        whole(train) if held_out else without_tail(train, _TAIL),
+    )
+    base = {name: p.value for name, p in problem.simulate.parameters.items()}
+    rig = look_at(problem)
+    calibrated = tuple(
+        Term(
+            (name,),
+            problem.simulate.parameters[name].unit,
+            u.value,
+            u.low,
+            u.high,
+            (u.high - u.low) / 20.0,
+        )
+        for name, u in train[0].uncertain.items()
+        if u.high > u.low
+    )
+    progress("calibrate", 0, 1)
+    setting = Setting(problem, base, calibrated, (), 0.0, progress)
+    start = setting.enter((), [term.inert for term in calibrated])
+    floor = numerical_floor(problem, start.fit.parameters(base))
+    setting = Setting(
+        problem, base, calibrated, tuple(candidates(rig, frozenset(exclude))), floor, progress
+    )
+    naming = name_effects(setting, start)
+    proof = Problem(tuple(held_out), simulator(held_out), whole(held_out)) if held_out else problem
+    return _conclude(setting, naming, proof, bool(held_out), began)
+
+
+def check(train: Sequence[Recording], held_out: Sequence[Recording]) -> None:
+    """Refuse recordings from which no diagnosis can come.
+
+    Raises:
+        RecordingError: says which recording, and why.
+    """
+    if not train:
+        raise RecordingError("a diagnosis needs at least one recording")
+    first = train[0]
+    for recording in (*train, *held_out):
+        where = f"recording {recording.name!r}"
+        if not recording.measured:
+            raise RecordingError(f"{where}: no column is in [measured]: nothing to compare with")
+        for name in ("model", "known", "uncertain"):
+            mine, theirs = getattr(recording, name), getattr(first, name)
+            if mine != theirs:
+                raise RecordingError(
+                    f"{where}: its {name} {_plain(mine)!r} differs from {_plain(theirs)!r} of"
+                    f" {first.name!r}; recordings that are diagnosed together are of one rig"
+                )
+        motion(recording)
+
+
+def _plain(value: object) -> object:
+    return dict(value) if isinstance(value, Mapping) else value
+
+
+def look_at(problem: Problem) -> Rig:
+    """What the catalogue may know of the model and the recordings."""
+    spans: dict[str, float] = {}
+    for recording in problem.recordings:
+        for column, measured in recording.measured.items():
+            span = float(np.ptp(recording.columns[column]))
+            spans[measured.sensor] = max(spans.get(measured.sensor, 0.0), span) or 1.0
+    first, parameters = problem.recordings[0], problem.simulate.parameters
+    joints = sorted({n.rsplit(".", 1)[0] for n, p in parameters.items() if p.kind == "joint"})
+    driven = [j for j, is_driven in getattr(problem.simulate, "joints", {}).items() if is_driven]
+    return Rig(
+        values={name: parameter.value for name, parameter in parameters.items()},
+        known=frozenset(first.known),
+        uncertain=frozenset(first.uncertain),
+        spans=spans,
+        inputs=tuple(first.drive.values()),
+        free_joints=tuple(joint for joint in joints if joint not in driven),
+        duration=max(float(r.time[-1] - r.time[0]) for r in problem.recordings),
+    )
+
+
+def _conclude(
+    setting: Setting, naming: Naming, proof: Problem, held_out: bool, began: float
+) -> Diagnosis:
+    problem, base = setting.problem, setting.base
+    models = [entrant.fit.parameters(base) for entrant in (naming.calibrated, naming.final)]
+    if held_out:
+        before, after = proof.residuals(models)
+        train = measure_gap(
+            problem, naming.calibrated.fit.residual, naming.final.fit.residual, problem.chosen
+        )
+        mask = np.ones(before.size, bool)
+    else:
+        before, after = naming.calibrated.fit.residual, naming.final.fit.residual
+        train = measure_gap(problem, before, after, problem.chosen)
+        mask = ~problem.chosen
+    proven = measure_gap(proof, before, after, mask)
+    verdict = _decide(setting, naming, proven)
+    findings = tuple(_finding(named) for named in naming.named)
+    named = verdict in ("named", "parameter")
+    return Diagnosis(
+        verdict=verdict,
+        sentence=_say(verdict, findings, proven),
+        findings=findings if named else (),
+        closest=() if named else tuple(finding.identifier for finding in findings),
+        calibrated=_values(setting, naming.final, own=False),
+        parameters=_values(setting, naming.final, own=True) if named else {},
+        train=train,
+        held_out=proven,
+        located=locate(problem, naming.calibrated.fit.residual),
+        remaining=locate(problem, naming.final.fit.residual),
+        model={**base, **(models[1] if named else models[0])},
+        seconds=time.perf_counter() - began,
+    )
+
+
+def _decide(setting: Setting, naming: Naming, proven: Gap) -> Verdict:
+    """The verdict, from what the data that chose nothing say."""
+    if not naming.named:
+        return "nothing missing" if naming.calibrated.gap <= setting.least else "unknown"
+    left = proven.after**2 - proven.noise_floor**2
+    if proven.reducible_closed < _CLOSED and left > max(_NEGLIGIBLE, setting.least):
+        return "unknown"
+    missing = any(named.candidate.kind == "missing" for named in naming.named)
+    return "named" if missing else "parameter"
+
+
+def _finding(named: Named) -> Finding:
+    effect = CATALOGUE[named.candidate.identifier]
+    return Finding(
+        identifier=effect.identifier,
+        name=effect.name,
+        equation=effect.equation,
+        where=named.candidate.where,
+        kind=effect.kind,
+        confidence=named.confidence,
+        rivals=tuple(dict.fromkeys(other.identifier for other, _ in named.rivals)),
+    )
+
+
+def _values(setting: Setting, model: Entrant, own: bool) -> dict[str, Value]:
+    """Fitted parameters: of the findings, or with ``own`` False the calibrated ones."""
+    fit, base = model.fit, setting.base
+    written = fit.parameters(base)
+    ranges = intervals(setting.problem, fit)
+    first = len(fit.calibrated)
+    values = {}
+    for k, term in enumerate(fit.terms):
+        if (k >= first) != own:
+            continue
+        for target in term.targets:
+            ends = [term.write(float(end), {**base, **written})[target] for end in ranges[k]]
+            unit = setting.problem.simulate.parameters[target].unit
+            values[target] = Value(written[target], min(ends), max(ends), unit, base[target])
+    return values
+
+
+def _say(verdict: Verdict, findings: Sequence[Finding], gap: Gap) -> str:
+    shrank = (
+        f"on data that chose nothing the error goes from {gap.before:.2f} to {gap.after:.2f} times"
+        f" the noise, which closes {gap.reducible_closed:.0%} of what could be closed"
+    )
+    if verdict == "nothing missing":
+        return (
+            f"Nothing is missing: calibrated, the model is off by {gap.before:.2f} times the noise."
+        )
+    names = " and ".join(
+        f"{finding.name} ({finding.where})"
+        + (f", or {' or '.join(finding.rivals)}: these data can't tell" if finding.rivals else "")
+        for finding in findings
+    )
+    if verdict == "unknown":
+        closest = f" The closest is {names}, but {shrank}." if findings else ""
+        return f"Something is missing that the catalogue does not hold.{closest}"
+    if verdict == "parameter":
+        return f"A parameter was wrong: {names}; {shrank}."
+    return f"Missing: {names}; {shrank}."

@@ -1,0 +1,1 @@
+"""One effect a file; `tendon_mj.diagnosis.catalogue` lists them."""

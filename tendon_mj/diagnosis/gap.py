@@ -1,0 +1,57 @@
+"""The gap between simulation and measurement, before and after."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.diagnosis.problem import Problem
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Root mean square errors.
+
+    Attributes:
+        before, after: over all signals, each in units of its own noise [-].
+        noise_floor: what is left by a perfect model, 1 by definition of the unit.
+        signals: column → (before, after, noise) [the column's unit].
+    """
+
+    before: float
+    after: float
+    noise_floor: float
+    signals: dict[str, tuple[float, float, float]]
+
+    @property
+    def reducible_closed(self) -> float:
+        """Share of the gap above the noise floor that was closed; 0 where there was none."""
+        reducible = self.before - self.noise_floor
+        return (self.before - self.after) / reducible if reducible > 0.0 else 0.0
+
+
+def measure_gap(
+    problem: Problem, before: FloatArray, after: FloatArray, mask: NDArray[np.bool_]
+) -> Gap:
+    """Gap over the residuals of ``mask`` (m,); ``before`` and ``after`` are (m,) in noise."""
+    edges = np.cumsum([0, *(size for _, _, size in problem.blocks())])
+    sums: dict[str, list[float]] = {}
+    for (k, column, _), first, last in zip(problem.blocks(), edges, edges[1:], strict=False):
+        inside = mask[first:last]
+        level = problem.noise[k][column]
+        entry = sums.setdefault(column, [0.0, 0.0, 0.0, 0.0])
+        for slot, residual in enumerate((before, after)):
+            entry[slot] += float(np.sum((residual[first:last][inside] * level) ** 2))
+        entry[2] += float(inside.sum()) * level**2
+        entry[3] += float(inside.sum())
+    signals = {
+        column: tuple(float(np.sqrt(part / count)) for part in parts)
+        for column, (*parts, count) in sums.items()
+        if count > 0.0
+    }
+    rms = [float(np.sqrt(np.mean(residual[mask] ** 2))) for residual in (before, after)]
+    return Gap(rms[0], rms[1], 1.0, {c: (b, a, n) for c, (b, a, n) in signals.items()})

@@ -1,0 +1,129 @@
+"""Names what is missing: adds effects one at a time, and tries to do without each again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_mj.diagnosis.contest import Entrant, Setting, difference, tie_width, tied
+from tendon_mj.diagnosis.effect import Candidate
+
+_MOST_EFFECTS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Named:
+    """An effect in the final model, and those that these data can't tell from it.
+
+    Attributes:
+        candidate: the effect.
+        rivals: others that explain as much in its place, with how much more they leave.
+        confidence: that it is this one and not a rival, 0 … 1.
+    """
+
+    candidate: Candidate
+    rivals: tuple[tuple[Candidate, float], ...]
+    confidence: float
+
+
+@dataclass(frozen=True, eq=False)
+class Naming:
+    """What came of it.
+
+    Attributes:
+        calibrated: the model with only what was uncertain fitted.
+        final: the model with what is named.
+        named: in the order of how much they explain.
+    """
+
+    calibrated: Entrant
+    final: Entrant
+    named: tuple[Named, ...]
+
+
+def name_effects(setting: Setting, calibrated: Entrant) -> Naming:
+    """Add what helps beyond chance until nothing does.
+
+    After each addition every effect already there is tried to be left out, and at the end every
+    other candidate is tried in the place of each: an early choice may have imitated two effects.
+    """
+    whole = max(calibrated.gap, 0.0)
+    model = calibrated
+    fields: dict[str, list[Entrant]] = {}
+    while len(model.fit.effects) < _MOST_EFFECTS and model.gap > setting.least:
+        rivals = setting.rivals(model)
+        if not rivals or not setting.helps(model, rivals[0], whole):
+            break
+        chosen = _simplest(rivals)
+        assert chosen.candidate is not None
+        fields[chosen.candidate.label] = rivals
+        model = _without_idle(setting, chosen, whole)
+    if len(model.fit.effects) > 1:
+        model, fields = _exchange(setting, model)
+    named = [_judge(candidate, model, fields[candidate.label]) for candidate in model.fit.effects]
+    return Naming(calibrated, model, tuple(named))
+
+
+def _simplest(rivals: Sequence[Entrant]) -> Entrant:
+    """The best; among those that can't be told from it, a parameter before a missing effect."""
+    equal = [entrant for entrant in rivals if tied(rivals[0], entrant)]
+    for entrant in equal:
+        if entrant.candidate is not None and entrant.candidate.kind == "parameter":
+            return entrant
+    return rivals[0]
+
+
+def _without_idle(setting: Setting, model: Entrant, whole: float) -> Entrant:
+    """Leave out effects that a later one has made idle."""
+    for candidate in model.fit.effects[:-1]:
+        rest = tuple(effect for effect in model.fit.effects if effect != candidate)
+        start = np.concatenate(
+            [model.fit.values[: len(model.fit.calibrated)], *(model.fit.own(e) for e in rest)]
+        )
+        smaller = setting.enter(rest, start, model.candidate)
+        if not setting.helps(smaller, model, whole):
+            return _without_idle(setting, smaller, whole)
+    return model
+
+
+def _exchange(setting: Setting, model: Entrant) -> tuple[Entrant, dict[str, list[Entrant]]]:
+    """Try every other candidate in the place of each effect; keep what leaves less."""
+    fields: dict[str, list[Entrant]] = {}
+    for candidate in model.fit.effects:
+        rest = tuple(effect for effect in model.fit.effects if effect != candidate)
+        start = np.concatenate(
+            [model.fit.values[: len(model.fit.calibrated)], *(model.fit.own(e) for e in rest)]
+        )
+        rivals = setting.rivals(setting.enter(rest, start))
+        best = next((r for r in rivals if r.candidate == candidate), None)
+        if best is None or best.gap > model.gap:
+            best = Entrant(candidate, model.fit, model.leftover)
+        field = sorted(
+            [best, *(r for r in rivals if r.candidate != candidate)], key=lambda r: r.gap
+        )
+        chosen = _simplest(field)
+        if chosen.candidate != candidate and not tied(chosen, best):
+            model = chosen
+        assert chosen.candidate is not None
+        final = chosen.candidate if model is chosen else candidate
+        fields[final.label] = field
+    return model, fields
+
+
+def _judge(candidate: Candidate, model: Entrant, field: Sequence[Entrant]) -> Named:
+    """Rivals of an effect of the final model, and the odds against them."""
+    own = next((e for e in field if e.candidate == candidate), field[0])
+    rivals, odds = [], 1.0
+    for entrant in field:
+        other = entrant.candidate
+        if other is None or other == candidate:
+            continue
+        more = difference(own, entrant)
+        width = max(more.error, tie_width(own))
+        if other.identifier != candidate.identifier:
+            odds += float(np.exp(-max(more.mean, 0.0) / width))
+        if tied(own, entrant):
+            rivals.append((other, more.mean))
+    return Named(candidate, tuple(rivals), 1.0 / odds)

@@ -1,0 +1,50 @@
+"""How noisy a measured series is."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tendon_mj.simulate.recording import Recording
+
+FloatArray = NDArray[np.float64]
+
+_GAUSS = 0.6744897501960817  # median |x| of a standard normal variable
+
+
+def estimate_noise(series: ArrayLike) -> float:
+    """Standard deviation of white noise on a smooth series.
+
+    The third difference of white noise has a variance of 20 σ², that of a smooth series nearly
+    none; the median makes the few samples at kinks not count. At least what rounding to the
+    series' own resolution leaves, q/√12.
+
+    Args:
+        series: (n,) samples at even times.
+
+    Returns:
+        σ [the unit of the series], > 0 unless the series is constant.
+    """
+    values = np.asarray(series, float)
+    steps = np.abs(np.diff(values))
+    resolution = float(steps[steps > 0.0].min(initial=math.inf)) if steps.size else math.inf
+    rounding = resolution / math.sqrt(12.0) if math.isfinite(resolution) else 0.0
+    if values.size < 8:
+        return rounding
+    spread = float(np.median(np.abs(np.diff(values, 3)))) / _GAUSS / math.sqrt(20.0)
+    return max(spread, min(rounding, 1e-3 * float(np.ptp(values))))
+
+
+def noise_levels(recording: Recording) -> dict[str, float]:
+    """Measured column → its noise [the column's unit]: as stated, else as estimated.
+
+    A column that never changes has no noise to compare with; it gets 1e-3 of its magnitude.
+    """
+    levels = {}
+    for column, measured in recording.measured.items():
+        values = recording.columns[column]
+        level = measured.noise if measured.noise is not None else estimate_noise(values)
+        levels[column] = level or 1e-3 * float(np.abs(values).max()) or 1e-9
+    return levels

@@ -1,0 +1,97 @@
+"""The data of a diagnosis as one vector of residuals in units of noise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.diagnosis.noise import noise_levels
+from tendon_mj.simulate.recording import Recording
+from tendon_mj.simulate.simulator import Simulates
+
+FloatArray = NDArray[np.float64]
+
+_SEGMENT = 1.0  # typical length of a segment [s]; several in each recording, and not too many
+_FEWEST, _MOST = 4, 12
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Recordings, what simulates them, and how their residuals are laid out.
+
+    A residual is (simulated − measured)/noise. They are stacked by recording, then column, then
+    sample. ``segments`` numbers stretches of time, all columns of a stretch sharing a number: they
+    are what is held out in turn when effects are compared.
+
+    Attributes:
+        recordings: what was measured.
+        simulate: parameter sets → a series for every set, recording and measured column.
+        choice: recording → (samples,) mask of what may be used in choices; the rest is for proof.
+    """
+
+    recordings: tuple[Recording, ...]
+    simulate: Simulates
+    choice: tuple[NDArray[np.bool_], ...]
+
+    @cached_property
+    def noise(self) -> tuple[dict[str, float], ...]:
+        """Noise of every measured column of every recording [the column's unit]."""
+        return tuple(noise_levels(recording) for recording in self.recordings)
+
+    @cached_property
+    def chosen(self) -> NDArray[np.bool_]:
+        """(m,) which residuals may be used in choices."""
+        return np.concatenate([self.choice[k] for k, _, _ in self.blocks()])
+
+    def blocks(self) -> list[tuple[int, str, int]]:
+        """(recording, column, samples) in the order of the residuals."""
+        return [
+            (k, column, recording.time.size)
+            for k, recording in enumerate(self.recordings)
+            for column in recording.measured
+        ]
+
+    @cached_property
+    def segments(self) -> NDArray[np.int64]:
+        """(m,) number of the stretch of time that each residual belongs to, over all recordings."""
+        numbers, first = [], 0
+        for recording in self.recordings:
+            time = recording.time - recording.time[0]
+            count = int(np.clip(round(time[-1] / _SEGMENT), _FEWEST, _MOST))
+            own = np.minimum((time / time[-1] * count).astype(np.int64), count - 1) + first
+            numbers += [own] * len(recording.measured)
+            first += count
+        return np.concatenate(numbers)
+
+    def residuals(self, parameter_sets: Sequence[Mapping[str, float]]) -> FloatArray:
+        """(sets, m) residuals; a simulation that failed has infinite ones."""
+        rows = []
+        for answers in self.simulate(parameter_sets):
+            parts = []
+            for recording, noise, series in zip(self.recordings, self.noise, answers, strict=True):
+                for column, level in noise.items():
+                    parts.append((series[column] - recording.columns[column]) / level)
+            row = np.concatenate(parts)
+            rows.append(row if np.isfinite(row).all() else np.full(row.shape, np.inf))
+        return np.array(rows)
+
+
+def whole(recordings: Sequence[Recording]) -> tuple[NDArray[np.bool_], ...]:
+    """Every sample may be used."""
+    return tuple(np.ones(recording.time.size, bool) for recording in recordings)
+
+
+def without_tail(recordings: Sequence[Recording], share: float) -> tuple[NDArray[np.bool_], ...]:
+    """The last ``share`` of every recording is kept for the proof."""
+    kept = []
+    for recording in recordings:
+        time = recording.time
+        kept.append(time <= time[0] + (1.0 - share) * (time[-1] - time[0]))
+    return tuple(kept)
+
+
+Make = Callable[[Sequence[Recording]], Simulates]

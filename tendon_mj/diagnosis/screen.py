@@ -1,0 +1,138 @@
+"""First looks: which candidates could explain a residual at all, without fitting any of them.
+
+Each candidate is switched on by a little. Its trace t in the residuals and the slopes J of what is
+fitted already say, to first order, with which strength and which corrections of the others the
+residual r would be smallest: min |r + J Δ + t a|. The next look is a simulation at just that point,
+which tells what really is left and how the trace has changed; those that promise little drop out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.diagnosis.effect import Candidate, Term
+from tendon_mj.diagnosis.fit import Fit, write
+from tendon_mj.diagnosis.problem import Problem
+
+FloatArray = NDArray[np.float64]
+Report = Callable[[str, int, int], None]
+
+_INVISIBLE = 1e-8  # mean square trace, in noise, below which an effect has no place on a model
+_BATCH = 8  # parameter sets that are simulated between two reports
+_KEPT = (0.05, 0.15)  # of what the best explains, to be looked at again
+_LOOKS = ("first look", "second look", "third look")
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """A candidate after a look at it.
+
+    Attributes:
+        candidate: which.
+        start: (fitted terms and its own,) values to begin a fit from [their units].
+        explained: mean square that this would take off the residual [noise power].
+    """
+
+    candidate: Candidate
+    start: FloatArray
+    explained: float
+
+
+def screen(
+    problem: Problem,
+    base: Mapping[str, float],
+    fitted: Fit,
+    candidates: Sequence[Candidate],
+    report: Report,
+) -> list[Sight]:
+    """Candidates that leave a trace, the most promising first.
+
+    Args:
+        problem, base: the data, and the parameters that the model has.
+        fitted: the model so far.
+        candidates: to look at.
+        report: called with a label, how many looks are done, and of how many.
+    """
+    sights = [
+        Sight(candidate, np.array([*fitted.values, _near(candidate.terms[0]), *shape]), 0.0)
+        for candidate in candidates
+        for shape in product(*(term.starts for term in candidate.terms[1:]))
+    ]
+    best: dict[str, Sight] = {}
+    for number, label in enumerate(_LOOKS):
+        seen = _look(problem, base, fitted, sights, report, label)
+        for achieved, _ in seen:
+            known = best.get(achieved.candidate.label)
+            if known is None or achieved.explained > known.explained:
+                best[achieved.candidate.label] = achieved
+        promised = [promise for _, promise in seen]
+        if number < len(_KEPT):
+            least = _KEPT[number] * max((s.explained for s in promised), default=0.0)
+            sights = [s for s in promised if s.explained > 0.0 and s.explained >= least]
+    ranked = sorted(best.values(), key=lambda sight: -sight.explained)
+    return [sight for sight in ranked if sight.explained > 0.0]
+
+
+def _near(term: Term) -> float:
+    """A probe away from inert, on the side where there is room."""
+    return term.inert + (term.probe if term.high - term.inert >= term.probe else -term.probe)
+
+
+def _look(
+    problem: Problem,
+    base: Mapping[str, float],
+    fitted: Fit,
+    sights: Sequence[Sight],
+    report: Report,
+    label: str,
+) -> list[tuple[Sight, Sight]]:
+    """What each explains where it stands, and where it would explain most."""
+    used = problem.chosen
+    residual, slopes = fitted.residual[used], fitted.jacobian[used] * fitted.free
+    seen = []
+    for k in range(0, len(sights), _BATCH):
+        report(label, k, len(sights))
+        part = sights[k : k + _BATCH]
+        sets = [write((*fitted.terms, *s.candidate.terms), s.start, base) for s in part]
+        for sight, row in zip(part, problem.residuals(sets), strict=True):
+            if np.isfinite(row).all():
+                seen += _weigh(sight, row[used], residual, slopes, fitted)
+    report(label, len(sights), len(sights))
+    return seen
+
+
+def _weigh(
+    sight: Sight, row: FloatArray, residual: FloatArray, slopes: FloatArray, fitted: Fit
+) -> list[tuple[Sight, Sight]]:
+    """Judge one simulation (m,) of a candidate; nothing where it leaves no trace."""
+    strength, count = sight.candidate.terms[0], len(fitted.terms)
+    terms = fitted.terms
+    scaled = np.array([t.scaled(v) for t, v in zip(terms, sight.start[:count], strict=True)])
+    tried = sight.start[count] - strength.inert
+    trace = row - residual - slopes @ (scaled - fitted.scaled)
+    if float(trace @ trace) < _INVISIBLE * trace.size or tried == 0.0:
+        return []
+    achieved = Sight(
+        sight.candidate, sight.start, float(residual @ residual - row @ row) / row.size
+    )
+    matrix = np.column_stack([slopes, trace])
+    normal = matrix.T @ matrix
+    normal += 1e-9 * np.diag(np.diag(normal)) + 1e-12 * np.eye(count + 1)
+    share = -np.linalg.solve(normal, matrix.T @ residual)[-1]
+    best = float(np.clip(strength.inert + share * tried, strength.low, strength.high))
+    moved = residual + (best - strength.inert) / tried * trace
+    shift = -np.linalg.solve(normal[:-1, :-1], slopes.T @ moved) if count else np.zeros(0)
+    at = np.clip(fitted.scaled + shift, *fitted.bounds)
+    left = moved + slopes @ (at - fitted.scaled)
+    values = [t.natural(z) for t, z in zip(terms, at, strict=True)]
+    promise = Sight(
+        sight.candidate,
+        np.array([*values, best, *sight.start[count + 1 :]]),
+        float(residual @ residual - left @ left) / row.size,
+    )
+    return [(achieved, promise)]

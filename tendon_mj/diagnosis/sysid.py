@@ -1,0 +1,204 @@
+"""What `mujoco.sysid` alone makes of the same recordings: the baseline of a diagnosis.
+
+Fitted is what the recordings call uncertain, in the model as it is: as `sysid.Parameter`s with the
+recordings' ranges, by `sysid.optimize` with its own least squares, on residuals weighted as it
+weights them (each column by its own size), with its own 95 % intervals.
+
+The simulation is ours. `sysid` recompiles an `MjSpec` for every parameter set and then rolls out
+from a stored full state; the parameters of a sheath live in that state, which would put back the
+ones that were compiled in, and the history of its friction begins before the first sample. So its
+residual function is replaced, as `sysid.optimize` allows, by one that asks a `Simulator`, which
+sets parameters where they live, settles first, and runs parameter sets side by side.
+"""
+
+from __future__ import annotations
+
+import io
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from mujoco import sysid
+from numpy.typing import NDArray
+
+from tendon_mj.diagnosis.gap import measure_gap
+from tendon_mj.diagnosis.problem import Make, Problem, whole, without_tail
+from tendon_mj.errors import TendonError
+from tendon_mj.simulate.progress import Progress, silent
+from tendon_mj.simulate.recording import Recording
+from tendon_mj.simulate.simulator import Simulator
+
+FloatArray = NDArray[np.float64]
+
+_TAIL = 0.25  # of every recording that is kept for the proof where no other is given, as there
+_DIFFERENCE = 1e-5  # of a range; its own 1e-8 finds the same, but is near the simulations' grain
+_DAMPING_FACTOR = 10.0  # its own 10^0.1 tries 140 ever smaller steps where none is left to take
+_TOLERANCE = 1e-5  # of the step, in ranges: far inside any interval
+_ITERATIONS = 30
+_HOPELESS = 1e3  # what a failed simulation counts as, in sizes of the measured column
+
+
+@dataclass(frozen=True)
+class SysidResult:
+    """What came of it.
+
+    Attributes:
+        values: parameter → (value, low, high), with the 95 % interval that sysid states [SI].
+        train_rms, held_out_rms: error over all columns, each in units of its own noise [-], as in
+            `Diagnosis`: over what was fitted and over what was kept.
+        signals: column → held-out error [the column's unit].
+        seconds: it took.
+        note: what to know when reading it.
+    """
+
+    values: Mapping[str, tuple[float, float, float]]
+    train_rms: float
+    held_out_rms: float
+    signals: Mapping[str, float]
+    seconds: float
+    note: str
+
+    def result(self) -> dict[str, Any]:
+        """Plain numbers and words, as `result.json` holds them."""
+        return {
+            "parameters": {
+                name: {"value": value, "low": low, "high": high}
+                for name, (value, low, high) in self.values.items()
+            },
+            "train": self.train_rms,
+            "held_out": self.held_out_rms,
+            "signals": dict(self.signals),
+            "seconds": self.seconds,
+            "note": self.note,
+        }
+
+
+def sysid_is_there() -> bool:
+    """Whether `mujoco.sysid` can be used; without what it needs it imports, but is empty."""
+    return hasattr(sysid, "optimize")
+
+
+def fit_with_sysid(
+    train: Sequence[Recording],
+    held_out: Sequence[Recording] = (),
+    progress: Progress = silent,
+    *,
+    simulator: Make = Simulator,
+) -> SysidResult:
+    """Fit what the recordings call uncertain with `mujoco.sysid`, and measure what it leaves.
+
+    Args:
+        train: recordings to fit.
+        held_out: recordings to be measured on alone; without any, the last quarter of each of
+            ``train``, which is then not fitted.
+        progress: called with a label, how much is done, and of how much.
+        simulator: makes what simulates recordings.
+
+    Raises:
+        TendonError: `mujoco.sysid` is not installed; the message says how it comes.
+    """
+    if not sysid_is_there():
+        raise TendonError(
+            "mujoco.sysid lacks what it needs: pip install 'tendon-mj[sysid]', or leave the"
+            " comparison out (--no-sysid)"
+        )
+    began = time.perf_counter()
+    kept = whole(train) if held_out else without_tail(train, _TAIL)
+    problem = Problem(tuple(train), simulator(train), kept)
+    values = _optimize(problem, progress)
+    fitted = {name: value for name, (value, _, _) in values.items()}
+    residual = problem.residuals([fitted])[0]
+    seen = measure_gap(problem, residual, residual, problem.chosen)
+    if held_out:
+        proof = Problem(tuple(held_out), simulator(held_out), whole(held_out))
+        unseen = proof.residuals([fitted])[0]
+        gap = measure_gap(proof, unseen, unseen, np.ones(unseen.size, bool))
+    else:
+        gap = measure_gap(problem, residual, residual, ~problem.chosen)
+    return SysidResult(
+        values=values,
+        train_rms=seen.after,
+        held_out_rms=gap.after,
+        signals={column: after for column, (_, after, _) in gap.signals.items()},
+        seconds=time.perf_counter() - began,
+        note=_note(train, values),
+    )
+
+
+def _optimize(problem: Problem, progress: Progress) -> dict[str, tuple[float, float, float]]:
+    """Parameter → value and ends of its interval; empty where nothing is uncertain.
+
+    Parameters go through the fit as shares of their ranges, so that its one step of differences
+    suits a coefficient as well as a stiffness.
+    """
+    ranges = {n: u for n, u in problem.recordings[0].uncertain.items() if u.high > u.low}
+    if not ranges:
+        return {}
+    parameters = sysid.ParameterDict()
+    for name, u in ranges.items():
+        parameters.add(sysid.Parameter(name, (u.value - u.low) / (u.high - u.low), 0.0, 1.0))
+    parameters.move_off_bounds()
+    calls = 0
+
+    def natural(share: float, name: str) -> float:
+        return float(ranges[name].low + share * (ranges[name].high - ranges[name].low))
+
+    def residuals(x: FloatArray, params: Any) -> tuple[list[FloatArray], None, None]:
+        nonlocal calls
+        points = x.reshape(len(ranges), -1)
+        progress("mujoco.sysid", min(calls, 2 * _ITERATIONS - 1), 2 * _ITERATIONS)
+        calls += 1
+        sets = [
+            {n: natural(s, n) for n, s in zip(params.keys(), points[:, k], strict=True)}
+            for k in range(points.shape[1])
+        ]
+        rows = [np.concatenate(_weighted(problem, answers)) for answers in problem.simulate(sets)]
+        stacked = np.stack(rows, axis=1)
+        return [stacked if x.ndim > 1 else stacked[:, 0]], None, None
+
+    found, outcome = sysid.optimize(
+        parameters,
+        residuals,
+        optimizer="mujoco",
+        verbose=False,
+        max_iters=_ITERATIONS,
+        eps=_DIFFERENCE,
+        xtol=_TOLERANCE,
+        mu_factor=_DAMPING_FACTOR,
+        output=io.StringIO(),
+    )
+    last, _, _ = residuals(found.as_vector(), found)
+    _, halves = sysid.calculate_intervals(last, outcome.jac)
+    progress("mujoco.sysid", 2 * _ITERATIONS, 2 * _ITERATIONS)
+    return {
+        name: (
+            natural(share, name),
+            natural(max(share - half, 0.0), name),
+            natural(min(share + half, 1.0), name),
+        )
+        for name, share, half in zip(found.keys(), found.as_vector(), halves, strict=True)
+    }
+
+
+def _weighted(problem: Problem, answers: Sequence[Mapping[str, FloatArray]]) -> list[FloatArray]:
+    """Residuals of every recording as sysid weights them, of the samples that may be used."""
+    weighted = []
+    for recording, kept, series in zip(problem.recordings, problem.choice, answers, strict=True):
+        columns = list(recording.measured)
+        measured = np.stack([recording.columns[c][kept] for c in columns], axis=1)
+        simulated = np.stack([series[c][kept] for c in columns], axis=1)
+        error = sysid.signal_modifier.weighted_diff(simulated, measured)
+        share = sysid.signal_modifier.normalize_residual(error, measured)
+        weighted.append(np.nan_to_num(share, nan=_HOPELESS, posinf=_HOPELESS).ravel())
+    return weighted
+
+
+def _note(train: Sequence[Recording], values: Mapping[str, object]) -> str:
+    if not values:
+        return f"the recordings of {train[0].model!r} call nothing uncertain: nothing was fitted"
+    return (
+        "structure of the model as it is; intervals as sysid states them, which take every sample"
+        " for independent news and the model for right"
+    )

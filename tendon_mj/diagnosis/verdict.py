@@ -1,0 +1,137 @@
+"""What a diagnosis says: a verdict, its reasons in numbers, and the model that follows from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from tendon_mj.diagnosis.gap import Gap
+from tendon_mj.diagnosis.locate import Located
+
+Verdict = Literal["named", "parameter", "nothing missing", "unknown"]
+
+
+@dataclass(frozen=True)
+class Value:
+    """A fitted parameter and its 95 % interval.
+
+    Attributes:
+        value, low, high: estimate and ends of the interval [unit].
+        unit: of all three.
+        before: what the model said [unit].
+    """
+
+    value: float
+    low: float
+    high: float
+    unit: str
+    before: float
+
+
+@dataclass(frozen=True)
+class Finding:
+    """An effect that is missing, or a parameter that was wrong.
+
+    Attributes:
+        identifier, name, equation: from the catalogue.
+        where: elements it is on.
+        kind: "missing" or "parameter".
+        confidence: that it is this one and none of the rivals, 0 … 1.
+        rivals: identifiers that these data can't tell from it.
+    """
+
+    identifier: str
+    name: str
+    equation: str
+    where: str
+    kind: str
+    confidence: float
+    rivals: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """The outcome.
+
+    Attributes:
+        verdict: see the module `tendon_mj.diagnosis.diagnose`.
+        sentence: the verdict in words.
+        findings: named effects and parameters, in the order of how much they explain. Empty
+            unless the verdict is "named" or "parameter".
+        closest: identifiers that explained most where the verdict is "unknown".
+        calibrated: what the recordings call uncertain, fitted.
+        parameters: what the findings write, and the shapes that come with it.
+        train, held_out: gaps on what the choices saw, and on what they did not.
+        located, remaining: where the calibrated model's misfit sits, and the final model's.
+        model: parameter → value of the final model, whole.
+        seconds: it took.
+    """
+
+    verdict: Verdict
+    sentence: str
+    findings: tuple[Finding, ...]
+    closest: tuple[str, ...]
+    calibrated: Mapping[str, Value]
+    parameters: Mapping[str, Value]
+    train: Gap
+    held_out: Gap
+    located: Located
+    remaining: Located
+    model: Mapping[str, float]
+    seconds: float
+
+    @property
+    def effects(self) -> list[str]:
+        """Identifiers of the findings, each once."""
+        return list(dict.fromkeys(finding.identifier for finding in self.findings))
+
+    @property
+    def indistinguishable(self) -> list[list[str]]:
+        """Groups of identifiers that these data can't tell apart."""
+        return [
+            list(dict.fromkeys((finding.identifier, *finding.rivals)))
+            for finding in self.findings
+            if any(rival != finding.identifier for rival in finding.rivals)
+        ]
+
+    @property
+    def confidence(self) -> float:
+        """Of the least sure finding; 1 where nothing was named, see `sentence` for the reasons."""
+        return min((finding.confidence for finding in self.findings), default=1.0)
+
+    def result(self) -> dict[str, Any]:
+        """Plain numbers and words, as `result.json` holds them."""
+        return {
+            "verdict": self.verdict,
+            "sentence": self.sentence,
+            "effects": self.effects,
+            "confidence": self.confidence,
+            "findings": [vars(finding) for finding in self.findings],
+            "indistinguishable": self.indistinguishable,
+            "closest": list(self.closest),
+            "parameters": {name: vars(value) for name, value in self.parameters.items()},
+            "calibrated": {name: vars(value) for name, value in self.calibrated.items()},
+            "gap": {"train": _gap(self.train), "held_out": _gap(self.held_out)},
+            "where": {
+                "sentence": self.located.sentence,
+                "half_below_Hz": self.located.frequency,
+                "regimes": [vars(place) for place in self.located.places],
+                "remaining": self.remaining.sentence,
+            },
+            "seconds": self.seconds,
+        }
+
+
+def _gap(gap: Gap) -> dict[str, Any]:
+    return {
+        "unit": "noise",
+        "before": gap.before,
+        "after": gap.after,
+        "noise_floor": gap.noise_floor,
+        "reducible_closed": gap.reducible_closed,
+        "signals": {
+            column: {"before": before, "after": after, "noise_floor": noise}
+            for column, (before, after, noise) in gap.signals.items()
+        },
+    }

@@ -1,0 +1,138 @@
+"""MJCF as text: a file with all that it includes as one tree, its elements by name, and back.
+
+MuJoCo's own `to_xml` writes numbers with six digits, so that a model that went through it is
+another one; here every number that is not changed stays as it was written.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from xml.etree import ElementTree
+
+import mujoco
+
+from tendon_mj.errors import TendonError, unknown
+
+Element = ElementTree.Element
+
+_BEFORE_ROOT = re.compile(r"(?:\s|<\?.*?\?>|<!--.*?-->)*", re.DOTALL)
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+
+
+class Mjcf:
+    """An MJCF file, its includes in place.
+
+    Args:
+        path: of the main file, one that MuJoCo can load.
+
+    Raises:
+        TendonError: a file that is included cannot be read.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.root = _parse(path)
+        self._before = _COMMENT.findall(_BEFORE_ROOT.match(path.read_text("utf-8-sig"))[0])  # type: ignore[index]
+        self._include(self.root)
+
+    def joint(self, name: str) -> Element:
+        """A joint by name; this and the next raise `TendonError` where the text has none."""
+        bodies = self.root.findall("worldbody")
+        return self._named("joint", name, (j for body in bodies for j in body.iter("joint")))
+
+    def actuator(self, name: str) -> Element:
+        """An actuator of any kind by name."""
+        return self._named("actuator", name, self.root.iterfind("actuator/*"))
+
+    def sensor(self, name: str) -> Element:
+        """A sensor of any kind by name."""
+        return self._named("sensor", name, self.root.iterfind("sensor/*"))
+
+    def plugin(self, name: str) -> Element:
+        """What holds the configuration of a sheath or servo, which may go by its tendon's name."""
+        instances = list(self.root.iterfind("extension/plugin/instance"))
+        inline = [p for p in self.root.iter("plugin") if p.find("config") is not None]
+        found = {str(i.get("name")): i for i in instances}
+        for plugin in inline:
+            config = {c.get("key"): str(c.get("value")) for c in plugin.iterfind("config")}
+            if "tendon" in config and "sensor" not in config:
+                found.setdefault(config["tendon"], plugin)
+        found |= {str(p.get("name")): p for p in inline if p.get("name") not in (None, *found)}
+        return self._named("sheath or servo", name, (), found)
+
+    def _named(
+        self, kind: str, name: str, among: Iterable[Element], more: dict[str, Element] | None = None
+    ) -> Element:
+        found = {str(e.get("name")): e for e in among if e.get("name")} | (more or {})
+        if name not in found:
+            raise TendonError(
+                f"{self.path}: {unknown(kind, name, found)}; one that `attach` or `replicate` makes"
+                " is not in the text, and cannot be changed there"
+            )
+        return found[name]
+
+    def section(self, tag: str, attribute: str) -> Element:
+        """The top-level element that has the last word on an attribute; made if there is none."""
+        sections = self.root.findall(tag)
+        having = [s for s in sections if s.get(attribute) is not None]
+        if having or sections:
+            return (having or sections)[-1]
+        made = ElementTree.Element(tag)
+        self.root.insert(0, made)
+        return made
+
+    def move_to(self, folder: Path, spec: mujoco.MjSpec) -> None:
+        """Let meshes, textures and models be found from another folder; ``spec`` is the file's."""
+        here, there = self.path.resolve().parent, folder.resolve()
+        for model in self.root.iterfind("asset/model"):
+            model.set("file", os.path.relpath(here / str(model.get("file")), there))
+        if any(e.get("file") and e.tag != "model" for e in self.root.iter()):
+            for compiler in self.root.iterfind("compiler"):
+                compiler.attrib.pop("assetdir", None)
+            for attribute in ("meshdir", "texturedir"):
+                at = os.path.relpath(here / str(getattr(spec, attribute)), there)
+                self.section("compiler", attribute).set(attribute, at)
+
+    def write(self, path: Path) -> None:
+        """Write it as one file."""
+        ElementTree.indent(self.root)
+        text = ElementTree.tostring(self.root, encoding="unicode")
+        path.write_text("\n".join([*self._before, text, ""]), encoding="utf-8", newline="\n")
+
+    def _include(self, parent: Element) -> None:
+        for child in list(parent):
+            if child.tag != "include":
+                self._include(child)
+                continue
+            # MuJoCo looks beside the main file, whichever file includes
+            included = _parse(self.path.parent / str(child.get("file")))
+            self._include(included)
+            at = list(parent).index(child)
+            parent[at : at + 1] = list(included)
+
+
+def set_first(element: Element, attribute: str, value: float) -> None:
+    """Set the first number of an attribute and leave the ones behind it."""
+    behind = str(element.get(attribute, "")).split()[1:]
+    element.set(attribute, " ".join([number(value), *behind]))
+
+
+def number(value: float) -> str:
+    """As text that reads back bit for bit."""
+    return repr(float(value)).removesuffix(".0")
+
+
+def numbers(values: Iterable[float]) -> str:
+    """As the text of an attribute with several numbers."""
+    return " ".join(map(number, values))
+
+
+def _parse(path: Path) -> Element:
+    try:
+        keeping = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
+        return ElementTree.parse(path, parser=keeping).getroot()
+    except (OSError, ElementTree.ParseError) as error:
+        raise TendonError(f"{path}: cannot be read as MJCF: {error}") from error

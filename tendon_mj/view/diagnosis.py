@@ -1,0 +1,41 @@
+"""The pictures of a diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from matplotlib.figure import Figure
+
+from tendon_mj.diagnosis.verdict import Diagnosis
+from tendon_mj.simulate.recording import Recording
+from tendon_mj.view.before_after import before_after_figure
+from tendon_mj.view.gap import gap_figure
+from tendon_mj.view.misfit_map import misfit_figure
+
+
+def diagnosis_figures(
+    diagnosis: Diagnosis,
+    train: Sequence[Recording],
+    shown: tuple[Recording, Recording, Recording],
+    sysid: Mapping[str, float] | None = None,
+) -> dict[str, Figure]:
+    """Name → figure of all that a diagnosis has to show.
+
+    Args:
+        diagnosis: to draw.
+        train: recordings that its map of the misfit comes from.
+        shown: a recording, and its simulations before and after.
+        sysid: column → held-out rms error of `mujoco.sysid` alone [the column's unit].
+
+    Returns:
+        "misfit" where there is one to be placed, "gap", and "before_after".
+    """
+    changed = bool(diagnosis.findings)
+    measured, before, after = shown
+    figures = {}
+    if diagnosis.verdict != "nothing missing":
+        remaining = diagnosis.remaining if changed else None
+        figures["misfit"] = misfit_figure(diagnosis.located, remaining, train)
+    figures["gap"] = gap_figure(diagnosis.train, diagnosis.held_out, sysid, changed=changed)
+    figures["before_after"] = before_after_figure(measured, before, after if changed else None)
+    return figures

@@ -1,0 +1,151 @@
+"""`tendon-mj diagnose` on short recordings: what it writes, and what it refuses."""
+
+import json
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj.cli import main
+from tendon_mj.diagnosis import CATALOGUE
+from tendon_mj.simulate.recording import Measured, Recording, Uncertain, read_recording
+from tendon_mj.simulate.recording import write_recording as write
+from tendon_mj.simulate.replay import replay
+
+NOISE = 0.05
+OTHERS = [name for name in CATALOGUE if name != "sensor_bias"]
+
+
+def record(folder, name, seed, offset=0.0):
+    """A bench whose friction is not what the recording guesses, and whose sensor may be off."""
+    random = np.random.default_rng(seed)
+    time = np.arange(0.0, 2.0, 0.01)
+    x = 8e-4 * np.sin(2.0 * np.pi * random.uniform(0.8, 1.3) * time)
+    still = np.zeros(time.size)
+    made = Recording(
+        name=name,
+        model="bench",
+        source=f"made by {name}'s test",
+        time=time,
+        columns={"input_displacement_m": x, "output_tension_N": still},
+        drive={"input_displacement_m": "reel"},
+        measured={"output_tension_N": Measured("output_tension", NOISE)},
+        uncertain={"sheath.friction": Uncertain(0.15, 0.05, 0.4)},
+    )
+    truth = {"sheath.friction": 0.2, "output_tension.offset": offset}
+    tension = replay(made, parameters=truth).columns["output_tension_N"]
+    columns = {**made.columns, "output_tension_N": tension + random.normal(0.0, NOISE, time.size)}
+    described = {f: getattr(made, f) for f in ("model", "source", "time", "drive", "measured")}
+    recording = Recording(name=name, columns=columns, uncertain=made.uncertain, **described)
+    return str(write(recording, folder / f"{name}.csv"))
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory):
+    """Train and held-out recordings, of a sound sensor and of one that is off by 1 N."""
+    folder = tmp_path_factory.mktemp("rig")
+    return {
+        offset: [record(folder, f"{name}_{offset:g}", k, offset) for k, name in enumerate("ab")]
+        for offset in (0.0, 1.0)
+    }
+
+
+@pytest.fixture(scope="module")
+def found(rig, tmp_path_factory):
+    """Where the diagnosis of the sensor that is off was written, and its result."""
+    out = tmp_path_factory.mktemp("found")
+    train, held_out = rig[1.0]
+    arguments = ["diagnose", train, "--hold-out", held_out, "--out", str(out), "--no-sysid"]
+    assert main([*arguments, "--exclude", *OTHERS]) == 0
+    return out, json.loads((out / "result.json").read_text("utf-8"))
+
+
+def test_what_is_missing_is_named_with_its_parameters(found):
+    _, result = found
+    assert result["verdict"] == "named"
+    assert result["effects"] == ["sensor_bias"]
+    assert result["recordings"] == ["a_1"]
+    assert result["held_out"] == ["b_1"]
+    assert result["sysid"] is None
+    offset = result["parameters"]["output_tension.offset"]
+    assert offset["low"] < 1.0 < offset["high"]
+    assert result["calibrated"]["sheath.friction"]["value"] == pytest.approx(0.2, rel=0.05)
+    assert result["gap"]["held_out"]["reducible_closed"] > 0.9
+
+
+def test_pictures_and_page_are_written(found):
+    out, result = found
+    for picture in ("misfit", "gap", "before_after"):
+        assert (out / f"{picture}.png").stat().st_size > 10_000
+    assert result["sentence"] in (out / "report.html").read_text("utf-8")
+
+
+def test_the_simulations_leave_the_gaps_that_the_result_states(rig, found):
+    out, result = found
+    measured = read_recording(rig[1.0][1]).columns["output_tension_N"]
+    for when in ("before", "after"):
+        simulated = read_recording(out / f"0_b_1_{when}").columns["output_tension_N"]
+        rms = np.sqrt(np.mean((simulated - measured) ** 2)) / NOISE
+        assert rms == pytest.approx(result["gap"]["held_out"][when], rel=1e-3)
+
+
+def test_the_model_that_is_written_has_what_was_found(rig, found):
+    pytest.importorskip("tendon_mj.simulate.patch")
+    out, _ = found
+    patched = mujoco.MjModel.from_xml_path(str(out / "model.xml"))
+    again = replay(read_recording(rig[1.0][1]), patched, described=False)
+    after = read_recording(out / "0_b_1_after")
+    column = "output_tension_N"
+    np.testing.assert_allclose(again.columns[column], after.columns[column], atol=1e-9)
+
+
+def test_where_nothing_is_missing_it_says_so(rig, tmp_path, capsys):
+    arguments = ["diagnose", *rig[0.0], "--out", str(tmp_path), "--no-sysid"]
+    assert main([*arguments, "--exclude", *OTHERS]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    for text in ("Nothing is missing", "sheath.friction = ", "held out: rms error", "[noise]"):
+        assert text in said
+    result = json.loads((tmp_path / "result.json").read_text("utf-8"))
+    assert result["held_out"] == []
+    assert "last quarter" in (tmp_path / "report.html").read_text("utf-8")
+    assert not (tmp_path / "misfit.png").exists()
+
+
+def refused(arguments, tmp_path, capsys):
+    assert main(["diagnose", *arguments, "--out", str(tmp_path / "out"), "--no-sysid"]) == 2
+    error = capsys.readouterr().err
+    assert "Traceback" not in error
+    return " ".join(error.split())
+
+
+def test_a_bad_recording_is_refused_with_file_row_and_column(rig, tmp_path, capsys):
+    csv, toml = tmp_path / "bad.csv", tmp_path / "bad.toml"
+    good = Path(rig[0.0][0])
+    rows = good.read_text("utf-8").splitlines()
+    first = rows[4].rpartition(",")[0]
+    csv.write_text("\n".join([*rows[:4], f"{first},strong", *rows[5:]]), "utf-8")
+    toml.write_text(good.with_suffix(".toml").read_text("utf-8"), "utf-8")
+    said = refused([str(csv)], tmp_path, capsys)
+    for text in ("bad.csv", "row 5", "output_tension_N", "strong"):
+        assert text in said
+
+
+def test_motion_that_never_reverses_gets_that_sentence(tmp_path, capsys):
+    (tmp_path / "r.csv").write_text(
+        "time_s,input_displacement_m,input_tension_N\n0,0,20\n0.1,1e-4,21\n0.2,2e-4,22\n"
+    )
+    (tmp_path / "r.toml").write_text(
+        'model = "bench"\nsource = "test"\n[drive]\ninput_displacement_m = "reel"\n'
+        '[measured]\ninput_tension_N = { sensor = "input_tension" }\n'
+    )
+    assert "the tendon never reversed" in refused([str(tmp_path / "r.csv")], tmp_path, capsys)
+
+
+def test_unknown_effects_and_models_are_refused_with_the_nearest(rig, tmp_path, capsys):
+    assert "did you mean 'creep'" in refused([rig[0.0][0], "--exclude", "crep"], tmp_path, capsys)
+    assert "did you mean 'bench'" in refused([rig[0.0][0], "--model", "bensch"], tmp_path, capsys)
+
+
+def test_no_recording_is_refused(tmp_path, capsys):
+    assert "at least one recording" in refused([], tmp_path, capsys)

@@ -1,0 +1,109 @@
+"""The workflow on a rig whose every answer is known beforehand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tendon_mj.diagnosis import diagnose
+from tendon_mj.errors import RecordingError, UnknownNameError
+from tests.diagnosis.toy import Toy, recording, rig
+
+EFFECTS = {
+    "constant_friction": {"sheath.constant_friction": 1.0},
+    "backlash": {"sheath.backlash": 3e-5},
+    "direction_asymmetry": {"sheath.direction_asymmetry": -0.1},
+    "friction_drift": {"sheath.friction_drift": 0.05},
+    "sensor_bias": {"output_tension.offset": -0.6},
+}
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_an_effect_that_is_there_is_named_and_measured(effect: str) -> None:
+    train, held_out = rig(1, {"sheath.friction": 0.2, **EFFECTS[effect]})
+    found = diagnose(train, held_out, Toy)
+    assert found.verdict == "named"
+    assert found.effects == [effect]
+    assert found.held_out.reducible_closed > 0.95
+    for name, value in EFFECTS[effect].items():
+        got = found.parameters[name]
+        assert got.low <= got.value <= got.high
+        assert got.value == pytest.approx(value, rel=0.1)
+    assert found.calibrated["sheath.friction"].value == pytest.approx(0.2, rel=0.05)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_where_nothing_is_hidden_nothing_is_named(seed: int) -> None:
+    train, held_out = rig(seed, {"sheath.friction": 0.23})
+    found = diagnose(train, held_out, Toy)
+    assert found.verdict == "nothing missing"
+    assert found.effects == []
+
+
+def test_two_effects_are_both_named() -> None:
+    truth = {"sheath.constant_friction": 1.0, "sheath.friction_drift": 0.06}
+    train, held_out = rig(3, truth)
+    found = diagnose(train, held_out, Toy)
+    assert set(found.effects) == {"constant_friction", "friction_drift"}
+
+
+def test_what_the_catalogue_does_not_hold_is_called_unknown() -> None:
+    train, held_out = rig(4, {}, extra=0.4)
+    found = diagnose(train, held_out, Toy)
+    assert found.verdict == "unknown"
+    assert found.effects == []
+
+
+def test_an_excluded_effect_is_not_named() -> None:
+    train, held_out = rig(5, {"sheath.friction_drift": 0.06})
+    found = diagnose(train, held_out, Toy, exclude=["friction_drift"])
+    assert "friction_drift" not in (*found.effects, *found.closest)
+    assert found.verdict == "unknown"
+
+
+def test_without_a_hold_out_the_tails_prove_it() -> None:
+    train, _ = rig(6, {"sheath.constant_friction": 1.0})
+    found = diagnose(train, (), Toy)
+    assert found.effects == ["constant_friction"]
+    assert found.held_out.reducible_closed > 0.9
+
+
+def test_the_result_is_plain() -> None:
+    train, held_out = rig(1, {"sheath.constant_friction": 1.0})
+    result = diagnose(train, held_out, Toy).result()
+    assert result["verdict"] == "named"
+    assert result["effects"] == ["constant_friction"]
+    entry = result["parameters"]["sheath.constant_friction"]
+    assert entry["low"] < entry["value"] < entry["high"]
+    for regime in {place["regime"] for place in result["where"]["regimes"]}:
+        shares = [p for p in result["where"]["regimes"] if p["regime"] == regime]
+        assert sum(p["excess"] for p in shares) == pytest.approx(1.0)
+        assert sum(p["time"] for p in shares) == pytest.approx(1.0)
+
+
+def test_unknown_names_are_refused_with_the_nearest() -> None:
+    train, held_out = rig(1, {})
+    with pytest.raises(UnknownNameError, match="did you mean 'backlash'"):
+        diagnose(train, held_out, Toy, exclude=["backlsh"])
+
+
+def test_a_tendon_that_never_reversed_gets_that_sentence() -> None:
+    made = recording("one_way", 1, {})
+    columns = dict(made.columns)
+    columns["input_displacement_m"] = np.linspace(0.0, 1e-3, made.time.size)
+    one_way = type(made)(
+        name="one_way",
+        model="bench",
+        source="toy",
+        time=made.time,
+        columns=columns,
+        drive=made.drive,
+        measured=made.measured,
+    )
+    with pytest.raises(RecordingError, match="'one_way': the tendon never reversed"):
+        diagnose([one_way], (), Toy)
+
+
+def test_no_recording_is_refused() -> None:
+    with pytest.raises(RecordingError, match="at least one recording"):
+        diagnose([], (), Toy)

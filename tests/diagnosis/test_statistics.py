@@ -1,0 +1,83 @@
+"""Noise, left-out power and intervals, where the exact answer is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tendon_mj.diagnosis.effect import Term
+from tendon_mj.diagnosis.fit import Fit
+from tendon_mj.diagnosis.held_out import leave_out
+from tendon_mj.diagnosis.interval import intervals
+from tendon_mj.diagnosis.noise import estimate_noise
+from tendon_mj.diagnosis.problem import Problem, whole
+from tests.diagnosis.toy import Toy, recording
+
+TERM = Term(("sheath.constant_friction",), "N", 0.0, -50.0, 50.0, 1.0)
+SLOPE = Term(("sheath.friction_drift",), "1/s", 0.0, -50.0, 50.0, 1.0)
+
+
+def problem(seed: int = 0) -> Problem:
+    made = (recording("a", seed, {}), recording("b", seed + 1, {}))
+    return Problem(made, Toy(made), whole(made))
+
+
+def linear(data: Problem, jacobian: np.ndarray, noise: np.ndarray) -> Fit:
+    """The least-squares fit of noise by the columns of a matrix."""
+    solution = np.linalg.lstsq(jacobian, -noise, rcond=None)[0]
+    bounds = np.array([[-50.0, -50.0], [50.0, 50.0]])
+    return Fit((TERM, SLOPE), (), solution, noise + jacobian @ solution, jacobian, solution, bounds)
+
+
+@pytest.mark.parametrize("level", [0.003, 0.05, 1.0])
+def test_noise_is_found_under_motion(level: float) -> None:
+    random = np.random.default_rng(7)
+    time = np.linspace(0.0, 8.0, 2000)
+    series = 20.0 * np.sin(2.0 * time) + random.normal(0.0, level, time.size)
+    assert estimate_noise(series) == pytest.approx(level, rel=0.1)
+
+
+def test_noise_of_a_quantised_series_is_at_least_its_rounding() -> None:
+    series = np.round(np.sin(np.linspace(0.0, 6.0, 2000)), 3)
+    assert estimate_noise(series) >= 0.9 * 1e-3 / np.sqrt(12.0)
+
+
+def test_leaving_out_without_refitting_is_refitting() -> None:
+    data = problem()
+    random = np.random.default_rng(1)
+    size = data.segments.size
+    jacobian, noise = random.normal(size=(size, 2)), random.normal(size=size)
+    found = leave_out(data, linear(data, jacobian, noise))
+    for number, power in zip(np.unique(data.segments), found.power, strict=True):
+        inside = data.segments == number
+        refit = np.linalg.lstsq(jacobian[~inside], -noise[~inside], rcond=None)[0]
+        left = noise[inside] + jacobian[inside] @ refit
+        assert power == pytest.approx(float(left @ left), rel=1e-6)
+
+
+def test_left_out_power_of_pure_noise_is_no_gap() -> None:
+    data = problem()
+    random = np.random.default_rng(2)
+    size = data.segments.size
+    gaps = [
+        leave_out(data, linear(data, random.normal(size=(size, 2)), random.normal(size=size))).gap
+        for _ in range(20)
+    ]
+    assert abs(np.mean(gaps)) < 3.0 * np.std(gaps) / np.sqrt(20.0) + 4.0 / size
+
+
+@pytest.mark.parametrize("correlated", [False, True])
+def test_intervals_cover_though_residuals_are_correlated(correlated: bool) -> None:
+    data = problem()
+    random = np.random.default_rng(3)
+    size = data.segments.size
+    covered = 0
+    for _ in range(200):
+        jacobian, noise = random.normal(size=(size, 2)), random.normal(size=size)
+        if correlated:  # over a tenth of a second
+            window = np.ones(10) / np.sqrt(10.0)
+            jacobian = np.apply_along_axis(np.convolve, 0, jacobian, window, "same")
+            noise = np.convolve(noise, window, "same")
+        low, high = intervals(data, linear(data, jacobian, noise))[0]
+        covered += low <= 0.0 <= high  # the truth
+    assert 180 <= covered <= 200

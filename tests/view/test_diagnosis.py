@@ -1,0 +1,200 @@
+"""Pictures and page of a diagnosis show what it says, and nothing that a file says is believed."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tendon_mj.diagnosis import CATALOGUE, Diagnosis, Finding, Value
+from tendon_mj.diagnosis.gap import Gap
+from tendon_mj.diagnosis.locate import Located, Place
+from tendon_mj.diagnosis.sysid import SysidResult
+from tendon_mj.errors import RecordingError
+from tendon_mj.simulate.recording import Measured, Recording
+from tendon_mj.view.advice import EXPERIMENTS, PAIRS, advise
+from tendon_mj.view.before_after import before_after_figure
+from tendon_mj.view.diagnosis import diagnosis_figures
+from tendon_mj.view.misfit_map import regime_ranges
+from tendon_mj.view.report import report_page, short
+from tendon_mj.view.style import new_figure
+
+COLUMN = "output_tension_N"
+
+
+def recorded(name="slow", source="a test", offset=0.0):
+    time = np.linspace(0.0, 4.0, 400)
+    x = 1e-3 * np.sin(2.0 * np.pi * time)
+    return Recording(
+        name=name,
+        model="bench",
+        source=source,
+        time=time,
+        columns={"input_displacement_m": x, COLUMN: 20.0 + 5e3 * x + offset},
+        drive={"input_displacement_m": "reel"},
+        measured={COLUMN: Measured("output_tension", 0.1)},
+    )
+
+
+def located(rms):
+    excess = 1.0 if rms > 1.0 else 0.0
+    return Located(
+        places=(
+            Place("direction", "pulling", 0.9 * excess, 0.5, np.sqrt(1.8 * (rms**2 - 1.0) + 1.0)),
+            Place("direction", "loosening", 0.1 * excess, 0.5, np.sqrt(0.2 * (rms**2 - 1.0) + 1.0)),
+            Place("signal", COLUMN, excess, 1.0, rms),
+        ),
+        sentence=f"The misfit is {rms:.1f} times the noise.",
+        frequency=0.5,
+    )
+
+
+def diagnosis(verdict="named", rivals=(), closest=()):
+    identifier = "sensor_bias" if verdict == "named" else "friction"
+    effect = CATALOGUE[identifier]
+    finding = Finding(
+        identifier, effect.name, effect.equation, "output_tension", effect.kind, 0.97, tuple(rivals)
+    )
+    named = verdict in ("named", "parameter")
+    gap = Gap(10.0, 1.02, 1.0, {COLUMN: (1.0, 0.102, 0.1)})
+    value = Value(1.0, 0.98, 1.02, "N", 0.0)
+    return Diagnosis(
+        verdict=verdict,
+        sentence=f"The sentence of {verdict}.",
+        findings=(finding,) if named else (),
+        closest=tuple(closest),
+        calibrated={"sheath.friction": Value(0.18, 0.17, 0.19, "", 0.15)},
+        parameters={"output_tension.offset": value} if named else {},
+        train=gap,
+        held_out=gap,
+        located=located(10.0),
+        remaining=located(1.02),
+        model={"sheath.friction": 0.18},
+        seconds=1.0,
+    )
+
+
+SYSID = SysidResult({"sheath.friction": (0.2, 0.199, 0.201)}, 9.0, 9.75, {COLUMN: 0.975}, 2.0, "")
+
+
+def page(found, train=None, **more):
+    train, picture = train or [recorded()], {"before_after": new_figure(1.0, 1.0)}
+    return report_page(found, train, [recorded("other")], picture, shown=train[0].name, **more)
+
+
+def words(html):
+    """What a reader sees, with single spaces."""
+    return " ".join(re.sub(r"<[^>]*>", " ", html).split())
+
+
+@pytest.mark.parametrize("verdict", ["named", "parameter", "nothing missing", "unknown"])
+def test_a_page_says_its_verdict_and_needs_nothing_else(verdict):
+    html = page(diagnosis(verdict))
+    assert f"The sentence of {verdict}." in words(html)
+    assert 'src="data:image/png;base64,' in html
+    assert not re.search(r"(?:src|href)=\"(?!data:)", html)
+    assert "<script" not in html
+
+
+def test_a_page_says_what_was_missing_and_how_sure():
+    said = words(page(diagnosis()))
+    effect = CATALOGUE["sensor_bias"]
+    for text in (effect.name, effect.equation, effect.looks_like, effect.source):
+        assert text in said
+    assert "output_tension.offset 1 0.98 … 1.02 N 0" in said
+    assert "97 % that it is this one" in said
+
+
+def test_a_page_shows_the_fit_of_parameters_alone_beside_it():
+    said = words(page(diagnosis(), sysid=SYSID))
+    assert "leaves an error of 9.75 times the noise on held-out data" in said
+    assert "this diagnosis leaves 1.02" in said
+    assert "was left out" in words(page(diagnosis()))
+
+
+def test_where_nothing_was_added_no_after_is_claimed():
+    html = page(diagnosis("unknown", closest=("creep",)), sysid=SYSID)
+    assert "this diagnosis leaves 10.00" in words(html)
+    assert '<th class="n">after</th>' not in html
+    assert EXPERIMENTS["creep"] in words(html)
+
+
+def test_ties_come_with_the_experiment_that_settles_them():
+    said = words(page(diagnosis(rivals=("sensor_gain",))))
+    assert "sensor_bias or sensor_gain : these data can't tell" in said
+    assert PAIRS[frozenset({"sensor_bias", "sensor_gain"})] in said
+
+
+def test_text_from_files_is_text():
+    bad = "<script>alert('&')</script>"
+    html = page(diagnosis(), train=[recorded(name="<b>slow", source=bad)])
+    assert "<script>" not in html
+    assert "&lt;script&gt;" in html
+    assert "<b>slow" not in html
+
+
+def test_every_effect_has_an_experiment_and_every_pair_is_of_the_catalogue():
+    assert EXPERIMENTS.keys() == CATALOGUE.keys()
+    for pair in PAIRS:
+        assert len(pair) == 2
+        assert pair <= CATALOGUE.keys()
+
+
+def test_advice_speaks_of_every_effect_of_a_group():
+    delay, lag = "sensor_delay", "sensor_lag"
+    assert advise([delay, lag]) == advise([lag, delay]) == [PAIRS[frozenset({delay, lag})]]
+    said = advise([delay, lag, "creep"])
+    assert len(said) == 2
+    assert EXPERIMENTS["creep"] in said[1]
+
+
+def test_figures_name_units_and_draw_what_they_were_given():
+    found = diagnosis()
+    measured, before, after = recorded(), recorded(offset=1.0), recorded(offset=0.1)
+    figures = diagnosis_figures(found, [measured], (measured, before, after), {COLUMN: 0.975})
+    assert set(figures) == {"misfit", "gap", "before_after"}
+    loop, _, left, _ = figures["before_after"].axes
+    assert loop.get_ylabel() == "output tension [N]"
+    assert left.get_xlabel() == "input displacement [m]"
+    np.testing.assert_allclose(left.lines[0].get_ydata(), 1.0)
+    np.testing.assert_allclose(left.lines[1].get_ydata(), 0.1)
+    widths = sorted(bar.get_width() for bar in figures["gap"].axes[1].patches)
+    np.testing.assert_allclose(widths, [1.02, 9.75, 10.0])
+
+
+def test_the_map_shows_shares_of_what_there_was_before():
+    found = diagnosis()
+    shown = (recorded(), recorded(), recorded())
+    direction = diagnosis_figures(found, [recorded()], shown)["misfit"].axes[0]
+    labels = [text.get_text() for text in direction.get_yticklabels()]
+    bars = [[bar.get_width() for bar in bars] for bars in direction.containers]
+    assert labels == ["loosening", "pulling"]
+    np.testing.assert_allclose(bars[0], [50.0, 50.0])
+    np.testing.assert_allclose(bars[1], [10.0, 90.0], rtol=1e-6)
+    assert sum(bars[2]) == pytest.approx(100.0 * (1.02**2 - 1.0) / 99.0)
+
+
+def test_regimes_come_with_their_range_and_unit():
+    ranges = regime_ranges([recorded()])
+    assert ranges["time"] == "(0 … 4 s)"
+    assert ranges["load"].endswith("N)")
+    assert ranges["speed"].endswith("m/s)")
+
+
+def test_where_nothing_is_missing_there_is_no_map():
+    shown = (recorded(), recorded(), recorded())
+    assert "misfit" not in diagnosis_figures(diagnosis("nothing missing"), [recorded()], shown)
+
+
+def test_nothing_measured_is_refused():
+    bare = replace(recorded(), measured={})
+    with pytest.raises(RecordingError, match="nothing in"):
+        before_after_figure(bare, bare)
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [(0.18, "0.18"), (20000.0, "20\u202f000"), (float("inf"), "–"), (1.23456, "1.235")],
+)
+def test_numbers_are_short(value, said):
+    assert short(value) == said
