@@ -7,29 +7,20 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import tyro
 
 from tendon_mj.cli.output import Output, console, progress_bar
-from tendon_mj.diagnosis import Diagnosis, Term
+from tendon_mj.diagnosis import Diagnosis
 from tendon_mj.diagnosis import diagnose as find
-from tendon_mj.diagnosis.fit import fit
-from tendon_mj.diagnosis.problem import Problem, whole, without_tail
 from tendon_mj.diagnosis.sysid import SysidResult, fit_with_sysid, sysid_is_there
 from tendon_mj.simulate.library import load_model
+from tendon_mj.simulate.patch import patch_model
 from tendon_mj.simulate.progress import Progress
 from tendon_mj.simulate.recording import Recording, read_recording, write_recording
 from tendon_mj.simulate.replay import replay
-from tendon_mj.simulate.simulator import Simulator
 from tendon_mj.view.diagnosis import diagnosis_figures
 from tendon_mj.view.report import report_page, short
 
-try:
-    from tendon_mj.simulate.patch import patch_model
-except ImportError:  # until the branch that brings it is merged
-    patch_model = None  # type: ignore[assignment]
-
-_TAIL = 0.25  # of every recording that is kept for the proof where no other is given
 _LEFT_OUT = "The comparison with mujoco.sysid was left out (--no-sysid)."
 _NOT_THERE = (
     "No comparison with mujoco.sysid: it lacks what it needs (pip install 'tendon-mj[sysid]')."
@@ -93,8 +84,7 @@ def diagnose(
     report = out / "report.html"
     report.write_text(page, encoding="utf-8")
     output.add(report)
-    if patch_model is not None:
-        output.add(_write_model(diagnosis, train[0], out / "model.xml"))
+    output.add(_write_model(diagnosis, train[0], out / "model.xml"))
     output.result(result)
     output.close()
     return result
@@ -121,7 +111,7 @@ def _simulate(
     shown = held_out or train
     compiled = load_model(train[0].model)
     after = _found(diagnosis)
-    before = _calibrated(train, bool(held_out)) if diagnosis.findings else after
+    before = {name: diagnosis.before[name] for name in diagnosis.calibrated}
     rows = []
     for k, recording in enumerate(shown):
         progress("simulate before and after", k, len(shown))
@@ -129,18 +119,6 @@ def _simulate(
         rows.append((recording, answers[0], answers[1]))
     progress("simulate before and after", len(shown), len(shown))
     return rows
-
-
-def _calibrated(train: Sequence[Recording], proven_elsewhere: bool) -> dict[str, float]:
-    """What is uncertain, fitted with nothing added: a diagnosis keeps the gap, not the values."""
-    kept = whole(train) if proven_elsewhere else without_tail(train, _TAIL)
-    terms = [
-        Term((name,), "", u.value, u.low, u.high, (u.high - u.low) / 20.0)
-        for name, u in train[0].uncertain.items()
-        if u.high > u.low
-    ]
-    problem = Problem(tuple(train), Simulator(train), kept)
-    return fit(problem, {}, terms, (), np.array([t.inert for t in terms])).parameters({})
 
 
 def _found(diagnosis: Diagnosis) -> dict[str, float]:
@@ -159,7 +137,7 @@ def _write_model(diagnosis: Diagnosis, recording: Recording, path: Path) -> Path
         if value.low <= found[name] <= value.high
     }
     values = {**recording.known, **found}
-    return Path(patch_model(recording.model, values, path, intervals=intervals))
+    return patch_model(recording.model, values, path, intervals=intervals)
 
 
 def _say(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> None:

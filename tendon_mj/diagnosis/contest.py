@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -14,10 +15,10 @@ from tendon_mj.diagnosis.problem import Problem
 from tendon_mj.diagnosis.screen import Report, Sight, screen
 
 SMALLEST_GAP = 0.2  # mean square, in noise power (0.45 noise rms): less is not worth a name
-GRAIN = 0.0015  # of a signal's range: what lumping a sheath into guides leaves, and no more a name
+GRAIN = 0.0025  # of a signal's range: what lumping and stepping leave, and no more a name
 SMALLEST_SHARE = 0.005  # of the gap that the calibrated model left
-_SURE = 2.0  # standard errors
-_MOST_FITS = 5
+SURE = 2.0  # standard errors
+_MOST_FITS = 6
 _PROMISING = 0.4  # of what the best candidate explains, to be fitted
 
 
@@ -90,12 +91,18 @@ class Setting:
             self.report(f"fit {sight.candidate.identifier}", k, len(tried))
             effects = (*model.fit.effects, sight.candidate)
             entrants.append(self.enter(effects, sight.start, sight.candidate))
-        return sorted(entrants, key=lambda entrant: entrant.gap)
+        if tried:
+            self.report("fit", len(tried), len(tried))
+        best: dict[str, Entrant] = {}
+        for entrant in sorted(entrants, key=lambda entrant: -entrant.gap):
+            if entrant.candidate is not None:
+                best[entrant.candidate.label] = entrant
+        return sorted(best.values(), key=lambda entrant: entrant.gap)
 
     def helps(self, before: Entrant, after: Entrant, whole: float) -> bool:
         """Whether the second leaves less, beyond chance, numerics and what is worth a name."""
         got = gain(before.leftover, after.leftover)
-        return got.mean > max(self.least, SMALLEST_SHARE * whole, _SURE * got.error)
+        return got.mean > max(self.least, SMALLEST_SHARE * whole, SURE * got.error)
 
     @property
     def least(self) -> float:
@@ -116,7 +123,7 @@ def grain(problem: Problem) -> float:
 def tied(best: Entrant, other: Entrant) -> bool:
     """Whether these data can't tell the two models apart."""
     got = gain(other.leftover, best.leftover)
-    return got.mean < max(_SURE * got.error, tie_width(best))
+    return got.mean < max(SURE * got.error, tie_width(best))
 
 
 def tie_width(best: Entrant) -> float:
@@ -130,7 +137,13 @@ def difference(best: Entrant, other: Entrant) -> Gain:
 
 
 def _promising(sights: Sequence[Sight]) -> list[Sight]:
+    """Those to be fitted: not far behind the best, and of each candidate the two best starts."""
     if not sights:
         return []
-    least = _PROMISING * sights[0].explained
-    return [sight for sight in sights if sight.explained >= least][:_MOST_FITS]
+    least, starts = _PROMISING * sights[0].explained, Counter[str]()
+    kept = []
+    for sight in sights:
+        starts[sight.candidate.label] += 1
+        if sight.explained >= least and starts[sight.candidate.label] <= 2:
+            kept.append(sight)
+    return kept[:_MOST_FITS]

@@ -80,10 +80,12 @@ def diagnose(
         for name, u in train[0].uncertain.items()
         if u.high > u.low
     )
-    progress("calibrate", 0, 1)
+    progress("calibrate", 0, 2)
     setting = Setting(problem, base, calibrated, (), 0.0, progress)
     start = setting.enter((), [term.inert for term in calibrated])
+    progress("calibrate", 1, 2)
     floor = numerical_floor(problem, start.fit.parameters(base))
+    progress("calibrate", 2, 2)
     setting = Setting(
         problem, base, calibrated, tuple(candidates(rig, frozenset(exclude))), floor, progress
     )
@@ -144,33 +146,37 @@ def _conclude(
     setting: Setting, naming: Naming, proof: Problem, held_out: bool, began: float
 ) -> Diagnosis:
     problem, base = setting.problem, setting.base
-    models = [entrant.fit.parameters(base) for entrant in (naming.calibrated, naming.final)]
-    if held_out:
-        before, after = proof.residuals(models)
-        train = measure_gap(
-            problem, naming.calibrated.fit.residual, naming.final.fit.residual, problem.chosen
+    mask = np.ones(proof.chosen.size, bool) if held_out else ~problem.chosen
+
+    def gaps(after: Entrant) -> tuple[Gap, Gap]:
+        """On what the choices saw, and on the proof."""
+        fits = naming.calibrated.fit, after.fit
+        seen = fits[0].residual, fits[1].residual
+        fresh = proof.residuals([f.parameters(base) for f in fits]) if held_out else seen
+        return (
+            measure_gap(problem, *seen, problem.chosen),
+            measure_gap(proof, fresh[0], fresh[1], mask),
         )
-        mask = np.ones(before.size, bool)
-    else:
-        before, after = naming.calibrated.fit.residual, naming.final.fit.residual
-        train = measure_gap(problem, before, after, problem.chosen)
-        mask = ~problem.chosen
-    proven = measure_gap(proof, before, after, mask)
-    verdict = _decide(setting, naming, proven)
+
+    tentative = gaps(naming.final)
+    verdict = _decide(setting, naming, tentative[1])
     findings = tuple(_finding(named) for named in naming.named)
-    named = verdict in ("named", "parameter")
+    found = verdict in ("named", "parameter")
+    model = naming.final if found else naming.calibrated
+    train, proven = tentative if found else gaps(model)
     return Diagnosis(
         verdict=verdict,
-        sentence=_say(verdict, findings, proven),
-        findings=findings if named else (),
-        closest=() if named else tuple(finding.identifier for finding in findings),
-        calibrated=_values(setting, naming.final, own=False),
-        parameters=_values(setting, naming.final, own=True) if named else {},
+        sentence=_say(verdict, findings, tentative[1]),
+        findings=findings if found else (),
+        closest=() if found else tuple(finding.identifier for finding in findings),
+        calibrated=_values(setting, model, own=False),
+        parameters=_values(setting, model, own=True),
         train=train,
         held_out=proven,
         located=locate(problem, naming.calibrated.fit.residual),
-        remaining=locate(problem, naming.final.fit.residual),
-        model={**base, **(models[1] if named else models[0])},
+        remaining=locate(problem, model.fit.residual),
+        before={**base, **naming.calibrated.fit.parameters(base)},
+        model={**base, **model.fit.parameters(base)},
         seconds=time.perf_counter() - began,
     )
 

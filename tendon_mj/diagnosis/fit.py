@@ -1,8 +1,8 @@
 """Fits terms of a model to recordings by least squares.
 
 Through SciPy's trust region, which keeps to bounds and ends after so many simulations: a candidate
-that does not fit is to cost no more than one that does. `mujoco.minimize` (and `mujoco.sysid`, which
-is built on it) searches its damping until a step succeeds, up to a hundred simulations where stick
+that does not fit is to cost no more than one that does. `mujoco.minimize`, and `mujoco.sysid` with
+it, searches its damping until a step succeeds, up to a hundred simulations where stick
 and slip make the response rough. What `mujoco.sysid` makes of the same data is what a diagnosis is
 compared with, see `tendon_mj.diagnosis.sysid`.
 """
@@ -111,8 +111,6 @@ def fit(
     bounds = np.array(
         [[t.scaled(t.low) for t in terms], [t.scaled(t.high) for t in terms]]
     ).reshape(2, -1)
-    seen: dict[bytes, FloatArray] = {}
-    slopes: dict[bytes, FloatArray] = {}
 
     def simulate(points: Sequence[FloatArray]) -> FloatArray:
         """(k, m) residuals at scaled points."""

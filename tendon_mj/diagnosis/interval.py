@@ -5,6 +5,10 @@ neighbouring residuals repeat each other, and the honest spread comes from how t
 varies between whole stretches of time (a clustered sandwich estimate):
 
     Cov = A⁻¹ (Σ_b g_b g_bᵀ) A⁻¹,   A = JᵀJ,   g_b = J_bᵀ r_b.
+
+What the model cannot imitate it still leans on: an error of mean square g that has the correlation
+ρ with a slope shifts the value by ρ √(g m (A⁻¹)_kk). The fit has taken that part out of the
+residual, so it is taken to be as in what remains, with ρ = 0.2.
 """
 
 from __future__ import annotations
@@ -19,10 +23,11 @@ from tendon_mj.diagnosis.problem import Problem
 FloatArray = NDArray[np.float64]
 
 _LEVEL = 0.95
+_CORRELATION = 0.2  # of unmodelled structure with a slope
 
 
 def intervals(problem: Problem, fit: Fit) -> FloatArray:
-    """(p, 2) 95 % intervals of a fit's values [the terms' units]; the whole range where not free."""
+    """(p, 2) 95 % intervals of a fit's values [the terms' units]; the range where not free."""
     used, free = problem.chosen, fit.free
     jacobian, residual = fit.jacobian[used][:, free], fit.residual[used]
     numbers = problem.segments[used]
@@ -30,7 +35,10 @@ def intervals(problem: Problem, fit: Fit) -> FloatArray:
     gradients = np.array([jacobian[numbers == b].T @ residual[numbers == b] for b in names])
     inverse = np.linalg.pinv(jacobian.T @ jacobian)
     clusters = gradients.T @ gradients * names.size / max(names.size - free.sum(), 1)
-    spread = np.sqrt(np.maximum(np.diag(inverse @ clusters @ inverse), np.diag(inverse)))
+    alone = np.diag(inverse)
+    remains = max(float(np.mean(residual**2)) - 1.0, 0.0)
+    leaning = _CORRELATION**2 * remains * residual.size * alone
+    spread = np.sqrt(np.maximum(np.diag(inverse @ clusters @ inverse), alone) + leaning)
     width = float(stats.t.ppf(0.5 + _LEVEL / 2.0, max(names.size - int(free.sum()), 1))) * spread
     ranges = np.array([[term.low, term.high] for term in fit.terms]).reshape(-1, 2)
     for k, half in zip(np.flatnonzero(free), width, strict=True):

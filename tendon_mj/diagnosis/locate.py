@@ -111,7 +111,9 @@ def _say(places: Sequence[Place], residual: FloatArray, frequency: float) -> str
         (p for p in places if p.excess > 0.2 and p.excess > _CONCENTRATED * p.time),
         key=lambda p: p.time - p.excess,
     )
-    said = f"The misfit is {rms:.1f} times the noise, half of its excess slower than {frequency:.2g} Hz"
+    said = f"The misfit is {rms:.1f} times the noise"
+    if frequency > 0.0:
+        said += f", half of its excess slower than {frequency:.2g} Hz"
     told: list[str] = []
     for place in dense:
         if place.regime not in told:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_mj.diagnosis.contest import Entrant, Setting, difference, tie_width, tied
+from tendon_mj.diagnosis.contest import SURE, Entrant, Setting, difference, tie_width, tied
 from tendon_mj.diagnosis.effect import Candidate
 
 _MOST_EFFECTS = 4
@@ -67,12 +67,13 @@ def name_effects(setting: Setting, calibrated: Entrant) -> Naming:
 
 
 def _simplest(rivals: Sequence[Entrant]) -> Entrant:
-    """The best; among those that can't be told from it, a parameter before a missing effect."""
+    """Of those not told from the best: a number before an effect, few terms before many."""
     equal = [entrant for entrant in rivals if tied(rivals[0], entrant)]
-    for entrant in equal:
-        if entrant.candidate is not None and entrant.candidate.kind == "parameter":
-            return entrant
-    return rivals[0]
+    return min(equal, key=lambda entrant: (_complexity(entrant.candidate), entrant.gap))
+
+
+def _complexity(candidate: Candidate | None) -> tuple[bool, int]:
+    return (False, 0) if candidate is None else (candidate.kind == "missing", len(candidate.terms))
 
 
 def _without_idle(setting: Setting, model: Entrant, whole: float) -> Entrant:
@@ -121,6 +122,8 @@ def _judge(candidate: Candidate, model: Entrant, field: Sequence[Entrant]) -> Na
         if other is None or other == candidate:
             continue
         more = difference(own, entrant)
+        if len(other.terms) > len(candidate.terms) and more.mean > -SURE * more.error:
+            continue  # more freedom, and no use for it
         width = max(more.error, tie_width(own))
         if other.identifier != candidate.identifier:
             odds += float(np.exp(-max(more.mean, 0.0) / width))

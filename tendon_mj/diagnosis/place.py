@@ -110,7 +110,7 @@ def together(*bindings: Binding) -> Binding:
 
 
 def on_world(*knobs: Knob) -> Binding:
-    """A candidate for each axis of gravity, the model's only parameters that belong to no element."""
+    """A candidate for each axis of gravity, which belongs to no element."""
 
     def bind(rig: Rig) -> Bound:
         found: Bound = []

@@ -9,7 +9,7 @@ which tells what really is left and how the trace has changed; those that promis
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -36,11 +36,13 @@ class Sight:
         candidate: which.
         start: (fitted terms and its own,) values to begin a fit from [their units].
         explained: mean square that this would take off the residual [noise power].
+        attempt: which of the candidate's starts it came from.
     """
 
     candidate: Candidate
     start: FloatArray
     explained: float
+    attempt: int
 
 
 def screen(
@@ -50,7 +52,7 @@ def screen(
     candidates: Sequence[Candidate],
     report: Report,
 ) -> list[Sight]:
-    """Candidates that leave a trace, the most promising first.
+    """Candidates that leave a trace, the most promising first, once for each of their starts.
 
     Args:
         problem, base: the data, and the parameters that the model has.
@@ -59,17 +61,17 @@ def screen(
         report: called with a label, how many looks are done, and of how many.
     """
     sights = [
-        Sight(candidate, np.array([*fitted.values, _near(candidate.terms[0]), *shape]), 0.0)
+        Sight(candidate, np.array([*fitted.values, _near(candidate.terms[0]), *shape]), 0.0, k)
         for candidate in candidates
-        for shape in product(*(term.starts for term in candidate.terms[1:]))
+        for k, shape in enumerate(product(*(term.starts for term in candidate.terms[1:])))
     ]
-    best: dict[str, Sight] = {}
+    best: dict[tuple[str, int], Sight] = {}
     for number, label in enumerate(_LOOKS):
         seen = _look(problem, base, fitted, sights, report, label)
         for achieved, _ in seen:
-            known = best.get(achieved.candidate.label)
-            if known is None or achieved.explained > known.explained:
-                best[achieved.candidate.label] = achieved
+            key = achieved.candidate.label, achieved.attempt
+            if key not in best or achieved.explained > best[key].explained:
+                best[key] = achieved
         promised = [promise for _, promise in seen]
         if number < len(_KEPT):
             least = _KEPT[number] * max((s.explained for s in promised), default=0.0)
@@ -117,9 +119,7 @@ def _weigh(
     trace = row - residual - slopes @ (scaled - fitted.scaled)
     if float(trace @ trace) < _INVISIBLE * trace.size or tried == 0.0:
         return []
-    achieved = Sight(
-        sight.candidate, sight.start, float(residual @ residual - row @ row) / row.size
-    )
+    achieved = replace(sight, explained=float(residual @ residual - row @ row) / row.size)
     matrix = np.column_stack([slopes, trace])
     normal = matrix.T @ matrix
     normal += 1e-9 * np.diag(np.diag(normal)) + 1e-12 * np.eye(count + 1)
@@ -130,9 +130,9 @@ def _weigh(
     at = np.clip(fitted.scaled + shift, *fitted.bounds)
     left = moved + slopes @ (at - fitted.scaled)
     values = [t.natural(z) for t, z in zip(terms, at, strict=True)]
-    promise = Sight(
-        sight.candidate,
-        np.array([*values, best, *sight.start[count + 1 :]]),
-        float(residual @ residual - left @ left) / row.size,
+    promise = replace(
+        sight,
+        start=np.array([*values, best, *sight.start[count + 1 :]]),
+        explained=float(residual @ residual - left @ left) / row.size,
     )
     return [(achieved, promise)]

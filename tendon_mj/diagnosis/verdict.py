@@ -64,7 +64,8 @@ class Diagnosis:
         parameters: what the findings write, and the shapes that come with it.
         train, held_out: gaps on what the choices saw, and on what they did not.
         located, remaining: where the calibrated model's misfit sits, and the final model's.
-        model: parameter → value of the final model, whole.
+        before: parameter → value of the model with only what was uncertain fitted, whole.
+        model: the same of the final model; of the calibrated one unless something was found.
         seconds: it took.
     """
 
@@ -78,6 +79,7 @@ class Diagnosis:
     held_out: Gap
     located: Located
     remaining: Located
+    before: Mapping[str, float]
     model: Mapping[str, float]
     seconds: float
 

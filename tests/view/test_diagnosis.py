@@ -69,6 +69,7 @@ def diagnosis(verdict="named", rivals=(), closest=()):
         held_out=gap,
         located=located(10.0),
         remaining=located(1.02),
+        before={"sheath.friction": 0.18},
         model={"sheath.friction": 0.18},
         seconds=1.0,
     )
