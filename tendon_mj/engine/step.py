@@ -11,15 +11,15 @@ from typing import Any
 from tendon_mj.engine import state as st
 from tendon_mj.engine.memory import coordinates, double, doubles, integer, pointer
 from tendon_mj.engine.moment import control, is_stage
-from tendon_mj.engine.momentum import fill_drag, remember_speed, rubbed
+from tendon_mj.engine.momentum import fill_drag, leave_heat, remember_speed
 from tendon_mj.engine.path import follow_path
 from tendon_mj.engine.ratios import bind_ratios
 from tendon_mj.engine.spool import flank_stiffness, on_drum, torque_on_drive, turned
 from tendon_mj.engine.strain import (
     be_hookean,
-    carry_creep,
-    crept_after,
+    carry_strain,
     fill_strain,
+    leave_strain,
     move_tangents,
     rest_strain,
     spool_torque,
@@ -88,13 +88,10 @@ def _leave_trial(
         guides[st.TRIAL_SLIP, i] = guides[SLIP, i] if flow != 0.0 else 0.0
         guides[st.TRIAL_WORK, i] = ea * released(left, right, flow)
     if state[st.TENDON_MASS] > 0.0 or state[st.STIFFENING] > 0.0:
-        for i in range(guides.shape[1]):
-            guides[st.TRIAL_WORK, i] = rubbed(state, segments, guides, i, state[st.TRIAL_ELAPSED])
+        leave_heat(state, segments, guides)
     _copy(segments, TENSION, st.TRIAL_START)
     if state[st.STRAINED] != 0.0:
-        _copy(segments, st.FRESH_STRAIN, st.TRIAL_STRAIN)
-        for j in range(segments.shape[1]):
-            segments[st.TRIAL_CREPT, j] = crept_after(state, segments, j, state[st.TRIAL_ELAPSED])
+        leave_strain(state, segments)
     state[st.TRIAL_WOUND_IN], state[st.TRIAL_WOUND_OUT] = wound_in, wound_out
     state[st.TRIAL_TIME] = time
     state[st.ON_TRIAL] = 1.0
@@ -207,10 +204,7 @@ def commit(address: int) -> None:
     segments[STORED, 0] -= state[st.TRIAL_WOUND_IN] - state[st.WOUND_IN]
     segments[STORED, last] -= state[st.TRIAL_WOUND_OUT] - state[st.WOUND_OUT]
     if state[st.STRAINED] != 0.0:
-        _copy(segments, st.TRIAL_STRAIN, st.STRAIN)
-        _copy(segments, st.TRIAL_CREPT, st.CREPT)
-        for i in range(last):
-            carry_creep(segments, i, guides[st.TRIAL_FLOW, i])
+        carry_strain(segments, guides)
     for i in range(last):
         flow = guides[st.TRIAL_FLOW, i]
         segments[STORED, i] += flow

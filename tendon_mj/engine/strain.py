@@ -20,7 +20,7 @@ from tendon_mj.sheath.tables import FLOW, GIVE, LENGTH, OFFSET, SHARE, STORED, T
 _CLOSE = 1e-13  # strain by which the tangent may miss the curve
 
 
-@apart
+@compiled
 def rest_strain(state: Any) -> tuple[float, float]:
     """Elastic strain and creep strain under the pretension, when all has come to rest."""
     tau = state[st.PRETENSION] / state[st.AXIAL_STIFFNESS]
@@ -52,11 +52,26 @@ def _tangent(state: Any, before: float, at: float, elapsed: float) -> tuple[floa
     return at - (at * (1.0 + stiffening * at) + kappa * (at - before)) * share, share
 
 
-@compiled
+@apart
 def be_hookean(segments: Any) -> None:
     """ε = τ in every segment."""
     for j in range(segments.shape[1]):
         segments[OFFSET, j], segments[SHARE, j] = 0.0, 1.0
+
+
+@apart
+def _fill_tangents(state: Any, segments: Any, elapsed: float) -> None:
+    """Strain law of each segment on the tangent at the strain that it had."""
+    if state[st.STRAINED] == 0.0:
+        for j in range(segments.shape[1]):
+            segments[st.STRAIN, j] = strain_at(segments[st.START, j], state[st.STIFFENING])
+        state[st.STRAINED] = 1.0
+    arrives = _arrival(state, elapsed)
+    for j in range(segments.shape[1]):
+        before = segments[st.STRAIN, j]
+        offset, share = _tangent(state, before, before, elapsed)
+        segments[OFFSET, j] = offset + (1.0 - arrives) * segments[st.CREPT, j]
+        segments[SHARE, j] = share + arrives * state[st.CREEP]
 
 
 @compiled
@@ -72,16 +87,7 @@ def fill_strain(state: Any, segments: Any, elapsed: float) -> bool:
             be_hookean(segments)
             state[st.STRAINED] = 0.0
         return False
-    if state[st.STRAINED] == 0.0:
-        for j in range(segments.shape[1]):
-            segments[st.STRAIN, j] = strain_at(segments[st.START, j], state[st.STIFFENING])
-        state[st.STRAINED] = 1.0
-    arrives = _arrival(state, elapsed)
-    for j in range(segments.shape[1]):
-        before = segments[st.STRAIN, j]
-        offset, share = _tangent(state, before, before, elapsed)
-        segments[OFFSET, j] = offset + (1.0 - arrives) * segments[st.CREPT, j]
-        segments[SHARE, j] = share + arrives * state[st.CREEP]
+    _fill_tangents(state, segments, elapsed)
     return True
 
 
@@ -123,17 +129,30 @@ def strain_after(state: Any, segments: Any, guides: Any, elapsed: float) -> None
         )
 
 
-@compiled
-def carry_creep(segments: Any, i: int, flow: float) -> None:
-    """Let ``flow`` over guide i take its creep strain along, before it changes what is stored.
+@apart
+def leave_strain(state: Any, segments: Any) -> None:
+    """Remember the strains of this evaluation, for ``carry_strain`` to make them true."""
+    for j in range(segments.shape[1]):
+        segments[st.TRIAL_STRAIN, j] = segments[st.FRESH_STRAIN, j]
+        segments[st.TRIAL_CREPT, j] = crept_after(state, segments, j, state[st.TRIAL_ELAPSED])
 
-    That the tendon and not the place has crept is what keeps such a flow from making energy.
+
+@apart
+def carry_strain(segments: Any, guides: Any) -> None:
+    """Make the strains on trial the committed ones; what flows takes its creep strain along.
+
+    That the tendon and not the place has crept is what keeps a flow from making energy. To be
+    called before the flow changes what is stored.
     """
-    if flow == 0.0:
-        return
-    to, source = (i, i + 1) if flow > 0.0 else (i + 1, i)
-    share = abs(flow) / max(segments[STORED, to] + abs(flow), abs(flow))
-    segments[st.CREPT, to] += share * (segments[st.CREPT, source] - segments[st.CREPT, to])
+    for j in range(segments.shape[1]):
+        segments[st.STRAIN, j] = segments[st.TRIAL_STRAIN, j]
+        segments[st.CREPT, j] = segments[st.TRIAL_CREPT, j]
+    for i in range(guides.shape[1]):
+        flow = guides[st.TRIAL_FLOW, i]
+        if flow != 0.0:
+            to, source = (i, i + 1) if flow > 0.0 else (i + 1, i)
+            share = abs(flow) / max(segments[STORED, to] + abs(flow), abs(flow))
+            segments[st.CREPT, to] += share * (segments[st.CREPT, source] - segments[st.CREPT, to])
 
 
 @compiled
