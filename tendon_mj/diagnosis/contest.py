@@ -19,6 +19,7 @@ GRAIN = 0.0025  # of a signal's range: what lumping and stepping leave, and no m
 SMALLEST_SHARE = 0.005  # of the gap that the calibrated model left
 SURE = 2.0  # standard errors
 _MOST_FITS = 6
+_POLISH = 25  # points
 _PROMISING = 0.4  # of what the best candidate explains, to be fitted
 
 
@@ -98,6 +99,11 @@ class Setting:
             if entrant.candidate is not None:
                 best[entrant.candidate.label] = entrant
         return sorted(best.values(), key=lambda entrant: entrant.gap)
+
+    def polish(self, entrant: Entrant) -> Entrant:
+        """Fit on from where a fit ended, so that nothing is added to mend an early end."""
+        fitted = entrant.fit
+        return self.enter(fitted.effects, fitted.values, entrant.candidate, _POLISH)
 
     def helps(self, before: Entrant, after: Entrant, whole: float) -> bool:
         """Whether the second leaves less, beyond chance, numerics and what is worth a name."""

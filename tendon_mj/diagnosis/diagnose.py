@@ -32,7 +32,7 @@ from tendon_mj.simulate.recording import Recording
 from tendon_mj.simulate.simulator import Simulator
 
 _TAIL = 0.25  # of every recording that is kept for the proof where no other is given
-_CLOSED = 0.8  # of the reducible gap: with less, a name is no explanation
+_CLOSED = 0.93  # of the reducible gap: with less, a name is no explanation
 _NEGLIGIBLE = 0.5  # gap in noise power that is no reason to doubt a name
 
 

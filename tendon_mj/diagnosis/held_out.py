@@ -66,7 +66,9 @@ class Gain:
 
     Attributes:
         mean: difference of their gaps [noise power].
-        error: standard error of it, from how it varies between stretches.
+        error: by how much it may be chance. An effect may show in two stretches of thirty and be
+            sure all the same; what speaks against it are the stretches that it makes worse. By
+            chance as many get better by as much, hence √(2 Σ worse²).
     """
 
     mean: float
@@ -76,6 +78,6 @@ class Gain:
 def gain(worse: Leftover, better: Leftover) -> Gain:
     """What the second leaves less than the first, and how sure that is."""
     difference = worse.power - better.power
-    count = difference.size
-    error = float(difference.std(ddof=1)) * np.sqrt(count) if count > 1 else np.inf
-    return Gain(float(difference.sum()) / worse.samples, float(error) / worse.samples)
+    against = np.minimum(difference, 0.0)
+    error = float(np.sqrt(2.0 * against @ against))
+    return Gain(float(difference.sum()) / worse.samples, error / worse.samples)

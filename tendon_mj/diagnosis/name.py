@@ -56,7 +56,7 @@ def name_effects(setting: Setting, calibrated: Entrant) -> Naming:
         rivals = setting.rivals(model)
         if not rivals or not setting.helps(model, rivals[0], whole):
             break
-        chosen = _simplest(rivals)
+        chosen = setting.polish(_simplest(rivals))
         assert chosen.candidate is not None
         fields[chosen.candidate.label] = rivals
         model = _without_idle(setting, chosen, whole)
