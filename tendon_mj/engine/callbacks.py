@@ -12,10 +12,11 @@ from numba import cfunc, types
 
 from tendon_mj.engine import attributes as at
 from tendon_mj.engine import state as st
+from tendon_mj.engine import subtrees
 from tendon_mj.engine.layout import Layout
 from tendon_mj.engine.library import mj_name2id
 from tendon_mj.engine.measure import measure, measure_ends
-from tendon_mj.engine.memory import doubles, integer, pointer, size
+from tendon_mj.engine.memory import double, doubles, integer, pointer, size
 from tendon_mj.engine.step import commit, evaluate
 from tendon_mj.sheath.compiled import compiled
 
@@ -64,7 +65,7 @@ def range_of(owners: int, count: int, instance: int) -> tuple[int, int]:
 
 
 @compiled
-def _reset(layout: Layout, m: int, address: int, instance: int) -> None:
+def _reset(layout: Layout, readers: Any, m: int, address: int, instance: int) -> None:
     """Configured parameters into the state; the tendon is laid at the first evaluation."""
     sensors = pointer(m + layout.m_sensor_plugin)
     first, last = range_of(sensors, size(m + layout.m_nsensor), instance)
@@ -85,6 +86,7 @@ def _reset(layout: Layout, m: int, address: int, instance: int) -> None:
     state[st.REEL_JOINT] = mj_name2id(m, _JOINT, at.text(layout, m, instance, at.REEL_JOINT))
     state[st.OUTPUT_JOINT] = mj_name2id(m, _JOINT, at.text(layout, m, instance, at.OUTPUT_JOINT))
     state[st.FIRST_SENSOR], state[st.LAST_SENSOR] = first, last
+    state[st.SPARING] = not subtrees.are_read(layout, readers, m, instance)
     reels = pointer(m + layout.m_actuator_plugin)
     state[st.REEL_ACTUATOR] = range_of(reels, size(m + layout.m_nactuator), instance)[1]
 
@@ -119,7 +121,10 @@ def _show_ends(layout: Layout, m: int, d: int, instance: int) -> None:
 def _compute(layout: Layout, m: int, d: int, instance: int, capability: int) -> None:
     view = _is_view(layout, m, instance)
     if capability == _PASSIVE and not view:
-        evaluate(layout, m, d, state_of(layout, m, d, instance))
+        sheath = state_of(layout, m, d, instance)
+        evaluate(layout, m, d, sheath)
+        if double(sheath, st.SPARING) != 0.0:
+            subtrees.spare(layout, d)
     elif capability == _SENSOR and view:
         _show(layout, m, d, instance)
     elif capability == _SENSOR:
@@ -152,11 +157,12 @@ def make_callbacks(layout: Layout) -> Callbacks:
     The offsets are closed over, so the compiler sees constants and keeps one compilation on disk
     for each set of them.
     """
+    readers = subtrees.READERS
     void, ptr, i32 = types.void, types.intp, types.int32
 
     @cfunc(void(ptr, ptr, ptr, i32), cache=True)
     def reset(m: int, state: int, unused: int, instance: int) -> None:
-        _reset(layout, m, state, instance)
+        _reset(layout, readers, m, state, instance)
 
     @cfunc(void(ptr, ptr, i32, i32), cache=True)
     def compute(m: int, d: int, instance: int, capability: int) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.engine import servo_state, state
 from tendon_mj.engine.library import C
+from tendon_mj.engine.memory import doubles
 from tendon_mj.engine.servo_validate import SERVO
 from tendon_mj.engine.validate import NAME
 from tendon_mj.errors import UnknownNameError
@@ -84,4 +85,5 @@ def segment_tensions(
         raise UnknownNameError("sheath", sheath, known)
     _, segments, _, path = state.unpack(data.plugin_state.ctypes.data + 8 * known[sheath].state)
     stiffness = data.plugin_state[known[sheath].state + state.AXIAL_STIFFNESS]
-    return path.reshape(-1, 3).copy(), stiffness * segments[TENSION]
+    points = doubles(path, 3 * (segments.shape[1] + 1))
+    return points.reshape(-1, 3).copy(), stiffness * segments[TENSION]

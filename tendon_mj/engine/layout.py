@@ -62,6 +62,7 @@ class Layout(NamedTuple):
     m_actuator_ctrlrange: int
     m_actuator_forcelimited: int
     m_actuator_forcerange: int
+    m_sensor_type: int
     m_sensor_plugin: int
     m_sensor_adr: int
     m_plugin: int
@@ -87,6 +88,7 @@ class Layout(NamedTuple):
     d_qfrc_passive: int
     d_actuator_force: int
     d_sensordata: int
+    d_flg_subtreevel: int
 
 
 _OWNER = {"m": "mjModel", "o": "mjOption", "d": "mjData"}
@@ -194,6 +196,8 @@ def verify_state(layout: Layout, data: mujoco.MjData) -> None:
 def _compare(address: int, shown: object, name: str) -> None:
     if isinstance(shown, float):
         agrees = ctypes.c_double.from_address(address).value == shown
+    elif isinstance(shown, bool):
+        agrees = ctypes.c_bool.from_address(address).value == shown
     elif isinstance(shown, int):
         agrees = ctypes.c_int.from_address(address).value == shown
     elif not isinstance(shown, np.ndarray) or not shown.size:  # not shown, or empty here

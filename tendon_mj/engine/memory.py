@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numba
-from numba import carray, types
+from numba import carray, farray, types
 from numba.extending import intrinsic
 
 from tendon_mj.sheath.compiled import compiled
@@ -31,7 +31,7 @@ _u8 = _as_pointer(numba.uint8)
 @compiled
 def pointer(address: int) -> int:
     """The pointer stored at ``address``."""
-    return carray(_i64(address), (1,))[0]
+    return _i64(address)[0]
 
 
 @compiled
@@ -41,30 +41,45 @@ def doubles(address: int, count: int) -> Any:
 
 
 @compiled
+def coordinates(address: int) -> Any:
+    """The mjtNum at ``address``, however many: a C pointer, whose indices do not wrap around."""
+    return _f64(address)
+
+
+@compiled
 def table(address: int, rows: int, columns: int) -> Any:
-    """A C-contiguous table of mjtNum at ``address`` that shares the memory."""
-    return carray(_f64(address), (rows, columns))
+    """A table of mjtNum at ``address`` that shares the memory, stored column by column.
+
+    A loop over columns then needs one address, not one for every row that it touches.
+    """
+    return farray(_f64(address), (rows, columns))
 
 
 @compiled
 def double(address: int, index: int) -> float:
     """The mjtNum number ``index`` of the array at ``address``."""
-    return carray(_f64(address), (index + 1,))[index]
+    return _f64(address)[index]
 
 
 @compiled
 def integer(address: int, index: int) -> int:
     """The int number ``index`` of the array at ``address``."""
-    return numba.int64(carray(_i32(address), (index + 1,))[index])
+    return numba.int64(_i32(address)[index])
 
 
 @compiled
 def size(address: int) -> int:
     """The mjtSize at ``address``."""
-    return carray(_i64(address), (1,))[0]
+    return _i64(address)[0]
+
+
+@compiled
+def set_byte(address: int, value: int) -> None:
+    """Write the byte at ``address``."""
+    _u8(address)[0] = value
 
 
 @compiled
 def byte(address: int, index: int) -> int:
     """The byte number ``index`` at ``address``."""
-    return numba.int64(carray(_u8(address), (index + 1,))[index])
+    return numba.int64(_u8(address)[index])

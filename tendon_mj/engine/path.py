@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from tendon_mj.engine.arctangent import arctangent
 from tendon_mj.sheath.compiled import compiled
 
 _SHORTEST = 1e-9  # two sites on one spot still have a segment between them [m]
@@ -25,7 +26,17 @@ def _bend(a: Any, i: int) -> float:
         k -= 1
         ux, uy, uz = a[3 * i] - a[3 * k], a[3 * i + 1] - a[3 * k + 1], a[3 * i + 2] - a[3 * k + 2]
     cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    return math.atan2(math.sqrt(cx * cx + cy * cy + cz * cz), ux * vx + uy * vy + uz * vz)
+    return arctangent(math.sqrt(cx * cx + cy * cy + cz * cz), ux * vx + uy * vy + uz * vz)
+
+
+@compiled
+def _moved(points: Any, path: Any, i: int) -> bool:
+    """Whether point ``i`` is not where it was; remembers where it is."""
+    k = 3 * i
+    if points[k] == path[k] and points[k + 1] == path[k + 1] and points[k + 2] == path[k + 2]:
+        return False
+    path[k], path[k + 1], path[k + 2] = points[k], points[k + 1], points[k + 2]
+    return True
 
 
 @compiled
@@ -33,20 +44,18 @@ def follow_path(points: Any, path: Any, length: Any, angle: Any, refresh: bool) 
     """Bring lengths and bends up to date with the points; what did not move is not recomputed.
 
     Args:
-        points: (3(n+2),) where the points are now [m].
-        path: (3(n+2),) where they were when lengths and angles were computed; updated.
+        points: where the n+2 points are now, coordinates in a row [m].
+        path: where they were when lengths and angles were computed; updated.
         length: (n+1,) segment lengths [m]; updated.
         angle: (n,) bends [rad]; updated.
         refresh: compute everything anew.
     """
-    changed = False
+    near = _moved(points, path, 0) or refresh
     before = True  # whether the segment before the point at hand moved
     for j in range(length.shape[0]):
-        moved = refresh
-        for k in range(3 * j, 3 * j + 6):
-            if points[k] != path[k]:
-                moved = True
-                break
+        far = _moved(points, path, j + 1) or refresh
+        moved = near or far
+        near = far
         if moved:
             dx = points[3 * j + 3] - points[3 * j]
             dy = points[3 * j + 4] - points[3 * j + 1]
@@ -56,7 +65,3 @@ def follow_path(points: Any, path: Any, length: Any, angle: Any, refresh: bool) 
             angle[j - 1] = _bend(points, j)
         # behind a segment without length the bend depends on what lies before it
         before = moved or (before and length[j] == _SHORTEST)
-        changed |= moved
-    if changed:
-        for k in range(path.shape[0]):
-            path[k] = points[k]

@@ -69,6 +69,7 @@ PARAMETERS = (
     REEL_ACTUATOR,
     FIRST_SENSOR,
     LAST_SENSOR,
+    SPARING,  # whether nothing in the model reads velocities of subtrees
     # committed
     STARTED,
     WOUND_IN,
@@ -94,7 +95,7 @@ PARAMETERS = (
     BOUND_ASYMMETRY,
     BOUND_EXTRA_BEND,
     SCALARS,
-) = range(50)
+) = range(51)
 
 
 # Rows that the engine adds to the flow solver's tables.
@@ -128,11 +129,11 @@ def size(guides: int) -> int:
 
 
 @compiled
-def unpack(address: int) -> tuple[Any, Any, Any, Any]:
-    """Views on one sheath's state: scalars, segments table, guides table, path coordinates."""
+def unpack(address: int) -> tuple[Any, Any, Any, int]:
+    """Views on one sheath's state: scalars, segments table, guides table; address of the path."""
     scalars = doubles(address, SCALARS)
     n = int(scalars[GUIDES])
     segments = table(address + 8 * SCALARS, SEGMENT_ROWS, n + 1)
     behind = address + 8 * (SCALARS + SEGMENT_ROWS * (n + 1))
     guides = table(behind, GUIDE_ROWS, n)
-    return scalars, segments, guides, doubles(behind + 8 * GUIDE_ROWS * n, 3 * (n + 2))
+    return scalars, segments, guides, behind + 8 * GUIDE_ROWS * n

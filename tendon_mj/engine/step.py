@@ -9,31 +9,30 @@ import math
 from typing import Any
 
 from tendon_mj.engine import state as st
-from tendon_mj.engine.memory import double, doubles, integer, pointer
+from tendon_mj.engine.memory import coordinates, double, doubles, integer, pointer
 from tendon_mj.engine.moment import control, is_stage
-from tendon_mj.engine.momentum import fill_drag, remember_speed, rubbed
+from tendon_mj.engine.momentum import fill_drag, leave_heat, remember_speed
 from tendon_mj.engine.path import follow_path
 from tendon_mj.engine.ratios import bind_ratios
 from tendon_mj.engine.spool import flank_stiffness, on_drum, torque_on_drive, turned
 from tendon_mj.engine.strain import (
-    carry_creep,
-    crept_after,
+    be_hookean,
+    carry_strain,
     fill_strain,
+    leave_strain,
     move_tangents,
     rest_strain,
     spool_torque,
     strain_after,
 )
 from tendon_mj.engine.wrench import add_force
-from tendon_mj.sheath.compiled import compiled
+from tendon_mj.sheath.compiled import apart, compiled
 from tendon_mj.sheath.flow import settle
 from tendon_mj.sheath.segments import released
 from tendon_mj.sheath.tables import (
     FLOW,
     GIVE,
     LENGTH,
-    OFFSET,
-    SHARE,
     SLIP,
     STORED,
     TENSION,
@@ -44,6 +43,13 @@ _TANGENTS = 8  # to a strain law that is no line; about 2 are needed
 
 
 @compiled
+def _copy(segments: Any, row: int, into: int) -> None:
+    """Copy a row; assigning slices compiles to several times as much."""
+    for j in range(segments.shape[1]):
+        segments[into, j] = segments[row, j]
+
+
+@apart
 def _start(layout: Any, m: int, d: int, state: Any, segments: Any) -> None:
     """Lay the tendon evenly along its first path.
 
@@ -62,7 +68,7 @@ def _start(layout: Any, m: int, d: int, state: Any, segments: Any) -> None:
         strain = total / unstretched - 1.0 - crept
         segments[st.STRAIN, j], segments[st.CREPT, j] = strain, crept
         segments[st.START, j] = strain * (1.0 + state[st.STIFFENING] * max(0.0, strain))
-    segments[OFFSET, :], segments[SHARE, :] = 0.0, 1.0
+    be_hookean(segments)
     state[st.STRAINED] = 1.0  # so that the strains just written count
     state[st.LAID] = state[st.PRETENSION]
     state[st.COMMIT_TIME] = double(d + layout.d_time, 0) - double(m + layout.o_timestep, 0)
@@ -82,13 +88,10 @@ def _leave_trial(
         guides[st.TRIAL_SLIP, i] = guides[SLIP, i] if flow != 0.0 else 0.0
         guides[st.TRIAL_WORK, i] = ea * released(left, right, flow)
     if state[st.TENDON_MASS] > 0.0 or state[st.STIFFENING] > 0.0:
-        for i in range(guides.shape[1]):
-            guides[st.TRIAL_WORK, i] = rubbed(state, segments, guides, i, state[st.TRIAL_ELAPSED])
-    segments[st.TRIAL_START, :] = segments[TENSION, :]
+        leave_heat(state, segments, guides)
+    _copy(segments, TENSION, st.TRIAL_START)
     if state[st.STRAINED] != 0.0:
-        segments[st.TRIAL_STRAIN, :] = segments[st.FRESH_STRAIN, :]
-        for j in range(segments.shape[1]):
-            segments[st.TRIAL_CREPT, j] = crept_after(state, segments, j, state[st.TRIAL_ELAPSED])
+        leave_strain(state, segments)
     state[st.TRIAL_WOUND_IN], state[st.TRIAL_WOUND_OUT] = wound_in, wound_out
     state[st.TRIAL_TIME] = time
     state[st.ON_TRIAL] = 1.0
@@ -130,12 +133,12 @@ def _turn_back(layout: Any, m: int, d: int, state: Any, joint: int, torque: floa
 def _solve(state: Any, segments: Any, guides: Any, elapsed: float) -> bool:
     """Let the tendon flow, by a strain law that fits the tensions that come out."""
     dragged = fill_drag(state, guides, elapsed)
-    solved = settle(segments, guides, dragged)
-    if state[st.STIFFENING] > 0.0:
-        for _ in range(_TANGENTS):
-            if not (solved and move_tangents(state, segments, elapsed)):
-                break
-            solved = settle(segments, guides, dragged)
+    tangents = _TANGENTS if state[st.STIFFENING] > 0.0 else 0
+    solved = False
+    for tried in range(tangents + 1):
+        solved = settle(segments, guides, dragged)
+        if not (solved and tried < tangents and move_tangents(state, segments, elapsed)):
+            break
     return solved
 
 
@@ -146,9 +149,9 @@ def evaluate(layout: Any, m: int, d: int, address: int) -> None:
     last = guides.shape[1]
     time = double(d + layout.d_time, 0)
     start = integer(pointer(d + layout.d_ten_wrapadr), int(state[st.TENDON]))
-    points = doubles(pointer(d + layout.d_wrap_xpos) + 24 * start, 3 * (last + 2))
+    points = coordinates(pointer(d + layout.d_wrap_xpos) + 24 * start)
     fresh = state[st.STARTED] == 0.0
-    follow_path(points, path, segments[LENGTH], guides[st.ANGLE], fresh)
+    follow_path(points, coordinates(path), segments[LENGTH], guides[st.ANGLE], fresh)
     bind_ratios(state, guides, time)
     if fresh:
         _start(layout, m, d, state, segments)
@@ -171,7 +174,7 @@ def evaluate(layout: Any, m: int, d: int, address: int) -> None:
     input_length = segments[LENGTH, 0]
     segments[LENGTH, 0] = input_length + state[st.SHEATH_COMPLIANCE] * state[st.LAID]
     segments[GIVE, 0] = state[st.SHEATH_COMPLIANCE] * state[st.AXIAL_STIFFNESS]
-    segments[TENSION, :] = segments[st.START, :]  # so that no earlier look at the pose shows
+    _copy(segments, st.START, TENSION)  # so that no earlier look at the pose shows
     possible = math.isfinite(drive + wound_out)
     solved = possible and _solve(state, segments, guides, elapsed)
     if strained:
@@ -185,7 +188,7 @@ def evaluate(layout: Any, m: int, d: int, address: int) -> None:
     if not possible or not math.isfinite(segments[TENSION, last]):
         state[st.ON_TRIAL] = 0.0  # nothing that an earlier evaluation left may come true instead
         return
-    _apply(layout, m, d, state, segments, path)
+    _apply(layout, m, d, state, segments, points)
     if not stage:
         state[st.TRIAL_ELAPSED] = elapsed
         _leave_trial(state, segments, guides, wound_in, wound_out, time)
@@ -201,10 +204,7 @@ def commit(address: int) -> None:
     segments[STORED, 0] -= state[st.TRIAL_WOUND_IN] - state[st.WOUND_IN]
     segments[STORED, last] -= state[st.TRIAL_WOUND_OUT] - state[st.WOUND_OUT]
     if state[st.STRAINED] != 0.0:
-        segments[st.STRAIN, :] = segments[st.TRIAL_STRAIN, :]
-        segments[st.CREPT, :] = segments[st.TRIAL_CREPT, :]
-        for i in range(last):
-            carry_creep(segments, i, guides[st.TRIAL_FLOW, i])
+        carry_strain(segments, guides)
     for i in range(last):
         flow = guides[st.TRIAL_FLOW, i]
         segments[STORED, i] += flow
@@ -212,7 +212,7 @@ def commit(address: int) -> None:
         guides[st.PASSED, i] += flow
         guides[WAS, i] = guides[st.TRIAL_SLIP, i]
         guides[st.WORK, i] += guides[st.TRIAL_WORK, i]
-    segments[st.START, :] = segments[st.TRIAL_START, :]
+    _copy(segments, st.TRIAL_START, st.START)
     remember_speed(state, guides)
     state[st.WOUND_IN], state[st.WOUND_OUT] = state[st.TRIAL_WOUND_IN], state[st.TRIAL_WOUND_OUT]
     state[st.COMMIT_TIME] = state[st.TRIAL_TIME]

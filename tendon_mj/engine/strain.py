@@ -13,7 +13,7 @@ from __future__ import annotations
 from typing import Any
 
 from tendon_mj.engine import state as st
-from tendon_mj.sheath.compiled import compiled
+from tendon_mj.sheath.compiled import apart, compiled
 from tendon_mj.sheath.segments import borne, strain_at
 from tendon_mj.sheath.tables import FLOW, GIVE, LENGTH, OFFSET, SHARE, STORED, TENSION
 
@@ -52,19 +52,16 @@ def _tangent(state: Any, before: float, at: float, elapsed: float) -> tuple[floa
     return at - (at * (1.0 + stiffening * at) + kappa * (at - before)) * share, share
 
 
-@compiled
-def fill_strain(state: Any, segments: Any, elapsed: float) -> bool:
-    """Fill in each segment's strain law; return whether it is another than Hooke's."""
-    plain = (
-        state[st.AXIAL_DAMPING] == 0.0
-        and state[st.STIFFENING] == 0.0
-        and state[st.CREEP_TIME] == 0.0
-    )
-    if plain:
-        if state[st.STRAINED] != 0.0:
-            segments[OFFSET, :], segments[SHARE, :] = 0.0, 1.0
-            state[st.STRAINED] = 0.0
-        return False
+@apart
+def be_hookean(segments: Any) -> None:
+    """ε = τ in every segment."""
+    for j in range(segments.shape[1]):
+        segments[OFFSET, j], segments[SHARE, j] = 0.0, 1.0
+
+
+@apart
+def _fill_tangents(state: Any, segments: Any, elapsed: float) -> None:
+    """Strain law of each segment on the tangent at the strain that it had."""
     if state[st.STRAINED] == 0.0:
         for j in range(segments.shape[1]):
             segments[st.STRAIN, j] = strain_at(segments[st.START, j], state[st.STIFFENING])
@@ -75,10 +72,26 @@ def fill_strain(state: Any, segments: Any, elapsed: float) -> bool:
         offset, share = _tangent(state, before, before, elapsed)
         segments[OFFSET, j] = offset + (1.0 - arrives) * segments[st.CREPT, j]
         segments[SHARE, j] = share + arrives * state[st.CREEP]
-    return True
 
 
 @compiled
+def fill_strain(state: Any, segments: Any, elapsed: float) -> bool:
+    """Fill in each segment's strain law; return whether it is another than Hooke's."""
+    plain = (
+        state[st.AXIAL_DAMPING] == 0.0
+        and state[st.STIFFENING] == 0.0
+        and state[st.CREEP_TIME] == 0.0
+    )
+    if plain:
+        if state[st.STRAINED] != 0.0:
+            be_hookean(segments)
+            state[st.STRAINED] = 0.0
+        return False
+    _fill_tangents(state, segments, elapsed)
+    return True
+
+
+@apart
 def move_tangents(state: Any, segments: Any, elapsed: float) -> bool:
     """Touch the strain law where the solution lies; return whether that made a difference."""
     arrives, moved = _arrival(state, elapsed), False
@@ -102,7 +115,7 @@ def crept_after(state: Any, segments: Any, j: int, elapsed: float) -> float:
     return (1.0 - arrives) * segments[st.CREPT, j] + reached
 
 
-@compiled
+@apart
 def strain_after(state: Any, segments: Any, guides: Any, elapsed: float) -> None:
     """Elastic strain of every segment once the flow of this evaluation has passed."""
     n = guides.shape[1]
@@ -116,17 +129,30 @@ def strain_after(state: Any, segments: Any, guides: Any, elapsed: float) -> None
         )
 
 
-@compiled
-def carry_creep(segments: Any, i: int, flow: float) -> None:
-    """Let ``flow`` over guide i take its creep strain along, before it changes what is stored.
+@apart
+def leave_strain(state: Any, segments: Any) -> None:
+    """Remember the strains of this evaluation, for ``carry_strain`` to make them true."""
+    for j in range(segments.shape[1]):
+        segments[st.TRIAL_STRAIN, j] = segments[st.FRESH_STRAIN, j]
+        segments[st.TRIAL_CREPT, j] = crept_after(state, segments, j, state[st.TRIAL_ELAPSED])
 
-    That the tendon and not the place has crept is what keeps such a flow from making energy.
+
+@apart
+def carry_strain(segments: Any, guides: Any) -> None:
+    """Make the strains on trial the committed ones; what flows takes its creep strain along.
+
+    That the tendon and not the place has crept is what keeps a flow from making energy. To be
+    called before the flow changes what is stored.
     """
-    if flow == 0.0:
-        return
-    to, source = (i, i + 1) if flow > 0.0 else (i + 1, i)
-    share = abs(flow) / max(segments[STORED, to] + abs(flow), abs(flow))
-    segments[st.CREPT, to] += share * (segments[st.CREPT, source] - segments[st.CREPT, to])
+    for j in range(segments.shape[1]):
+        segments[st.STRAIN, j] = segments[st.TRIAL_STRAIN, j]
+        segments[st.CREPT, j] = segments[st.TRIAL_CREPT, j]
+    for i in range(guides.shape[1]):
+        flow = guides[st.TRIAL_FLOW, i]
+        if flow != 0.0:
+            to, source = (i, i + 1) if flow > 0.0 else (i + 1, i)
+            share = abs(flow) / max(segments[STORED, to] + abs(flow), abs(flow))
+            segments[st.CREPT, to] += share * (segments[st.CREPT, source] - segments[st.CREPT, to])
 
 
 @compiled

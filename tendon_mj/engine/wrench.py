@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tendon_mj.engine.memory import doubles, integer, pointer
+from tendon_mj.engine.memory import coordinates, integer, pointer
 from tendon_mj.sheath.compiled import compiled
 
 
@@ -21,7 +21,7 @@ def add_force(
     if integer(pointer(m + layout.m_body_weldid), body) == 0:
         return  # fixed to the world
     root = integer(pointer(m + layout.m_body_rootid), body)
-    centre = doubles(pointer(d + layout.d_subtree_com) + 24 * root, 3)
+    centre = coordinates(pointer(d + layout.d_subtree_com) + 24 * root)
     rx, ry, rz = p[at] - centre[0], p[at + 1] - centre[1], p[at + 2] - centre[2]
     tx, ty, tz = ry * fz - rz * fy, rz * fx - rx * fz, rx * fy - ry * fx
     while integer(pointer(m + layout.m_body_dofnum), body) == 0:
@@ -31,9 +31,9 @@ def add_force(
     dof = integer(pointer(m + layout.m_body_dofadr), body)
     dof += integer(pointer(m + layout.m_body_dofnum), body) - 1
     parents = pointer(m + layout.m_dof_parentid)
-    motion = pointer(d + layout.d_cdof)
+    motion, passive = pointer(d + layout.d_cdof), coordinates(pointer(d + layout.d_qfrc_passive))
     while dof >= 0:
-        c = doubles(motion + 48 * dof, 6)
+        c = coordinates(motion + 48 * dof)
         force = c[0] * tx + c[1] * ty + c[2] * tz + c[3] * fx + c[4] * fy + c[5] * fz
-        doubles(pointer(d + layout.d_qfrc_passive) + 8 * dof, 1)[0] += force
+        passive[dof] += force
         dof = integer(parents, dof)

@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from tendon_mj.sheath.compiled import compiled
+from tendon_mj.sheath.compiled import apart, compiled
 from tendon_mj.sheath.tables import (
     CONSTANT,
     DOWN,
@@ -95,7 +95,8 @@ def _begin(segments: Table, guides: Table) -> bool:
         emptied |= not segments[STORED, j] > 0.0
         path += segments[LENGTH, j]
         total += segments[STORED, j]
-    guides[FLOW, :] = 0.0
+    for i in range(guides.shape[1]):
+        guides[FLOW, i] = 0.0
     if not emptied:
         return True
     passed = 0.0
@@ -192,7 +193,7 @@ def _correct(segments: Table, guides: Table) -> int:
     return changed
 
 
-@compiled
+@apart
 def _follow_pattern(segments: Table, guides: Table) -> bool:
     """Solve, and correct the slip, until nothing is left to correct."""
     for _ in range(_PASSES + guides.shape[1]):
@@ -248,30 +249,39 @@ def _relax_once(segments: Table, guides: Table) -> float:
 
 
 @compiled
+def _point(guides: Table, flows: Table) -> None:
+    """Take these flows, and their directions for the slip."""
+    for i in range(guides.shape[1]):
+        guides[FLOW, i], guides[SLIP, i] = flows[i], np.sign(flows[i])
+
+
+@apart
 def _relax(segments: Table, guides: Table) -> bool:
     """Guide after guide; the pattern that comes out is tried now and then."""
     if not _begin(segments, guides):
         segments[TENSION, guides.shape[1]] = np.inf
         return False
-    length = segments[LENGTH].sum()
+    length, flows = 0.0, np.empty(guides.shape[1])
+    for j in range(segments.shape[1]):
+        length += segments[LENGTH, j]
     for _ in range(_LOTS):
         changed = 0.0
         for _ in range(_ROUNDS):
             changed = _relax_once(segments, guides)
-        flows = guides[FLOW].copy()
-        guides[SLIP] = np.sign(flows)
+        for i in range(guides.shape[1]):
+            flows[i] = guides[FLOW, i]
+        _point(guides, flows)
         if _follow_pattern(segments, guides):
             return True
-        guides[FLOW] = flows
+        _point(guides, flows)
         if changed <= _SETTLED * length:
-            guides[SLIP] = np.sign(flows)
             _tighten(segments, guides)
             return True
     _tighten(segments, guides)
     return False
 
 
-@compiled
+@apart
 def balance_dragged(segments: Table, guides: Table) -> bool:
     """Equilibrium for given holding ratios, DRAG > 0 at every guide.
 

@@ -81,12 +81,11 @@ def settle(segments: Table, guides: Table, dragged: bool = False) -> bool:
         free = guides[CONSTANT, i] == 0.0 and guides[STATIC, i] == 1.0
         guides[SLIP, i] = 1.0 if free else was
         stiction |= guides[STATIC, i] != guides[DYNAMIC, i]
-    solved = _balance(segments, guides, dragged)
-    if stiction:
-        for _ in range(2 * guides.shape[1]):
-            if not (solved and _loosen(guides)):
-                break
-            solved = _balance(segments, guides, dragged)
+    solved = False
+    for _ in range(1 + 2 * guides.shape[1]):
+        solved = _balance(segments, guides, dragged)
+        if not (stiction and solved and _loosen(guides)):
+            break
     if not math.isfinite(segments[TENSION, segments.shape[1] - 1]):
         for i in range(guides.shape[1]):
             guides[FLOW, i], guides[SLIP, i] = 0.0, guides[WAS, i]

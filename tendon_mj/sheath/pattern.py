@@ -34,17 +34,14 @@ UNSOLVED = -1
 @compiled
 def _solve_run(segments: Table, guides: Table, first: int, last: int) -> bool:
     """Tensions and flows of a run of sliding guides, from segment ``first`` to segment ``last``."""
-    total = 0.0
-    for k in range(first, last + 1):
-        total += segments[STORED, k]
     head = segments[TENSION, first]
     if not head > 0.0:
         head = 1e-6
     for _ in range(_STEPS):
-        missing, slope, curvature, tau, gain = -total, 0.0, 0.0, head, 1.0
+        missing, slope, curvature, tau, gain = 0.0, 0.0, 0.0, head, 1.0
         for k in range(first, last + 1):
             holds, falls, curves = held(segments, k, tau)
-            missing += holds
+            missing += holds - segments[STORED, k]
             slope += gain * falls
             curvature += gain * gain * curves
             if k < last:

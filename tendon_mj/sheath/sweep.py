@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tendon_mj.sheath.compiled import compiled
+from tendon_mj.sheath.compiled import apart, compiled
 from tendon_mj.sheath.segments import held, tension_of
 from tendon_mj.sheath.tables import (
     ALONE,
@@ -70,7 +70,7 @@ def _missing(segments: Table, guides: Table, j: int, tau: float) -> tuple[float,
     return total, slope
 
 
-@compiled
+@apart
 def _alone(segments: Table, guides: Table, j: int) -> float:
     """τ*_j: the root of G_j, 0 for a slack prefix, inf for one without tendon."""
     own = tension_of(segments, j)
@@ -78,7 +78,10 @@ def _alone(segments: Table, guides: Table, j: int) -> float:
         return own
     if lowest(guides, j - 1, own) <= segments[ALONE, j - 1] <= highest(guides, j - 1, own):
         return own
-    if segments[STORED, : j + 1].sum() <= 0.0:
+    total = 0.0
+    for k in range(j + 1):
+        total += segments[STORED, k]
+    if total <= 0.0:
         return np.inf
     low = _SLACK  # not 0: only above it do the slack segments before this one spare tendon
     if _missing(segments, guides, j, low)[0] <= 0.0:
@@ -159,7 +162,7 @@ def _holds(segments: Table, guides: Table) -> bool:
     return True
 
 
-@compiled
+@apart
 def sweep(segments: Table, guides: Table) -> bool:
     """Tensions, flows and slip of the whole tendon by the walk forward and back.
 

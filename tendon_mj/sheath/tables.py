@@ -40,6 +40,6 @@ from typing import Any
 # What rounding leaves uncertain of a strain, and so of τ, when it is the difference ℓ/s − 1.
 ROUNDING = 5e-16
 
-# Both tables are C-contiguous float64 arrays of shapes (SEGMENT_ROWS or more, n+1) and
+# Both tables are float64 arrays of shapes (SEGMENT_ROWS or more, n+1) and
 # (GUIDE_ROWS or more, n).
 Table = Any

@@ -162,9 +162,9 @@ def unpacked(model, data, sheath="sheath"):
     scalars = data.plugin_state[at : at + st.SCALARS]
     n = int(scalars[st.GUIDES])
     at += st.SCALARS
-    segments = data.plugin_state[at : at + st.SEGMENT_ROWS * (n + 1)].reshape(-1, n + 1)
+    segments = data.plugin_state[at : at + st.SEGMENT_ROWS * (n + 1)].reshape(n + 1, -1).T
     at += segments.size
-    return scalars, segments, data.plugin_state[at : at + st.GUIDE_ROWS * n].reshape(-1, n)
+    return scalars, segments, data.plugin_state[at : at + st.GUIDE_ROWS * n].reshape(n, -1).T
 
 
 def tendon_total(model, data, sheath="sheath"):
