@@ -57,7 +57,8 @@ def test_one_effect_is_named_first_and_measured(judged: dict[str, Judged], name:
     found = judged[name]
     assert found.hit > 0.0
     assert found.extra == []
-    assert found.closed is not None and found.closed > 0.8
+    assert found.closed is not None
+    assert found.closed > 0.8
     assert all(error < 0.2 for _, error, _ in found.errors())
 
 
