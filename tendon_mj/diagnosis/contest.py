@@ -128,7 +128,7 @@ def grain(problem: Problem) -> float:
 
 def tied(best: Entrant, other: Entrant) -> bool:
     """Whether these data can't tell the two models apart."""
-    got = gain(other.leftover, best.leftover)
+    got = difference(best, other)
     return got.mean < max(SURE * got.error, tie_width(best))
 
 

@@ -23,7 +23,7 @@ from tendon_mj.diagnosis.interval import intervals
 from tendon_mj.diagnosis.locate import locate
 from tendon_mj.diagnosis.name import Named, Naming, name_effects
 from tendon_mj.diagnosis.numerics import numerical_floor
-from tendon_mj.diagnosis.problem import Make, Problem, whole, without_tail
+from tendon_mj.diagnosis.problem import Make, Problem, for_choices, whole
 from tendon_mj.diagnosis.regimes import motion
 from tendon_mj.diagnosis.verdict import Diagnosis, Finding, Value, Verdict
 from tendon_mj.errors import RecordingError
@@ -31,7 +31,6 @@ from tendon_mj.simulate.progress import Progress, silent
 from tendon_mj.simulate.recording import Recording
 from tendon_mj.simulate.simulator import Simulator
 
-_TAIL = 0.25  # of every recording that is kept for the proof where no other is given
 _CLOSED = 0.93  # of the reducible gap: with less, a name is no explanation
 _NEGLIGIBLE = 0.5  # gap in noise power that is no reason to doubt a name
 
@@ -61,11 +60,7 @@ def diagnose(
     """
     began = time.perf_counter()
     check(train, held_out)
-    problem = Problem(
-        tuple(train),
-        simulator(train),
-        whole(train) if held_out else without_tail(train, _TAIL),
-    )
+    problem = Problem(tuple(train), simulator(train), for_choices(train, held_out))
     base = {name: p.value for name, p in problem.simulate.parameters.items()}
     rig = look_at(problem)
     calibrated = tuple(
@@ -138,7 +133,6 @@ def look_at(problem: Problem) -> Rig:
         spans=spans,
         inputs=tuple(first.drive.values()),
         free_joints=tuple(joint for joint in joints if joint not in driven),
-        duration=max(float(r.time[-1] - r.time[0]) for r in problem.recordings),
     )
 
 

@@ -30,7 +30,6 @@ class Rig:
         spans: sensor → largest less smallest measured value [the sensor's unit].
         inputs: driven actuators.
         free_joints: joints that no driven actuator moves.
-        duration: of the longest recording [s].
     """
 
     values: Mapping[str, float]
@@ -39,7 +38,6 @@ class Rig:
     spans: Mapping[str, float]
     inputs: tuple[str, ...]
     free_joints: tuple[str, ...]
-    duration: float
 
     def elements(self, parameter: str) -> list[str]:
         """Elements that have a parameter of that name."""

@@ -17,6 +17,7 @@ FloatArray = NDArray[np.float64]
 
 _SEGMENT = 1.0  # typical length of a segment [s]; several in each recording, and not too many
 _FEWEST, _MOST = 4, 12
+_TAIL = 0.25  # of every recording, kept for the proof where no other recording is given
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,12 +86,16 @@ def whole(recordings: Sequence[Recording]) -> tuple[NDArray[np.bool_], ...]:
     return tuple(np.ones(recording.time.size, bool) for recording in recordings)
 
 
-def without_tail(recordings: Sequence[Recording], share: float) -> tuple[NDArray[np.bool_], ...]:
-    """The last ``share`` of every recording is kept for the proof."""
+def for_choices(
+    train: Sequence[Recording], held_out: Sequence[Recording]
+) -> tuple[NDArray[np.bool_], ...]:
+    """What of ``train`` may be used: all where ``held_out`` proves it, else all but the tails."""
+    if held_out:
+        return whole(train)
     kept = []
-    for recording in recordings:
+    for recording in train:
         time = recording.time
-        kept.append(time <= time[0] + (1.0 - share) * (time[-1] - time[0]))
+        kept.append(time <= time[0] + (1.0 - _TAIL) * (time[-1] - time[0]))
     return tuple(kept)
 
 

@@ -24,7 +24,7 @@ from mujoco import sysid
 from numpy.typing import NDArray
 
 from tendon_mj.diagnosis.gap import measure_gap
-from tendon_mj.diagnosis.problem import Make, Problem, whole, without_tail
+from tendon_mj.diagnosis.problem import Make, Problem, for_choices, whole
 from tendon_mj.errors import TendonError
 from tendon_mj.simulate.progress import Progress, silent
 from tendon_mj.simulate.recording import Recording
@@ -32,7 +32,6 @@ from tendon_mj.simulate.simulator import Simulator
 
 FloatArray = NDArray[np.float64]
 
-_TAIL = 0.25  # of every recording that is kept for the proof where no other is given, as there
 _DIFFERENCE = 1e-5  # of a range; its own 1e-8 finds the same, but is near the simulations' grain
 _DAMPING_FACTOR = 10.0  # its own 10^0.1 tries 140 ever smaller steps where none is left to take
 _TOLERANCE = 1e-5  # of the step, in ranges: far inside any interval
@@ -105,8 +104,7 @@ def fit_with_sysid(
             " comparison out (--no-sysid)"
         )
     began = time.perf_counter()
-    kept = whole(train) if held_out else without_tail(train, _TAIL)
-    problem = Problem(tuple(train), simulator(train), kept)
+    problem = Problem(tuple(train), simulator(train), for_choices(train, held_out))
     values = _optimize(problem, progress)
     fitted = {name: value for name, (value, _, _) in values.items()}
     residual = problem.residuals([fitted])[0]
