@@ -81,6 +81,7 @@ def before_after_figure(
                 fontsize=9.0,
             )
         grid[-1][0].set_xlabel(column_label(drive))
+        grid[-1][0].locator_params(axis="x", nbins=5)
         grid[-1][1].set_xlabel("time [s]")
         _gather_labels(grid[0][0], grid[1][0])
         legend_below(figure, grid[0][0], columns=4)
