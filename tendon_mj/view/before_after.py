@@ -49,7 +49,7 @@ def before_after_figure(
     with print_style():
         figure = new_figure(8.0, 0.9 + 3.1 * rows)
         source = textwrap.fill(f"{measured.name} on model {measured.model}: {measured.source}", 105)
-        figure.suptitle(source, fontsize=9.0)
+        figure.suptitle(source, fontsize=9.0, parse_math=False)
         grid = figure.subplots(
             2 * rows, 2, squeeze=False, sharex="col", sharey="row", height_ratios=(1.7, 1.0) * rows
         )

@@ -191,3 +191,8 @@ def test_nothing_measured_is_refused():
 )
 def test_numbers_are_short(value, said):
     assert short(value) == said
+
+
+def test_a_source_is_shown_as_it_is_written(tmp_path):
+    odd = replace(recorded(), source=r"rig $\foo$ of $5")
+    before_after_figure(odd, odd).savefig(tmp_path / "odd.png")
