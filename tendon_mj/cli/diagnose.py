@@ -67,9 +67,7 @@ def diagnose(
     for k, (measured, before, after) in enumerate(simulated):
         output.add(write_recording(before, out / f"{k}_{measured.name}_before.csv"))
         output.add(write_recording(after, out / f"{k}_{measured.name}_after.csv"))
-    figures = diagnosis_figures(
-        diagnosis, train, simulated[-1], compared.signals if compared else None
-    )
+    figures = diagnosis_figures(diagnosis, simulated[-1], compared.signals if compared else None)
     page = report_page(
         diagnosis,
         train,

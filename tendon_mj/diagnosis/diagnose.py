@@ -55,13 +55,15 @@ def diagnose(
 
     Raises:
         RecordingError: no recording, recordings of different models or descriptions, nothing
-            measured, or nothing that moves back and forth.
+            measured, nothing that moves back and forth, the same data for choice and proof, or
+            data under which the model as described becomes unstable.
         UnknownNameError: ``exclude`` names no effect of the catalogue.
     """
     began = time.perf_counter()
     check(train, held_out)
     problem = Problem(tuple(train), simulator(train), for_choices(train, held_out))
     base = {name: p.value for name, p in problem.simulate.parameters.items()}
+    _simulates(problem)
     rig = look_at(problem)
     calibrated = tuple(
         Term(
@@ -110,6 +112,39 @@ def check(train: Sequence[Recording], held_out: Sequence[Recording]) -> None:
                     f" {first.name!r}; recordings that are diagnosed together are of one rig"
                 )
         motion(recording)
+    for recording in held_out:
+        if any(_same_data(recording, other) for other in train):
+            raise RecordingError(
+                f"recording {recording.name!r}: held out, and among those that choose; proof needs"
+                " data that no choice has seen"
+            )
+
+
+def _same_data(one: Recording, other: Recording) -> bool:
+    return np.array_equal(one.time, other.time) and all(
+        column in other.columns and np.array_equal(one.columns[column], other.columns[column])
+        for column in one.measured
+    )
+
+
+def _simulates(problem: Problem) -> None:
+    """Refuse recordings under which the model, as described, blows up.
+
+    Raises:
+        RecordingError: says which recording, and how far its drive goes.
+    """
+    answers = problem.simulate([{}])[0]
+    for recording, series in zip(problem.recordings, answers, strict=True):
+        if not all(np.isfinite(series[column]).all() for column in recording.measured):
+            ranges = ", ".join(
+                f"{column!r} from {recording.columns[column].min():.4g} to"
+                f" {recording.columns[column].max():.4g}"
+                for column in recording.drive
+            )
+            raise RecordingError(
+                f"recording {recording.name!r}: model {recording.model!r} as described becomes"
+                f" unstable under what drives it ({ranges}); are the units right?"
+            )
 
 
 def _plain(value: object) -> object:

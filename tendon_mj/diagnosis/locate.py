@@ -51,20 +51,19 @@ class Located:
 
 def locate(problem: Problem, residual: FloatArray) -> Located:
     """Spread the excess of a residual (m,), in units of noise, over the regimes."""
-    per_recording = [regimes(recording) for recording in problem.recordings]
-    names = [regime.name for regime in per_recording[0]]
+    per_recording = regimes(problem.recordings)
     total = float((residual**2).sum()) - residual.size
     parts = np.split(residual, np.cumsum([size for _, _, size in problem.blocks()])[:-1])
     places = []
-    for number, name in enumerate(names):
+    for number, first in enumerate(per_recording[0]):
         powers: dict[str, list[FloatArray]] = {}
-        for (k, _, _), part in zip(problem.blocks(), parts, strict=True):
-            regime = per_recording[k][number]
-            for b, label in enumerate(_rank(regime.labels, name)):
+        for b in range(len(first.labels)):
+            for (k, _, _), part in zip(problem.blocks(), parts, strict=True):
+                regime = per_recording[k][number]
                 inside = part[regime.number == b]
                 if inside.size:
-                    powers.setdefault(label, []).append(inside**2)
-        places += [_place(name, label, found, residual) for label, found in powers.items()]
+                    powers.setdefault(regime.labels[b], []).append(inside**2)
+        places += [_place(first.name, label, found, residual) for label, found in powers.items()]
     columns: dict[str, list[FloatArray]] = {}
     for (_, column, _), part in zip(problem.blocks(), parts, strict=True):
         columns.setdefault(column, []).append(part**2)
@@ -78,14 +77,6 @@ def _place(regime: str, label: str, powers: Sequence[FloatArray], residual: Floa
     total = float((residual**2).sum()) - residual.size
     share = (float(inside.sum()) - inside.size) / total if total > 0.0 else 0.0
     return Place(regime, label, share, inside.size / residual.size, float(np.sqrt(inside.mean())))
-
-
-def _rank(labels: Sequence[str], name: str) -> list[str]:
-    """Bins as words where recordings differ in their ranges: numbered from lowest to highest."""
-    if name == "direction":
-        return list(labels)
-    words = ("lowest", "low", "below the middle", "above the middle", "high", "highest")
-    return list(words[: len(labels)])
 
 
 def _half(problem: Problem, parts: Sequence[FloatArray]) -> float:

@@ -1,15 +1,17 @@
 """What was going on at every sample: the coordinates in which a misfit is looked for.
 
 Everything is read from what was recorded: the driven displacement says which way, how fast, how far
-since the last reversal and how long at rest; the first measured column stands for the load.
+since the last reversal and how long at rest; the first measured tension, or else the first measured
+column, stands for the load.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError
 from tendon_mj.simulate.recording import Recording
@@ -18,6 +20,8 @@ FloatArray = NDArray[np.float64]
 
 _BINS = 6
 _REST = 0.02  # of the largest speed: slower is at rest
+_SINCE = "distance since reversal"
+_SWING = 0.02  # of a column's range: going back by less is jitter and no reversal
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +40,7 @@ class Regime:
 
 
 def motion(recording: Recording) -> tuple[str, FloatArray, FloatArray]:
-    """The driven column that moves most often, its values, and its smoothed rate [unit/s].
+    """The driven column that moves most often, its values, and its rate [unit/s].
 
     Raises:
         RecordingError: nothing is driven, or what is driven never reverses.
@@ -47,8 +51,7 @@ def motion(recording: Recording) -> tuple[str, FloatArray, FloatArray]:
     best, turns = "", -1
     for column in recording.drive:
         values = recording.columns[column]
-        moved = values[np.concatenate([[True], np.diff(values) != 0.0])]
-        count = int(np.count_nonzero(np.diff(np.sign(np.diff(moved))))) if moved.size > 2 else 0
+        count = _reversals(values)
         if np.ptp(values) > 0.0 and count > turns:
             best, turns = column, count
     if turns < 0:
@@ -62,24 +65,58 @@ def motion(recording: Recording) -> tuple[str, FloatArray, FloatArray]:
     return best, values, np.gradient(values, recording.time)
 
 
-def regimes(recording: Recording) -> list[Regime]:
-    """All coordinates of a recording."""
+def _reversals(values: FloatArray) -> int:
+    """How often a series turns and goes back by more than jitter."""
+    swing = _SWING * float(np.ptp(values))
+    low = high = values[0]
+    heading = count = 0
+    for value in values:
+        low, high = min(low, value), max(high, value)
+        if heading <= 0 and value > low + swing:
+            count += heading != 0
+            heading, high = 1, value
+        elif heading >= 0 and value < high - swing:
+            count += heading != 0
+            heading, low = -1, value
+    return int(count)
+
+
+def regimes(recordings: Sequence[Recording]) -> list[list[Regime]]:
+    """All coordinates of every recording; a coordinate has the same bins in all of them."""
+    coordinates = [_coordinates(recording) for recording in recordings]
+    ends: dict[tuple[str, str], list[float]] = {}
+    for found in coordinates:
+        for name, unit, series in found[1:]:
+            ends.setdefault((name, unit), []).extend((float(series.min()), float(series.max())))
+    return [
+        [
+            Regime("direction", ("loosening", "at rest", "pulling"), found[0][2].astype(np.int64)),
+            *(
+                _cut(name, series, unit, min(ends[name, unit]), max(ends[name, unit]))
+                for name, unit, series in found[1:]
+            ),
+        ]
+        for found in coordinates
+    ]
+
+
+def _coordinates(recording: Recording) -> list[tuple[str, str, FloatArray]]:
+    """(name, unit, value at every sample); first the direction, 0 loosening to 2 pulling."""
     column, place, rate = motion(recording)
     time = recording.time
     unit = column.rsplit("_", 1)[-1]
     fastest = float(np.abs(rate).max())
     way = np.where(np.abs(rate) < _REST * fastest, 0, np.sign(rate)).astype(np.int64)
     since, rest = _since_reversal(time, place, way)
-    load = recording.columns[next(iter(recording.measured))]
-    load_unit = next(iter(recording.measured)).rsplit("_", 1)[-1]
+    loads = sorted(recording.measured, key=lambda name: not name.endswith("_N"))
     return [
-        Regime("direction", ("loosening", "at rest", "pulling"), way + 1),
-        _cut("distance since reversal", since, unit, spread=True),
-        _cut("speed", np.abs(rate), f"{unit}/s"),
-        _cut("load", load, load_unit),
-        _cut("time at rest", rest, "s"),
-        _cut("time", time - time[0], "s"),
-        _cut("posture", place, unit),
+        ("direction", "", way + 1.0),
+        (_SINCE, unit, since),
+        ("speed", f"{unit}/s", np.abs(rate)),
+        ("load", loads[0].rsplit("_", 1)[-1], recording.columns[loads[0]]),
+        ("time at rest", "s", rest),
+        ("time", "s", time - time[0]),
+        ("posture", unit, place),
     ]
 
 
@@ -99,12 +136,10 @@ def _since_reversal(
     return since, rest
 
 
-def _cut(name: str, values: ArrayLike, unit: str, spread: bool = False) -> Regime:
-    """Bins of equal width; with ``spread`` narrower near 0, where most happens after a reversal."""
-    series = np.asarray(values, float)
-    low, high = float(series.min()), float(series.max())
+def _cut(name: str, series: FloatArray, unit: str, low: float, high: float) -> Regime:
+    """Bins of equal width; since a reversal narrower near 0, where most happens."""
     share = np.linspace(0.0, 1.0, _BINS + 1)
-    edges = low + (high - low) * (share**2 if spread else share)
+    edges = low + (high - low) * (share**2 if name == _SINCE else share)
     number = np.clip(np.searchsorted(edges, series, side="right") - 1, 0, _BINS - 1)
     labels = tuple(f"{edges[k]:.3g} … {edges[k + 1]:.3g} {unit}" for k in range(_BINS))
     return Regime(name, labels, number.astype(np.int64))

@@ -49,7 +49,7 @@ def before_after_figure(
     with print_style():
         figure = new_figure(8.0, 0.9 + 3.1 * rows)
         source = textwrap.fill(f"{measured.name} on model {measured.model}: {measured.source}", 105)
-        figure.suptitle(source, fontsize=9.0)
+        figure.suptitle(source, fontsize=9.0, parse_math=False)
         grid = figure.subplots(
             2 * rows, 2, squeeze=False, sharex="col", sharey="row", height_ratios=(1.7, 1.0) * rows
         )
@@ -81,6 +81,7 @@ def before_after_figure(
                 fontsize=9.0,
             )
         grid[-1][0].set_xlabel(column_label(drive))
+        grid[-1][0].locator_params(axis="x", nbins=5)
         grid[-1][1].set_xlabel("time [s]")
         _gather_labels(grid[0][0], grid[1][0])
         legend_below(figure, grid[0][0], columns=4)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from matplotlib.figure import Figure
 
@@ -15,7 +15,6 @@ from tendon_mj.view.misfit_map import misfit_figure
 
 def diagnosis_figures(
     diagnosis: Diagnosis,
-    train: Sequence[Recording],
     shown: tuple[Recording, Recording, Recording],
     sysid: Mapping[str, float] | None = None,
 ) -> dict[str, Figure]:
@@ -23,7 +22,6 @@ def diagnosis_figures(
 
     Args:
         diagnosis: to draw.
-        train: recordings that its map of the misfit comes from.
         shown: a recording, and its simulations before and after.
         sysid: column → held-out rms error of `mujoco.sysid` alone [the column's unit].
 
@@ -35,7 +33,7 @@ def diagnosis_figures(
     figures = {}
     if diagnosis.verdict != "nothing missing":
         remaining = diagnosis.remaining if changed else None
-        figures["misfit"] = misfit_figure(diagnosis.located, remaining, train)
+        figures["misfit"] = misfit_figure(diagnosis.located, remaining)
     figures["gap"] = gap_figure(diagnosis.train, diagnosis.held_out, sysid, changed=changed)
     figures["before_after"] = before_after_figure(measured, before, after if changed else None)
     return figures

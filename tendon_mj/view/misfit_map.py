@@ -3,29 +3,20 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tendon_mj.diagnosis.locate import Located, Place
-from tendon_mj.diagnosis.regimes import Regime, regimes
-from tendon_mj.simulate.recording import Recording
 from tendon_mj.view.replay import column_label
 from tendon_mj.view.style import BLUE, GREY, PALE, VERMILLION, legend_below, new_figure, print_style
 
-_LOW_TO_HIGH = (
-    *("loosening", "at rest", "pulling"),
-    *("lowest", "low", "below the middle", "above the middle", "high", "highest"),
-)
 _BAR = 0.27
 _COLUMNS = 2
 
 
-def misfit_figure(
-    located: Located, remaining: Located | None, recordings: Sequence[Recording]
-) -> Figure:
+def misfit_figure(located: Located, remaining: Located | None) -> Figure:
     """Draw the excess of every bin of every regime, before and after, beside the time spent there.
 
     The excess is the power beyond noise, time × (rms² − 1); what is left after is drawn in shares
@@ -33,7 +24,6 @@ def misfit_figure(
 
     Args:
         located, remaining: before and after; None where nothing was changed.
-        recordings: that they come from, for the ranges and units of the regimes.
 
     Returns:
         A figure of two columns of panels, one for each regime.
@@ -42,7 +32,6 @@ def misfit_figure(
     for place in located.places:
         groups.setdefault(place.regime, []).append(place)
     left = {(p.regime, p.label): p for p in remaining.places} if remaining else {}
-    ranges = regime_ranges(recordings)
     whole = sum(_excess(place) for place in groups.get("signal", ()))
     rows = -(-len(groups) // _COLUMNS)
     with print_style():
@@ -54,9 +43,8 @@ def misfit_figure(
         )
         panels = grid.T.ravel()
         for axes, (regime, places) in zip(panels, groups.items(), strict=False):
-            ordered = sorted(places, key=_order)
-            _draw(axes, ordered, [left.get((regime, p.label)) for p in ordered], whole)
-            axes.set_title(f"{regime} {ranges.get(regime, '')}".strip(), fontsize=9.0)
+            _draw(axes, places, [left.get((regime, p.label)) for p in places], whole)
+            axes.set_title(regime, fontsize=9.0)
         for axes in panels[len(groups) :]:
             axes.set_axis_off()
         for axes in (grid[-1][0], panels[len(groups) - 1]):
@@ -65,37 +53,8 @@ def misfit_figure(
     return figure
 
 
-def regime_ranges(recordings: Sequence[Recording]) -> dict[str, str]:
-    """Regime → what it spans over all recordings, with its unit, such as "0 … 0.01 m/s"."""
-    found: dict[str, list[Regime]] = {}
-    for recording in recordings:
-        for regime in regimes(recording):
-            found.setdefault(regime.name, []).append(regime)
-    said = {}
-    for name, parts in found.items():
-        lows = [end for part in parts if (end := _ends(part.labels[0]))]
-        highs = [end for part in parts if (end := _ends(part.labels[-1]))]
-        if lows and highs:
-            unit = parts[0].labels[0].rpartition(" ")[2]
-            said[name] = f"({min(lows)[0]:.3g} … {max(high for _, high in highs):.3g} {unit})"
-    return said
-
-
-def _ends(label: str) -> tuple[float, float] | None:
-    """The ends of a bin that is labelled with them."""
-    low, _, rest = label.partition(" … ")
-    try:
-        return float(low), float(rest.partition(" ")[0])
-    except ValueError:
-        return None
-
-
 def _excess(place: Place) -> float:
     return place.time * (place.rms**2 - 1.0)
-
-
-def _order(place: Place) -> int:
-    return _LOW_TO_HIGH.index(place.label) if place.label in _LOW_TO_HIGH else len(_LOW_TO_HIGH)
 
 
 def _draw(axes: Axes, places: list[Place], left: list[Place | None], whole: float) -> None:
@@ -119,7 +78,10 @@ def _draw(axes: Axes, places: list[Place], left: list[Place | None], whole: floa
             hatch=hatch,
             label=label,
         )
-    names = [column_label(p.label).partition(" [")[0] for p in places]
+    names = [
+        column_label(p.label).partition(" [")[0] if p.regime == "signal" else p.label
+        for p in places
+    ]
     axes.set_yticks(rows, names)
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")

@@ -51,7 +51,9 @@ def replay_figure(measured: Recording, simulated: Mapping[str, Recording]) -> Fi
     with print_style():
         figure = new_figure(9.5 if drive else 6.5, 0.6 + 2.2 * rows)
         source = textwrap.fill(f"recording: {measured.source}", 110)
-        figure.suptitle(f"{measured.name} on model {measured.model}\n{source}", fontsize=9.0)
+        figure.suptitle(
+            f"{measured.name} on model {measured.model}\n{source}", fontsize=9.0, parse_math=False
+        )
         ratios = (1.25, 1.0, 0.5) if drive else (1.25, 0.6)
         grid = figure.subplots(rows, len(ratios), squeeze=False, sharex="col", width_ratios=ratios)
         for (time, *over, key), column in zip(grid, measured.measured, strict=True):

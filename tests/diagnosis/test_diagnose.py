@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tendon_mj.diagnosis import diagnose
+from tendon_mj.diagnosis.regimes import regimes
 from tendon_mj.errors import RecordingError, UnknownNameError
-from tests.diagnosis.toy import Toy, recording, rig
+from tendon_mj.simulate.recording import Recording
+from tests.diagnosis.toy import FloatArray, Toy, recording, rig
 
 EFFECTS = {
     "constant_friction": {"sheath.constant_friction": 1.0},
@@ -107,3 +112,43 @@ def test_a_tendon_that_never_reversed_gets_that_sentence() -> None:
 def test_no_recording_is_refused() -> None:
     with pytest.raises(RecordingError, match="at least one recording"):
         diagnose([], (), Toy)
+
+
+def test_jitter_is_no_reversal() -> None:
+    made = recording("jitter", 1, {})
+    jitter = 2e-6 * np.random.default_rng(1).standard_normal(made.time.size)
+    way = np.linspace(0.0, 1e-3, made.time.size) + jitter
+    with pytest.raises(RecordingError, match="'jitter': the tendon never reversed"):
+        diagnose([replace(made, columns={**made.columns, "input_displacement_m": way})], (), Toy)
+
+
+def test_proof_on_what_chose_is_refused() -> None:
+    train, held_out = rig(1, {})
+    with pytest.raises(RecordingError, match="among those that choose"):
+        diagnose(train, [*held_out, replace(train[0], name="copy")], Toy)
+
+
+def test_a_model_that_becomes_unstable_is_refused_with_the_range_of_the_drive() -> None:
+    class Unstable(Toy):
+        def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
+            return {c: s * np.nan for c, s in super()._one(changed, recording).items()}
+
+    train, held_out = rig(1, {})
+    with pytest.raises(RecordingError, match=r"unstable .*'input_displacement_m' from .* to "):
+        diagnose(train, held_out, Unstable)
+
+
+def test_bins_of_a_regime_are_the_same_in_every_recording_and_have_units() -> None:
+    small = recording("small", 1, {})
+    columns = {c: 3.0 * v if c.endswith("_m") else v for c, v in small.columns.items()}
+    large = replace(small, name="large", columns=columns)
+    of_small, of_large = regimes([small, large])
+    for one, other in zip(of_small, of_large, strict=True):
+        assert one.name == other.name
+        assert one.labels == other.labels
+    posture = next(r for r in of_large if r.name == "posture")
+    assert posture.labels[0].endswith(" m")
+    inner = next(r for r in of_small if r.name == "posture").number
+    assert inner.min() > 0
+    assert inner.max() < 5
+    assert (posture.number.min(), posture.number.max()) == (0, 5)

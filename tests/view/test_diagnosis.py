@@ -15,7 +15,6 @@ from tendon_mj.simulate.recording import Measured, Recording
 from tendon_mj.view.advice import EXPERIMENTS, PAIRS, advise
 from tendon_mj.view.before_after import before_after_figure
 from tendon_mj.view.diagnosis import diagnosis_figures
-from tendon_mj.view.misfit_map import regime_ranges
 from tendon_mj.view.report import report_page, short
 from tendon_mj.view.style import new_figure
 
@@ -152,7 +151,7 @@ def test_advice_speaks_of_every_effect_of_a_group():
 def test_figures_name_units_and_draw_what_they_were_given():
     found = diagnosis()
     measured, before, after = recorded(), recorded(offset=1.0), recorded(offset=0.1)
-    figures = diagnosis_figures(found, [measured], (measured, before, after), {COLUMN: 0.975})
+    figures = diagnosis_figures(found, (measured, before, after), {COLUMN: 0.975})
     assert set(figures) == {"misfit", "gap", "before_after"}
     loop, _, left, _ = figures["before_after"].axes
     assert loop.get_ylabel() == "output tension [N]"
@@ -166,25 +165,18 @@ def test_figures_name_units_and_draw_what_they_were_given():
 def test_the_map_shows_shares_of_what_there_was_before():
     found = diagnosis()
     shown = (recorded(), recorded(), recorded())
-    direction = diagnosis_figures(found, [recorded()], shown)["misfit"].axes[0]
+    direction = diagnosis_figures(found, shown)["misfit"].axes[0]
     labels = [text.get_text() for text in direction.get_yticklabels()]
     bars = [[bar.get_width() for bar in bars] for bars in direction.containers]
-    assert labels == ["loosening", "pulling"]
+    assert labels == ["pulling", "loosening"]
     np.testing.assert_allclose(bars[0], [50.0, 50.0])
-    np.testing.assert_allclose(bars[1], [10.0, 90.0], rtol=1e-6)
+    np.testing.assert_allclose(bars[1], [90.0, 10.0], rtol=1e-6)
     assert sum(bars[2]) == pytest.approx(100.0 * (1.02**2 - 1.0) / 99.0)
-
-
-def test_regimes_come_with_their_range_and_unit():
-    ranges = regime_ranges([recorded()])
-    assert ranges["time"] == "(0 … 4 s)"
-    assert ranges["load"].endswith("N)")
-    assert ranges["speed"].endswith("m/s)")
 
 
 def test_where_nothing_is_missing_there_is_no_map():
     shown = (recorded(), recorded(), recorded())
-    assert "misfit" not in diagnosis_figures(diagnosis("nothing missing"), [recorded()], shown)
+    assert "misfit" not in diagnosis_figures(diagnosis("nothing missing"), shown)
 
 
 def test_nothing_measured_is_refused():
@@ -199,3 +191,8 @@ def test_nothing_measured_is_refused():
 )
 def test_numbers_are_short(value, said):
     assert short(value) == said
+
+
+def test_a_source_is_shown_as_it_is_written(tmp_path):
+    odd = replace(recorded(), source=r"rig $\foo$ of $5")
+    before_after_figure(odd, odd).savefig(tmp_path / "odd.png")
