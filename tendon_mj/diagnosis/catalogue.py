@@ -2,72 +2,51 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Final
 
 from tendon_mj.diagnosis.effect import Candidate, Effect, Rig
-from tendon_mj.diagnosis.effects import (
-    axial_stiffness,
-    backlash,
-    bend_angle,
-    constant_friction,
-    creep,
-    direction_asymmetry,
-    friction,
-    friction_drift,
-    gravity_load,
-    joint_damping,
-    joint_friction,
-    joint_stiffness,
-    moment_arm,
-    position_dependent_friction,
-    pretension,
-    sensor_bias,
-    sensor_delay,
-    sensor_drift,
-    sensor_gain,
-    sensor_lag,
-    sheath_compliance,
-    sheath_friction,
-    static_friction,
-    stiffening,
-    tendon_inertia,
-    velocity_weakening,
-    viscous_friction,
-)
 from tendon_mj.errors import UnknownNameError
 
-CATALOGUE: Final[dict[str, Effect]] = {
-    module.EFFECT.identifier: module.EFFECT
-    for module in (
-        sheath_friction,
-        static_friction,
-        velocity_weakening,
-        viscous_friction,
-        constant_friction,
-        direction_asymmetry,
-        position_dependent_friction,
-        friction_drift,
-        backlash,
-        stiffening,
-        creep,
-        sheath_compliance,
-        tendon_inertia,
-        joint_damping,
-        joint_friction,
-        joint_stiffness,
-        gravity_load,
-        sensor_bias,
-        sensor_gain,
-        sensor_delay,
-        sensor_lag,
-        sensor_drift,
-        friction,
-        axial_stiffness,
-        pretension,
-        bend_angle,
-        moment_arm,
-    )
-}
+# modules of `tendon_mj.diagnosis.effects`
+_ENTRIES: Final = (
+    "sheath_friction",
+    "static_friction",
+    "velocity_weakening",
+    "viscous_friction",
+    "constant_friction",
+    "direction_asymmetry",
+    "position_dependent_friction",
+    "friction_drift",
+    "backlash",
+    "stiffening",
+    "creep",
+    "sheath_compliance",
+    "tendon_inertia",
+    "joint_damping",
+    "joint_friction",
+    "joint_stiffness",
+    "gravity_load",
+    "sensor_bias",
+    "sensor_gain",
+    "sensor_delay",
+    "sensor_lag",
+    "sensor_drift",
+    "friction",
+    "axial_stiffness",
+    "pretension",
+    "bend_angle",
+    "moment_arm",
+)
+
+
+def _load(module: str) -> Effect:
+    effect = import_module(f"tendon_mj.diagnosis.effects.{module}").EFFECT
+    assert isinstance(effect, Effect)
+    return effect
+
+
+CATALOGUE: Final[dict[str, Effect]] = {effect.identifier: effect for effect in map(_load, _ENTRIES)}
 
 
 def candidates(rig: Rig, exclude: frozenset[str] = frozenset()) -> list[Candidate]:

@@ -18,9 +18,10 @@ SMALLEST_GAP = 0.2  # mean square, in noise power (0.45 noise rms): less is not 
 GRAIN = 0.0025  # of a signal's range: what lumping and stepping leave, and no more a name
 SMALLEST_SHARE = 0.005  # of the gap that the calibrated model left
 SURE = 2.0  # standard errors
-_MOST_FITS = 6
+_MOST_FITS = 4
+_TRIALS = 5  # points: a look has led near where a fit ends
 _POLISH = 25  # points
-_PROMISING = 0.4  # of what the best candidate explains, to be fitted
+_PROMISING = 0.6  # of what the best candidate explains, to be fitted
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +69,7 @@ class Setting:
         effects: Sequence[Candidate],
         start: Sequence[float] | np.ndarray,
         candidate: Candidate | None = None,
-        trials: int = 8,
+        trials: int = _TRIALS,
     ) -> Entrant:
         """Fit a model with these effects."""
         fitted = fit(
@@ -81,12 +82,15 @@ class Setting:
         )
         return Entrant(candidate, fitted, leave_out(self.problem, fitted))
 
-    def rivals(self, model: Entrant) -> list[Entrant]:
-        """Models with one more effect each, the one that leaves least first."""
+    def rivals(self, model: Entrant, share: float = _PROMISING) -> list[Entrant]:
+        """Models with one more effect each, the one that leaves least first.
+
+        Fitted are those that explain, at a look, at least ``share`` of what the best one does.
+        """
         present = {effect.label for effect in model.fit.effects}
         others = [c for c in self.candidates if c.label not in present]
         sights = screen(self.problem, self.base, model.fit, others, self.report)
-        tried = _promising(sights)
+        tried = _promising(sights, share)
         entrants = []
         for k, sight in enumerate(tried):
             self.report(f"fit {sight.candidate.identifier}", k, len(tried))
@@ -96,7 +100,7 @@ class Setting:
             self.report("fit", len(tried), len(tried))
         best: dict[str, Entrant] = {}
         for entrant in sorted(entrants, key=lambda entrant: -entrant.gap):
-            if entrant.candidate is not None:
+            if entrant.candidate is not None and entrant.fit.measures(entrant.candidate):
                 best[entrant.candidate.label] = entrant
         return sorted(best.values(), key=lambda entrant: entrant.gap)
 
@@ -142,11 +146,11 @@ def difference(best: Entrant, other: Entrant) -> Gain:
     return gain(other.leftover, best.leftover)
 
 
-def _promising(sights: Sequence[Sight]) -> list[Sight]:
+def _promising(sights: Sequence[Sight], share: float) -> list[Sight]:
     """Those to be fitted: not far behind the best, and of each candidate the two best starts."""
     if not sights:
         return []
-    least, starts = _PROMISING * sights[0].explained, Counter[str]()
+    least, starts = share * sights[0].explained, Counter[str]()
     kept = []
     for sight in sights:
         starts[sight.candidate.label] += 1

@@ -33,6 +33,8 @@ from tendon_mj.simulate.simulator import Simulator
 
 _CLOSED = 0.93  # of the reducible gap: with less, a name is no explanation
 _NEGLIGIBLE = 0.5  # gap in noise power that is no reason to doubt a name
+_FEWEST = 50  # samples
+_LARGEST = 8.0  # the same, above which nothing is named (3 noise rms): most of it is something else
 
 
 def diagnose(
@@ -64,7 +66,7 @@ def diagnose(
     problem = Problem(tuple(train), simulator(train), for_choices(train, held_out))
     base = {name: p.value for name, p in problem.simulate.parameters.items()}
     _simulates(problem)
-    rig = look_at(problem)
+    catalogue = tuple(candidates(look_at(problem), frozenset(exclude)))
     calibrated = tuple(
         Term(
             (name,),
@@ -83,9 +85,7 @@ def diagnose(
     progress("calibrate", 1, 2)
     floor = numerical_floor(problem, start.fit.parameters(base))
     progress("calibrate", 2, 2)
-    setting = Setting(
-        problem, base, calibrated, tuple(candidates(rig, frozenset(exclude))), floor, progress
-    )
+    setting = Setting(problem, base, calibrated, catalogue, floor, progress)
     naming = name_effects(setting, start)
     proof = Problem(tuple(held_out), simulator(held_out), whole(held_out)) if held_out else problem
     return _conclude(setting, naming, proof, bool(held_out), began)
@@ -110,6 +110,15 @@ def check(train: Sequence[Recording], held_out: Sequence[Recording]) -> None:
                 raise RecordingError(
                     f"{where}: its {name} {_plain(mine)!r} differs from {_plain(theirs)!r} of"
                     f" {first.name!r}; recordings that are diagnosed together are of one rig"
+                )
+        if recording.time.size < _FEWEST:
+            raise RecordingError(
+                f"{where}: {recording.time.size} samples; a diagnosis needs {_FEWEST} or more"
+            )
+        for column in recording.measured:
+            if np.ptp(recording.columns[column]) == 0.0:
+                raise RecordingError(
+                    f"{where}, column {column!r}: never moves, so it tells nothing"
                 )
         motion(recording)
     for recording in held_out:
@@ -215,7 +224,8 @@ def _decide(setting: Setting, naming: Naming, proven: Gap) -> Verdict:
     if not naming.named:
         return "nothing missing" if naming.calibrated.gap <= setting.least else "unknown"
     left = proven.after**2 - proven.noise_floor**2
-    if proven.reducible_closed < _CLOSED and left > max(_NEGLIGIBLE, setting.least):
+    open_still = proven.reducible_closed < _CLOSED and left > max(_NEGLIGIBLE, setting.least)
+    if open_still or left > max(_LARGEST, setting.least):
         return "unknown"
     missing = any(named.candidate.kind == "missing" for named in naming.named)
     return "named" if missing else "parameter"
@@ -247,7 +257,9 @@ def _values(setting: Setting, model: Entrant, own: bool) -> dict[str, Value]:
         for target in term.targets:
             ends = [term.write(float(end), {**base, **written})[target] for end in ranges[k]]
             unit = setting.problem.simulate.parameters[target].unit
-            values[target] = Value(written[target], min(ends), max(ends), unit, base[target])
+            values[target] = Value(
+                written[target], min(ends), max(ends), unit, base[target], bool(fit.free[k])
+            )
     return values
 
 
@@ -260,9 +272,13 @@ def _say(verdict: Verdict, findings: Sequence[Finding], gap: Gap) -> str:
         return (
             f"Nothing is missing: calibrated, the model is off by {gap.before:.2f} times the noise."
         )
-    names = " and ".join(
+    names = ", and ".join(
         f"{finding.name} ({finding.where})"
-        + (f", or {' or '.join(finding.rivals)}: these data can't tell" if finding.rivals else "")
+        + (
+            f" – or {' or '.join(finding.rivals)}, these data can't tell –"
+            if finding.rivals
+            else ""
+        )
         for finding in findings
     )
     if verdict == "unknown":

@@ -23,6 +23,7 @@ from tendon_mj.diagnosis.problem import Problem
 FloatArray = NDArray[np.float64]
 
 _DIFFERENCE = 1e-2  # of a probe: above the grain of stick and slip, below what bends the response
+_AT_END = 1e-5  # of its range: nearer to an end a term is held by it
 _HOPELESS = 1e6  # what a failed simulation counts as, in noise
 
 
@@ -56,7 +57,8 @@ class Fit:
     @cached_property
     def free(self) -> NDArray[np.bool_]:
         """(p,) which terms are not held by a bound and do something."""
-        inside = (self.scaled > self.bounds[0] + 1e-6) & (self.scaled < self.bounds[1] - 1e-6)
+        low, high = self.bounds
+        inside = np.abs(self.scaled - 0.5 * (low + high)) < (0.5 - _AT_END) * (high - low)
         visible = np.abs(self.jacobian).max(axis=0, initial=0.0) > 0.0
         free: NDArray[np.bool_] = inside & visible
         return free
@@ -65,14 +67,18 @@ class Fit:
         """Parameter → value of the fitted model, of what the terms write."""
         return write(self.terms, self.values, base)
 
+    def measures(self, candidate: Candidate) -> bool:
+        """Whether a candidate's strength is held by the data, and not by an end of its range."""
+        return bool(self.free[self._first(candidate)])
+
     def own(self, candidate: Candidate) -> FloatArray:
         """Values of one candidate's terms."""
-        first = len(self.calibrated)
-        for effect in self.effects:
-            if effect == candidate:
-                return self.values[first : first + len(effect.terms)]
-            first += len(effect.terms)
-        raise KeyError(candidate.label)
+        first = self._first(candidate)
+        return self.values[first : first + len(candidate.terms)]
+
+    def _first(self, candidate: Candidate) -> int:
+        before = self.effects[: self.effects.index(candidate)]
+        return len(self.calibrated) + sum(len(effect.terms) for effect in before)
 
 
 def terms_of(calibrated: Sequence[Term], effects: Sequence[Candidate]) -> tuple[Term, ...]:
@@ -146,7 +152,7 @@ def fit(
     point = np.array([t.scaled(v) for t, v in zip(terms, start, strict=True)])
     jacobian = np.zeros((problem.chosen.size, 0))
     if terms:
-        inside = 1e-6 * (bounds[1] - bounds[0])
+        inside = 0.5 * _AT_END * (bounds[1] - bounds[0])
         solution = least_squares(
             used,
             np.clip(point, bounds[0] + inside, bounds[1] - inside),

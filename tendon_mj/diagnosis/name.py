@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,9 @@ import numpy as np
 from tendon_mj.diagnosis.contest import SURE, Entrant, Setting, difference, tie_width, tied
 from tendon_mj.diagnosis.effect import Candidate
 
-_MOST_EFFECTS = 4
+_MOST_EFFECTS = 3
+_HOPELESS = 0.4  # of the gap: when more than this remains, no exchange makes it a name
+_IN_PLACE = 0.8  # of what the best explains, to be fitted in the place of another
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +62,8 @@ def name_effects(setting: Setting, calibrated: Entrant) -> Naming:
         assert chosen.candidate is not None
         fields[chosen.candidate.label] = rivals
         model = _without_idle(setting, chosen, whole)
-    if len(model.fit.effects) > 1:
-        model, fields = _exchange(setting, model)
+    if len(model.fit.effects) > 1 and model.gap < _HOPELESS * whole:
+        model, fields = _exchange(setting, model, fields)
     named = [_judge(candidate, model, fields[candidate.label]) for candidate in model.fit.effects]
     return Naming(calibrated, model, tuple(named))
 
@@ -89,15 +91,24 @@ def _without_idle(setting: Setting, model: Entrant, whole: float) -> Entrant:
     return model
 
 
-def _exchange(setting: Setting, model: Entrant) -> tuple[Entrant, dict[str, list[Entrant]]]:
-    """Try every other candidate in the place of each effect; keep what leaves less."""
+def _exchange(
+    setting: Setting, model: Entrant, known: Mapping[str, list[Entrant]]
+) -> tuple[Entrant, dict[str, list[Entrant]]]:
+    """Try every other candidate in the place of each effect; keep what leaves less.
+
+    For the last effect that was done when it was added, unless one before it was replaced.
+    """
     fields: dict[str, list[Entrant]] = {}
+    added = model
     for candidate in model.fit.effects:
         rest = tuple(effect for effect in model.fit.effects if effect != candidate)
-        start = np.concatenate(
-            [model.fit.values[: len(model.fit.calibrated)], *(model.fit.own(e) for e in rest)]
-        )
-        rivals = setting.rivals(setting.enter(rest, start))
+        if model is added and candidate == model.candidate:
+            rivals = known[candidate.label]
+        else:
+            start = np.concatenate(
+                [model.fit.values[: len(model.fit.calibrated)], *(model.fit.own(e) for e in rest)]
+            )
+            rivals = setting.rivals(setting.enter(rest, start), _IN_PLACE)
         best = next((r for r in rivals if r.candidate == candidate), None)
         if best is None or best.gap > model.gap:
             best = Entrant(candidate, model.fit, model.leftover)

@@ -20,6 +20,8 @@ class Value:
         value, low, high: estimate and ends of the interval [unit].
         unit: of all three.
         before: what the model said [unit].
+        determined: whether the data hold it; else it stands at an end of its range, which is then
+            what ``low`` and ``high`` are.
     """
 
     value: float
@@ -27,6 +29,7 @@ class Value:
     high: float
     unit: str
     before: float
+    determined: bool = True
 
 
 @dataclass(frozen=True)
