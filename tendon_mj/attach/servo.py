@@ -116,7 +116,7 @@ def _gain(name: str, value: object, where: str) -> float:
         raise InvalidValueError(f"{where}: {name} = {value!r} is not a number [{GAINS[name][2]}]")
     try:
         number = float(value)
-    except (TypeError, ValueError):  # an array of several
+    except (TypeError, ValueError, OverflowError):  # an array of several; beyond any float
         raise InvalidValueError(
             f"{where}: {name} = {value!r} is not one number [{GAINS[name][2]}]"
         ) from None

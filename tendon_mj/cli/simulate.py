@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -9,7 +11,7 @@ import numpy as np
 import tyro
 
 from tendon_mj.cli.output import Output, console, progress_bar
-from tendon_mj.errors import EngineError
+from tendon_mj.errors import EngineError, InvalidValueError
 from tendon_mj.simulate.finger import Finger
 from tendon_mj.simulate.finger_cost import step_cost
 from tendon_mj.simulate.finger_error import tracking_error
@@ -47,19 +49,22 @@ def simulate(
     trajectory = find_trajectory(motion)
     if clamp:
         trajectory = clamped(trajectory, Finger())
-    output, compiled = Output(out), load_model(model)
     label = "friction as in the model" if friction is None else f"friction {friction:g}"
+    runs = {label: friction} if friction == 0.0 else {label: friction, WITHOUT: 0.0}
+    stems = {name: _stem(trajectory, name) for name in runs}
+    _keep(Path(motion), out, stems.values())
+    output, compiled = Output(out), load_model(model)
     answers: dict[str, Recording] = {}
     result: dict[str, object] = {"model": model, "motion": trajectory.name}
-    for name, value in ((label, friction), (WITHOUT, 0.0)):
+    for name, value in runs.items():
         answer = follow(trajectory, compiled, name=model, friction=value)
         answers[name] = answer
         result[name] = {**_summary(answer), "tracking": _tracking(answer)}
-        stem = f"{trajectory.name}_frictionless" if name == WITHOUT else trajectory.name
-        output.add(write_recording(answer, out / f"{stem}.csv"))
+        output.add(write_recording(answer, out / f"{stems[name]}.csv"))
     output.figure(trajectory.name, finger_figure(answers))
     if model == "finger" and not trajectory.by_tension:
-        with_friction, without = step_cost(Finger(), trajectory)
+        finger = Finger() if friction is None else dataclasses.replace(Finger(), friction=friction)
+        with_friction, without = step_cost(finger, trajectory)
         result["step_cost"] = {"ratio": with_friction / without, "step_s": with_friction}
     if clip:
         _render(output, trajectory, model, friction, result)
@@ -67,6 +72,22 @@ def simulate(
     _say(answers, result)
     output.close()
     return result
+
+
+def _stem(trajectory: Trajectory, run: str) -> str:
+    """What a run's recording is called, without ending."""
+    return f"{trajectory.name}_frictionless" if run == WITHOUT else trajectory.name
+
+
+def _keep(motion: Path, out: Path, stems: Iterable[str]) -> None:
+    """Refuse to write a recording over the table that it follows."""
+    for stem in stems:
+        path = out / f"{stem}.csv"
+        if path.exists() and motion.exists() and path.samefile(motion):
+            raise InvalidValueError(
+                f"--out {out}: the recording {path.name} would take the place of the motion "
+                f"{motion}; choose another folder"
+            )
 
 
 def _summary(answer: Recording) -> dict[str, float]:

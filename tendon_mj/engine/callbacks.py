@@ -16,7 +16,7 @@ from tendon_mj.engine import subtrees
 from tendon_mj.engine.layout import Layout
 from tendon_mj.engine.library import mj_name2id
 from tendon_mj.engine.measure import measure, measure_ends
-from tendon_mj.engine.memory import double, doubles, integer, pointer, size
+from tendon_mj.engine.memory import doubles, integer, pointer, size
 from tendon_mj.engine.step import commit, evaluate
 from tendon_mj.sheath.compiled import compiled
 
@@ -65,7 +65,7 @@ def range_of(owners: int, count: int, instance: int) -> tuple[int, int]:
 
 
 @compiled
-def _reset(layout: Layout, readers: Any, m: int, address: int, instance: int) -> None:
+def _reset(layout: Layout, m: int, address: int, instance: int) -> None:
     """Configured parameters into the state; the tendon is laid at the first evaluation."""
     sensors = pointer(m + layout.m_sensor_plugin)
     first, last = range_of(sensors, size(m + layout.m_nsensor), instance)
@@ -86,7 +86,6 @@ def _reset(layout: Layout, readers: Any, m: int, address: int, instance: int) ->
     state[st.REEL_JOINT] = mj_name2id(m, _JOINT, at.text(layout, m, instance, at.REEL_JOINT))
     state[st.OUTPUT_JOINT] = mj_name2id(m, _JOINT, at.text(layout, m, instance, at.OUTPUT_JOINT))
     state[st.FIRST_SENSOR], state[st.LAST_SENSOR] = first, last
-    state[st.SPARING] = not subtrees.are_read(layout, readers, m, instance)
     reels = pointer(m + layout.m_actuator_plugin)
     state[st.REEL_ACTUATOR] = range_of(reels, size(m + layout.m_nactuator), instance)[1]
 
@@ -118,13 +117,11 @@ def _show_ends(layout: Layout, m: int, d: int, instance: int) -> None:
 
 
 @compiled
-def _compute(layout: Layout, m: int, d: int, instance: int, capability: int) -> None:
+def _compute(layout: Layout, readers: Any, m: int, d: int, instance: int, capability: int) -> None:
     view = _is_view(layout, m, instance)
     if capability == _PASSIVE and not view:
-        sheath = state_of(layout, m, d, instance)
-        evaluate(layout, m, d, sheath)
-        if double(sheath, st.SPARING) != 0.0:
-            subtrees.spare(layout, d)
+        evaluate(layout, m, d, state_of(layout, m, d, instance))
+        subtrees.spare(layout, readers, m, d, instance)
     elif capability == _SENSOR and view:
         _show(layout, m, d, instance)
     elif capability == _SENSOR:
@@ -162,11 +159,11 @@ def make_callbacks(layout: Layout) -> Callbacks:
 
     @cfunc(void(ptr, ptr, ptr, i32), cache=True)
     def reset(m: int, state: int, unused: int, instance: int) -> None:
-        _reset(layout, readers, m, state, instance)
+        _reset(layout, m, state, instance)
 
     @cfunc(void(ptr, ptr, i32, i32), cache=True)
     def compute(m: int, d: int, instance: int, capability: int) -> None:
-        _compute(layout, m, d, instance, capability)
+        _compute(layout, readers, m, d, instance, capability)
 
     @cfunc(void(ptr, ptr, i32), cache=True)
     def advance(m: int, d: int, instance: int) -> None:

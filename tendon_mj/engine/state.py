@@ -69,7 +69,6 @@ PARAMETERS = (
     REEL_ACTUATOR,
     FIRST_SENSOR,
     LAST_SENSOR,
-    SPARING,  # whether nothing in the model reads velocities of subtrees
     # committed
     STARTED,
     WOUND_IN,
@@ -95,7 +94,7 @@ PARAMETERS = (
     BOUND_ASYMMETRY,
     BOUND_EXTRA_BEND,
     SCALARS,
-) = range(51)
+) = range(50)
 
 
 # Rows that the engine adds to the flow solver's tables.

@@ -12,7 +12,7 @@ from typing import Any
 
 import mujoco
 
-from tendon_mj.engine.memory import integer, pointer, set_byte, size
+from tendon_mj.engine.memory import byte, integer, pointer, set_byte, size
 from tendon_mj.sheath.compiled import compiled
 
 _SENSOR = mujoco.mjtSensor
@@ -43,6 +43,12 @@ def are_read(layout: Any, readers: Any, m: int, instance: int) -> bool:
 
 
 @compiled
-def spare(layout: Any, d: int) -> None:
-    """Tell MuJoCo that they are there; it takes that back where it next begins."""
-    set_byte(d + layout.d_flg_subtreevel, 1)
+def spare(layout: Any, readers: Any, m: int, d: int, instance: int) -> None:
+    """Tell MuJoCo that they are there, unless somebody reads them.
+
+    It takes that back where it next begins. The model is asked every time: a state may come from
+    another model, without the sensor that this one has.
+    """
+    flag = d + layout.d_flg_subtreevel
+    if byte(flag, 0) == 0 and not are_read(layout, readers, m, instance):
+        set_byte(flag, 1)

@@ -52,8 +52,8 @@ def _pair(name: str, given: object) -> tuple[float, float]:
     bound = "> 0" if name in _POSITIVE else "≥ 0"
     try:
         low, high = (float(number) for number in given)  # type: ignore[attr-defined]
-    except (TypeError, ValueError):
-        hint = f"; to keep it at {given:g}, ({given:g}, {given:g})" if _is_number(given) else ""
+    except (TypeError, ValueError, OverflowError):
+        hint = f"; to keep it at {given}, ({given}, {given})" if _is_number(given) else ""
         raise InvalidValueError(f"{where} must be a pair of numbers (low, high){hint}") from None
     if not (math.isfinite(high) and 0.0 <= low <= high) or (low == 0.0 and name in _POSITIVE):
         raise InvalidValueError(f"{where} must be a pair (low, high), finite, in order and {bound}")

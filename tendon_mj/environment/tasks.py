@@ -60,7 +60,7 @@ class FingerTask(control.Task):  # type: ignore[misc]  # dm_control is not typed
         """
         try:
             shares = np.asarray(action, float)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             shares = np.array(np.nan)
         if shares.shape != (len(TENDONS),) or not np.isfinite(shares).all():
             raise InvalidValueError(

@@ -164,20 +164,40 @@ def test_simulate_finger_follows_a_table(tmp_path):
 def test_simulate_finger_refuses_degrees_and_clamps_when_told_to(tmp_path, capsys):
     table = tmp_path / "degrees.csv"
     table.write_text("time_s,mcp_rad,pip_rad,dip_rad\n0,0,0,0\n1,45,0,0\n")
-    arguments = ["simulate", "finger", "--motion", str(table), "--out", str(tmp_path), "--no-clip"]
+    arguments = ["simulate", "finger", "--motion", str(table), "--out", str(tmp_path / "out")]
+    arguments.append("--no-clip")
     assert main(arguments) == 2
     assert "joint 'mcp' is asked for 45 rad" in " ".join(capsys.readouterr().err.split())
     assert main([*arguments, "--clamp"]) == 0
 
 
+def test_simulate_finger_does_not_write_over_the_table_that_it_follows(tmp_path, capsys):
+    table = tmp_path / "mine.csv"
+    table.write_text("time_s,flexor_N,extensor_N\n0,4,4\n0.1,8,4\n")
+    before = table.read_text()
+    arguments = ["simulate", "finger", "--motion", str(table), "--out", str(tmp_path), "--no-clip"]
+    assert main(arguments) == 2
+    assert "would take the place of the motion" in " ".join(capsys.readouterr().err.split())
+    assert table.read_text() == before
+
+
+def test_simulate_finger_without_friction_runs_once(tmp_path):
+    arguments = ["simulate", "finger", "--motion", "tap", "--out", str(tmp_path), "--no-clip"]
+    assert main([*arguments, "--friction", "0"]) == 0
+    written = {path.name for path in tmp_path.glob("*.csv")}
+    assert written == {"tap_frictionless.csv"}
+    assert "friction 0" in read(tmp_path)
+
+
 def test_a_clip_of_the_finger(tmp_path):
     table = tmp_path / "short.csv"
     table.write_text("time_s,mcp_rad,pip_rad,dip_rad\n0,0,0,0\n0.1,0.1,0.1,0.1\n")
-    assert main(["simulate", "finger", "--motion", str(table), "--out", str(tmp_path)]) == 0
-    clip = read(tmp_path)["clip"]
+    out = tmp_path / "out"
+    assert main(["simulate", "finger", "--motion", str(table), "--out", str(out)]) == 0
+    clip = read(out)["clip"]
     if clip is None:
         pytest.skip("no OpenGL on this machine")
-    assert (tmp_path / clip).stat().st_size > 1000
+    assert (out / clip).stat().st_size > 1000
 
 
 def test_view_says_what_it_lacks(monkeypatch, capsys):

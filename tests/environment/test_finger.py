@@ -159,6 +159,8 @@ def test_ranges_out_of_order_are_refused_by_name(bad):
         ("friction", "ab", "friction = 'ab' .* must be a pair of numbers"),
         ("pretension", (1.0, 2.0, 3.0), r"pretension = \(1.0, 2.0, 3.0\) \[N\] must be a pair"),
         ("bend", None, r"bend = None \[rad\] must be a pair of numbers \(low, high\)"),
+        ("bend", (0, 10**400), "bend = .* must be a pair of numbers"),
+        ("bend", 10**400, "bend = .* must be a pair of numbers"),
         ("axial_stiffness", (0, 0), r"axial_stiffness = \(0, 0\) \[N\] .* in order and > 0"),
     ],
 )
@@ -173,7 +175,7 @@ def test_ranges_take_any_pair_of_numbers():
 
 @pytest.mark.parametrize(
     "action",
-    [0.0, [0.0], [0.0, 0.0, 0.0], [[0.0, 0.0]], [0.0, math.nan], None, ["a", "b"]],
+    [0.0, [0.0], [0.0, 0.0, 0.0], [[0.0, 0.0]], [0.0, math.nan], None, ["a", "b"], [10**400, 0]],
     ids=str,
 )
 def test_an_action_that_is_not_one_number_a_tendon_is_refused(action):
