@@ -132,7 +132,7 @@ def _write_model(diagnosis: Diagnosis, recording: Recording, path: Path) -> Path
     intervals = {
         name: (value.low, value.high)
         for name, value in fitted.items()
-        if value.low <= found[name] <= value.high
+        if value.determined and value.low <= found[name] <= value.high
     }
     values = {**recording.known, **found}
     return patch_model(recording.model, values, path, intervals=intervals)
@@ -150,9 +150,10 @@ def _say(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> N
         )
     for name, value in {**diagnosis.calibrated, **diagnosis.parameters}.items():
         unit = f" {value.unit}" if value.unit not in ("", "-") else ""
+        span = f"{short(value.low)} … {short(value.high)}"
+        sure = f"95 % within {span}" if value.determined else f"at an end of its range {span}"
         console.print(
-            f"  {name} = {short(value.value)}{unit}, 95 % within {short(value.low)} …"
-            f" {short(value.high)}; the model said {short(value.before)}",
+            f"  {name} = {short(value.value)}{unit}, {sure}; the model said {short(value.before)}",
             soft_wrap=True,
             markup=False,
         )

@@ -34,6 +34,7 @@ from tendon_mj.simulate.simulator import Simulator
 _CLOSED = 0.93  # of the reducible gap: with less, a name is no explanation
 _NEGLIGIBLE = 0.5  # gap in noise power that is no reason to doubt a name
 _FEWEST = 50  # samples
+_MARGIN = 0.01  # of its range: nearer to an end a calibrated value is held by it
 _LARGEST = 8.0  # the same, above which nothing is named (3 noise rms): most of it is something else
 
 
@@ -111,6 +112,7 @@ def check(train: Sequence[Recording], held_out: Sequence[Recording]) -> None:
                     f"{where}: its {name} {_plain(mine)!r} differs from {_plain(theirs)!r} of"
                     f" {first.name!r}; recordings that are diagnosed together are of one rig"
                 )
+        motion(recording)
         if recording.time.size < _FEWEST:
             raise RecordingError(
                 f"{where}: {recording.time.size} samples; a diagnosis needs {_FEWEST} or more"
@@ -120,7 +122,6 @@ def check(train: Sequence[Recording], held_out: Sequence[Recording]) -> None:
                 raise RecordingError(
                     f"{where}, column {column!r}: never moves, so it tells nothing"
                 )
-        motion(recording)
     for recording in held_out:
         if any(_same_data(recording, other) for other in train):
             raise RecordingError(
@@ -202,12 +203,13 @@ def _conclude(
     found = verdict in ("named", "parameter")
     model = naming.final if found else naming.calibrated
     train, proven = tentative if found else gaps(model)
+    calibrated = _values(setting, model, own=False)
     return Diagnosis(
         verdict=verdict,
-        sentence=_say(verdict, findings, tentative[1]),
+        sentence=_say(verdict, findings, tentative[1]) + _doubt(calibrated),
         findings=findings if found else (),
         closest=() if found else tuple(finding.identifier for finding in findings),
-        calibrated=_values(setting, model, own=False),
+        calibrated=calibrated,
         parameters=_values(setting, model, own=True),
         train=train,
         held_out=proven,
@@ -254,13 +256,29 @@ def _values(setting: Setting, model: Entrant, own: bool) -> dict[str, Value]:
     for k, term in enumerate(fit.terms):
         if (k >= first) != own:
             continue
+        held = bool(fit.free[k]) and (own or _clear_of_ends(fit.values[k], term))
+        span = ranges[k] if held else (term.low, term.high)
         for target in term.targets:
-            ends = [term.write(float(end), {**base, **written})[target] for end in ranges[k]]
+            ends = [term.write(float(end), {**base, **written})[target] for end in span]
             unit = setting.problem.simulate.parameters[target].unit
-            values[target] = Value(
-                written[target], min(ends), max(ends), unit, base[target], bool(fit.free[k])
-            )
+            values[target] = Value(written[target], min(ends), max(ends), unit, base[target], held)
     return values
+
+
+def _clear_of_ends(value: float, term: Term) -> bool:
+    """Whether a calibrated value lies inside its range; the fit never quite reaches an end."""
+    margin = _MARGIN * (term.high - term.low)
+    return bool(term.low + margin < value < term.high - margin)
+
+
+def _doubt(calibrated: Mapping[str, Value]) -> str:
+    """What to say of uncertain values that the data would take beyond their range."""
+    return "".join(
+        f" {name} stands at an end of its range, {value.low:g} … {value.high:g} {value.unit}: if"
+        " that is not the rig's limit, widen it."
+        for name, value in calibrated.items()
+        if not value.determined
+    )
 
 
 def _say(verdict: Verdict, findings: Sequence[Finding], gap: Gap) -> str:

@@ -152,3 +152,24 @@ def test_bins_of_a_regime_are_the_same_in_every_recording_and_have_units() -> No
     assert inner.min() > 0
     assert inner.max() < 5
     assert (posture.number.min(), posture.number.max()) == (0, 5)
+
+
+def test_an_uncertain_value_at_the_end_of_its_range_is_said_to_be() -> None:
+    train, held_out = rig(2, {"sheath.friction": 0.5})
+    found = diagnose(train, held_out, Toy)
+    assert not found.calibrated["sheath.friction"].determined
+    assert "sheath.friction stands at an end of its range, 0.05 … 0.4" in found.sentence
+
+
+def test_what_never_moves_is_refused_with_its_column() -> None:
+    made = recording("still", 1, {})
+    flat = replace(made, columns={**made.columns, "output_tension_N": np.full(made.time.size, 5.0)})
+    with pytest.raises(RecordingError, match="'still', column 'output_tension_N': never moves"):
+        diagnose([flat], (), Toy)
+
+
+def test_a_handful_of_samples_is_refused() -> None:
+    made = recording("short", 1, {})
+    few = replace(made, time=made.time[::60], columns={c: v[::60] for c, v in made.columns.items()})
+    with pytest.raises(RecordingError, match="10 samples"):
+        diagnose([few], (), Toy)
