@@ -1,0 +1,157 @@
+"""From fitted models to a verdict: what is proven on data that chose nothing, and how to say it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from tendon_mj.diagnosis.catalogue import CATALOGUE
+from tendon_mj.diagnosis.contest import Entrant, Setting
+from tendon_mj.diagnosis.effect import Term
+from tendon_mj.diagnosis.gap import Gap, measure_gap
+from tendon_mj.diagnosis.interval import intervals
+from tendon_mj.diagnosis.locate import locate
+from tendon_mj.diagnosis.name import Named, Naming
+from tendon_mj.diagnosis.problem import Problem
+from tendon_mj.diagnosis.verdict import Diagnosis, Finding, Value, Verdict
+
+_CLOSED = 0.93  # of the reducible gap: with less, a name is no explanation
+_NEGLIGIBLE = 0.5  # gap in noise power that is no reason to doubt a name
+_LARGEST = 8.0  # the same, above which nothing is named (3 noise rms): most of it is something else
+_MARGIN = 0.01  # of its range: nearer to an end a calibrated value is held by it
+
+
+def conclude(
+    setting: Setting, naming: Naming, proof: Problem, held_out: bool, began: float
+) -> Diagnosis:
+    """Prove what was named, decide, and put it into words.
+
+    Args:
+        setting, naming: the data, and the models that came of them.
+        proof: recordings that no choice has seen; the same problem where only tails were kept.
+        held_out: whether ``proof`` is of other recordings.
+        began: when the diagnosis did (`time.perf_counter`) [s].
+    """
+    problem, base = setting.problem, setting.base
+    mask = np.ones(proof.chosen.size, bool) if held_out else ~problem.chosen
+
+    def gaps(after: Entrant) -> tuple[Gap, Gap]:
+        """On what the choices saw, and on the proof."""
+        fits = naming.calibrated.fit, after.fit
+        seen = fits[0].residual, fits[1].residual
+        fresh = proof.residuals([f.parameters(base) for f in fits]) if held_out else seen
+        return (
+            measure_gap(problem, *seen, problem.chosen),
+            measure_gap(proof, fresh[0], fresh[1], mask),
+        )
+
+    tentative = gaps(naming.final)
+    verdict = _decide(setting, naming, tentative[1])
+    findings = tuple(_finding(named) for named in naming.named)
+    found = verdict in ("named", "parameter")
+    model = naming.final if found else naming.calibrated
+    train, proven = tentative if found else gaps(model)
+    calibrated = _values(setting, model, own=False)
+    return Diagnosis(
+        verdict=verdict,
+        sentence=_say(verdict, findings, tentative[1]) + _doubt(calibrated),
+        findings=findings if found else (),
+        closest=() if found else tuple(finding.identifier for finding in findings),
+        calibrated=calibrated,
+        parameters=_values(setting, model, own=True),
+        train=train,
+        held_out=proven,
+        located=locate(problem, naming.calibrated.fit.residual),
+        remaining=locate(problem, model.fit.residual),
+        before={**base, **naming.calibrated.fit.parameters(base)},
+        model={**base, **model.fit.parameters(base)},
+        seconds=time.perf_counter() - began,
+    )
+
+
+def _decide(setting: Setting, naming: Naming, proven: Gap) -> Verdict:
+    """The verdict, from what the data that chose nothing say."""
+    if not naming.named:
+        return "nothing missing" if naming.calibrated.gap <= setting.least else "unknown"
+    left = proven.after**2 - proven.noise_floor**2
+    open_still = proven.reducible_closed < _CLOSED and left > max(_NEGLIGIBLE, setting.least)
+    if open_still or left > max(_LARGEST, setting.least):
+        return "unknown"
+    missing = any(named.candidate.kind == "missing" for named in naming.named)
+    return "named" if missing else "parameter"
+
+
+def _finding(named: Named) -> Finding:
+    effect = CATALOGUE[named.candidate.identifier]
+    return Finding(
+        identifier=effect.identifier,
+        name=effect.name,
+        equation=effect.equation,
+        where=named.candidate.where,
+        kind=effect.kind,
+        confidence=named.confidence,
+        rivals=tuple(dict.fromkeys(other.identifier for other, _ in named.rivals)),
+    )
+
+
+def _values(setting: Setting, model: Entrant, own: bool) -> dict[str, Value]:
+    """Fitted parameters: of the findings, or with ``own`` False the calibrated ones."""
+    fit, base = model.fit, setting.base
+    written = fit.parameters(base)
+    ranges = intervals(setting.problem, fit)
+    first = len(fit.calibrated)
+    values = {}
+    for k, term in enumerate(fit.terms):
+        if (k >= first) != own:
+            continue
+        held = bool(fit.free[k]) and (own or _clear_of_ends(fit.values[k], term))
+        span = ranges[k] if held else (term.low, term.high)
+        for target in term.targets:
+            ends = [term.write(float(end), {**base, **written})[target] for end in span]
+            unit = setting.problem.simulate.parameters[target].unit
+            values[target] = Value(written[target], min(ends), max(ends), unit, base[target], held)
+    return values
+
+
+def _clear_of_ends(value: float, term: Term) -> bool:
+    """Whether a calibrated value lies inside its range; the fit never quite reaches an end."""
+    margin = _MARGIN * (term.high - term.low)
+    return bool(term.low + margin < value < term.high - margin)
+
+
+def _doubt(calibrated: Mapping[str, Value]) -> str:
+    """What to say of uncertain values that the data would take beyond their range."""
+    return "".join(
+        f" {name} stands at an end of its range, {value.low:g} … {value.high:g} {value.unit}: if"
+        " that is not the rig's limit, widen it."
+        for name, value in calibrated.items()
+        if not value.determined
+    )
+
+
+def _say(verdict: Verdict, findings: Sequence[Finding], gap: Gap) -> str:
+    shrank = (
+        f"on data that chose nothing the error goes from {gap.before:.2f} to {gap.after:.2f} times"
+        f" the noise, which closes {gap.reducible_closed:.0%} of what could be closed"
+    )
+    if verdict == "nothing missing":
+        return (
+            f"Nothing is missing: calibrated, the model is off by {gap.before:.2f} times the noise."
+        )
+    names = ", and ".join(
+        f"{finding.name} ({finding.where})"
+        + (
+            f" – or {' or '.join(finding.rivals)}, these data can't tell –"
+            if finding.rivals
+            else ""
+        )
+        for finding in findings
+    )
+    if verdict == "unknown":
+        closest = f" The closest is {names}, but {shrank}." if findings else ""
+        return f"Something is missing that the catalogue does not hold.{closest}"
+    if verdict == "parameter":
+        return f"A parameter was wrong: {names}; {shrank}."
+    return f"Missing: {names}; {shrank}."
