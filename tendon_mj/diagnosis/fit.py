@@ -23,7 +23,7 @@ from tendon_mj.diagnosis.problem import Problem
 FloatArray = NDArray[np.float64]
 
 _DIFFERENCE = 1e-2  # of a probe: above the grain of stick and slip, below what bends the response
-_AT_END = 1e-5  # of its range: nearer to an end a term is held by it
+_AT_END = 1e-5, 1e-3  # of its range, and of its probe: nearer to an end a term is held by it
 _HOPELESS = 1e6  # what a failed simulation counts as, in noise
 
 
@@ -58,7 +58,8 @@ class Fit:
     def free(self) -> NDArray[np.bool_]:
         """(p,) which terms are not held by a bound and do something."""
         low, high = self.bounds
-        inside = np.abs(self.scaled - 0.5 * (low + high)) < (0.5 - _AT_END) * (high - low)
+        margin = _margin(self.bounds)
+        inside = (self.scaled > low + margin) & (self.scaled < high - margin)
         visible = np.abs(self.jacobian).max(axis=0, initial=0.0) > 0.0
         free: NDArray[np.bool_] = inside & visible
         return free
@@ -79,6 +80,12 @@ class Fit:
     def _first(self, candidate: Candidate) -> int:
         before = self.effects[: self.effects.index(candidate)]
         return len(self.calibrated) + sum(len(effect.terms) for effect in before)
+
+
+def _margin(bounds: FloatArray) -> FloatArray:
+    """How near to an end of its range a scaled term is held by it: (p,), for (2, p) bounds."""
+    margin: FloatArray = np.minimum(_AT_END[0] * (bounds[1] - bounds[0]), _AT_END[1])
+    return margin
 
 
 def terms_of(calibrated: Sequence[Term], effects: Sequence[Candidate]) -> tuple[Term, ...]:
@@ -152,7 +159,7 @@ def fit(
     point = np.array([t.scaled(v) for t, v in zip(terms, start, strict=True)])
     jacobian = np.zeros((problem.chosen.size, 0))
     if terms:
-        inside = 0.5 * _AT_END * (bounds[1] - bounds[0])
+        inside = 0.5 * _margin(bounds)
         solution = least_squares(
             used,
             np.clip(point, bounds[0] + inside, bounds[1] - inside),
