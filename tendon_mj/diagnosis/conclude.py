@@ -37,32 +37,25 @@ def conclude(
     problem, base = setting.problem, setting.base
     mask = np.ones(proof.chosen.size, bool) if held_out else ~problem.chosen
 
-    def gaps(after: Entrant) -> tuple[Gap, Gap]:
-        """On what the choices saw, and on the proof."""
-        fits = naming.calibrated.fit, after.fit
-        seen = fits[0].residual, fits[1].residual
-        fresh = proof.residuals([f.parameters(base) for f in fits]) if held_out else seen
-        return (
-            measure_gap(problem, *seen, problem.chosen),
-            measure_gap(proof, fresh[0], fresh[1], mask),
-        )
-
-    tentative = gaps(naming.final)
-    verdict = _decide(setting, naming, tentative[1])
+    fits = naming.calibrated.fit, naming.final.fit
+    seen = fits[0].residual, fits[1].residual
+    fresh = proof.residuals([f.parameters(base) for f in fits]) if held_out else seen
+    tentative = measure_gap(proof, fresh[0], fresh[1], mask)
+    verdict = _decide(setting, naming, tentative)
     findings = tuple(_finding(named) for named in naming.named)
     found = verdict in ("named", "parameter")
     model = naming.final if found else naming.calibrated
-    train, proven = tentative if found else gaps(model)
+    after = 1 if found else 0
     calibrated = _values(setting, model, own=False)
     return Diagnosis(
         verdict=verdict,
-        sentence=_say(verdict, findings, tentative[1]) + _doubt(calibrated),
+        sentence=_say(verdict, findings, tentative) + _doubt(calibrated),
         findings=findings if found else (),
         closest=() if found else tuple(finding.identifier for finding in findings),
         calibrated=calibrated,
         parameters=_values(setting, model, own=True),
-        train=train,
-        held_out=proven,
+        train=measure_gap(problem, seen[0], seen[after], problem.chosen),
+        held_out=measure_gap(proof, fresh[0], fresh[after], mask),
         located=locate(problem, naming.calibrated.fit.residual),
         remaining=locate(problem, model.fit.residual),
         before={**base, **naming.calibrated.fit.parameters(base)},

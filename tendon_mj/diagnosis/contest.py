@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -104,6 +105,13 @@ class Setting:
                 best[entrant.candidate.label] = entrant
         return sorted(best.values(), key=lambda entrant: entrant.gap)
 
+    def without(self, model: Entrant, candidate: Candidate) -> Entrant:
+        """Fit a model with one of its effects left out, from where the others stood."""
+        fitted = model.fit
+        rest = tuple(effect for effect in fitted.effects if effect != candidate)
+        start = [fitted.values[: len(fitted.calibrated)], *(fitted.own(e) for e in rest)]
+        return self.enter(rest, np.concatenate(start), model.candidate)
+
     def polish(self, entrant: Entrant) -> Entrant:
         """Fit on from where a fit ended, so that nothing is added to mend an early end."""
         fitted = entrant.fit
@@ -114,7 +122,7 @@ class Setting:
         got = gain(before.leftover, after.leftover)
         return got.mean > max(self.least, SMALLEST_SHARE * whole, SURE * got.error)
 
-    @property
+    @cached_property
     def least(self) -> float:
         """Gap below which nothing is called missing [noise power]."""
         return max(SMALLEST_GAP, 2.0 * self.floor, grain(self.problem))

@@ -81,11 +81,7 @@ def _complexity(candidate: Candidate | None) -> tuple[bool, int]:
 def _without_idle(setting: Setting, model: Entrant, whole: float) -> Entrant:
     """Leave out effects that a later one has made idle."""
     for candidate in model.fit.effects[:-1]:
-        rest = tuple(effect for effect in model.fit.effects if effect != candidate)
-        start = np.concatenate(
-            [model.fit.values[: len(model.fit.calibrated)], *(model.fit.own(e) for e in rest)]
-        )
-        smaller = setting.enter(rest, start, model.candidate)
+        smaller = setting.without(model, candidate)
         if not setting.helps(smaller, model, whole):
             return _without_idle(setting, smaller, whole)
     return model
@@ -101,14 +97,10 @@ def _exchange(
     fields: dict[str, list[Entrant]] = {}
     added = model
     for candidate in model.fit.effects:
-        rest = tuple(effect for effect in model.fit.effects if effect != candidate)
         if model is added and candidate == model.candidate:
             rivals = known[candidate.label]
         else:
-            start = np.concatenate(
-                [model.fit.values[: len(model.fit.calibrated)], *(model.fit.own(e) for e in rest)]
-            )
-            rivals = setting.rivals(setting.enter(rest, start), _IN_PLACE)
+            rivals = setting.rivals(setting.without(model, candidate), _IN_PLACE)
         best = next((r for r in rivals if r.candidate == candidate), None)
         if best is None or best.gap > model.gap:
             best = Entrant(candidate, model.fit, model.leftover)

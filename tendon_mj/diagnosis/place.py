@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from tendon_mj.diagnosis.effect import Rig, Term
@@ -68,54 +68,35 @@ def on_sheaths(*knobs: Knob) -> Binding:
     return bind
 
 
+def _each(elements: Iterable[str], knobs: tuple[Knob, ...], rig: Rig) -> Bound:
+    """A candidate for each element by itself."""
+    return [bound for element in elements for bound in _bound(knobs, (element,), rig, 1.0)]
+
+
 def on_sensors(*knobs: Knob, spans: bool = True) -> Binding:
     """A candidate for each measured sensor; ``spans``: knobs are in shares of its measured span."""
-
-    def bind(rig: Rig) -> Bound:
-        found: Bound = []
-        for sensor, span in rig.spans.items():
-            found += _bound(knobs, (sensor,), rig, span if spans else 1.0)
-        return found
-
-    return bind
+    return lambda rig: [
+        bound
+        for sensor, span in rig.spans.items()
+        for bound in _bound(knobs, (sensor,), rig, span if spans else 1.0)
+    ]
 
 
 def on_joints(*knobs: Knob) -> Binding:
     """A candidate for each joint that is not driven."""
-
-    def bind(rig: Rig) -> Bound:
-        found: Bound = []
-        for joint in rig.free_joints:
-            found += _bound(knobs, (joint,), rig, 1.0)
-        return found
-
-    return bind
+    return lambda rig: _each(rig.free_joints, knobs, rig)
 
 
 def on_inputs(*knobs: Knob) -> Binding:
     """A candidate for each driven actuator."""
+    return lambda rig: _each(rig.inputs, knobs, rig)
 
-    def bind(rig: Rig) -> Bound:
-        found: Bound = []
-        for actuator in rig.inputs:
-            found += _bound(knobs, (actuator,), rig, 1.0)
-        return found
 
-    return bind
+def on_world(*knobs: Knob) -> Binding:
+    """A candidate for each axis of gravity, which belongs to no element."""
+    return lambda rig: [bound for knob in knobs for bound in _each(("gravity",), (knob,), rig)]
 
 
 def together(*bindings: Binding) -> Binding:
     """The candidates of several places."""
     return lambda rig: [bound for binding in bindings for bound in binding(rig)]
-
-
-def on_world(*knobs: Knob) -> Binding:
-    """A candidate for each axis of gravity, which belongs to no element."""
-
-    def bind(rig: Rig) -> Bound:
-        found: Bound = []
-        for knob in knobs:
-            found += _bound((knob,), ("gravity",), rig, 1.0)
-        return found
-
-    return bind
