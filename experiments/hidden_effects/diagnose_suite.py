@@ -32,8 +32,6 @@ class Run:
         cases: the first so many only; 0 is all.
         processes: at work.
         again: also those that already have a verdict.
-        timestep: longest step of a simulation [s]; the bench's own is half of this default, and
-            what that leaves is part of the numerical floor.
     """
 
     suite: Path
@@ -41,7 +39,6 @@ class Run:
     cases: int = 0
     processes: int = 2
     again: bool = False
-    timestep: float = 1e-3
 
 
 def diagnose_suite(run: Run) -> None:
@@ -53,20 +50,18 @@ def diagnose_suite(run: Run) -> None:
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ[name] = "1"  # a process has one core; spawned ones read it before NumPy
     with ProcessPoolExecutor(run.processes, get_context("spawn")) as pool:
-        waiting = [
-            pool.submit(_one, folder, run.out / folder.name, run.timestep) for folder in todo
-        ]
+        waiting = [pool.submit(_one, folder, run.out / folder.name) for folder in todo]
         for done, future in enumerate(as_completed(waiting), 1):
             spent = time.monotonic() - begun
             print(f"{done}/{len(todo)}, {spent:.0f} s: {future.result()}", flush=True)
 
 
-def _one(case: Path, out: Path, timestep: float) -> str:
+def _one(case: Path, out: Path) -> str:
     """Diagnose one case; return what to tell the reader."""
     exclude = json.loads((case / "case.json").read_text(encoding="utf-8"))["exclude"]
     train, held_out = _recordings(case, "train"), _recordings(case, "held_out")
     out.mkdir(parents=True, exist_ok=True)
-    simulator = partial(Simulator, timestep=timestep, threads=1)
+    simulator = partial(Simulator, threads=1)
     begun, error, said = time.monotonic(), "", "failed"
     try:
         result = diagnose(train, held_out, simulator, exclude=exclude).result()

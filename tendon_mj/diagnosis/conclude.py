@@ -8,12 +8,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from tendon_mj.diagnosis.catalogue import CATALOGUE
-from tendon_mj.diagnosis.contest import Entrant, Setting
+from tendon_mj.diagnosis.contest import Entrant, Setting, least_gap
 from tendon_mj.diagnosis.effect import Term
 from tendon_mj.diagnosis.gap import Gap, measure_gap
 from tendon_mj.diagnosis.interval import intervals
 from tendon_mj.diagnosis.locate import locate
 from tendon_mj.diagnosis.name import Named, Naming
+from tendon_mj.diagnosis.numerics import step_error
 from tendon_mj.diagnosis.problem import Problem
 from tendon_mj.diagnosis.verdict import Diagnosis, Finding, Value, Verdict
 
@@ -39,9 +40,14 @@ def conclude(
 
     fits = naming.calibrated.fit, naming.final.fit
     seen = fits[0].residual, fits[1].residual
-    fresh = proof.residuals([f.parameters(base) for f in fits]) if held_out else seen
+    fresh, added = seen, fits[1].refined
+    if held_out:
+        sets = [f.parameters(base) for f in fits]
+        rough = proof.residuals(sets)
+        fresh = proof.refine(sets[0], rough[0]), proof.refine(sets[1], rough[1])
+        added = fresh[1] - rough[1]
     tentative = measure_gap(proof, fresh[0], fresh[1], mask)
-    verdict = _decide(setting, naming, tentative)
+    verdict = _decide(setting, naming, tentative, least_gap(proof, step_error(added[mask])))
     findings = tuple(_finding(named) for named in naming.named)
     found = verdict in ("named", "parameter")
     model = naming.final if found else naming.calibrated
@@ -64,13 +70,13 @@ def conclude(
     )
 
 
-def _decide(setting: Setting, naming: Naming, proven: Gap) -> Verdict:
-    """The verdict, from what the data that chose nothing say."""
+def _decide(setting: Setting, naming: Naming, proven: Gap, least: float) -> Verdict:
+    """The verdict, from what the data that chose nothing say, and what of it is worth a name."""
     if not naming.named:
         return "nothing missing" if naming.calibrated.gap <= setting.least else "unknown"
     left = proven.after**2 - proven.noise_floor**2
-    open_still = proven.reducible_closed < _CLOSED and left > max(_NEGLIGIBLE, setting.least)
-    if open_still or left > max(_LARGEST, setting.least):
+    open_still = proven.reducible_closed < _CLOSED and left > max(_NEGLIGIBLE, least)
+    if open_still or left > max(_LARGEST, least):
         return "unknown"
     missing = any(named.candidate.kind == "missing" for named in naming.named)
     return "named" if missing else "parameter"

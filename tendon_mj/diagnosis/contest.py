@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from tendon_mj.diagnosis.around import look_around
 from tendon_mj.diagnosis.effect import Candidate, Term
 from tendon_mj.diagnosis.fit import Fit, fit
 from tendon_mj.diagnosis.held_out import Gain, Leftover, gain, leave_out
@@ -54,7 +55,8 @@ class Setting:
         base: parameters that the model has.
         calibrated: terms of what the recordings call uncertain.
         candidates: the catalogue on this model.
-        floor: mean square that the steps of the simulation alone may leave [noise power].
+        floor: mean square that the steps of the simulation alone may leave, see `step_error`
+            [noise power].
         report: of progress.
     """
 
@@ -70,15 +72,18 @@ class Setting:
         effects: Sequence[Candidate],
         start: Sequence[float] | np.ndarray,
         candidate: Candidate | None = None,
+        *,
+        near: Fit | None = None,
         trials: int = _TRIALS,
     ) -> Entrant:
-        """Fit a model with these effects."""
+        """Fit a model with these effects, from ``start``; ``near`` is a fit not far from there."""
         fitted = fit(
             self.problem,
             self.base,
             self.calibrated,
             effects,
             np.asarray(start, float),
+            refined=None if near is None else near.refined,
             trials=trials,
         )
         return Entrant(candidate, fitted, leave_out(self.problem, fitted))
@@ -96,7 +101,7 @@ class Setting:
         for k, sight in enumerate(tried):
             self.report(f"fit {sight.candidate.identifier}", k, len(tried))
             effects = (*model.fit.effects, sight.candidate)
-            entrants.append(self.enter(effects, sight.start, sight.candidate))
+            entrants.append(self.enter(effects, sight.start, sight.candidate, near=model.fit))
         if tried:
             self.report("fit", len(tried), len(tried))
         best: dict[str, Entrant] = {}
@@ -110,12 +115,20 @@ class Setting:
         fitted = model.fit
         rest = tuple(effect for effect in fitted.effects if effect != candidate)
         start = [fitted.values[: len(fitted.calibrated)], *(fitted.own(e) for e in rest)]
-        return self.enter(rest, np.concatenate(start), model.candidate)
+        return self.enter(rest, np.concatenate(start), model.candidate, near=fitted)
 
     def polish(self, entrant: Entrant) -> Entrant:
         """Fit on from where a fit ended, so that nothing is added to mend an early end."""
         fitted = entrant.fit
-        return self.enter(fitted.effects, fitted.values, entrant.candidate, _POLISH)
+        return self.enter(
+            fitted.effects, fitted.values, entrant.candidate, near=fitted, trials=_POLISH
+        )
+
+    def look_around(self, entrant: Entrant) -> Entrant:
+        """Fit again from the best place in the neighbourhood of where a fit ended."""
+        fitted = entrant.fit
+        start = look_around(self.problem, self.base, fitted, self.report)
+        return self.enter(fitted.effects, start, entrant.candidate, near=fitted, trials=_POLISH)
 
     def helps(self, before: Entrant, after: Entrant, whole: float) -> bool:
         """Whether the second leaves less, beyond chance, numerics and what is worth a name."""
@@ -125,7 +138,12 @@ class Setting:
     @cached_property
     def least(self) -> float:
         """Gap below which nothing is called missing [noise power]."""
-        return max(SMALLEST_GAP, 2.0 * self.floor, grain(self.problem))
+        return least_gap(self.problem, self.floor)
+
+
+def least_gap(problem: Problem, floor: float) -> float:
+    """Gap below which nothing is worth a name, for a simulation with that floor [noise power]."""
+    return max(SMALLEST_GAP, floor, grain(problem))
 
 
 def grain(problem: Problem) -> float:

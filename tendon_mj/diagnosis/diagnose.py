@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from tendon_mj.diagnosis.conclude import conclude
 from tendon_mj.diagnosis.contest import Setting
 from tendon_mj.diagnosis.effect import Rig, Term
 from tendon_mj.diagnosis.name import name_effects
-from tendon_mj.diagnosis.numerics import numerical_floor
+from tendon_mj.diagnosis.numerics import in_steps, searching_steps, step_error
 from tendon_mj.diagnosis.problem import Make, Problem, for_choices, whole
 from tendon_mj.diagnosis.verdict import Diagnosis
 from tendon_mj.simulate.progress import Progress, silent
@@ -58,6 +59,8 @@ def diagnose(
     problem = Problem(tuple(train), simulator(train), for_choices(train, held_out))
     base = {name: p.value for name, p in problem.simulate.parameters.items()}
     admit_simulation(problem)
+    steps = searching_steps(problem)
+    problem = in_steps(problem, steps)
     catalogue = tuple(candidates(look_at(problem), frozenset(exclude)))
     calibrated = tuple(
         Term(
@@ -71,15 +74,17 @@ def diagnose(
         for name, u in train[0].uncertain.items()
         if u.high > u.low
     )
-    progress("calibrate", 0, 2)
+    progress("calibrate", 0, 1)
     setting = Setting(problem, base, calibrated, (), 0.0, progress)
     start = setting.enter((), [term.inert for term in calibrated])
-    progress("calibrate", 1, 2)
-    floor = numerical_floor(problem, start.fit.parameters(base))
-    progress("calibrate", 2, 2)
-    setting = Setting(problem, base, calibrated, catalogue, floor, progress)
+    progress("calibrate", 1, 1)
+    floor = step_error(start.fit.refined[problem.chosen])
+    setting = replace(setting, candidates=catalogue, floor=floor)
     naming = name_effects(setting, start)
-    proof = Problem(tuple(held_out), simulator(held_out), whole(held_out)) if held_out else problem
+    proof = problem
+    if held_out:
+        proof = Problem(tuple(held_out), simulator(held_out), whole(held_out))
+        proof = in_steps(proof, steps)
     return conclude(setting, naming, proof, bool(held_out), began)
 
 

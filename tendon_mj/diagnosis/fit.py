@@ -25,6 +25,9 @@ FloatArray = NDArray[np.float64]
 _DIFFERENCE = 1e-2  # of a probe: above the grain of stick and slip, below what bends the response
 _AT_END = 1e-5, 1e-3  # of its range, and of its probe: nearer to an end a term is held by it
 _HOPELESS = 1e6  # what a failed simulation counts as, in noise
+_AGAIN = 3  # points in each further round, which begins where the one before ended
+_SETTLED = 0.02  # mean square [noise power]: what refining adds has changed by less
+_ROUNDS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +38,8 @@ class Fit:
         calibrated: terms of what the recordings call uncertain; they come first.
         effects: candidates in the model, whose terms follow.
         values: (p,) of the terms [their units].
-        residual: (m,) of the problem at these values [-].
+        residual: (m,) of the problem at these values, refined [-].
+        refined: (m,) what refining has added to it.
         jacobian: (m, p) by the scaled terms.
         scaled: (p,) the terms as the fit saw them.
         bounds: (2, p) of these.
@@ -45,6 +49,7 @@ class Fit:
     effects: tuple[Candidate, ...]
     values: FloatArray
     residual: FloatArray
+    refined: FloatArray
     jacobian: FloatArray
     scaled: FloatArray
     bounds: FloatArray
@@ -64,9 +69,11 @@ class Fit:
         free: NDArray[np.bool_] = inside & visible
         return free
 
-    def parameters(self, base: Mapping[str, float]) -> dict[str, float]:
-        """Parameter → value of the fitted model, of what the terms write."""
-        return write(self.terms, self.values, base)
+    def parameters(
+        self, base: Mapping[str, float], values: FloatArray | None = None
+    ) -> dict[str, float]:
+        """Parameter → value of what the terms write, fitted or at other ``values`` (p,)."""
+        return write(self.terms, self.values if values is None else values, base)
 
     def measures(self, candidate: Candidate) -> bool:
         """Whether a candidate's strength is held by the data, and not by an end of its range."""
@@ -112,65 +119,138 @@ def fit(
     effects: Sequence[Candidate],
     start: FloatArray,
     *,
+    refined: FloatArray | None = None,
     trials: int = 8,
     tolerance: float = 3e-3,
 ) -> Fit:
     """Least squares over what may be used in choices, from ``start`` (p,) [the terms' units].
 
-    Ends after ``trials`` points, or when neither the terms nor what is left change by more than
-    ``tolerance`` of themselves.
+    Searches in rounds. In each one, what `Problem.refine` added where the last ended is taken to
+    be the same everywhere: it depends on the steps much, and on the terms little.
+
+    Args:
+        problem, base: the data, and the parameters that the model has.
+        calibrated, effects: whose terms are fitted.
+        start: the terms' values.
+        refined: (m,) what refining adds near ``start``; default: nothing.
+        trials: points at which the first round ends; or when neither the terms nor what is left
+            change by more than ``tolerance`` of themselves.
+        tolerance: see there.
     """
-    terms = terms_of(calibrated, effects)
-    bounds = np.array(
-        [[t.scaled(t.low) for t in terms], [t.scaled(t.high) for t in terms]]
-    ).reshape(2, -1)
+    search = _Search(problem, base, terms_of(calibrated, effects), refined)
+    best = at = search.end(search.inside(np.asarray(start, float)), trials, tolerance)
+    for _ in range(_ROUNDS - 1):
+        if at.change <= _SETTLED:
+            break
+        at = search.end(search.inside(search.natural(at.point)), _AGAIN, tolerance)
+        best = min(best, at, key=lambda end: end.cost)
+    return Fit(
+        calibrated=tuple(calibrated),
+        effects=tuple(effects),
+        values=search.natural(best.point),
+        residual=best.residual,
+        refined=best.refined,
+        jacobian=best.jacobian,
+        scaled=best.point,
+        bounds=search.bounds,
+    )
 
-    def simulate(points: Sequence[FloatArray]) -> FloatArray:
-        """(k, m) residuals at scaled points."""
-        return problem.residuals(
-            [
-                write(terms, [t.natural(z) for t, z in zip(terms, point, strict=True)], base)
-                for point in points
-            ]
-        )
 
-    at: dict[bytes, FloatArray] = {}
-    slopes: dict[bytes, FloatArray] = {}
+@dataclass(frozen=True, eq=False)
+class _End:
+    """Where a round of a search ended.
 
-    def residual(point: FloatArray) -> FloatArray:
-        """(m,) of one point."""
-        if point.tobytes() not in at:
-            at[point.tobytes()] = simulate([point])[0]
-        return at[point.tobytes()]
+    Attributes:
+        point: (p,) scaled terms.
+        residual, refined, jacobian: as in `Fit`.
+        cost: mean square of what may be used.
+        change: of ``refined`` since the round before, mean square.
+    """
 
-    def used(point: FloatArray) -> FloatArray:
-        rows = residual(point)[problem.chosen]
+    point: FloatArray
+    residual: FloatArray
+    refined: FloatArray
+    jacobian: FloatArray
+    cost: float
+    change: float
+
+
+class _Search:
+    """A problem as a function of scaled terms, in long steps, and what refining adds to it."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        base: Mapping[str, float],
+        terms: Sequence[Term],
+        refined: FloatArray | None,
+    ) -> None:
+        self.problem, self.base, self.terms = problem, base, terms
+        self.bounds = np.array(
+            [[t.scaled(t.low) for t in terms], [t.scaled(t.high) for t in terms]]
+        ).reshape(2, -1)
+        self.refined = np.zeros(problem.chosen.size) if refined is None else refined
+        self._rough: dict[bytes, FloatArray] = {}
+        self._slopes: dict[bytes, FloatArray] = {}
+
+    def natural(self, point: FloatArray) -> FloatArray:
+        """(p,) values of the terms at a scaled point."""
+        return np.array([t.natural(z) for t, z in zip(self.terms, point, strict=True)])
+
+    def inside(self, values: FloatArray) -> FloatArray:
+        """(p,) scaled values, a little off the ends of their ranges."""
+        point = np.array([t.scaled(v) for t, v in zip(self.terms, values, strict=True)])
+        margin = 0.5 * _margin(self.bounds)
+        clipped: FloatArray = np.clip(point, self.bounds[0] + margin, self.bounds[1] - margin)
+        return clipped
+
+    def end(self, point: FloatArray, trials: int, tolerance: float) -> _End:
+        """Least squares from a point, and what is left where it ends."""
+        jacobian = np.zeros((self.problem.chosen.size, 0))
+        if self.terms:
+            solution = least_squares(
+                self._used,
+                point,
+                jac=self._slope,
+                bounds=(self.bounds[0], self.bounds[1]),
+                ftol=tolerance,
+                xtol=tolerance,
+                gtol=None,
+                max_nfev=trials,
+            )
+            point = solution.x
+            jacobian = next(iter(self._slopes.values()))  # maybe of the last point but one
+        rough = self._at(point)
+        residual = self.problem.refine(self._parameters(point), rough)
+        before, chosen = self.refined, self.problem.chosen
+        with np.errstate(invalid="ignore"):
+            added = residual - rough
+            self.refined = np.where(np.isfinite(added), added, 0.0)
+        cost = float(np.mean(residual[chosen] ** 2))
+        change = float(np.mean((self.refined - before)[chosen] ** 2))
+        return _End(point, residual, self.refined, jacobian, cost, change)
+
+    def _parameters(self, point: FloatArray) -> dict[str, float]:
+        return write(self.terms, self.natural(point), self.base)
+
+    def _at(self, point: FloatArray) -> FloatArray:
+        """(m,) of one point, in long steps."""
+        key = point.tobytes()
+        if key not in self._rough:
+            self._rough[key] = self.problem.residuals([self._parameters(point)])[0]
+        return self._rough[key]
+
+    def _used(self, point: FloatArray) -> FloatArray:
+        rows = (self._at(point) + self.refined)[self.problem.chosen]
         return np.where(np.isfinite(rows), rows, _HOPELESS)
 
-    def slope(point: FloatArray) -> FloatArray:
+    def _slope(self, point: FloatArray) -> FloatArray:
         """(m used, p) by one-sided differences, away from the nearer bound."""
-        step = np.where(point > bounds.mean(axis=0), -_DIFFERENCE, _DIFFERENCE)
-        moved = simulate(list(point + np.diag(step)))
-        matrix = (moved - residual(point)).T / step
-        slopes.clear()  # a minute of recordings is megabytes
-        slopes[point.tobytes()] = np.nan_to_num(matrix, posinf=0.0, neginf=0.0)
-        return slopes[point.tobytes()][problem.chosen]
-
-    point = np.array([t.scaled(v) for t, v in zip(terms, start, strict=True)])
-    jacobian = np.zeros((problem.chosen.size, 0))
-    if terms:
-        inside = 0.5 * _margin(bounds)
-        solution = least_squares(
-            used,
-            np.clip(point, bounds[0] + inside, bounds[1] - inside),
-            jac=slope,
-            bounds=(bounds[0], bounds[1]),
-            ftol=tolerance,
-            xtol=tolerance,
-            gtol=None,
-            max_nfev=trials,
-        )
-        point = solution.x
-        jacobian = next(iter(slopes.values()))  # at the last point but one, where it ended there
-    values = np.array([t.natural(z) for t, z in zip(terms, point, strict=True)])
-    return Fit(tuple(calibrated), tuple(effects), values, residual(point), jacobian, point, bounds)
+        key = point.tobytes()
+        if key not in self._slopes:
+            step = np.where(point > self.bounds.mean(axis=0), -_DIFFERENCE, _DIFFERENCE)
+            moved = [self._parameters(nudged) for nudged in point + np.diag(step)]
+            matrix = (self.problem.residuals(moved) - self._at(point)).T / step
+            self._slopes.clear()  # a minute of recordings is megabytes
+            self._slopes[key] = np.nan_to_num(matrix, posinf=0.0, neginf=0.0)
+        return self._slopes[key][self.problem.chosen]

@@ -28,6 +28,16 @@ _CORRELATION = 0.2  # of unmodelled structure with a slope
 
 def intervals(problem: Problem, fit: Fit) -> FloatArray:
     """(p, 2) 95 % intervals of a fit's values [the terms' units]; the range where not free."""
+    ranges = np.array([[term.low, term.high] for term in fit.terms]).reshape(-1, 2)
+    for k, half in zip(np.flatnonzero(fit.free), half_widths(problem, fit), strict=True):
+        term = fit.terms[k]
+        ends = [term.natural(fit.scaled[k] + sign * half) for sign in (-1.0, 1.0)]
+        ranges[k] = np.clip(sorted(ends), *sorted(ranges[k]))
+    return ranges
+
+
+def half_widths(problem: Problem, fit: Fit) -> FloatArray:
+    """(free terms,) half of the 95 % intervals, scaled as the fit saw the terms."""
     used, free = problem.chosen, fit.free
     jacobian, residual = fit.jacobian[used][:, free], fit.residual[used]
     numbers = problem.segments[used]
@@ -38,11 +48,7 @@ def intervals(problem: Problem, fit: Fit) -> FloatArray:
     alone = np.diag(inverse)
     remains = max(float(np.mean(residual**2)) - 1.0, 0.0)
     leaning = _CORRELATION**2 * remains * residual.size * alone
-    spread = np.sqrt(np.maximum(np.diag(inverse @ clusters @ inverse), alone) + leaning)
-    width = float(stats.t.ppf(0.5 + _LEVEL / 2.0, max(names.size - int(free.sum()), 1))) * spread
-    ranges = np.array([[term.low, term.high] for term in fit.terms]).reshape(-1, 2)
-    for k, half in zip(np.flatnonzero(free), width, strict=True):
-        term = fit.terms[k]
-        ends = [term.natural(fit.scaled[k] + sign * half) for sign in (-1.0, 1.0)]
-        ranges[k] = np.clip(sorted(ends), *sorted(ranges[k]))
-    return ranges
+    deviation = np.sqrt(np.maximum(np.diag(inverse @ clusters @ inverse), alone) + leaning)
+    quantile = stats.t.ppf(0.5 + _LEVEL / 2.0, max(names.size - int(free.sum()), 1))
+    widths: FloatArray = float(quantile) * deviation
+    return widths

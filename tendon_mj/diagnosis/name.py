@@ -52,8 +52,22 @@ def name_effects(setting: Setting, calibrated: Entrant) -> Naming:
     other candidate is tried in the place of each: an early choice may have imitated two effects.
     """
     whole = max(calibrated.gap, 0.0)
-    model = calibrated
-    fields: dict[str, list[Entrant]] = {}
+    model, fields = _grow(setting, calibrated, {}, whole)
+    if model.fit.effects and setting.least < model.gap < _HOPELESS * whole:
+        around = setting.look_around(model)
+        if setting.helps(model, around, whole):
+            model, fields = _grow(setting, around, _with(fields, around), whole)
+    if len(model.fit.effects) > 1 and model.gap < _HOPELESS * whole:
+        model, fields = _exchange(setting, model, fields)
+    named = [_judge(candidate, model, fields[candidate.label]) for candidate in model.fit.effects]
+    return Naming(calibrated, model, tuple(named))
+
+
+def _grow(
+    setting: Setting, model: Entrant, known: Mapping[str, list[Entrant]], whole: float
+) -> tuple[Entrant, dict[str, list[Entrant]]]:
+    """Add effects to a model, and say against whom each was chosen."""
+    fields = dict(known)
     while len(model.fit.effects) < _MOST_EFFECTS and model.gap > setting.least:
         rivals = setting.rivals(model)
         if not rivals or not setting.helps(model, rivals[0], whole):
@@ -61,11 +75,17 @@ def name_effects(setting: Setting, calibrated: Entrant) -> Naming:
         chosen = setting.polish(_simplest(rivals))
         assert chosen.candidate is not None
         fields[chosen.candidate.label] = rivals
+        fields = _with(fields, chosen)
         model = _without_idle(setting, chosen, whole)
-    if len(model.fit.effects) > 1 and model.gap < _HOPELESS * whole:
-        model, fields = _exchange(setting, model, fields)
-    named = [_judge(candidate, model, fields[candidate.label]) for candidate in model.fit.effects]
-    return Naming(calibrated, model, tuple(named))
+    return model, fields
+
+
+def _with(fields: Mapping[str, list[Entrant]], better: Entrant) -> dict[str, list[Entrant]]:
+    """The same fields of rivals with a better fit of one of them."""
+    assert better.candidate is not None
+    label = better.candidate.label
+    others = [rival for rival in fields[label] if rival.candidate != better.candidate]
+    return {**fields, label: sorted([better, *others], key=lambda rival: rival.gap)}
 
 
 def _simplest(rivals: Sequence[Entrant]) -> Entrant:

@@ -32,11 +32,14 @@ class Problem:
         recordings: what was measured.
         simulate: parameter sets → a series for every set, recording and measured column.
         choice: recording → (samples,) mask of what may be used in choices; the rest is for proof.
+        finer: the same as ``simulate`` in steps half as long, see `refine`; None where nobody
+            knows of its steps.
     """
 
     recordings: tuple[Recording, ...]
     simulate: Simulates
     choice: tuple[NDArray[np.bool_], ...]
+    finer: Simulates | None = None
 
     @cached_property
     def noise(self) -> tuple[dict[str, float], ...]:
@@ -70,8 +73,26 @@ class Problem:
 
     def residuals(self, parameter_sets: Sequence[Mapping[str, float]]) -> FloatArray:
         """(sets, m) residuals; a simulation that failed has infinite ones."""
+        return self._residuals(self.simulate, parameter_sets)
+
+    def refine(self, parameters: Mapping[str, float], residual: FloatArray) -> FloatArray:
+        """(m,) a residual without what the length of the steps does to it.
+
+        A simulation in steps of h errs by C h, to first order; so 2 r_{h/2} − r_h does not
+        (Richardson's extrapolation).
+        """
+        if self.finer is None:
+            return residual
+        finer = self._residuals(self.finer, [parameters])[0]
+        with np.errstate(invalid="ignore"):
+            refined: FloatArray = 2.0 * finer - residual
+        return np.where(np.isfinite(refined), refined, np.inf)
+
+    def _residuals(
+        self, simulate: Simulates, parameter_sets: Sequence[Mapping[str, float]]
+    ) -> FloatArray:
         rows = []
-        for answers in self.simulate(parameter_sets):
+        for answers in simulate(parameter_sets):
             parts = []
             for recording, noise, series in zip(self.recordings, self.noise, answers, strict=True):
                 for column, level in noise.items():

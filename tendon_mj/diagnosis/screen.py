@@ -103,7 +103,7 @@ def _look(
         sets = [write((*fitted.terms, *s.candidate.terms), s.start, base) for s in part]
         for sight, row in zip(part, problem.residuals(sets), strict=True):
             if np.isfinite(row).all():
-                seen += _weigh(sight, row[used], residual, slopes, fitted)
+                seen += _weigh(sight, (row + fitted.refined)[used], residual, slopes, fitted)
     report(label, len(sights), len(sights))
     return seen
 

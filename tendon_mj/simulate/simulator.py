@@ -98,6 +98,7 @@ class Simulator:
         if _collides_never(self.model):  # saves looking for contacts, a tenth of the time
             self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT.value
         self._courses = [Course(r, self.model, settle, timestep) for r in self.recordings]
+        self._settle = settle
         self._described = [described_values(r) if described else {} for r in self.recordings]
         self._threads = threads or os.cpu_count() or 1
         self._strict = strict
@@ -143,6 +144,23 @@ class Simulator:
             for recording in self.recordings
             for column, measured in recording.measured.items()
         }
+
+    @property
+    def steps(self) -> int:
+        """Of one simulation of all recordings."""
+        return sum(course.steps for course in self._courses)
+
+    def in_steps(self, factor: float) -> Simulator:
+        """The same simulator in steps ``factor`` > 0 times as long.
+
+        No step is longer than the interval between samples, and each divides it evenly.
+        """
+        other = copy.copy(self)
+        other._courses = [
+            Course(course.recording, self.model, self._settle, factor * course.clock.timestep)
+            for course in self._courses
+        ]
+        return other
 
     def __call__(self, parameter_sets: Sequence[Values]) -> list[list[Series]]:
         """Simulate every recording with every set of parameters.
