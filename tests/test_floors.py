@@ -9,6 +9,7 @@ PACKAGE = Path(__file__).parents[1] / "tendon_mj"
 MODULES = sorted(p for p in PACKAGE.rglob("*.py") if "models" not in p.parts)
 # floor of each room, counted from the bottom; rooms on one floor do not know each other
 FLOORS = {
+    "__main__": 10,
     "cli": 9,
     "view": 8,
     "diagnosis": 7,

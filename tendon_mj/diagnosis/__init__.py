@@ -6,7 +6,7 @@
 from tendon_mj.diagnosis.catalogue import CATALOGUE
 from tendon_mj.diagnosis.diagnose import diagnose
 from tendon_mj.diagnosis.effect import Candidate, Effect, Rig, Term
-from tendon_mj.diagnosis.verdict import Diagnosis, Finding, Value
+from tendon_mj.diagnosis.verdict import Diagnosis, Finding, Ranked, Value
 
 __all__ = [
     "CATALOGUE",
@@ -14,6 +14,7 @@ __all__ = [
     "Diagnosis",
     "Effect",
     "Finding",
+    "Ranked",
     "Rig",
     "Term",
     "Value",

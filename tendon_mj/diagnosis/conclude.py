@@ -6,6 +6,7 @@ import time
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tendon_mj.diagnosis.catalogue import CATALOGUE
 from tendon_mj.diagnosis.contest import Entrant, Setting, least_gap
@@ -16,11 +17,12 @@ from tendon_mj.diagnosis.locate import locate
 from tendon_mj.diagnosis.name import Named, Naming
 from tendon_mj.diagnosis.numerics import step_error
 from tendon_mj.diagnosis.problem import Problem
-from tendon_mj.diagnosis.verdict import Diagnosis, Finding, Value, Verdict
+from tendon_mj.diagnosis.verdict import Diagnosis, Finding, Ranked, Value, Verdict
 
 _CLOSED = 0.93  # of the reducible gap: with less, a name is no explanation
 _NEGLIGIBLE = 0.5  # gap in noise power that is no reason to doubt a name
 _LARGEST = 8.0  # the same, above which nothing is named (3 noise rms): most of it is something else
+_EXPLAINS = 0.01  # of the gap, to be in the ranking
 _MARGIN = 0.01  # of its range: nearer to an end a calibrated value is held by it
 
 
@@ -58,6 +60,7 @@ def conclude(
         sentence=_say(verdict, findings, tentative) + _doubt(calibrated),
         findings=findings if found else (),
         closest=() if found else tuple(finding.identifier for finding in findings),
+        ranking=_ranking(naming, problem.chosen),
         calibrated=calibrated,
         parameters=_values(setting, model, own=True),
         train=measure_gap(problem, seen[0], seen[after], problem.chosen),
@@ -80,6 +83,27 @@ def _decide(setting: Setting, naming: Naming, proven: Gap, least: float) -> Verd
         return "unknown"
     missing = any(named.candidate.kind == "missing" for named in naming.named)
     return "named" if missing else "parameter"
+
+
+def _ranking(naming: Naming, chosen: NDArray[np.bool_]) -> tuple[Ranked, ...]:
+    """Candidates for the first finding: fitted ones by what they leave, then by a look at them."""
+    if naming.first is None:
+        return ()
+    excess = float(np.mean(naming.calibrated.fit.residual[chosen] ** 2)) - 1.0
+    left = {
+        entrant.candidate.label: float(np.sqrt(max(1.0 + entrant.gap, 0.0)))
+        for entrant in naming.first.entrants
+        if entrant.candidate is not None
+    }
+    ranked: dict[str, Ranked] = {}
+    for sight in naming.first.sights:
+        candidate, share = sight.candidate, min(sight.explained / excess, 1.0)
+        if share >= _EXPLAINS:
+            row = Ranked(candidate.identifier, candidate.where, share, left.get(candidate.label))
+            ranked.setdefault(candidate.label, row)
+    return tuple(
+        sorted(ranked.values(), key=lambda r: (r.left is None, r.left or 0.0, -r.explains))
+    )
 
 
 def _finding(named: Named) -> Finding:

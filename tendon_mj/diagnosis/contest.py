@@ -47,6 +47,20 @@ class Entrant:
 
 
 @dataclass(frozen=True, eq=False)
+class Field:
+    """Candidates for one more effect.
+
+    Attributes:
+        sights: of all that leave a trace, the most promising first.
+        entrants: of those that were fitted and whose strength the data hold, the one that leaves
+            least first.
+    """
+
+    sights: tuple[Sight, ...]
+    entrants: tuple[Entrant, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class Setting:
     """What stays the same during a diagnosis.
 
@@ -88,8 +102,8 @@ class Setting:
         )
         return Entrant(candidate, fitted, leave_out(self.problem, fitted))
 
-    def rivals(self, model: Entrant, share: float = _PROMISING) -> list[Entrant]:
-        """Models with one more effect each, the one that leaves least first.
+    def rivals(self, model: Entrant, share: float = _PROMISING) -> Field:
+        """Models with one more effect each.
 
         Fitted are those that explain, at a look, at least ``share`` of what the best one does.
         """
@@ -108,7 +122,7 @@ class Setting:
         for entrant in sorted(entrants, key=lambda entrant: -entrant.gap):
             if entrant.candidate is not None and entrant.fit.measures(entrant.candidate):
                 best[entrant.candidate.label] = entrant
-        return sorted(best.values(), key=lambda entrant: entrant.gap)
+        return Field(tuple(sights), tuple(sorted(best.values(), key=lambda entrant: entrant.gap)))
 
     def without(self, model: Entrant, candidate: Candidate) -> Entrant:
         """Fit a model with one of its effects left out, from where the others stood."""

@@ -50,17 +50,23 @@ class Located:
 
 
 def locate(problem: Problem, residual: FloatArray) -> Located:
-    """Spread the excess of a residual (m,), in units of noise, over the regimes."""
+    """Spread the excess of a residual (m,), in units of noise, over the regimes.
+
+    Only of what may be used in choices: to look is to choose.
+    """
     per_recording = regimes(problem.recordings)
+    ends = np.cumsum([size for _, _, size in problem.blocks()])[:-1]
+    kept = np.split(problem.chosen, ends)
+    parts = [part[used] for part, used in zip(np.split(residual, ends), kept, strict=True)]
+    residual = residual[problem.chosen]
     total = float((residual**2).sum()) - residual.size
-    parts = np.split(residual, np.cumsum([size for _, _, size in problem.blocks()])[:-1])
     places = []
     for number, first in enumerate(per_recording[0]):
         powers: dict[str, list[FloatArray]] = {}
         for b in range(len(first.labels)):
-            for (k, _, _), part in zip(problem.blocks(), parts, strict=True):
+            for (k, _, _), part, used in zip(problem.blocks(), parts, kept, strict=True):
                 regime = per_recording[k][number]
-                inside = part[regime.number == b]
+                inside = part[regime.number[used] == b]
                 if inside.size:
                     powers.setdefault(regime.labels[b], []).append(inside**2)
         places += [_place(first.name, label, found, residual) for label, found in powers.items()]
@@ -82,8 +88,8 @@ def _place(regime: str, label: str, powers: Sequence[FloatArray], residual: Floa
 def _half(problem: Problem, parts: Sequence[FloatArray]) -> float:
     """Frequency below which half of the excess power lies [Hz]."""
     frequencies, powers = [], []
-    for (k, _, size), part in zip(problem.blocks(), parts, strict=True):
-        step = float(np.median(np.diff(problem.recordings[k].time)))
+    for (k, _, _), part in zip(problem.blocks(), parts, strict=True):
+        step, size = float(np.median(np.diff(problem.recordings[k].time))), part.size
         power = np.abs(np.fft.rfft(part)) ** 2 / size - 1.0  # white noise of power 1 leaves 1
         frequencies.append(np.fft.rfftfreq(size, step))
         powers.append(power)

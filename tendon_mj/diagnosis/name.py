@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from tendon_mj.diagnosis.contest import SURE, Entrant, Setting, difference, tie_width, tied
+from tendon_mj.diagnosis.contest import SURE, Entrant, Field, Setting, difference, tie_width, tied
 from tendon_mj.diagnosis.effect import Candidate
 
 _MOST_EFFECTS = 3
@@ -38,11 +39,21 @@ class Naming:
         calibrated: the model with only what was uncertain fitted.
         final: the model with what is named.
         named: in the order of how much they explain.
+        first: all candidates for the first of them; None where nothing was looked for.
     """
 
     calibrated: Entrant
     final: Entrant
     named: tuple[Named, ...]
+    first: Field | None
+
+
+class _Grown(NamedTuple):
+    """A model, for every effect of it against whom it was chosen, and the field of the first."""
+
+    model: Entrant
+    fields: dict[str, list[Entrant]]
+    first: Field | None
 
 
 def name_effects(setting: Setting, calibrated: Entrant) -> Naming:
@@ -52,24 +63,25 @@ def name_effects(setting: Setting, calibrated: Entrant) -> Naming:
     other candidate is tried in the place of each: an early choice may have imitated two effects.
     """
     whole = max(calibrated.gap, 0.0)
-    model, fields = _grow(setting, calibrated, {}, whole)
+    model, fields, first = _grow(setting, calibrated, {}, whole)
     if model.fit.effects and setting.least < model.gap < _HOPELESS * whole:
         around = setting.look_around(model)
         if setting.helps(model, around, whole):
-            model, fields = _grow(setting, around, _with(fields, around), whole)
+            model, fields, _ = _grow(setting, around, _with(fields, around), whole)
     if len(model.fit.effects) > 1 and model.gap < _HOPELESS * whole:
         model, fields = _exchange(setting, model, fields)
     named = [_judge(candidate, model, fields[candidate.label]) for candidate in model.fit.effects]
-    return Naming(calibrated, model, tuple(named))
+    return Naming(calibrated, model, tuple(named), first)
 
 
 def _grow(
     setting: Setting, model: Entrant, known: Mapping[str, list[Entrant]], whole: float
-) -> tuple[Entrant, dict[str, list[Entrant]]]:
-    """Add effects to a model, and say against whom each was chosen."""
-    fields = dict(known)
+) -> _Grown:
+    """Add effects to a model until nothing helps."""
+    fields, first = dict(known), None
     while len(model.fit.effects) < _MOST_EFFECTS and model.gap > setting.least:
-        rivals = setting.rivals(model)
+        field = setting.rivals(model)
+        first, rivals = first or field, list(field.entrants)
         if not rivals or not setting.helps(model, rivals[0], whole):
             break
         chosen = setting.polish(_simplest(rivals))
@@ -77,7 +89,7 @@ def _grow(
         fields[chosen.candidate.label] = rivals
         fields = _with(fields, chosen)
         model = _without_idle(setting, chosen, whole)
-    return model, fields
+    return _Grown(model, fields, first)
 
 
 def _with(fields: Mapping[str, list[Entrant]], better: Entrant) -> dict[str, list[Entrant]]:
@@ -120,7 +132,7 @@ def _exchange(
         if model is added and candidate == model.candidate:
             rivals = known[candidate.label]
         else:
-            rivals = setting.rivals(setting.without(model, candidate), _IN_PLACE)
+            rivals = list(setting.rivals(setting.without(model, candidate), _IN_PLACE).entrants)
         best = next((r for r in rivals if r.candidate == candidate), None)
         if best is None or best.gap > model.gap:
             best = Entrant(candidate, model.fit, model.leftover)

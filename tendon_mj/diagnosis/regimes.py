@@ -12,7 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import savgol_filter
 
+from tendon_mj.diagnosis.noise import estimate_noise
 from tendon_mj.errors import RecordingError
 from tendon_mj.simulate.recording import Recording
 
@@ -21,6 +23,7 @@ FloatArray = NDArray[np.float64]
 _BINS = 6
 _REST = 0.02  # of the largest speed: slower is at rest
 _SINCE = "distance since reversal"
+_LINES = 5, 9, 17, 33, 65  # samples
 _SWING = 0.02  # of a column's range: going back by less is jitter and no reversal
 
 
@@ -62,7 +65,23 @@ def motion(recording: Recording) -> tuple[str, FloatArray, FloatArray]:
             f" that goes back and forth (column {best!r} only goes one way)"
         )
     values = recording.columns[best]
-    return best, values, np.gradient(values, recording.time)
+    return best, values, _rate(recording.time, values)
+
+
+def _rate(time: FloatArray, values: FloatArray) -> FloatArray:
+    """Slopes of lines through so many samples that noise does not make them jump [unit/s].
+
+    A line through n samples, h apart, with noise σ has a slope uncertain by √12 σ/(h n^{3/2}).
+    """
+    step, noise = float(np.median(np.diff(time))), estimate_noise(values)
+    rate: FloatArray = np.gradient(values, time)  # lines through three
+    count = 3
+    for wider in _LINES:
+        if np.sqrt(12.0) * noise / (step * count**1.5) < 0.5 * _REST * np.abs(rate).max():
+            break
+        if wider <= values.size:
+            rate, count = savgol_filter(values, wider, 1, deriv=1, delta=step), wider
+    return rate
 
 
 def _reversals(values: FloatArray) -> int:

@@ -53,6 +53,24 @@ class Finding:
     rivals: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class Ranked:
+    """A candidate for the first finding.
+
+    Attributes:
+        identifier, where: effect and elements.
+        explains: share of what the calibrated model leaves beyond noise that a first look at it
+            takes away [-].
+        left: rms error on stretches left out of its fit [noise]; None where it was not fitted, as
+            others promised more or the data do not hold its strength.
+    """
+
+    identifier: str
+    where: str
+    explains: float
+    left: float | None
+
+
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
     """The outcome.
@@ -63,6 +81,8 @@ class Diagnosis:
         findings: named effects and parameters, in the order of how much they explain. Empty
             unless the verdict is "named" or "parameter".
         closest: identifiers that explained most where the verdict is "unknown".
+        ranking: every candidate for the first finding that explains anything, the fitted ones
+            first.
         calibrated: what the recordings call uncertain, fitted.
         parameters: what the findings write, and the shapes that come with it.
         train, held_out: gaps on what the choices saw, and on what they did not.
@@ -76,6 +96,7 @@ class Diagnosis:
     sentence: str
     findings: tuple[Finding, ...]
     closest: tuple[str, ...]
+    ranking: tuple[Ranked, ...]
     calibrated: Mapping[str, Value]
     parameters: Mapping[str, Value]
     train: Gap
@@ -115,6 +136,7 @@ class Diagnosis:
             "findings": [vars(finding) for finding in self.findings],
             "indistinguishable": self.indistinguishable,
             "closest": list(self.closest),
+            "ranking": [vars(ranked) for ranked in self.ranking],
             "parameters": {name: vars(value) for name, value in self.parameters.items()},
             "calibrated": {name: vars(value) for name, value in self.calibrated.items()},
             "gap": {"train": _gap(self.train), "held_out": _gap(self.held_out)},

@@ -161,6 +161,38 @@ def test_an_uncertain_value_at_the_end_of_its_range_is_said_to_be() -> None:
     assert "sheath.friction stands at an end of its range, 0.05 … 0.4" in found.sentence
 
 
+def test_every_candidate_is_ranked_the_named_one_first() -> None:
+    train, held_out = rig(1, {"sheath.constant_friction": 1.0})
+    ranking = diagnose(train, held_out, Toy).ranking
+    assert ranking[0].identifier == "constant_friction"
+    assert ranking[0].explains > 0.9
+    assert ranking[0].left == pytest.approx(1.0, abs=0.05)
+    fitted = [r.left for r in ranking if r.left is not None]
+    assert fitted == sorted(fitted)
+    assert len({(r.identifier, r.where) for r in ranking}) == len(ranking)
+
+
+def test_noise_on_the_drive_turns_no_motion_around() -> None:
+    clean = recording("clean", 1, {})
+    place = clean.columns["input_displacement_m"]
+    jitter = 2e-5 * np.random.default_rng(3).standard_normal(place.size)
+    noisy = replace(clean, columns={**clean.columns, "input_displacement_m": place + jitter})
+    of_clean, of_noisy = ({r.name: r for r in regimes([made])[0]} for made in (clean, noisy))
+    for name, least in (("direction", 0.9), ("distance since reversal", 0.8)):
+        agree = of_clean[name].number == of_noisy[name].number
+        assert agree.mean() > least, name
+
+
+def test_the_tail_that_proves_is_not_looked_at() -> None:
+    train, _ = rig(6, {})
+    columns = dict(train[0].columns)
+    tail = train[0].time > 0.8 * train[0].time[-1]
+    columns["output_tension_N"] = columns["output_tension_N"] + 5.0 * tail
+    found = diagnose([replace(train[0], columns=columns), *train[1:]], (), Toy)
+    assert found.held_out.before > 10.0
+    assert found.located.sentence.endswith("nothing stands out.")
+
+
 def test_what_never_moves_is_refused_with_its_column() -> None:
     made = recording("still", 1, {})
     flat = replace(made, columns={**made.columns, "output_tension_N": np.full(made.time.size, 5.0)})

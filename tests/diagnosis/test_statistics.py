@@ -26,7 +26,9 @@ def linear(data: Problem, jacobian: np.ndarray, noise: np.ndarray) -> Fit:
     """The least-squares fit of noise by the columns of a matrix."""
     solution = np.linalg.lstsq(jacobian, -noise, rcond=None)[0]
     bounds = np.array([[-50.0, -50.0], [50.0, 50.0]])
-    return Fit((TERM, SLOPE), (), solution, noise + jacobian @ solution, jacobian, solution, bounds)
+    left = noise + jacobian @ solution
+    nothing = np.zeros(left.size)
+    return Fit((TERM, SLOPE), (), solution, left, nothing, jacobian, solution, bounds)
 
 
 @pytest.mark.parametrize("level", [0.003, 0.05, 1.0])

@@ -110,6 +110,15 @@ def test_a_longer_step_can_be_asked_for():
     assert same(coarse, {c: told.columns[c] for c in recording.measured})
 
 
+def test_the_same_simulator_in_other_steps():
+    own = Simulator(RECORDINGS, threads=1)
+    double = own.in_steps(2.0)
+    assert same(double([SETS[1]])[0][1], Simulator(RECORDINGS, timestep=0.001)([SETS[1]])[0][1])
+    assert same(double.in_steps(0.5)([SETS[1]])[0][1], own([SETS[1]])[0][1])
+    assert double.steps == pytest.approx(0.5 * own.steps, rel=0.01)
+    assert own.in_steps(100.0).steps < own.in_steps(4.0).steps + 3  # no longer than a sample
+
+
 def test_contacts_are_simulated_where_there_can_be_any():
     time = np.arange(0.0, 0.2, 0.01)
     recording = Recording(

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_mj.diagnosis import CATALOGUE, Diagnosis, Finding, Value
+from tendon_mj.diagnosis import CATALOGUE, Diagnosis, Finding, Ranked, Value
 from tendon_mj.diagnosis.gap import Gap
 from tendon_mj.diagnosis.locate import Located, Place
 from tendon_mj.diagnosis.sysid import SysidResult
@@ -62,6 +62,10 @@ def diagnosis(verdict="named", rivals=(), closest=()):
         sentence=f"The sentence of {verdict}.",
         findings=(finding,) if named else (),
         closest=tuple(closest),
+        ranking=(
+            Ranked("sensor_bias", "output_tension", 0.97, 1.02),
+            Ranked("sensor_gain", "output_tension", 0.61, None),
+        ),
         calibrated={"sheath.friction": Value(0.18, 0.17, 0.19, "", 0.15)},
         parameters={"output_tension.offset": value} if named else {},
         train=gap,
