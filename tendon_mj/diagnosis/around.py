@@ -32,7 +32,7 @@ def look_around(
     Always the same ones for the same data.
     """
     free, used = fitted.free, problem.chosen
-    half, random = half_widths(problem, fitted), np.random.default_rng(0)
+    half, random = half_widths(problem, fitted, free), np.random.default_rng(0)
     centre = fitted.scaled[free]
     low = np.maximum(centre - _WIDE * half, fitted.bounds[0][free])
     high = np.minimum(centre + _WIDE * half, fitted.bounds[1][free])

@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 from tendon_mj.diagnosis.catalogue import CATALOGUE
 from tendon_mj.diagnosis.contest import Entrant, Setting, least_gap
 from tendon_mj.diagnosis.effect import Term
+from tendon_mj.diagnosis.fit import Fit
 from tendon_mj.diagnosis.gap import Gap, measure_gap
-from tendon_mj.diagnosis.interval import intervals
+from tendon_mj.diagnosis.interval import beyond_range, intervals
 from tendon_mj.diagnosis.locate import locate
 from tendon_mj.diagnosis.name import Named, Naming
 from tendon_mj.diagnosis.numerics import step_error
 from tendon_mj.diagnosis.problem import Problem
 from tendon_mj.diagnosis.verdict import Diagnosis, Finding, Ranked, Value, Verdict
 
-_CLOSED = 0.93  # of the reducible gap: with less, a name is no explanation
-_NEGLIGIBLE = 0.5  # gap in noise power that is no reason to doubt a name
+_CLOSED = 0.985  # of the reducible gap: with less, a name is no explanation
 _LARGEST = 8.0  # the same, above which nothing is named (3 noise rms): most of it is something else
 _EXPLAINS = 0.01  # of the gap, to be in the ranking
 _MARGIN = 0.01  # of its range: nearer to an end a calibrated value is held by it
@@ -57,7 +57,7 @@ def conclude(
     calibrated = _values(setting, model, own=False)
     return Diagnosis(
         verdict=verdict,
-        sentence=_say(verdict, findings, tentative) + _doubt(calibrated),
+        sentence=_say(verdict, findings, tentative, _beyond(problem, fits[1])) + _doubt(calibrated),
         findings=findings if found else (),
         closest=() if found else tuple(finding.identifier for finding in findings),
         ranking=_ranking(naming, problem.chosen),
@@ -78,8 +78,8 @@ def _decide(setting: Setting, naming: Naming, proven: Gap, least: float) -> Verd
     if not naming.named:
         return "nothing missing" if naming.calibrated.gap <= setting.least else "unknown"
     left = proven.after**2 - proven.noise_floor**2
-    open_still = proven.reducible_closed < _CLOSED and left > max(_NEGLIGIBLE, least)
-    if open_still or left > max(_LARGEST, least):
+    open_still = proven.reducible_closed < _CLOSED and left > least
+    if open_still or left > max(_LARGEST, least) or _beyond(setting.problem, naming.final.fit):
         return "unknown"
     missing = any(named.candidate.kind == "missing" for named in naming.named)
     return "named" if missing else "parameter"
@@ -108,6 +108,7 @@ def _ranking(naming: Naming, chosen: NDArray[np.bool_]) -> tuple[Ranked, ...]:
 
 def _finding(named: Named) -> Finding:
     effect = CATALOGUE[named.candidate.identifier]
+    rivals = [other for other, _ in named.rivals]
     return Finding(
         identifier=effect.identifier,
         name=effect.name,
@@ -115,7 +116,10 @@ def _finding(named: Named) -> Finding:
         where=named.candidate.where,
         kind=effect.kind,
         confidence=named.confidence,
-        rivals=tuple(dict.fromkeys(other.identifier for other, _ in named.rivals)),
+        rivals=tuple(
+            dict.fromkeys(r.identifier for r in rivals if r.identifier != effect.identifier)
+        ),
+        elsewhere=tuple(r.where for r in rivals if r.identifier == effect.identifier),
     )
 
 
@@ -138,6 +142,22 @@ def _values(setting: Setting, model: Entrant, own: bool) -> dict[str, Value]:
     return values
 
 
+def _beyond(problem: Problem, fitted: Fit) -> list[str]:
+    """Calibrated parameters that an explanation would take beyond what was called possible."""
+    count = len(fitted.calibrated)
+    near = np.array(
+        [
+            k < count and not _clear_of_ends(value, term)
+            for k, (term, value) in enumerate(zip(fitted.terms, fitted.values, strict=True))
+        ],
+        dtype=bool,
+    )
+    if not near.any():
+        return []
+    beyond = beyond_range(problem, fitted, near)
+    return [t for k in np.flatnonzero(beyond) for t in fitted.terms[k].targets]
+
+
 def _clear_of_ends(value: float, term: Term) -> bool:
     """Whether a calibrated value lies inside its range; the fit never quite reaches an end."""
     margin = _MARGIN * (term.high - term.low)
@@ -154,7 +174,7 @@ def _doubt(calibrated: Mapping[str, Value]) -> str:
     )
 
 
-def _say(verdict: Verdict, findings: Sequence[Finding], gap: Gap) -> str:
+def _say(verdict: Verdict, findings: Sequence[Finding], gap: Gap, beyond: Sequence[str]) -> str:
     shrank = (
         f"on data that chose nothing the error goes from {gap.before:.2f} to {gap.after:.2f} times"
         f" the noise, which closes {gap.reducible_closed:.0%} of what could be closed"
@@ -164,7 +184,7 @@ def _say(verdict: Verdict, findings: Sequence[Finding], gap: Gap) -> str:
             f"Nothing is missing: calibrated, the model is off by {gap.before:.2f} times the noise."
         )
     names = ", and ".join(
-        f"{finding.name} ({finding.where})"
+        f"{finding.name} ({' or '.join((finding.where, *finding.elsewhere))})"
         + (
             f" – or {' or '.join(finding.rivals)}, these data can't tell –"
             if finding.rivals
@@ -173,7 +193,8 @@ def _say(verdict: Verdict, findings: Sequence[Finding], gap: Gap) -> str:
         for finding in findings
     )
     if verdict == "unknown":
-        closest = f" The closest is {names}, but {shrank}." if findings else ""
+        taken = f", and it would take {', '.join(beyond)} beyond its range" if beyond else ""
+        closest = f" The closest is {names}, but {shrank}{taken}." if findings else ""
         return f"Something is missing that the catalogue does not hold.{closest}"
     if verdict == "parameter":
         return f"A parameter was wrong: {names}; {shrank}."

@@ -107,8 +107,8 @@ class Setting:
 
         Fitted are those that explain, at a look, at least ``share`` of what the best one does.
         """
-        present = {effect.label for effect in model.fit.effects}
-        others = [c for c in self.candidates if c.label not in present]
+        taken = frozenset[str]().union(*(effect.targets for effect in model.fit.effects))
+        others = [candidate for candidate in self.candidates if not candidate.targets & taken]
         sights = screen(self.problem, self.base, model.fit, others, self.report)
         tried = _promising(sights, share)
         entrants = []
@@ -187,13 +187,17 @@ def difference(best: Entrant, other: Entrant) -> Gain:
 
 
 def _promising(sights: Sequence[Sight], share: float) -> list[Sight]:
-    """Those to be fitted: not far behind the best, and of each candidate the two best starts."""
+    """Those to be fitted: not far behind the best, and no effect many times.
+
+    Of each candidate the two best starts, of each effect the three best, wherever it is.
+    """
     if not sights:
         return []
     least, starts = share * sights[0].explained, Counter[str]()
     kept = []
     for sight in sights:
-        starts[sight.candidate.label] += 1
-        if sight.explained >= least and starts[sight.candidate.label] <= 2:
+        label, identifier = sight.candidate.label, sight.candidate.identifier
+        if sight.explained >= least and starts[label] < 2 and starts[identifier] < 3:
+            starts.update((label, identifier))
             kept.append(sight)
     return kept[:_MOST_FITS]

@@ -29,6 +29,8 @@ from tendon_mj.simulate.progress import Progress, silent
 from tendon_mj.simulate.recording import Recording
 from tendon_mj.simulate.simulator import Simulator
 
+_NEARLY = 2.0  # times what is not worth a name: so little may be the steps'
+
 
 def diagnose(
     train: Sequence[Recording],
@@ -56,11 +58,11 @@ def diagnose(
     """
     began = time.perf_counter()
     admit(train, held_out)
-    problem = Problem(tuple(train), simulator(train), for_choices(train, held_out))
-    base = {name: p.value for name, p in problem.simulate.parameters.items()}
-    admit_simulation(problem)
-    steps = searching_steps(problem)
-    problem = in_steps(problem, steps)
+    own = Problem(tuple(train), simulator(train), for_choices(train, held_out))
+    base = {name: p.value for name, p in own.simulate.parameters.items()}
+    admit_simulation(own)
+    steps = searching_steps(own)
+    problem = in_steps(own, steps)
     catalogue = tuple(candidates(look_at(problem), frozenset(exclude)))
     calibrated = tuple(
         Term(
@@ -81,11 +83,20 @@ def diagnose(
     floor = step_error(start.fit.refined[problem.chosen])
     setting = replace(setting, candidates=catalogue, floor=floor)
     naming = name_effects(setting, start)
-    proof = problem
+    proof = own
     if held_out:
         proof = Problem(tuple(held_out), simulator(held_out), whole(held_out))
-        proof = in_steps(proof, steps)
-    return conclude(setting, naming, proof, bool(held_out), began)
+    found = conclude(setting, naming, in_steps(proof, steps), bool(held_out), began)
+    nearly = bool(naming.named) and naming.final.gap < _NEARLY * setting.least
+    if found.verdict != "unknown" or not nearly or steps is None:
+        return found
+    progress("once more in shorter steps", 0, 1)
+    setting = replace(setting, problem=in_steps(own, 0.5 * steps))
+    polished = setting.polish(naming.calibrated), setting.polish(naming.final)
+    naming = replace(naming, calibrated=polished[0], final=polished[1])
+    found = conclude(setting, naming, in_steps(proof, 0.5 * steps), bool(held_out), began)
+    progress("once more in shorter steps", 1, 1)
+    return found
 
 
 def look_at(problem: Problem) -> Rig:

@@ -109,6 +109,11 @@ class Candidate:
         """Identifier and place."""
         return f"{self.identifier} ({self.where})"
 
+    @property
+    def targets(self) -> frozenset[str]:
+        """Parameters that its terms write."""
+        return frozenset(target for term in self.terms for target in term.targets)
+
 
 @dataclass(frozen=True)
 class Effect:

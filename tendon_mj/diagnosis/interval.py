@@ -29,16 +29,36 @@ _CORRELATION = 0.2  # of unmodelled structure with a slope
 def intervals(problem: Problem, fit: Fit) -> FloatArray:
     """(p, 2) 95 % intervals of a fit's values [the terms' units]; the range where not free."""
     ranges = np.array([[term.low, term.high] for term in fit.terms]).reshape(-1, 2)
-    for k, half in zip(np.flatnonzero(fit.free), half_widths(problem, fit), strict=True):
+    widths = half_widths(problem, fit, fit.free)
+    for k, half in zip(np.flatnonzero(fit.free), widths, strict=True):
         term = fit.terms[k]
         ends = [term.natural(fit.scaled[k] + sign * half) for sign in (-1.0, 1.0)]
         ranges[k] = np.clip(sorted(ends), *sorted(ranges[k]))
     return ranges
 
 
-def half_widths(problem: Problem, fit: Fit) -> FloatArray:
+def beyond_range(problem: Problem, fit: Fit, near: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(p,) which of the terms ``near`` an end of their ranges the data would take beyond it.
+
+    By more than half of the 95 % interval that they would have without the end.
+    """
+    used, freed = problem.chosen, (fit.free | near) & (np.abs(fit.jacobian).max(axis=0) > 0.0)
+    jacobian = fit.jacobian[used][:, freed]
+    step = np.zeros(len(fit.terms))
+    step[freed] = -np.linalg.pinv(jacobian) @ fit.residual[used]
+    half = np.full(len(fit.terms), np.inf)
+    half[freed] = half_widths(problem, fit, freed)
+    low, high = fit.bounds
+    out = np.where(
+        fit.scaled > 0.5 * (low + high), fit.scaled + step - high, low - fit.scaled - step
+    )
+    beyond: NDArray[np.bool_] = near & (out > half)
+    return beyond
+
+
+def half_widths(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArray:
     """(free terms,) half of the 95 % intervals, scaled as the fit saw the terms."""
-    used, free = problem.chosen, fit.free
+    used = problem.chosen
     jacobian, residual = fit.jacobian[used][:, free], fit.residual[used]
     numbers = problem.segments[used]
     names = np.unique(numbers)

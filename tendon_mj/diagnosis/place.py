@@ -60,10 +60,12 @@ def _bound(knobs: tuple[Knob, ...], elements: tuple[str, ...], rig: Rig, scale: 
 
 
 def on_sheaths(*knobs: Knob) -> Binding:
-    """One candidate: all sheaths of the model, which get the same value."""
+    """All sheaths of the model, which get the same value; and each of several by itself."""
 
     def bind(rig: Rig) -> Bound:
-        return _bound(knobs, tuple(rig.elements(knobs[0].parameter)), rig, 1.0)
+        sheaths = tuple(rig.elements(knobs[0].parameter))
+        alone = _each(sheaths, knobs, rig) if len(sheaths) > 1 else []
+        return _bound(knobs, sheaths, rig, 1.0) + alone
 
     return bind
 

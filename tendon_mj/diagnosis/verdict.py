@@ -41,7 +41,8 @@ class Finding:
         where: elements it is on.
         kind: "missing" or "parameter".
         confidence: that it is this one and none of the rivals, 0 … 1.
-        rivals: identifiers that these data can't tell from it.
+        rivals: identifiers of others that these data can't tell from it.
+        elsewhere: elements on which the same effect can't be told from it.
     """
 
     identifier: str
@@ -51,6 +52,7 @@ class Finding:
     kind: str
     confidence: float
     rivals: tuple[str, ...]
+    elsewhere: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -116,9 +118,7 @@ class Diagnosis:
     def indistinguishable(self) -> list[list[str]]:
         """Groups of identifiers that these data can't tell apart."""
         return [
-            list(dict.fromkeys((finding.identifier, *finding.rivals)))
-            for finding in self.findings
-            if any(rival != finding.identifier for rival in finding.rivals)
+            [finding.identifier, *finding.rivals] for finding in self.findings if finding.rivals
         ]
 
     @property
