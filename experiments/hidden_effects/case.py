@@ -89,7 +89,9 @@ def _make(
     folder.mkdir(parents=True, exist_ok=True)
     model = rig.write_model(folder.parent)
     for name, drive, reading in zip(names, [*training, *held_out], readings, strict=True):
-        recording = _recording(plan, rig, model, uncertain, rng, name, drive, reading, noise)
+        bare = record(rig, model, rng, name, drive, reading, noise)
+        stated = {p: rig.side.ranges[n] for n in uncertain for p in rig.side.uncertain[n]}
+        recording = dataclasses.replace(bare, known=_known(plan, rig), uncertain=stated)
         write_recording(recording, folder / name)
     public = json.dumps({"exclude": plan.exclude}) + "\n"
     (folder / "case.json").write_text(public, encoding="utf-8")
@@ -167,17 +169,16 @@ def _find(
     return find(ratio, plan.target, hidden.low, hidden.high, hidden.start)
 
 
-def _recording(
-    plan: Plan,
+def record(
     rig: Rig | JointRig,
     model: str,
-    uncertain: tuple[str, ...],
     rng: np.random.Generator,
     name: str,
     drive: FloatArray,
     reading: FloatArray,
     noise: FloatArray,
 ) -> Recording:
+    """Readings with noise and quantisation, as a recording that knows nothing of its rig."""
     side = rig.side
     columns, measured = {side.drive: drive}, {}
     for (column, sensor), values, sigma in zip(side.sensors.items(), reading, noise, strict=True):
@@ -189,12 +190,10 @@ def _recording(
         name=name,
         model=model,
         source="made by tendon-mj, not measured: experiments/hidden_effects; Apache-2.0",
-        time=excitation.clock()[: len(drive)],
+        time=excitation.clock(len(drive) / rig.rate, rig.rate)[: len(drive)],
         columns=columns,
         drive={side.drive: side.actuator},
         measured=measured,
-        known=_known(plan, rig),
-        uncertain={p: side.ranges[n] for n in uncertain for p in side.uncertain[n]},
     )
 
 

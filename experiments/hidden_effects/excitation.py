@@ -14,9 +14,9 @@ DURATION = 8.0  # of a recording [s]
 LOWEST, HIGHEST = -1.0e-3, 1.3e-3  # ξ_in under a pretension of 20 N [m]: the tendon stays taut
 
 
-def clock(duration: float = DURATION) -> FloatArray:
+def clock(duration: float = DURATION, rate: float = RATE) -> FloatArray:
     """Sampling instants [s]."""
-    return np.round(np.arange(0.0, duration, 1.0 / RATE), 6)
+    return np.round(np.arange(0.0, duration, 1.0 / rate), 6)
 
 
 def triangle(rng: np.random.Generator, time: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.hidden_effects.excitation import clock
+from experiments.hidden_effects.excitation import RATE, clock
 from experiments.hidden_effects.hidden import Hidden, hidden
 from experiments.hidden_effects.side import Side
 from tendon_mj.simulate.joint import Joint, build_joint
@@ -57,6 +57,7 @@ class JointRig:
     friction: float = Joint.friction
     pretension: float = Joint.pretension
     axial_stiffness: float = Joint.axial_stiffness
+    rate: ClassVar[float] = RATE
     damping: float = Joint.damping
     dry_friction: float = 0.0
     stiffness: float = Joint.stiffness

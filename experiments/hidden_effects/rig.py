@@ -42,6 +42,7 @@ class Rig:
         effects: of the transmission.
         reel_scale: tendon wound in per what the drive's column says [-].
         sensors: of a column; those not named are faithful.
+        rate: samples per second.
         warmth: amplitude [m] and period [s] of a sine by which the tendon shrinks unseen.
     """
 
@@ -68,6 +69,7 @@ class Rig:
     effects: Effects = field(default_factory=Effects)
     reel_scale: float = 1.0
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
+    rate: float = RATE
     warmth: tuple[float, float] = (0.0, 1.0)
 
     def run(self, drives: Sequence[FloatArray], fine: bool = True) -> list[FloatArray]:
@@ -79,7 +81,7 @@ class Rig:
         return "bench"
 
     def _run(self, drive: FloatArray, time_step: float) -> FloatArray:
-        bench, sparse = Bench(), np.arange(len(drive)) / RATE
+        bench, sparse = Bench(), np.arange(len(drive)) / self.rate
         dense = np.linspace(0.0, sparse[-1], OVERSAMPLED * (len(sparse) - 1) + 1)
         wound = self.reel_scale * np.interp(dense, sparse, drive)
         height, period = self.warmth
