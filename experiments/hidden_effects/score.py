@@ -6,7 +6,7 @@ import csv
 import json
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,21 +21,21 @@ Row = tuple[str, str, str, int]  # what, wanted, figure, cases
 
 @dataclass(frozen=True, kw_only=True)
 class Score:
-    """What verdicts on a suite are worth.
+    """What verdicts on suites are worth, all together.
 
     Attributes:
-        verdicts: folder that `diagnose_suite` wrote.
-        keys: folder with keys.json.
+        verdicts: folders that `diagnose_suite` wrote.
+        keys: for each of them, the folder with its keys.json.
         out: folder for score.json, score.md, confusion.csv and misses.csv.
     """
 
-    verdicts: Path
-    keys: Path
+    verdicts: tuple[Path, ...]
+    keys: tuple[Path, ...]
     out: Path
 
 
 def judge(verdicts: Path, keys: Path) -> list[Judged]:
-    """Every case that was run, beside its key."""
+    """Every case of a suite that was run, beside its key."""
     cases = json.loads((keys / "keys.json").read_text(encoding="utf-8"))["cases"]
     judged = []
     for name, key in cases.items():
@@ -125,24 +125,34 @@ def confusion(judged: Sequence[Judged]) -> tuple[list[str], dict[str, Counter[st
 
 def score(settings: Score) -> None:
     """Write and print the table, the confusion matrix and the misses."""
-    judged = judge(settings.verdicts, settings.keys)
+    judged = [
+        replace(case, name=f"{verdicts.name}/{case.name}")
+        for verdicts, keys in zip(settings.verdicts, settings.keys, strict=True)
+        for case in judge(verdicts, keys)
+    ]
     settings.out.mkdir(parents=True, exist_ok=True)
     rows, bins = table(judged), confidence(judged)
     columns, matrix = confusion(judged)
     text = _markdown(["what", "wanted", "figure", "cases"], rows)
     text += "\n" + _markdown(["confidence", "cases", "stated", "right"], bins)
     text += "\n" + _markdown(["hidden", *columns], _matrix_rows(columns, matrix))
+    misses = [_miss(j) for j in judged if not _right(j)]
+    text += f"\n{_UNREACHED}\n\n" + _markdown(MISS, misses)
     (settings.out / "score.md").write_text(text, encoding="utf-8")
     figures = {what: {"wanted": w, "figure": f, "cases": n} for what, w, f, n in rows}
     (settings.out / "score.json").write_text(
         json.dumps(figures, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
     )
     _write_csv(settings.out / "confusion.csv", ["hidden", *columns], _matrix_rows(columns, matrix))
-    _write_csv(settings.out / "misses.csv", MISS, [_miss(j) for j in judged if not _right(j)])
+    _write_csv(settings.out / "misses.csv", MISS, misses)
     print(text)
 
 
-MISS = ["case", "kind", "hidden", "target", "noise", "verdict", "effects", "ties", "closed"]
+MISS = [
+    *("case", "kind", "hidden", "target", "reached", "noise"),
+    *("verdict", "effects", "ties", "closed"),
+]
+_UNREACHED = "What went wrong; a strength that was not reached counts nowhere above."
 
 
 def _right(j: Judged) -> bool:
@@ -161,6 +171,7 @@ def _miss(j: Judged) -> list[Any]:
         j.kind,
         "+".join(j.hidden),
         j.key["target"],
+        "yes" if j.key["reached"] else "no",
         j.key["noise"],
         j.verdict,
         "+".join(j.effects),
