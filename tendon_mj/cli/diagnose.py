@@ -134,7 +134,8 @@ def _write_model(diagnosis: Diagnosis, recording: Recording, path: Path) -> Path
         for name, value in fitted.items()
         if value.determined and value.low <= found[name] <= value.high
     }
-    values = {**recording.known, **found}
+    stated = {name: uncertain.value for name, uncertain in recording.uncertain.items()}
+    values = {**recording.known, **stated, **found}
     return patch_model(recording.model, values, path, intervals=intervals)
 
 
@@ -151,7 +152,8 @@ def _say(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> N
     for name, value in {**diagnosis.calibrated, **diagnosis.parameters}.items():
         unit = f" {value.unit}" if value.unit not in ("", "-") else ""
         span = f"{short(value.low)} … {short(value.high)}"
-        sure = f"95 % within {span}" if value.determined else f"at an end of its range {span}"
+        loose = f"at an end of its range {span}" if value.at_end else f"anywhere in {span}"
+        sure = f"95 % within {span}" if value.determined else loose
         console.print(
             f"  {name} = {short(value.value)}{unit}, {sure}; the model said {short(value.before)}",
             soft_wrap=True,

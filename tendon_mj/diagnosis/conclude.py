@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from tendon_mj.diagnosis.locate import locate
 from tendon_mj.diagnosis.name import Named, Naming
 from tendon_mj.diagnosis.numerics import step_error
 from tendon_mj.diagnosis.problem import Problem
+from tendon_mj.diagnosis.sentence import doubt, say
 from tendon_mj.diagnosis.verdict import Diagnosis, Finding, Ranked, Value, Verdict
 
 _CLOSED = 0.985  # of the reducible gap: with less, a name is no explanation
@@ -49,7 +49,8 @@ def conclude(
         fresh = proof.refine(sets[0], rough[0]), proof.refine(sets[1], rough[1])
         added = fresh[1] - rough[1]
     tentative = measure_gap(proof, fresh[0], fresh[1], mask)
-    verdict = _decide(setting, naming, tentative, least_gap(proof, step_error(added[mask])))
+    least = least_gap(proof, step_error(added[mask]))
+    verdict = _decide(setting, naming, tentative, least)
     findings = tuple(_finding(named) for named in naming.named)
     found = verdict in ("named", "parameter")
     model = naming.final if found else naming.calibrated
@@ -57,7 +58,8 @@ def conclude(
     calibrated = _values(setting, model, own=False)
     return Diagnosis(
         verdict=verdict,
-        sentence=_say(verdict, findings, tentative, _beyond(problem, fits[1])) + _doubt(calibrated),
+        sentence=say(verdict, findings, tentative, least, _beyond(problem, fits[1]))
+        + doubt(calibrated),
         findings=findings if found else (),
         closest=() if found else tuple(finding.identifier for finding in findings),
         ranking=_ranking(naming, problem.chosen),
@@ -75,9 +77,10 @@ def conclude(
 
 def _decide(setting: Setting, naming: Naming, proven: Gap, least: float) -> Verdict:
     """The verdict, from what the data that chose nothing say, and what of it is worth a name."""
-    if not naming.named:
-        return "nothing missing" if naming.calibrated.gap <= setting.least else "unknown"
     left = proven.after**2 - proven.noise_floor**2
+    if not naming.named:
+        small = naming.calibrated.gap <= setting.least and left <= least
+        return "nothing missing" if small else "unknown"
     open_still = proven.reducible_closed < _CLOSED and left > least
     if open_still or left > max(_LARGEST, least) or _beyond(setting.problem, naming.final.fit):
         return "unknown"
@@ -133,12 +136,16 @@ def _values(setting: Setting, model: Entrant, own: bool) -> dict[str, Value]:
     for k, term in enumerate(fit.terms):
         if (k >= first) != own:
             continue
-        held = bool(fit.free[k]) and (own or _clear_of_ends(fit.values[k], term))
+        at_end = not own and not _clear_of_ends(fit.values[k], term)
+        narrower = bool(ranges[k][0] > term.low or ranges[k][1] < term.high)
+        held = bool(fit.free[k]) and narrower and not at_end
         span = ranges[k] if held else (term.low, term.high)
         for target in term.targets:
             ends = [term.write(float(end), {**base, **written})[target] for end in span]
             unit = setting.problem.simulate.parameters[target].unit
-            values[target] = Value(written[target], min(ends), max(ends), unit, base[target], held)
+            values[target] = Value(
+                written[target], min(ends), max(ends), unit, base[target], held, at_end
+            )
     return values
 
 
@@ -162,40 +169,3 @@ def _clear_of_ends(value: float, term: Term) -> bool:
     """Whether a calibrated value lies inside its range; the fit never quite reaches an end."""
     margin = _MARGIN * (term.high - term.low)
     return bool(term.low + margin < value < term.high - margin)
-
-
-def _doubt(calibrated: Mapping[str, Value]) -> str:
-    """What to say of uncertain values that the data would take beyond their range."""
-    return "".join(
-        f" {name} stands at an end of its range, {value.low:g} … {value.high:g} {value.unit}: if"
-        " that is not the rig's limit, widen it."
-        for name, value in calibrated.items()
-        if not value.determined
-    )
-
-
-def _say(verdict: Verdict, findings: Sequence[Finding], gap: Gap, beyond: Sequence[str]) -> str:
-    shrank = (
-        f"on data that chose nothing the error goes from {gap.before:.2f} to {gap.after:.2f} times"
-        f" the noise, which closes {gap.reducible_closed:.0%} of what could be closed"
-    )
-    if verdict == "nothing missing":
-        return (
-            f"Nothing is missing: calibrated, the model is off by {gap.before:.2f} times the noise."
-        )
-    names = ", and ".join(
-        f"{finding.name} ({' or '.join((finding.where, *finding.elsewhere))})"
-        + (
-            f" – or {' or '.join(finding.rivals)}, these data can't tell –"
-            if finding.rivals
-            else ""
-        )
-        for finding in findings
-    )
-    if verdict == "unknown":
-        taken = f", and it would take {', '.join(beyond)} beyond its range" if beyond else ""
-        closest = f" The closest is {names}, but {shrank}{taken}." if findings else ""
-        return f"Something is missing that the catalogue does not hold.{closest}"
-    if verdict == "parameter":
-        return f"A parameter was wrong: {names}; {shrank}."
-    return f"Missing: {names}; {shrank}."

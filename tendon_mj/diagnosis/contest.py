@@ -22,7 +22,7 @@ SMALLEST_SHARE = 0.005  # of the gap that the calibrated model left
 SURE = 2.0  # standard errors
 _MOST_FITS = 4
 _TRIALS = 5  # points: a look has led near where a fit ends
-_POLISH = 25  # points
+POLISH = 25  # points: to the end of a fit
 _PROMISING = 0.6  # of what the best candidate explains, to be fitted
 
 
@@ -135,14 +135,14 @@ class Setting:
         """Fit on from where a fit ended, so that nothing is added to mend an early end."""
         fitted = entrant.fit
         return self.enter(
-            fitted.effects, fitted.values, entrant.candidate, near=fitted, trials=_POLISH
+            fitted.effects, fitted.values, entrant.candidate, near=fitted, trials=POLISH
         )
 
     def look_around(self, entrant: Entrant) -> Entrant:
         """Fit again from the best place in the neighbourhood of where a fit ended."""
         fitted = entrant.fit
         start = look_around(self.problem, self.base, fitted, self.report)
-        return self.enter(fitted.effects, start, entrant.candidate, near=fitted, trials=_POLISH)
+        return self.enter(fitted.effects, start, entrant.candidate, near=fitted, trials=POLISH)
 
     def helps(self, before: Entrant, after: Entrant, whole: float) -> bool:
         """Whether the second leaves less, beyond chance, numerics and what is worth a name."""

@@ -19,12 +19,13 @@ import numpy as np
 from tendon_mj.diagnosis.admit import admit, admit_simulation
 from tendon_mj.diagnosis.catalogue import candidates
 from tendon_mj.diagnosis.conclude import conclude
-from tendon_mj.diagnosis.contest import Setting
+from tendon_mj.diagnosis.contest import POLISH, SMALLEST_GAP, Setting
 from tendon_mj.diagnosis.effect import Rig, Term
 from tendon_mj.diagnosis.name import name_effects
 from tendon_mj.diagnosis.numerics import in_steps, searching_steps, step_error
 from tendon_mj.diagnosis.problem import Make, Problem, for_choices, whole
 from tendon_mj.diagnosis.verdict import Diagnosis
+from tendon_mj.errors import UnknownNameError
 from tendon_mj.simulate.progress import Progress, silent
 from tendon_mj.simulate.recording import Recording
 from tendon_mj.simulate.simulator import Simulator
@@ -54,12 +55,16 @@ def diagnose(
         RecordingError: no recording, recordings of different models or descriptions, nothing
             measured, nothing that moves back and forth, the same data for choice and proof, or
             data under which the model as described becomes unstable.
-        UnknownNameError: ``exclude`` names no effect of the catalogue.
+        UnknownNameError: ``exclude`` names no effect of the catalogue, or a recording calls a
+            parameter uncertain that the simulator does not know.
     """
     began = time.perf_counter()
     admit(train, held_out)
     own = Problem(tuple(train), simulator(train), for_choices(train, held_out))
     base = {name: p.value for name, p in own.simulate.parameters.items()}
+    for name in train[0].uncertain:
+        if name not in base:
+            raise UnknownNameError("parameter", name, base)
     admit_simulation(own)
     steps = searching_steps(own)
     problem = in_steps(own, steps)
@@ -78,7 +83,7 @@ def diagnose(
     )
     progress("calibrate", 0, 1)
     setting = Setting(problem, base, calibrated, (), 0.0, progress)
-    start = setting.enter((), [term.inert for term in calibrated])
+    start = setting.enter((), [term.inert for term in calibrated], trials=POLISH)
     progress("calibrate", 1, 1)
     floor = step_error(start.fit.refined[problem.chosen])
     setting = replace(setting, candidates=catalogue, floor=floor)
@@ -87,8 +92,11 @@ def diagnose(
     if held_out:
         proof = Problem(tuple(held_out), simulator(held_out), whole(held_out))
     found = conclude(setting, naming, in_steps(proof, steps), bool(held_out), began)
-    nearly = bool(naming.named) and naming.final.gap < _NEARLY * setting.least
-    if found.verdict != "unknown" or not nearly or steps is None:
+    if steps is None or not naming.named:
+        return found
+    nearly = found.verdict == "unknown" and naming.final.gap < _NEARLY * setting.least
+    coarse = step_error(naming.final.fit.refined[problem.chosen]) > SMALLEST_GAP
+    if not nearly and not (coarse and found.verdict != "unknown"):
         return found
     progress("once more in shorter steps", 0, 1)
     setting = replace(setting, problem=in_steps(own, 0.5 * steps))

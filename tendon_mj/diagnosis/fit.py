@@ -208,17 +208,19 @@ class _Search:
         """Least squares from a point, and what is left where it ends."""
         jacobian = np.zeros((self.problem.chosen.size, 0))
         if self.terms:
+            # SciPy's first step is as long as its variables are large: at least one probe each
+            shift = np.where(np.abs(point) < 1.0, np.copysign(1.0, point) - point, 0.0)
             solution = least_squares(
-                self._used,
-                point,
-                jac=self._slope,
-                bounds=(self.bounds[0], self.bounds[1]),
+                lambda moved: self._used(moved - shift),
+                point + shift,
+                jac=lambda moved: self._slope(moved - shift),
+                bounds=(self.bounds[0] + shift, self.bounds[1] + shift),
                 ftol=tolerance,
                 xtol=tolerance,
                 gtol=None,
                 max_nfev=trials,
             )
-            point = solution.x
+            point = solution.x - shift
             jacobian = next(iter(self._slopes.values()))  # maybe of the last point but one
         rough = self._at(point)
         residual = self.problem.refine(self._parameters(point), rough)

@@ -8,7 +8,8 @@ varies between whole stretches of time (a clustered sandwich estimate):
 
 What the model cannot imitate it still leans on: an error of mean square g that has the correlation
 ρ with a slope shifts the value by ρ √(g m (A⁻¹)_kk). The fit has taken that part out of the
-residual, so it is taken to be as in what remains, with ρ = 0.2.
+residual, so it is taken to be as in what remains, with ρ = 0.2; what halving the simulation's steps
+changes is counted to it. A direction in which several values only trade places has no interval.
 """
 
 from __future__ import annotations
@@ -18,11 +19,14 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from tendon_mj.diagnosis.fit import Fit
+from tendon_mj.diagnosis.numerics import step_error
 from tendon_mj.diagnosis.problem import Problem
 
 FloatArray = NDArray[np.float64]
 
 _LEVEL = 0.95
+_SINGULAR = 1e-5  # eigenvalue of JᵀJ with a unit diagonal
+_TAKES_PART = 0.1  # component of its vector
 _CORRELATION = 0.2  # of unmodelled structure with a slope
 
 
@@ -63,12 +67,22 @@ def half_widths(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArr
     numbers = problem.segments[used]
     names = np.unique(numbers)
     gradients = np.array([jacobian[numbers == b].T @ residual[numbers == b] for b in names])
-    inverse = np.linalg.pinv(jacobian.T @ jacobian)
+    inverse, open_ended = _inverse(jacobian.T @ jacobian)
     clusters = gradients.T @ gradients * names.size / max(names.size - free.sum(), 1)
     alone = np.diag(inverse)
-    remains = max(float(np.mean(residual**2)) - 1.0, 0.0)
+    remains = max(float(np.mean(residual**2)) - 1.0, 0.0) + step_error(fit.refined[used])
     leaning = _CORRELATION**2 * remains * residual.size * alone
     deviation = np.sqrt(np.maximum(np.diag(inverse @ clusters @ inverse), alone) + leaning)
     quantile = stats.t.ppf(0.5 + _LEVEL / 2.0, max(names.size - int(free.sum()), 1))
-    widths: FloatArray = float(quantile) * deviation
+    widths: FloatArray = np.where(open_ended, np.inf, float(quantile) * deviation)
     return widths
+
+
+def _inverse(normal: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """(p, p) inverse of JᵀJ where it has one, and (p,) which terms it leaves open."""
+    scale = 1.0 / np.sqrt(np.diag(normal))
+    values, vectors = np.linalg.eigh(normal * np.outer(scale, scale))
+    held = values > _SINGULAR
+    inverse = (vectors[:, held] / values[held]) @ vectors[:, held].T
+    open_ended = (np.abs(vectors[:, ~held]) > _TAKES_PART).any(axis=1)
+    return inverse * np.outer(scale, scale), open_ended

@@ -64,6 +64,8 @@ def name_effects(setting: Setting, calibrated: Entrant) -> Naming:
     """
     whole = max(calibrated.gap, 0.0)
     model, fields, first = _grow(setting, calibrated, {}, whole)
+    if not model.fit.effects:
+        calibrated = model  # fitted on, where an effect was left out again
     if model.fit.effects and setting.least < model.gap < _HOPELESS * whole:
         around = setting.look_around(model)
         if setting.helps(model, around, whole):
@@ -77,9 +79,14 @@ def name_effects(setting: Setting, calibrated: Entrant) -> Naming:
 def _grow(
     setting: Setting, model: Entrant, known: Mapping[str, list[Entrant]], whole: float
 ) -> _Grown:
-    """Add effects to a model until nothing helps."""
+    """Add effects to a model until nothing helps, or what was added is left out again."""
     fields, first = dict(known), None
+    seen = set[frozenset[str]]()
     while len(model.fit.effects) < _MOST_EFFECTS and model.gap > setting.least:
+        labels = frozenset(effect.label for effect in model.fit.effects)
+        if labels in seen:
+            break
+        seen.add(labels)
         field = setting.rivals(model)
         first, rivals = first or field, list(field.entrants)
         if not rivals or not setting.helps(model, rivals[0], whole):
@@ -111,8 +118,8 @@ def _complexity(candidate: Candidate | None) -> tuple[bool, int]:
 
 
 def _without_idle(setting: Setting, model: Entrant, whole: float) -> Entrant:
-    """Leave out effects that a later one has made idle."""
-    for candidate in model.fit.effects[:-1]:
+    """Leave out effects without which a fit from here does as well."""
+    for candidate in model.fit.effects:
         smaller = setting.without(model, candidate)
         if not setting.helps(smaller, model, whole):
             return _without_idle(setting, smaller, whole)

@@ -11,6 +11,7 @@ from tendon_mj.simulate.recording import Recording
 
 FloatArray = NDArray[np.float64]
 
+_ON_LATTICE = 1e-3  # of the smallest step: so near to a multiple of it is rounded to it
 _GAUSS = 0.6744897501960817  # median |x| of a standard normal variable
 
 
@@ -30,11 +31,16 @@ def estimate_noise(series: ArrayLike) -> float:
     values = np.asarray(series, float)
     steps = np.abs(np.diff(values))
     resolution = float(steps[steps > 0.0].min(initial=math.inf)) if steps.size else math.inf
-    rounding = resolution / math.sqrt(12.0) if math.isfinite(resolution) else 0.0
+    if not math.isfinite(resolution):
+        return 0.0
+    places = (values - values[0]) / resolution
+    multiples = np.unique(np.rint(steps / resolution))
+    rounded = multiples.size > 1 and np.abs(places - np.rint(places)).max() < _ON_LATTICE
+    rounding = resolution / math.sqrt(12.0) if rounded else 0.0
     if values.size < 8:
         return rounding
     spread = float(np.median(np.abs(np.diff(values, 3)))) / _GAUSS / math.sqrt(20.0)
-    return max(spread, min(rounding, 1e-3 * float(np.ptp(values))))
+    return max(spread, rounding)
 
 
 def noise_levels(recording: Recording) -> dict[str, float]:

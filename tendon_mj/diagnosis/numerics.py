@@ -33,7 +33,8 @@ def searching_steps(problem: Problem) -> float | None:
         return 1.0
     tried = in_steps(problem, _LONGEST)
     rough = tried.residuals([{}])[0]
-    added = tried.refine({}, rough) - rough
+    with np.errstate(invalid="ignore"):
+        added = tried.refine({}, rough) - rough
     return _LONGEST if step_error(added) <= _ROUGHEST else 1.0
 
 

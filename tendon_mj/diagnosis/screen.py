@@ -23,6 +23,7 @@ FloatArray = NDArray[np.float64]
 Report = Callable[[str, int, int], None]
 
 _INVISIBLE = 1e-8  # mean square trace, in noise, below which an effect has no place on a model
+_LARGER, _TRIES = 1e3, 3  # a probe that leaves none is enlarged by so much, so often
 _BATCH = 8  # parameter sets that are simulated between two reports
 _KEPT = (0.05, 0.15)  # of what the best explains, to be looked at again
 _LOOKS = ("first look", "second look", "third look")
@@ -68,6 +69,8 @@ def screen(
     best: dict[tuple[str, int], Sight] = {}
     for number, label in enumerate(_LOOKS):
         seen = _look(problem, base, fitted, sights, report, label)
+        if number == 0:
+            seen += _look_harder(problem, base, fitted, sights, seen, report)
         for achieved, _ in seen:
             key = achieved.candidate.label, achieved.attempt
             if key not in best or achieved.explained > best[key].explained:
@@ -78,6 +81,43 @@ def screen(
             sights = [s for s in promised if s.explained > 0.0 and s.explained >= least]
     ranked = sorted(best.values(), key=lambda sight: -sight.explained)
     return [sight for sight in ranked if sight.explained > 0.0]
+
+
+def _look_harder(
+    problem: Problem,
+    base: Mapping[str, float],
+    fitted: Fit,
+    sights: Sequence[Sight],
+    seen: Sequence[tuple[Sight, Sight]],
+    report: Report,
+) -> list[tuple[Sight, Sight]]:
+    """Look again at those that left no trace, with larger probes.
+
+    What is large for a hinge, in N m/rad, is next to nothing for a slide, in N/m.
+    """
+    found: list[tuple[Sight, Sight]] = []
+    for _ in range(_TRIES):
+        traced = {(s.candidate.label, s.attempt) for s, _ in [*seen, *found]}
+        sights = [
+            _enlarged(sight, len(fitted.terms))
+            for sight in sights
+            if (sight.candidate.label, sight.attempt) not in traced
+        ]
+        if not sights:
+            break
+        found += _look(problem, base, fitted, sights, report, _LOOKS[0])
+    return found
+
+
+def _enlarged(sight: Sight, place: int) -> Sight:
+    """The same with a larger probe; ``place`` is that of its strength among the values."""
+    strength, *shape = sight.candidate.terms
+    room = max(strength.high - strength.inert, strength.inert - strength.low)
+    strength = replace(strength, probe=min(_LARGER * strength.probe, room))
+    start = sight.start.copy()
+    start[place] = _near(strength)
+    candidate = replace(sight.candidate, terms=(strength, *shape))
+    return replace(sight, candidate=candidate, start=start)
 
 
 def _near(term: Term) -> float:

@@ -20,8 +20,8 @@ class Value:
         value, low, high: estimate and ends of the interval [unit].
         unit: of all three.
         before: what the model said [unit].
-        determined: whether the data hold it; else it stands at an end of its range, which is then
-            what ``low`` and ``high`` are.
+        determined: whether the data hold it; else ``low`` and ``high`` are its range.
+        at_end: whether it was uncertain, and stands at an end of its range.
     """
 
     value: float
@@ -30,6 +30,7 @@ class Value:
     unit: str
     before: float
     determined: bool = True
+    at_end: bool = False
 
 
 @dataclass(frozen=True)

@@ -116,14 +116,20 @@ class Simulator:
 
     @property
     def joints(self) -> dict[str, bool]:
-        """Hinges and slides that have a name, and whether a driven column acts on them."""
+        """Hinges and slides that have a name, and whether a driven column prescribes their motion.
+
+        A motor's torque or force prescribes none; an actuator with a gain on the joint's place or
+        rate does.
+        """
         names = {
             name.rsplit(".", 1)[0] for name, p in self._parameters.items() if p.kind == "joint"
         }
         on_joint = (mujoco.mjtTrn.mjTRN_JOINT.value, mujoco.mjtTrn.mjTRN_JOINTINPARENT.value)
         actuators = [self.model.actuator(channel.name) for channel in self.inputs.values()]
         driven = {
-            self.model.joint(int(a.trnid[0])).name for a in actuators if a.trntype[0] in on_joint
+            self.model.joint(int(a.trnid[0])).name
+            for a in actuators
+            if a.trntype[0] in on_joint and a.biasprm[1:3].any()
         }
         return {name: name in driven for name in sorted(names)}
 

@@ -8,7 +8,7 @@ import pytest
 from tendon_mj.diagnosis.effect import Term
 from tendon_mj.diagnosis.fit import Fit
 from tendon_mj.diagnosis.held_out import leave_out
-from tendon_mj.diagnosis.interval import intervals
+from tendon_mj.diagnosis.interval import beyond_range, intervals
 from tendon_mj.diagnosis.noise import estimate_noise
 from tendon_mj.diagnosis.problem import Problem, whole
 from tests.diagnosis.toy import Toy, recording
@@ -83,3 +83,18 @@ def test_intervals_cover_though_residuals_are_correlated(correlated: bool) -> No
         low, high = intervals(data, linear(data, jacobian, noise))[0]
         covered += low <= 0.0 <= high  # the truth
     assert 180 <= covered <= 200
+
+
+@pytest.mark.parametrize(("pull", "beyond"), [(0.5, True), (0.001, False), (-0.5, False)])
+def test_a_term_that_the_data_pull_past_its_end_is_told(pull: float, beyond: bool) -> None:
+    data = problem()
+    random = np.random.default_rng(4)
+    size = data.segments.size
+    jacobian, noise = random.normal(size=(size, 2)), random.normal(size=size)
+    at_end = np.array([50.0, 0.0])
+    bounds = np.array([[-50.0, -50.0], [50.0, 50.0]])
+    left = noise - pull * jacobian[:, 0]
+    stuck = Fit((TERM, SLOPE), (), at_end, left, np.zeros(size), jacobian, at_end, bounds)
+    near = np.array([True, False])
+    assert list(beyond_range(data, stuck, near)) == [beyond, False]
+    assert not beyond_range(data, stuck, ~near).any()
