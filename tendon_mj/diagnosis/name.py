@@ -13,6 +13,8 @@ from tendon_mj.diagnosis.effect import Candidate
 
 _MOST_EFFECTS = 3
 _HOPELESS = 0.4  # of the gap: when more than this remains, no exchange makes it a name
+_NEAR = 0.1  # of the gap: when less than this remains, another way there may lead to the end
+_TURNS = 2
 _IN_PLACE = 0.8  # of what the best explains, to be fitted in the place of another
 
 
@@ -49,11 +51,19 @@ class Naming:
 
 
 class _Grown(NamedTuple):
-    """A model, for every effect of it against whom it was chosen, and the field of the first."""
+    """A model, and how it came about.
+
+    Attributes:
+        model: the last one.
+        fields: for every effect against whom it was chosen.
+        first: all candidates for the first.
+        turns: at every addition who could have been chosen, the one that left least first.
+    """
 
     model: Entrant
     fields: dict[str, list[Entrant]]
     first: Field | None
+    turns: list[list[Entrant]]
 
 
 def name_effects(setting: Setting, calibrated: Entrant) -> Naming:
@@ -63,13 +73,15 @@ def name_effects(setting: Setting, calibrated: Entrant) -> Naming:
     other candidate is tried in the place of each: an early choice may have imitated two effects.
     """
     whole = max(calibrated.gap, 0.0)
-    model, fields, first = _grow(setting, calibrated, {}, whole)
+    model, fields, first, turns = _grow(setting, calibrated, {}, whole)
     if not model.fit.effects:
         calibrated = model  # fitted on, where an effect was left out again
     if model.fit.effects and setting.least < model.gap < _HOPELESS * whole:
         around = setting.look_around(model)
         if setting.helps(model, around, whole):
-            model, fields, _ = _grow(setting, around, _with(fields, around), whole)
+            model, fields, *_ = _grow(setting, around, _with(fields, around), whole)
+    if setting.least < model.gap < _NEAR * whole:
+        model, fields = _turn_back(setting, model, fields, turns, whole)
     if len(model.fit.effects) > 1 and model.gap < _HOPELESS * whole:
         model, fields = _exchange(setting, model, fields)
     named = [_judge(candidate, model, fields[candidate.label]) for candidate in model.fit.effects]
@@ -80,7 +92,7 @@ def _grow(
     setting: Setting, model: Entrant, known: Mapping[str, list[Entrant]], whole: float
 ) -> _Grown:
     """Add effects to a model until nothing helps, or what was added is left out again."""
-    fields, first = dict(known), None
+    fields, first, turns = dict(known), None, list[list[Entrant]]()
     seen = set[frozenset[str]]()
     while len(model.fit.effects) < _MOST_EFFECTS and model.gap > setting.least:
         labels = frozenset(effect.label for effect in model.fit.effects)
@@ -91,12 +103,35 @@ def _grow(
         first, rivals = first or field, list(field.entrants)
         if not rivals or not setting.helps(model, rivals[0], whole):
             break
+        turns.append(rivals)
         chosen = setting.polish(_simplest(rivals))
         assert chosen.candidate is not None
         fields[chosen.candidate.label] = rivals
         fields = _with(fields, chosen)
         model = _without_idle(setting, chosen, whole)
-    return _Grown(model, fields, first)
+    return _Grown(model, fields, first, turns)
+
+
+def _turn_back(
+    setting: Setting,
+    model: Entrant,
+    fields: Mapping[str, list[Entrant]],
+    turns: Sequence[list[Entrant]],
+    whole: float,
+) -> tuple[Entrant, dict[str, list[Entrant]]]:
+    """Take the second best at one of the turns, where the best led near and not to the end."""
+    best, its = model, dict(fields)
+    for turn in range(min(len(turns), _TURNS) - 1, -1, -1):
+        rivals = turns[turn]
+        if len(rivals) < 2 or best.gap <= setting.least:
+            continue
+        other = rivals[1]
+        assert other.candidate is not None
+        known = {**fields, other.candidate.label: rivals}
+        grown = _grow(setting, setting.polish(other), known, whole)
+        if setting.helps(best, grown.model, whole):
+            best, its = grown.model, grown.fields
+    return best, its
 
 
 def _with(fields: Mapping[str, list[Entrant]], better: Entrant) -> dict[str, list[Entrant]]:

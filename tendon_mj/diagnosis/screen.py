@@ -14,6 +14,8 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import cholesky, solve_triangular
+from scipy.optimize import lsq_linear
 
 from tendon_mj.diagnosis.effect import Candidate, Term
 from tendon_mj.diagnosis.fit import Fit, write
@@ -135,7 +137,7 @@ def _look(
 ) -> list[tuple[Sight, Sight]]:
     """What each explains where it stands, and where it would explain most."""
     used = problem.chosen
-    residual, slopes = fitted.residual[used], fitted.jacobian[used] * fitted.free
+    residual, slopes = fitted.residual[used], fitted.jacobian[used]
     seen = []
     for k in range(0, len(sights), _BATCH):
         report(label, k, len(sights))
@@ -161,18 +163,24 @@ def _weigh(
         return []
     achieved = replace(sight, explained=float(residual @ residual - row @ row) / row.size)
     matrix = np.column_stack([slopes, trace])
-    normal = matrix.T @ matrix
-    normal += 1e-9 * np.diag(np.diag(normal)) + 1e-12 * np.eye(count + 1)
-    share = -np.linalg.solve(normal, matrix.T @ residual)[-1]
-    best = float(np.clip(strength.inert + share * tried, strength.low, strength.high))
-    moved = residual + (best - strength.inert) / tried * trace
-    shift = -np.linalg.solve(normal[:-1, :-1], slopes.T @ moved) if count else np.zeros(0)
-    at = np.clip(fitted.scaled + shift, *fitted.bounds)
-    left = moved + slopes @ (at - fitted.scaled)
-    values = [t.natural(z) for t, z in zip(terms, at, strict=True)]
+    shares = sorted((end - strength.inert) / tried for end in (strength.low, strength.high))
+    room = np.column_stack([fitted.bounds - fitted.scaled, shares])
+    step = _least(matrix, residual, room)
+    left = residual + matrix @ step
+    values = [t.natural(z) for t, z in zip(terms, fitted.scaled + step[:-1], strict=True)]
     promise = replace(
         sight,
-        start=np.array([*values, best, *sight.start[count + 1 :]]),
+        start=np.array([*values, strength.inert + step[-1] * tried, *sight.start[count + 1 :]]),
         explained=float(residual @ residual - left @ left) / row.size,
     )
     return [(achieved, promise)]
+
+
+def _least(matrix: FloatArray, residual: FloatArray, room: FloatArray) -> FloatArray:
+    """(p,) step that makes |r + M x| least within ``room`` (2, p)."""
+    normal = matrix.T @ matrix
+    normal += 1e-9 * np.diag(np.diag(normal)) + 1e-12 * np.eye(len(normal))
+    factor = cholesky(normal)  # as small as p, and as good as all samples
+    aim = solve_triangular(factor, -matrix.T @ residual, trans="T")
+    step: FloatArray = lsq_linear(factor, aim, (room[0], room[1])).x
+    return step
