@@ -34,11 +34,11 @@ def admit(train: Sequence[Recording], held_out: Sequence[Recording]) -> None:
                     f"{where}: its {name} {_plain(mine)!r} differs from {_plain(theirs)!r} of"
                     f" {first.name!r}; recordings that are diagnosed together are of one rig"
                 )
+        motion(recording)
         if recording.time.size < _FEWEST:
             raise RecordingError(
                 f"{where}: {recording.time.size} samples; a diagnosis needs {_FEWEST} or more"
             )
-        motion(recording)
         for column in recording.measured:
             if np.ptp(recording.columns[column]) == 0.0:
                 raise RecordingError(

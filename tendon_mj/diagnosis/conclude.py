@@ -15,7 +15,7 @@ from tendon_mj.diagnosis.gap import Gap, measure_gap
 from tendon_mj.diagnosis.interval import beyond_range, intervals
 from tendon_mj.diagnosis.locate import locate
 from tendon_mj.diagnosis.name import Named, Naming
-from tendon_mj.diagnosis.numerics import step_error
+from tendon_mj.diagnosis.numerics import in_steps, step_error
 from tendon_mj.diagnosis.problem import Problem
 from tendon_mj.diagnosis.sentence import doubt, say
 from tendon_mj.diagnosis.verdict import Diagnosis, Finding, Ranked, Value, Verdict
@@ -27,50 +27,61 @@ _MARGIN = 0.01  # of its range: nearer to an end a calibrated value is held by i
 
 
 def conclude(
-    setting: Setting, naming: Naming, proof: Problem, held_out: bool, began: float
+    setting: Setting,
+    naming: Naming,
+    own: Problem,
+    proof: Problem,
+    steps: float | None,
+    began: float,
 ) -> Diagnosis:
     """Prove what was named, decide, and put it into words.
 
+    What decides is refined; what is stated is what anyone finds who replays the models.
+
     Args:
         setting, naming: the data, and the models that came of them.
-        proof: recordings that no choice has seen; the same problem where only tails were kept.
-        held_out: whether ``proof`` is of other recordings.
+        own: the same data in the model's own steps.
+        proof: recordings that no choice has seen, likewise; ``own`` where only tails were kept.
+        steps: in which the setting's problem is searched, see `in_steps`.
         began: when the diagnosis did (`time.perf_counter`) [s].
     """
-    problem, base = setting.problem, setting.base
-    mask = np.ones(proof.chosen.size, bool) if held_out else ~problem.chosen
-
+    problem, base, held_out = setting.problem, setting.base, proof is not own
+    mask = np.ones(proof.chosen.size, bool) if held_out else ~own.chosen
     fits = naming.calibrated.fit, naming.final.fit
-    seen = fits[0].residual, fits[1].residual
-    fresh, added = seen, fits[1].refined
+    sets = [fitted.parameters(base) for fitted in fits]
+
+    judged, fresh, added = problem, (fits[0].residual, fits[1].residual), fits[1].refined
     if held_out:
-        sets = [f.parameters(base) for f in fits]
-        rough = proof.residuals(sets)
-        fresh = proof.refine(sets[0], rough[0]), proof.refine(sets[1], rough[1])
+        judged = in_steps(proof, steps)
+        rough = judged.residuals(sets)
+        fresh = judged.refine(sets[0], rough[0]), judged.refine(sets[1], rough[1])
         added = fresh[1] - rough[1]
-    tentative = measure_gap(proof, fresh[0], fresh[1], mask)
-    least = least_gap(proof, step_error(added[mask]))
-    verdict = _decide(setting, naming, tentative, least)
+    least = least_gap(judged, step_error(added[mask]))
+    verdict = _decide(setting, naming, measure_gap(judged, fresh[0], fresh[1], mask), least)
+
     findings = tuple(_finding(named) for named in naming.named)
     found = verdict in ("named", "parameter")
     model = naming.final if found else naming.calibrated
     after = 1 if found else 0
     calibrated = _values(setting, model, own=False)
+    seen = own.residuals(sets)
+    unseen = proof.residuals(sets) if held_out else seen
+    proven = measure_gap(proof, unseen[0], unseen[1], mask)
     return Diagnosis(
         verdict=verdict,
-        sentence=say(verdict, findings, tentative, least, _beyond(problem, fits[1]))
+        sentence=say(verdict, findings, proven, least, _beyond(problem, fits[1]))
         + doubt(calibrated),
         findings=findings if found else (),
         closest=() if found else tuple(finding.identifier for finding in findings),
         ranking=_ranking(naming, problem.chosen),
         calibrated=calibrated,
         parameters=_values(setting, model, own=True),
-        train=measure_gap(problem, seen[0], seen[after], problem.chosen),
-        held_out=measure_gap(proof, fresh[0], fresh[after], mask),
-        located=locate(problem, naming.calibrated.fit.residual),
-        remaining=locate(problem, model.fit.residual),
-        before={**base, **naming.calibrated.fit.parameters(base)},
-        model={**base, **model.fit.parameters(base)},
+        train=measure_gap(own, seen[0], seen[after], own.chosen),
+        held_out=measure_gap(proof, unseen[0], unseen[after], mask),
+        located=locate(own, seen[0]),
+        remaining=locate(own, seen[after]),
+        before={**base, **sets[0]},
+        model={**base, **sets[after]},
         seconds=time.perf_counter() - began,
     )
 

@@ -88,10 +88,8 @@ def diagnose(
     floor = step_error(start.fit.refined[problem.chosen])
     setting = replace(setting, candidates=catalogue, floor=floor)
     naming = name_effects(setting, start)
-    proof = own
-    if held_out:
-        proof = Problem(tuple(held_out), simulator(held_out), whole(held_out))
-    found = conclude(setting, naming, in_steps(proof, steps), bool(held_out), began)
+    proof = Problem(tuple(held_out), simulator(held_out), whole(held_out)) if held_out else own
+    found = conclude(setting, naming, own, proof, steps, began)
     if steps is None or not naming.named:
         return found
     nearly = found.verdict == "unknown" and naming.final.gap < _NEARLY * setting.least
@@ -102,7 +100,7 @@ def diagnose(
     setting = replace(setting, problem=in_steps(own, 0.5 * steps))
     polished = setting.polish(naming.calibrated), setting.polish(naming.final)
     naming = replace(naming, calibrated=polished[0], final=polished[1])
-    found = conclude(setting, naming, in_steps(proof, 0.5 * steps), bool(held_out), began)
+    found = conclude(setting, naming, own, proof, 0.5 * steps, began)
     progress("once more in shorter steps", 1, 1)
     return found
 
