@@ -1,12 +1,14 @@
 """`tendon-mj diagnose` on short recordings: what it writes, and what it refuses."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
 
+from tendon_mj.attach import Parameters
 from tendon_mj.cli import main
 from tendon_mj.diagnosis import CATALOGUE
 from tendon_mj.simulate.recording import Measured, Recording, Uncertain, read_recording
@@ -98,6 +100,19 @@ def test_the_model_that_is_written_has_what_was_found(rig, found):
     after = read_recording(out / "0_b_1_after")
     column = "output_tension_N"
     np.testing.assert_allclose(again.columns[column], after.columns[column], atol=1e-9)
+
+
+def test_an_uncertain_number_without_a_range_is_in_the_model(rig, tmp_path):
+    train, held_out = rig[0.0]
+    fixed = []
+    for path in (train, held_out):
+        made = read_recording(path)
+        fixed.append(replace(made, uncertain={"sheath.friction": Uncertain(0.2, 0.2, 0.2)}))
+    paths = [str(write(made, tmp_path / f"{k}.csv")) for k, made in enumerate(fixed)]
+    arguments = ["diagnose", paths[0], "--hold-out", paths[1], "--out", str(tmp_path / "out")]
+    assert main([*arguments, "--no-sysid", "--exclude", *OTHERS]) == 0
+    patched = mujoco.MjModel.from_xml_path(str(tmp_path / "out" / "model.xml"))
+    assert Parameters(patched, mujoco.MjData(patched))["sheath.friction"] == 0.2
 
 
 def test_where_nothing_is_missing_it_says_so(rig, tmp_path, capsys):

@@ -8,11 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_mj.diagnosis import diagnose
+from tendon_mj.diagnosis import CATALOGUE, Finding, diagnose
+from tendon_mj.diagnosis.gap import Gap
 from tendon_mj.diagnosis.regimes import regimes
+from tendon_mj.diagnosis.sentence import say
 from tendon_mj.errors import RecordingError, UnknownNameError
-from tendon_mj.simulate.recording import Recording
-from tests.diagnosis.toy import FloatArray, Toy, recording, rig
+from tendon_mj.simulate.recording import Measured, Recording, Uncertain
+from tendon_mj.simulate.simulator import Simulator
+from tests.diagnosis.toy import COLUMNS, NOISE, FloatArray, Toy, recording, rig
+
+JOINTS = ("joint_stiffness", "joint_damping", "joint_friction")
 
 EFFECTS = {
     "constant_friction": {"sheath.constant_friction": 1.0},
@@ -43,6 +48,81 @@ def test_where_nothing_is_hidden_nothing_is_named(seed: int) -> None:
     found = diagnose(train, held_out, Toy)
     assert found.verdict == "nothing missing"
     assert found.effects == []
+
+
+@pytest.mark.parametrize("guess", [0.05, 0.0500001, 0.149, 0.4])
+def test_calibration_leaves_the_guess_wherever_it_is(guess: float) -> None:
+    train, held_out = (
+        [replace(r, uncertain={"sheath.friction": Uncertain(guess, 0.05, 0.4)}) for r in made]
+        for made in rig(2, {"sheath.friction": 0.3})
+    )
+    found = diagnose(train, held_out, Toy)
+    assert found.verdict == "nothing missing"
+    assert found.calibrated["sheath.friction"].value == pytest.approx(0.3, abs=2e-3)
+
+
+def test_what_only_the_held_out_data_show_is_not_nothing() -> None:
+    train, _ = rig(1, {})
+    _, held_out = rig(1, {"sheath.constant_friction": 1.0})
+    found = diagnose(train, held_out, Toy)
+    assert found.verdict == "unknown"
+    assert "On data that chose nothing the model is off by" in found.sentence
+
+
+def test_an_effect_and_a_wrong_number_are_not_called_the_same() -> None:
+    said = say(
+        "named",
+        [
+            Finding("backlash", "play", "", "sheath", "missing", 1.0, ()),
+            Finding("friction", "friction", "", "sheath", "parameter", 1.0, ("bend_angle",)),
+        ],
+        Gap(5.0, 1.0, 1.0, {}),
+        0.2,
+        [],
+    )
+    assert said.startswith("Missing: play (sheath); a parameter was wrong: friction (sheath) – or")
+
+
+def test_noise_that_is_said_too_large_is_told() -> None:
+    train, held_out = rig(1, {})
+    loud = [
+        replace(r, measured={c: Measured(m.sensor, 1.0) for c, m in r.measured.items()})
+        for r in (*train, *held_out)
+    ]
+    assert "State it in [measured]" in diagnose(loud[:3], loud[3:], Toy).sentence
+
+
+def test_what_the_simulator_does_not_know_cannot_be_uncertain() -> None:
+    train, held_out = (
+        [replace(r, uncertain={"sheath.fricton": Uncertain(0.1, 0.0, 0.4)}) for r in made]
+        for made in rig(1, {})
+    )
+    with pytest.raises(UnknownNameError, match=r"did you mean 'sheath\.friction'"):
+        diagnose(train, held_out, Toy)
+
+
+def test_what_is_next_to_nothing_for_a_slide_is_looked_at_with_a_larger_probe() -> None:
+    random = np.random.default_rng(0)
+    time = np.arange(0.0, 4.0, 0.01)
+    made = []
+    for k, rate in enumerate((0.5, 1.7, 1.1)):
+        place = 1e-3 * np.sin(2.0 * np.pi * rate * time)
+        columns = {"input_displacement_m": place, **dict.fromkeys(COLUMNS, 0.0 * time)}
+        blank = Recording(
+            name=f"r{k}",
+            model="bench",
+            source="made",
+            time=time,
+            columns=columns,
+            drive={"input_displacement_m": "reel"},
+            measured={c: Measured(s, NOISE) for c, s in COLUMNS.items()},
+        )
+        (series,) = Simulator([blank])([{"environment.stiffness": 1.2e4}])[0]
+        noisy = {c: s + random.normal(0.0, NOISE, s.size) for c, s in series.items()}
+        made.append(replace(blank, columns=columns | noisy))
+    found = diagnose(made[:2], made[2:], exclude=[e for e in CATALOGUE if e not in JOINTS])
+    assert found.effects == ["joint_stiffness"]
+    assert found.parameters["environment.stiffness"].value == pytest.approx(1.2e4, rel=0.01)
 
 
 def test_two_effects_are_both_named() -> None:

@@ -44,6 +44,16 @@ def test_noise_of_a_quantised_series_is_at_least_its_rounding() -> None:
     assert estimate_noise(series) >= 0.9 * 1e-3 / np.sqrt(12.0)
 
 
+def test_noise_of_a_coarsely_quantised_series_is_its_rounding() -> None:
+    series = np.round(20.0 * np.sin(np.linspace(0.0, 60.0, 2000)) / 5.0) * 5.0
+    assert estimate_noise(series) == pytest.approx(5.0 / np.sqrt(12.0))
+
+
+def test_even_steps_are_no_rounding() -> None:
+    triangle = np.concatenate([np.arange(0.0, 1.0, 0.01), np.arange(1.0, 0.0, -0.01)])
+    assert estimate_noise(triangle) < 1e-9
+
+
 def test_leaving_out_without_refitting_is_refitting() -> None:
     data = problem()
     random = np.random.default_rng(1)
@@ -98,3 +108,13 @@ def test_a_term_that_the_data_pull_past_its_end_is_told(pull: float, beyond: boo
     near = np.array([True, False])
     assert list(beyond_range(data, stuck, near)) == [beyond, False]
     assert not beyond_range(data, stuck, ~near).any()
+
+
+def test_values_that_only_trade_places_have_no_interval() -> None:
+    data = problem()
+    random = np.random.default_rng(6)
+    size = data.segments.size
+    column = random.normal(size=size)
+    both = np.column_stack([column, 1.001 * column])
+    ranges = intervals(data, linear(data, both, random.normal(size=size)))
+    assert ranges.tolist() == [[-50.0, 50.0], [-50.0, 50.0]]

@@ -231,6 +231,26 @@ def test_it_names_what_the_model_has_and_what_the_recordings_use():
     assert Simulator([joint_recording()]).joints == {"joint": False, "spool": True}
 
 
+@pytest.mark.parametrize(("actuator", "prescribed"), [("motor", False), ("position", True)])
+def test_a_motor_prescribes_no_motion(actuator, prescribed):
+    model = mujoco.MjModel.from_xml_string(
+        "<mujoco><worldbody><body><joint name='hinge'/><geom size='0.1'/></body></worldbody>"
+        f"<actuator><{actuator} name='drive' joint='hinge'/></actuator>"
+        "<sensor><jointpos name='angle' joint='hinge'/></sensor></mujoco>"
+    )
+    time = np.arange(0.0, 0.2, 0.01)
+    recording = Recording(
+        name="turn",
+        model="hinge",
+        source="made up",
+        time=time,
+        columns={"drive_m": 0.0 * time, "angle_rad": 0.0 * time},
+        drive={"drive_m": "drive"},
+        measured={"angle_rad": Measured("angle")},
+    )
+    assert Simulator([recording], model).joints == {"hinge": prescribed}
+
+
 @pytest.mark.parametrize("name", ["bench", "joint", "finger"])
 def test_every_live_parameter_has_a_unit(name):
     model = load_model(name)
