@@ -113,7 +113,7 @@ class Setting:
         tried = _promising(sights, share)
         entrants = []
         for k, sight in enumerate(tried):
-            self.report(f"fit {sight.candidate.identifier}", k, len(tried))
+            self.report("fit", k, len(tried))
             effects = (*model.fit.effects, sight.candidate)
             entrants.append(self.enter(effects, sight.start, sight.candidate, near=model.fit))
         if tried:
