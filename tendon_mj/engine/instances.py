@@ -39,6 +39,14 @@ def sheaths(model: mujoco.MjModel) -> dict[str, Instance]:
     }
 
 
+def sensor_kind(model: mujoco.MjModel, sensor: int) -> str:
+    """What a sensor of a sheath shows, one of `KINDS`; empty for a sensor that is none of ours."""
+    instance = int(model.sensor_plugin[sensor])
+    if instance not in (k for k, _ in _instances(model, NAME)):
+        return ""
+    return _config(model, instance, "sensor")
+
+
 def servos(model: mujoco.MjModel) -> dict[str, Instance]:
     """Every servo of a model by name; an unnamed one goes by its actuator's name."""
     named = {}

@@ -13,6 +13,7 @@ from tendon_mj.simulate.recording import Recording
 from tendon_mj.simulate.replay_clock import make_clock
 from tendon_mj.simulate.replay_parameters import Adjustable
 from tendon_mj.simulate.replay_readout import Readout
+from tendon_mj.simulate.replay_units import column_unit, name_in, reading_unit
 
 _MOST_STEPS = 20_000_000  # some minutes
 
@@ -132,6 +133,12 @@ def _sensor_addresses(recording: Recording, model: mujoco.MjModel) -> dict[str, 
             raise RecordingError(
                 f"recording {recording.name!r}, [measured] {column!r}: sensor {measured.sensor!r}"
                 f" reads {model.sensor_dim[sensor]} numbers, and a column is one"
+            )
+        unit = reading_unit(model, sensor)
+        if unit != column_unit(column) and name_in(unit, column):
+            raise RecordingError(
+                f"recording {recording.name!r}, [measured] {column!r}: sensor {measured.sensor!r}"
+                f" reads [{unit}]; the column would be {name_in(unit, column)!r}"
             )
         found[column] = (sensor, int(model.sensor_adr[sensor]))
     return found

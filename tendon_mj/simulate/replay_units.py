@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
-from tendon_mj.engine import GAINS
+import mujoco
+
+from tendon_mj.engine import GAINS, KINDS, sensor_kind
 from tendon_mj.sheath.law import RANGES
 from tendon_mj.simulate.recording_table import UNITS
 
@@ -18,6 +20,17 @@ JOINT: Final[dict[str, tuple[str, str]]] = {
     "frictionloss": ("N m", "N"),
     "armature": ("kg m²", "kg"),
     "springref": ("rad", "m"),
+}
+# sensor -> the same of what it reads
+_OF_JOINT: Final = {
+    mujoco.mjtSensor.mjSENS_JOINTPOS: ("rad", "m"),
+    mujoco.mjtSensor.mjSENS_JOINTVEL: ("rad/s", "m/s"),
+    mujoco.mjtSensor.mjSENS_JOINTACTFRC: ("N m", "N"),
+}
+_OF_TENDON: Final = {  # through sites; one of joints is in whatever its coefficients say
+    mujoco.mjtSensor.mjSENS_TENDONPOS: "m",
+    mujoco.mjtSensor.mjSENS_TENDONVEL: "m/s",
+    mujoco.mjtSensor.mjSENS_TENDONACTFRC: "N",
 }
 # parameters of a sheath that say how it is attached, and the effects it can be given
 _SHEATH = {
@@ -44,6 +57,29 @@ def column_unit(column: str) -> str:
     suffix = max((unit for unit in UNITS if column.endswith(unit)), key=len, default="")
     unit = suffix.removeprefix("_")
     return _WRITTEN.get(unit, unit)
+
+
+def reading_unit(model: mujoco.MjModel, sensor: int) -> str:
+    """The unit of what a sensor reads; ``UNKNOWN`` where its kind does not say."""
+    kind = sensor_kind(model, sensor)
+    if kind:
+        return KINDS[kind][1]
+    seen, now = int(model.sensor_objid[sensor]), mujoco.mjtSensor(int(model.sensor_type[sensor]))
+    if now in _OF_JOINT:
+        return _OF_JOINT[now][int(model.jnt_type[seen] == mujoco.mjtJoint.mjJNT_SLIDE.value)]
+    if now in _OF_TENDON:
+        first = model.wrap_type[model.tendon_adr[seen]]
+        return UNKNOWN if first == mujoco.mjtWrap.mjWRAP_JOINT.value else _OF_TENDON[now]
+    return "N" if now == mujoco.mjtSensor.mjSENS_TOUCH else UNKNOWN
+
+
+def name_in(unit: str, column: str) -> str:
+    """A column's name as it would be in another unit; empty where names have no such unit."""
+    endings = {column_unit(ending): ending for ending in UNITS}
+    if unit not in endings:
+        return ""
+    own = max((ending for ending in UNITS if column.endswith(ending)), key=len, default="")
+    return column.removesuffix(own) + endings[unit]
 
 
 def live_unit(parameter: str) -> str:

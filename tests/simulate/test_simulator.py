@@ -267,3 +267,20 @@ def test_anything_of_its_shape_can_stand_in_for_it():
 
     stand_in: Simulates = Line()
     assert stand_in([{"line.slope": 2.0}])[0][0]["force_N"][0] == 2.0
+
+
+def test_a_column_in_another_unit_than_its_sensor_is_refused():
+    right = joint_recording()
+    columns = {**right.columns, "joint_m": right.columns["joint_rad"]}
+    wrong = dataclasses.replace(
+        right, columns=columns, measured={"joint_m": Measured("joint_angle")}
+    )
+    with pytest.raises(RecordingError, match=r"reads \[rad\]; .* 'joint_rad'"):
+        Simulator([wrong])
+    tension = dataclasses.replace(
+        bench_recording(),
+        columns={**bench_recording().columns, "input_tension_m": np.zeros(100)},
+        measured={"input_tension_m": Measured("input_tension")},
+    )
+    with pytest.raises(RecordingError, match=r"reads \[N\]; .* 'input_tension_N'"):
+        Simulator([tension])
