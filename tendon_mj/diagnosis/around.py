@@ -1,7 +1,9 @@
 """Out of local minima: where a sheath breaks loose a moment later, the response is another one.
 
-With stick and slip the misfit has many small valleys, and least squares ends in the one where it
-began. Differential evolution (SciPy's) looks at the whole neighbourhood, without slopes.
+With stick and slip the squares of the misfit have many small valleys, and least squares ends in the
+one where it began. The few samples between one slip and the other are most of such squares; a
+logarithm of them (Cauchy's loss) counts them for little, and what it leaves has one wide valley.
+Differential evolution (SciPy's) finds its bottom, without slopes.
 """
 
 from __future__ import annotations
@@ -11,8 +13,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
+from scipy.stats import qmc
 
-from tendon_mj.diagnosis.fit import Fit
+from tendon_mj.diagnosis.fit import Fit, natural
 from tendon_mj.diagnosis.interval import half_widths
 from tendon_mj.diagnosis.problem import Problem
 from tendon_mj.diagnosis.screen import Report
@@ -20,41 +23,49 @@ from tendon_mj.diagnosis.screen import Report
 FloatArray = NDArray[np.float64]
 
 _WIDE = 4.0  # half intervals to either side
-_GENERATIONS = 8
-_FEWEST, _EACH = 16, 4  # points of a generation: at least, and for every term
+_SLIP = 3.0  # residual [noise] from which it counts for less
+_GENERATIONS = 9
+_EACH = 6  # points of a generation, for every term
 
 
 def look_around(
-    problem: Problem, base: Mapping[str, float], fitted: Fit, report: Report
+    problem: Problem, base: Mapping[str, float], fitted: Fit, widely: slice, report: Report
 ) -> FloatArray:
     """(p,) values of a fit's terms from where another fit may end lower.
 
     Always the same ones for the same data.
+
+    Args:
+        problem, base: the data, and the parameters that the model has.
+        fitted: where the search is; the neighbourhood of the terms is searched.
+        widely: terms of which the whole range is.
+        report: called with a label, how many generations are done, and of how many.
     """
-    free, used = fitted.free, problem.chosen
-    half, random = half_widths(problem, fitted, free), np.random.default_rng(0)
-    centre = fitted.scaled[free]
-    low = np.maximum(centre - _WIDE * half, fitted.bounds[0][free])
-    high = np.minimum(centre + _WIDE * half, fitted.bounds[1][free])
+    free, used = fitted.free.copy(), problem.chosen
+    half = np.full(free.size, np.inf)
+    half[free] = half_widths(problem, fitted, free)
+    free[widely], half[widely] = True, np.inf
+    low = np.maximum(fitted.scaled - _WIDE * half, fitted.bounds[0])[free]
+    high = np.minimum(fitted.scaled + _WIDE * half, fitted.bounds[1])[free]
     generation = 0
 
-    def natural(point: FloatArray) -> FloatArray:
+    def values(point: FloatArray) -> FloatArray:
         scaled = fitted.scaled.copy()
         scaled[free] = point
-        return np.array([t.natural(z) for t, z in zip(fitted.terms, scaled, strict=True)])
+        return natural(fitted.terms, scaled)
 
     def left(points: FloatArray) -> FloatArray:
-        """(k,) mean squares at (free terms, k) points."""
+        """(k,) losses at (free terms, k) points."""
         nonlocal generation
         report("look around", min(generation, _GENERATIONS), _GENERATIONS + 1)
         generation += 1
-        sets = [fitted.parameters(base, natural(point)) for point in points.T]
-        rows = problem.residuals(sets) + fitted.refined
-        return np.array([float(np.mean(row[used] ** 2)) for row in rows])
+        sets = [fitted.parameters(base, values(point)) for point in points.T]
+        rows = problem.residuals(sets)
+        return np.array([float(np.mean(np.log1p((row[used] / _SLIP) ** 2))) for row in rows])
 
-    count = max(_FEWEST, _EACH * centre.size)
-    first = low + (high - low) * random.uniform(size=(count, centre.size))
-    first[0] = centre
+    random = np.random.default_rng(0)
+    first = qmc.scale(qmc.LatinHypercube(low.size, rng=random).random(_EACH * low.size), low, high)
+    first[0] = fitted.scaled[free]
     found = differential_evolution(
         left,
         list(zip(low, high, strict=True)),
@@ -69,4 +80,4 @@ def look_around(
         rng=random,
     )
     report("look around", _GENERATIONS + 1, _GENERATIONS + 1)
-    return natural(found.x)
+    return values(found.x)

@@ -57,7 +57,9 @@ def conclude(
         fresh = judged.refine(sets[0], rough[0]), judged.refine(sets[1], rough[1])
         added = fresh[1] - rough[1]
     least = least_gap(judged, step_error(added[mask]))
-    verdict = _decide(setting, naming, measure_gap(judged, fresh[0], fresh[1], mask), least)
+    beyond = _beyond(problem, fits[1])
+    gap = measure_gap(judged, fresh[0], fresh[1], mask)
+    verdict = _decide(setting, naming, gap, least, bool(beyond))
 
     findings = tuple(_finding(named) for named in naming.named)
     found = verdict in ("named", "parameter")
@@ -69,8 +71,7 @@ def conclude(
     proven = measure_gap(proof, unseen[0], unseen[1], mask)
     return Diagnosis(
         verdict=verdict,
-        sentence=say(verdict, findings, proven, least, _beyond(problem, fits[1]))
-        + doubt(calibrated),
+        sentence=say(verdict, findings, proven, least, beyond) + doubt(calibrated),
         findings=findings if found else (),
         closest=() if found else tuple(finding.identifier for finding in findings),
         ranking=_ranking(naming, problem.chosen),
@@ -86,14 +87,14 @@ def conclude(
     )
 
 
-def _decide(setting: Setting, naming: Naming, proven: Gap, least: float) -> Verdict:
+def _decide(setting: Setting, naming: Naming, proven: Gap, least: float, beyond: bool) -> Verdict:
     """The verdict, from what the data that chose nothing say, and what of it is worth a name."""
     left = proven.after**2 - proven.noise_floor**2
     if not naming.named:
         small = naming.calibrated.gap <= setting.least and left <= least
         return "nothing missing" if small else "unknown"
     open_still = proven.reducible_closed < _CLOSED and left > least
-    if open_still or left > max(_LARGEST, least) or _beyond(setting.problem, naming.final.fit):
+    if open_still or left > max(_LARGEST, least) or beyond:
         return "unknown"
     missing = any(named.candidate.kind == "missing" for named in naming.named)
     return "named" if missing else "parameter"

@@ -128,7 +128,10 @@ class Setting:
         """Fit a model with one of its effects left out, from where the others stood."""
         fitted = model.fit
         rest = tuple(effect for effect in fitted.effects if effect != candidate)
-        start = [fitted.values[: len(fitted.calibrated)], *(fitted.own(e) for e in rest)]
+        start = [
+            fitted.values[: len(fitted.calibrated)],
+            *(fitted.values[fitted.own(e)] for e in rest),
+        ]
         return self.enter(rest, np.concatenate(start), model.candidate, near=fitted)
 
     def polish(self, entrant: Entrant) -> Entrant:
@@ -138,10 +141,15 @@ class Setting:
             fitted.effects, fitted.values, entrant.candidate, near=fitted, trials=POLISH
         )
 
-    def look_around(self, entrant: Entrant) -> Entrant:
-        """Fit again from the best place in the neighbourhood of where a fit ended."""
+    def look_around(self, entrant: Entrant, *, widely: bool) -> Entrant:
+        """Fit again from the best place that is found near where a fit ended.
+
+        ``widely``: over all that the effect added last may be.
+        """
         fitted = entrant.fit
-        start = look_around(self.problem, self.base, fitted, self.report)
+        assert entrant.candidate is not None
+        terms = fitted.own(entrant.candidate) if widely else slice(0)
+        start = look_around(self.problem, self.base, fitted, terms, self.report)
         return self.enter(fitted.effects, start, entrant.candidate, near=fitted, trials=POLISH)
 
     def helps(self, before: Entrant, after: Entrant, whole: float) -> bool:

@@ -21,16 +21,17 @@ from tendon_mj.diagnosis.catalogue import candidates
 from tendon_mj.diagnosis.conclude import conclude
 from tendon_mj.diagnosis.contest import POLISH, SMALLEST_GAP, Setting
 from tendon_mj.diagnosis.effect import Rig, Term
-from tendon_mj.diagnosis.name import name_effects
+from tendon_mj.diagnosis.name import Naming, name_effects
 from tendon_mj.diagnosis.numerics import in_steps, searching_steps, step_error
 from tendon_mj.diagnosis.problem import Make, Problem, for_choices, whole
-from tendon_mj.diagnosis.verdict import Diagnosis
+from tendon_mj.diagnosis.verdict import Diagnosis, Verdict
 from tendon_mj.errors import UnknownNameError
 from tendon_mj.simulate.progress import Progress, silent
 from tendon_mj.simulate.recording import Recording
 from tendon_mj.simulate.simulator import Simulator
 
-_NEARLY = 2.0  # times what is not worth a name: so little may be the steps'
+_SHORTEST = 0.5  # times the model's own step
+_NEARLY = 2.0  # times what is not worth a name, or what halving steps does: it may be the steps'
 
 
 def diagnose(
@@ -90,19 +91,25 @@ def diagnose(
     naming = name_effects(setting, start)
     proof = Problem(tuple(held_out), simulator(held_out), whole(held_out)) if held_out else own
     found = conclude(setting, naming, own, proof, steps, began)
-    if steps is None or not naming.named:
-        return found
-    nearly = found.verdict == "unknown" and naming.final.gap < _NEARLY * setting.least
-    coarse = step_error(naming.final.fit.refined[problem.chosen]) > SMALLEST_GAP
-    if not nearly and not (coarse and found.verdict != "unknown"):
-        return found
-    progress("once more in shorter steps", 0, 1)
-    setting = replace(setting, problem=in_steps(own, 0.5 * steps))
-    polished = setting.polish(naming.calibrated), setting.polish(naming.final)
-    naming = replace(naming, calibrated=polished[0], final=polished[1])
-    found = conclude(setting, naming, own, proof, 0.5 * steps, began)
-    progress("once more in shorter steps", 1, 1)
+    while steps and steps > _SHORTEST and _steps_matter(setting, naming, found.verdict):
+        steps *= 0.5
+        progress("once more in shorter steps", 0, 1)
+        setting = replace(setting, problem=in_steps(own, steps))
+        polished = setting.polish(naming.calibrated), setting.polish(naming.final)
+        naming = replace(naming, calibrated=polished[0], final=polished[1])
+        found = conclude(setting, naming, own, proof, steps, began)
+        progress("once more in shorter steps", 1, 1)
     return found
+
+
+def _steps_matter(setting: Setting, naming: Naming, verdict: Verdict) -> bool:
+    """Whether shorter steps may change the verdict on what was named, or its numbers."""
+    if not naming.named:
+        return False
+    error = step_error(naming.final.fit.refined[setting.problem.chosen])
+    if verdict == "unknown":
+        return naming.final.gap < _NEARLY * max(setting.least, error)
+    return error > SMALLEST_GAP
 
 
 def look_at(problem: Problem) -> Rig:

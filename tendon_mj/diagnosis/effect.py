@@ -97,12 +97,14 @@ class Candidate:
         kind: "missing", an effect the model lacks, or "parameter", a number that may be wrong.
         where: the elements it is on, for the reader.
         terms: the first one is its strength, the others shape it.
+        rugged: see `Effect`.
     """
 
     identifier: str
     kind: Kind
     where: str
     terms: tuple[Term, ...]
+    rugged: bool = False
 
     @property
     def label(self) -> str:
@@ -128,6 +130,8 @@ class Effect:
         candidates: binds it to the elements of a model; empty where it has no place there.
         kind: see `Candidate`.
         though_known: whether it may also write what was "measured on the rig".
+        rugged: whether the misfit has many small valleys by its terms, as where it makes a sheath
+            stick and slip; then their whole ranges are searched, see `look_around`.
     """
 
     identifier: str
@@ -138,12 +142,13 @@ class Effect:
     candidates: Callable[[Rig], list[tuple[str, tuple[Term, ...]]]] = field(repr=False)
     kind: Kind = "missing"
     though_known: bool = False
+    rugged: bool = False
 
     def bind(self, rig: Rig) -> list[Candidate]:
         """Its candidates on a model, without those that fit what is known or fitted anyway."""
         taken = rig.uncertain if self.though_known else rig.known | rig.uncertain
         return [
-            Candidate(self.identifier, self.kind, where, terms)
+            Candidate(self.identifier, self.kind, where, terms, self.rugged)
             for where, terms in self.candidates(rig)
             if not any(target in taken for term in terms for target in term.targets)
         ]

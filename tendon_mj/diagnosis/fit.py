@@ -79,10 +79,10 @@ class Fit:
         """Whether a candidate's strength is held by the data, and not by an end of its range."""
         return bool(self.free[self._first(candidate)])
 
-    def own(self, candidate: Candidate) -> FloatArray:
-        """Values of one candidate's terms."""
+    def own(self, candidate: Candidate) -> slice:
+        """Which of the terms are one candidate's."""
         first = self._first(candidate)
-        return self.values[first : first + len(candidate.terms)]
+        return slice(first, first + len(candidate.terms))
 
     def _first(self, candidate: Candidate) -> int:
         before = self.effects[: self.effects.index(candidate)]
@@ -98,6 +98,11 @@ def _margin(bounds: FloatArray) -> FloatArray:
 def terms_of(calibrated: Sequence[Term], effects: Sequence[Candidate]) -> tuple[Term, ...]:
     """Terms in the order of a fit's values."""
     return (*calibrated, *(term for effect in effects for term in effect.terms))
+
+
+def natural(terms: Sequence[Term], scaled: Sequence[float] | FloatArray) -> FloatArray:
+    """(p,) values of terms [their units] from what a fit sees, see `Term.natural`."""
+    return np.array([term.natural(float(z)) for term, z in zip(terms, scaled, strict=True)])
 
 
 def write(
@@ -142,12 +147,12 @@ def fit(
     for _ in range(_ROUNDS - 1):
         if at.change <= _SETTLED:
             break
-        at = search.end(search.inside(search.natural(at.point)), _AGAIN, tolerance)
+        at = search.end(search.inside(natural(search.terms, at.point)), _AGAIN, tolerance)
         best = min(best, at, key=lambda end: end.cost)
     return Fit(
         calibrated=tuple(calibrated),
         effects=tuple(effects),
-        values=search.natural(best.point),
+        values=natural(search.terms, best.point),
         residual=best.residual,
         refined=best.refined,
         jacobian=best.jacobian,
@@ -193,10 +198,6 @@ class _Search:
         self._rough: dict[bytes, FloatArray] = {}
         self._slopes: dict[bytes, FloatArray] = {}
 
-    def natural(self, point: FloatArray) -> FloatArray:
-        """(p,) values of the terms at a scaled point."""
-        return np.array([t.natural(z) for t, z in zip(self.terms, point, strict=True)])
-
     def inside(self, values: FloatArray) -> FloatArray:
         """(p,) scaled values, a little off the ends of their ranges."""
         point = np.array([t.scaled(v) for t, v in zip(self.terms, values, strict=True)])
@@ -233,7 +234,7 @@ class _Search:
         return _End(point, residual, self.refined, jacobian, cost, change)
 
     def _parameters(self, point: FloatArray) -> dict[str, float]:
-        return write(self.terms, self.natural(point), self.base)
+        return write(self.terms, natural(self.terms, point), self.base)
 
     def _at(self, point: FloatArray) -> FloatArray:
         """(m,) of one point, in long steps."""

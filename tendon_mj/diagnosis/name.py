@@ -8,12 +8,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tendon_mj.diagnosis.contest import SURE, Entrant, Field, Setting, difference, tie_width, tied
+from tendon_mj.diagnosis.contest import (
+    SMALLEST_SHARE,
+    SURE,
+    Entrant,
+    Field,
+    Setting,
+    difference,
+    tie_width,
+    tied,
+)
 from tendon_mj.diagnosis.effect import Candidate
 
 _MOST_EFFECTS = 3
-_HOPELESS = 0.4  # of the gap: when more than this remains, no exchange makes it a name
-_NEAR = 0.1  # of the gap: when less than this remains, another way there may lead to the end
+_NEAR = 0.1  # of the gap: when more than this remains, other effects do not lead to the end either
 _TURNS = 2
 _IN_PLACE = 0.8  # of what the best explains, to be fitted in the place of another
 
@@ -58,12 +66,14 @@ class _Grown(NamedTuple):
         fields: for every effect against whom it was chosen.
         first: all candidates for the first.
         turns: at every addition who could have been chosen, the one that left least first.
+        smaller: the last model without one of its effects, by label, where that was fitted.
     """
 
     model: Entrant
     fields: dict[str, list[Entrant]]
     first: Field | None
     turns: list[list[Entrant]]
+    smaller: dict[str, Entrant]
 
 
 def name_effects(setting: Setting, calibrated: Entrant) -> Naming:
@@ -73,17 +83,15 @@ def name_effects(setting: Setting, calibrated: Entrant) -> Naming:
     other candidate is tried in the place of each: an early choice may have imitated two effects.
     """
     whole = max(calibrated.gap, 0.0)
-    model, fields, first, turns = _grow(setting, calibrated, {}, whole)
-    if not model.fit.effects:
-        calibrated = model  # fitted on, where an effect was left out again
-    if model.fit.effects and setting.least < model.gap < _HOPELESS * whole:
-        around = setting.look_around(model)
-        if setting.helps(model, around, whole):
-            model, fields, *_ = _grow(setting, around, _with(fields, around), whole)
-    if setting.least < model.gap < _NEAR * whole:
-        model, fields = _turn_back(setting, model, fields, turns, whole)
-    if len(model.fit.effects) > 1 and model.gap < _HOPELESS * whole:
-        model, fields = _exchange(setting, model, fields)
+    grown = _grow(setting, calibrated, {}, whole)
+    first, turns = grown.first, grown.turns
+    if not grown.model.fit.effects:
+        calibrated = grown.model  # fitted on, where an effect was left out again
+    if setting.least < grown.model.gap < _NEAR * whole:
+        grown = _turn_back(setting, grown, turns, whole)
+    model, fields = grown.model, grown.fields
+    if len(model.fit.effects) > 1 and model.gap < _NEAR * whole:
+        model, fields = _exchange(setting, grown)
     named = [_judge(candidate, model, fields[candidate.label]) for candidate in model.fit.effects]
     return Naming(calibrated, model, tuple(named), first)
 
@@ -93,6 +101,7 @@ def _grow(
 ) -> _Grown:
     """Add effects to a model until nothing helps, or what was added is left out again."""
     fields, first, turns = dict(known), None, list[list[Entrant]]()
+    smaller = dict[str, Entrant]()
     seen = set[frozenset[str]]()
     while len(model.fit.effects) < _MOST_EFFECTS and model.gap > setting.least:
         labels = frozenset(effect.label for effect in model.fit.effects)
@@ -104,34 +113,42 @@ def _grow(
         if not rivals or not setting.helps(model, rivals[0], whole):
             break
         turns.append(rivals)
-        chosen = setting.polish(_simplest(rivals))
+        chosen = _settle(setting, _simplest(rivals), whole)
         assert chosen.candidate is not None
         fields[chosen.candidate.label] = rivals
         fields = _with(fields, chosen)
-        model = _without_idle(setting, chosen, whole)
-    return _Grown(model, fields, first, turns)
+        model, smaller = _without_idle(setting, chosen, whole)
+    return _Grown(model, fields, first, turns, smaller)
+
+
+def _settle(setting: Setting, chosen: Entrant, whole: float) -> Entrant:
+    """Fit what was chosen to the end, and if it has many minima, to the end of the best one."""
+    settled = setting.polish(chosen)
+    if settled.candidate is None or not settled.candidate.rugged:
+        return settled
+    for widely in (True, False):
+        if settled.gap > max(setting.least, SMALLEST_SHARE * whole):
+            around = setting.look_around(settled, widely=widely)
+            settled = min(settled, around, key=lambda entrant: entrant.gap)
+    return settled
 
 
 def _turn_back(
-    setting: Setting,
-    model: Entrant,
-    fields: Mapping[str, list[Entrant]],
-    turns: Sequence[list[Entrant]],
-    whole: float,
-) -> tuple[Entrant, dict[str, list[Entrant]]]:
+    setting: Setting, grown: _Grown, turns: Sequence[list[Entrant]], whole: float
+) -> _Grown:
     """Take the second best at one of the turns, where the best led near and not to the end."""
-    best, its = model, dict(fields)
+    best = grown
     for turn in range(min(len(turns), _TURNS) - 1, -1, -1):
         rivals = turns[turn]
-        if len(rivals) < 2 or best.gap <= setting.least:
+        if len(rivals) < 2 or best.model.gap <= setting.least:
             continue
         other = rivals[1]
         assert other.candidate is not None
-        known = {**fields, other.candidate.label: rivals}
-        grown = _grow(setting, setting.polish(other), known, whole)
-        if setting.helps(best, grown.model, whole):
-            best, its = grown.model, grown.fields
-    return best, its
+        known = {**grown.fields, other.candidate.label: rivals}
+        again = _grow(setting, setting.polish(other), known, whole)
+        if setting.helps(best.model, again.model, whole):
+            best = again
+    return best
 
 
 def _with(fields: Mapping[str, list[Entrant]], better: Entrant) -> dict[str, list[Entrant]]:
@@ -152,29 +169,32 @@ def _complexity(candidate: Candidate | None) -> tuple[bool, int]:
     return (False, 0) if candidate is None else (candidate.kind == "missing", len(candidate.terms))
 
 
-def _without_idle(setting: Setting, model: Entrant, whole: float) -> Entrant:
-    """Leave out effects without which a fit from here does as well."""
+def _without_idle(
+    setting: Setting, model: Entrant, whole: float
+) -> tuple[Entrant, dict[str, Entrant]]:
+    """Leave out effects without which a fit from here does as well; and see `_Grown.smaller`."""
+    smaller = dict[str, Entrant]()
     for candidate in model.fit.effects:
-        smaller = setting.without(model, candidate)
-        if not setting.helps(smaller, model, whole):
-            return _without_idle(setting, smaller, whole)
-    return model
+        smaller[candidate.label] = setting.without(model, candidate)
+        if not setting.helps(smaller[candidate.label], model, whole):
+            return _without_idle(setting, smaller[candidate.label], whole)
+    return model, smaller
 
 
-def _exchange(
-    setting: Setting, model: Entrant, known: Mapping[str, list[Entrant]]
-) -> tuple[Entrant, dict[str, list[Entrant]]]:
+def _exchange(setting: Setting, grown: _Grown) -> tuple[Entrant, dict[str, list[Entrant]]]:
     """Try every other candidate in the place of each effect; keep what leaves less.
 
     For the last effect that was done when it was added, unless one before it was replaced.
     """
     fields: dict[str, list[Entrant]] = {}
-    added = model
+    model = grown.model
     for candidate in model.fit.effects:
-        if model is added and candidate == model.candidate:
-            rivals = known[candidate.label]
+        if model is grown.model and candidate == model.candidate:
+            rivals = grown.fields[candidate.label]
         else:
-            rivals = list(setting.rivals(setting.without(model, candidate), _IN_PLACE).entrants)
+            smaller = grown.smaller.get(candidate.label) if model is grown.model else None
+            smaller = smaller or setting.without(model, candidate)
+            rivals = list(setting.rivals(smaller, _IN_PLACE).entrants)
         best = next((r for r in rivals if r.candidate == candidate), None)
         if best is None or best.gap > model.gap:
             best = Entrant(candidate, model.fit, model.leftover)

@@ -18,7 +18,7 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import lsq_linear
 
 from tendon_mj.diagnosis.effect import Candidate, Term
-from tendon_mj.diagnosis.fit import Fit, write
+from tendon_mj.diagnosis.fit import Fit, natural, write
 from tendon_mj.diagnosis.problem import Problem
 
 FloatArray = NDArray[np.float64]
@@ -167,7 +167,7 @@ def _weigh(
     room = np.column_stack([fitted.bounds - fitted.scaled, shares])
     step = _least(matrix, residual, room)
     left = residual + matrix @ step
-    values = [t.natural(z) for t, z in zip(terms, fitted.scaled + step[:-1], strict=True)]
+    values = natural(terms, fitted.scaled + step[:-1])
     promise = replace(
         sight,
         start=np.array([*values, strength.inert + step[-1] * tried, *sight.start[count + 1 :]]),

@@ -54,8 +54,7 @@ _SHEATH = {
 
 def column_unit(column: str) -> str:
     """The unit that a column's name ends in: ``joint_rad`` is in `rad`; empty without one."""
-    suffix = max((unit for unit in UNITS if column.endswith(unit)), key=len, default="")
-    unit = suffix.removeprefix("_")
+    unit = _ending(column).removeprefix("_")
     return _WRITTEN.get(unit, unit)
 
 
@@ -78,8 +77,12 @@ def name_in(unit: str, column: str) -> str:
     endings = {column_unit(ending): ending for ending in UNITS}
     if unit not in endings:
         return ""
-    own = max((ending for ending in UNITS if column.endswith(ending)), key=len, default="")
-    return column.removesuffix(own) + endings[unit]
+    return column.removesuffix(_ending(column)) + endings[unit]
+
+
+def _ending(column: str) -> str:
+    """The longest unit, as names have it, that a column ends in."""
+    return max((ending for ending in UNITS if column.endswith(ending)), key=len, default="")
 
 
 def live_unit(parameter: str) -> str:

@@ -18,4 +18,5 @@ EFFECT = Effect(
         Knob("stribeck_friction", "-", 0.0, 0.5, 0.01),
         Knob("stribeck_velocity", "m/s", 1e-4, 0.3, 1.0, starts=(0.001, 0.004, 0.015)),
     ),
+    rugged=True,
 )
