@@ -19,6 +19,7 @@ from tendon_mj.diagnosis.fit import Fit, natural
 from tendon_mj.diagnosis.interval import half_widths
 from tendon_mj.diagnosis.problem import Problem
 from tendon_mj.diagnosis.screen import Report
+from tendon_mj.simulate.simulator import trials
 
 FloatArray = NDArray[np.float64]
 
@@ -28,6 +29,7 @@ _GENERATIONS = 9
 _EACH = 6  # points of a generation, for every term
 
 
+@trials()
 def look_around(
     problem: Problem, base: Mapping[str, float], fitted: Fit, widely: slice, report: Report
 ) -> FloatArray:

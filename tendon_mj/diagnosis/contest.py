@@ -141,16 +141,32 @@ class Setting:
             fitted.effects, fitted.values, entrant.candidate, near=fitted, trials=POLISH
         )
 
-    def look_around(self, entrant: Entrant, *, widely: bool) -> Entrant:
-        """Fit again from the best place that is found near where a fit ended.
+    def settle(self, entrant: Entrant, whole: float) -> Entrant:
+        """Fit on to the end; of an effect that was added and is rugged, to the end of its best."""
+        settled = self.polish(entrant)
+        if settled.candidate is not None and settled.candidate.rugged:
+            for widely in (True, False):
+                settled = self._look(settled, whole, widely=widely)
+        return settled
 
-        ``widely``: over all that the effect added last may be.
+    def settle_again(self, entrant: Entrant, whole: float) -> Entrant:
+        """The same in other steps: from there on, and not over all ranges."""
+        settled = self.polish(entrant)
+        rugged = any(effect.rugged for effect in settled.fit.effects)
+        return self._look(settled, whole, widely=False) if rugged else settled
+
+    def _look(self, entrant: Entrant, whole: float, *, widely: bool) -> Entrant:
+        """The better of a fit and one from around it, where it leaves what is worth a look.
+
+        ``widely``: from all that the effect added last may be.
         """
-        fitted = entrant.fit
-        assert entrant.candidate is not None
-        terms = fitted.own(entrant.candidate) if widely else slice(0)
+        if entrant.gap <= max(self.least, SMALLEST_SHARE * whole):
+            return entrant
+        fitted, last = entrant.fit, entrant.candidate
+        terms = fitted.own(last) if widely and last is not None else slice(0)
         start = look_around(self.problem, self.base, fitted, terms, self.report)
-        return self.enter(fitted.effects, start, entrant.candidate, near=fitted, trials=POLISH)
+        around = self.enter(fitted.effects, start, last, near=fitted, trials=POLISH)
+        return min(entrant, around, key=lambda end: end.gap)
 
     def helps(self, before: Entrant, after: Entrant, whole: float) -> bool:
         """Whether the second leaves less, beyond chance, numerics and what is worth a name."""

@@ -95,8 +95,9 @@ def diagnose(
         steps *= 0.5
         progress("once more in shorter steps", 0, 1)
         setting = replace(setting, problem=in_steps(own, steps))
-        polished = setting.polish(naming.calibrated), setting.polish(naming.final)
-        naming = replace(naming, calibrated=polished[0], final=polished[1])
+        before = setting.polish(naming.calibrated)
+        after = setting.settle_again(naming.final, before.gap)
+        naming = replace(naming, calibrated=before, final=after)
         found = conclude(setting, naming, own, proof, steps, began)
         progress("once more in shorter steps", 1, 1)
     return found

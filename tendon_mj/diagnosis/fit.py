@@ -19,6 +19,7 @@ from scipy.optimize import least_squares
 
 from tendon_mj.diagnosis.effect import Candidate, Term
 from tendon_mj.diagnosis.problem import Problem
+from tendon_mj.simulate.simulator import trials
 
 FloatArray = NDArray[np.float64]
 
@@ -117,6 +118,7 @@ def write(
     return written
 
 
+@trials()
 def fit(
     problem: Problem,
     base: Mapping[str, float],

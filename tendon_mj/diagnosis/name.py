@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from tendon_mj.diagnosis.contest import (
-    SMALLEST_SHARE,
     SURE,
     Entrant,
     Field,
@@ -113,24 +112,12 @@ def _grow(
         if not rivals or not setting.helps(model, rivals[0], whole):
             break
         turns.append(rivals)
-        chosen = _settle(setting, _simplest(rivals), whole)
+        chosen = setting.settle(_simplest(rivals), whole)
         assert chosen.candidate is not None
         fields[chosen.candidate.label] = rivals
         fields = _with(fields, chosen)
         model, smaller = _without_idle(setting, chosen, whole)
     return _Grown(model, fields, first, turns, smaller)
-
-
-def _settle(setting: Setting, chosen: Entrant, whole: float) -> Entrant:
-    """Fit what was chosen to the end, and if it has many minima, to the end of the best one."""
-    settled = setting.polish(chosen)
-    if settled.candidate is None or not settled.candidate.rugged:
-        return settled
-    for widely in (True, False):
-        if settled.gap > max(setting.least, SMALLEST_SHARE * whole):
-            around = setting.look_around(settled, widely=widely)
-            settled = min(settled, around, key=lambda entrant: entrant.gap)
-    return settled
 
 
 def _turn_back(

@@ -20,6 +20,7 @@ from scipy.optimize import lsq_linear
 from tendon_mj.diagnosis.effect import Candidate, Term
 from tendon_mj.diagnosis.fit import Fit, natural, write
 from tendon_mj.diagnosis.problem import Problem
+from tendon_mj.simulate.simulator import trials
 
 FloatArray = NDArray[np.float64]
 Report = Callable[[str, int, int], None]
@@ -48,6 +49,7 @@ class Sight:
     attempt: int
 
 
+@trials()
 def screen(
     problem: Problem,
     base: Mapping[str, float],

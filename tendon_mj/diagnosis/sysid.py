@@ -28,7 +28,7 @@ from tendon_mj.diagnosis.problem import Make, Problem, for_choices, whole
 from tendon_mj.errors import TendonError
 from tendon_mj.simulate.progress import Progress, silent
 from tendon_mj.simulate.recording import Recording
-from tendon_mj.simulate.simulator import Simulator
+from tendon_mj.simulate.simulator import Simulator, trials
 
 FloatArray = NDArray[np.float64]
 
@@ -125,6 +125,7 @@ def fit_with_sysid(
     )
 
 
+@trials()
 def _optimize(problem: Problem, progress: Progress) -> dict[str, tuple[float, float, float]]:
     """Parameter → value and ends of its interval; empty where nothing is uncertain.
 

@@ -28,6 +28,8 @@ FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
 Series = dict[str, FloatArray]
 
+_UNSOLVED = "some simulations: sheath"  # how a warning begins
+
 
 class Simulates(Protocol):
     """What can stand in for a `Simulator`: anything that simulates recordings with parameters."""
@@ -189,7 +191,7 @@ class Simulator:
                     answers[row][job.recording] = read
         if unsolved:
             warnings.warn(
-                f"some simulations: sheath {', '.join(map(repr, sorted(unsolved)))} found no"
+                f"{_UNSOLVED} {', '.join(map(repr, sorted(unsolved)))} found no"
                 " equilibrium in some evaluations, and took the best that it had",
                 RuntimeWarning,
                 stacklevel=2,
@@ -272,6 +274,14 @@ def _collides_never(model: mujoco.MjModel) -> bool:
     kinds = np.bitwise_or.reduce(model.geom_contype, initial=0)
     partners = np.bitwise_or.reduce(model.geom_conaffinity, initial=0)
     return not (kinds & partners) and model.npair == 0 and model.nflex == 0
+
+
+@contextmanager
+def trials() -> Iterator[None]:
+    """Keep quiet about sheaths without equilibrium, at values that are only tried."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", _UNSOLVED, RuntimeWarning)
+        yield
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from tendon_mj.simulate.library import load_model
 from tendon_mj.simulate.recording import Measured, Recording, Uncertain
 from tendon_mj.simulate.replay import replay
 from tendon_mj.simulate.replay_units import UNKNOWN, live_unit
-from tendon_mj.simulate.simulator import Parameter, Simulates, Simulator
+from tendon_mj.simulate.simulator import Parameter, Simulates, Simulator, trials
 
 from tendon_mj.attach import Parameters  # isort: skip
 import mujoco  # isort: skip
@@ -180,6 +180,14 @@ def test_a_tendon_that_found_no_equilibrium_is_told_of_once_a_call():
         answers = Simulator(RECORDINGS)([slack, {}])
     assert len(told) == 1
     assert np.isfinite(answers[0][0]["input_tension_N"]).all()
+
+
+def test_that_is_not_told_of_values_that_are_only_tried():
+    slack = {"sheath.constant_friction": 1.0, "reel.command_scale": 5.0}
+    with trials():  # a warning fails a test
+        Simulator(RECORDINGS)([slack, {}])
+    with pytest.warns(RuntimeWarning, match="found no equilibrium"):
+        Simulator(RECORDINGS)([slack])
 
 
 @pytest.mark.parametrize("threads", [1, 2])
