@@ -71,7 +71,7 @@ def conclude(
     proven = measure_gap(proof, unseen[0], unseen[1], mask)
     return Diagnosis(
         verdict=verdict,
-        sentence=say(verdict, findings, proven, least, beyond) + doubt(calibrated),
+        sentence=say(verdict, findings, proven, gap.after, least, beyond) + doubt(calibrated),
         findings=findings if found else (),
         closest=() if found else tuple(finding.identifier for finding in findings),
         ranking=_ranking(naming, problem.chosen),

@@ -9,17 +9,24 @@ from tendon_mj.diagnosis.gap import Gap
 from tendon_mj.diagnosis.verdict import Finding, Value, Verdict
 
 _QUIET = 0.7  # times the noise: a model cannot be off by less, unless the noise is said too large
+_COARSE = 1.5  # times what shorter steps would leave: worth saying
 _PLAIN = 1.05  # times the noise: more wants a word on what the rest is put down to
 
 
 def say(
-    verdict: Verdict, findings: Sequence[Finding], gap: Gap, least: float, beyond: Sequence[str]
+    verdict: Verdict,
+    findings: Sequence[Finding],
+    gap: Gap,
+    refined: float,
+    least: float,
+    beyond: Sequence[str],
 ) -> str:
     """The verdict, where, and what it is worth on data that chose nothing.
 
     Args:
         verdict, findings: what was decided, and on what.
-        gap: between calibrated and final model on those data.
+        gap: between calibrated and final model on those data, in the model's own steps.
+        refined: what the final model would leave in ever shorter ones [noise].
         least: gap that is put down to the simulation [noise power].
         beyond: uncertain parameters that the explanation would take beyond their ranges.
     """
@@ -29,6 +36,8 @@ def say(
         f"on data that chose nothing the error goes from {gap.before:.2f} to {gap.after:.2f} times"
         f" the noise"
     )
+    if gap.after > _COARSE * refined:
+        shrank += f" ({refined:.2f} in ever shorter steps: the model's timestep is too long for it)"
     if gap.reducible_closed > 0.0:
         shrank += f", which closes {gap.reducible_closed:.0%} of what could be closed"
     if verdict == "unknown":

@@ -70,17 +70,19 @@ def test_what_only_the_held_out_data_show_is_not_nothing() -> None:
 
 
 def test_an_effect_and_a_wrong_number_are_not_called_the_same() -> None:
-    said = say(
-        "named",
-        [
-            Finding("backlash", "play", "", "sheath", "missing", 1.0, ()),
-            Finding("friction", "friction", "", "sheath", "parameter", 1.0, ("bend_angle",)),
-        ],
-        Gap(5.0, 1.0, 1.0, {}),
-        0.2,
-        [],
-    )
+    found = [
+        Finding("backlash", "play", "", "sheath", "missing", 1.0, ()),
+        Finding("friction", "friction", "", "sheath", "parameter", 1.0, ("bend_angle",)),
+    ]
+    said = say("named", found, Gap(5.0, 1.0, 1.0, {}), 1.0, 0.2, [])
     assert said.startswith("Missing: play (sheath); a parameter was wrong: friction (sheath) – or")
+
+
+def test_steps_that_are_too_long_for_what_is_named_are_told() -> None:
+    found = [Finding("backlash", "play", "", "sheath", "missing", 1.0, ())]
+    gap = Gap(9.0, 3.0, 1.0, {})
+    assert "(1.10 in ever shorter steps: " in say("named", found, gap, 1.1, 0.2, [])
+    assert "steps" not in say("named", found, gap, 2.9, 0.2, [])
 
 
 def test_noise_that_is_said_too_large_is_told() -> None:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from tendon_mj.diagnosis.around import look_around
-from tendon_mj.diagnosis.effect import Term
+from tendon_mj.diagnosis.contest import Setting
+from tendon_mj.diagnosis.effect import Candidate, Term
 from tendon_mj.diagnosis.fit import fit
 from tendon_mj.diagnosis.numerics import in_steps, searching_steps, step_error
 from tendon_mj.diagnosis.problem import Problem, whole
@@ -83,17 +84,30 @@ def test_a_simulator_of_ones_own_is_taken_at_its_word() -> None:
     assert problem.refine({}, residual) is residual
 
 
-def test_looking_around_leads_out_of_a_local_minimum() -> None:
+def rugged_problem() -> Problem:
     random = np.random.default_rng(5)
     made = []
     for blank in (recording("a", 1, {}), recording("b", 2, {})):
         truth = Rugged([blank])([SETTLED])[0][0]
         noisy = {c: s + random.normal(0.0, NOISE, s.size) for c, s in truth.items()}
         made.append(replace(blank, columns=blank.columns | noisy))
-    problem = Problem(tuple(made), Rugged(made), whole(made))
+    return Problem(tuple(made), Rugged(made), whole(made))
+
+
+def test_looking_around_leads_out_of_a_local_minimum() -> None:
+    problem = rugged_problem()
     stuck = fit(problem, {}, [FRICTION], (), np.array([0.15]), trials=30)
     assert np.mean(stuck.residual**2) > 5.0
     around = look_around(problem, {}, stuck, slice(1), lambda *_: None)
     free = fit(problem, {}, [FRICTION], (), around, refined=stuck.refined, trials=30)
     assert free.values[0] == pytest.approx(0.2, abs=5e-4)
     assert np.array_equal(around, look_around(problem, {}, stuck, slice(1), lambda *_: None))
+
+
+@pytest.mark.parametrize("rugged", [False, True])
+def test_only_a_rugged_effect_is_looked_for_in_all_its_range(rugged: bool) -> None:
+    setting = Setting(rugged_problem(), {}, (), (), 0.0, lambda *_: None)
+    effect = Candidate("friction", "missing", "sheath", (FRICTION,), rugged)
+    found = setting.settle(setting.enter((effect,), [0.15], effect), whole=20.0)
+    assert (found.gap < 0.1) == rugged
+    assert (abs(found.fit.values[0] - 0.2) < 5e-4) == rugged
