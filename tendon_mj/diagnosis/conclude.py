@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.diagnosis.catalogue import CATALOGUE
-from tendon_mj.diagnosis.contest import Entrant, Setting, least_gap
+from tendon_mj.diagnosis.contest import CLOSED, Entrant, Setting, least_gap
 from tendon_mj.diagnosis.effect import Term
 from tendon_mj.diagnosis.fit import Fit
 from tendon_mj.diagnosis.gap import Gap, measure_gap
@@ -20,8 +20,7 @@ from tendon_mj.diagnosis.problem import Problem
 from tendon_mj.diagnosis.sentence import doubt, say
 from tendon_mj.diagnosis.verdict import Diagnosis, Finding, Ranked, Value, Verdict
 
-_CLOSED = 0.985  # of the reducible gap: with less, a name is no explanation
-_LARGEST = 8.0  # the same, above which nothing is named (3 noise rms): most of it is something else
+_LARGEST = 8.0  # gap above which nothing is named (3 noise rms): most of it is something else
 _EXPLAINS = 0.01  # of the gap, to be in the ranking
 _MARGIN = 0.01  # of its range: nearer to an end a calibrated value is held by it
 
@@ -57,21 +56,21 @@ def conclude(
         fresh = judged.refine(sets[0], rough[0]), judged.refine(sets[1], rough[1])
         added = fresh[1] - rough[1]
     least = least_gap(judged, step_error(added[mask]))
+    refined = measure_gap(judged, fresh[0], fresh[1], mask)
+    seen = own.residuals(sets)
+    unseen = proof.residuals(sets) if held_out else seen
+    stated = measure_gap(proof, unseen[0], unseen[1], mask)
     beyond = _beyond(problem, fits[1])
-    gap = measure_gap(judged, fresh[0], fresh[1], mask)
-    verdict = _decide(setting, naming, gap, least, bool(beyond))
+    verdict = _decide(setting, naming, refined, stated, least, bool(beyond))
 
     findings = tuple(_finding(named) for named in naming.named)
     found = verdict in ("named", "parameter")
     model = naming.final if found else naming.calibrated
     after = 1 if found else 0
     calibrated = _values(setting, model, own=False)
-    seen = own.residuals(sets)
-    unseen = proof.residuals(sets) if held_out else seen
-    proven = measure_gap(proof, unseen[0], unseen[1], mask)
     return Diagnosis(
         verdict=verdict,
-        sentence=say(verdict, findings, proven, gap.after, least, beyond) + doubt(calibrated),
+        sentence=say(verdict, findings, stated, refined.after, least, beyond) + doubt(calibrated),
         findings=findings if found else (),
         closest=() if found else tuple(finding.identifier for finding in findings),
         ranking=_ranking(naming, problem.chosen),
@@ -87,14 +86,18 @@ def conclude(
     )
 
 
-def _decide(setting: Setting, naming: Naming, proven: Gap, least: float, beyond: bool) -> Verdict:
+def _decide(
+    setting: Setting, naming: Naming, refined: Gap, stated: Gap, least: float, beyond: bool
+) -> Verdict:
     """The verdict, from what the data that chose nothing say, and what of it is worth a name."""
-    left = proven.after**2 - proven.noise_floor**2
+    left = refined.after**2 - refined.noise_floor**2
+    if left > _LARGEST:
+        return "unknown"
     if not naming.named:
         small = naming.calibrated.gap <= setting.least and left <= least
         return "nothing missing" if small else "unknown"
-    open_still = proven.reducible_closed < _CLOSED and left > least
-    if open_still or left > max(_LARGEST, least) or beyond:
+    closed = refined.reducible_closed >= CLOSED or left <= least
+    if not closed or beyond or stated.after >= stated.before:
         return "unknown"
     missing = any(named.candidate.kind == "missing" for named in naming.named)
     return "named" if missing else "parameter"

@@ -18,7 +18,7 @@ from tendon_mj.diagnosis.screen import Report, Sight, screen
 
 SMALLEST_GAP = 0.2  # mean square, in noise power (0.45 noise rms): less is not worth a name
 GRAIN = 0.0025  # of a signal's range: what lumping and stepping leave, and no more a name
-SMALLEST_SHARE = 0.005  # of the gap that the calibrated model left
+CLOSED = 0.985  # of the gap, in noise rms: a model that closes less explains it not
 SURE = 2.0  # standard errors
 _MOST_FITS = 4
 _TRIALS = 5  # points: a look has led near where a fit ends
@@ -160,7 +160,7 @@ class Setting:
 
         ``widely``: from all that the effect added last may be.
         """
-        if entrant.gap <= max(self.least, SMALLEST_SHARE * whole):
+        if entrant.gap <= max(self.least, may_remain(whole)):
             return entrant
         fitted, last = entrant.fit, entrant.candidate
         terms = fitted.own(last) if widely and last is not None else slice(0)
@@ -171,12 +171,18 @@ class Setting:
     def helps(self, before: Entrant, after: Entrant, whole: float) -> bool:
         """Whether the second leaves less, beyond chance, numerics and what is worth a name."""
         got = gain(before.leftover, after.leftover)
-        return got.mean > max(self.least, SMALLEST_SHARE * whole, SURE * got.error)
+        return got.mean > max(self.least, may_remain(whole), SURE * got.error)
 
     @cached_property
     def least(self) -> float:
         """Gap below which nothing is called missing [noise power]."""
         return least_gap(self.problem, self.floor)
+
+
+def may_remain(whole: float) -> float:
+    """Gap that a model may leave of a ``whole`` one and have closed it [noise power]."""
+    before = np.sqrt(1.0 + max(whole, 0.0)) - 1.0
+    return float((1.0 + (1.0 - CLOSED) * before) ** 2 - 1.0)
 
 
 def least_gap(problem: Problem, floor: float) -> float:
