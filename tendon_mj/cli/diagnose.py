@@ -147,7 +147,6 @@ def _say(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> N
             f"  {finding.identifier} ({finding.where}), confidence {finding.confidence:.0%}:"
             f" {finding.equation}",
             soft_wrap=True,
-            markup=False,
         )
     for name, value in {**diagnosis.calibrated, **diagnosis.parameters}.items():
         unit = f" {value.unit}" if value.unit not in ("", "-") else ""
@@ -157,15 +156,13 @@ def _say(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> N
         console.print(
             f"  {name} = {short(value.value)}{unit}, {sure}; the model said {short(value.before)}",
             soft_wrap=True,
-            markup=False,
         )
     for label, gap in (("train", diagnosis.train), ("held out", diagnosis.held_out)):
         console.print(
             f"{label}: rms error {gap.before:.2f} before, {gap.after:.2f} after,"
-            f" floor {gap.noise_floor:.2f} [noise]",
-            markup=False,
+            f" floor {gap.noise_floor:.2f} [noise]"
         )
     if compared:
         console.print(f"mujoco.sysid alone: {compared.held_out_rms:.2f} held out, in noise")
     else:
-        console.print(no_sysid, soft_wrap=True, markup=False)
+        console.print(no_sysid, soft_wrap=True)

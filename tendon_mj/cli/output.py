@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 
 from tendon_mj.errors import InvalidValueError
 
-console = Console(highlight=False)
+console = Console(highlight=False, markup=False, emoji=False)  # names may hold [brackets]
 
 
 class Output:

@@ -78,8 +78,9 @@ def conclude(
         parameters=_values(setting, model, own=True),
         train=measure_gap(own, seen[0], seen[after], own.chosen),
         held_out=measure_gap(proof, unseen[0], unseen[after], mask),
-        located=locate(own, seen[0]),
-        remaining=locate(own, seen[after]),
+        located=locate(own, seen[0], own.chosen),  # to look is to choose
+        remaining=locate(own, seen[after], own.chosen),
+        proof=(locate(proof, unseen[0], mask), locate(proof, unseen[after], mask)),
         before={**base, **sets[0]},
         model={**base, **sets[after]},
         seconds=time.perf_counter() - began,

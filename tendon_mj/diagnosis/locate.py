@@ -49,16 +49,16 @@ class Located:
     frequency: float
 
 
-def locate(problem: Problem, residual: FloatArray) -> Located:
+def locate(problem: Problem, residual: FloatArray, mask: NDArray[np.bool_]) -> Located:
     """Spread the excess of a residual (m,), in units of noise, over the regimes.
 
-    Only of what may be used in choices: to look is to choose.
+    Only of the samples of ``mask`` (m,).
     """
     per_recording = regimes(problem.recordings)
     ends = np.cumsum([size for _, _, size in problem.blocks()])[:-1]
-    kept = np.split(problem.chosen, ends)
+    kept = np.split(mask, ends)
     parts = [part[used] for part, used in zip(np.split(residual, ends), kept, strict=True)]
-    residual = residual[problem.chosen]
+    residual = residual[mask]
     total = float((residual**2).sum()) - residual.size
     places = []
     for number, first in enumerate(per_recording[0]):

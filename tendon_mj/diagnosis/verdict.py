@@ -90,6 +90,7 @@ class Diagnosis:
         parameters: what the findings write, and the shapes that come with it.
         train, held_out: gaps on what the choices saw, and on what they did not.
         located, remaining: where the calibrated model's misfit sits, and the final model's.
+        proof: the same two on what the choices did not see.
         before: parameter → value of the model with only what was uncertain fitted, whole.
         model: the same of the final model; of the calibrated one unless something was found.
         seconds: it took.
@@ -106,6 +107,7 @@ class Diagnosis:
     held_out: Gap
     located: Located
     remaining: Located
+    proof: tuple[Located, Located]
     before: Mapping[str, float]
     model: Mapping[str, float]
     seconds: float
@@ -140,7 +142,10 @@ class Diagnosis:
             "ranking": [vars(ranked) for ranked in self.ranking],
             "parameters": {name: vars(value) for name, value in self.parameters.items()},
             "calibrated": {name: vars(value) for name, value in self.calibrated.items()},
-            "gap": {"train": _gap(self.train), "held_out": _gap(self.held_out)},
+            "gap": {
+                "train": _gap(self.train),
+                "held_out": _gap(self.held_out) | {"regimes": _regimes(*self.proof)},
+            },
             "where": {
                 "sentence": self.located.sentence,
                 "half_below_Hz": self.located.frequency,
@@ -149,6 +154,20 @@ class Diagnosis:
             },
             "seconds": self.seconds,
         }
+
+
+def _regimes(before: Located, after: Located) -> list[dict[str, Any]]:
+    left = {(place.regime, place.label): place.rms for place in after.places}
+    return [
+        {
+            "regime": place.regime,
+            "label": place.label,
+            "time": place.time,
+            "before": place.rms,
+            "after": left[place.regime, place.label],
+        }
+        for place in before.places
+    ]
 
 
 def _gap(gap: Gap) -> dict[str, Any]:

@@ -78,8 +78,9 @@ class Simulator:
         model: compiled, with none of the recordings' parameters applied; not to be changed.
 
     Raises:
-        RecordingError: there are none, they name several models, or one does not fit its model.
-        UnknownNameError, InvalidValueError: as for `replay`.
+        RecordingError: there are none, they name several models, one does not fit its model, or
+            calls a parameter known or uncertain that the model cannot have.
+        InvalidValueError: ``threads`` or ``timestep`` is not positive.
     """
 
     def __init__(
@@ -209,8 +210,12 @@ class Simulator:
 
     def _described_parameters(self) -> dict[str, Parameter]:
         parameters = Adjustable(copy.copy(self.model)).parameters()
-        for values in reversed(self._described):
-            Adjustable(copy.copy(self.model)).set(values)  # refuses what cannot be
+        for recording, values in reversed([*zip(self.recordings, self._described, strict=True)]):
+            try:
+                Adjustable(copy.copy(self.model)).set(values)
+            except (UnknownNameError, InvalidValueError) as error:
+                place = f"recording {recording.name!r}, in [known] or [uncertain]"
+                raise RecordingError(f"{place}: {error}") from error
             parameters |= {n: parameters[n]._replace(value=float(v)) for n, v in values.items()}
         for channel in self.sensors.values():
             for name, unit in (("offset", channel.unit), ("drift", rate(channel.unit))):

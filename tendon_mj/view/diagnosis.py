@@ -26,7 +26,8 @@ def diagnosis_figures(
         sysid: column → held-out rms error of `mujoco.sysid` alone [the column's unit].
 
     Returns:
-        "misfit" where there is one to be placed, "gap", and "before_after".
+        "misfit" where there is one to be placed, "proof" where something was named, "gap", and
+        "before_after".
     """
     changed = bool(diagnosis.findings)
     measured, before, after = shown
@@ -35,5 +36,7 @@ def diagnosis_figures(
         remaining = diagnosis.remaining if changed else None
         figures["misfit"] = misfit_figure(diagnosis.located, remaining)
     figures["gap"] = gap_figure(diagnosis.train, diagnosis.held_out, sysid, changed=changed)
+    if changed:
+        figures["proof"] = misfit_figure(*diagnosis.proof)
     figures["before_after"] = before_after_figure(measured, before, after if changed else None)
     return figures

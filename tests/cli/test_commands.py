@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.cli import main
+from tendon_mj.cli.output import console
 from tendon_mj.cli.replay import carried_recording
 from tendon_mj.simulate.recording import read_recording
 from tendon_mj.simulate.replay import replay
@@ -207,3 +208,9 @@ def test_view_says_what_it_lacks(monkeypatch, capsys):
         pytest.skip("only Linux says so beforehand")
     assert main(["view", "finger"]) == 2
     assert "no screen" in capsys.readouterr().err
+
+
+def test_names_in_brackets_are_printed_as_they_are():
+    with console.capture() as printed:
+        console.print("elbow[left] [/left] :smile: [measured]")
+    assert printed.get() == "elbow[left] [/left] :smile: [measured]\n"

@@ -78,7 +78,7 @@ def test_what_is_missing_is_named_with_its_parameters(found):
 
 def test_pictures_and_page_are_written(found):
     out, result = found
-    for picture in ("misfit", "gap", "before_after"):
+    for picture in ("misfit", "gap", "proof", "before_after"):
         assert (out / f"{picture}.png").stat().st_size > 10_000
     assert result["sentence"] in (out / "report.html").read_text("utf-8")
 

@@ -206,8 +206,10 @@ def test_what_makes_no_simulator_is_refused():
         Simulator([])
     with pytest.raises(RecordingError, match="'bench', 'joint'"):
         Simulator([bench_recording(), joint_recording()])
-    with pytest.raises(UnknownNameError, match=r"sheath\.friction"):
+    with pytest.raises(RecordingError, match=r"recording 'pull', in \[known\].*'sheath\.friction'"):
         Simulator([bench_recording(known={"sheath.fricton": 0.1})])
+    with pytest.raises(RecordingError, match=r"recording 'pull', in .*sheath\.friction.* -1"):
+        Simulator([bench_recording(known={"sheath.friction": -1.0})])
     for wrong in ({"timestep": 0.0}, {"settle": -1.0}, {"threads": 0}):
         with pytest.raises(InvalidValueError, match=next(iter(wrong))):
             Simulator([bench_recording()], **wrong)

@@ -72,6 +72,7 @@ def diagnosis(verdict="named", rivals=(), closest=()):
         held_out=gap,
         located=located(10.0),
         remaining=located(1.02),
+        proof=(located(9.0), located(1.05)),
         before={"sheath.friction": 0.18},
         model={"sheath.friction": 0.18},
         seconds=1.0,
@@ -156,7 +157,7 @@ def test_figures_name_units_and_draw_what_they_were_given():
     found = diagnosis()
     measured, before, after = recorded(), recorded(offset=1.0), recorded(offset=0.1)
     figures = diagnosis_figures(found, (measured, before, after), {COLUMN: 0.975})
-    assert set(figures) == {"misfit", "gap", "before_after"}
+    assert set(figures) == {"misfit", "gap", "proof", "before_after"}
     loop, _, left, _ = figures["before_after"].axes
     assert loop.get_ylabel() == "output tension [N]"
     assert left.get_xlabel() == "input displacement [m]"
