@@ -5,9 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from tendon_mj.diagnosis.catalogue import CATALOGUE
 from tendon_mj.diagnosis.gap import Gap
 from tendon_mj.diagnosis.verdict import Finding, Value, Verdict
 
+_RUGGED = frozenset(name for name, effect in CATALOGUE.items() if effect.rugged)
+_SLIPS = (
+    " Where a tendon sticks and slips it may also be its values that were not found, or the steps"
+    " that are too long."
+)
 _QUIET = 0.7  # times the noise: a model cannot be off by less, unless the noise is said too large
 _COARSE = 1.5  # times what shorter steps would leave: worth saying
 _PLAIN = 1.05  # times the noise: more wants a word on what the rest is put down to
@@ -44,8 +50,11 @@ def say(
         taken = f", and it would take {', '.join(beyond)} beyond its range" if beyond else ""
         closest = f" The closest is {_list(findings)}, but {shrank}{taken}."
         alone = f" On data that chose nothing the model is off by {gap.before:.2f} times the noise."
-        return "Something is missing that the catalogue does not hold." + (
-            closest if findings else alone
+        slips = any(finding.identifier in _RUGGED for finding in findings)
+        return (
+            "Something is missing that the catalogue does not hold."
+            + (closest if findings else alone)
+            + (_SLIPS if slips else "")
         )
     missing = [finding for finding in findings if finding.kind == "missing"]
     wrong = [finding for finding in findings if finding.kind != "missing"]

@@ -10,7 +10,7 @@ from tendon_mj.diagnosis.verdict import Diagnosis
 from tendon_mj.simulate.recording import Recording
 from tendon_mj.view.before_after import before_after_figure
 from tendon_mj.view.gap import gap_figure
-from tendon_mj.view.misfit_map import misfit_figure
+from tendon_mj.view.misfit_map import misfit_figure, proof_figure
 
 
 def diagnosis_figures(
@@ -37,6 +37,6 @@ def diagnosis_figures(
         figures["misfit"] = misfit_figure(diagnosis.located, remaining)
     figures["gap"] = gap_figure(diagnosis.train, diagnosis.held_out, sysid, changed=changed)
     if changed:
-        figures["proof"] = misfit_figure(*diagnosis.proof)
+        figures["proof"] = proof_figure(*diagnosis.proof)
     figures["before_after"] = before_after_figure(measured, before, after if changed else None)
     return figures

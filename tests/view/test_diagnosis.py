@@ -179,6 +179,14 @@ def test_the_map_shows_shares_of_what_there_was_before():
     assert sum(bars[2]) == pytest.approx(100.0 * (1.02**2 - 1.0) / 99.0)
 
 
+def test_the_proof_shows_the_error_of_every_regime_in_noise():
+    shown = (recorded(), recorded(), recorded())
+    direction = diagnosis_figures(diagnosis(), shown)["proof"].axes[0]
+    before, after = ([bar.get_width() for bar in bars] for bars in direction.containers)
+    np.testing.assert_allclose(before, [p.rms for p in located(9.0).places[:2]])
+    np.testing.assert_allclose(after, [p.rms for p in located(1.05).places[:2]])
+
+
 def test_where_nothing_is_missing_there_is_no_map():
     shown = (recorded(), recorded(), recorded())
     assert "misfit" not in diagnosis_figures(diagnosis("nothing missing"), shown)
