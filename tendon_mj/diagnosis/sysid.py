@@ -27,8 +27,9 @@ from tendon_mj.diagnosis.gap import measure_gap
 from tendon_mj.diagnosis.problem import Make, Problem, for_choices, whole
 from tendon_mj.errors import TendonError
 from tendon_mj.simulate.progress import Progress, silent
+from tendon_mj.simulate.quiet import trials
 from tendon_mj.simulate.recording import Recording
-from tendon_mj.simulate.simulator import Simulator, trials
+from tendon_mj.simulate.simulator import Simulator
 
 FloatArray = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ import os
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from typing import NamedTuple, Protocol
 
 import mujoco
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from tendon_mj.engine import sheaths
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.simulate.library import load_model
+from tendon_mj.simulate.quiet import UNSOLVED, unlogged
 from tendon_mj.simulate.recording import Recording
 from tendon_mj.simulate.replay_course import Course, described_values
 from tendon_mj.simulate.replay_parameters import Adjustable
@@ -27,8 +28,6 @@ from tendon_mj.simulate.replay_units import column_unit, rate
 FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
 Series = dict[str, FloatArray]
-
-_UNSOLVED = "some simulations: sheath"  # how a warning begins
 
 
 class Simulates(Protocol):
@@ -185,14 +184,14 @@ class Simulator:
         jobs = self._jobs(parameter_sets)
         answers: list[list[Series]] = [[{} for _ in self.recordings] for _ in parameter_sets]
         unsolved: set[str] = set()
-        with nullcontext() if self._strict else _unlogged():
+        with nullcontext() if self._strict else unlogged():
             for job, (series, stuck) in zip(jobs, self._run_all(jobs), strict=True):
                 unsolved |= stuck
                 for (row, _), read in zip(job.readouts, series, strict=True):
                     answers[row][job.recording] = read
         if unsolved:
             warnings.warn(
-                f"{_UNSOLVED} {', '.join(map(repr, sorted(unsolved)))} found no"
+                f"{UNSOLVED} {', '.join(map(repr, sorted(unsolved)))} found no"
                 " equilibrium in some evaluations, and took the best that it had",
                 RuntimeWarning,
                 stacklevel=2,
@@ -279,26 +278,3 @@ def _collides_never(model: mujoco.MjModel) -> bool:
     kinds = np.bitwise_or.reduce(model.geom_contype, initial=0)
     partners = np.bitwise_or.reduce(model.geom_conaffinity, initial=0)
     return not (kinds & partners) and model.npair == 0 and model.nflex == 0
-
-
-@contextmanager
-def trials() -> Iterator[None]:
-    """Keep quiet about sheaths without equilibrium, at values that are only tried."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", _UNSOLVED, RuntimeWarning)
-        yield
-
-
-@contextmanager
-def _unlogged() -> Iterator[None]:
-    """Keep MuJoCo from writing a log file where it runs, for simulations that may fail."""
-    logger = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(_ignore)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(logger)
-
-
-def _ignore(message: str) -> None:
-    """Failing shows in the series."""

@@ -11,10 +11,11 @@ import pytest
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.simulate.bench import Bench, build_bench
 from tendon_mj.simulate.library import load_model
+from tendon_mj.simulate.quiet import trials
 from tendon_mj.simulate.recording import Measured, Recording, Uncertain
 from tendon_mj.simulate.replay import replay
 from tendon_mj.simulate.replay_units import UNKNOWN, live_unit
-from tendon_mj.simulate.simulator import Parameter, Simulates, Simulator, trials
+from tendon_mj.simulate.simulator import Parameter, Simulates, Simulator
 
 from tendon_mj.attach import Parameters  # isort: skip
 import mujoco  # isort: skip
