@@ -26,6 +26,7 @@ FloatArray = NDArray[np.float64]
 Report = Callable[[str, int, int], None]
 
 _INVISIBLE = 1e-8  # mean square trace, in noise, below which an effect has no place on a model
+_NOTHING = 1e-9  # of a probe: no switching on
 _LARGER, _TRIES = 1e3, 3  # a probe that leaves none is enlarged by so much, so often
 _BATCH = 8  # parameter sets that are simulated between two reports
 _KEPT = (0.05, 0.15)  # of what the best explains, to be looked at again
@@ -161,7 +162,8 @@ def _weigh(
     scaled = np.array([t.scaled(v) for t, v in zip(terms, sight.start[:count], strict=True)])
     tried = sight.start[count] - strength.inert
     trace = row - residual - slopes @ (scaled - fitted.scaled)
-    if float(trace @ trace) < _INVISIBLE * trace.size or tried == 0.0:
+    nothing = abs(tried) < _NOTHING * strength.probe
+    if nothing or float(trace @ trace) < _INVISIBLE * trace.size:
         return []
     achieved = replace(sight, explained=float(residual @ residual - row @ row) / row.size)
     matrix = np.column_stack([slopes, trace])
