@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 
 import numpy as np
 
@@ -43,6 +44,13 @@ def admit(train: Sequence[Recording], held_out: Sequence[Recording]) -> None:
             if np.ptp(recording.columns[column]) == 0.0:
                 raise RecordingError(
                     f"{where}, column {column!r}: never moves, so it tells nothing"
+                )
+    for recordings in (train, held_out):
+        for one, other in combinations(recordings, 2):
+            if _same_data(one, other):
+                raise RecordingError(
+                    f"recording {other.name!r}: holds the same data as {one.name!r}; given twice"
+                    " they would count double"
                 )
     for recording in held_out:
         if any(_same_data(recording, other) for other in train):

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tendon_mj.diagnosis.around import look_around
+from tendon_mj.diagnosis.around import look_around, slopes_hold
 from tendon_mj.diagnosis.effect import Candidate, Term
 from tendon_mj.diagnosis.fit import Fit, fit
 from tendon_mj.diagnosis.held_out import Gain, Leftover, gain, leave_out
@@ -156,13 +156,15 @@ class Setting:
         return self._look(settled, whole, widely=False) if rugged else settled
 
     def _look(self, entrant: Entrant, whole: float, *, widely: bool) -> Entrant:
-        """The better of a fit and one from around it, where it leaves what is worth a look.
+        """The better of a fit and one from around it, where least squares may have got lost.
 
         ``widely``: from all that the effect added last may be.
         """
         if entrant.gap <= max(self.least, may_remain(whole)):
             return entrant
         fitted, last = entrant.fit, entrant.candidate
+        if slopes_hold(self.problem, self.base, fitted):
+            return entrant
         terms = fitted.own(last) if widely and last is not None else slice(0)
         start = look_around(self.problem, self.base, fitted, terms, self.report)
         around = self.enter(fitted.effects, start, last, near=fitted, trials=POLISH)

@@ -131,7 +131,8 @@ class Effect:
         kind: see `Candidate`.
         though_known: whether it may also write what was "measured on the rig".
         rugged: whether the misfit has many small valleys by its terms, as where it makes a sheath
-            stick and slip; then their whole ranges are searched, see `look_around`.
+            stick and slip; where slopes do not hold their whole ranges are searched, see
+            `tendon_mj.diagnosis.around`.
     """
 
     identifier: str

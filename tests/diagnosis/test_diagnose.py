@@ -210,6 +210,13 @@ def test_proof_on_what_chose_is_refused() -> None:
         diagnose(train, [*held_out, replace(train[0], name="copy")], Toy)
 
 
+def test_the_same_data_twice_is_refused() -> None:
+    train, held_out = rig(1, {})
+    copy = replace(train[0], name="copy")
+    with pytest.raises(RecordingError, match=f"'copy': holds the same data as '{train[0].name}'"):
+        diagnose([*train, copy], held_out, Toy)
+
+
 def test_a_model_that_becomes_unstable_is_refused_with_the_range_of_the_drive() -> None:
     class Unstable(Toy):
         def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:

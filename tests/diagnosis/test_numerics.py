@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_mj.diagnosis.around import look_around
+from tendon_mj.diagnosis.around import look_around, slopes_hold
 from tendon_mj.diagnosis.contest import Setting
 from tendon_mj.diagnosis.effect import Candidate, Term
 from tendon_mj.diagnosis.fit import fit
@@ -102,6 +102,15 @@ def test_looking_around_leads_out_of_a_local_minimum() -> None:
     free = fit(problem, {}, [FRICTION], (), around, refined=stuck.refined, trials=30)
     assert free.values[0] == pytest.approx(0.2, abs=5e-4)
     assert np.array_equal(around, look_around(problem, {}, stuck, slice(1), lambda *_: None))
+
+
+def test_slopes_hold_where_the_response_is_smooth_and_not_among_many_valleys() -> None:
+    rugged = rugged_problem()
+    smooth = replace(rugged, simulate=Toy(rugged.recordings))  # leaves the ripple unexplained
+    for problem in (smooth, rugged):
+        stuck = fit(problem, {}, [FRICTION], (), np.array([0.15]), trials=30)
+        assert np.mean(stuck.residual**2) > 2.0
+        assert slopes_hold(problem, {}, stuck) == (problem is smooth)
 
 
 @pytest.mark.parametrize("rugged", [False, True])
