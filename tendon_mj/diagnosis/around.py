@@ -48,7 +48,8 @@ def slopes_hold(problem: Problem, base: Mapping[str, float], fitted: Fit) -> boo
     free, used = fitted.free, problem.chosen
     slopes = fitted.jacobian[used]
     left = max(float(np.mean(fitted.residual[used] ** 2)) - 1.0, 0.0)
-    reach = np.sqrt(left / np.mean(slopes[:, free] ** 2, axis=0))
+    with np.errstate(divide="ignore"):  # a term may show in the tails alone, which choose nothing
+        reach = np.sqrt(left / np.mean(slopes[:, free] ** 2, axis=0))
     strides = np.zeros((reach.size, free.size))
     strides[:, free] = np.diag(np.minimum(reach, _LONGEST * np.ptp(fitted.bounds, axis=0)[free]))
     points = np.clip(np.vstack([strides, -strides]) + fitted.scaled, *fitted.bounds)
