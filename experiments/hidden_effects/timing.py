@@ -1,6 +1,7 @@
 """Times one diagnosis: four recordings of 20 s at 1 kHz on `bench`, the whole catalogue.
 
-`python -m experiments.hidden_effects.timing`; the twin hides viscous friction, or `--effect`.
+`python -m experiments.hidden_effects.timing`; the twin hides viscous friction, or `--effect`. Where
+the catalogue is to lack it, `--effect creep --exclude creep`, a diagnosis has to abstain.
 """
 
 from __future__ import annotations
@@ -44,17 +45,18 @@ def recordings(effect: str, seed: int) -> list[Recording]:
     ]
 
 
-def main(effect: str = "viscous_friction", seed: int = 1) -> None:
+def main(effect: str = "viscous_friction", exclude: tuple[str, ...] = (), seed: int = 1) -> None:
     """Make the recordings, diagnose them, and print how long the diagnosis took.
 
     Args:
         effect: of the transmission or a sensor, to hide.
+        exclude: effects that the catalogue is to lack.
         seed: of everything.
     """
     train = recordings(effect, seed)
     began = time.perf_counter()
     with progress_bar() as progress:
-        found = diagnose(train, progress=progress)
+        found = diagnose(train, exclude=exclude, progress=progress)
     Console().print(found.sentence, soft_wrap=True)
     Console().print(f"{time.perf_counter() - began:.1f} s")
 
