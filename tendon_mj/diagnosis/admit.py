@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tendon_mj.diagnosis.problem import Problem
+from tendon_mj.diagnosis.problem import Problem, for_choices, whole
 from tendon_mj.diagnosis.regimes import motion
 from tendon_mj.errors import RecordingError
 from tendon_mj.simulate.recording import Recording
@@ -24,7 +26,8 @@ def admit(train: Sequence[Recording], held_out: Sequence[Recording]) -> None:
     if not train:
         raise RecordingError("a diagnosis needs at least one recording")
     first = train[0]
-    for recording in (*train, *held_out):
+    masks = (*for_choices(train, held_out), *whole(held_out))
+    for recording, mask in zip((*train, *held_out), masks, strict=True):
         where = f"recording {recording.name!r}"
         if not recording.measured:
             raise RecordingError(f"{where}: no column is in [measured]: nothing to compare with")
@@ -40,10 +43,12 @@ def admit(train: Sequence[Recording], held_out: Sequence[Recording]) -> None:
             raise RecordingError(
                 f"{where}: {recording.time.size} samples; a diagnosis needs {_FEWEST} or more"
             )
+        if not mask.all():
+            _admit_part(recording, mask)
         for column in recording.measured:
-            if np.ptp(recording.columns[column]) == 0.0:
+            if np.ptp(recording.columns[column][mask]) == 0.0:
                 raise RecordingError(
-                    f"{where}, column {column!r}: never moves, so it tells nothing"
+                    f"{where}, column {column!r}: never moves, so it tells nothing{_kept(mask)}"
                 )
     for recordings in (train, held_out):
         for one, other in combinations(recordings, 2):
@@ -60,10 +65,30 @@ def admit(train: Sequence[Recording], held_out: Sequence[Recording]) -> None:
             )
 
 
+def _admit_part(recording: Recording, mask: NDArray[np.bool_]) -> None:
+    """Refuse a recording that moves back and forth only where nothing is chosen."""
+    columns = {name: series[mask] for name, series in recording.columns.items()}
+    try:
+        motion(replace(recording, time=recording.time[mask], columns=columns))
+    except RecordingError as error:
+        raise RecordingError(f"{error}{_kept(mask)}") from None
+
+
+def _kept(mask: NDArray[np.bool_]) -> str:
+    return "" if mask.all() else "; its last quarter does not count, it is kept for the proof"
+
+
 def _same_data(one: Recording, other: Recording) -> bool:
-    return np.array_equal(one.time, other.time) and all(
-        column in other.columns and np.array_equal(one.columns[column], other.columns[column])
-        for column in one.measured
+    """Whether what was measured in one is a stretch of the other, at whatever time."""
+    if one.time.size > other.time.size:
+        one, other = other, one
+    if not one.measured.keys() <= other.columns.keys():
+        return False
+    size, first = one.time.size, next(iter(one.measured))
+    begins = other.columns[first][: other.time.size - size + 1] == one.columns[first][0]
+    return any(
+        all(np.array_equal(other.columns[c][k : k + size], one.columns[c]) for c in one.measured)
+        for k in np.flatnonzero(begins)
     )
 
 

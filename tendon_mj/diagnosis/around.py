@@ -37,22 +37,21 @@ _EACH = 6  # points of a generation, for every term
 def slopes_hold(problem: Problem, base: Mapping[str, float], fitted: Fit) -> bool:
     """Whether the response about a fit changes as its slopes say; then it is at the bottom.
 
-    Each free term takes a stride to either side, in which by its slope the response changes by as
-    much as the fit leaves; with the changes Δ_k that it makes and d_k that its slope tells of,
-    Σ |Δ_k − d_k|² < 0.2 Σ |Δ_k|².
+    Each term takes a stride to either side within its range, in which by its slope the response
+    changes by as much as the fit leaves; with the changes Δ_k that it makes and d_k that its slope
+    tells of, Σ |Δ_k − d_k|² < 0.2 Σ |Δ_k|².
 
     Args:
         problem, base: the data, and the parameters that the model has.
         fitted: least squares' end.
     """
-    free, used = fitted.free, problem.chosen
+    used, longest = problem.chosen, _LONGEST * np.ptp(fitted.bounds, axis=0)
     slopes = fitted.jacobian[used]
-    left = max(float(np.mean(fitted.residual[used] ** 2)) - 1.0, 0.0)
-    with np.errstate(divide="ignore"):  # a term may show in the tails alone, which choose nothing
-        reach = np.sqrt(left / np.mean(slopes[:, free] ** 2, axis=0))
-    strides = np.zeros((reach.size, free.size))
-    strides[:, free] = np.diag(np.minimum(reach, _LONGEST * np.ptp(fitted.bounds, axis=0)[free]))
-    points = np.clip(np.vstack([strides, -strides]) + fitted.scaled, *fitted.bounds)
+    left = np.sqrt(max(float(np.mean(fitted.residual[used] ** 2)) - 1.0, 0.0))
+    steep = np.sqrt(np.mean(slopes**2, axis=0))
+    reach = np.divide(left, steep, out=longest.copy(), where=steep * longest > left)
+    strides = np.vstack([np.diag(reach), -np.diag(reach)])
+    points = np.clip(fitted.scaled + strides, *fitted.bounds)
     sets = [fitted.parameters(base, natural(fitted.terms, point)) for point in points]
     here, *there = problem.residuals([fitted.parameters(base), *sets])[:, used]
     changed = bent = 0.0
@@ -81,6 +80,8 @@ def look_around(
     half = np.full(free.size, np.inf)
     half[free] = half_widths(problem, fitted, free)
     free[widely], half[widely] = True, np.inf
+    if not free.any():
+        return fitted.values.copy()
     low = np.maximum(fitted.scaled - _WIDE * half, fitted.bounds[0])[free]
     high = np.minimum(fitted.scaled + _WIDE * half, fitted.bounds[1])[free]
     generation = 0

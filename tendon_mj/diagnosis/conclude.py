@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Collection
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.diagnosis.catalogue import CATALOGUE
-from tendon_mj.diagnosis.contest import CLOSED, Entrant, Setting, least_gap
+from tendon_mj.diagnosis.contest import CLOSED, Entrant, Setting, grain, least_gap
 from tendon_mj.diagnosis.effect import Term
 from tendon_mj.diagnosis.fit import Fit
 from tendon_mj.diagnosis.gap import Gap, measure_gap
@@ -20,7 +21,8 @@ from tendon_mj.diagnosis.problem import Problem
 from tendon_mj.diagnosis.sentence import doubt, say
 from tendon_mj.diagnosis.verdict import Diagnosis, Finding, Ranked, Value, Verdict
 
-_LARGEST = 8.0  # gap above which nothing is named (3 noise rms): most of it is something else
+_LARGEST = 8.0  # gap above which nothing is named (3 noise rms): most of it is something else, if
+# it is more than lumping a sheath leaves
 _EXPLAINS = 0.01  # of the gap, to be in the ranking
 _MARGIN = 0.01  # of its range: nearer to an end a calibrated value is held by it
 
@@ -31,6 +33,7 @@ def conclude(
     own: Problem,
     proof: Problem,
     steps: float | None,
+    excluded: Collection[str],
     began: float,
 ) -> Diagnosis:
     """Prove what was named, decide, and put it into words.
@@ -42,6 +45,7 @@ def conclude(
         own: the same data in the model's own steps.
         proof: recordings that no choice has seen, likewise; ``own`` where only tails were kept.
         steps: in which the setting's problem is searched, see `in_steps`.
+        excluded: effects that were not to be considered.
         began: when the diagnosis did (`time.perf_counter`) [s].
     """
     problem, base, held_out = setting.problem, setting.base, proof is not own
@@ -61,7 +65,8 @@ def conclude(
     unseen = proof.residuals(sets) if held_out else seen
     stated = measure_gap(proof, unseen[0], unseen[1], mask)
     beyond = _beyond(problem, fits[1])
-    verdict = _decide(setting, naming, refined, stated, least, bool(beyond))
+    most = max(_LARGEST, grain(judged))
+    verdict = _decide(setting, naming, refined, stated, (least, most), bool(beyond))
 
     findings = tuple(_finding(named) for named in naming.named)
     found = verdict in ("named", "parameter")
@@ -70,9 +75,11 @@ def conclude(
     calibrated = _values(setting, model, own=False)
     return Diagnosis(
         verdict=verdict,
-        sentence=say(verdict, findings, stated, refined.after, least, beyond) + doubt(calibrated),
+        sentence=say(verdict, findings, stated, refined.after, least, beyond, sorted(excluded))
+        + doubt(calibrated),
         findings=findings if found else (),
         closest=() if found else tuple(finding.identifier for finding in findings),
+        excluded=tuple(sorted(excluded)),
         ranking=_ranking(naming, problem.chosen),
         calibrated=calibrated,
         parameters=_values(setting, model, own=True),
@@ -88,11 +95,21 @@ def conclude(
 
 
 def _decide(
-    setting: Setting, naming: Naming, refined: Gap, stated: Gap, least: float, beyond: bool
+    setting: Setting,
+    naming: Naming,
+    refined: Gap,
+    stated: Gap,
+    worth: tuple[float, float],
+    beyond: bool,
 ) -> Verdict:
-    """The verdict, from what the data that chose nothing say, and what of it is worth a name."""
+    """The verdict, from what the data that chose nothing say.
+
+    Less than the first of ``worth`` is not worth a name, and more than the second may not remain
+    [noise power].
+    """
+    least, most = worth
     left = refined.after**2 - refined.noise_floor**2
-    if left > _LARGEST:
+    if left > most:
         return "unknown"
     if not naming.named:
         small = naming.calibrated.gap <= setting.least and left <= least

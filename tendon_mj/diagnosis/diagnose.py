@@ -60,6 +60,7 @@ def diagnose(
             parameter uncertain that the simulator does not know.
     """
     began = time.perf_counter()
+    exclude = {exclude} if isinstance(exclude, str) else exclude
     admit(train, held_out)
     own = Problem(tuple(train), simulator(train), for_choices(train, held_out))
     base = {name: p.value for name, p in own.simulate.parameters.items()}
@@ -90,7 +91,7 @@ def diagnose(
     setting = replace(setting, candidates=catalogue, floor=floor)
     naming = name_effects(setting, start)
     proof = Problem(tuple(held_out), simulator(held_out), whole(held_out)) if held_out else own
-    found = conclude(setting, naming, own, proof, steps, began)
+    found = conclude(setting, naming, own, proof, steps, exclude, began)
     while steps and steps > _SHORTEST and _steps_matter(setting, naming, found.verdict):
         steps *= 0.5
         progress("once more in shorter steps", 0, 1)
@@ -98,7 +99,7 @@ def diagnose(
         before = setting.polish(naming.calibrated)
         after = setting.settle_again(naming.final, before.gap)
         naming = replace(naming, calibrated=before, final=after)
-        found = conclude(setting, naming, own, proof, steps, began)
+        found = conclude(setting, naming, own, proof, steps, exclude, began)
         progress("once more in shorter steps", 1, 1)
     return found
 

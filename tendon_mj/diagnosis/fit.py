@@ -27,6 +27,7 @@ _DIFFERENCE = 1e-2  # of a probe: above the grain of stick and slip, below what 
 _AT_END = 1e-5, 1e-3  # of its range, and of its probe: nearer to an end a term is held by it
 _HOPELESS = 1e6  # what a failed simulation counts as, in noise
 _AGAIN = 3  # points in each further round, which begins where the one before ended
+_FLAT = float(np.finfo(float).eps)  # no term does anything: SciPy's step would be 0/0
 _SETTLED = 0.02  # mean square [noise power]: what refining adds has changed by less
 _ROUNDS = 3
 
@@ -220,7 +221,7 @@ class _Search:
                 bounds=(self.bounds[0] + shift, self.bounds[1] + shift),
                 ftol=tolerance,
                 xtol=tolerance,
-                gtol=None,
+                gtol=_FLAT,
                 max_nfev=trials,
             )
             point = solution.x - shift

@@ -115,7 +115,8 @@ def _say(places: Sequence[Place], residual: FloatArray, frequency: float) -> str
     for place in dense:
         if place.regime not in told:
             told.append(place.regime)
-            said += f"; {place.excess:.0%} of the excess lies in {place.time:.0%} of the samples, "
+            share = min(place.excess, 1.0)  # more, where another bin is below the noise
+            said += f"; {share:.0%} of the excess lies in {place.time:.0%} of the samples, "
             said += f"where {place.regime} is {place.label}"
         if len(told) == 3:
             break

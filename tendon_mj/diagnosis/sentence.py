@@ -26,6 +26,7 @@ def say(
     refined: float,
     least: float,
     beyond: Sequence[str],
+    excluded: Sequence[str] = (),
 ) -> str:
     """The verdict, where, and what it is worth on data that chose nothing.
 
@@ -35,6 +36,7 @@ def say(
         refined: what the final model would leave in ever shorter ones [noise].
         least: gap that is put down to the simulation [noise power].
         beyond: uncertain parameters that the explanation would take beyond their ranges.
+        excluded: effects of the catalogue that were not to be considered.
     """
     if verdict == "nothing missing":
         return _nothing(gap, least)
@@ -45,14 +47,15 @@ def say(
     if gap.after > _COARSE * refined:
         shrank += f" ({refined:.2f} in ever shorter steps: the model's timestep is too long for it)"
     if gap.reducible_closed > 0.0:
-        shrank += f", which closes {gap.reducible_closed:.0%} of what could be closed"
+        shrank += f", which closes {min(gap.reducible_closed, 1.0):.0%} of what could be closed"
     if verdict == "unknown":
         taken = f", and it would take {', '.join(beyond)} beyond its range" if beyond else ""
         closest = f" The closest is {_list(findings)}, but {shrank}{taken}."
         alone = f" On data that chose nothing the model is off by {gap.before:.2f} times the noise."
+        without = f", without {', '.join(excluded)}," if excluded else ""
         slips = any(finding.identifier in _RUGGED for finding in findings)
         return (
-            "Something is missing that the catalogue does not hold."
+            f"Something is missing that the catalogue{without} does not hold."
             + (closest if findings else alone)
             + (_SLIPS if slips else "")
         )
@@ -67,11 +70,15 @@ def say(
 def doubt(calibrated: Mapping[str, Value]) -> str:
     """What to say of uncertain values that the data do not hold within their range."""
     return "".join(
-        f" {name} stands at an end of its range, {value.low:g} … {value.high:g} {value.unit}: if"
-        " that is not the rig's limit, widen it."
+        f" {name} stands at an end of its range, {value.low:g} … {value.high:g}{_unit(value)}:"
+        " if that is not the rig's limit, widen it."
         for name, value in calibrated.items()
         if value.at_end
     )
+
+
+def _unit(value: Value) -> str:
+    return "" if value.unit == "-" else f" {value.unit}"
 
 
 def _nothing(gap: Gap, least: float) -> str:
@@ -83,8 +90,8 @@ def _nothing(gap: Gap, least: float) -> str:
         )
     if gap.before < _QUIET:
         said += (
-            ". No model is that good: the noise of these recordings is said, or estimated, too"
-            " large, and hides what is smaller. State it in [measured]"
+            ". No model is that good: the noise in [measured], or its estimate where none is"
+            " stated, is too large and hides what is smaller"
         )
     return said + "."
 

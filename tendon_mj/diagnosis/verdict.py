@@ -84,6 +84,7 @@ class Diagnosis:
         findings: named effects and parameters, in the order of how much they explain. Empty
             unless the verdict is "named" or "parameter".
         closest: identifiers that explained most where the verdict is "unknown".
+        excluded: identifiers of effects that were not to be considered.
         ranking: every candidate for the first finding that explains anything, the fitted ones
             first.
         calibrated: what the recordings call uncertain, fitted.
@@ -100,6 +101,7 @@ class Diagnosis:
     sentence: str
     findings: tuple[Finding, ...]
     closest: tuple[str, ...]
+    excluded: tuple[str, ...]
     ranking: tuple[Ranked, ...]
     calibrated: Mapping[str, Value]
     parameters: Mapping[str, Value]
@@ -139,6 +141,7 @@ class Diagnosis:
             "findings": [vars(finding) for finding in self.findings],
             "indistinguishable": self.indistinguishable,
             "closest": list(self.closest),
+            "excluded": list(self.excluded),
             "ranking": [vars(ranked) for ranked in self.ranking],
             "parameters": {name: vars(value) for name, value in self.parameters.items()},
             "calibrated": {name: vars(value) for name, value in self.calibrated.items()},

@@ -121,19 +121,37 @@ class Simulator:
         """Hinges and slides that have a name, and whether a driven column prescribes their motion.
 
         A motor's torque or force prescribes none; an actuator with a gain on the joint's place or
-        rate does.
+        rate does, unless what came of it was measured.
         """
         names = {
             name.rsplit(".", 1)[0] for name, p in self._parameters.items() if p.kind == "joint"
         }
-        on_joint = (mujoco.mjtTrn.mjTRN_JOINT.value, mujoco.mjtTrn.mjTRN_JOINTINPARENT.value)
-        actuators = [self.model.actuator(channel.name) for channel in self.inputs.values()]
         driven = {
-            self.model.joint(int(a.trnid[0])).name
-            for a in actuators
-            if a.trntype[0] in on_joint and a.biasprm[1:3].any()
+            joint
+            for channel in self.inputs.values()
+            if self.model.actuator(channel.name).biasprm[1:3].any()
+            for joint in self._moved_by(channel.name)
         }
-        return {name: name in driven for name in sorted(names)}
+        return {name: name in driven - self._measured_joints() for name in sorted(names)}
+
+    def _moved_by(self, actuator: str) -> set[str]:
+        """The joint that an actuator is on, if it is on one."""
+        on_joint = (mujoco.mjtTrn.mjTRN_JOINT.value, mujoco.mjtTrn.mjTRN_JOINTINPARENT.value)
+        found = self.model.actuator(actuator)
+        on = found.trntype[0] in on_joint
+        return {self.model.joint(int(found.trnid[0])).name} if on else set()
+
+    def _measured_joints(self) -> set[str]:
+        """Joints of which a measured column reads the place, the rate, or what drives them."""
+        found: set[str] = set()
+        for channel in self.sensors.values():
+            sensor = self.model.sensor(channel.name)
+            kind, element = int(sensor.objtype[0]), int(sensor.objid[0])
+            if kind == mujoco.mjtObj.mjOBJ_JOINT:
+                found.add(self.model.joint(element).name)
+            elif kind == mujoco.mjtObj.mjOBJ_ACTUATOR:
+                found |= self._moved_by(self.model.actuator(element).name)
+        return found
 
     @property
     def inputs(self) -> dict[str, Channel]:

@@ -93,7 +93,6 @@ def test_the_simulations_leave_the_gaps_that_the_result_states(rig, found):
 
 
 def test_the_model_that_is_written_has_what_was_found(rig, found):
-    pytest.importorskip("tendon_mj.simulate.patch")
     out, _ = found
     patched = mujoco.MjModel.from_xml_path(str(out / "model.xml"))
     again = replay(read_recording(rig[1.0][1]), patched, described=False)

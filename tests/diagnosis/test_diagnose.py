@@ -17,6 +17,7 @@ from tendon_mj.simulate.recording import Measured, Recording, Uncertain
 from tendon_mj.simulate.simulator import Simulator
 from tests.diagnosis.toy import COLUMNS, NOISE, FloatArray, Toy, recording, rig
 
+COLUMN = next(iter(COLUMNS))
 JOINTS = ("joint_stiffness", "joint_damping", "joint_friction")
 
 EFFECTS = {
@@ -91,7 +92,7 @@ def test_noise_that_is_said_too_large_is_told() -> None:
         replace(r, measured={c: Measured(m.sensor, 1.0) for c, m in r.measured.items()})
         for r in (*train, *held_out)
     ]
-    assert "State it in [measured]" in diagnose(loud[:3], loud[3:], Toy).sentence
+    assert "the noise in [measured], or its estimate" in diagnose(loud[:3], loud[3:], Toy).sentence
 
 
 def test_what_the_simulator_does_not_know_cannot_be_uncertain() -> None:
@@ -168,6 +169,36 @@ def test_the_result_is_plain() -> None:
         assert sum(p["time"] for p in shares) == pytest.approx(1.0)
 
 
+def test_what_lumping_leaves_is_not_missing_however_little_the_noise() -> None:
+    noise, strange = 1e-3, 0.01  # N; the signals' range is 12 N
+    made = [recording(f"r{k}", k, {"sheath.friction": 0.2}, strange, noise) for k in range(4)]
+    found = diagnose(made[:2], made[2:], Toy)
+    assert found.held_out.before > 5.0
+    assert found.verdict == "nothing missing"
+    assert "put down to the simulation itself" in found.sentence
+
+
+def test_an_uncertain_number_that_nothing_measured_shows_is_left_where_it_was() -> None:
+    stated = {"output_tension.offset": Uncertain(0.1, -1.0, 1.0)}
+    made = [
+        replace(r, measured={COLUMN: r.measured[COLUMN]}, uncertain=stated)
+        for r in (recording("a", 1, {}), recording("b", 2, {}))
+    ]
+    found = diagnose(made[:1], made[1:], Toy)
+    assert found.verdict == "nothing missing"
+    value = found.calibrated["output_tension.offset"]
+    assert (value.value, value.low, value.high) == (pytest.approx(0.1), -1.0, 1.0)
+    assert not value.determined
+
+
+def test_what_was_excluded_is_said_beside_what_the_catalogue_lacks() -> None:
+    train, held_out = rig(1, EFFECTS["friction_drift"], extra=1.0)
+    found = diagnose(train, held_out, Toy, exclude="friction_drift")
+    assert found.verdict == "unknown"
+    assert "the catalogue, without friction_drift, does not hold" in found.sentence
+    assert found.result()["excluded"] == ["friction_drift"]
+
+
 def test_unknown_names_are_refused_with_the_nearest() -> None:
     train, held_out = rig(1, {})
     with pytest.raises(UnknownNameError, match="did you mean 'backlash'"):
@@ -208,6 +239,31 @@ def test_proof_on_what_chose_is_refused() -> None:
     train, held_out = rig(1, {})
     with pytest.raises(RecordingError, match="among those that choose"):
         diagnose(train, [*held_out, replace(train[0], name="copy")], Toy)
+
+
+def later(made: Recording, first: int, last: int, name: str = "later") -> Recording:
+    """Some of the samples, an hour later."""
+    columns = {column: series[first:last] for column, series in made.columns.items()}
+    return replace(made, name=name, time=made.time[first:last] + 3600.0, columns=columns)
+
+
+def test_a_stretch_of_what_chose_proves_nothing_at_whatever_time() -> None:
+    train, _ = rig(1, {})
+    for stretch in (later(train[1], 0, 600), later(train[1], 50, 450)):
+        with pytest.raises(RecordingError, match="'later': held out, and among those that choose"):
+            diagnose(train, [stretch], Toy)
+
+
+def test_what_is_kept_for_the_proof_neither_reverses_nor_moves_the_rest() -> None:
+    made = recording("late", 1, {})
+    only_late = np.where(made.time < 5.0, made.time, 10.0 - made.time) * 1e-4
+    columns = {**made.columns, "input_displacement_m": only_late}
+    with pytest.raises(RecordingError, match=r"never reversed.* last quarter does not count"):
+        diagnose([replace(made, columns=columns)], (), Toy)
+    still = np.where(made.time < 5.0, 20.0, made.columns[COLUMN])
+    columns = {**made.columns, COLUMN: still}
+    with pytest.raises(RecordingError, match=f"'{COLUMN}': never moves.* last quarter"):
+        diagnose([replace(made, columns=columns)], (), Toy)
 
 
 def test_the_same_data_twice_is_refused() -> None:

@@ -68,6 +68,11 @@ def test_two_effects_are_both_found(judged: dict[str, Judged]) -> None:
 
 def test_a_wrong_number_is_no_missing_effect(judged: dict[str, Judged]) -> None:
     assert judged["number"].verdict == "parameter"
+    assert judged["number"].result is not None
+    findings = judged["number"].result["findings"]
+    assert "axial_stiffness" in {f["identifier"] for f in findings}.union(
+        *(f["rivals"] for f in findings)
+    )
 
 
 @pytest.mark.parametrize("name", ["nothing", "nothing_too"])
@@ -76,4 +81,5 @@ def test_where_nothing_is_hidden_nothing_is_named(judged: dict[str, Judged], nam
 
 
 def test_what_the_catalogue_lacks_gets_no_confident_name(judged: dict[str, Judged]) -> None:
+    assert judged["strange"].verdict != "failed"
     assert not judged["strange"].confident

@@ -242,12 +242,20 @@ def test_it_names_what_the_model_has_and_what_the_recordings_use():
     assert Simulator([joint_recording()]).joints == {"joint": False, "spool": True}
 
 
-@pytest.mark.parametrize(("actuator", "prescribed"), [("motor", False), ("position", True)])
-def test_a_motor_prescribes_no_motion(actuator, prescribed):
+@pytest.mark.parametrize(
+    ("actuator", "sensor", "prescribed"),
+    [
+        ("motor", "<clock name='read'/>", False),
+        ("position", "<clock name='read'/>", True),
+        ("position", "<jointpos name='read' joint='hinge'/>", False),
+        ("position", "<actuatorfrc name='read' actuator='drive'/>", False),
+    ],
+)
+def test_only_a_servo_prescribes_a_motion_that_nobody_measured(actuator, sensor, prescribed):
     model = mujoco.MjModel.from_xml_string(
-        "<mujoco><worldbody><body><joint name='hinge'/><geom size='0.1'/></body></worldbody>"
-        f"<actuator><{actuator} name='drive' joint='hinge'/></actuator>"
-        "<sensor><jointpos name='angle' joint='hinge'/></sensor></mujoco>"
+        "<mujoco><worldbody><body name='link'><joint name='hinge'/><geom size='0.1'/></body>"
+        f"</worldbody><actuator><{actuator} name='drive' joint='hinge'/></actuator>"
+        f"<sensor>{sensor}</sensor></mujoco>"
     )
     time = np.arange(0.0, 0.2, 0.01)
     recording = Recording(
@@ -255,9 +263,9 @@ def test_a_motor_prescribes_no_motion(actuator, prescribed):
         model="hinge",
         source="made up",
         time=time,
-        columns={"drive_m": 0.0 * time, "angle_rad": 0.0 * time},
+        columns={"drive_m": 0.0 * time, "read_rad": 0.0 * time},
         drive={"drive_m": "drive"},
-        measured={"angle_rad": Measured("angle")},
+        measured={"read_rad": Measured("read")},
     )
     assert Simulator([recording], model).joints == {"hinge": prescribed}
 

@@ -62,6 +62,7 @@ def diagnosis(verdict="named", rivals=(), closest=()):
         sentence=f"The sentence of {verdict}.",
         findings=(finding,) if named else (),
         closest=tuple(closest),
+        excluded=(),
         ranking=(
             Ranked("sensor_bias", "output_tension", 0.97, 1.02),
             Ranked("sensor_gain", "output_tension", 0.61, None),
