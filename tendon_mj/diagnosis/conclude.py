@@ -199,6 +199,10 @@ def _beyond(problem: Problem, fitted: Fit) -> list[str]:
 
 
 def _clear_of_ends(value: float, term: Term) -> bool:
-    """Whether a calibrated value lies inside its range; the fit never quite reaches an end."""
+    """Whether a calibrated value lies inside its range; the fit never quite reaches an end.
+
+    In a range of decades what is twice the low end is far from it.
+    """
     margin = _MARGIN * (term.high - term.low)
-    return bool(term.low + margin < value < term.high - margin)
+    low = min(margin, term.low) if term.low > 0.0 else margin
+    return bool(term.low + low < value < term.high - margin)

@@ -62,6 +62,18 @@ def test_calibration_leaves_the_guess_wherever_it_is(guess: float) -> None:
     assert found.calibrated["sheath.friction"].value == pytest.approx(0.3, abs=2e-3)
 
 
+def test_in_a_range_of_decades_what_is_far_above_the_low_end_is_not_at_it() -> None:
+    train, held_out = (
+        [replace(r, uncertain={"sheath.friction": Uncertain(0.15, 0.01, 100.0)}) for r in made]
+        for made in rig(2, {"sheath.friction": 0.3})
+    )
+    found = diagnose(train, held_out, Toy)
+    value = found.calibrated["sheath.friction"]
+    assert value.value == pytest.approx(0.3, abs=2e-3)
+    assert value.determined
+    assert "stands at an end" not in found.sentence
+
+
 def test_what_only_the_held_out_data_show_is_not_nothing() -> None:
     train, _ = rig(1, {})
     _, held_out = rig(1, {"sheath.constant_friction": 1.0})
