@@ -35,7 +35,7 @@ _EACH = 6  # points of a generation, for every term
 
 @trials()
 def slopes_hold(problem: Problem, base: Mapping[str, float], fitted: Fit) -> bool:
-    """Whether the response about a fit changes as its slopes say; then it is at the bottom.
+    """Whether the response about a fit changes as its slopes say: least squares did not get lost.
 
     Each term takes a stride to either side within its range, in which by its slope the response
     changes by as much as the fit leaves; with the changes Δ_k that it makes and d_k that its slope

@@ -21,8 +21,7 @@ from tendon_mj.diagnosis.problem import Problem
 from tendon_mj.diagnosis.sentence import doubt, say
 from tendon_mj.diagnosis.verdict import Diagnosis, Finding, Ranked, Value, Verdict
 
-_LARGEST = 8.0  # gap above which nothing is named (3 noise rms): most of it is something else, if
-# it is more than lumping a sheath leaves
+_LARGEST = 8.0  # gap (3 noise rms), or the grain: above it most is something else, and unnamed
 _EXPLAINS = 0.01  # of the gap, to be in the ranking
 _MARGIN = 0.01  # of its range: nearer to an end a calibrated value is held by it
 

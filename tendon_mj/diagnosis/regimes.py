@@ -1,8 +1,8 @@
 """What was going on at every sample: the coordinates in which a misfit is looked for.
 
 Everything is read from what was recorded: the driven displacement says which way, how fast, how far
-since the last reversal and how long at rest; the first measured tension, or else the first measured
-column, stands for the load.
+since the last reversal and how long at rest; the first measured force or torque, or else the first
+measured column, stands for the load.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from tendon_mj.simulate.recording import Recording
 FloatArray = NDArray[np.float64]
 
 _BINS = 6
+_NOUGHT = 1e-4  # of a coordinate's range: an end of a bin so near to 0 is called that
 _REST = 0.02  # of the largest speed: slower is at rest
 _SINCE = "distance since reversal"
 _LINES = 5, 9, 17, 33, 65  # samples
@@ -127,7 +128,7 @@ def _coordinates(recording: Recording) -> list[tuple[str, str, FloatArray]]:
     fastest = float(np.abs(rate).max())
     way = np.where(np.abs(rate) < _REST * fastest, 0, np.sign(rate)).astype(np.int64)
     since, rest = _since_reversal(time, place, way)
-    loads = sorted(recording.measured, key=lambda name: not name.endswith("_N"))
+    loads = sorted(recording.measured, key=lambda name: not name.endswith(("_N", "_Nm")))
     return [
         ("direction", "", way + 1.0),
         (_SINCE, unit, since),
@@ -160,5 +161,6 @@ def _cut(name: str, series: FloatArray, unit: str, low: float, high: float) -> R
     share = np.linspace(0.0, 1.0, _BINS + 1)
     edges = low + (high - low) * (share**2 if name == _SINCE else share)
     number = np.clip(np.searchsorted(edges, series, side="right") - 1, 0, _BINS - 1)
-    labels = tuple(f"{edges[k]:.3g} … {edges[k + 1]:.3g} {unit}" for k in range(_BINS))
+    said = np.where(np.abs(edges) < _NOUGHT * (high - low), 0.0, edges)
+    labels = tuple(f"{said[k]:.3g} … {said[k + 1]:.3g} {unit}" for k in range(_BINS))
     return Regime(name, labels, number.astype(np.int64))
