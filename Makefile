@@ -39,7 +39,7 @@ test-mujoco4: .venv4/.ready
 	.venv4/bin/pytest -n auto tests/theory tests/sheath tests/engine
 
 .venv4/.ready: pyproject.toml constraints.txt
-	$(PYTHON) -m venv .venv4
+	$(PYTHON) -m venv --clear .venv4
 	.venv4/bin/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	.venv4/bin/pip uninstall --quiet --yes mujoco
 	.venv4/bin/pip install --quiet --disable-pip-version-check --no-deps $(MUJOCO4)
