@@ -149,12 +149,12 @@ def _say(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> N
             soft_wrap=True,
         )
     for name, value in {**diagnosis.calibrated, **diagnosis.parameters}.items():
-        unit = f" {value.unit}" if value.unit not in ("", "-") else ""
         span = f"{short(value.low)} … {short(value.high)}"
         loose = f"at an end of its range {span}" if value.at_end else f"anywhere in {span}"
         sure = f"95 % within {span}" if value.determined else loose
         console.print(
-            f"  {name} = {short(value.value)}{unit}, {sure}; the model said {short(value.before)}",
+            f"  {name} = {short(value.value)}{value.suffix}, {sure};"
+            f" the model said {short(value.before)}",
             soft_wrap=True,
         )
     for label, gap in (("train", diagnosis.train), ("held out", diagnosis.held_out)):

@@ -146,25 +146,30 @@ class Setting:
         settled = self.polish(entrant)
         if settled.candidate is not None and settled.candidate.rugged:
             for widely in (True, False):
-                settled = self._look(settled, whole, widely=widely)
+                if not self._lost(settled, whole):
+                    break
+                settled = self._look(settled, widely=widely)
         return settled
 
     def settle_again(self, entrant: Entrant, whole: float) -> Entrant:
         """The same in other steps: from there on, and not over all ranges."""
         settled = self.polish(entrant)
         rugged = any(effect.rugged for effect in settled.fit.effects)
-        return self._look(settled, whole, widely=False) if rugged else settled
+        return (
+            self._look(settled, widely=False) if rugged and self._lost(settled, whole) else settled
+        )
 
-    def _look(self, entrant: Entrant, whole: float, *, widely: bool) -> Entrant:
-        """The better of a fit and one from around it, where least squares may have got lost.
+    def _lost(self, entrant: Entrant, whole: float) -> bool:
+        """Whether a fit leaves what is worth a look, and least squares may be the reason."""
+        worth = entrant.gap > max(self.least, may_remain(whole))
+        return worth and not slopes_hold(self.problem, self.base, entrant.fit)
+
+    def _look(self, entrant: Entrant, *, widely: bool) -> Entrant:
+        """The better of a fit and one from around it.
 
         ``widely``: from all that the effect added last may be.
         """
-        if entrant.gap <= max(self.least, may_remain(whole)):
-            return entrant
         fitted, last = entrant.fit, entrant.candidate
-        if slopes_hold(self.problem, self.base, fitted):
-            return entrant
         terms = fitted.own(last) if widely and last is not None else slice(0)
         start = look_around(self.problem, self.base, fitted, terms, self.report)
         around = self.enter(fitted.effects, start, last, near=fitted, trials=POLISH)

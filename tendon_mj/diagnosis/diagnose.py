@@ -53,9 +53,9 @@ def diagnose(
         progress: called with a label, how much is done, and of how much.
 
     Raises:
-        RecordingError: no recording, recordings of different models or descriptions, nothing
-            measured, nothing that moves back and forth, the same data for choice and proof, or
-            data under which the model as described becomes unstable.
+        RecordingError: no recording, recordings of different models or of other known or uncertain
+            numbers, nothing measured, nothing that moves back and forth, the same data twice or
+            for choice and proof, or data under which the model as described becomes unstable.
         UnknownNameError: ``exclude`` names no effect of the catalogue, or a recording calls a
             parameter uncertain that the simulator does not know.
     """

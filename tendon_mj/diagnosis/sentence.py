@@ -70,15 +70,11 @@ def say(
 def doubt(calibrated: Mapping[str, Value]) -> str:
     """What to say of uncertain values that the data do not hold within their range."""
     return "".join(
-        f" {name} stands at an end of its range, {value.low:g} … {value.high:g}{_unit(value)}:"
+        f" {name} stands at an end of its range, {value.low:g} … {value.high:g}{value.suffix}:"
         " if that is not the rig's limit, widen it."
         for name, value in calibrated.items()
         if value.at_end
     )
-
-
-def _unit(value: Value) -> str:
-    return "" if value.unit == "-" else f" {value.unit}"
 
 
 def _nothing(gap: Gap, least: float) -> str:

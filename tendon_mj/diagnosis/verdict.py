@@ -32,6 +32,11 @@ class Value:
     determined: bool = True
     at_end: bool = False
 
+    @property
+    def suffix(self) -> str:
+        """The unit as it stands behind a number; nothing for a ratio."""
+        return f" {self.unit}" if self.unit not in ("", "-") else ""
+
 
 @dataclass(frozen=True)
 class Finding:

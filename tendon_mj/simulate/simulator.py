@@ -132,7 +132,8 @@ class Simulator:
             if self.model.actuator(channel.name).biasprm[1:3].any()
             for joint in self._moved_by(channel.name)
         }
-        return {name: name in driven - self._measured_joints() for name in sorted(names)}
+        prescribed = driven - self._measured_joints()
+        return {name: name in prescribed for name in sorted(names)}
 
     def _moved_by(self, actuator: str) -> set[str]:
         """The joint that an actuator is on, if it is on one."""
