@@ -20,7 +20,7 @@ check: $(VENV)/.ready         ## formatter, linter, strict types, import floors
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
-	$(BIN)/pytest -q tests/test_floors.py
+	$(BIN)/pytest -q tests/test_layers.py
 
 format: $(VENV)/.ready
 	$(BIN)/ruff format .

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
+from tendon_mj.builders.bench import Bench
+from tendon_mj.recordings.recording import Measured, Recording, Uncertain, write_recording
 from tendon_mj.reference import quasi_static, simulate_chain, uniform_chain
-from tendon_mj.simulate.bench import Bench
-from tendon_mj.simulate.recording import Measured, Recording, Uncertain, write_recording
 
 RATE = 50.0  # samples per second
 SPEED = 0.5e-3  # of the input [m/s]

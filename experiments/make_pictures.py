@@ -16,17 +16,17 @@ from matplotlib.font_manager import findfont
 from numpy.typing import ArrayLike
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 
-from tendon_mj.simulate.bench import Bench
-from tendon_mj.simulate.comparison import slow_loop
-from tendon_mj.simulate.finger import Finger
-from tendon_mj.simulate.finger_motion import tap
-from tendon_mj.simulate.finger_run import rehearse
-from tendon_mj.simulate.library import load_model
-from tendon_mj.view.clip import render_clip
-from tendon_mj.view.loops import bench_loops_figure
-from tendon_mj.view.motion import Drive, default_motion
-from tendon_mj.view.offscreen import Offscreen, find_camera
-from tendon_mj.view.panel import INK
+from tendon_mj.builders.bench import Bench
+from tendon_mj.builders.finger import Finger
+from tendon_mj.builders.library import load_model
+from tendon_mj.finger.control import rehearse
+from tendon_mj.finger.trajectories import tap
+from tendon_mj.replay.default_motion import Drive, default_motion
+from tendon_mj.verification.comparison import slow_loop
+from tendon_mj.view.figures.loops import bench_loops_figure
+from tendon_mj.view.render.clip import render_clip
+from tendon_mj.view.render.offscreen import Offscreen, find_camera
+from tendon_mj.view.render.panel import INK
 
 ROOT = Path(__file__).parents[1]
 MODELS = ROOT / "models"

@@ -7,12 +7,12 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from tendon_mj.cli.output import Output, console, progress_bar
-from tendon_mj.simulate.comparison import Comparison
-from tendon_mj.simulate.comparison import compare as measure
-from tendon_mj.simulate.first_motion import SWING, Motion
-from tendon_mj.view.convergence import convergence_figure
-from tendon_mj.view.loops import bench_loops_figure
-from tendon_mj.view.sweep import sweep_figure
+from tendon_mj.verification.comparison import Comparison
+from tendon_mj.verification.comparison import compare as measure
+from tendon_mj.verification.first_motion import SWING, Motion
+from tendon_mj.view.figures.convergence import convergence_figure
+from tendon_mj.view.figures.loops import bench_loops_figure
+from tendon_mj.view.figures.sweep import sweep_figure
 
 _LEFT = (
     "what is left is finite strain T/EA and finite travel ξ/L, which the closed form neglects, and "

@@ -9,17 +9,17 @@ from typing import Annotated
 
 import tyro
 
+from tendon_mj.builders.library import load_model
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.diagnosis import Diagnosis
 from tendon_mj.diagnosis import diagnose as find
 from tendon_mj.diagnosis.sysid import SysidResult, fit_with_sysid, sysid_is_there
-from tendon_mj.simulate.library import load_model
-from tendon_mj.simulate.patch import patch_model
-from tendon_mj.simulate.progress import Progress
-from tendon_mj.simulate.recording import Recording, read_recording, write_recording
-from tendon_mj.simulate.replay import replay
-from tendon_mj.view.diagnosis import diagnosis_figures
-from tendon_mj.view.report import report_page, short
+from tendon_mj.progress import Progress
+from tendon_mj.recordings.recording import Recording, read_recording, write_recording
+from tendon_mj.replay.patch import patch_model
+from tendon_mj.replay.replay import replay
+from tendon_mj.view.report.figures import diagnosis_figures
+from tendon_mj.view.report.report import report_page, short
 
 _LEFT_OUT = "The comparison with mujoco.sysid was left out (--no-sysid)."
 _NOT_THERE = (

@@ -11,23 +11,19 @@ import tyro
 from tendon_mj.cli.compare import compare
 from tendon_mj.cli.demo import demo
 from tendon_mj.cli.diagnose import diagnose
-from tendon_mj.cli.paper import paper
 from tendon_mj.cli.render import render
 from tendon_mj.cli.replay import replay
-from tendon_mj.cli.servo import servo
 from tendon_mj.cli.simulate import simulate
 from tendon_mj.cli.view import view
 from tendon_mj.errors import TendonError
 
 COMMANDS: dict[str, Callable[..., object]] = {
     "compare": compare,
-    "servo": servo,
     "replay": replay,
     "diagnose": diagnose,
     "render": render,
     "simulate": simulate,
     "view": view,
-    "paper": paper,
     "demo": demo,
 }
 

@@ -9,13 +9,13 @@ from typing import Annotated
 import tyro
 from numpy.typing import ArrayLike
 
+from tendon_mj.builders.finger import Finger
+from tendon_mj.builders.library import load_model, model_path
 from tendon_mj.cli.output import Output, progress_bar
-from tendon_mj.simulate.finger import Finger
-from tendon_mj.simulate.finger_motion import curl
-from tendon_mj.simulate.finger_run import rehearse
-from tendon_mj.simulate.library import load_model, model_path
-from tendon_mj.view.clip import render_clip
-from tendon_mj.view.motion import default_motion
+from tendon_mj.finger.control import rehearse
+from tendon_mj.finger.trajectories import curl
+from tendon_mj.replay.default_motion import default_motion
+from tendon_mj.view.render.clip import render_clip
 
 
 def render(

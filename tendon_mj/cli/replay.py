@@ -10,13 +10,13 @@ import mujoco
 import tyro
 
 from tendon_mj.attach import Parameters
+from tendon_mj.builders.library import load_model, models_folder
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
-from tendon_mj.simulate.library import load_model, models_folder
-from tendon_mj.simulate.recording import read_recording, write_recording
-from tendon_mj.simulate.replay import replay as simulate
-from tendon_mj.simulate.replay import replay_error
-from tendon_mj.view.replay import replay_figure
+from tendon_mj.recordings.recording import read_recording, write_recording
+from tendon_mj.replay.replay import replay as simulate
+from tendon_mj.replay.replay import replay_error
+from tendon_mj.view.figures.replay import replay_figure
 
 DESCRIBED = "as described"
 WITHOUT = "friction 0"

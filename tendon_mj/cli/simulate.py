@@ -10,18 +10,18 @@ from typing import Annotated, Literal
 import numpy as np
 import tyro
 
+from tendon_mj.builders.finger import Finger
+from tendon_mj.builders.library import load_model, load_spec
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import EngineError, InvalidValueError
-from tendon_mj.simulate.finger import Finger
-from tendon_mj.simulate.finger_cost import step_cost
-from tendon_mj.simulate.finger_error import tracking_error
-from tendon_mj.simulate.finger_motion import Trajectory, clamped, find_trajectory
-from tendon_mj.simulate.finger_run import rehearse
-from tendon_mj.simulate.finger_run import simulate as follow
-from tendon_mj.simulate.library import load_model, load_spec
-from tendon_mj.simulate.recording import Recording, write_recording
-from tendon_mj.view.clip import render_clip
-from tendon_mj.view.finger import finger_figure
+from tendon_mj.finger.control import rehearse
+from tendon_mj.finger.control import simulate as follow
+from tendon_mj.finger.tracking_error import tracking_error
+from tendon_mj.finger.trajectories import Trajectory, clamped, find_trajectory
+from tendon_mj.recordings.recording import Recording, write_recording
+from tendon_mj.verification.finger_step_cost import step_cost
+from tendon_mj.view.figures.finger import finger_figure
+from tendon_mj.view.render.clip import render_clip
 
 WITHOUT = "friction 0"
 

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import tyro
 
-from tendon_mj.simulate.library import load_model
-from tendon_mj.view.window import open_window
+from tendon_mj.builders.library import load_model
+from tendon_mj.view.render.window import open_window
 
 
 def view(model: Annotated[str, tyro.conf.Positional]) -> None:

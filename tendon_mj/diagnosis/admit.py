@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tendon_mj.diagnosis.problem import Problem, for_choices, whole
 from tendon_mj.diagnosis.regimes import motion
 from tendon_mj.errors import RecordingError
-from tendon_mj.simulate.recording import Recording
+from tendon_mj.recordings.recording import Recording
 
 _FEWEST = 50  # samples
 

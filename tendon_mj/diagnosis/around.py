@@ -21,7 +21,7 @@ from tendon_mj.diagnosis.fit import Fit, natural
 from tendon_mj.diagnosis.interval import half_widths
 from tendon_mj.diagnosis.problem import Problem
 from tendon_mj.diagnosis.screen import Report
-from tendon_mj.simulate.quiet import trials
+from tendon_mj.replay.quiet import trials
 
 FloatArray = NDArray[np.float64]
 

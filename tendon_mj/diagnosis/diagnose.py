@@ -26,9 +26,9 @@ from tendon_mj.diagnosis.numerics import in_steps, searching_steps, step_error
 from tendon_mj.diagnosis.problem import Make, Problem, for_choices, whole
 from tendon_mj.diagnosis.verdict import Diagnosis, Verdict
 from tendon_mj.errors import UnknownNameError
-from tendon_mj.simulate.progress import Progress, silent
-from tendon_mj.simulate.recording import Recording
-from tendon_mj.simulate.simulator import Simulator
+from tendon_mj.progress import Progress, silent
+from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.simulator import Simulator
 
 _SHORTEST = 0.5  # times the model's own step
 _NEARLY = 2.0  # times what is not worth a name, or what halving steps does: it may be the steps'
@@ -48,7 +48,7 @@ def diagnose(
         train: recordings of one model, for all choices and fits.
         held_out: recordings for the proof alone; without any, the last quarter of each of
             ``train`` is kept for it.
-        simulator: makes what simulates recordings; see `tendon_mj.simulate.simulator`.
+        simulator: makes what simulates recordings; see `tendon_mj.replay.simulator`.
         exclude: identifiers of effects that are not to be considered.
         progress: called with a label, how much is done, and of how much.
 

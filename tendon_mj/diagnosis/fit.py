@@ -19,7 +19,7 @@ from scipy.optimize import least_squares
 
 from tendon_mj.diagnosis.effect import Candidate, Term
 from tendon_mj.diagnosis.problem import Problem
-from tendon_mj.simulate.quiet import trials
+from tendon_mj.replay.quiet import trials
 
 FloatArray = NDArray[np.float64]
 

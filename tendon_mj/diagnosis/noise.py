@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tendon_mj.simulate.recording import Recording
+from tendon_mj.recordings.recording import Recording
 
 FloatArray = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.diagnosis.problem import Problem
-from tendon_mj.simulate.simulator import Simulator
+from tendon_mj.replay.simulator import Simulator
 
 FloatArray = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.diagnosis.noise import noise_levels
-from tendon_mj.simulate.recording import Recording
-from tendon_mj.simulate.simulator import Simulates
+from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.simulator import Simulates
 
 FloatArray = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from scipy.signal import savgol_filter
 
 from tendon_mj.diagnosis.noise import estimate_noise
 from tendon_mj.errors import RecordingError
-from tendon_mj.simulate.recording import Recording
+from tendon_mj.recordings.recording import Recording
 
 FloatArray = NDArray[np.float64]
 

@@ -26,10 +26,10 @@ from numpy.typing import NDArray
 from tendon_mj.diagnosis.gap import measure_gap
 from tendon_mj.diagnosis.problem import Make, Problem, for_choices, whole
 from tendon_mj.errors import TendonError
-from tendon_mj.simulate.progress import Progress, silent
-from tendon_mj.simulate.quiet import trials
-from tendon_mj.simulate.recording import Recording
-from tendon_mj.simulate.simulator import Simulator
+from tendon_mj.progress import Progress, silent
+from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.quiet import trials
+from tendon_mj.replay.simulator import Simulator
 
 FloatArray = NDArray[np.float64]
 

@@ -9,11 +9,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.engine import servo_state, state
-from tendon_mj.engine.library import C
-from tendon_mj.engine.memory import doubles
-from tendon_mj.engine.servo_validate import SERVO
-from tendon_mj.engine.validate import NAME
+from tendon_mj.engine.abi.library import C
+from tendon_mj.engine.abi.memory import doubles
+from tendon_mj.engine.servo_plugin import state as servo_state
+from tendon_mj.engine.servo_plugin.validate import SERVO
+from tendon_mj.engine.sheath_plugin import state
+from tendon_mj.engine.sheath_plugin.validate import NAME
 from tendon_mj.errors import UnknownNameError
 from tendon_mj.sheath.tables import TENSION
 

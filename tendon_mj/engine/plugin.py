@@ -10,13 +10,15 @@ from typing import NamedTuple
 
 import mujoco
 
-from tendon_mj.engine import servo_callbacks, servo_validate, validate
-from tendon_mj.engine.attributes import ATTRIBUTES
-from tendon_mj.engine.callbacks import Callbacks, make_callbacks
-from tendon_mj.engine.checks import Check
-from tendon_mj.engine.layout import Layout, read_layout, verify, verify_state
-from tendon_mj.engine.library import PATH, C
-from tendon_mj.engine.servo_state import ATTRIBUTES as SERVO_ATTRIBUTES
+from tendon_mj.engine.abi.checks import Check
+from tendon_mj.engine.abi.layout import Layout, read_layout, verify, verify_state
+from tendon_mj.engine.abi.library import PATH, C
+from tendon_mj.engine.servo_plugin import callbacks as servo_callbacks
+from tendon_mj.engine.servo_plugin import validate as servo_validate
+from tendon_mj.engine.servo_plugin.state import ATTRIBUTES as SERVO_ATTRIBUTES
+from tendon_mj.engine.sheath_plugin import validate
+from tendon_mj.engine.sheath_plugin.attributes import ATTRIBUTES
+from tendon_mj.engine.sheath_plugin.callbacks import Callbacks, make_callbacks
 from tendon_mj.errors import EngineError
 
 _ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit

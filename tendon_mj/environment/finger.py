@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dm_control.rl import control
 
+from tendon_mj.builders.finger import Finger
 from tendon_mj.environment.physics import FingerPhysics
 from tendon_mj.environment.ranges import Ranges
 from tendon_mj.environment.tasks import FingerTask, FollowTrajectory, HoldForce
-from tendon_mj.simulate.finger import Finger
 
 _CONTROL_TIMESTEP = 0.01  # between two actions [s]
 

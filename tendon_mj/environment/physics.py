@@ -8,9 +8,9 @@ from dm_control.mujoco import Physics, wrapper
 from numpy.typing import NDArray
 
 from tendon_mj.attach import Parameters
-from tendon_mj.simulate.finger import TENDONS, Finger
-from tendon_mj.simulate.finger_build import build_finger
-from tendon_mj.simulate.finger_run import OUT_OF_REACH
+from tendon_mj.builders.finger import TENDONS, Finger
+from tendon_mj.builders.finger_spec import build_finger
+from tendon_mj.finger.control import OUT_OF_REACH
 
 Array = NDArray[np.float64]
 LIVE = ("friction", "pretension", "axial_stiffness")  # of a sheath, without another model

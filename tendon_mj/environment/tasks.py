@@ -11,10 +11,10 @@ from dm_control.rl import control
 from dm_env import specs
 from numpy.typing import NDArray
 
+from tendon_mj.builders.finger import JOINTS, TENDONS, Finger
 from tendon_mj.environment.physics import FingerPhysics
 from tendon_mj.environment.ranges import Ranges
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.simulate.finger import JOINTS, TENDONS, Finger
 
 Array = NDArray[np.float64]
 _LEAD = 0.1  # that an agent is told of the trajectory ahead [s]

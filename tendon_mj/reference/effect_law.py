@@ -14,12 +14,11 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from tendon_mj.compilation import checked
 from tendon_mj.reference.checks import FloatArray
 
 
-@njit(cache=True)
+@checked
 def pull(
     gain: float,
     shift: float,
@@ -66,7 +65,7 @@ def pull(
     return max(tension, 0.0), pulled, let
 
 
-@njit(cache=True)
+@checked
 def ratios(
     angle: FloatArray,
     resting: FloatArray,

@@ -23,8 +23,8 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from tendon_mj.compilation import checked
 from tendon_mj.reference.checks import FloatArray
 from tendon_mj.reference.effect_law import pull, ratios
 from tendon_mj.reference.stick import solve_tridiagonal
@@ -34,7 +34,7 @@ TOLERANCE = 1e-8  # of the tensions against their linearisation [N]
 COLUMNS = 5
 
 
-@njit(cache=True)
+@checked
 def springs(
     n: int,
     ends: int,
@@ -79,7 +79,7 @@ def springs(
             right[j] += slow * rate[2, j]
 
 
-@njit(cache=True)
+@checked
 def advance(
     n: int,
     drum: float,
@@ -185,7 +185,7 @@ def advance(
     return False
 
 
-@njit(cache=True)
+@checked
 def march_effects(
     time: FloatArray,
     drive: FloatArray,

@@ -29,8 +29,8 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from tendon_mj.compilation import checked
 from tendon_mj.reference.checks import FloatArray
 from tendon_mj.reference.stick import mean_tension, releases, solve_tridiagonal
 
@@ -38,7 +38,7 @@ TOLERANCE = 1e-13  # of the largest tension, for the mean tension of springs tha
 COLUMNS = 9  # of `record`
 
 
-@njit(cache=True)
+@checked
 def advance(
     h: float,
     pulled: float,
@@ -127,7 +127,7 @@ def advance(
     return False
 
 
-@njit(cache=True)
+@checked
 def march(
     time: FloatArray,
     drive: FloatArray,

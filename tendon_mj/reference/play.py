@@ -5,12 +5,11 @@ Equations: docs/theory.md, section 2.
 
 from __future__ import annotations
 
-from numba import njit
-
+from tendon_mj.compilation import checked
 from tendon_mj.reference.checks import FloatArray
 
 
-@njit(cache=True)
+@checked
 def displacement(
     tension: float,
     pretension: float,
@@ -33,7 +32,7 @@ def displacement(
     return total, slope
 
 
-@njit(cache=True)
+@checked
 def tension_for(
     wanted: float,
     pretension: float,
@@ -60,7 +59,7 @@ def tension_for(
     return tension
 
 
-@njit(cache=True)
+@checked
 def march_play(
     history: FloatArray,
     tension_driven: bool,

@@ -5,12 +5,11 @@ Equations: docs/theory.md, section 5.
 
 from __future__ import annotations
 
-from numba import njit
-
+from tendon_mj.compilation import checked
 from tendon_mj.reference.checks import FloatArray
 
 
-@njit(cache=True)
+@checked
 def mean_tension(before: float, after: float) -> tuple[float, float]:
     """Mean of max(0, τ) from ``before`` to ``after`` [N], and its derivative in ``after`` [–].
 
@@ -27,7 +26,7 @@ def mean_tension(before: float, after: float) -> tuple[float, float]:
     return 0.5 * before * taut, 0.5 * taut * taut
 
 
-@njit(cache=True)
+@checked
 def releases(net: float, limit_pull: float, limit_loosen: float) -> int:
     """Direction in which a resting element breaks away (+1, −1), or 0 while it stays; eq. (1)."""
     if net > limit_pull:
@@ -37,7 +36,7 @@ def releases(net: float, limit_pull: float, limit_loosen: float) -> int:
     return 0
 
 
-@njit(cache=True)
+@checked
 def solve_tridiagonal(
     lower: FloatArray, diagonal: FloatArray, upper: FloatArray, right: FloatArray, d: FloatArray
 ) -> None:

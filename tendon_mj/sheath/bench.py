@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tendon_mj.compilation import compiled
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.sheath.compiled import compiled
 from tendon_mj.sheath.flow import settle
 from tendon_mj.sheath.law import Law
 from tendon_mj.sheath.segments import released

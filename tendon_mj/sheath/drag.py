@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from tendon_mj.sheath.compiled import apart, compiled
+from tendon_mj.compilation import apart, compiled
 from tendon_mj.sheath.tables import (
     CONSTANT,
     DOWN,

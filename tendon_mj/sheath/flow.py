@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from tendon_mj.sheath.compiled import compiled
+from tendon_mj.compilation import compiled
 from tendon_mj.sheath.drag import balance_dragged
 from tendon_mj.sheath.pattern import try_pattern
 from tendon_mj.sheath.sweep import sweep

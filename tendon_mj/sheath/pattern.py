@@ -10,7 +10,7 @@ Equations: docs/theory.md, section 4.
 
 from __future__ import annotations
 
-from tendon_mj.sheath.compiled import compiled
+from tendon_mj.compilation import compiled
 from tendon_mj.sheath.segments import held, tension_of
 from tendon_mj.sheath.sweep import highest, lowest
 from tendon_mj.sheath.tables import (

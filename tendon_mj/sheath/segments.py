@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 
-from tendon_mj.sheath.compiled import compiled
+from tendon_mj.compilation import compiled
 from tendon_mj.sheath.tables import GIVE, LENGTH, OFFSET, SHARE, STORED, Table
 
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tendon_mj.sheath.compiled import apart, compiled
+from tendon_mj.compilation import apart, compiled
 from tendon_mj.sheath.segments import held, tension_of
 from tendon_mj.sheath.tables import (
     ALONE,

@@ -11,9 +11,9 @@ import pytest
 from tendon_mj.attach import Parameters
 from tendon_mj.cli import main
 from tendon_mj.diagnosis import CATALOGUE
-from tendon_mj.simulate.recording import Measured, Recording, Uncertain, read_recording
-from tendon_mj.simulate.recording import write_recording as write
-from tendon_mj.simulate.replay import replay
+from tendon_mj.recordings.recording import Measured, Recording, Uncertain, read_recording
+from tendon_mj.recordings.recording import write_recording as write
+from tendon_mj.replay.replay import replay
 
 NOISE = 0.05
 OTHERS = [name for name in CATALOGUE if name != "sensor_bias"]

@@ -10,7 +10,7 @@ import pytest
 
 from tendon_mj.diagnosis import diagnose
 from tendon_mj.errors import RecordingError
-from tendon_mj.simulate.recording import Recording
+from tendon_mj.recordings.recording import Recording
 from tests.diagnosis.toy import COLUMNS, FloatArray, Toy, recording, rig
 
 COLUMN = next(iter(COLUMNS))

@@ -12,8 +12,8 @@ from tendon_mj.diagnosis.gap import Gap
 from tendon_mj.diagnosis.regimes import regimes
 from tendon_mj.diagnosis.sentence import say
 from tendon_mj.errors import UnknownNameError
-from tendon_mj.simulate.recording import Measured, Recording, Uncertain
-from tendon_mj.simulate.simulator import Simulator
+from tendon_mj.recordings.recording import Measured, Recording, Uncertain
+from tendon_mj.replay.simulator import Simulator
 from tests.diagnosis.toy import COLUMNS, NOISE, Toy, recording, rig
 
 COLUMN = next(iter(COLUMNS))

@@ -14,10 +14,10 @@ from tendon_mj.diagnosis.effect import Candidate, Term
 from tendon_mj.diagnosis.fit import fit
 from tendon_mj.diagnosis.numerics import in_steps, searching_steps, step_error
 from tendon_mj.diagnosis.problem import Problem, whole
-from tendon_mj.simulate.recording import Measured, Recording
-from tendon_mj.simulate.simulator import Simulator
+from tendon_mj.recordings.recording import Measured, Recording
+from tendon_mj.replay.simulator import Simulator
 from tests.diagnosis.toy import COLUMNS, NOISE, WEIGHTS, FloatArray, Toy, recording, waveform
-from tests.simulate.test_simulator import bench_recording
+from tests.replay.test_simulator import bench_recording
 
 FRICTION = Term(("sheath.friction",), "", 0.15, 0.05, 0.4, 0.0175)
 SETTLED = {"sheath.friction": 0.2}

@@ -9,7 +9,7 @@ import pytest
 from tendon_mj.diagnosis import sysid
 from tendon_mj.diagnosis.sysid import fit_with_sysid, sysid_is_there
 from tendon_mj.errors import TendonError
-from tendon_mj.simulate.recording import Measured, Recording, Uncertain
+from tendon_mj.recordings.recording import Measured, Recording, Uncertain
 
 needs_sysid = pytest.mark.skipif(not sysid_is_there(), reason="mujoco.sysid lacks its extras")
 

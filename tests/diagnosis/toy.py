@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.simulate.recording import Measured, Recording, Uncertain
-from tendon_mj.simulate.simulator import Parameter
+from tendon_mj.recordings.recording import Measured, Recording, Uncertain
+from tendon_mj.replay.simulator import Parameter
 
 FloatArray = NDArray[np.float64]
 

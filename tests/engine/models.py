@@ -5,7 +5,7 @@ import numpy as np
 
 from tendon_mj.attach import add_friction, add_sites, add_tendon, arc_points
 from tendon_mj.engine import sheaths
-from tendon_mj.engine import state as st
+from tendon_mj.engine.sheath_plugin import state as st
 from tendon_mj.sheath import tables as t
 
 SHEATH = """

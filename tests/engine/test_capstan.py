@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj.simulate.bench import Bench, build_bench
+from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.theory import output_tension
 from tests.engine.models import arm, fixed_sheaths, run
 

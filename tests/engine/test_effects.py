@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import Parameters
-from tendon_mj.engine import state as st
+from tendon_mj.engine.sheath_plugin import state as st
 from tests.engine.drives import ALL, BEND, EA, EFFECTS, GUIDES, LENGTH, PRETENSION, Drives
 from tests.engine.models import arm, run, snapshot, started
 

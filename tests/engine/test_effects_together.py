@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from mujoco import rollout
 
-from tendon_mj.engine import state as st
+from tendon_mj.engine.sheath_plugin import state as st
 from tendon_mj.sheath import tables as t
 from tests.engine.drives import ALL, EA, EFFECTS, PRETENSION, Drives
 from tests.engine.models import arm, restore, run, snapshot, started, tendon_total, unpacked

@@ -3,9 +3,9 @@
 import mujoco
 import pytest
 
-from tendon_mj.engine import layout as rooms
 from tendon_mj.engine import plugin
-from tendon_mj.engine.layout import read_layout, verify
+from tendon_mj.engine.abi import layout as rooms
+from tendon_mj.engine.abi.layout import read_layout, verify
 from tendon_mj.errors import EngineError
 
 LAYOUT = read_layout()

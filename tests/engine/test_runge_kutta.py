@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 
-from tendon_mj.engine import state as st
+from tendon_mj.engine.sheath_plugin import state as st
 from tendon_mj.sheath import tables as t
 from tests.engine.models import arm, run, started, unpacked
 

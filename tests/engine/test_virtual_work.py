@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj.engine import state as st
+from tendon_mj.engine.sheath_plugin import state as st
 from tendon_mj.sheath import tables as t
 from tests.engine.models import SPOOLED, arm, run, started, unpacked
 

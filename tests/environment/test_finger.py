@@ -11,11 +11,11 @@ from absl.testing import absltest
 from dm_env import test_utils
 
 from tendon_mj.attach import Parameters
+from tendon_mj.builders.finger import Finger
 from tendon_mj.engine import sheaths
-from tendon_mj.engine.state import UNSOLVED
+from tendon_mj.engine.sheath_plugin.state import UNSOLVED
 from tendon_mj.environment import FingerPhysics, Ranges, follow_trajectory, hold_force
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.simulate.finger import Finger
 
 MAKERS = {"hold_force": hold_force, "follow_trajectory": follow_trajectory}
 KEPT_BEND = (math.pi / 2.0, math.pi / 2.0)

@@ -12,8 +12,8 @@ from experiments.hidden_effects.score import confusion, table
 from experiments.hidden_effects.sensor import Sensor
 from experiments.hidden_effects.strength import find, projector
 from experiments.hidden_effects.verdict import Judged
-from tendon_mj.simulate.recording import read_recording
-from tendon_mj.simulate.replay import replay
+from tendon_mj.recordings.recording import read_recording
+from tendon_mj.replay.replay import replay
 
 NOTHING = Plan(kind="nothing", names=(), target=0.0, noise=0.01, exclude=(), seed=(7, 1))
 LAG = dataclasses.replace(NOTHING, kind="effect", names=("sensor_lag",), target=5.0)

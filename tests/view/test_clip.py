@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from matplotlib.colors import Normalize
 
+from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.simulate.bench import Bench, build_bench
-from tendon_mj.view.cable import COLOURS, add_cable, without_tendons
-from tendon_mj.view.clip import render_clip
-from tendon_mj.view.motion import default_motion
-from tendon_mj.view.offscreen import Offscreen, find_camera, project
-from tendon_mj.view.take import record_take
+from tendon_mj.replay.default_motion import default_motion
+from tendon_mj.replay.frames import record_take
+from tendon_mj.view.render.cable import COLOURS, add_cable, without_tendons
+from tendon_mj.view.render.clip import render_clip
+from tendon_mj.view.render.offscreen import Offscreen, find_camera, project
 
 
 @pytest.fixture(scope="module")

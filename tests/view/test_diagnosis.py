@@ -11,12 +11,12 @@ from tendon_mj.diagnosis.gap import Gap
 from tendon_mj.diagnosis.locate import Located, Place
 from tendon_mj.diagnosis.sysid import SysidResult
 from tendon_mj.errors import RecordingError
-from tendon_mj.simulate.recording import Measured, Recording
-from tendon_mj.view.advice import EXPERIMENTS, PAIRS, advise
-from tendon_mj.view.before_after import before_after_figure
-from tendon_mj.view.diagnosis import diagnosis_figures
-from tendon_mj.view.report import report_page, short
-from tendon_mj.view.style import new_figure
+from tendon_mj.recordings.recording import Measured, Recording
+from tendon_mj.view.figures.before_after import before_after_figure
+from tendon_mj.view.figures.style import new_figure
+from tendon_mj.view.report.advice import EXPERIMENTS, PAIRS, advise
+from tendon_mj.view.report.figures import diagnosis_figures
+from tendon_mj.view.report.report import report_page, short
 
 COLUMN = "output_tension_N"
 

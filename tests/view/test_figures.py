@@ -6,11 +6,11 @@ from matplotlib import pyplot
 
 from tendon_mj import theory
 from tendon_mj.errors import RecordingError
-from tendon_mj.simulate.recording import Measured, Recording
-from tendon_mj.view.convergence import convergence_figure
-from tendon_mj.view.loops import loops_figure
-from tendon_mj.view.replay import column_label, replay_figure
-from tendon_mj.view.sweep import sweep_figure
+from tendon_mj.recordings.recording import Measured, Recording
+from tendon_mj.view.figures.convergence import convergence_figure
+from tendon_mj.view.figures.loops import loops_figure
+from tendon_mj.view.figures.replay import column_label, replay_figure
+from tendon_mj.view.figures.sweep import sweep_figure
 
 LAM, T0, EA, L, KSE = 0.47, 20.0, 20e3, 0.5, 8e3
 

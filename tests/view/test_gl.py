@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from tendon_mj.errors import EngineError
-from tendon_mj.view.gl import gl_platforms, make_context
+from tendon_mj.view.render.gl import gl_platforms, make_context
 
 SCRIPT = """
 import os, sys
@@ -15,7 +15,7 @@ import mujoco
 if sys.argv[1:]:
     os.environ["MUJOCO_GL"] = sys.argv[1]
 from tendon_mj.errors import EngineError
-from tendon_mj.view.offscreen import Offscreen, find_camera
+from tendon_mj.view.render.offscreen import Offscreen, find_camera
 model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><geom size='.1'/></worldbody></mujoco>")
 try:
     with Offscreen(model, 64, 64) as offscreen:
@@ -79,7 +79,7 @@ def test_a_library_that_is_missing_is_said_to_be(monkeypatch):
         raise AttributeError("'NoneType' object has no attribute 'eglQueryString'")
 
     monkeypatch.setenv("MUJOCO_GL", "egl")
-    monkeypatch.setattr("tendon_mj.view.gl.importlib.import_module", not_there)
+    monkeypatch.setattr("tendon_mj.view.render.gl.importlib.import_module", not_there)
     with pytest.raises(
         EngineError, match=r"egl \(its library was not found\).*apt install libegl1"
     ):

@@ -1,0 +1,1 @@
+"""The C ABI of MuJoCo: struct offsets, memory, functions of its library."""

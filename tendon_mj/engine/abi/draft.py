@@ -1,0 +1,101 @@
+"""A model while MuJoCo compiles it, read through its C structure."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+
+from tendon_mj.engine.abi.layout import mirror
+from tendon_mj.engine.abi.library import C
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+
+# What Python and the C library read alike.
+_NUMBER = re.compile(r"[+-]?(([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?|inf|nan)")
+
+
+class Draft:
+    """The model under construction.
+
+    Args:
+        address: of the `mjModel`.
+        attributes: that a configuration may have.
+    """
+
+    def __init__(self, address: int, attributes: Sequence[str]) -> None:
+        self.address = address
+        self.attributes = attributes
+        self.fields = mirror("mjModel").from_address(address)
+
+    def ints(self, field: str) -> Any:
+        """An array of int."""
+        return ctypes.cast(getattr(self.fields, field), ctypes.POINTER(ctypes.c_int))
+
+    def doubles(self, field: str) -> Any:
+        """An array of mjtNum."""
+        return ctypes.cast(getattr(self.fields, field), ctypes.POINTER(ctypes.c_double))
+
+    def bools(self, field: str) -> Any:
+        """An array of mjtBool."""
+        return ctypes.cast(getattr(self.fields, field), ctypes.POINTER(ctypes.c_bool))
+
+    def name(self, kind: Any, index: int) -> str:
+        """Name of an element, empty if it has none."""
+        return (C.mj_id2name(self.address, kind.value, index) or b"").decode()
+
+    def names(self, kind: Any, count: int) -> list[str]:
+        """Names of the first ``count`` elements of a kind."""
+        return [self.name(kind, k) for k in range(count)]
+
+    def config(self, instance: int) -> dict[str, str]:
+        """Attributes of a plugin instance, empty where they are not given."""
+        values = {}
+        for attribute in self.attributes:
+            raw = C.mj_getPluginConfig(self.address, instance, attribute.encode())
+            values[attribute] = (raw or b"").decode()
+        return values
+
+    def plugin(self, instance: int) -> str:
+        """Which plugin an instance is of."""
+        slot = int(self.ints("plugin")[instance])
+        return bytes(C.mjp_getPluginAtSlot(slot).contents.name).decode()
+
+    def siblings(self, instance: int) -> list[int]:
+        """All instances of the same plugin, this one among them."""
+        slots = self.ints("plugin")
+        return [k for k in range(self.fields.nplugin) if slots[k] == slots[instance]]
+
+    def where(self, instance: int) -> str:
+        """What an error message calls an instance."""
+        name = self.name(mujoco.mjtObj.mjOBJ_PLUGIN, instance)
+        plugin = f"plugin {self.plugin(instance)}"
+        return f"{plugin} instance {name!r}" if name else plugin
+
+
+def find(model: Draft, kind: Any, count: int, what: str, name: str, where: str) -> int:
+    """Index of a named element.
+
+    Raises:
+        UnknownNameError: there is none.
+    """
+    names = model.names(kind, count)
+    if not name or name not in names:
+        raise UnknownNameError(what, name, names, where)
+    return names.index(name)
+
+
+def number(config: dict[str, str], name: str, where: str) -> float | None:
+    """An attribute as a number, None where it is not given.
+
+    Raises:
+        InvalidValueError: it is no number.
+    """
+    raw = config[name]
+    if not raw:
+        return None
+    if not _NUMBER.fullmatch(raw):
+        raise InvalidValueError(f"{where}: {name} = {raw!r} is not a number")
+    return float(raw)

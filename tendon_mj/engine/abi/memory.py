@@ -1,0 +1,85 @@
+"""Reading and writing C memory from compiled code."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+from numba import carray, farray, types
+from numba.extending import intrinsic
+
+from tendon_mj.compilation import compiled
+
+
+def _as_pointer(item: Any) -> Any:
+    @intrinsic
+    def cast(typing_context: Any, address: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
+
+        return types.CPointer(item)(address), build
+
+    return cast
+
+
+_f64 = _as_pointer(numba.float64)
+_i32 = _as_pointer(numba.int32)
+_i64 = _as_pointer(numba.int64)
+_u8 = _as_pointer(numba.uint8)
+
+
+@compiled
+def pointer(address: int) -> int:
+    """The pointer stored at ``address``."""
+    return _i64(address)[0]
+
+
+@compiled
+def doubles(address: int, count: int) -> Any:
+    """``count`` mjtNum at ``address`` as an array that shares the memory."""
+    return carray(_f64(address), (count,))
+
+
+@compiled
+def coordinates(address: int) -> Any:
+    """The mjtNum at ``address``, however many: a C pointer, whose indices do not wrap around."""
+    return _f64(address)
+
+
+@compiled
+def table(address: int, rows: int, columns: int) -> Any:
+    """A table of mjtNum at ``address`` that shares the memory, stored column by column.
+
+    A loop over columns then needs one address, not one for every row that it touches.
+    """
+    return farray(_f64(address), (rows, columns))
+
+
+@compiled
+def double(address: int, index: int) -> float:
+    """The mjtNum number ``index`` of the array at ``address``."""
+    return _f64(address)[index]
+
+
+@compiled
+def integer(address: int, index: int) -> int:
+    """The int number ``index`` of the array at ``address``."""
+    return numba.int64(_i32(address)[index])
+
+
+@compiled
+def size(address: int) -> int:
+    """The mjtSize at ``address``."""
+    return _i64(address)[0]
+
+
+@compiled
+def set_byte(address: int, value: int) -> None:
+    """Write the byte at ``address``."""
+    _u8(address)[0] = value
+
+
+@compiled
+def byte(address: int, index: int) -> int:
+    """The byte number ``index`` at ``address``."""
+    return numba.int64(_u8(address)[index])

@@ -1,0 +1,1 @@
+"""The plugin `tendon_mj.sheath`."""

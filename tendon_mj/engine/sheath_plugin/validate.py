@@ -1,0 +1,197 @@
+"""Is a sheath's configuration sound? Asked once, while MuJoCo compiles the model.
+
+This is the plugin's only Python, and it never runs in a step.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+import mujoco
+
+from tendon_mj.engine.abi.draft import Draft, find, number
+from tendon_mj.engine.abi.library import C
+from tendon_mj.engine.sheath_plugin import state
+from tendon_mj.engine.sheath_plugin.attributes import ATTRIBUTES
+from tendon_mj.engine.sheath_plugin.callbacks import VIEW_SIZE
+from tendon_mj.engine.sheath_plugin.measure import ENDS, KINDS, width
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.sheath.law import RANGES, check_range, check_scales, check_static
+
+NAME = "tendon_mj.sheath"
+_OBJ, _WRAP, _JNT = mujoco.mjtObj, mujoco.mjtWrap, mujoco.mjtJoint
+_COUNT = re.compile(r"[0-9]+")
+SPOOL_ATTRIBUTES = ("tendon", "reel_joint", "sensor")  # what a servo asks about
+_REQUIRED = ("axial_stiffness", "friction")
+
+
+def _read_number(config: dict[str, str], name: str, where: str) -> float | None:
+    value = number(config, name, where)
+    if value is None:
+        return None
+    if name in RANGES:
+        check_range(name, value, where)
+    elif not math.isfinite(value) or value == 0.0:
+        raise InvalidValueError(f"{where}: {name} = {value:g} [m] must be finite and not 0")
+    return value
+
+
+def _check_numbers(config: dict[str, str], where: str) -> None:
+    numbers = {name: _read_number(config, name, where) for name in state.PARAMETERS}
+    for name in _REQUIRED:
+        if numbers[name] is None:
+            raise InvalidValueError(f"{where}: {name} is missing (its unit is {RANGES[name].unit})")
+    friction, static = numbers["friction"], numbers["static_friction"]
+    if friction is not None and static is not None:
+        check_static(friction, static, where)
+    check_scales(numbers, where)
+    for end in ("reel", "output"):
+        if bool(config[f"{end}_joint"]) != bool(config[f"{end}_radius"]):
+            raise InvalidValueError(
+                f"{where}: {end}_joint and {end}_radius go together, one of them is missing"
+            )
+
+
+def _capacity(model: Draft, config: dict[str, str], where: str) -> int:
+    """Guides to make room for.
+
+    MuJoCo asks before it has told its tendons which points they run through, so without `guides`
+    all points of the model that other tendons need not have are counted.
+    """
+    if not config["guides"]:
+        return max(0, int(model.fields.nwrap) - int(model.fields.ntendon) - 1)
+    if not _COUNT.fullmatch(config["guides"]):
+        raise InvalidValueError(f"{where}: guides = {config['guides']!r} is not a count")
+    if len(config["guides"]) > 6:
+        raise InvalidValueError(f"{where}: guides = {config['guides']} is more than 999999")
+    return int(config["guides"])
+
+
+def _find_spool(model: Draft, name: str, where: str) -> None:
+    joints = int(model.fields.njnt)
+    joint = find(model, _OBJ.mjOBJ_JOINT, joints, "joint", name, where)
+    if model.ints("jnt_type")[joint] not in (_JNT.mjJNT_HINGE.value, _JNT.mjJNT_SLIDE.value):
+        raise InvalidValueError(f"{where} {name!r} is no hinge or slide")
+
+
+def state_size(address: int, instance: int) -> int:
+    """Check an instance and say how many numbers of state it needs.
+
+    Raises:
+        InvalidValueError, UnknownNameError: what is wrong, where, and the nearest valid choice.
+    """
+    model = Draft(address, ATTRIBUTES)
+    where = model.where(instance)
+    config = model.config(instance)
+    tendons = int(model.fields.ntendon)
+    find(model, _OBJ.mjOBJ_TENDON, tendons, "tendon", config["tendon"], where)
+    others = {k: model.config(k) for k in model.siblings(instance) if k != instance}
+    rivals = [k for k, c in others.items() if c["tendon"] == config["tendon"] and not c["sensor"]]
+    if config["sensor"]:
+        if config["sensor"] not in KINDS:
+            raise UnknownNameError("sensor", config["sensor"], KINDS, where)
+        extra = [k for k, v in config.items() if v and k not in ("sensor", "tendon")]
+        if extra:
+            raise InvalidValueError(f"{where}: a sensor takes no {extra[0]}; the sheath has it")
+        if not rivals:
+            sheathed = {c["tendon"] for c in others.values() if not c["sensor"]}
+            raise UnknownNameError("sheathed tendon", config["tendon"], sheathed, where)
+        return VIEW_SIZE
+    if rivals:
+        raise InvalidValueError(
+            f"{where}: tendon {config['tendon']!r} already runs in sheath "
+            f"{model.name(_OBJ.mjOBJ_PLUGIN, rivals[0])!r}; a tendon has one sheath"
+        )
+    _check_numbers(config, where)
+    for end in ("reel", "output"):
+        if config[f"{end}_joint"]:
+            _find_spool(model, config[f"{end}_joint"], f"{where}: {end}_joint")
+    if C.strtod(b"0.5", None) != 0.5:
+        raise InvalidValueError(f"{where}: the process's LC_NUMERIC has no decimal point")
+    return state.size(_capacity(model, config, where))
+
+
+def sensor_size(address: int, instance: int, sensor: int) -> int:
+    """How many numbers a sensor shows; one on a sheath's own instance has T_in and T_out."""
+    model = Draft(address, ATTRIBUTES)
+    config = model.config(instance)
+    if not config["sensor"]:
+        return ENDS
+    for other in model.siblings(instance):
+        sheath = model.config(other)
+        if sheath["tendon"] == config["tendon"] and not sheath["sensor"]:
+            return width(config["sensor"], _capacity(model, sheath, model.where(other)))
+    return 1
+
+
+def check_tendon(address: int, instance: int) -> int:
+    """Check that a sheath can act on its tendon, now that the model is complete.
+
+    Raises:
+        InvalidValueError: what is wrong with the tendon.
+    """
+    model = Draft(address, ATTRIBUTES)
+    config = model.config(instance)
+    _check_reels(model, instance, bool(config["sensor"]))
+    if config["sensor"]:
+        return 0
+    where, name = model.where(instance), config["tendon"]
+    tendon = model.names(_OBJ.mjOBJ_TENDON, int(model.fields.ntendon)).index(name)
+    start, count = model.ints("tendon_adr")[tendon], model.ints("tendon_num")[tendon]
+    for k in range(start, start + count):
+        problem = _unsuited(model, model.ints("wrap_type")[k], model.ints("wrap_objid")[k])
+        if problem:
+            raise InvalidValueError(f"{where}: tendon {name!r} {problem}")
+    stiffness = model.doubles("tendon_stiffness")[tendon]
+    higher = model.doubles("tendon_stiffnesspoly")[2 * tendon : 2 * tendon + 2]
+    if stiffness != 0.0 or any(higher):
+        raise InvalidValueError(
+            f"{where}: tendon {name!r} has a stiffness of its own, "
+            f"{' '.join(f'{k:g}' for k in (stiffness, *higher))}, which would "
+            "act beside the sheath's axial_stiffness; remove it"
+        )
+    if config["guides"] and int(config["guides"]) != count - 2:
+        raise InvalidValueError(
+            f"{where}: guides = {config['guides']}, but tendon {name!r} runs over {count - 2} "
+            "between its ends; remove the attribute or correct it"
+        )
+    return 0
+
+
+def _check_reels(model: Draft, instance: int, view: bool) -> None:
+    """One reel at most, on the sheath and on its tendon."""
+    owners = model.ints("actuator_plugin")
+    reels = [k for k in range(model.fields.nactuator) if owners[k] == instance]
+    names = ", ".join(repr(model.name(_OBJ.mjOBJ_ACTUATOR, k)) for k in reels)
+    if view and reels:
+        raise InvalidValueError(
+            f"{model.where(instance)}: actuator {names} belongs on the sheath's instance, not on "
+            "that of a sensor"
+        )
+    if len(reels) > 1:
+        raise InvalidValueError(
+            f"{model.where(instance)}: a sheath has one reel, not {len(reels)}: {names}"
+        )
+    for reel in reels:
+        if model.ints("actuator_trntype")[reel] != mujoco.mjtTrn.mjTRN_TENDON.value:
+            continue
+        acts_on = model.name(_OBJ.mjOBJ_TENDON, model.ints("actuator_trnid")[2 * reel])
+        if acts_on != model.config(instance)["tendon"]:
+            raise InvalidValueError(
+                f"{model.where(instance)}: reel {names} acts on tendon {acts_on!r}, the sheath "
+                f"on {model.config(instance)['tendon']!r}; a config is not renamed when its model "
+                "is attached to another: attach first, then add friction"
+            )
+
+
+def _unsuited(model: Draft, kind: int, index: int) -> str:
+    """Why a tendon with such a point on its path cannot run in a sheath; empty if it can."""
+    if kind == _WRAP.mjWRAP_SITE.value:
+        return ""
+    if kind == _WRAP.mjWRAP_JOINT.value:
+        return "is a fixed tendon; only a spatial one runs in a sheath"
+    if kind == _WRAP.mjWRAP_PULLEY.value:
+        return "branches at a pulley; give each branch a tendon of its own"
+    geom = model.name(_OBJ.mjOBJ_GEOM, index)
+    return f"wraps around geom {geom!r}, which a sheath does not support yet; route it over sites"

@@ -1,0 +1,1 @@
+"""The finger in motion: trajectories, control, tracking error."""

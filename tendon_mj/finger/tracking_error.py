@@ -1,0 +1,36 @@
+"""How far a finger is from what it was asked for."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from tendon_mj.builders.finger import JOINTS, TENDONS
+from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.misfit import Misfit, replay_error
+
+
+def tracking_error(answer: Recording) -> dict[str, Misfit]:
+    """Misfit achieved − asked, of every joint angle or tension that a trajectory asked for.
+
+    A tension is asked of the motor, so it is compared at the tendon's input; what friction leaves
+    of it at the output is compared besides.
+
+    Args:
+        answer: what `finger_run.simulate` returned.
+
+    Returns:
+        By the achieved column: `mcp_angle_rad`, …, or `flexor_input_tension_N`, ….
+    """
+    goals = {f"{joint}_angle_rad": f"asked_{joint}_rad" for joint in JOINTS}
+    goals |= {
+        f"{tendon}_{end}_tension_N": f"asked_{tendon}_N"
+        for tendon in TENDONS
+        for end in ("input", "output")
+    }
+    goals = {column: goal for column, goal in goals.items() if goal in answer.columns}
+    wanted = dataclasses.replace(
+        answer,
+        columns={**answer.columns, **{c: answer.columns[goal] for c, goal in goals.items()}},
+        measured={column: answer.measured[column] for column in goals},
+    )
+    return replay_error(wanted, answer)

@@ -1,0 +1,1 @@
+"""Recordings: a table of measured columns with a description of what they are."""

@@ -1,0 +1,121 @@
+"""The meaning of a recording: its model, and what each column and parameter is there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+
+from tendon_mj.errors import InvalidValueError, RecordingError, unknown
+from tendon_mj.recordings.table import TIME
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A column is what ``sensor`` reads; ``noise``, its standard deviation [the column's unit].
+
+    Raises `InvalidValueError` for an empty sensor name or a noise that is not positive and finite.
+    """
+
+    sensor: str
+    noise: float | None = None
+
+    def __post_init__(self) -> None:
+        if not self.sensor.strip():
+            raise InvalidValueError(f"sensor must be a name, got {self.sensor!r}")
+        if self.noise is not None and not 0 < self.noise < math.inf:
+            raise InvalidValueError(f"noise must be > 0 and finite, got {self.noise!r}")
+
+
+@dataclass(frozen=True)
+class Uncertain:
+    """A parameter's best guess and the range it may lie in [the parameter's own SI unit].
+
+    Raises `InvalidValueError` unless low ≤ value ≤ high, all finite.
+    """
+
+    value: float
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        if not -math.inf < self.low <= self.value <= self.high < math.inf:
+            raise InvalidValueError(
+                f"low ≤ value ≤ high must hold, all finite, got"
+                f" {self.low!r} ≤ {self.value!r} ≤ {self.high!r}"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Description:
+    """What is known about a time series besides its numbers: the TOML beside the CSV.
+
+    model: folder of models/, or path of an MJCF file; source: where the numbers come from;
+    drive: column → actuator it prescribes; measured: column → the sensor that read it;
+    known: parameter → value, never fitted [SI]; uncertain: parameter → range to fit within [SI].
+    A parameter is named ``<element>.<parameter>``.
+    """
+
+    model: str
+    source: str
+    drive: Mapping[str, str] = field(default_factory=dict)
+    measured: Mapping[str, Measured] = field(default_factory=dict)
+    known: Mapping[str, float] = field(default_factory=dict)
+    uncertain: Mapping[str, Uncertain] = field(default_factory=dict)
+
+    def check(self, columns: Collection[str], where: str) -> None:
+        """Raise `RecordingError`, beginning with ``where``, unless it fits the CSV's ``columns``.
+
+        Refused: empty or unwritable texts, unknown columns, a column both driven and measured,
+        an actuator driven twice, parameters misnamed, infinite, or both known and uncertain.
+        """
+        for key, text in (("model", self.model), ("source", self.source)):
+            _check_text(text, f"{where}, {key}")
+        series = [name for name in columns if name != TIME]
+        for table in ("drive", "measured"):
+            for column in getattr(self, table):
+                here = f"{where}, [{table}] {column!r}"
+                if column == TIME:
+                    raise RecordingError(f"{here}: the clock is neither driven nor measured")
+                if column not in series:
+                    raise RecordingError(f"{here}: {unknown('column', column, series)}")
+        driven: dict[str, str] = {}
+        for column, actuator in self.drive.items():
+            here = f"{where}, [drive] {column!r}"
+            _check_text(actuator, here)
+            if actuator in driven:
+                raise RecordingError(f"{here}: {driven[actuator]!r} already drives {actuator!r}")
+            driven[actuator] = column
+        for column, measured in self.measured.items():
+            here = f"{where}, [measured] {column!r}"
+            _check_text(measured.sensor, here)
+            if column in self.drive:
+                raise RecordingError(f"{here}: is in [drive] too; a column is one or the other")
+        for name, value in self.known.items():
+            here = f"{where}, [known] {name!r}"
+            _check_parameter(name, here)
+            if not math.isfinite(value):
+                raise RecordingError(f"{here}: {value!r} is not finite")
+        for name in self.uncertain:
+            here = f"{where}, [uncertain] {name!r}"
+            _check_parameter(name, here)
+            if name in self.known:
+                raise RecordingError(f"{here}: is in [known] too; a parameter is one or the other")
+
+
+def _check_text(text: str, here: str) -> None:
+    if not text.strip():
+        raise RecordingError(f"{here}: must not be empty, got {text!r}")
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise RecordingError(f"{here}: {text!r} cannot be written as UTF-8") from None
+
+
+def _check_parameter(name: str, here: str) -> None:
+    _check_text(name, here)
+    parts = name.split(".")
+    if len(parts) < 2 or not all(part.strip() for part in parts):
+        raise RecordingError(
+            f"{here}: a parameter is named '<element>.<parameter>', such as 'sheath.friction'"
+        )

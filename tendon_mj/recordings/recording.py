@@ -1,0 +1,140 @@
+"""A recording: measured or simulated time series, and what they are on a model."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, fields
+from functools import partial
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tendon_mj.errors import RecordingError, unknown
+from tendon_mj.recordings.description import Description
+from tendon_mj.recordings.description import Measured as Measured
+from tendon_mj.recordings.description import Uncertain as Uncertain
+from tendon_mj.recordings.description_toml import format_description, parse_description
+from tendon_mj.recordings.table import (
+    TIME,
+    FloatArray,
+    check_table,
+    read_table,
+    write_table,
+)
+from tendon_mj.recordings.table import UNITS as UNITS
+from tendon_mj.recordings.text import read_text
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Recording(Description):
+    """Time series and their description, lawful by construction and unchangeable.
+
+    name: the file's stem; time: (n,) [s], strictly increasing; columns: name → (n,) [the unit its
+    name ends in], every column but the time, also those neither driven nor measured.
+    The other fields are `Description`'s. Arrays and mappings are read-only copies.
+    Raises `RecordingError` for whatever a file would be refused for.
+    """
+
+    name: str
+    time: FloatArray
+    columns: Mapping[str, FloatArray]
+
+    def __post_init__(self) -> None:
+        where = f"recording {self.name!r}"
+        if not self.name.strip():
+            raise RecordingError(f"{where}: the name must not be empty")
+        columns = {name: _frozen(values) for name, values in self.columns.items()}
+        freeze = object.__setattr__
+        freeze(self, "time", _frozen(self.time))
+        freeze(self, "columns", MappingProxyType(columns))
+        for name in ("drive", "measured", "known", "uncertain"):
+            freeze(self, name, MappingProxyType(dict(getattr(self, name))))
+        if TIME in columns:
+            raise RecordingError(f"{where}, column {TIME!r}: belongs in `time`, not in `columns`")
+        check_table({TIME: self.time, **columns}, where)
+        self.check(columns, where)
+
+    def check_against(self, actuators: Collection[str], sensors: Collection[str]) -> None:
+        """Raise `RecordingError`, with the nearest valid name, unless a model has all it needs.
+
+        ``actuators`` and ``sensors`` are the names that exist on the model.
+        """
+        where = f"recording {self.name!r}"
+        for column, actuator in self.drive.items():
+            if actuator not in actuators:
+                message = unknown("actuator", actuator, actuators)
+                raise RecordingError(f"{where}, [drive] {column!r}: {message}")
+        for column, measured in self.measured.items():
+            if measured.sensor not in sensors:
+                message = unknown("sensor", measured.sensor, sensors)
+                raise RecordingError(f"{where}, [measured] {column!r}: {message}")
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Recording):
+            return NotImplemented
+        mine, theirs = ({TIME: r.time, **r.columns} for r in (self, other))
+        return (
+            all(getattr(self, f) == getattr(other, f) for f in _NOT_ARRAYS)
+            and mine.keys() == theirs.keys()
+            and all(np.array_equal(mine[name], theirs[name]) for name in mine)
+        )
+
+    def __reduce__(self) -> tuple[Any, ...]:  # a mapping proxy cannot be copied or sent by itself
+        state = {f.name: getattr(self, f.name) for f in fields(self)}
+        plain: dict[str, Any] = {
+            k: dict(v) if isinstance(v, MappingProxyType) else v for k, v in state.items()
+        }
+        return partial(Recording, **plain), ()
+
+
+_NOT_ARRAYS = [f.name for f in fields(Recording) if f.name not in ("time", "columns")]
+
+
+def read_recording(
+    path: str | os.PathLike[str], description: str | os.PathLike[str] | None = None
+) -> Recording:
+    """Read a recording from its CSV and TOML; ``path`` is either of them or their common stem.
+
+    ``description`` is the TOML's path where it does not lie beside the CSV. Nothing in the files
+    is evaluated. Raises `RecordingError`, naming file, row (the header is row 1), column and the
+    nearest valid name, for anything docs/recording.md does not allow.
+    """
+    csv, toml = _files(Path(path))
+    if description is not None:
+        toml = Path(description)
+    columns = read_table(csv)
+    hint = "" if description is not None else f"; it describes {csv.name}, or pass `description`"
+    described = parse_description(read_text(toml, hint), str(toml))
+    described.check(columns, str(toml))
+    return Recording(name=csv.stem, time=columns.pop(TIME), columns=columns, **vars(described))
+
+
+def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:
+    """Write ``<stem>.csv`` and ``<stem>.toml`` in an existing folder, and return the CSV's path.
+
+    What was there is replaced. Reading it back gives the same recording bit for bit, named after
+    the file's stem. Raises OSError where the folder cannot be written.
+    """
+    csv, toml = _files(Path(path))
+    write_table({TIME: recording.time, **recording.columns}, csv)
+    toml.write_text(format_description(recording), encoding="utf-8", newline="\n")
+    return csv
+
+
+def _files(path: Path) -> tuple[Path, Path]:
+    """CSV and TOML of a path to either or to their stem, which may itself have dots in it."""
+    if path.suffix == ".toml":
+        return path.with_suffix(".csv"), path
+    if path.suffix.lower() == ".csv":
+        return path, path.with_suffix(".toml")
+    return path.with_name(path.name + ".csv"), path.with_name(path.name + ".toml")
+
+
+def _frozen(values: ArrayLike) -> FloatArray:
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array

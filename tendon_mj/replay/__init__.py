@@ -1,0 +1,1 @@
+"""Simulation of a recording: schedule of controls, parameters, sensor readings, rollouts."""

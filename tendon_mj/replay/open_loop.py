@@ -1,0 +1,127 @@
+"""Runs a model through a sequence of controls, without Python in a step."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+from mujoco import rollout
+from numpy.typing import NDArray
+
+from tendon_mj.engine import sheaths
+from tendon_mj.engine.sheath_plugin.state import UNSOLVED
+from tendon_mj.errors import TendonError
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[float], None]
+
+_PHYSICS = mujoco.mjtState.mjSTATE_FULLPHYSICS.value
+_CTRL = mujoco.mjtState.mjSTATE_CTRL.value
+_CHUNK = 2000  # steps between two reports of progress
+
+
+def run_open_loop(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    control: FloatArray,
+    where: str,
+    when: Callable[[int], str],
+    progress: Progress | None = None,
+) -> FloatArray:
+    """Step once for every row of controls, and read the sensors as of the start of each step.
+
+    A step's readings therefore belong to its own control and to the pose that the steps before it
+    led to. Warns where a sheath's flow was not solved.
+
+    Args:
+        model, data: where to start; ``data`` is at the end afterwards.
+        control: (steps, nu).
+        where: begins every message.
+        when: says to the reader when a step was.
+        progress: called with the share that is done, 0 … 1; what it costs is a call every 2000
+            steps, and it changes no number.
+
+    Returns:
+        (steps, nsensordata) readings.
+
+    Raises:
+        TendonError: MuJoCo raised a warning, or a reading is not finite; it says when.
+    """
+    readings = np.empty((len(control), model.nsensordata))
+    start = _state(model, data)
+    chunk = _CHUNK if progress else len(control)
+    for first in range(0, len(control), chunk):
+        part = slice(first, min(first + chunk, len(control)))
+        if not _run(model, data, control[part], readings[part]):
+            raise TendonError(f"{where} failed {_first_failure(model, start, control, when)}")
+        if progress:
+            progress(part.stop / len(control))
+    for name, unsolved in unsolved_sheaths(model, data).items():
+        warnings.warn(
+            f"{where}: sheath {name!r} found no equilibrium in {unsolved} of {len(control)}"
+            " evaluations, and took the best that it had",
+            RuntimeWarning,
+            stacklevel=3,
+        )
+    return readings
+
+
+def try_open_loop(
+    model: mujoco.MjModel, data: mujoco.MjData, control: FloatArray
+) -> FloatArray | None:
+    """The same where failing is an answer: None then, and nobody is warned."""
+    readings = np.empty((len(control), model.nsensordata))
+    return readings if _run(model, data, control, readings) else None
+
+
+def unsolved_sheaths(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, int]:
+    """Evaluations whose flow was not solved, of every sheath that had such."""
+    found = {
+        name: int(data.plugin_state[sheath.state + UNSOLVED])
+        for name, sheath in sheaths(model).items()
+    }
+    return {name: unsolved for name, unsolved in found.items() if unsolved}
+
+
+def _run(
+    model: mujoco.MjModel, data: mujoco.MjData, control: FloatArray, readings: FloatArray
+) -> bool:
+    """From where the data is; false where MuJoCo warned or a reading is not finite."""
+    rollout.rollout(
+        [model],
+        [data],
+        _state(model, data)[None],
+        control[None],
+        skip_checks=True,  # with them it would allocate the states of all steps
+        nstep=len(control),
+        initial_warmstart=data.qacc_warmstart.copy()[None],
+        sensordata=readings[None],
+    )
+    return not any(w.number for w in data.warning) and bool(np.isfinite(readings).all())
+
+
+def _state(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
+    state = np.empty(mujoco.mj_stateSize(model, _PHYSICS))
+    mujoco.mj_getState(model, data, state, _PHYSICS)
+    return state
+
+
+def _first_failure(
+    model: mujoco.MjModel, start: FloatArray, control: FloatArray, when: Callable[[int], str]
+) -> str:
+    """Step once more from the start, and say when and why it failed."""
+    data = mujoco.MjData(model)
+    mujoco.mj_setState(model, data, start, _PHYSICS)
+    timestep = f"the timestep was {model.opt.timestep:.6g} s"
+    for step, row in enumerate(control):
+        mujoco.mj_setState(model, data, row, _CTRL)
+        mujoco.mj_step(model, data)
+        raised = [k for k, warning in enumerate(data.warning) if warning.number]
+        if raised:
+            name = mujoco.mjtWarning(raised[0]).name
+            return f"{when(step)}: MuJoCo raised {name}; {timestep}"
+        if not np.isfinite(data.sensordata).all():
+            return f"{when(step)}: a sensor reads no finite number; {timestep}"
+    return f"at a time that a second run did not find; {timestep}"

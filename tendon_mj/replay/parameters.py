@@ -1,0 +1,195 @@
+"""Numbers of a model by the names that recordings give them, ``<element>.<parameter>``.
+
+| element | parameters |
+|---|---|
+| sheath, servo | those of `tendon_mj.Parameters`: friction [-], axial_stiffness [N], … |
+| joint | stiffness, damping, frictionloss, armature, springref [SI of a hinge or slide] |
+| actuator | gear; kp, kv of a position servo; command_scale [-], command_offset [of its control] |
+| sensor | scale [-], offset [of its reading], delay [s], lag [s], drift [of its reading per s] |
+| gravity | x, y, z [m/s²] |
+
+The last two of actuators and those of sensors are the rig's: control = scale × column + offset, and
+a column is what `replay_readout` makes of a reading.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Literal, NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.attach import Parameters
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.replay.readout import Readout, stored_commands, stored_readouts
+from tendon_mj.replay.units import JOINT, UNKNOWN, live_unit, rate
+from tendon_mj.sheath.law import check_static
+
+_OBJ, _JNT, _TRN = mujoco.mjtObj, mujoco.mjtJoint, mujoco.mjtTrn
+_Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
+
+Kind = Literal["live", "joint", "actuator", "sensor", "gravity"]
+
+
+class Parameter(NamedTuple):
+    """A number of a model: its value, its unit, and what kind of element has it.
+
+    ``live``: of a sheath or servo, in `mjData.plugin_state`.
+    """
+
+    value: float
+    unit: str
+    kind: Kind
+
+
+class _Entry(NamedTuple):
+    kind: Kind
+    unit: str
+    places: list[_Place]
+    low: float = -math.inf
+
+
+class Adjustable:
+    """A model and its data with their parameters by name.
+
+    Args:
+        model: changed in place, so one's own copy.
+
+    Attributes:
+        model, data: ready to run, with what ``set`` was given.
+        commands: (nactuator, 2) scale and offset, for who runs the model.
+        readings: (nsensor, 5) `Readout` of every sensor, for who runs the model.
+    """
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self.model = model
+        self.data = mujoco.MjData(model)
+        self.commands = stored_commands(model)
+        self.readings = stored_readouts(model)
+        self._live = Parameters(model, self.data)
+        self._entries = self._joints() | self._actuators() | self._sensors() | self._gravity()
+        for name, entry in self._entries.items():
+            if entry.kind == "sensor":  # from user data, which nobody checked
+                _check(name, entry, _value(entry))
+
+    def names(self) -> list[str]:
+        """Every parameter there is."""
+        return sorted([*self._live, *self._entries])
+
+    def parameters(self) -> dict[str, Parameter]:
+        """Every parameter as it is now."""
+        found = {
+            name: Parameter(value, live_unit(name.rsplit(".", 1)[1]), "live")
+            for name, value in self._live.items()
+        }
+        found |= {n: Parameter(_value(e), e.unit, e.kind) for n, e in self._entries.items()}
+        return dict(sorted(found.items()))
+
+    def set(self, values: Mapping[str, float]) -> None:
+        """Give parameters values; those that are not named keep theirs.
+
+        Raises:
+            UnknownNameError: no such parameter, with the nearest; nothing is changed then.
+            InvalidValueError: a value outside its range.
+        """
+        for name in values:
+            if name not in self._entries and name not in self._live:
+                raise UnknownNameError("parameter", name, self.names())
+        for name, value in values.items():
+            if name in self._entries:
+                entry = self._entries[name]
+                _check(name, entry, value)
+                for array, index, factor in entry.places:
+                    array[index] = factor * value
+            else:
+                self._live[name] = value
+        for name in values.keys() - self._entries.keys():
+            self._check_sheath(name.rsplit(".", 1)[0])
+        if any(name.endswith(".armature") for name in values):
+            mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
+
+    def _check_sheath(self, sheath: str) -> None:
+        static = self._live.get(f"{sheath}.static_friction", 0.0)
+        if static > 0.0:  # 0: not given, it is the dynamic one then; and a servo has none
+            check_static(self._live[f"{sheath}.friction"], static, sheath)
+
+    def _joints(self) -> dict[str, _Entry]:
+        m, found = self.model, {}
+        for joint in range(m.njnt):
+            name = mujoco.mj_id2name(m, _OBJ.mjOBJ_JOINT, joint)
+            if name and m.jnt_type[joint] in (_JNT.mjJNT_HINGE.value, _JNT.mjJNT_SLIDE.value):
+                dof, angle = m.jnt_dofadr[joint], m.jnt_qposadr[joint]
+                slides = bool(m.jnt_type[joint] == _JNT.mjJNT_SLIDE.value)
+                for parameter, array, index, low in (
+                    ("stiffness", m.jnt_stiffness, joint, 0.0),
+                    ("damping", m.dof_damping, dof, 0.0),
+                    ("frictionloss", m.dof_frictionloss, dof, 0.0),
+                    ("armature", m.dof_armature, dof, 0.0),
+                    ("springref", m.qpos_spring, angle, -math.inf),
+                ):
+                    unit = JOINT[parameter][slides]
+                    places: list[_Place] = [(array, index, 1.0)]
+                    found[f"{name}.{parameter}"] = _Entry("joint", unit, places, low)
+        return found
+
+    def _actuators(self) -> dict[str, _Entry]:
+        m, found = self.model, {}
+        gain, bias = m.actuator_gainprm, m.actuator_biasprm
+        for k in range(m.nactuator):
+            name = mujoco.mj_id2name(m, _OBJ.mjOBJ_ACTUATOR, k)
+            if not name:
+                continue
+            slots: dict[str, tuple[str, list[_Place], float]] = {
+                "gear": ("-", [(m.actuator_gear, (k, 0), 1.0)], -math.inf),
+                "command_scale": ("-", [(self.commands, (k, 0), 1.0)], -math.inf),
+                "command_offset": (UNKNOWN, [(self.commands, (k, 1), 1.0)], -math.inf),
+            }
+            if gain[k, 0] != 0.0 and gain[k, 0] == -bias[k, 1]:  # a position servo
+                slides = not self._turns(k)
+                places: list[_Place] = [(gain, (k, 0), 1.0), (bias, (k, 1), -1.0)]
+                slots["kp"] = (JOINT["stiffness"][slides], places, 0.0)
+                slots["kv"] = (JOINT["damping"][slides], [(bias, (k, 2), -1.0)], 0.0)
+            for parameter, (unit, places, low) in slots.items():
+                found[f"{name}.{parameter}"] = _Entry("actuator", unit, places, low)
+        return found
+
+    def _turns(self, actuator: int) -> bool:
+        """Whether it moves a hinge."""
+        m = self.model
+        on_joint = m.actuator_trntype[actuator] == _TRN.mjTRN_JOINT.value
+        joint = m.actuator_trnid[actuator, 0]
+        return bool(on_joint and m.jnt_type[joint] == _JNT.mjJNT_HINGE.value)
+
+    def _sensors(self) -> dict[str, _Entry]:
+        found = {}
+        units = Readout("-", UNKNOWN, "s", "s", rate(UNKNOWN))  # type: ignore[arg-type]
+        for k in range(self.model.nsensor):
+            name = mujoco.mj_id2name(self.model, _OBJ.mjOBJ_SENSOR, k)
+            for column, parameter in enumerate(Readout._fields):
+                low = 0.0 if parameter in ("delay", "lag") else -math.inf
+                places: list[_Place] = [(self.readings, (k, column), 1.0)]
+                if name:
+                    entry = _Entry("sensor", str(units[column]), places, low)
+                    found[f"{name}.{parameter}"] = entry
+        return found
+
+    def _gravity(self) -> dict[str, _Entry]:
+        gravity = self.model.opt.gravity
+        return {
+            f"gravity.{axis}": _Entry("gravity", "m/s²", [(gravity, k, 1.0)])
+            for k, axis in enumerate("xyz")
+        }
+
+
+def _value(entry: _Entry) -> float:
+    array, index, factor = entry.places[0]
+    return float(array[index]) * factor + 0.0  # + 0: no negative zero
+
+
+def _check(name: str, entry: _Entry, value: float) -> None:
+    if not (math.isfinite(value) and value >= entry.low):
+        bound = f" and ≥ {entry.low:g}" if math.isfinite(entry.low) else ""
+        raise InvalidValueError(f"{name} = {value:g} must be finite{bound}")

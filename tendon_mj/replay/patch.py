@@ -1,0 +1,219 @@
+"""Writes a model with other parameters in it, as MJCF that replays as they were simulated.
+
+| parameter | where it is written |
+|---|---|
+| of a sheath or servo | its plugin instance's ``config`` |
+| of a joint; ``gear``, ``kp``, ``kv`` | the element's own attribute |
+| ``command_scale``, ``command_offset`` | the actuator's ``user`` data, in this order |
+| ``scale`` … ``drift`` of a sensor | the sensor's ``user`` data, in the order of `Readout` |
+| ``gravity.x`` … | ``<option gravity>`` |
+| a parameter's interval | ``<custom><text name="<parameter>.interval" data="<low> <high>"/>`` |
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from xml.etree import ElementTree
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.builders.library import load_model, load_spec, model_path
+from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
+from tendon_mj.replay.mjcf import Mjcf, number, numbers, set_first
+from tendon_mj.replay.parameters import Adjustable
+
+FloatArray = NDArray[np.float64]
+
+_INTERVAL = ".interval"
+_AGREE = 1e-12  # relative; degrees and radians are not the same to the last bit
+
+
+def patch_model(
+    model: str | Path,
+    parameters: Mapping[str, float],
+    path: str | Path,
+    *,
+    intervals: Mapping[str, tuple[float, float]] | None = None,
+) -> Path:
+    """Write a model with these parameters, and make sure that the file has them.
+
+    What the source does not say otherwise stays as it is written there, digit for digit, with its
+    comments; included files are put in their places. To replay it, do not let the recording's
+    guesses overrule it: ``replay(recording, load_model(path), described=False)``.
+
+    Args:
+        model: as ``recording.model``: a model of the package or an MJCF file.
+        parameters: ``<element>.<parameter>`` to value, as in `replay`.
+        path: file to write, in an existing folder.
+        intervals: of some of the parameters, what they may be instead: (low, high).
+
+    Returns:
+        The path.
+
+    Raises:
+        UnknownNameError: no such model or parameter, or an interval of none that is given.
+        InvalidValueError: a value or an interval outside its range, or user data that other
+            numbers occupy.
+        TendonError: an element that is not in the text, or the written file is not the model.
+    """
+    source, target, intervals = model_path(str(model)), Path(path), dict(intervals or {})
+    _check_intervals(parameters, intervals)
+    rig = Adjustable(load_model(str(source)))
+    rig.set(parameters)
+    text, spec = Mjcf(source), load_spec(str(source))
+    kinds = {name: parameter.kind for name, parameter in rig.parameters().items()}
+    for name, value in parameters.items():
+        element, parameter = name.rsplit(".", 1)
+        if kinds[name] == "live":
+            _write_config(text, element, parameter, value)
+        elif kinds[name] == "joint":
+            _write_joint(text, rig.model, spec, element, parameter, value)
+        elif kinds[name] == "actuator":
+            _write_actuator(text, rig, element, parameter)
+        elif kinds[name] == "sensor":
+            sensor = rig.model.sensor(element).id
+            row = rig.readings[sensor]
+            user = _user(name, row, rig.model.sensor_user[sensor], text, "sensor")
+            text.sensor(element).set("user", user)
+        else:
+            text.section("option", "gravity").set("gravity", numbers(rig.model.opt.gravity))
+    _write_intervals(text, intervals)
+    text.root.insert(0, ElementTree.Comment(_says(source, rig, parameters, intervals)))
+    text.move_to(target.parent, spec)
+    text.write(target)
+    try:
+        _check_written(target, rig, parameters)
+    except TendonError:
+        target.unlink()
+        raise
+    return target
+
+
+def read_intervals(model: mujoco.MjModel) -> dict[str, tuple[float, float]]:
+    """Parameter → (low, high), as ``patch_model`` wrote them."""
+    found = {}
+    for k in range(model.ntext):
+        name = str(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, k))
+        if name.endswith(_INTERVAL):
+            start, size = model.text_adr[k], model.text_size[k]
+            low, high = model.text_data[start : start + size].rstrip(b"\0").split()
+            found[name.removesuffix(_INTERVAL)] = (float(low), float(high))
+    return found
+
+
+def _check_intervals(
+    parameters: Mapping[str, float], intervals: Mapping[str, tuple[float, float]]
+) -> None:
+    for name, (low, high) in intervals.items():
+        if name not in parameters:
+            raise UnknownNameError("parameter of an interval", name, parameters)
+        if not -math.inf < low <= high < math.inf:
+            raise InvalidValueError(f"{name}: interval {low:g} … {high:g} must be finite, in order")
+
+
+def _write_config(text: Mjcf, element: str, parameter: str, value: float) -> None:
+    holder = text.plugin(element)
+    for config in holder.iterfind("config"):
+        if config.get("key") == parameter:
+            config.set("value", number(value))
+            return
+    ElementTree.SubElement(holder, "config", key=parameter, value=number(value))
+
+
+def _write_joint(
+    text: Mjcf,
+    model: mujoco.MjModel,
+    spec: mujoco.MjSpec,
+    element: str,
+    parameter: str,
+    value: float,
+) -> None:
+    turns = model.joint(element).type[0] == mujoco.mjtJoint.mjJNT_HINGE.value
+    if parameter == "springref" and turns and spec.compiler.degree:
+        value = math.degrees(value)
+    set_first(text.joint(element), parameter, value)
+
+
+def _write_actuator(text: Mjcf, rig: Adjustable, element: str, parameter: str) -> None:
+    m, written = rig.model, text.actuator(element)
+    k = m.actuator(element).id
+    if parameter == "gear":
+        set_first(written, "gear", m.actuator_gear[k, 0])
+    elif parameter not in ("kp", "kv"):
+        row, user = rig.commands[k], m.actuator_user[k]
+        written.set("user", _user(f"{element}.{parameter}", row, user, text, "actuator"))
+    elif written.tag == "general":
+        written.set("gainprm", numbers(m.actuator_gainprm[k]))
+        written.set("biasprm", numbers(m.actuator_biasprm[k]))
+    else:
+        written.attrib.pop("dampratio", None)  # which would say kv again, from kp
+        written.set("kp", number(m.actuator_gainprm[k, 0]))
+        written.set("kv", number(0.0 - m.actuator_biasprm[k, 2]))
+
+
+def _user(name: str, row: FloatArray, there: FloatArray, text: Mjcf, kind: str) -> str:
+    """User data that begins with our row, and room for it in every element of the kind."""
+    if not row.any():
+        raise InvalidValueError(f"{name}: a scale of 0 with nothing else cannot be written")
+    if 0 < len(there) < len(row):
+        raise InvalidValueError(
+            f"{name}: the model's {kind}s have user data of {len(there)} numbers of their own, and"
+            f" {len(row)} are needed there"
+        )
+    size, attribute = max(len(row), len(there)), f"nuser_{kind}"
+    text.section("size", attribute).set(attribute, str(size))
+    return numbers([*row, *there[len(row) :]])
+
+
+def _write_intervals(text: Mjcf, intervals: Mapping[str, tuple[float, float]]) -> None:
+    if not intervals:
+        return
+    custom = text.root.find("custom")
+    if custom is None:
+        custom = ElementTree.SubElement(text.root, "custom")
+    for name, interval in intervals.items():
+        for old in [t for t in custom.iterfind("text") if t.get("name") == name + _INTERVAL]:
+            custom.remove(old)
+        ElementTree.SubElement(custom, "text", name=name + _INTERVAL, data=numbers(interval))
+
+
+def _says(
+    source: Path,
+    rig: Adjustable,
+    parameters: Mapping[str, float],
+    intervals: Mapping[str, tuple[float, float]],
+) -> str:
+    known = rig.parameters()
+    lines = [f" Written by tendon-mj from {source.name}, with"]
+    for name, value in parameters.items():
+        within = (
+            f", {intervals[name][0]:.4g} … {intervals[name][1]:.4g}" if name in intervals else ""
+        )
+        lines.append(f"{name} = {value:.6g} [{known[name].unit}]{within}")
+    return "\n       ".join(lines).replace("--", "- -") + " "
+
+
+def _check_written(path: Path, rig: Adjustable, parameters: Mapping[str, float]) -> None:
+    """Hold the file, as MuJoCo compiles it, against the model that was to be written."""
+    written = load_model(str(path))
+    found = Adjustable(copy.copy(written)).parameters()
+    for name, value in parameters.items():
+        if name not in found or not math.isclose(found[name].value, value, rel_tol=_AGREE):
+            got = found[name].value if name in found else "no such parameter"
+            raise TendonError(f"{path}: {name} = {value!r} was to be written, it reads {got}")
+    mujoco.mj_setConst(rig.model, mujoco.MjData(rig.model))
+    for field in ("qpos0", "body_mass", "dof_invweight0", "site_pos", "tendon_length0"):
+        _compare(path, field, getattr(rig.model, field), getattr(written, field))
+    pulls = rig.model.tendon_stiffness > 0.0  # its own spring, resting where `springref` says
+    meant, got = rig.model.tendon_lengthspring, written.tendon_lengthspring
+    _compare(path, "tendon_lengthspring", meant[pulls], got[pulls])
+
+
+def _compare(path: Path, field: str, meant: FloatArray, got: FloatArray) -> None:
+    if not np.allclose(meant, got, rtol=_AGREE, atol=_AGREE):
+        raise TendonError(f"{path}: {field} of mjModel is not what was to be written")

@@ -1,0 +1,81 @@
+"""What a rig's sensor and recorder make of a quantity: late, smoothed, scaled, drifting, offset.
+
+y = scale · x_f(t − delay) + drift · (t − t_0) + offset, with lag · dx_f/dt = x − x_f and t_0 the
+time of the first sample. Before it, x counts as what it was then.
+
+MuJoCo's sensors have a delay of their own. It is not used here: it is a number of samples fixed
+when the model is compiled, so a replay's step and a fit's delay could not be chosen, it knows no
+lag before it, and a simulation would be run anew for what is a matter of reading it off.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from tendon_mj.replay.clock import Clock
+
+FloatArray = NDArray[np.float64]
+
+
+class Readout(NamedTuple):
+    """Numbers of one sensor, in the order in which MJCF holds them as the sensor's ``user`` data.
+
+    scale [-], offset [of the reading], delay and lag ≥ 0 [s], drift [of the reading per second].
+    """
+
+    scale: float = 1.0
+    offset: float = 0.0
+    delay: float = 0.0
+    lag: float = 0.0
+    drift: float = 0.0
+
+    def of(self, series: FloatArray, clock: Clock, time: FloatArray) -> FloatArray:
+        """(steps+1,) simulated on the clock's grid to (n,) as recorded at the sample times [s]."""
+        if self.lag > 0.0:
+            series = low_pass(series, clock.timestep, self.lag)
+        samples = clock.sample(series, self.delay)
+        read: FloatArray = self.scale * samples + self.drift * (time - time[0]) + self.offset
+        return read
+
+
+def low_pass(series: FloatArray, timestep: float, lag: float) -> FloatArray:
+    """First-order lag of a series that is linear between steps, at rest before the first.
+
+    Exact at the steps: x_f⁺ = a x_f + b_1 x + b_0 x⁺ with a = e^{−r}, r = h/lag.
+
+    Args:
+        series: (n,) in steps of ``timestep`` [s].
+        lag: time constant > 0 [s].
+    """
+    ratio = timestep / lag
+    passed = -math.expm1(-ratio)
+    now = 1.0 - passed / ratio
+    before = passed - now
+    start = [(1.0 - now) * series[0]]
+    smooth, _ = lfilter([now, before], [1.0, -(1.0 - passed)], series, zi=start)
+    return np.asarray(smooth, np.float64)
+
+
+def stored_readouts(model: mujoco.MjModel) -> FloatArray:
+    """(nsensor, 5) from the sensors' user data; a row of zeros, or none, is a plain sensor's."""
+    size = len(Readout._fields)
+    rows = np.tile(np.array(Readout()), (model.nsensor, 1))
+    if model.nuser_sensor >= size:
+        given = model.sensor_user[:, :size]
+        rows = np.where(given.any(axis=1)[:, None], given, rows)
+    return rows
+
+
+def stored_commands(model: mujoco.MjModel) -> FloatArray:
+    """(nactuator, 2) scale and offset from the actuators' user data, likewise."""
+    rows = np.tile([1.0, 0.0], (model.nactuator, 1))
+    if model.nuser_actuator >= 2:
+        given = model.actuator_user[:, :2]
+        rows = np.where(given.any(axis=1)[:, None], given, rows)
+    return rows

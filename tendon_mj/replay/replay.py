@@ -1,0 +1,74 @@
+"""Replay: simulate what was measured, and return it in the same columns."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+
+import mujoco
+
+from tendon_mj.builders.library import load_model
+from tendon_mj.recordings.recording import Measured, Recording
+from tendon_mj.replay.misfit import Misfit as Misfit
+from tendon_mj.replay.misfit import replay_error as replay_error
+from tendon_mj.replay.open_loop import Progress, run_open_loop
+from tendon_mj.replay.parameters import Adjustable
+from tendon_mj.replay.schedule import Course, described_values
+
+
+def replay(
+    recording: Recording,
+    model: mujoco.MjModel | None = None,
+    *,
+    parameters: Mapping[str, float] | None = None,
+    described: bool = True,
+    settle: float = 0.5,
+    progress: Progress | None = None,
+) -> Recording:
+    """Drive a model with a recording's driven columns and read off its measured ones.
+
+    Between samples the drive is linear in time. The step is uniform, no longer than the model's
+    and a whole fraction of the sampling interval (see ``replay_clock``); readings belong to the
+    pose and the control at the sample's time. Before the first sample the model, from its
+    reference pose, is brought to the first drive value by a linear ramp over half of ``settle``
+    and held there for the other half. Actuators that are not driven stay at 0.
+
+    Args:
+        recording: what was driven and measured.
+        model: to drive in place of the one that ``recording.model`` names; not changed.
+        parameters: ``<element>.<parameter>`` to value (see ``replay_parameters``), over
+            ``recording.known`` and the values of ``recording.uncertain``.
+        described: whether those two are applied; not where ``model`` knows better, as a patched
+            one does.
+        settle: time before the first sample [s]; with 0 the model starts in its reference pose.
+        progress: called with the share that is done, 0 … 1, every 2000 steps.
+
+    Returns:
+        The driven columns as they were and the measured ones as simulated, at the same times;
+        ``known`` holds every parameter that was applied.
+
+    Raises:
+        RecordingError: the model lacks an actuator or sensor, or the sensor is not one number.
+        UnknownNameError: no such model or parameter, with the nearest.
+        InvalidValueError: a parameter or ``settle`` outside its range.
+        TendonError: the simulation failed; the message says when.
+    """
+    rig = Adjustable(copy.copy(model) if model is not None else load_model(recording.model))
+    course = Course(recording, rig.model, settle)
+    values = {**(described_values(recording) if described else {}), **(parameters or {})}
+    rig.set(values)
+    course.prepare(rig)
+    control = course.control(rig)
+    readings = run_open_loop(rig.model, rig.data, control, course.where, course.when, progress)
+    columns = {column: recording.columns[column] for column in recording.drive}
+    columns |= course.read_out(rig, readings)
+    return Recording(
+        name=f"{recording.name}_simulated",
+        model=recording.model,
+        source=f"simulated by tendon-mj, driven by {recording.name!r} ({recording.source})",
+        time=recording.time,
+        columns={c: columns[c] for c in recording.columns if c in columns},
+        drive=recording.drive,
+        measured={c: Measured(m.sensor) for c, m in recording.measured.items()},
+        known=values,
+    )

@@ -1,0 +1,144 @@
+"""A recording laid out on a model: what to command at every step, and what to read off it when."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.errors import InvalidValueError, RecordingError
+from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.clock import make_clock
+from tendon_mj.replay.parameters import Adjustable
+from tendon_mj.replay.readout import Readout
+from tendon_mj.replay.units import column_unit, name_in, reading_unit
+
+_MOST_STEPS = 20_000_000  # some minutes
+
+FloatArray = NDArray[np.float64]
+
+
+class Course:
+    """What does not depend on parameters in the replay of one recording.
+
+    Args:
+        recording: what was driven and measured.
+        model: that has its actuators and sensors; not kept.
+        settle: time before the first sample [s]; with 0 the model starts in its reference pose.
+        timestep: longest step allowed [s]; default: the model's.
+
+    Attributes:
+        recording, clock: the samples and the grid of steps from the first to the last.
+        lead: steps before the first sample.
+        addresses: sensor and its place in `mjData.sensordata` for every measured column.
+
+    Raises:
+        RecordingError: the model lacks an actuator or sensor, the sensor is not one number, or
+            the recording would take far too many steps.
+        InvalidValueError: ``settle`` or ``timestep`` outside its range.
+    """
+
+    def __init__(
+        self,
+        recording: Recording,
+        model: mujoco.MjModel,
+        settle: float,
+        timestep: float | None = None,
+    ) -> None:
+        if not (math.isfinite(settle) and settle >= 0.0):
+            raise InvalidValueError(f"settle = {settle} [s] must be finite and ≥ 0")
+        longest = model.opt.timestep if timestep is None else timestep
+        if not (math.isfinite(longest) and longest > 0.0):
+            raise InvalidValueError(f"timestep = {longest} [s] must be finite and > 0")
+        self.recording = recording
+        self.addresses = _sensor_addresses(recording, model)
+        self.clock = make_clock(recording.time, longest)
+        self.lead = math.ceil(settle / self.clock.timestep * (1.0 - 1e-9))
+        if self.steps > _MOST_STEPS:
+            raise RecordingError(
+                f"recording {recording.name!r}: its typical interval between samples gives steps of"
+                f" {self.clock.timestep:g} s, {self.steps} in all, more than {_MOST_STEPS}; are the"
+                " times in seconds?"
+            )
+        grid = self.clock.time
+        self._drive = {
+            column: np.interp(grid, recording.time, recording.columns[column])
+            for column in recording.drive
+        }
+
+    @property
+    def steps(self) -> int:
+        """From the start of settling to the last sample."""
+        return self.lead + self.clock.steps
+
+    def prepare(self, rig: Adjustable) -> None:
+        """Give a rig the step of this course, and a clock that shows 0 at the first sample."""
+        rig.model.opt.timestep = self.clock.timestep
+        rig.data.time = -self.lead * self.clock.timestep
+
+    def control(self, rig: Adjustable) -> FloatArray:
+        """(steps+1, nu) controls: the ramp and rest before the first sample, then the drive."""
+        control = np.zeros((self.steps + 1, rig.model.nu))
+        ramp = np.minimum(1.0, np.arange(1, self.lead + 1) / max(1, self.lead // 2))
+        for column, name in self.recording.drive.items():
+            actuator = rig.model.actuator(name).id
+            scale, offset = rig.commands[actuator]
+            drive = scale * self._drive[column] + offset
+            slot = rig.model.actuator_ctrladr[actuator]
+            control[: self.lead, slot] = ramp * drive[0]
+            control[self.lead :, slot] = drive
+        return control
+
+    def read_out(self, rig: Adjustable, readings: FloatArray) -> dict[str, FloatArray]:
+        """(n,) of every measured column, from the (steps+1, nsensordata) readings."""
+        time = self.recording.time
+        return {
+            column: Readout(*rig.readings[sensor].tolist()).of(
+                readings[self.lead :, address], self.clock, time
+            )
+            for column, (sensor, address) in self.addresses.items()
+        }
+
+    def when(self, step: int) -> str:
+        """When a step was, to the reader."""
+        if step < self.lead:
+            before = (self.lead - step) * self.clock.timestep
+            return f"{before:.6g} s before the first sample, settling"
+        return f"at time {self.clock.time[step - self.lead]:.6g} s"
+
+    @property
+    def where(self) -> str:
+        """What is simulated, to the reader."""
+        return f"replay of {self.recording.name!r} on model {self.recording.model!r}"
+
+
+def described_values(recording: Recording) -> dict[str, float]:
+    """What a recording says of its rig: the known values and the guesses at the uncertain ones."""
+    return {
+        **recording.known,
+        **{name: uncertain.value for name, uncertain in recording.uncertain.items()},
+    }
+
+
+def _sensor_addresses(recording: Recording, model: mujoco.MjModel) -> dict[str, tuple[int, int]]:
+    sensors = {model.sensor(k).name: k for k in range(model.nsensor)}
+    actuators = {model.actuator(k).name for k in range(model.nactuator)}
+    recording.check_against(actuators - {""}, sensors.keys() - {""})
+    found = {}
+    for column, measured in recording.measured.items():
+        sensor = sensors[measured.sensor]
+        if model.sensor_dim[sensor] != 1:
+            raise RecordingError(
+                f"recording {recording.name!r}, [measured] {column!r}: sensor {measured.sensor!r}"
+                f" reads {model.sensor_dim[sensor]} numbers, and a column is one"
+            )
+        unit = reading_unit(model, sensor)
+        if unit != column_unit(column) and name_in(unit, column):
+            raise RecordingError(
+                f"recording {recording.name!r}, [measured] {column!r}: sensor {measured.sensor!r}"
+                f" reads [{unit}]; the column would be {name_in(unit, column)!r}"
+            )
+        found[column] = (sensor, int(model.sensor_adr[sensor]))
+    return found

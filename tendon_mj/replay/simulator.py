@@ -1,0 +1,299 @@
+"""Many simulations of the same recordings, each with parameters of its own, on all cores."""
+
+from __future__ import annotations
+
+import copy
+import os
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
+from typing import NamedTuple, Protocol
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.builders.library import load_model
+from tendon_mj.engine import sheaths
+from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
+from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.open_loop import run_open_loop, try_open_loop, unsolved_sheaths
+from tendon_mj.replay.parameters import Adjustable
+from tendon_mj.replay.parameters import Parameter as Parameter
+from tendon_mj.replay.quiet import UNSOLVED, unlogged
+from tendon_mj.replay.schedule import Course, described_values
+from tendon_mj.replay.units import column_unit, rate
+
+FloatArray = NDArray[np.float64]
+Values = Mapping[str, float]
+Series = dict[str, FloatArray]
+
+
+class Simulates(Protocol):
+    """What can stand in for a `Simulator`: anything that simulates recordings with parameters."""
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """Every parameter that it knows, at the value that it has when a set does not name it."""
+
+    def __call__(self, parameter_sets: Sequence[Values]) -> list[list[Series]]:
+        """For every set, for every recording: measured column → (n,) at the samples."""
+
+
+class Channel(NamedTuple):
+    """What a column is on the model: an actuator or a sensor, and the unit it is written in."""
+
+    name: str
+    unit: str
+
+
+class _Job(NamedTuple):
+    """One simulation: of a recording, with what acts in it, read off in one or more ways."""
+
+    recording: int
+    acting: Values
+    readouts: list[tuple[int, Values]]  # which parameter set, and what its sensors make of it
+
+
+class Simulator:
+    """Simulates recordings with as many sets of parameters as one likes.
+
+    Every simulation is that of `replay`, to the bit, whatever the number of threads and whatever
+    else is in the call. Sets that differ in their sensors only share simulations.
+
+    Args:
+        recordings: what was driven and measured, on one model, in any lengths.
+        model: in place of the one that the recordings name; not changed.
+        described: whether what a recording knows of its rig, [known] and the values of
+            [uncertain], is applied to its simulations below what a set says.
+        settle: time before the first sample [s], as in `replay`.
+        timestep: longest step allowed [s]; default: the model's.
+        threads: simulations at a time; default: as many as there are cores.
+        strict: whether a simulation that fails raises; else its series are all NaN.
+
+    Attributes:
+        recordings: as given.
+        model: compiled, with none of the recordings' parameters applied; not to be changed.
+
+    Raises:
+        RecordingError: there are none, they name several models, one does not fit its model, or
+            calls a parameter known or uncertain that the model cannot have.
+        InvalidValueError: ``threads`` or ``timestep`` is not positive.
+    """
+
+    def __init__(
+        self,
+        recordings: Sequence[Recording],
+        model: mujoco.MjModel | None = None,
+        *,
+        described: bool = True,
+        settle: float = 0.5,
+        timestep: float | None = None,
+        threads: int | None = None,
+        strict: bool = False,
+    ) -> None:
+        self.recordings = tuple(recordings)
+        if threads is not None and threads < 1:
+            raise InvalidValueError(f"threads = {threads} must be ≥ 1")
+        self.model = copy.copy(model) if model is not None else load_model(self._model_name())
+        if _collides_never(self.model):  # saves looking for contacts, a tenth of the time
+            self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT.value
+        self._courses = [Course(r, self.model, settle, timestep) for r in self.recordings]
+        self._settle = settle
+        self._described = [described_values(r) if described else {} for r in self.recordings]
+        self._threads = threads or os.cpu_count() or 1
+        self._strict = strict
+        self._parameters = self._described_parameters()
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """Every parameter: its value in the first recording that says one, else the model's."""
+        return self._parameters
+
+    @property
+    def sheaths(self) -> list[str]:
+        """Names of the model's sheaths."""
+        return list(sheaths(self.model))
+
+    @property
+    def joints(self) -> dict[str, bool]:
+        """Hinges and slides that have a name, and whether a driven column prescribes their motion.
+
+        A motor's torque or force prescribes none; an actuator with a gain on the joint's place or
+        rate does, unless what came of it was measured.
+        """
+        names = {
+            name.rsplit(".", 1)[0] for name, p in self._parameters.items() if p.kind == "joint"
+        }
+        driven = {
+            joint
+            for channel in self.inputs.values()
+            if self.model.actuator(channel.name).biasprm[1:3].any()
+            for joint in self._moved_by(channel.name)
+        }
+        prescribed = driven - self._measured_joints()
+        return {name: name in prescribed for name in sorted(names)}
+
+    def _moved_by(self, actuator: str) -> set[str]:
+        """The joint that an actuator is on, if it is on one."""
+        on_joint = (mujoco.mjtTrn.mjTRN_JOINT.value, mujoco.mjtTrn.mjTRN_JOINTINPARENT.value)
+        found = self.model.actuator(actuator)
+        on = found.trntype[0] in on_joint
+        return {self.model.joint(int(found.trnid[0])).name} if on else set()
+
+    def _measured_joints(self) -> set[str]:
+        """Joints of which a measured column reads the place, the rate, or what drives them."""
+        found: set[str] = set()
+        for channel in self.sensors.values():
+            sensor = self.model.sensor(channel.name)
+            kind, element = int(sensor.objtype[0]), int(sensor.objid[0])
+            if kind == mujoco.mjtObj.mjOBJ_JOINT:
+                found.add(self.model.joint(element).name)
+            elif kind == mujoco.mjtObj.mjOBJ_ACTUATOR:
+                found |= self._moved_by(self.model.actuator(element).name)
+        return found
+
+    @property
+    def inputs(self) -> dict[str, Channel]:
+        """Driven column → its actuator and unit, of all recordings."""
+        return {
+            column: Channel(actuator, column_unit(column))
+            for recording in self.recordings
+            for column, actuator in recording.drive.items()
+        }
+
+    @property
+    def sensors(self) -> dict[str, Channel]:
+        """Measured column → its sensor and unit, of all recordings."""
+        return {
+            column: Channel(measured.sensor, column_unit(column))
+            for recording in self.recordings
+            for column, measured in recording.measured.items()
+        }
+
+    @property
+    def steps(self) -> int:
+        """Of one simulation of all recordings."""
+        return sum(course.steps for course in self._courses)
+
+    def in_steps(self, factor: float) -> Simulator:
+        """The same simulator in steps ``factor`` > 0 times as long.
+
+        No step is longer than the interval between samples, and each divides it evenly.
+        """
+        other = copy.copy(self)
+        other._courses = [
+            Course(course.recording, self.model, self._settle, factor * course.clock.timestep)
+            for course in self._courses
+        ]
+        return other
+
+    def __call__(self, parameter_sets: Sequence[Values]) -> list[list[Series]]:
+        """Simulate every recording with every set of parameters.
+
+        Returns:
+            For every set, for every recording: measured column → (n,) at the samples.
+
+        Raises:
+            UnknownNameError: no such parameter, with the nearest.
+            InvalidValueError: a value outside its range.
+            TendonError: a simulation failed, and the simulator is strict.
+        """
+        jobs = self._jobs(parameter_sets)
+        answers: list[list[Series]] = [[{} for _ in self.recordings] for _ in parameter_sets]
+        unsolved: set[str] = set()
+        with nullcontext() if self._strict else unlogged():
+            for job, (series, stuck) in zip(jobs, self._run_all(jobs), strict=True):
+                unsolved |= stuck
+                for (row, _), read in zip(job.readouts, series, strict=True):
+                    answers[row][job.recording] = read
+        if unsolved:
+            warnings.warn(
+                f"{UNSOLVED} {', '.join(map(repr, sorted(unsolved)))} found no"
+                " equilibrium in some evaluations, and took the best that it had",
+                RuntimeWarning,
+                stacklevel=2,
+            )
+        return answers
+
+    def _model_name(self) -> str:
+        names = sorted({recording.model for recording in self.recordings})
+        if len(names) != 1:
+            raise RecordingError(
+                f"recordings of one model are needed, got {len(self.recordings)} recordings of"
+                f" {', '.join(map(repr, names)) or 'none'}"
+            )
+        return names[0]
+
+    def _described_parameters(self) -> dict[str, Parameter]:
+        parameters = Adjustable(copy.copy(self.model)).parameters()
+        for recording, values in reversed([*zip(self.recordings, self._described, strict=True)]):
+            try:
+                Adjustable(copy.copy(self.model)).set(values)
+            except (UnknownNameError, InvalidValueError) as error:
+                place = f"recording {recording.name!r}, in [known] or [uncertain]"
+                raise RecordingError(f"{place}: {error}") from error
+            parameters |= {n: parameters[n]._replace(value=float(v)) for n, v in values.items()}
+        for channel in self.sensors.values():
+            for name, unit in (("offset", channel.unit), ("drift", rate(channel.unit))):
+                key = f"{channel.name}.{name}"
+                parameters[key] = parameters[key]._replace(unit=unit)
+        for channel in self.inputs.values():
+            key = f"{channel.name}.command_offset"
+            parameters[key] = parameters[key]._replace(unit=channel.unit)
+        return parameters
+
+    def _jobs(self, parameter_sets: Sequence[Values]) -> list[_Job]:
+        """Distinct simulations that answer all sets, the longest first."""
+        groups: dict[tuple[int, frozenset[tuple[str, float]]], _Job] = {}
+        for row, given in enumerate(parameter_sets):
+            for name in given:
+                if name not in self._parameters:
+                    raise UnknownNameError("parameter", name, self._parameters)
+            for k, described in enumerate(self._described):
+                values = {**described, **given}
+                reads = {n: v for n, v in values.items() if self._parameters[n].kind == "sensor"}
+                acts = {n: v for n, v in values.items() if n not in reads}
+                job = groups.setdefault((k, frozenset(acts.items())), _Job(k, acts, []))
+                job.readouts.append((row, reads))
+        return sorted(groups.values(), key=lambda job: -self._courses[job.recording].steps)
+
+    def _run_all(self, jobs: list[_Job]) -> Iterator[tuple[list[Series], set[str]]]:
+        threads = min(self._threads, len(jobs))
+        if threads <= 1:
+            yield from map(self._run, jobs)
+            return
+        pool = ThreadPoolExecutor(threads)  # MuJoCo gives the GIL away while it steps
+        try:
+            yield from pool.map(self._run, jobs)
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+    def _run(self, job: _Job) -> tuple[list[Series], set[str]]:
+        """Series of every readout, and the sheaths whose flow was not always solved."""
+        course = self._courses[job.recording]
+        rig = Adjustable(copy.copy(self.model))  # of its own, so that no earlier one shows
+        rig.set(job.acting)
+        course.prepare(rig)
+        control, plain = course.control(rig), rig.readings.copy()
+        if self._strict:
+            where = course.where
+            readings = run_open_loop(rig.model, rig.data, control, where, course.when)
+        else:
+            tried = try_open_loop(rig.model, rig.data, control)
+            shape = (len(control), rig.model.nsensordata)
+            readings = tried if tried is not None else np.full(shape, np.nan)
+        series = []
+        for _, reads in job.readouts:
+            rig.readings[:] = plain
+            rig.set(reads)
+            series.append(course.read_out(rig, readings))
+        stuck = set() if self._strict else set(unsolved_sheaths(rig.model, rig.data))
+        return series, stuck
+
+
+def _collides_never(model: mujoco.MjModel) -> bool:
+    kinds = np.bitwise_or.reduce(model.geom_contype, initial=0)
+    partners = np.bitwise_or.reduce(model.geom_conaffinity, initial=0)
+    return not (kinds & partners) and model.npair == 0 and model.nflex == 0

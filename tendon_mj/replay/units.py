@@ -1,0 +1,98 @@
+"""Units of what recordings and replays name: columns, joints, live parameters of the plugins."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import mujoco
+
+from tendon_mj.engine import GAINS, KINDS, sensor_kind
+from tendon_mj.recordings.table import UNITS
+from tendon_mj.sheath.law import RANGES
+
+UNKNOWN: Final = "1"  # of a reading or a control that no column names
+_WRITTEN = {"Nm": "N m", "rad_per_s": "rad/s", "m_per_s": "m/s"}
+
+# parameter -> (unit on a hinge, unit on a slide)
+JOINT: Final[dict[str, tuple[str, str]]] = {
+    "stiffness": ("N m/rad", "N/m"),
+    "damping": ("N m s/rad", "N s/m"),
+    "frictionloss": ("N m", "N"),
+    "armature": ("kg m²", "kg"),
+    "springref": ("rad", "m"),
+}
+# sensor -> the same of what it reads
+_OF_JOINT: Final = {
+    mujoco.mjtSensor.mjSENS_JOINTPOS: ("rad", "m"),
+    mujoco.mjtSensor.mjSENS_JOINTVEL: ("rad/s", "m/s"),
+    mujoco.mjtSensor.mjSENS_JOINTACTFRC: ("N m", "N"),
+}
+_OF_TENDON: Final = {  # through sites; one of joints is in whatever its coefficients say
+    mujoco.mjtSensor.mjSENS_TENDONPOS: "m",
+    mujoco.mjtSensor.mjSENS_TENDONVEL: "m/s",
+    mujoco.mjtSensor.mjSENS_TENDONACTFRC: "N",
+}
+# parameters of a sheath that say how it is attached, and the effects it can be given
+_SHEATH = {
+    "reel_radius": "m",
+    "output_radius": "m",
+    "stribeck_friction": "-",
+    "stribeck_velocity": "m/s",
+    "viscous_friction": "N s/m",
+    "direction_asymmetry": "-",
+    "friction_gradient": "1/m",
+    "friction_drift": "1/s",
+    "backlash": "m",
+    "stiffening": "-",
+    "creep": "-",
+    "creep_time": "s",
+    "sheath_compliance": "m/N",
+    "tendon_mass": "kg",
+    "extra_bend": "rad",
+}
+
+
+def column_unit(column: str) -> str:
+    """The unit that a column's name ends in: ``joint_rad`` is in `rad`; empty without one."""
+    unit = _ending(column).removeprefix("_")
+    return _WRITTEN.get(unit, unit)
+
+
+def reading_unit(model: mujoco.MjModel, sensor: int) -> str:
+    """The unit of what a sensor reads; ``UNKNOWN`` where its kind does not say."""
+    kind = sensor_kind(model, sensor)
+    if kind:
+        return KINDS[kind][1]
+    seen, now = int(model.sensor_objid[sensor]), mujoco.mjtSensor(int(model.sensor_type[sensor]))
+    if now in _OF_JOINT:
+        return _OF_JOINT[now][int(model.jnt_type[seen] == mujoco.mjtJoint.mjJNT_SLIDE.value)]
+    if now in _OF_TENDON:
+        first = model.wrap_type[model.tendon_adr[seen]]
+        return UNKNOWN if first == mujoco.mjtWrap.mjWRAP_JOINT.value else _OF_TENDON[now]
+    return "N" if now == mujoco.mjtSensor.mjSENS_TOUCH else UNKNOWN
+
+
+def name_in(unit: str, column: str) -> str:
+    """A column's name as it would be in another unit; empty where names have no such unit."""
+    endings = {column_unit(ending): ending for ending in UNITS}
+    if unit not in endings:
+        return ""
+    return column.removesuffix(_ending(column)) + endings[unit]
+
+
+def _ending(column: str) -> str:
+    """The longest unit, as names have it, that a column ends in."""
+    return max((ending for ending in UNITS if column.endswith(ending)), key=len, default="")
+
+
+def live_unit(parameter: str) -> str:
+    """The unit of a sheath's parameter or a servo's gain."""
+    for table in (RANGES, GAINS):
+        if parameter in table:
+            return str(table[parameter][2])
+    return _SHEATH.get(parameter, UNKNOWN)
+
+
+def rate(unit: str) -> str:
+    """A unit per second; one already per second is told with a square."""
+    return f"{unit}²" if unit.endswith("/s") else f"{unit}/s"

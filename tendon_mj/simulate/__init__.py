@@ -1,1 +1,0 @@
-"""Models, recordings, replay, and the bench held against theory."""

@@ -1,0 +1,125 @@
+"""First motion of the bench in MuJoCo: K_ap and ξ_B as its sensors show them.
+
+Both are read off the tendon's elongation ξ_in − ξ_out against its output tension, which neither
+the mass nor the damping of the bench's carriages can bend: dT_out/d(ξ_in − ξ_out) = K_ap outside
+the backlash, and the line through it meets T_0 at ξ_B.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_mj import theory
+from tendon_mj.builders.bench import Bench, build_bench
+from tendon_mj.progress import Progress, silent
+from tendon_mj.replay.rollout import Array, roll
+
+SWING = 0.5  # of the output tension, over T_0, within which K_ap and ξ_B are read
+SENSORS = ("input_tension", "output_tension", "reel_displacement", "output_displacement")
+
+
+@dataclass(frozen=True)
+class Loop:
+    """What the bench's sensors showed while the reel followed a history, a value per step."""
+
+    input_tension: Array
+    output_tension: Array
+    reel_displacement: Array
+    output_displacement: Array
+
+
+def run_bench(bench: Bench, reel: Array) -> Loop:
+    """Let the reel follow ``reel`` [m], a value per time step, from rest under T_0.
+
+    Raises:
+        TendonError: the simulation became unstable.
+    """
+    shown = roll(build_bench(bench).compile(), reel)
+    return Loop(*(shown[name] for name in SENSORS))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A first motion from uniform T_0 in one direction, as measured and as the closed form has it.
+
+    Attributes:
+        exponent: λ with its sign, + pulling [-].
+        apparent_stiffness, analytic_stiffness: K_ap [N/m].
+        backlash, analytic_backlash: ξ_B [m].
+        backlash_error: their difference over T_in L/EA, T_in being the largest input tension until
+            the output starts: T_0 e^λ pulling, T_0 loosening.
+        transmission, analytic_transmission: T_out/T_in while sliding [-].
+    """
+
+    exponent: float
+    apparent_stiffness: float
+    analytic_stiffness: float
+    backlash: float
+    analytic_backlash: float
+    backlash_error: float
+    transmission: float
+    analytic_transmission: float
+
+    @property
+    def stiffness_error(self) -> float:
+        """Relative error of K_ap."""
+        return self.apparent_stiffness / self.analytic_stiffness - 1.0
+
+
+def first_motion(
+    bench: Bench, direction: int, *, swing: float = SWING, steps: int = 6000
+) -> Motion:
+    """Wind the bench's reel until T_out has changed by ``swing`` T_0, and measure.
+
+    Args:
+        bench: with friction.
+        direction: +1 pulls, −1 loosens.
+        swing: change of the output tension over T_0 [-].
+        steps: of the way.
+    """
+    lam = direction * bench.exponent
+    tension, ea, length = bench.pretension, bench.axial_stiffness, bench.length
+    backlash = float(theory.equivalent_backlash(lam, tension, ea, length))
+    stiffness = float(theory.apparent_stiffness(lam, ea, length))
+    total = float(
+        theory.transmission_stiffness(
+            lam, ea, length, bench.environment_stiffness, bench.sensor_stiffness
+        )
+    )
+    end = backlash + direction * 1.1 * swing * tension / total
+    ramp = np.linspace(0.0, 1.0, steps)
+    loop = run_bench(bench, end * ramp**2 * (3.0 - 2.0 * ramp))
+    change = direction * (loop.output_tension - tension) / tension
+    used = (change > 0.3 * swing) & (change < swing)
+    elongation = (loop.reel_displacement - loop.output_displacement)[used]
+    output = loop.output_tension[used]
+    slope, offset = np.polyfit(elongation - elongation.mean(), output, 1)
+    measured_backlash = elongation.mean() + (tension - offset) / slope
+    start_tension = tension * max(1.0, np.exp(lam))
+    return Motion(
+        exponent=lam,
+        apparent_stiffness=float(slope),
+        analytic_stiffness=stiffness,
+        backlash=float(measured_backlash),
+        analytic_backlash=backlash,
+        backlash_error=float((measured_backlash - backlash) / (start_tension * length / ea)),
+        transmission=float(np.mean(output / loop.input_tension[used])),
+        analytic_transmission=float(np.exp(-lam)),
+    )
+
+
+def sweep(
+    bench: Bench, exponents: Sequence[float], progress: Progress = silent, label: str = "sweep"
+) -> list[Motion]:
+    """First motions in both directions for each |λ|, friction being what changes."""
+    motions = []
+    for k, exponent in enumerate(exponents):
+        progress(label, k, len(exponents))
+        changed = dataclasses.replace(bench, friction=exponent / bench.bend)
+        motions += [first_motion(changed, direction) for direction in (1, -1)]
+    progress(label, len(exponents), len(exponents))
+    return motions

@@ -1,0 +1,105 @@
+"""What was measured against what the model said before and says after, and what is left."""
+
+from __future__ import annotations
+
+import textwrap
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from tendon_mj.diagnosis.noise import noise_levels
+from tendon_mj.errors import RecordingError
+from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.misfit import replay_error
+from tendon_mj.view.figures.replay import column_label
+from tendon_mj.view.figures.style import (
+    BLUE,
+    PALE,
+    VERMILLION,
+    legend_below,
+    new_figure,
+    print_style,
+)
+
+FloatArray = NDArray[np.float64]
+
+BEFORE, AFTER = (VERMILLION, "-"), (BLUE, "--")  # where they agree, both are seen
+_BAND = 2.0  # noises
+
+
+def before_after_figure(
+    measured: Recording, before: Recording, after: Recording | None = None
+) -> Figure:
+    """Draw every measured column over what was driven and over time, and below it the residual.
+
+    Args:
+        measured: with at least one driven and one measured column.
+        before, after: the same columns, simulated; without ``after``, where nothing was changed.
+
+    Returns:
+        A figure with two rows of two panels for every measured column.
+
+    Raises:
+        RecordingError: nothing was measured or driven, or a simulation has other times or columns.
+    """
+    if not measured.measured or not measured.drive:
+        raise RecordingError(f"recording {measured.name!r}: nothing in [drive] or in [measured]")
+    answers = {"simulated": (before, *BEFORE)}
+    if after:
+        answers = {"before": (before, *BEFORE), "after": (after, *AFTER)}
+    errors = {label: replay_error(measured, answer) for label, (answer, *_) in answers.items()}
+    noise = noise_levels(measured)
+    drive = next(iter(measured.drive))
+    rows = len(measured.measured)
+    with print_style():
+        figure = new_figure(8.0, 0.9 + 3.1 * rows)
+        source = textwrap.fill(f"{measured.name} on model {measured.model}: {measured.source}", 105)
+        figure.suptitle(source, fontsize=9.0, parse_math=False)
+        grid = figure.subplots(
+            2 * rows, 2, squeeze=False, sharex="col", sharey="row", height_ratios=(1.7, 1.0) * rows
+        )
+        for k, column in enumerate(measured.measured):
+            label = column_label(column)
+            unit = label.rpartition("[")[2].rstrip("]") if "[" in label else ""
+            for axes, left, x in zip(
+                grid[2 * k], grid[2 * k + 1], (measured.columns[drive], measured.time), strict=True
+            ):
+                axes.plot(x, measured.columns[column], color=PALE, linewidth=3.0, label="measured")
+                left.axhspan(
+                    -_BAND * noise[column],
+                    _BAND * noise[column],
+                    color=PALE,
+                    alpha=0.5,
+                    linewidth=0.0,
+                    label=f"±{_BAND:g} × noise",
+                )
+                for named, (answer, colour, style) in answers.items():
+                    series = answer.columns[column]
+                    _draw(axes, x, series, colour, style, named)
+                    _draw(left, x, series - measured.columns[column], colour, style, "_residual")
+            grid[2 * k][0].set_ylabel(label)
+            grid[2 * k + 1][0].set_ylabel(f"simulated −\nmeasured [{unit}]")
+            said = [f"{errors[named][column].rmse:.3g} {unit} {named}" for named in answers]
+            grid[2 * k][0].set_title(
+                f"{label.partition(' [')[0]}: rms error {', '.join(said)};"
+                f" noise {noise[column]:.2g} {unit}",
+                fontsize=9.0,
+            )
+        grid[-1][0].set_xlabel(column_label(drive))
+        grid[-1][0].locator_params(axis="x", nbins=5)
+        grid[-1][1].set_xlabel("time [s]")
+        _gather_labels(grid[0][0], grid[1][0])
+        legend_below(figure, grid[0][0], columns=4)
+    return figure
+
+
+def _draw(axes: Axes, x: FloatArray, y: FloatArray, colour: str, style: str, label: str) -> None:
+    axes.plot(x, y, color=colour, linestyle=style, linewidth=1.1, label=label)
+
+
+def _gather_labels(axes: Axes, other: Axes) -> None:
+    """Let the legend of one panel name the band of the other too."""
+    band = other.patches[0]
+    axes.fill_between([], [], [], color=PALE, alpha=0.5, linewidth=0.0, label=band.get_label())

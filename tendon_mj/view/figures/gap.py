@@ -1,0 +1,84 @@
+"""The gap between simulation and measurement, signal by signal, as bars against the noise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tendon_mj.diagnosis.gap import Gap
+from tendon_mj.view.figures.replay import column_label
+from tendon_mj.view.figures.style import (
+    BLACK,
+    BLUE,
+    PURPLE,
+    VERMILLION,
+    legend_below,
+    new_figure,
+    print_style,
+)
+
+_BEFORE, _SYSID, _AFTER = "before", "mujoco.sysid alone", "after"
+_CALIBRATED = "calibrated, nothing added"
+_HATCHED = (VERMILLION, "////")
+_COLOURS = {_CALIBRATED: _HATCHED, _BEFORE: _HATCHED, _SYSID: (PURPLE, "...."), _AFTER: (BLUE, "")}
+_ROOM = 1.5  # of the longest bar, for the number behind it
+
+
+def gap_figure(
+    train: Gap, held_out: Gap, sysid: Mapping[str, float] | None = None, *, changed: bool = True
+) -> Figure:
+    """Draw rms errors before and after, in units of the noise, with their numbers in the signal's.
+
+    Args:
+        train, held_out: on what the choices saw, and on what they did not.
+        sysid: column → held-out rms error of `mujoco.sysid` alone [the column's unit].
+        changed: whether there is an after.
+
+    Returns:
+        A figure with a row for each signal, and a panel each for the two gaps.
+    """
+    columns = list(held_out.signals)
+    with print_style():
+        figure = new_figure(8.0, 1.0 + 1.15 * len(columns))
+        grid = figure.subplots(len(columns), 2, squeeze=False, sharex=True)
+        longest = 1.0
+        for row, column in zip(grid, columns, strict=True):
+            for axes, gap, extra in zip(row, (train, held_out), (None, sysid), strict=True):
+                before, after, noise = gap.signals.get(column, (0.0, 0.0, 1.0))
+                bars = {_BEFORE if changed else _CALIBRATED: before}
+                if extra and column in extra:
+                    bars[_SYSID] = extra[column]
+                if changed:
+                    bars[_AFTER] = after
+                label = column_label(column)
+                unit = label.rpartition("[")[2].rstrip("]") if "[" in label else ""
+                _draw(axes, bars, noise, unit)
+                longest = max(longest, *(value / noise for value in bars.values()))
+            row[0].set_ylabel(column_label(column).partition(" [")[0])
+        grid[0][0].set_xlim(0.0, _ROOM * longest)
+        grid[0][0].set_title("data that chose and fitted")
+        grid[0][1].set_title("held out: data that chose nothing")
+        for axes in grid[-1]:
+            axes.set_xlabel("rms error [× noise]")
+        legend_below(figure, grid[0][1], columns=4)
+    return figure
+
+
+def _draw(axes: Axes, bars: Mapping[str, float], noise: float, unit: str) -> None:
+    for k, (label, value) in enumerate(bars.items()):
+        colour, hatch = _COLOURS[label]
+        axes.barh(k, value / noise, 0.75, color=colour, hatch=hatch, edgecolor="white", label=label)
+        axes.annotate(
+            f"{value / noise:.2f} × ({value:#.3g} {unit})".replace(" )", ")"),
+            (value / noise, k),
+            xytext=(4, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=8.0,
+        )
+    axes.axvline(1.0, color=BLACK, linestyle=":", linewidth=1.3, label="noise floor")
+    axes.set_yticks([])
+    axes.set_ylim(len(bars) - 0.4, -0.6)
+    axes.grid(visible=False, axis="y")

@@ -1,0 +1,100 @@
+"""What was measured and what was simulated, over time and over the drive."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from tendon_mj.errors import RecordingError
+from tendon_mj.recordings.recording import UNITS, Recording
+from tendon_mj.replay.misfit import Misfit, replay_error
+from tendon_mj.replay.units import column_unit
+from tendon_mj.view.figures.style import PALE, SERIES, new_figure, print_style
+
+FloatArray = NDArray[np.float64]
+RECORDED = "recording"  # which may itself be simulated; its source is in the title
+
+
+def column_label(column: str) -> str:
+    """A recording's column as an axis label: ``joint_rad`` is `joint [rad]`."""
+    suffix = max((unit for unit in UNITS if column.endswith(unit)), key=len, default="")
+    name = column.removesuffix(suffix).replace("_", " ")
+    return f"{name} [{column_unit(column)}]" if suffix else name
+
+
+def replay_figure(measured: Recording, simulated: Mapping[str, Recording]) -> Figure:
+    """Draw every measured column, a row each: over time, and over the first driven column.
+
+    Over the drive a rate-independent response lies on itself cycle for cycle, whatever the clock
+    said.
+
+    Args:
+        measured: with at least one measured column.
+        simulated: label → the same columns, simulated; the legend gives each rms error.
+
+    Returns:
+        A figure.
+
+    Raises:
+        RecordingError: nothing was measured, or a simulation has other times or columns.
+    """
+    if not measured.measured:
+        raise RecordingError(f"recording {measured.name!r}: no [measured] column to draw")
+    errors = {label: replay_error(measured, answer) for label, answer in simulated.items()}
+    drive = next(iter(measured.drive), None)
+    rows = len(measured.measured)
+    with print_style():
+        figure = new_figure(9.5 if drive else 6.5, 0.6 + 2.2 * rows)
+        source = textwrap.fill(f"recording: {measured.source}", 110)
+        figure.suptitle(
+            f"{measured.name} on model {measured.model}\n{source}", fontsize=9.0, parse_math=False
+        )
+        ratios = (1.25, 1.0, 0.5) if drive else (1.25, 0.6)
+        grid = figure.subplots(rows, len(ratios), squeeze=False, sharex="col", width_ratios=ratios)
+        for (time, *over, key), column in zip(grid, measured.measured, strict=True):
+            _draw(time, measured.time, measured, simulated, column)
+            time.set_ylabel(column_label(column))
+            for axes in over:
+                _draw(axes, measured.columns[str(drive)], measured, simulated, column)
+                axes.sharey(time)
+                axes.tick_params(labelleft=False)
+            _draw_key(key, time, column, {label: e[column] for label, e in errors.items()})
+        grid[-1][0].set_xlabel("time [s]")
+        if drive:
+            grid[-1][1].set_xlabel(column_label(drive))
+    return figure
+
+
+def _draw(
+    axes: Axes, x: FloatArray, measured: Recording, simulated: Mapping[str, Recording], column: str
+) -> None:
+    axes.plot(x, measured.columns[column], color=PALE, linewidth=2.8, label=RECORDED)
+    for k, (label, answer) in enumerate(simulated.items()):
+        colour, style, marker = SERIES[k % len(SERIES)]
+        axes.plot(
+            x,
+            answer.columns[column],
+            color=colour,
+            linestyle=style,
+            marker=marker,
+            markersize=3.5,
+            markevery=(0.03 * (k + 1), 0.13),  # shares of the diagonal: some, wherever it goes
+            label=label,
+        )
+
+
+def _draw_key(key: Axes, drawn: Axes, column: str, errors: Mapping[str, Misfit]) -> None:
+    """The legend of a row, beside it."""
+    key.set_axis_off()
+    unit = column_label(column).rpartition("[")[2].rstrip("]")
+    handles, labels = drawn.get_legend_handles_labels()
+    said = [
+        f"{label}\nrms error {errors[label].rmse:.3g} {unit}" if label in errors else label
+        for label in labels
+    ]
+    key.legend(handles, said, loc="center left", borderaxespad=0.0, labelspacing=0.9)

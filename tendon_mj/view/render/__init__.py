@@ -1,0 +1,1 @@
+"""Frames and clips of a model, the tendon coloured by its tension."""

@@ -1,0 +1,42 @@
+"""The pictures of a diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from matplotlib.figure import Figure
+
+from tendon_mj.diagnosis.verdict import Diagnosis
+from tendon_mj.recordings.recording import Recording
+from tendon_mj.view.figures.before_after import before_after_figure
+from tendon_mj.view.figures.gap import gap_figure
+from tendon_mj.view.figures.misfit_map import misfit_figure, proof_figure
+
+
+def diagnosis_figures(
+    diagnosis: Diagnosis,
+    shown: tuple[Recording, Recording, Recording],
+    sysid: Mapping[str, float] | None = None,
+) -> dict[str, Figure]:
+    """Name → figure of all that a diagnosis has to show.
+
+    Args:
+        diagnosis: to draw.
+        shown: a recording, and its simulations before and after.
+        sysid: column → held-out rms error of `mujoco.sysid` alone [the column's unit].
+
+    Returns:
+        "misfit" where there is one to be placed, "proof" where something was named, "gap", and
+        "before_after".
+    """
+    changed = bool(diagnosis.findings)
+    measured, before, after = shown
+    figures = {}
+    if diagnosis.verdict != "nothing missing":
+        remaining = diagnosis.remaining if changed else None
+        figures["misfit"] = misfit_figure(diagnosis.located, remaining)
+    figures["gap"] = gap_figure(diagnosis.train, diagnosis.held_out, sysid, changed=changed)
+    if changed:
+        figures["proof"] = proof_figure(*diagnosis.proof)
+    figures["before_after"] = before_after_figure(measured, before, after if changed else None)
+    return figures

@@ -1,0 +1,94 @@
+"""A diagnosis as one page that needs nothing else: words, tables and pictures."""
+
+from __future__ import annotations
+
+import base64
+import io
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from matplotlib.figure import Figure
+
+from tendon_mj.diagnosis.catalogue import CATALOGUE
+from tendon_mj.diagnosis.sysid import SysidResult
+from tendon_mj.diagnosis.verdict import Diagnosis
+from tendon_mj.recordings.recording import Recording
+from tendon_mj.view.figures.replay import column_label
+from tendon_mj.view.figures.style import DPI
+from tendon_mj.view.report.advice import advise
+
+_LEFT_OUT = "The comparison with mujoco.sysid was left out."
+
+
+def report_page(
+    diagnosis: Diagnosis,
+    train: Sequence[Recording],
+    held_out: Sequence[Recording],
+    figures: Mapping[str, Figure],
+    *,
+    shown: str = "",
+    sysid: SysidResult | None = None,
+    no_sysid: str = _LEFT_OUT,
+) -> str:
+    """The page as HTML. Every text that comes from a file is escaped.
+
+    Args:
+        diagnosis: to report.
+        train, held_out: recordings that it comes from.
+        figures: name → figure, as `diagnosis_figures` names them.
+        shown: name of the recording that is drawn.
+        sysid: what `mujoco.sysid` makes of the same data.
+        no_sysid: what to say without.
+    """
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {
+        "short": short,
+        "percent": _percent,
+        "signal": lambda column: column_label(column).partition(" [")[0],
+        "unit": lambda column: column_label(column).partition("[")[2].rstrip("]") or "–",
+    }
+    kept = "proof" if held_out else "choice and fit; its last quarter for proof"
+    return environment.get_template("report.html").render(
+        d=diagnosis,
+        changed=bool(diagnosis.findings),
+        model=train[0].model,
+        catalogue=CATALOGUE,
+        pictures={name: _inline(figure) for name, figure in figures.items()},
+        shown=shown,
+        sysid=sysid,
+        no_sysid=no_sysid,
+        ties=[(group, advise(group)) for group in diagnosis.indistinguishable],
+        advice=advise(diagnosis.closest),
+        recordings=[(r, "choice and fit" if held_out else kept) for r in train]
+        + [(r, kept) for r in held_out],
+    )
+
+
+def short(value: float) -> str:
+    """Four digits that mean something."""
+    if not math.isfinite(value):
+        return "–"
+    if 1e4 <= abs(value) < 1e7:
+        return f"{value:,.0f}".replace(",", "\u202f")
+    return f"{value:.4g}"
+
+
+def _percent(share: float) -> str:
+    """Whole percents; 100 % only where it is."""
+    if not math.isfinite(share):
+        return "–"
+    return "more than 99 %" if 0.995 <= share < 1.0 else f"{100.0 * share:.0f} %"
+
+
+def _inline(figure: Figure) -> str:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=DPI)
+    return base64.b64encode(buffer.getvalue()).decode("ascii")

@@ -1,0 +1,51 @@
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj.builders.bench import Bench, build_bench
+from tendon_mj.builders.joint import Joint, build_joint
+from tendon_mj.replay.default_motion import default_motion
+
+TIMES = np.linspace(0.0, 12.0, 2401)
+
+
+def test_the_bench_winds_its_reel_in_and_out():
+    drive = default_motion("bench", build_bench(Bench()).compile())
+    reel = np.array([drive(t) for t in TIMES])
+    assert reel.shape == (len(TIMES), 1)
+    assert reel[0] == 0.0
+    assert reel.max() == pytest.approx(0.002, rel=1e-3)
+    assert reel.min() == pytest.approx(-0.002, rel=1e-3)
+
+
+def test_the_joint_follows_a_command_of_sixty_degrees():
+    model = build_joint(Joint()).compile()
+    drive = default_motion("joint", model)
+    control = np.array([drive(t) for t in TIMES])
+    command = control[:, model.actuator("command").id]
+    assert np.abs(command).max() == pytest.approx(np.deg2rad(60.0), rel=1e-3)
+    assert np.abs(np.delete(control, model.actuator("command").id, axis=1)).max() == 0.0
+
+
+def test_any_other_model_stays_within_its_control_ranges():
+    model = mujoco.MjModel.from_xml_string("""
+    <mujoco>
+      <worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+      <actuator>
+        <motor joint="j" ctrlrange="2 5"/><motor joint="j" ctrlrange="-1 1"/><motor joint="j"/>
+      </actuator>
+    </mujoco>""")
+    drive = default_motion("mine", model)
+    control = np.array([drive(t) for t in TIMES])
+    late = control[TIMES > 1.0]
+    assert late[:, 0].min() >= 2.0
+    assert late[:, 0].max() <= 5.0
+    assert np.ptp(late[:, 0]) > 2.0
+    assert np.abs(control[:, 1]).max() <= 1.0
+    assert np.abs(control[:, 2]).max() == 0.0
+    assert np.abs(control[0]).max() == 0.0  # starts from rest
+
+
+def test_a_bench_without_its_reel_is_any_other_model():
+    model = mujoco.MjModel.from_xml_string("<mujoco/>")
+    assert default_motion("bench", model)(1.0).shape == (0,)

@@ -1,0 +1,107 @@
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj.builders.bench import Bench, build_bench
+from tendon_mj.errors import InvalidValueError, TendonError
+from tendon_mj.replay.frames import record_take
+from tendon_mj.view.render.cable import add_cable, cable_radius, tension_scale, without_tendons
+
+
+@pytest.fixture(scope="module")
+def model():
+    return build_bench(Bench(guides=4)).compile()
+
+
+def wind_in(time):
+    return [0.002 * time]
+
+
+def test_a_frame_shows_its_own_time_and_the_sensors_tensions(model):
+    take = record_take(model, wind_in, duration=0.5, fps=20)
+    assert take.time == pytest.approx(np.arange(10) / 20)
+    cable = take.cables["sheath"]
+    assert cable.points.shape == (10, 6, 3)
+    assert cable.tensions.shape == (10, 5)
+    data = mujoco.MjData(model)
+    for _ in range(900):  # to the last frame, at 0.45 s
+        data.ctrl[:] = wind_in(data.time)
+        mujoco.mj_step(model, data)
+    data.ctrl[:] = wind_in(data.time)
+    mujoco.mj_forward(model, data)
+    shown = [data.sensor(name).data[0] for name in ("input_tension", "output_tension")]
+    assert cable.tensions[-1, [0, -1]] == pytest.approx(shown, rel=1e-9)
+
+
+def test_tension_falls_along_a_pulled_tendon(model):
+    take = record_take(model, wind_in, duration=0.5, fps=20)
+    assert (np.diff(take.cables["sheath"].tensions[-1]) < 0.0).all()
+
+
+def test_a_row_of_controls_holds_on_after_its_end(model):
+    row = np.linspace(0.0, 1e-3, 100)[:, None]
+    take = record_take(model, row, duration=0.2, fps=50)
+    assert take.controls[-1] == row[-1]
+    assert take.controls[1] == row[40]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"duration": 0.0}, r"duration = 0\.0 \[s\]"),
+        ({"fps": float("nan")}, r"fps = nan \[1/s\]"),
+        ({"drive": np.zeros((5, 2))}, r"shape \(5, 2\).*\(steps, 1\)"),
+        ({"drive": lambda time: [0.0, 0.0]}, r"shape \(2,\).*\(1,\)"),
+    ],
+)
+def test_what_cannot_be_is_refused(model, change, said):
+    arguments = {"drive": wind_in, "duration": 1.0} | change
+    with pytest.raises(InvalidValueError, match=said):
+        record_take(model, **arguments)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_an_unstable_simulation_is_named_with_its_time(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes its log where it runs
+    model = mujoco.MjModel.from_xml_string("""
+    <mujoco>
+      <worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+      <actuator><motor name="m" joint="j"/></actuator>
+    </mujoco>""")
+    with pytest.raises(TendonError, match="unstable before"):
+        record_take(model, lambda time: [1e300], duration=1.0)
+
+
+def test_a_cable_is_a_capsule_a_segment_and_a_bead_a_guide(model):
+    take = record_take(model, wind_in, duration=0.2, fps=10)
+    cable, scale = take.cables["sheath"], tension_scale(take.cables)
+    assert scale.vmin <= cable.tensions.min() + 1e-9
+    assert scale.vmax >= cable.tensions.max() - 1e-9
+    scene = mujoco.MjvScene(model, 100)
+    add_cable(scene, cable.points[-1], cable.tensions[-1], scale, 0.001)
+    kinds = [scene.geoms[k].type for k in range(scene.ngeom)]
+    assert kinds.count(mujoco.mjtGeom.mjGEOM_CAPSULE) == 5
+    assert kinds.count(mujoco.mjtGeom.mjGEOM_SPHERE) == 4
+    assert not np.allclose(scene.geoms[0].rgba, scene.geoms[4].rgba)
+
+
+def test_a_full_scene_takes_no_more(model):
+    take = record_take(model, wind_in, duration=0.1, fps=10)
+    cable, scene = take.cables["sheath"], mujoco.MjvScene(model, 3)
+    add_cable(scene, cable.points[0], cable.tensions[0], tension_scale(take.cables), 0.001)
+    assert scene.ngeom == 3
+
+
+def test_the_model_itself_keeps_its_looks(model):
+    before = model.tendon_rgba.copy(), model.site_rgba.copy()
+    bare = without_tendons(model)
+    assert bare.tendon_rgba[0, 3] == 0.0
+    assert (model.tendon_rgba == before[0]).all()
+    assert (model.site_rgba == before[1]).all()
+
+
+def test_cables_side_by_side_do_not_touch(model):
+    take = record_take(model, wind_in, duration=0.1, fps=10)
+    one = take.cables["sheath"]
+    beside = type(one)(one.points + np.array([0.0, 0.0, 0.001]), one.tensions)
+    assert cable_radius(model, {"one": one, "other": beside}) < 0.0005
