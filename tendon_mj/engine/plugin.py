@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import mujoco
 
+from tendon_mj.compilation import announced
 from tendon_mj.engine.abi.checks import Check
 from tendon_mj.engine.abi.layout import Layout, read_layout, verify, verify_state
 from tendon_mj.engine.abi.library import PATH, C
@@ -175,7 +176,8 @@ def register() -> tuple[str, ...]:
         _verify_struct()
         layout = read_layout()
         verify(layout)
-        for definition in DEFINITIONS:
-            _register(definition, layout)
+        with announced():
+            for definition in DEFINITIONS:
+                _register(definition, layout)
         verify_state(layout, mujoco.MjData(mujoco.MjModel.from_xml_string(_SMALLEST)))
     return NAMES

@@ -11,13 +11,18 @@ from collections.abc import Callable
 from typing import Any
 
 import llvmlite.binding as llvm
-from numba import cfunc, types
+from numba import types
 
+from tendon_mj.compilation import callback
 from tendon_mj.engine.abi.library import mju_error
 from tendon_mj.errors import TendonError
 
 _MESSAGE = ctypes.create_string_buffer(2048)
 _i32, _ptr = types.int32, types.intp
+# By name, not by address, so that compiled code holds in every process.
+_address = ctypes.CFUNCTYPE(ctypes.c_void_p)(lambda: ctypes.addressof(_MESSAGE))
+llvm.add_symbol("tendon_mj.message", ctypes.cast(_address, ctypes.c_void_p).value)
+_message = types.ExternalFunction("tendon_mj.message", _ptr())
 
 
 def _guarded(plugin: str, function: Callable[..., int]) -> Callable[..., int]:
@@ -60,38 +65,32 @@ class Check:
 
 
 def _count(ask: Any) -> Any:
-    message = ctypes.addressof(_MESSAGE)
-
-    @cfunc(_i32(_ptr, _i32))
+    @callback(_i32(_ptr, _i32))
     def nstate(m: int, instance: int) -> int:
         count = ask(m, instance)
         if count < 0:
-            mju_error(message)
+            mju_error(_message())
         return count
 
     return nstate
 
 
 def _sensor(ask: Any) -> Any:
-    message = ctypes.addressof(_MESSAGE)
-
-    @cfunc(_i32(_ptr, _i32, _i32))
+    @callback(_i32(_ptr, _i32, _i32))
     def nsensordata(m: int, instance: int, sensor: int) -> int:
         count = ask(m, instance, sensor)
         if count < 0:
-            mju_error(message)
+            mju_error(_message())
         return count
 
     return nsensordata
 
 
 def _init(ask: Any) -> Any:
-    message = ctypes.addressof(_MESSAGE)
-
-    @cfunc(_i32(_ptr, _ptr, _i32))
+    @callback(_i32(_ptr, _ptr, _i32))
     def init(m: int, d: int, instance: int) -> int:
         if ask(m, instance) < 0:
-            mju_error(message)
+            mju_error(_message())
         return 0
 
     return init

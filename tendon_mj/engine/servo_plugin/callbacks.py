@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from numba import cfunc, types
+from numba import types
 
-from tendon_mj.compilation import compiled
+from tendon_mj.compilation import callback, compiled
 from tendon_mj.engine.abi.layout import Layout
 from tendon_mj.engine.abi.library import mj_name2id, mjp_getPluginAtSlot
 from tendon_mj.engine.abi.memory import byte, double, doubles, integer, pointer, size
@@ -78,15 +78,15 @@ def make_callbacks(layout: Layout) -> Callbacks:
     """Bind the functions to the offsets of the running MuJoCo, as those of the sheath are."""
     void, ptr, i32 = types.void, types.intp, types.int32
 
-    @cfunc(void(ptr, ptr, ptr, i32), cache=True)
+    @callback(void(ptr, ptr, ptr, i32))
     def reset(m: int, state: int, unused: int, instance: int) -> None:
         _reset(layout, m, state, instance)
 
-    @cfunc(void(ptr, ptr, i32, i32), cache=True)
+    @callback(void(ptr, ptr, i32, i32))
     def compute(m: int, d: int, instance: int, capability: int) -> None:
         evaluate(layout, m, d, state_of(layout, m, d, instance))
 
-    @cfunc(void(ptr, ptr, i32), cache=True)
+    @callback(void(ptr, ptr, i32))
     def advance(m: int, d: int, instance: int) -> None:
         commit(state_of(layout, m, d, instance))
 

@@ -46,7 +46,7 @@ def _sample(
     """Tension that the motor is to bring up [N]: error and feed-forward; the memory moves on."""
     ea, last = sheath[st.AXIAL_STIFFNESS], guides.shape[1]
     pulled, output = ea * segments[TENSION, 0], ea * segments[TENSION, last]
-    exponent = s[sv.OBSERVER_FRICTION] * guides[st.ANGLE].sum()
+    exponent = s[sv.OBSERVER_FRICTION] * sum(guides[st.ANGLE])
     first = s[sv.STARTED] == 0.0
     if first:
         memory[sv.ESTIMATE] = pulled  # before any motion the tension is the same all along
@@ -57,7 +57,7 @@ def _sample(
     _turn(memory, first, reference, seen, s[sv.REVERSAL_BAND])
     wanted, sense = reference - seen, memory[sv.SENSE]
     if sense != 0.0 and (s[sv.BACKLASH_FEEDFORWARD] != 0.0 or s[sv.RATE_FEEDFORWARD] != 0.0):
-        tendon = ea / segments[LENGTH].sum()
+        tendon = ea / sum(segments[LENGTH])
         stiffness = stiffness_ahead(exponent, sense, tendon, s[sv.OUTPUT_STIFFNESS])
         if memory[sv.CROSSING] != 0.0:
             ahead = backlash_ahead(exponent, sense, tendon, pulled, seen)

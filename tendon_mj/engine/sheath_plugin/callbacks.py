@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from numba import cfunc, types
+from numba import types
 
-from tendon_mj.compilation import compiled
+from tendon_mj.compilation import callback, compiled
 from tendon_mj.engine.abi.layout import Layout
 from tendon_mj.engine.abi.library import mj_name2id
 from tendon_mj.engine.abi.memory import doubles, integer, pointer, size
@@ -157,15 +157,15 @@ def make_callbacks(layout: Layout) -> Callbacks:
     readers = subtrees.READERS
     void, ptr, i32 = types.void, types.intp, types.int32
 
-    @cfunc(void(ptr, ptr, ptr, i32), cache=True)
+    @callback(void(ptr, ptr, ptr, i32))
     def reset(m: int, state: int, unused: int, instance: int) -> None:
         _reset(layout, m, state, instance)
 
-    @cfunc(void(ptr, ptr, i32, i32), cache=True)
+    @callback(void(ptr, ptr, i32, i32))
     def compute(m: int, d: int, instance: int, capability: int) -> None:
         _compute(layout, readers, m, d, instance, capability)
 
-    @cfunc(void(ptr, ptr, i32), cache=True)
+    @callback(void(ptr, ptr, i32))
     def advance(m: int, d: int, instance: int) -> None:
         _advance(layout, m, d, instance)
 

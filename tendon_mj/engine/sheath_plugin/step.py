@@ -62,7 +62,7 @@ def _start(layout: Any, m: int, d: int, state: Any, segments: Any) -> None:
     state[st.WOUND_IN] = turned(layout, m, d, state, st.REEL_JOINT, st.REEL_RADIUS)
     state[st.WOUND_OUT] = turned(layout, m, d, state, st.OUTPUT_JOINT, st.OUTPUT_RADIUS)
     unstretched -= state[st.WOUND_IN] + state[st.WOUND_OUT]
-    total = segments[LENGTH].sum()
+    total = sum(segments[LENGTH])
     for j in range(segments.shape[1]):
         segments[STORED, j] = segments[LENGTH, j] * unstretched / total
         strain = total / unstretched - 1.0 - crept

@@ -1,0 +1,92 @@
+"""Digest of all that machine code follows from: the sources of what is compiled, and its tools.
+
+Numba compares a cached function with the file that it stands in, but inlines functions from other
+files. Here one digest stands for the sources of all of them: a change anywhere is a change
+everywhere.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import NamedTuple
+
+PACKAGE = Path(__file__).parents[1]
+COMPILED = ("compilation", "engine", "reference", "sheath")  # packages with compiled functions
+TOOLS = ("llvmlite", "mujoco", "numba", "numpy")  # whose versions the machine code depends on
+
+
+class Sources(NamedTuple):
+    """State of the sources at one moment.
+
+    Attributes:
+        stamps: path, time of the last change [ns] and size of each file.
+        digest: of their texts and of the versions of Python and ``TOOLS``, 16 hexadecimal digits.
+    """
+
+    stamps: tuple[tuple[str, int, int], ...]
+    digest: str
+
+
+def _files() -> list[Path]:
+    return sorted(path for name in COMPILED for path in (PACKAGE / name).rglob("*.py"))
+
+
+def _stamp(path: str) -> tuple[str, int, int]:
+    status = os.stat(path)  # noqa: PTH116, called hundreds of times in an import
+    return path, status.st_mtime_ns, status.st_size
+
+
+def _version(tool: str) -> str:
+    try:
+        return version(tool)
+    except PackageNotFoundError:
+        return "none"
+
+
+def read() -> Sources:
+    """Read the sources.
+
+    Raises:
+        OSError: a file is gone, or the package was installed without its sources.
+    """
+    files = _files()
+    if not files:
+        raise FileNotFoundError(f"no sources in {PACKAGE}")
+    stamps = tuple(
+        _stamp(str(path)) for path in files
+    )  # before the texts, so that a change while they are read is noticed
+    digest = hashlib.sha256(f"{sys.implementation.cache_tag} {sys.abiflags}".encode())
+    for tool in TOOLS:
+        digest.update(f"\0{tool} {_version(tool)}".encode())
+    for path in files:
+        text = path.read_bytes()
+        digest.update(f"\0{path.relative_to(PACKAGE).as_posix()} {len(text)}\0".encode())
+        digest.update(text)
+    return Sources(stamps, digest.hexdigest()[:16])
+
+
+def _at_import() -> Sources | None:
+    try:
+        return read()
+    except OSError:
+        return None
+
+
+# Read before any module with a compiled function is imported: this package is the lowest layer.
+AT_IMPORT = _at_import()
+
+
+def are_as_imported() -> bool:
+    """Whether the sources on disk are still those that this process began with.
+
+    They differ in a process that outlives a change of the sources. It may have imported some
+    modules before and others after, so that its machine code belongs to neither digest.
+    """
+    try:
+        return AT_IMPORT is not None and all(_stamp(s[0]) == s for s in AT_IMPORT.stamps)
+    except OSError:
+        return False
