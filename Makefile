@@ -43,7 +43,7 @@ $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/python $(PIP) install -c constraints.txt -e '.[dev]'
 	$(BIN)/python $(PIP) install -c constraints.txt --no-deps dm-control
-	echo "$(abspath $(VENV)) $$($(BIN)/python --version)" > $@
+	@echo "$(abspath $(VENV)) $$($(BIN)/python --version)" > $@
 
 # In three wheels since 4.0; what they replace has to go first.
 MUJOCO4 := mujoco==4.0.0 mujoco-core==4.0.0 mujoco-studio==4.0.0
