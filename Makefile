@@ -15,7 +15,7 @@ ifneq ($(wildcard ../shared/data),)
 export TENDON_MJ_DATA ?= $(abspath ../shared/data)
 endif
 
-.PHONY: demo test check format test-mujoco4 clean
+.PHONY: demo test check format test-wheel test-mujoco4 clean
 
 demo: $(STAMP)                ## the main job: compare, render, replay
 	$(BIN)/tendon-mj demo --out $(OUT)
@@ -45,6 +45,15 @@ $(STAMP): pyproject.toml constraints.txt
 	$(BIN)/python $(PIP) install -c constraints.txt --no-deps dm-control
 	@echo "$(abspath $(VENV)) $$($(BIN)/python --version)" > $@
 
+# The wheel, in an environment of its own without any extra and away from the clone.
+test-wheel: $(STAMP)
+	rm -rf dist
+	$(BIN)/python -m hatchling build -t wheel
+	$(BIN)/python -m venv --clear .venv-wheel
+	.venv-wheel/bin/python $(PIP) install -c constraints.txt pytest dist/*.whl
+	.venv-wheel/bin/pytest --import-mode=importlib tests/test_snippets.py -k readme
+	cd "$$(mktemp -d)" && $(CURDIR)/.venv-wheel/bin/tendon-mj demo
+
 # In three wheels since 4.0; what they replace has to go first.
 MUJOCO4 := mujoco==4.0.0 mujoco-core==4.0.0 mujoco-studio==4.0.0
 
@@ -60,5 +69,5 @@ test-mujoco4: .venv4/.ready
 	touch $@
 
 clean:
-	rm -rf .venv .venv4 out dist .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv .venv-wheel .venv4 out dist .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
