@@ -9,7 +9,7 @@ STAMP  := $(VENV)/.ready
 FOUND  := $(abspath $(VENV)) $(shell $(BIN)/python --version 2>/dev/null)
 GIVEN  := $(filter-out file,$(origin PYTHON))
 WANTED := $(if $(GIVEN),$(abspath $(VENV)) $(shell $(PYTHON) --version),$(FOUND))
-PIP    := -m pip --quiet --disable-pip-version-check
+PIP    := -m pip --quiet --quiet --disable-pip-version-check
 # Real measurements are not in the repository (docs/data.md says where they come from).
 ifneq ($(wildcard ../shared/data),)
 export TENDON_MJ_DATA ?= $(abspath ../shared/data)
