@@ -3,33 +3,56 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 OUT    ?= out/demo
+# The stamp of the environment holds its folder and its Python. An environment that was moved, whose
+# Python is gone, or that is of another Python than a given PYTHON, is made again.
+STAMP  := $(VENV)/.ready
+FOUND  := $(abspath $(VENV)) $(shell $(BIN)/python --version 2>/dev/null)
+GIVEN  := $(filter-out file,$(origin PYTHON))
+WANTED := $(if $(GIVEN),$(abspath $(VENV)) $(shell $(PYTHON) --version),$(FOUND))
+PIP    := -m pip --quiet --quiet --disable-pip-version-check
 # Real measurements are not in the repository (docs/data.md says where they come from).
 ifneq ($(wildcard ../shared/data),)
 export TENDON_MJ_DATA ?= $(abspath ../shared/data)
 endif
 
-.PHONY: demo test check format test-mujoco4 clean
+.PHONY: demo test check format test-wheel test-mujoco4 clean
 
-demo: $(VENV)/.ready          ## the main job: compare, render, replay
+demo: $(STAMP)                ## the main job: compare, render, replay
 	$(BIN)/tendon-mj demo --out $(OUT)
 
-test: $(VENV)/.ready          ## the whole test suite
+test: $(STAMP)                ## the whole test suite
 	$(BIN)/pytest -n auto
 
-check: $(VENV)/.ready         ## formatter, linter, strict types, import floors
+check: $(STAMP)               ## formatter, linter, strict types, import floors
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/pytest -q tests/test_layers.py
 
-format: $(VENV)/.ready
+format: $(STAMP)
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-$(VENV)/.ready: pyproject.toml constraints.txt
-	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
-	touch $@
+ifneq ($(shell cat $(STAMP) 2>/dev/null),$(strip $(WANTED)))
+.PHONY: $(STAMP)
+endif
+
+# Made from nothing, so that no earlier environment shows through. The extra brings what dm-control
+# requires, but for labmaze, which newer Pythons can't install (pyproject.toml).
+$(STAMP): pyproject.toml constraints.txt
+	$(PYTHON) -m venv --clear $(VENV)
+	$(BIN)/python $(PIP) install -c constraints.txt -e '.[dev]'
+	$(BIN)/python $(PIP) install -c constraints.txt --no-deps dm-control
+	@echo "$(abspath $(VENV)) $$($(BIN)/python --version)" > $@
+
+# The wheel, in an environment of its own without any extra and away from the clone.
+test-wheel: $(STAMP)
+	rm -rf dist
+	$(BIN)/python -m hatchling build -t wheel
+	$(BIN)/python -m venv --clear .venv-wheel
+	.venv-wheel/bin/python $(PIP) install -c constraints.txt pytest dist/*.whl
+	.venv-wheel/bin/pytest --import-mode=importlib tests/test_snippets.py -k readme
+	cd "$$(mktemp -d)" && $(CURDIR)/.venv-wheel/bin/tendon-mj demo
 
 # In three wheels since 4.0; what they replace has to go first.
 MUJOCO4 := mujoco==4.0.0 mujoco-core==4.0.0 mujoco-studio==4.0.0
@@ -40,11 +63,11 @@ test-mujoco4: .venv4/.ready
 
 .venv4/.ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv --clear .venv4
-	.venv4/bin/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
-	.venv4/bin/pip uninstall --quiet --yes mujoco
-	.venv4/bin/pip install --quiet --disable-pip-version-check --no-deps $(MUJOCO4)
+	.venv4/bin/python $(PIP) install -c constraints.txt -e '.[dev]'
+	.venv4/bin/python $(PIP) uninstall --yes mujoco
+	.venv4/bin/python $(PIP) install --no-deps $(MUJOCO4)
 	touch $@
 
 clean:
-	rm -rf .venv .venv4 out dist .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv .venv-wheel .venv4 out dist .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -35,6 +35,10 @@ class EngineError(TendonError, RuntimeError):
     """The running MuJoCo does not fit the plugin, or cannot do what was asked of it."""
 
 
+class MissingPackageError(TendonError, ImportError):
+    """A package that is not installed; the message says what needs it and how to install it."""
+
+
 def unknown(kind: str, name: str, valid: Iterable[str]) -> str:
     """Say that ``name`` is no ``kind``, with the nearest valid name first and then all of them."""
     names = sorted(n for n in valid if n)

@@ -1,0 +1,55 @@
+"""The wheel holds the package and its models, and nothing else."""
+
+import re
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """Path in the wheel → text of the file, for all that the clone's wheel holds."""
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "hatchling", "build", "--target", "wheel", "-d", str(folder)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    (path,) = folder.glob("*.whl")
+    with zipfile.ZipFile(path) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def files(folder):
+    """Path below the parent → content, for every file of a folder but machine code."""
+    paths = (p for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts)
+    return {p.relative_to(folder.parent).as_posix(): p.read_bytes() for p in paths}
+
+
+def test_the_wheel_is_the_package_with_its_models(wheel):
+    models = {f"tendon_mj/{name}": content for name, content in files(ROOT / "models").items()}
+    expected = files(ROOT / "tendon_mj") | models
+    packaged = {name: wheel[name] for name in wheel if ".dist-info/" not in name}
+    assert packaged.keys() == expected.keys()
+    assert packaged == expected
+
+
+def test_what_is_read_at_run_time_is_in_the_wheel(wheel):
+    suffixes = {Path(name).suffix for name in wheel if name.startswith("tendon_mj/")}
+    assert {".py", ".xml", ".toml", ".csv", ".html"} <= suffixes
+    assert "tendon_mj/py.typed" in wheel
+    assert "tendon_mj/models/bench/recordings/twin.csv" in wheel
+
+
+def test_only_the_environments_ask_for_dm_control(wheel):
+    (metadata,) = (text.decode() for name, text in wheel.items() if name.endswith("METADATA"))
+    required = re.findall(r"^Requires-Dist: (.*)$", metadata, re.M)
+    for requirement in required:
+        if re.match("dm[-_]", requirement):
+            assert "extra == 'environments'" in requirement
+        assert not requirement.startswith("labmaze")
+    (dm_control,) = (r for r in required if r.startswith("dm-control"))
+    assert "python_version < '3.13'" in dm_control
