@@ -1,9 +1,9 @@
 """A chain with effects as the compiled functions take it: parameters, and records of its state.
 
 Nodes are the n elements and behind them the carriages; spring j lies before element j + 1, spring
-n behind the last element. Displacements are positive toward the input. Each node, element and spring
-is one record of an array, whose named fields Numba compiles to plain memory; with a structure of
-many arrays a step took twice as long, for the references that every loop then counts.
+n behind the last element. Displacements are positive toward the input. Each node, element and
+spring is one record of an array, whose named fields Numba compiles to plain memory; with a
+structure of many arrays a step took twice as long, for the references that every loop counts.
 
 Equations: docs/theory.md, section 5.
 """

@@ -6,8 +6,8 @@
 
 T̄ the mean tension of each spring over the step (`stick.mean_tension`) and a_i from the direction
 s_i of sliding. Taut springs make it the implicit midpoint rule; in all cases T̄ × elongation is the
-change of elastic energy, so that input work = Δ elastic + Δ kinetic + friction + damping holds to rounding
-(and to `midpoint_step.TOLERANCE` where springs turn slack).
+change of elastic energy, so that input work = Δ elastic + Δ kinetic + friction + damping holds to
+rounding (and to `midpoint_step.TOLERANCE` where springs turn slack).
 
 **Stick events, a projection as in Moreau's time stepping.** Directions are part of the step's
 unknowns. A resting element has d_i = 0 and v_i⁺ = 0 exactly while its mean net force is within the
