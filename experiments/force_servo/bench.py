@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from tendon_mj.attach import add_servo
 from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.errors import TendonError
-from tendon_mj.replay.rollout import Array, full_state, roll_sensors
+from tendon_mj.replay.rollout import Array, full_state, rollout_sensors
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,7 +109,7 @@ def run_servo(bench: Bench, servo: Servo, reference: ArrayLike, speed: float = 0
     data = mujoco.MjData(model)
     data.joint("motor").qvel[0] = speed
     start = full_state(model, data)[None]
-    shown = roll_sensors(model, [data], start, wanted[None, :, None])
+    shown = rollout_sensors(model, [data], start, wanted[None, :, None])
     if not np.isfinite(shown).all() or data.warning.number.any():
         raise TendonError(f"the simulation of {servo} on {bench} became unstable")
     names = ("output_tension", "input_tension", "motor_angle", "motor_speed")

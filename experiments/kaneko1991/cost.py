@@ -20,7 +20,7 @@ from experiments.kaneko1991.routes import Array
 from tendon_mj import reference
 from tendon_mj.errors import TendonError
 from tendon_mj.progress import Progress, silent
-from tendon_mj.replay.rollout import roll
+from tendon_mj.replay.rollout import rollout_named_sensors
 
 TARGET = 0.01  # of the range, for either tension
 REPEATS = 3
@@ -132,7 +132,7 @@ def _slow(n: int, slowness: float) -> reference.ElementChain:
 
 def _rolled(model: mujoco.MjModel, reel: Array, every: int) -> _Run:
     def go() -> tuple[Array, Array]:
-        found = roll(model, reel)
+        found = rollout_named_sensors(model, reel)
         return found["input_tension"][::every], found["output_tension"][::every]
 
     return go

@@ -12,7 +12,7 @@ from experiments.kaneko1991.rig import Rig
 from experiments.kaneko1991.routes import Array, Drive, Trace
 from tendon_mj.attach import add_friction, add_sites, add_tendon, arc_points
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.replay.rollout import roll
+from tendon_mj.replay.rollout import rollout_named_sensors
 
 CARRIAGE = 0.1  # mass on the output spring [kg]
 CARRIAGE_DAMPING_RATIO = 0.1  # its drag and its ringing both count as errors of the tendon
@@ -80,7 +80,7 @@ def plugin(
     stride = 1 if timestep is None else max(1, round(gap / timestep))
     fine = time[0] + gap / stride * np.arange((len(time) - 1) * stride + 1)
     reel = np.apply_along_axis(lambda row: np.interp(fine, time, row), -1, displacement)
-    found = roll(plugin_model(rig, guides, gap / stride, carriage), reel, threads)
+    found = rollout_named_sensors(plugin_model(rig, guides, gap / stride, carriage), reel, threads)
     near, far = (found[f"{end}_tension"][..., ::stride] for end in ("input", "output"))
     return Trace(near, far, displacement)
 
@@ -106,6 +106,6 @@ def mujoco_elements(
     )
     model = build_chain(chain, drive).compile()
     fine = np.arange(time[0], time[-1] + chain.step, chain.step)
-    found = roll(model, np.interp(fine, time, history))
+    found = rollout_named_sensors(model, np.interp(fine, time, history))
     names = ("input_tension", "output_tension", "input_displacement")
     return Trace(*(np.interp(time, fine, found[name]) for name in names))

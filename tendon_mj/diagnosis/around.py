@@ -21,7 +21,7 @@ from tendon_mj.diagnosis.fit import Fit, natural
 from tendon_mj.diagnosis.interval import half_widths
 from tendon_mj.diagnosis.problem import Problem
 from tendon_mj.diagnosis.screen import Report
-from tendon_mj.replay.quiet import trials
+from tendon_mj.replay.suppression import suppress_unsolved_warnings
 
 FloatArray = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ _GENERATIONS = 9
 _EACH = 6  # points of a generation, for every term
 
 
-@trials()
+@suppress_unsolved_warnings()
 def slopes_hold(problem: Problem, base: Mapping[str, float], fitted: Fit) -> bool:
     """Whether the response about a fit changes as its slopes say: least squares did not get lost.
 
@@ -62,7 +62,7 @@ def slopes_hold(problem: Problem, base: Mapping[str, float], fitted: Fit) -> boo
     return bent < _BENT * changed
 
 
-@trials()
+@suppress_unsolved_warnings()
 def look_around(
     problem: Problem, base: Mapping[str, float], fitted: Fit, widely: slice, report: Report
 ) -> FloatArray:

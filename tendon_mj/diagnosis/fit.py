@@ -19,7 +19,7 @@ from scipy.optimize import least_squares
 
 from tendon_mj.diagnosis.effect import Candidate, Term
 from tendon_mj.diagnosis.problem import Problem
-from tendon_mj.replay.quiet import trials
+from tendon_mj.replay.suppression import suppress_unsolved_warnings
 
 FloatArray = NDArray[np.float64]
 
@@ -119,7 +119,7 @@ def write(
     return written
 
 
-@trials()
+@suppress_unsolved_warnings()
 def fit(
     problem: Problem,
     base: Mapping[str, float],

@@ -20,7 +20,7 @@ from scipy.optimize import lsq_linear
 from tendon_mj.diagnosis.effect import Candidate, Term
 from tendon_mj.diagnosis.fit import Fit, natural, write
 from tendon_mj.diagnosis.problem import Problem
-from tendon_mj.replay.quiet import trials
+from tendon_mj.replay.suppression import suppress_unsolved_warnings
 
 FloatArray = NDArray[np.float64]
 Report = Callable[[str, int, int], None]
@@ -50,7 +50,7 @@ class Sight:
     attempt: int
 
 
-@trials()
+@suppress_unsolved_warnings()
 def screen(
     problem: Problem,
     base: Mapping[str, float],

@@ -28,8 +28,8 @@ from tendon_mj.diagnosis.problem import Make, Problem, for_choices, whole
 from tendon_mj.errors import TendonError
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording
-from tendon_mj.replay.quiet import trials
 from tendon_mj.replay.simulator import Simulator
+from tendon_mj.replay.suppression import suppress_unsolved_warnings
 
 FloatArray = NDArray[np.float64]
 
@@ -126,7 +126,7 @@ def fit_with_sysid(
     )
 
 
-@trials()
+@suppress_unsolved_warnings()
 def _optimize(problem: Problem, progress: Progress) -> dict[str, tuple[float, float, float]]:
     """Parameter → value and ends of its interval; empty where nothing is uncertain.
 

@@ -1,4 +1,4 @@
-"""The environments, ready to use."""
+"""Environments on the finger: dm_control tasks with their physics."""
 
 from __future__ import annotations
 

@@ -38,16 +38,16 @@ class FingerPhysics(Physics):  # type: ignore[misc]  # dm_control is not typed
 
         A tendon is laid at the first evaluation after a reset, and dm_control has evaluated once
         by then; so the data is reset again and takes the parameters before its next evaluation.
-        The joints' springs stay the model's, the motors bear the pretension that is given.
+        The joints' springs stay the model's, the motors hold the pretension that is given.
         """
         mujoco.mj_resetData(self.model.ptr, self.data.ptr)
         parameters = Parameters(self.model.ptr, self.data.ptr)
         strain = finger.pretension / finger.axial_stiffness
-        borne = finger.spool_radius * finger.pretension * (1.0 + 0.5 * strain)
+        torque = finger.spool_radius * finger.pretension * (1.0 + 0.5 * strain)
         for tendon in TENDONS:
             for name in LIVE:
                 parameters[f"{tendon}_sheath.{name}"] = getattr(finger, name)
-            self.model.ptr.actuator(f"{tendon}_angle").biasprm[0] = borne
+            self.model.ptr.actuator(f"{tendon}_angle").biasprm[0] = torque
 
     def move_object_away(self) -> None:
         """Put the object out of the finger's reach, as long as this model lasts."""
@@ -56,11 +56,11 @@ class FingerPhysics(Physics):  # type: ignore[misc]  # dm_control is not typed
         self.data.ptr.qpos[place] = OUT_OF_REACH
 
     def sensor(self, name: str) -> float:
-        """What a sensor of one number shows [its unit]."""
+        """Reading of a sensor of one number [its unit]."""
         return float(self.data.ptr.sensor(name).data[0])
 
     def command(self, angles: Array) -> None:
-        """Tell the spools where to be [rad], flexor and extensor; the torque motors rest."""
+        """Command the angles of the spools [rad], flexor and extensor; the torque motors rest."""
         control = np.zeros(self.model.nu)
         for tendon, angle in zip(TENDONS, angles, strict=True):
             control[self.model.ptr.actuator(f"{tendon}_angle").id] = angle

@@ -1,4 +1,4 @@
-"""What differs from episode to episode, and by how much."""
+"""Ranges of the parameters that are drawn anew for every episode."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Ranges:
 
 
 def _pair(name: str, given: object) -> tuple[float, float]:
-    """(low, high) as two numbers in order, or what is wrong with them."""
+    """Return (low, high) as two numbers in order; raise `InvalidValueError` for anything else."""
     where = f"{name} = {given!r} [{_UNITS[name]}]"
     bound = "> 0" if name in _POSITIVE else "≥ 0"
     try:

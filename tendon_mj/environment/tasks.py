@@ -1,4 +1,4 @@
-"""Tasks on the finger: what an agent sees, what it may do, and what it is paid for."""
+"""Tasks on the finger: observations, actions and rewards."""
 
 from __future__ import annotations
 
@@ -71,14 +71,14 @@ class FingerTask(control.Task):  # type: ignore[misc]  # dm_control is not typed
         physics.command(low + 0.5 * (shares + 1.0) * (high - low))
 
     def after_step(self, physics: FingerPhysics) -> None:
-        """Nothing more."""
+        """Do nothing: all is set before a step."""
 
     def get_termination(self, physics: FingerPhysics) -> None:
         """Episodes end by time alone."""
         return
 
     def get_observation(self, physics: FingerPhysics) -> OrderedDict[str, Array]:
-        """What a hand with an encoder and a tension sensor on each motor knows, and the goal.
+        """Readings of an encoder and a tension sensor on each motor, and the goal.
 
         `motor_angles` [rad] and `input_tensions` [N] of flexor and extensor, then what the task
         adds. Neither friction nor the tension at the finger is in it.
@@ -126,7 +126,7 @@ class HoldForce(FingerTask):
         return seen
 
     def get_reward(self, physics: FingerPhysics) -> float:
-        """How near the force is."""
+        """Reward for a force near its target [–]."""
         off = (physics.sensor("tip_force") - self.target) / self._scale
         return float(np.exp(-(off**2)))
 
@@ -180,7 +180,7 @@ class FollowTrajectory(FingerTask):
         return seen
 
     def get_reward(self, physics: FingerPhysics) -> float:
-        """How near the joints are."""
+        """Reward for joints near their targets [–]."""
         off = (joint_angles(physics) - self.target(float(physics.time()))) / self._scale
         return float(np.exp(-(off @ off)))
 

@@ -48,7 +48,7 @@ class Uncertain:
 
 @dataclass(frozen=True, kw_only=True)
 class Description:
-    """What is known about a time series besides its numbers: the TOML beside the CSV.
+    """Description of a time series: the TOML beside the CSV.
 
     model: folder of models/, or path of an MJCF file; source: where the numbers come from;
     drive: column → actuator it prescribes; measured: column → the sensor that read it;

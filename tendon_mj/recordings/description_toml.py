@@ -1,11 +1,12 @@
-"""A recording's description as TOML: parsed by the standard library, written by hand."""
+"""A recording's description as TOML: read by `tomllib`, written by `tomli_w`."""
 
 from __future__ import annotations
 
-import re
 import tomllib
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
+
+import tomli_w
 
 from tendon_mj.errors import InvalidValueError, RecordingError, unknown
 from tendon_mj.recordings.description import Description, Measured, Uncertain
@@ -14,7 +15,6 @@ TABLES = ("drive", "measured", "known", "uncertain")
 KEYS = ("model", "source", *TABLES)
 
 _UNQUOTED = 'a name that has a dot is quoted, such as "sheath.friction" = …'
-_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def parse_description(text: str, where: str) -> Description:
@@ -48,21 +48,18 @@ def parse_description(text: str, where: str) -> Description:
 def format_description(description: Description) -> str:
     """Write a description as TOML text, which `parse_description` reads back bit for bit."""
     measured = {
-        column: f"{{ sensor = {_quote(m.sensor)}"
-        + (f", noise = {float(m.noise)!r} }}" if m.noise is not None else " }")
+        column: {"sensor": m.sensor} | ({} if m.noise is None else {"noise": float(m.noise)})
         for column, m in description.measured.items()
     }
     uncertain = {
-        name: f"{{ value = {float(u.value)!r}, low = {float(u.low)!r}, high = {float(u.high)!r} }}"
+        name: {"value": float(u.value), "low": float(u.low), "high": float(u.high)}
         for name, u in description.uncertain.items()
     }
-    drive = {column: _quote(actuator) for column, actuator in description.drive.items()}
-    known = {name: repr(float(value)) for name, value in description.known.items()}
-    lines = [f"model = {_quote(description.model)}", f"source = {_quote(description.source)}"]
-    for title, table in zip(TABLES, (drive, measured, known, uncertain), strict=True):
-        if table:
-            lines += ["", f"[{title}]", *(f"{_key(k)} = {v}" for k, v in table.items())]
-    return "\n".join(lines) + "\n"
+    known = {name: float(value) for name, value in description.known.items()}
+    document: dict[str, Any] = {"model": description.model, "source": description.source}
+    tables = (dict(description.drive), measured, known, uncertain)
+    document |= {title: table for title, table in zip(TABLES, tables, strict=True) if table}
+    return tomli_w.dumps(document)
 
 
 def _measured(entry: Any, here: str) -> Measured:
@@ -115,12 +112,3 @@ def _check_keys(
     for key in needed:
         if key not in entry:
             raise RecordingError(f"{here}: {key!r} is missing")
-
-
-def _key(name: str) -> str:
-    return name if _BARE_KEY.fullmatch(name) else _quote(name)
-
-
-def _quote(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
-    return '"' + re.sub(r"[\x00-\x1f\x7f]", lambda c: f"\\u{ord(c[0]):04x}", escaped) + '"'

@@ -130,8 +130,8 @@ def _first_bad_cell(lines: Sequence[str], names: Sequence[str], path: Path) -> s
             return f"{path}, row {row}: empty row"
         for name, cell in zip(names, cells, strict=False):
             if not _NUMBER.fullmatch(cell):
-                what = f"{cell!r} is not a number" if cell else "empty cell"
-                return f"{path}, row {row}, column {name!r}: {what}"
+                fault = f"{cell!r} is not a number" if cell else "empty cell"
+                return f"{path}, row {row}, column {name!r}: {fault}"
         if len(cells) < len(names):
             return (
                 f"{path}, row {row}, column {names[len(cells)]!r}: missing; the row has"

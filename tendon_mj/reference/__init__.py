@@ -1,4 +1,4 @@
-"""Independent twins of the friction model: lumped elements and the continuum.
+"""Independent references for the friction model: lumped elements and the continuum.
 
 They share no code with `tendon_mj.theory` and `tendon_mj.sheath`, and with each other the argument
 checks only. Equations: docs/theory.md, sections 2 and 5.

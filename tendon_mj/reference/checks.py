@@ -1,4 +1,4 @@
-"""Argument checks of this room: each message names the argument, its value and the valid range."""
+"""Argument checks: each message names the argument, its value and the valid range."""
 
 from __future__ import annotations
 

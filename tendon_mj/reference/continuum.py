@@ -84,7 +84,7 @@ class Continuum:
 
 @dataclass(frozen=True, eq=False)
 class ContinuumRun:
-    """What a run of `simulate_continuum` gave; histories have the shape of the input.
+    """Result of `simulate_continuum`; histories have the shape of the input.
 
     Args:
         input_tension: T_in [N].

@@ -15,16 +15,25 @@ import numpy.typing as npt
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.reference.checks import FloatArray, number, vector
 from tendon_mj.reference.effect_march import COLUMNS, march_effects
+from tendon_mj.reference.effect_system import (
+    CARRIAGE,
+    ELEMENT,
+    NODE,
+    SPRING,
+    EffectChain,
+    Friction,
+    Material,
+)
 from tendon_mj.reference.effects import MEMORY, Carriage, Effects
 from tendon_mj.reference.elements import ElementChain
-from tendon_mj.reference.run import step_counts
+from tendon_mj.reference.history import History, step_counts
 
 TIME_STEP = 1.25e-4  # s; figures of its convergence in tests/reference/test_effects.py
 
 
 @dataclass(frozen=True, eq=False)
 class EffectRun:
-    """What a run of `simulate_effects` gave; histories have the shape of ``time``.
+    """Result of `simulate_effects`; histories have the shape of ``time``.
 
     Args:
         time: as given [s].
@@ -78,60 +87,92 @@ def simulate_effects(
     """
     instants = vector("time", time)
     counts = step_counts(instants, number("time_step", time_step, above=0.0))
-    history = vector("input_displacement", input_displacement, instants.size)
+    history = History(
+        instants, vector("input_displacement", input_displacement, instants.size), counts
+    )
     if np.isinf(chain.input_stiffness) or chain.law != "exponential":
         raise InvalidValueError(
             f"input_stiffness is {chain.input_stiffness:g} and law is {chain.law!r}; effects need "
             "a finite input_stiffness and the exponential law"
         )
-    alpha = 1.0 / effects.axial_stiffness
-    elastic = _strained(chain.pretension, effects.stiffening * alpha)
+    balanced = chain.pretension if preload is None else number("preload", preload)
     record = np.zeros((instants.size, COLUMNS))
-    n = chain.n
     unsolved = march_effects(
-        instants,
-        history,
-        counts,
-        np.concatenate(([chain.input_stiffness], chain.stiffness)),
-        np.concatenate([chain.mass + effects.tendon_mass / n, [c.mass for c in carriages]]),
-        np.concatenate([chain.damping, np.zeros(len(carriages))]),
-        np.array([[c.stiffness for c in carriages], [c.damping for c in carriages]]),
-        np.array([effects.sheath_compliance, 1.0 / chain.output_stiffness]),
-        np.array(
-            [
-                chain.pretension,
-                alpha,
-                effects.stiffening,
-                elastic + effects.creep * chain.pretension,
-                chain.pretension if preload is None else number("preload", preload),
-            ]
-        ),
-        np.maximum(chain.bend_angle + effects.extra_bend / n, 0.0),
-        chain.static_friction,
-        chain.dynamic_friction,
-        chain.friction_force + effects.constant_friction / n,
-        effects.viscous_friction / n,
-        float(effects.retardation_time),
-        float(effects.direction_asymmetry),
-        float(effects.friction_gradient),
-        float(effects.friction_drift),
-        np.array([effects.stribeck_friction, effects.stribeck_velocity, MEMORY]),
-        float(effects.backlash),
-        np.array([effects.creep, effects.creep_time]),
-        record,
+        _chain_at_rest(chain, effects, carriages, float(balanced)), history, record
     )
     columns = np.ascontiguousarray(record.T)
     return EffectRun(
         time=instants,
         input_tension=columns[0],
         output_tension=columns[1],
-        input_displacement=history,
+        input_displacement=history.value,
         output_displacement=columns[3],
         input_work=columns[4],
         unsolved_steps=int(unsolved),
     )
 
 
-def _strained(tension: float, stiffening: float) -> float:
+def _chain_at_rest(
+    chain: ElementChain, effects: Effects, carriages: Sequence[Carriage], preload: float
+) -> EffectChain:
+    """Chain, effects and carriages at rest under T_0, as the compiled functions take them."""
+    n = chain.n
+    nodes = np.zeros(n + len(carriages), dtype=NODE)
+    nodes["mass"][:n] = chain.mass + effects.tendon_mass / n
+    nodes["mass"][n:] = [c.mass for c in carriages]
+    nodes["damping"][:n] = chain.damping
+    elements = np.zeros(n, dtype=ELEMENT)
+    elements["angle"] = np.maximum(chain.bend_angle + effects.extra_bend / n, 0.0)
+    elements["static"] = chain.static_friction
+    elements["dynamic"] = chain.dynamic_friction
+    elements["constant"] = chain.friction_force + effects.constant_friction / n
+    springs = np.zeros(n + 1, dtype=SPRING)
+    springs["stiffness"] = np.concatenate(([chain.input_stiffness], chain.stiffness))
+    springs["tension"] = springs["previous_tension"] = chain.pretension
+    springs["creep_strain"] = springs["next_creep_strain"] = effects.creep * chain.pretension
+    behind = np.zeros(len(carriages), dtype=CARRIAGE)
+    behind["stiffness"] = [c.stiffness for c in carriages]
+    behind["damping"] = [c.damping for c in carriages]
+    return EffectChain(
+        material=_material(chain, effects),
+        friction=_friction(chain, effects),
+        preload=preload,
+        mount_compliance=float(effects.sheath_compliance),
+        output_compliance=float(1.0 / chain.output_stiffness),
+        backlash=float(effects.backlash),
+        nodes=nodes,
+        elements=elements,
+        springs=springs,
+        carriages=behind,
+    )
+
+
+def _material(chain: ElementChain, effects: Effects) -> Material:
+    compliance = 1.0 / effects.axial_stiffness
+    elastic = _elastic_strain(chain.pretension, effects.stiffening * compliance)
+    return Material(
+        pretension=float(chain.pretension),
+        compliance=float(compliance),
+        initial_strain=float(elastic + effects.creep * chain.pretension),
+        stiffening=float(effects.stiffening),
+        creep=float(effects.creep),
+        creep_time=float(effects.creep_time),
+        retardation_time=float(effects.retardation_time),
+    )
+
+
+def _friction(chain: ElementChain, effects: Effects) -> Friction:
+    return Friction(
+        viscous=float(effects.viscous_friction / chain.n),
+        asymmetry=float(effects.direction_asymmetry),
+        gradient=float(effects.friction_gradient),
+        drift=float(effects.friction_drift),
+        stribeck_friction=float(effects.stribeck_friction),
+        stribeck_velocity=float(effects.stribeck_velocity),
+        memory=MEMORY,
+    )
+
+
+def _elastic_strain(tension: float, stiffening: float) -> float:
     """EA ε for which EA ε (1 + κ ε) is ``tension`` [N]; ``stiffening`` is κ/EA [1/N]."""
     return 2.0 * tension / (1.0 + math.sqrt(1.0 + 4.0 * stiffening * tension))

@@ -1,4 +1,4 @@
-"""What a transmission may do beyond Coulomb friction and Hooke's law: one number an effect.
+"""Effects of a transmission beyond Coulomb friction and Hooke's law: one number each.
 
 Every number is 0 by default, and the effect absent. Friction of element i of n, sliding with
 speed |v_i| toward the input (dir = +1) or the output (−1), with T_high on the side it moves to:
@@ -42,7 +42,7 @@ class Effects:
         stiffening: κ, share by which EA grows per unit strain [–], ≥ 0.
         creep: χ, delayed strain over elastic strain [–], ≥ 0.
         creep_time: τ_c [s]; > 0 where χ > 0.
-        sheath_compliance: C_s, yield of the sheath's mount at the input per newton [m/N], ≥ 0.
+        sheath_compliance: C_s, compliance of the sheath's mount at the input [m/N], ≥ 0.
         tendon_mass: m, of the whole tendon besides the chain's own [kg], ≥ 0.
         extra_bend: φ_x, bend of the whole sheath besides the chain's own [rad].
         retardation_time: τ_r of T = EA (ε + τ_r dε/dt) between elements [s], ≥ 0: the loss in the

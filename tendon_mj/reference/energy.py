@@ -1,4 +1,4 @@
-"""Energy of a chain through a run: what went in, what is stored, what was lost.
+"""Energy of a chain through a run: supplied, stored and lost.
 
 Equations: docs/theory.md, section 5.
 """

@@ -12,11 +12,11 @@ import numpy.typing as npt
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.reference.checks import FloatArray, drive, number, vector
+from tendon_mj.reference.element_system import element_system
 from tendon_mj.reference.elements import ElementChain
 from tendon_mj.reference.energy import EnergyBalance
+from tendon_mj.reference.history import History, step_counts
 from tendon_mj.reference.integrator import COLUMNS, march
-
-MOST_STEPS = 1e12  # days of computing; beyond 2^63 they could not even be counted
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class ChainState:
 
 @dataclass(frozen=True, eq=False)
 class ChainRun:
-    """What a run of `simulate_chain` gave; histories have the shape of ``time``.
+    """Result of `simulate_chain`; histories have the shape of ``time``.
 
     Args:
         time: as given [s].
@@ -103,30 +103,12 @@ def simulate_chain(
             "input_stiffness is inf; a prescribed input_displacement needs it finite and > 0"
         )
     start = state or ChainState(np.zeros(chain.n), np.zeros(chain.n))
-    x = vector("state.displacement", start.displacement, chain.n).copy()
-    v = vector("state.velocity", start.velocity, chain.n).copy()
-    rubbed = np.zeros(chain.n)
+    x = vector("state.displacement", start.displacement, chain.n)
+    v = vector("state.velocity", start.velocity, chain.n)
+    system = element_system(chain, x, v, tension_driven)
     record = np.zeros((instants.size, COLUMNS))
     positions = np.zeros((instants.size if record_elements else 0, chain.n))
-    unsolved = march(
-        instants,
-        history,
-        tension_driven,
-        counts,
-        float(chain.pretension),
-        chain.spring_stiffness,
-        chain.output_stiffness,
-        chain.mass,
-        chain.damping,
-        chain.friction_weights(chain.static_friction),
-        chain.friction_weights(chain.dynamic_friction),
-        chain.friction_force,
-        x,
-        v,
-        rubbed,
-        record,
-        positions,
-    )
+    unsolved = march(system, History(instants, history, counts), record, positions)
     columns = np.ascontiguousarray(record.T)
     return ChainRun(
         time=instants,
@@ -135,33 +117,11 @@ def simulate_chain(
         input_displacement=columns[2],
         output_displacement=columns[3],
         energy=EnergyBalance(*columns[4:]),
-        element_friction_work=rubbed,
+        element_friction_work=system.elements["friction_work"].copy(),
         element_displacement=positions,
-        state=ChainState(x, v),
+        state=ChainState(
+            system.elements["displacement"].copy(), system.elements["velocity"].copy()
+        ),
         steps=int(counts.sum()),
         unsolved_steps=int(unsolved),
     )
-
-
-def step_counts(instants: FloatArray, longest: float) -> npt.NDArray[np.int64]:
-    """Steps between two ``instants`` [s] each, none longer than ``longest`` [s].
-
-    Raises:
-        InvalidValueError: instants that are too few or do not rise, or too many steps.
-    """
-    gaps = np.diff(instants)
-    if instants.size < 2 or gaps.min() <= 0.0:
-        raise InvalidValueError(
-            f"time has {instants.size} instants"
-            + (f" and a smallest gap of {gaps.min():g} s" if gaps.size else "")
-            + "; it must have at least 2 and rise strictly"
-        )
-    with np.errstate(over="ignore"):
-        counts = np.maximum(np.ceil(gaps / longest * (1.0 - 1e-9)), 1.0)
-        total = counts.sum()
-    if total > MOST_STEPS:
-        raise InvalidValueError(
-            f"time_step is {longest:g} s, which makes {total:.3g} steps; there may be at most "
-            f"{MOST_STEPS:g}"
-        )
-    return counts.astype(np.int64)

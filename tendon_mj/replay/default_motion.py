@@ -1,4 +1,4 @@
-"""What to do with a model that nobody has said what to do with."""
+"""Default motion of a model, for those who give no controls."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _EASE = 1.0  # from 0 to the middle of a control range [s]
 
 
 def default_motion(name: str, model: mujoco.MjModel) -> Drive:
-    """A slow sine that shows what a model does, as a function of time [s] to its (nu,) controls.
+    """Slow sine for every actuator, as a function of time [s] to the (nu,) controls.
 
     `bench` winds its reel ±2 mm, `joint` follows a command of ±60°. On any other model every
     actuator goes through most of its control range; a reel without one moves ±1 mm, and another

@@ -1,4 +1,4 @@
-"""How far a simulation is from what was measured."""
+"""Misfit of a simulation: its error against the measured columns."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ class Mjcf:
         return self._named("sensor", name, self.root.iterfind("sensor/*"))
 
     def plugin(self, name: str) -> Element:
-        """What holds the configuration of a sheath or servo, which may go by its tendon's name."""
+        """Configuration of a sheath or servo, which may go by its tendon's name."""
         instances = list(self.root.iterfind("extension/plugin/instance"))
         inline = [p for p in self.root.iter("plugin") if p.find("config") is not None]
         found = {str(i.get("name")): i for i in instances}

@@ -1,4 +1,4 @@
-"""Runs a model through a sequence of controls, without Python in a step."""
+"""One open-loop simulation of a model: a rollout that tells when and why it failed."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from collections.abc import Callable
 
 import mujoco
 import numpy as np
-from mujoco import rollout
 from numpy.typing import NDArray
 
 from tendon_mj.engine import sheaths
 from tendon_mj.engine.sheath_plugin.state import UNSOLVED
 from tendon_mj.errors import TendonError
+from tendon_mj.replay.rollout import full_state, rollout_sensors
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[float], None]
@@ -50,7 +50,7 @@ def run_open_loop(
         TendonError: MuJoCo raised a warning, or a reading is not finite; it says when.
     """
     readings = np.empty((len(control), model.nsensordata))
-    start = _state(model, data)
+    start = full_state(model, data)
     chunk = _CHUNK if progress else len(control)
     for first in range(0, len(control), chunk):
         part = slice(first, min(first + chunk, len(control)))
@@ -71,13 +71,13 @@ def run_open_loop(
 def try_open_loop(
     model: mujoco.MjModel, data: mujoco.MjData, control: FloatArray
 ) -> FloatArray | None:
-    """The same where failing is an answer: None then, and nobody is warned."""
+    """Like `run_open_loop`, but returns None on failure, and warns of nothing."""
     readings = np.empty((len(control), model.nsensordata))
     return readings if _run(model, data, control, readings) else None
 
 
 def unsolved_sheaths(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, int]:
-    """Evaluations whose flow was not solved, of every sheath that had such."""
+    """Number of evaluations whose flow was not solved, of every sheath with any."""
     found = {
         name: int(data.plugin_state[sheath.state + UNSOLVED])
         for name, sheath in sheaths(model).items()
@@ -88,24 +88,10 @@ def unsolved_sheaths(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, in
 def _run(
     model: mujoco.MjModel, data: mujoco.MjData, control: FloatArray, readings: FloatArray
 ) -> bool:
-    """From where the data is; false where MuJoCo warned or a reading is not finite."""
-    rollout.rollout(
-        [model],
-        [data],
-        _state(model, data)[None],
-        control[None],
-        skip_checks=True,  # with them it would allocate the states of all steps
-        nstep=len(control),
-        initial_warmstart=data.qacc_warmstart.copy()[None],
-        sensordata=readings[None],
-    )
+    """Fill readings from where the data is; false if MuJoCo warned or a reading is not finite."""
+    start, warmstart = full_state(model, data)[None], data.qacc_warmstart[None].copy()
+    readings[:] = rollout_sensors(model, [data], start, control[None], warmstart)[0]
     return not any(w.number for w in data.warning) and bool(np.isfinite(readings).all())
-
-
-def _state(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
-    state = np.empty(mujoco.mj_stateSize(model, _PHYSICS))
-    mujoco.mj_getState(model, data, state, _PHYSICS)
-    return state
 
 
 def _first_failure(

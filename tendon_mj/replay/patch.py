@@ -63,31 +63,31 @@ def patch_model(
     """
     source, target, intervals = model_path(str(model)), Path(path), dict(intervals or {})
     _check_intervals(parameters, intervals)
-    rig = Adjustable(load_model(str(source)))
-    rig.set(parameters)
+    adjustable = Adjustable(load_model(str(source)))
+    adjustable.set(parameters)
     text, spec = Mjcf(source), load_spec(str(source))
-    kinds = {name: parameter.kind for name, parameter in rig.parameters().items()}
+    kinds = {name: parameter.kind for name, parameter in adjustable.parameters().items()}
     for name, value in parameters.items():
         element, parameter = name.rsplit(".", 1)
         if kinds[name] == "live":
             _write_config(text, element, parameter, value)
         elif kinds[name] == "joint":
-            _write_joint(text, rig.model, spec, element, parameter, value)
+            _write_joint(text, adjustable.model, spec, element, parameter, value)
         elif kinds[name] == "actuator":
-            _write_actuator(text, rig, element, parameter)
+            _write_actuator(text, adjustable, element, parameter)
         elif kinds[name] == "sensor":
-            sensor = rig.model.sensor(element).id
-            row = rig.readings[sensor]
-            user = _user(name, row, rig.model.sensor_user[sensor], text, "sensor")
+            sensor = adjustable.model.sensor(element).id
+            row = adjustable.readings[sensor]
+            user = _user(name, row, adjustable.model.sensor_user[sensor], text, "sensor")
             text.sensor(element).set("user", user)
         else:
-            text.section("option", "gravity").set("gravity", numbers(rig.model.opt.gravity))
+            text.section("option", "gravity").set("gravity", numbers(adjustable.model.opt.gravity))
     _write_intervals(text, intervals)
-    text.root.insert(0, ElementTree.Comment(_says(source, rig, parameters, intervals)))
+    text.root.insert(0, ElementTree.Comment(_says(source, adjustable, parameters, intervals)))
     text.move_to(target.parent, spec)
     text.write(target)
     try:
-        _check_written(target, rig, parameters)
+        _check_written(target, adjustable, parameters)
     except TendonError:
         target.unlink()
         raise
@@ -139,13 +139,13 @@ def _write_joint(
     set_first(text.joint(element), parameter, value)
 
 
-def _write_actuator(text: Mjcf, rig: Adjustable, element: str, parameter: str) -> None:
-    m, written = rig.model, text.actuator(element)
+def _write_actuator(text: Mjcf, adjustable: Adjustable, element: str, parameter: str) -> None:
+    m, written = adjustable.model, text.actuator(element)
     k = m.actuator(element).id
     if parameter == "gear":
         set_first(written, "gear", m.actuator_gear[k, 0])
     elif parameter not in ("kp", "kv"):
-        row, user = rig.commands[k], m.actuator_user[k]
+        row, user = adjustable.commands[k], m.actuator_user[k]
         written.set("user", _user(f"{element}.{parameter}", row, user, text, "actuator"))
     elif written.tag == "general":
         written.set("gainprm", numbers(m.actuator_gainprm[k]))
@@ -184,11 +184,11 @@ def _write_intervals(text: Mjcf, intervals: Mapping[str, tuple[float, float]]) -
 
 def _says(
     source: Path,
-    rig: Adjustable,
+    adjustable: Adjustable,
     parameters: Mapping[str, float],
     intervals: Mapping[str, tuple[float, float]],
 ) -> str:
-    known = rig.parameters()
+    known = adjustable.parameters()
     lines = [f" Written by tendon-mj from {source.name}, with"]
     for name, value in parameters.items():
         within = (
@@ -198,7 +198,7 @@ def _says(
     return "\n       ".join(lines).replace("--", "- -") + " "
 
 
-def _check_written(path: Path, rig: Adjustable, parameters: Mapping[str, float]) -> None:
+def _check_written(path: Path, adjustable: Adjustable, parameters: Mapping[str, float]) -> None:
     """Hold the file, as MuJoCo compiles it, against the model that was to be written."""
     written = load_model(str(path))
     found = Adjustable(copy.copy(written)).parameters()
@@ -206,11 +206,12 @@ def _check_written(path: Path, rig: Adjustable, parameters: Mapping[str, float])
         if name not in found or not math.isclose(found[name].value, value, rel_tol=_AGREE):
             got = found[name].value if name in found else "no such parameter"
             raise TendonError(f"{path}: {name} = {value!r} was to be written, it reads {got}")
-    mujoco.mj_setConst(rig.model, mujoco.MjData(rig.model))
+    mujoco.mj_setConst(adjustable.model, mujoco.MjData(adjustable.model))
     for field in ("qpos0", "body_mass", "dof_invweight0", "site_pos", "tendon_length0"):
-        _compare(path, field, getattr(rig.model, field), getattr(written, field))
-    pulls = rig.model.tendon_stiffness > 0.0  # its own spring, resting where `springref` says
-    meant, got = rig.model.tendon_lengthspring, written.tendon_lengthspring
+        _compare(path, field, getattr(adjustable.model, field), getattr(written, field))
+    meant, got = adjustable.model.tendon_lengthspring, written.tendon_lengthspring
+    # its own spring, resting where `springref` says
+    pulls = adjustable.model.tendon_stiffness > 0.0
     _compare(path, "tendon_lengthspring", meant[pulls], got[pulls])
 
 

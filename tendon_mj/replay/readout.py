@@ -1,4 +1,4 @@
-"""What a rig's sensor and recorder make of a quantity: late, smoothed, scaled, drifting, offset.
+"""Model of a sensor and its recorder: delay, lag, scale, drift and offset of a quantity.
 
 y = scale · x_f(t − delay) + drift · (t − t_0) + offset, with lag · dx_f/dt = x − x_f and t_0 the
 time of the first sample. Before it, x counts as what it was then.

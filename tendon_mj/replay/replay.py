@@ -1,4 +1,4 @@
-"""Replay: simulate what was measured, and return it in the same columns."""
+"""Replay: simulation of a recording, returned in the same columns."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tendon_mj.replay.misfit import Misfit as Misfit
 from tendon_mj.replay.misfit import replay_error as replay_error
 from tendon_mj.replay.open_loop import Progress, run_open_loop
 from tendon_mj.replay.parameters import Adjustable
-from tendon_mj.replay.schedule import Course, described_values
+from tendon_mj.replay.schedule import Schedule, described_values
 
 
 def replay(
@@ -28,7 +28,7 @@ def replay(
     """Drive a model with a recording's driven columns and read off its measured ones.
 
     Between samples the drive is linear in time. The step is uniform, no longer than the model's
-    and a whole fraction of the sampling interval (see ``replay_clock``); readings belong to the
+    and a whole fraction of the sampling interval (see `replay.clock`); readings belong to the
     pose and the control at the sample's time. Before the first sample the model, from its
     reference pose, is brought to the first drive value by a linear ramp over half of ``settle``
     and held there for the other half. Actuators that are not driven stay at 0.
@@ -36,7 +36,7 @@ def replay(
     Args:
         recording: what was driven and measured.
         model: to drive in place of the one that ``recording.model`` names; not changed.
-        parameters: ``<element>.<parameter>`` to value (see ``replay_parameters``), over
+        parameters: ``<element>.<parameter>`` to value (see `replay.parameters`), over
             ``recording.known`` and the values of ``recording.uncertain``.
         described: whether those two are applied; not where ``model`` knows better, as a patched
             one does.
@@ -53,15 +53,17 @@ def replay(
         InvalidValueError: a parameter or ``settle`` outside its range.
         TendonError: the simulation failed; the message says when.
     """
-    rig = Adjustable(copy.copy(model) if model is not None else load_model(recording.model))
-    course = Course(recording, rig.model, settle)
+    adjustable = Adjustable(copy.copy(model) if model is not None else load_model(recording.model))
+    schedule = Schedule(recording, adjustable.model, settle)
     values = {**(described_values(recording) if described else {}), **(parameters or {})}
-    rig.set(values)
-    course.prepare(rig)
-    control = course.control(rig)
-    readings = run_open_loop(rig.model, rig.data, control, course.where, course.when, progress)
+    adjustable.set(values)
+    schedule.prepare(adjustable)
+    control = schedule.control(adjustable)
+    readings = run_open_loop(
+        adjustable.model, adjustable.data, control, schedule.where, schedule.when, progress
+    )
     columns = {column: recording.columns[column] for column in recording.drive}
-    columns |= course.read_out(rig, readings)
+    columns |= schedule.read_out(adjustable, readings)
     return Recording(
         name=f"{recording.name}_simulated",
         model=recording.model,

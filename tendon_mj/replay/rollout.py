@@ -1,4 +1,4 @@
-"""Runs a model through a history of controls at engine speed, keeping what its sensors show."""
+"""Rollouts of a model: a sequence of controls without Python in a step, read by its sensors."""
 
 from __future__ import annotations
 
@@ -13,15 +13,19 @@ Array = NDArray[np.float64]
 
 
 def full_state(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """Everything that a rollout needs to go on from here."""
+    """State of kind FULLPHYSICS, from which a rollout goes on. Shape (state size,)."""
     kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
     state = np.empty(mujoco.mj_stateSize(model, kind))
     mujoco.mj_getState(model, data, state, kind)
     return state
 
 
-def roll_sensors(
-    model: mujoco.MjModel, data: list[mujoco.MjData], start: Array, control: Array
+def rollout_sensors(
+    model: mujoco.MjModel,
+    data: list[mujoco.MjData],
+    start: Array,
+    control: Array,
+    warmstart: Array | None = None,
 ) -> Array:
     """(runs, steps, nsensordata) readings of rollouts, one thread for each of ``data``.
 
@@ -33,24 +37,33 @@ def roll_sensors(
         data: work space, one a thread.
         start: (runs, state size) states of kind FULLPHYSICS.
         control: (runs, steps, nu).
+        warmstart: (runs, nv) accelerations from which the solver starts; none are 0.
     """
     runs, steps = control.shape[:2]
-    shown = np.empty((runs, steps, model.nsensordata))
+    readings = np.empty((runs, steps, model.nsensordata))
     with rollout.Rollout(nthread=len(data) if len(data) > 1 else 0) as runner:
         runner.rollout(
             [model] * runs,
             data,
             start,
             np.ascontiguousarray(control),
-            skip_checks=True,
+            skip_checks=True,  # with them it would allocate the states of all steps
             nstep=steps,
-            sensordata=shown,
+            initial_warmstart=warmstart,
+            sensordata=readings,
         )
-    return shown
+    return readings
 
 
-def roll(model: mujoco.MjModel, control: Array, threads: int = 1) -> dict[str, Array]:
-    """Let the one actuator follow ``control``, (steps,) or (runs, steps); sensors by name.
+def rollout_named_sensors(
+    model: mujoco.MjModel, control: Array, threads: int = 1
+) -> dict[str, Array]:
+    """Readings by sensor of a model whose one actuator follows ``control``.
+
+    Args:
+        model: with one actuator.
+        control: (steps,) or (runs, steps); readings have the same shape.
+        threads: simulations at a time.
 
     Raises:
         TendonError: a simulation became unstable or left a flow unsolved.
@@ -58,12 +71,12 @@ def roll(model: mujoco.MjModel, control: Array, threads: int = 1) -> dict[str, A
     commands = np.atleast_2d(control)
     data = [mujoco.MjData(model) for _ in range(threads)]
     start = np.tile(full_state(model, data[0]), (len(commands), 1))
-    shown = roll_sensors(model, data, start, commands[:, :, None])
-    if not np.isfinite(shown).all() or any(d.warning.number.any() for d in data):
+    readings = rollout_sensors(model, data, start, commands[:, :, None])
+    if not np.isfinite(readings).all() or any(d.warning.number.any() for d in data):
         raise TendonError(f"a simulation at a step of {model.opt.timestep:g} s became unstable")
-    shown = shown.reshape(*control.shape, model.nsensordata)
+    readings = readings.reshape(*control.shape, model.nsensordata)
     names = [model.sensor(k).name for k in range(model.nsensor)]
-    found = {name: shown[..., int(model.sensor(name).adr[0])] for name in names}
+    found = {name: readings[..., int(model.sensor(name).adr[0])] for name in names}
     if "unsolved" in found and found["unsolved"].max() > 0.0:
         raise TendonError(f"{found['unsolved'].max():g} flows of the plugin were not solved")
     return found

@@ -1,4 +1,4 @@
-"""A recording laid out on a model: what to command at every step, and what to read off it when."""
+"""Schedule of a recording on a model: controls at every step, readings at every sample."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ _MOST_STEPS = 20_000_000  # some minutes
 FloatArray = NDArray[np.float64]
 
 
-class Course:
-    """What does not depend on parameters in the replay of one recording.
+class Schedule:
+    """Schedule of one recording on one model; it does not depend on parameters.
 
     Args:
         recording: what was driven and measured.
@@ -73,36 +73,36 @@ class Course:
         """From the start of settling to the last sample."""
         return self.lead + self.clock.steps
 
-    def prepare(self, rig: Adjustable) -> None:
-        """Give a rig the step of this course, and a clock that shows 0 at the first sample."""
-        rig.model.opt.timestep = self.clock.timestep
-        rig.data.time = -self.lead * self.clock.timestep
+    def prepare(self, adjustable: Adjustable) -> None:
+        """Set a model's step to that of this schedule, and its clock to 0 at the first sample."""
+        adjustable.model.opt.timestep = self.clock.timestep
+        adjustable.data.time = -self.lead * self.clock.timestep
 
-    def control(self, rig: Adjustable) -> FloatArray:
+    def control(self, adjustable: Adjustable) -> FloatArray:
         """(steps+1, nu) controls: the ramp and rest before the first sample, then the drive."""
-        control = np.zeros((self.steps + 1, rig.model.nu))
+        control = np.zeros((self.steps + 1, adjustable.model.nu))
         ramp = np.minimum(1.0, np.arange(1, self.lead + 1) / max(1, self.lead // 2))
         for column, name in self.recording.drive.items():
-            actuator = rig.model.actuator(name).id
-            scale, offset = rig.commands[actuator]
+            actuator = adjustable.model.actuator(name).id
+            scale, offset = adjustable.commands[actuator]
             drive = scale * self._drive[column] + offset
-            slot = rig.model.actuator_ctrladr[actuator]
+            slot = adjustable.model.actuator_ctrladr[actuator]
             control[: self.lead, slot] = ramp * drive[0]
             control[self.lead :, slot] = drive
         return control
 
-    def read_out(self, rig: Adjustable, readings: FloatArray) -> dict[str, FloatArray]:
+    def read_out(self, adjustable: Adjustable, readings: FloatArray) -> dict[str, FloatArray]:
         """(n,) of every measured column, from the (steps+1, nsensordata) readings."""
         time = self.recording.time
         return {
-            column: Readout(*rig.readings[sensor].tolist()).of(
+            column: Readout(*adjustable.readings[sensor].tolist()).of(
                 readings[self.lead :, address], self.clock, time
             )
             for column, (sensor, address) in self.addresses.items()
         }
 
     def when(self, step: int) -> str:
-        """When a step was, to the reader."""
+        """Time of a step, as text for a message."""
         if step < self.lead:
             before = (self.lead - step) * self.clock.timestep
             return f"{before:.6g} s before the first sample, settling"
@@ -110,12 +110,12 @@ class Course:
 
     @property
     def where(self) -> str:
-        """What is simulated, to the reader."""
+        """Name of the simulation, as text for a message."""
         return f"replay of {self.recording.name!r} on model {self.recording.model!r}"
 
 
 def described_values(recording: Recording) -> dict[str, float]:
-    """What a recording says of its rig: the known values and the guesses at the uncertain ones."""
+    """Parameters of a recording's description: known values and guesses at the uncertain ones."""
     return {
         **recording.known,
         **{name: uncertain.value for name, uncertain in recording.uncertain.items()},

@@ -21,8 +21,8 @@ from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.open_loop import run_open_loop, try_open_loop, unsolved_sheaths
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.parameters import Parameter as Parameter
-from tendon_mj.replay.quiet import UNSOLVED, unlogged
-from tendon_mj.replay.schedule import Course, described_values
+from tendon_mj.replay.schedule import Schedule, described_values
+from tendon_mj.replay.suppression import UNSOLVED_WARNING, suppress_mujoco_log
 from tendon_mj.replay.units import column_unit, rate
 
 FloatArray = NDArray[np.float64]
@@ -42,7 +42,7 @@ class Simulates(Protocol):
 
 
 class Channel(NamedTuple):
-    """What a column is on the model: an actuator or a sensor, and the unit it is written in."""
+    """Channel of a column: its actuator or sensor on the model, and the unit it is written in."""
 
     name: str
     unit: str
@@ -99,7 +99,7 @@ class Simulator:
         self.model = copy.copy(model) if model is not None else load_model(self._model_name())
         if _collides_never(self.model):  # saves looking for contacts, a tenth of the time
             self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT.value
-        self._courses = [Course(r, self.model, settle, timestep) for r in self.recordings]
+        self._schedules = [Schedule(r, self.model, settle, timestep) for r in self.recordings]
         self._settle = settle
         self._described = [described_values(r) if described else {} for r in self.recordings]
         self._threads = threads or os.cpu_count() or 1
@@ -175,7 +175,7 @@ class Simulator:
     @property
     def steps(self) -> int:
         """Of one simulation of all recordings."""
-        return sum(course.steps for course in self._courses)
+        return sum(schedule.steps for schedule in self._schedules)
 
     def in_steps(self, factor: float) -> Simulator:
         """The same simulator in steps ``factor`` > 0 times as long.
@@ -183,9 +183,9 @@ class Simulator:
         No step is longer than the interval between samples, and each divides it evenly.
         """
         other = copy.copy(self)
-        other._courses = [
-            Course(course.recording, self.model, self._settle, factor * course.clock.timestep)
-            for course in self._courses
+        other._schedules = [
+            Schedule(schedule.recording, self.model, self._settle, factor * schedule.clock.timestep)
+            for schedule in self._schedules
         ]
         return other
 
@@ -203,14 +203,14 @@ class Simulator:
         jobs = self._jobs(parameter_sets)
         answers: list[list[Series]] = [[{} for _ in self.recordings] for _ in parameter_sets]
         unsolved: set[str] = set()
-        with nullcontext() if self._strict else unlogged():
+        with nullcontext() if self._strict else suppress_mujoco_log():
             for job, (series, stuck) in zip(jobs, self._run_all(jobs), strict=True):
                 unsolved |= stuck
                 for (row, _), read in zip(job.readouts, series, strict=True):
                     answers[row][job.recording] = read
         if unsolved:
             warnings.warn(
-                f"{UNSOLVED} {', '.join(map(repr, sorted(unsolved)))} found no"
+                f"{UNSOLVED_WARNING} {', '.join(map(repr, sorted(unsolved)))} found no"
                 " equilibrium in some evaluations, and took the best that it had",
                 RuntimeWarning,
                 stacklevel=2,
@@ -257,7 +257,7 @@ class Simulator:
                 acts = {n: v for n, v in values.items() if n not in reads}
                 job = groups.setdefault((k, frozenset(acts.items())), _Job(k, acts, []))
                 job.readouts.append((row, reads))
-        return sorted(groups.values(), key=lambda job: -self._courses[job.recording].steps)
+        return sorted(groups.values(), key=lambda job: -self._schedules[job.recording].steps)
 
     def _run_all(self, jobs: list[_Job]) -> Iterator[tuple[list[Series], set[str]]]:
         threads = min(self._threads, len(jobs))
@@ -272,24 +272,24 @@ class Simulator:
 
     def _run(self, job: _Job) -> tuple[list[Series], set[str]]:
         """Series of every readout, and the sheaths whose flow was not always solved."""
-        course = self._courses[job.recording]
-        rig = Adjustable(copy.copy(self.model))  # of its own, so that no earlier one shows
-        rig.set(job.acting)
-        course.prepare(rig)
-        control, plain = course.control(rig), rig.readings.copy()
+        schedule = self._schedules[job.recording]
+        adjustable = Adjustable(copy.copy(self.model))  # of its own, so that no earlier one shows
+        adjustable.set(job.acting)
+        schedule.prepare(adjustable)
+        model, data = adjustable.model, adjustable.data
+        control, plain = schedule.control(adjustable), adjustable.readings.copy()
         if self._strict:
-            where = course.where
-            readings = run_open_loop(rig.model, rig.data, control, where, course.when)
+            readings = run_open_loop(model, data, control, schedule.where, schedule.when)
         else:
-            tried = try_open_loop(rig.model, rig.data, control)
-            shape = (len(control), rig.model.nsensordata)
+            tried = try_open_loop(model, data, control)
+            shape = (len(control), model.nsensordata)
             readings = tried if tried is not None else np.full(shape, np.nan)
         series = []
         for _, reads in job.readouts:
-            rig.readings[:] = plain
-            rig.set(reads)
-            series.append(course.read_out(rig, readings))
-        stuck = set() if self._strict else set(unsolved_sheaths(rig.model, rig.data))
+            adjustable.readings[:] = plain
+            adjustable.set(reads)
+            series.append(schedule.read_out(adjustable, readings))
+        stuck = set() if self._strict else set(unsolved_sheaths(model, data))
         return series, stuck
 
 

@@ -1,4 +1,4 @@
-"""Ranges of the arguments; every refusal names argument, value and valid range."""
+"""Argument checks: each message names the argument, its value and the valid range."""
 
 from __future__ import annotations
 

@@ -40,11 +40,11 @@ def inverse_relative(z: FloatArray) -> FloatArray:
     return np.where(z == 0, 1.0, np.where(z > 0, falling * np.exp(-size), falling))[()]
 
 
-def mean_excess(start: FloatArray, floor: FloatArray, z: FloatArray) -> FloatArray:
-    """Mean of start·e^s − floor over 0 ≤ s ≤ z; each form is used where it cancels least."""
+def mean_excess(start: FloatArray, offset: FloatArray, z: FloatArray) -> FloatArray:
+    """Mean of start·e^s − offset over 0 ≤ s ≤ z; each form is used where it cancels least."""
     with np.errstate(over="ignore"):
-        near = (start - floor) + start * relative_excess(z)
-        return np.where(np.abs(z) < 1.0, near, start * relative(z) - floor)[()]
+        near = (start - offset) + start * relative_excess(z)
+        return np.where(np.abs(z) < 1.0, near, start * relative(z) - offset)[()]
 
 
 def log_ratio(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""What a tendon in its sheath remembers: the turning points of the input tension.
+"""Memory of a tendon in its sheath: the turning points of the input tension.
 
 Equations: docs/theory.md, section 2.
 """
@@ -75,12 +75,12 @@ class TensionMemory:
         The elongation of a sheath of uniform curvature is L/EA times it. At 0: T_in − T_0.
         """
         s = _check.non_negative("angle", angle)[..., np.newaxis]
-        points, signs, floor = self._points, self._signs, np.asarray(self.pretension)
+        points, signs, initial = self._points, self._signs, np.asarray(self.pretension)
         begin = np.concatenate(([0.0], self._depths))[:-1]
         span = np.minimum(s, self._depths) - begin
         span = np.where(span > 0, span, 0.0)
         first = points * np.exp(signs * begin)
-        mean = mean_excess(first, floor, signs * span)
+        mean = mean_excess(first, initial, signs * span)
         share = span / np.where(s == 0, 1.0, s)
         present = self.turning_points[-1] if self.turning_points else self.pretension
         total = np.sum(share * mean, axis=-1)
@@ -93,7 +93,7 @@ class TensionMemory:
 
     @cached_property
     def _before(self) -> FloatArray:
-        """What each turning point was reached from: the one before, T_0 for the oldest."""
+        """Tension from which each turning point was reached, T_0 for the oldest."""
         return np.append(self._points, self.pretension)[1:]
 
     @cached_property

@@ -33,13 +33,13 @@ def output_tension(input_tension: ArrayLike, lam: ArrayLike, pretension: ArrayLi
     Source: Kaneko et al. 1991, eq. (5), for any history.
     """
     series = _check.history("input_tension", _check.positive("input_tension", input_tension))
-    floor = _check.positive("pretension", pretension)
+    initial = _check.positive("pretension", pretension)
     size = np.abs(_check.finite("lam", lam))
-    shape = np.broadcast_shapes(series.shape[1:], size.shape, floor.shape)
+    shape = np.broadcast_shapes(series.shape[1:], size.shape, initial.shape)
     result = np.empty((len(series), *shape))
     with np.errstate(over="ignore"):  # no upper bound, then
         fall, rise = np.exp(-size), np.exp(size)
-        now = np.broadcast_to(floor, shape)
+        now = np.broadcast_to(initial, shape)
         for step, tension in enumerate(series):
             now = np.clip(now, tension * fall, tension * rise)
             result[step] = now

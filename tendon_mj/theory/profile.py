@@ -35,15 +35,15 @@ def sliding_length(
     Source: Kaneko et al. 1991, eq. (8).
     """
     start = _check.non_negative("input_tension", input_tension)
-    floor = _check.non_negative("pretension", pretension)
+    initial = _check.non_negative("pretension", pretension)
     size = np.abs(_check.finite("lam", lam))
     whole = _check.positive("length", length)
-    start, floor, size, whole = np.broadcast_arrays(start, floor, size, whole)
-    exponent = np.abs(log_ratio(start, np.where(floor > 0, floor, 1.0)))
-    partial = (floor > 0) & (exponent < size)
+    start, initial, size, whole = np.broadcast_arrays(start, initial, size, whole)
+    exponent = np.abs(log_ratio(start, np.where(initial > 0, initial, 1.0)))
+    partial = (initial > 0) & (exponent < size)
     # the exponent first: whole · (exponent/size) cannot overflow
     slid = whole * (np.where(partial, exponent, 1.0) / np.where(partial, size, 1.0))
-    return np.where(start == floor, 0.0, slid)[()]
+    return np.where(start == initial, 0.0, slid)[()]
 
 
 def tension_profile(
@@ -73,11 +73,11 @@ def tension_profile(
     Source: Kaneko et al. 1991, eq. (5).
     """
     slid = sliding_length(input_tension, lam, pretension, length)
-    start, floor, whole = (np.asarray(v, np.float64) for v in (input_tension, pretension, length))
+    start, initial, whole = (np.asarray(v, np.float64) for v in (input_tension, pretension, length))
     x = _position(position, whole)
-    signed = np.abs(_check.finite("lam", lam)) * np.sign(start - floor)
+    signed = np.abs(_check.finite("lam", lam)) * np.sign(start - initial)
     sliding = (x < slid) | (slid == whole)  # at x = L: eq. (9) holds with equality at most
-    return np.where(sliding, start * np.exp(-signed * np.minimum(x, slid) / whole), floor)[()]
+    return np.where(sliding, start * np.exp(-signed * np.minimum(x, slid) / whole), initial)[()]
 
 
 def elongation_profile(
@@ -110,11 +110,11 @@ def elongation_profile(
     Source: Kaneko et al. 1991, eqs. (6) and (7), corrected.
     """
     slid = sliding_length(input_tension, lam, pretension, length)
-    start, floor, whole = (np.asarray(v, np.float64) for v in (input_tension, pretension, length))
+    start, initial, whole = (np.asarray(v, np.float64) for v in (input_tension, pretension, length))
     x = np.minimum(_position(position, whole), slid)
-    signed = np.abs(_check.finite("lam", lam)) * np.sign(start - floor)
+    signed = np.abs(_check.finite("lam", lam)) * np.sign(start - initial)
     stiffness = _check.positive("axial_stiffness", axial_stiffness)
-    return x / stiffness * mean_excess(start, floor, -signed * x / whole)
+    return x / stiffness * mean_excess(start, initial, -signed * x / whole)
 
 
 def _position(position: ArrayLike, length: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""What the tendon looks like from its ends: apparent stiffness and equivalent backlash.
+"""Stiffness and play of a tendon seen from its ends: apparent stiffness and equivalent backlash.
 
 Equations: docs/theory.md, section 1.
 """

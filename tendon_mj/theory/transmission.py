@@ -50,12 +50,12 @@ def first_output_tension(
     """
     xi = _check.finite("displacement", displacement)
     signed = np.copysign(np.abs(_check.finite("lam", lam)), xi)
-    floor = _check.non_negative("pretension", pretension)
-    backlash = equivalent_backlash(signed, floor, axial_stiffness, length)
-    _refuse_slack(xi, floor, axial_stiffness, length, output_stiffness)
+    initial = _check.non_negative("pretension", pretension)
+    backlash = equivalent_backlash(signed, initial, axial_stiffness, length)
+    _refuse_slack(xi, initial, axial_stiffness, length, output_stiffness)
     slope = transmission_stiffness(signed, axial_stiffness, length, output_stiffness)
-    moving = np.maximum(floor + slope * (xi - backlash), 0.0)
-    return np.where(np.abs(xi) <= np.abs(backlash), floor, moving)[()]
+    moving = np.maximum(initial + slope * (xi - backlash), 0.0)
+    return np.where(np.abs(xi) <= np.abs(backlash), initial, moving)[()]
 
 
 def first_input_tension(
@@ -90,13 +90,13 @@ def first_input_tension(
     far = first_output_tension(
         displacement, lam, pretension, axial_stiffness, length, output_stiffness
     )
-    xi, floor = np.asarray(displacement, np.float64), np.asarray(pretension, np.float64)
+    xi, initial = np.asarray(displacement, np.float64), np.asarray(pretension, np.float64)
     signed = np.copysign(np.abs(np.asarray(lam, np.float64)), xi)
-    backlash = equivalent_backlash(signed, floor, axial_stiffness, length)
-    inside = (np.abs(xi) <= np.abs(backlash)) & (floor > 0)
+    backlash = equivalent_backlash(signed, initial, axial_stiffness, length)
+    inside = (np.abs(xi) <= np.abs(backlash)) & (initial > 0)
     load = np.abs(signed * xi) * tendon_stiffness(axial_stiffness, length)
-    size = np.where(inside, load, 0.0) / np.where(inside, floor, 1.0)
-    return np.where(inside, floor * np.exp(_slid_exponent(size, xi)), far * np.exp(signed))[()]
+    size = np.where(inside, load, 0.0) / np.where(inside, initial, 1.0)
+    return np.where(inside, initial * np.exp(_slid_exponent(size, xi)), far * np.exp(signed))[()]
 
 
 def first_displacement(

@@ -12,7 +12,7 @@ from tendon_mj.builders.finger import TENDONS, Finger, spool_angles
 from tendon_mj.builders.finger_spec import build_finger
 from tendon_mj.finger.control import OUT_OF_REACH
 from tendon_mj.finger.trajectories import Trajectory
-from tendon_mj.replay.rollout import full_state, roll_sensors
+from tendon_mj.replay.rollout import full_state, rollout_sensors
 
 Array = NDArray[np.float64]
 
@@ -97,6 +97,6 @@ def step_cost(finger: Finger, trajectory: Trajectory, *, rounds: int = 7) -> tup
             start = full_state(model, data)[None]
             control = spool_commands(model, finger, trajectory)
             before = time.perf_counter()
-            roll_sensors(model, [data], start, control[None])
+            rollout_sensors(model, [data], start, control[None])
             spent[k].append((time.perf_counter() - before) / len(control))
     return float(np.median(spent[0])), float(np.median(spent[1]))

@@ -16,7 +16,7 @@ import numpy as np
 from tendon_mj import theory
 from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.progress import Progress, silent
-from tendon_mj.replay.rollout import Array, roll
+from tendon_mj.replay.rollout import Array, rollout_named_sensors
 
 SWING = 0.5  # of the output tension, over T_0, within which K_ap and ξ_B are read
 SENSORS = ("input_tension", "output_tension", "reel_displacement", "output_displacement")
@@ -38,7 +38,7 @@ def run_bench(bench: Bench, reel: Array) -> Loop:
     Raises:
         TendonError: the simulation became unstable.
     """
-    shown = roll(build_bench(bench).compile(), reel)
+    shown = rollout_named_sensors(build_bench(bench).compile(), reel)
     return Loop(*(shown[name] for name in SENSORS))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.errors import EngineError
-from tendon_mj.replay.rollout import full_state, roll_sensors
+from tendon_mj.replay.rollout import full_state, rollout_sensors
 
 
 def reference_spec(bench: Bench) -> mujoco.MjSpec:
@@ -48,7 +48,7 @@ def step_cost_ratio(bench: Bench, *, rounds: int = 7, steps: int = 8000) -> floa
             start = full_state(model, data)[None]
             control = np.broadcast_to(1e-3 * np.sin(phase)[:, None], (steps, model.nu))[None]
             before = time.perf_counter()
-            roll_sensors(model, [data], start, control)
+            rollout_sensors(model, [data], start, control)
             spent[k].append(time.perf_counter() - before)
     return float(np.median(spent[0]) / np.median(spent[1]))
 
@@ -69,7 +69,7 @@ def rollout_speedup(bench: Bench, *, rounds: int = 5, runs: int = 8, steps: int 
         seen = []
         for threads in (1, 2):
             before = time.perf_counter()
-            shown = roll_sensors(model, pool[:threads], start, control)
+            shown = rollout_sensors(model, pool[:threads], start, control)
             spent[threads - 1].append(time.perf_counter() - before)
             seen.append(shown)
         if not np.array_equal(seen[0], seen[1]):

@@ -134,7 +134,7 @@ def test_a_reset_forgets_the_motion_and_the_live_parameters():
 
 
 def test_friction_is_felt():
-    """What the motors do is the same; where the joints go is not."""
+    """Equal motor motions, unequal joint motions."""
     answers = []
     for friction in (0.05, 0.25):
         ranges = Ranges(friction=(friction, friction), pretension=(4.0, 4.0), bend=KEPT_BEND)

@@ -17,14 +17,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tendon_mj.errors import InvalidValueError, RecordingError
-from tendon_mj.recordings.recording import (
-    UNITS,
-    Measured,
-    Recording,
-    Uncertain,
-    read_recording,
-    write_recording,
-)
+from tendon_mj.recordings import Measured, Recording, Uncertain, read_recording, write_recording
+from tendon_mj.recordings.recording import UNITS
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 TEXT = st.text(st.characters(exclude_categories=["Cs"]), min_size=1).filter(str.strip)

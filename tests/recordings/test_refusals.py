@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from tendon_mj.errors import RecordingError
-from tendon_mj.recordings.recording import UNITS, read_recording
+from tendon_mj.recordings import read_recording
+from tendon_mj.recordings.recording import UNITS
 
 HEADER = "time_s,reel_m,tension_N\n"
 CSV = HEADER + "0,0,20\n0.1,1e-3,21\n0.2,2e-3,22\n"

@@ -1,4 +1,4 @@
-"""The twins agree: slow elements against the continuum within 0.5 % of range at 64 elements."""
+"""References agree: slow elements and the continuum within 0.5 % of range at 64 elements."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The chain as a value: what it accepts, what it derives."""
+"""The chain as a value: the arguments it accepts, the quantities it derives."""
 
 import ast
 from pathlib import Path
@@ -56,7 +56,7 @@ def test_an_unknown_name_lists_the_valid_ones():
         ({"time": [0.0, 1.0]}, "neither given"),
         ({"time": [0.0, 1.0], "input_tension": 1.0, "input_displacement": 0.0}, "both given"),
         ({"time": [0.0], "input_tension": 20.0}, "time has 1 instants"),
-        ({"time": [0.0, 1.0, 1.0], "input_tension": 20.0}, "smallest gap of 0 s"),
+        ({"time": [0.0, 1.0, 1.0], "input_tension": 20.0}, "smallest interval of 0 s"),
         ({"time": [0.0, 1.0], "input_tension": [20.0, -1.0]}, r"input_tension\[1\] is -1"),
         ({"time": [0.0, 1.0], "input_tension": [20.0]}, r"input_tension has shape \(1,\)"),
         ({"time": [0.0, 1.0], "input_displacement": 0.0}, "input_stiffness is inf"),
@@ -97,8 +97,8 @@ def test_values_are_out_of_reach():
         chain.pretension = 1.0
 
 
-def test_the_twin_shares_no_code_with_the_rooms_it_judges():
-    allowed = {"tendon_mj.errors", "tendon_mj.reference"}
+def test_the_reference_shares_no_code_with_the_packages_it_checks():
+    allowed = {"tendon_mj.compilation", "tendon_mj.errors", "tendon_mj.reference"}
     for path in Path(tendon_mj.reference.__file__).parent.glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else []

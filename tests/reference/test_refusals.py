@@ -1,4 +1,4 @@
-"""What the reference models refuse, instead of answering with NaN or never."""
+"""The reference models refuse bad arguments, instead of answering with NaN or never."""
 
 import numpy as np
 import pytest

@@ -4,7 +4,7 @@ import pytest
 
 from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.builders.joint import Joint, build_joint
-from tendon_mj.replay.default_motion import default_motion
+from tendon_mj.replay import default_motion
 
 TIMES = np.linspace(0.0, 12.0, 2401)
 

@@ -11,11 +11,8 @@ import pytest
 
 from tendon_mj.builders.library import load_model, load_spec, model_path
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
-from tendon_mj.recordings.recording import Measured, Recording
-from tendon_mj.replay.parameters import Adjustable
-from tendon_mj.replay.patch import patch_model, read_intervals
-from tendon_mj.replay.replay import replay
-from tendon_mj.replay.simulator import Simulator
+from tendon_mj.recordings import Measured, Recording
+from tendon_mj.replay import Adjustable, Simulator, patch_model, read_intervals, replay
 
 TIME = np.arange(0.0, 0.4, 0.005)
 DRIVEN = {  # model -> driven column and its actuator, measured columns and their sensors

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.recordings.recording import Measured, Recording
+from tendon_mj.recordings import Measured, Recording
+from tendon_mj.replay import Adjustable, replay
 from tendon_mj.replay.clock import make_clock
-from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.readout import Readout, low_pass
-from tendon_mj.replay.replay import replay
 
 TIME = 3.0 + np.linspace(0.0, 2.0, 101)
 CLOCK = make_clock(TIME, longest=0.005)

@@ -15,9 +15,9 @@ from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.builders.joint import Joint, build_joint
 from tendon_mj.builders.library import load_model, models_folder
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
-from tendon_mj.recordings.recording import Measured, Recording, Uncertain, read_recording
+from tendon_mj.recordings import Measured, Recording, Uncertain, read_recording
+from tendon_mj.replay import replay, replay_error
 from tendon_mj.replay.clock import make_clock
-from tendon_mj.replay.replay import replay, replay_error
 
 BENDS = (0, 60, 120, 180, 240)
 MEASURED = {
@@ -51,7 +51,7 @@ def joint_recording(time=None, drive=None, **more):
 
 
 def simulated_by_hand(model, recording, steps_a_sample):
-    """The same by `mj_step`, from the reference pose; the drive linear between samples."""
+    """Replay by `mj_step`, from the reference pose; the drive linear between samples."""
     data = mujoco.MjData(model)
     sensors = {c: model.sensor(m.sensor).adr[0] for c, m in recording.measured.items()}
     time, out = recording.time, []

@@ -11,10 +11,10 @@ import pytest
 from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.builders.library import load_model
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
-from tendon_mj.recordings.recording import Measured, Recording, Uncertain
-from tendon_mj.replay.quiet import trials
-from tendon_mj.replay.replay import replay
+from tendon_mj.recordings import Measured, Recording, Uncertain
+from tendon_mj.replay import replay
 from tendon_mj.replay.simulator import Parameter, Simulates, Simulator
+from tendon_mj.replay.suppression import suppress_unsolved_warnings
 from tendon_mj.replay.units import UNKNOWN, live_unit
 
 from tendon_mj.attach import Parameters  # isort: skip
@@ -185,7 +185,7 @@ def test_a_tendon_that_found_no_equilibrium_is_told_of_once_a_call():
 
 def test_that_is_not_told_of_values_that_are_only_tried():
     slack = {"sheath.constant_friction": 1.0, "reel.command_scale": 5.0}
-    with trials():  # a warning fails a test
+    with suppress_unsolved_warnings():  # a warning fails a test
         Simulator(RECORDINGS)([slack, {}])
     with pytest.warns(RuntimeWarning, match="found no equilibrium"):
         Simulator(RECORDINGS)([slack])

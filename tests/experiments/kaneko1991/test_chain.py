@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from experiments.kaneko1991.chain import Chain, build_chain
-from experiments.kaneko1991.mujoco_route import roll
 from tendon_mj import reference, theory
 from tendon_mj.errors import InvalidValueError
+from tendon_mj.replay import rollout_named_sensors
 
 SLOW = Chain(elements=16, friction=0.1, mass=10.0, damping=100.0)
 
@@ -17,7 +17,7 @@ SLOW = Chain(elements=16, friction=0.1, mass=10.0, damping=100.0)
 def follow(chain, duration, history, drive="tension"):
     """Run a history of time; return time and sensors."""
     time = np.arange(round(duration / chain.step)) * chain.step
-    return time, roll(build_chain(chain, drive).compile(), history(time))
+    return time, rollout_named_sensors(build_chain(chain, drive).compile(), history(time))
 
 
 @pytest.mark.parametrize("n", [1, 5])

@@ -190,7 +190,7 @@ def test_a_simulation_that_blows_up_is_refused():
     model = paper_mujoco.plugin_model(RIG, 64, 5e-3)
     reel = 1e-3 * np.sin(np.arange(2000) * 0.1)
     with pytest.raises(TendonError, match="became unstable"):
-        paper_mujoco.roll(model, reel)
+        paper_mujoco.rollout_named_sensors(model, reel)
 
 
 def test_the_whole_is_written(tmp_path, monkeypatch):
