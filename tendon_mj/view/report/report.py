@@ -51,7 +51,7 @@ def report_page(
         "unit": lambda column: column_label(column).partition("[")[2].rstrip("]") or "–",
     }
     train, held_out = diagnosis.recordings, diagnosis.held_out_recordings
-    kept = "proof" if held_out else "choice and fit; its last quarter for proof"
+    kept = "proof" if held_out else "selection and fit; its last quarter for proof"
     return environment.get_template("report.html").render(
         d=diagnosis,
         changed=bool(diagnosis.findings),
@@ -63,7 +63,7 @@ def report_page(
         no_sysid=no_sysid,
         ties=[(group, advise(group, diagnosis.catalogue)) for group in diagnosis.indistinguishable],
         advice=advise(diagnosis.closest, diagnosis.catalogue),
-        recordings=[(r, "choice and fit" if held_out else kept) for r in train]
+        recordings=[(r, "selection and fit" if held_out else kept) for r in train]
         + [(r, kept) for r in held_out],
     )
 
