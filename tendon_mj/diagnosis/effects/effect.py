@@ -129,8 +129,8 @@ class Effect:
         equation: what it adds, in the symbols of docs/theory.md.
         signature: its trace in data.
         source: where it is described.
-        binding: the elements of a model that it can be on, see `tendon_mj.diagnosis.effects.
-            binding`; none where it has no place on the model.
+        binding: finds the elements of a model that it can be on, and its terms there; none where
+            it has no place. See `tendon_mj.diagnosis.effects.binding`.
         next_experiment: what brings the effect out, as the end of a sentence that begins with
             "record"; may be empty.
         kind: see `Candidate`.
