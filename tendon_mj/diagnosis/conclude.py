@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.diagnosis.catalogue import CATALOGUE
 from tendon_mj.diagnosis.contest import CLOSED, Entrant, Setting, grain, least_gap
-from tendon_mj.diagnosis.effect import Term
+from tendon_mj.diagnosis.effects.effect import Effect, Term
 from tendon_mj.diagnosis.fit import Fit
 from tendon_mj.diagnosis.gap import Gap, measure_gap
 from tendon_mj.diagnosis.interval import beyond_range, intervals
@@ -32,6 +31,7 @@ def conclude(
     own: Problem,
     proof: Problem,
     steps: float | None,
+    catalogue: Mapping[str, Effect],
     excluded: Collection[str],
     began: float,
 ) -> Diagnosis:
@@ -44,6 +44,7 @@ def conclude(
         own: the same data in the model's own steps.
         proof: recordings that no choice has seen, likewise; ``own`` where only tails were kept.
         steps: in which the setting's problem is searched, see `in_steps`.
+        catalogue: identifier → effect, of all that could have been named.
         excluded: effects that were not to be considered.
         began: when the diagnosis did (`time.perf_counter`) [s].
     """
@@ -67,18 +68,20 @@ def conclude(
     most = max(_LARGEST, grain(judged))
     verdict = _decide(setting, naming, refined, stated, (least, most), bool(beyond))
 
-    findings = tuple(_finding(named) for named in naming.named)
+    findings = tuple(_finding(named, catalogue) for named in naming.named)
+    non_smooth = any(named.candidate.non_smooth for named in naming.named)
+    excluded = sorted(excluded)
     found = verdict in ("named", "parameter")
     model = naming.final if found else naming.calibrated
     after = 1 if found else 0
     calibrated = _values(setting, model, own=False)
     return Diagnosis(
         verdict=verdict,
-        sentence=say(verdict, findings, stated, refined.after, least, beyond, sorted(excluded))
+        sentence=say(verdict, findings, stated, refined.after, least, beyond, excluded, non_smooth)
         + doubt(calibrated),
         findings=findings if found else (),
         closest=() if found else tuple(finding.identifier for finding in findings),
-        excluded=tuple(sorted(excluded)),
+        excluded=tuple(excluded),
         ranking=_ranking(naming, problem.chosen),
         calibrated=calibrated,
         parameters=_values(setting, model, own=True),
@@ -90,6 +93,10 @@ def conclude(
         before={**base, **sets[0]},
         model={**base, **sets[after]},
         seconds=time.perf_counter() - began,
+        catalogue=catalogue,
+        simulator=proof.simulate,
+        recordings=own.recordings,
+        held_out_recordings=proof.recordings if held_out else (),
     )
 
 
@@ -141,8 +148,8 @@ def _ranking(naming: Naming, chosen: NDArray[np.bool_]) -> tuple[Ranked, ...]:
     )
 
 
-def _finding(named: Named) -> Finding:
-    effect = CATALOGUE[named.candidate.identifier]
+def _finding(named: Named, catalogue: Mapping[str, Effect]) -> Finding:
+    effect = catalogue[named.candidate.identifier]
     rivals = [other for other, _ in named.rivals]
     return Finding(
         identifier=effect.identifier,

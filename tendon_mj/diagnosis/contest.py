@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from tendon_mj.diagnosis.around import look_around, slopes_hold
-from tendon_mj.diagnosis.effect import Candidate, Term
+from tendon_mj.diagnosis.effects.effect import Candidate, Term
 from tendon_mj.diagnosis.fit import Fit, fit
 from tendon_mj.diagnosis.held_out import Gain, Leftover, gain, leave_out
 from tendon_mj.diagnosis.problem import Problem
@@ -142,9 +142,9 @@ class Setting:
         )
 
     def settle(self, entrant: Entrant, whole: float) -> Entrant:
-        """Fit on to the end; of an effect that was added and is rugged, to the end of its best."""
+        """Fit on to the end; of an added non-smooth effect to the end of its best."""
         settled = self.polish(entrant)
-        if settled.candidate is not None and settled.candidate.rugged:
+        if settled.candidate is not None and settled.candidate.non_smooth:
             for widely in (True, False):
                 if not self._lost(settled, whole):
                     break
@@ -154,10 +154,9 @@ class Setting:
     def settle_again(self, entrant: Entrant, whole: float) -> Entrant:
         """The same in other steps: from there on, and not over all ranges."""
         settled = self.polish(entrant)
-        rugged = any(effect.rugged for effect in settled.fit.effects)
-        return (
-            self._look(settled, widely=False) if rugged and self._lost(settled, whole) else settled
-        )
+        non_smooth = any(effect.non_smooth for effect in settled.fit.effects)
+        lost = non_smooth and self._lost(settled, whole)
+        return self._look(settled, widely=False) if lost else settled
 
     def _lost(self, entrant: Entrant, whole: float) -> bool:
         """Whether a fit leaves what is worth a look, and least squares may be the reason."""

@@ -17,10 +17,10 @@ from dataclasses import replace
 import numpy as np
 
 from tendon_mj.diagnosis.admit import admit, admit_simulation
-from tendon_mj.diagnosis.catalogue import candidates
 from tendon_mj.diagnosis.conclude import conclude
 from tendon_mj.diagnosis.contest import POLISH, SMALLEST_GAP, Setting
-from tendon_mj.diagnosis.effect import Rig, Term
+from tendon_mj.diagnosis.effects.catalogue import CATALOGUE, Effects, by_identifier, candidates
+from tendon_mj.diagnosis.effects.effect import SystemDescription, Term
 from tendon_mj.diagnosis.name import Naming, name_effects
 from tendon_mj.diagnosis.numerics import in_steps, searching_steps, step_error
 from tendon_mj.diagnosis.problem import Make, Problem, for_choices, whole
@@ -39,6 +39,7 @@ def diagnose(
     held_out: Sequence[Recording] = (),
     simulator: Make = Simulator,
     *,
+    catalogue: Effects = CATALOGUE,
     exclude: Collection[str] = (),
     progress: Progress = silent,
 ) -> Diagnosis:
@@ -48,7 +49,9 @@ def diagnose(
         train: recordings of one model, for all choices and fits.
         held_out: recordings for the proof alone; without any, the last quarter of each of
             ``train`` is kept for it.
-        simulator: makes what simulates recordings; see `tendon_mj.replay.simulator`.
+        simulator: makes what simulates recordings; see `tendon_mj.replay.simulates`.
+        catalogue: effects that can be named, in place of the package's own or beside them:
+            ``[*CATALOGUE.values(), mine]``.
         exclude: identifiers of effects that are not to be considered.
         progress: called with a label, how much is done, and of how much.
 
@@ -58,9 +61,11 @@ def diagnose(
             for choice and proof, or data under which the model as described becomes unstable.
         UnknownNameError: ``exclude`` names no effect of the catalogue, or a recording calls a
             parameter uncertain that the simulator does not know.
+        InvalidValueError: two effects of the catalogue have the same identifier.
     """
     began = time.perf_counter()
     exclude = {exclude} if isinstance(exclude, str) else exclude
+    effects = by_identifier(catalogue)
     admit(train, held_out)
     own = Problem(tuple(train), simulator(train), for_choices(train, held_out))
     base = {name: p.value for name, p in own.simulate.parameters.items()}
@@ -70,7 +75,7 @@ def diagnose(
     admit_simulation(own)
     steps = searching_steps(own)
     problem = in_steps(own, steps)
-    catalogue = tuple(candidates(look_at(problem), frozenset(exclude)))
+    bound = tuple(candidates(look_at(problem), exclude, effects))
     calibrated = tuple(
         Term(
             (name,),
@@ -88,10 +93,10 @@ def diagnose(
     start = setting.enter((), [term.inert for term in calibrated], trials=POLISH)
     progress("calibrate", 1, 1)
     floor = step_error(start.fit.refined[problem.chosen])
-    setting = replace(setting, candidates=catalogue, floor=floor)
+    setting = replace(setting, candidates=bound, floor=floor)
     naming = name_effects(setting, start)
     proof = Problem(tuple(held_out), simulator(held_out), whole(held_out)) if held_out else own
-    found = conclude(setting, naming, own, proof, steps, exclude, began)
+    found = conclude(setting, naming, own, proof, steps, effects, exclude, began)
     while steps and steps > _SHORTEST and _steps_matter(setting, naming, found.verdict):
         steps *= 0.5
         progress("once more in shorter steps", 0, 1)
@@ -99,7 +104,7 @@ def diagnose(
         before = setting.polish(naming.calibrated)
         after = setting.settle_again(naming.final, before.gap)
         naming = replace(naming, calibrated=before, final=after)
-        found = conclude(setting, naming, own, proof, steps, exclude, began)
+        found = conclude(setting, naming, own, proof, steps, effects, exclude, began)
         progress("once more in shorter steps", 1, 1)
     return found
 
@@ -114,7 +119,7 @@ def _steps_matter(setting: Setting, naming: Naming, verdict: Verdict) -> bool:
     return error > SMALLEST_GAP
 
 
-def look_at(problem: Problem) -> Rig:
+def look_at(problem: Problem) -> SystemDescription:
     """What the catalogue may know of the model and the recordings."""
     spans: dict[str, float] = {}
     for recording in problem.recordings:
@@ -123,8 +128,8 @@ def look_at(problem: Problem) -> Rig:
             spans[measured.sensor] = max(spans.get(measured.sensor, 0.0), span) or 1.0
     first, parameters = problem.recordings[0], problem.simulate.parameters
     joints = sorted({n.rsplit(".", 1)[0] for n, p in parameters.items() if p.kind == "joint"})
-    driven = [j for j, is_driven in getattr(problem.simulate, "joints", {}).items() if is_driven]
-    return Rig(
+    driven = [j for j, is_driven in problem.simulate.joints.items() if is_driven]
+    return SystemDescription(
         values={name: parameter.value for name, parameter in parameters.items()},
         known=frozenset(first.known),
         uncertain=frozenset(first.uncertain),

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from tendon_mj.diagnosis.effect import Candidate, Term
+from tendon_mj.diagnosis.effects.effect import Candidate, Term
 from tendon_mj.diagnosis.problem import Problem
 from tendon_mj.replay.suppression import suppress_unsolved_warnings
 

@@ -7,7 +7,7 @@ solution, and needs no simulation: with J_b, r_b the rows of stretch b,
     Δ_b = (JᵀJ − J_bᵀJ_b)⁻¹ J_bᵀ r_b,     left-out residual r_b + J_b Δ_b.
 
 Where a tendon sticks and slips, slopes hold for a hair's breadth, and the step would lead anywhere:
-beside a rugged effect nothing is left out, which leaves it to the held-out data to refute it.
+beside a non-smooth effect nothing is left out, which leaves it to the held-out data to refute it.
 
 Neighbouring residuals are correlated, as model and rig differ by more than white noise, so nothing
 here counts samples: stretches are what is compared, each as a whole.
@@ -48,7 +48,7 @@ def leave_out(problem: Problem, fit: Fit) -> Leftover:
     """Leave out each stretch in turn."""
     used = problem.chosen
     residual, segments = fit.residual[used], problem.segments[used]
-    shifting = fit.free & (not any(effect.rugged for effect in fit.effects))
+    shifting = fit.free & (not any(effect.non_smooth for effect in fit.effects))
     jacobian = fit.jacobian[used][:, shifting]
     numbers, first = np.unique(segments, return_inverse=True)
     whole = jacobian.T @ jacobian

@@ -17,7 +17,7 @@ from tendon_mj.diagnosis.contest import (
     tie_width,
     tied,
 )
-from tendon_mj.diagnosis.effect import Candidate
+from tendon_mj.diagnosis.effects.effect import Candidate
 
 _MOST_EFFECTS = 3
 _NEAR = 0.1  # of the gap: when more than this remains, other effects do not lead to the end either

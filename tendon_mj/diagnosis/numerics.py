@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.diagnosis.problem import Problem
-from tendon_mj.replay.simulator import Simulator
 
 FloatArray = NDArray[np.float64]
 
@@ -21,13 +20,13 @@ _ROUGHEST = 1.0  # mean square [noise power] by which halving may change what lo
 
 
 def searching_steps(problem: Problem) -> float | None:
-    """How long steps may be, in the model's own: 2 or 1; None for a simulator not ours.
+    """How long steps may be, in the model's own: 2 or 1; None where it has no steps.
 
     Args:
         problem: in the model's own steps.
     """
     own = problem.simulate
-    if not isinstance(own, Simulator):
+    if own.steps == 0:
         return None
     if own.in_steps(_LONGEST).steps == own.steps:  # a sample at every step
         return 1.0
@@ -42,7 +41,6 @@ def in_steps(problem: Problem, factor: float | None) -> Problem:
     """The same problem in steps ``factor`` times as long; unchanged for None."""
     if factor is None:
         return problem
-    assert isinstance(problem.simulate, Simulator)
     simulate = problem.simulate.in_steps(factor)
     return replace(problem, simulate=simulate, finer=simulate.in_steps(0.5))
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.diagnosis.noise import noise_levels
 from tendon_mj.recordings.recording import Recording
-from tendon_mj.replay.simulator import Simulates
+from tendon_mj.replay.simulates import Simulates
 
 FloatArray = NDArray[np.float64]
 
@@ -32,8 +32,7 @@ class Problem:
         recordings: what was measured.
         simulate: parameter sets → a series for every set, recording and measured column.
         choice: recording → (samples,) mask of what may be used in choices; the rest is for proof.
-        finer: the same as ``simulate`` in steps half as long, see `refine`; None where nobody
-            knows of its steps.
+        finer: ``simulate`` in steps half as long, see `refine`; None where it has no steps.
     """
 
     recordings: tuple[Recording, ...]

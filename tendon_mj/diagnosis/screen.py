@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import lsq_linear
 
-from tendon_mj.diagnosis.effect import Candidate, Term
+from tendon_mj.diagnosis.effects.effect import Candidate, Term
 from tendon_mj.diagnosis.fit import Fit, natural, write
 from tendon_mj.diagnosis.problem import Problem
 from tendon_mj.replay.suppression import suppress_unsolved_warnings

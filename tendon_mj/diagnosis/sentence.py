@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from tendon_mj.diagnosis.catalogue import CATALOGUE
 from tendon_mj.diagnosis.gap import Gap
 from tendon_mj.diagnosis.verdict import Finding, Value, Verdict
 
-_RUGGED = frozenset(name for name, effect in CATALOGUE.items() if effect.rugged)
 _SLIPS = (
     " Where a tendon sticks and slips it may also be its values that were not found, or the steps"
     " that are too long."
@@ -27,6 +25,7 @@ def say(
     least: float,
     beyond: Sequence[str],
     excluded: Sequence[str] = (),
+    non_smooth: bool = False,
 ) -> str:
     """The verdict, where, and what it is worth on data that chose nothing.
 
@@ -37,6 +36,7 @@ def say(
         least: gap that is put down to the simulation [noise power].
         beyond: uncertain parameters that the explanation would take beyond their ranges.
         excluded: effects of the catalogue that were not to be considered.
+        non_smooth: whether one of the findings is of a non-smooth effect.
     """
     if verdict == "nothing missing":
         return _nothing(gap, least)
@@ -53,11 +53,10 @@ def say(
         closest = f" The closest is {_list(findings)}, but {shrank}{taken}."
         alone = f" On data that chose nothing the model is off by {gap.before:.2f} times the noise."
         without = f", without {', '.join(excluded)}," if excluded else ""
-        slips = any(finding.identifier in _RUGGED for finding in findings)
         return (
             f"Something is missing that the catalogue{without} does not hold."
             + (closest if findings else alone)
-            + (_SLIPS if slips else "")
+            + (_SLIPS if non_smooth else "")
         )
     missing = [finding for finding in findings if finding.kind == "missing"]
     wrong = [finding for finding in findings if finding.kind != "missing"]

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal
 
+from tendon_mj.diagnosis.before_after import BeforeAfter, simulate_before_after
+from tendon_mj.diagnosis.effects.effect import Effect
 from tendon_mj.diagnosis.gap import Gap
 from tendon_mj.diagnosis.locate import Located
+from tendon_mj.progress import Progress, silent
+from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.patch import patch_model
+from tendon_mj.replay.simulates import Simulates
 
 Verdict = Literal["named", "parameter", "nothing missing", "unknown"]
 
@@ -100,6 +107,10 @@ class Diagnosis:
         before: parameter → value of the model with only what was uncertain fitted, whole.
         model: the same of the final model; of the calibrated one unless something was found.
         seconds: it took.
+        catalogue: identifier → effect, of all that could have been named.
+        simulator: of the held-out recordings; where there are none, of all.
+        recordings, held_out_recordings: that it comes from; without the second, the last quarter
+            of each of the first was held out.
     """
 
     verdict: Verdict
@@ -118,6 +129,10 @@ class Diagnosis:
     before: Mapping[str, float]
     model: Mapping[str, float]
     seconds: float
+    catalogue: Mapping[str, Effect] = field(repr=False)
+    simulator: Simulates = field(repr=False)
+    recordings: tuple[Recording, ...] = field(repr=False)
+    held_out_recordings: tuple[Recording, ...] = field(repr=False)
 
     @property
     def effects(self) -> list[str]:
@@ -135,6 +150,44 @@ class Diagnosis:
     def confidence(self) -> float:
         """Of the least sure finding; 1 where nothing was named, see `sentence` for the reasons."""
         return min((finding.confidence for finding in self.findings), default=1.0)
+
+    @property
+    def fitted(self) -> dict[str, float]:
+        """Every parameter that was fitted, as the final model has it [its SI unit]."""
+        return {name: self.model[name] for name in (*self.calibrated, *self.parameters)}
+
+    def simulate(self, progress: Progress = silent) -> list[BeforeAfter]:
+        """Simulate the held-out recordings, or all where there are none, before and after.
+
+        Before, only what was uncertain is fitted.
+        """
+        before = {name: self.before[name] for name in self.calibrated}
+        shown = self.held_out_recordings or self.recordings
+        return simulate_before_after(shown, self.simulator, before, self.fitted, progress)
+
+    def write_model(self, path: str | Path) -> Path:
+        """Write the recordings' model with what was found and what the rig is known to have.
+
+        Intervals that the data determine are in the file too. To replay it, do not let a
+        recording's guesses overrule it: ``replay(recording, load_model(path), described=False)``.
+
+        Args:
+            path: MJCF file to write, in an existing folder.
+
+        Raises:
+            UnknownNameError: the recordings' model is no MJCF model, as with a simulator of one's
+                own, or does not have a parameter that was found.
+            TendonError: see `tendon_mj.replay.patch.patch_model`.
+        """
+        first, fitted = self.recordings[0], self.fitted
+        intervals = {
+            name: (value.low, value.high)
+            for name, value in {**self.calibrated, **self.parameters}.items()
+            if value.determined and value.low <= fitted[name] <= value.high
+        }
+        stated = {name: uncertain.value for name, uncertain in first.uncertain.items()}
+        values = {**first.known, **stated, **fitted}
+        return patch_model(first.model, values, path, intervals=intervals)
 
     def result(self) -> dict[str, Any]:
         """Plain numbers and words, as `result.json` holds them."""

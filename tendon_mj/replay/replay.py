@@ -6,6 +6,8 @@ import copy
 from collections.abc import Mapping
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
 from tendon_mj.builders.library import load_model
 from tendon_mj.recordings.recording import Measured, Recording
@@ -14,6 +16,8 @@ from tendon_mj.replay.misfit import replay_error as replay_error
 from tendon_mj.replay.open_loop import Progress, run_open_loop
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.schedule import Schedule, described_values
+
+FloatArray = NDArray[np.float64]
 
 
 def replay(
@@ -62,8 +66,20 @@ def replay(
     readings = run_open_loop(
         adjustable.model, adjustable.data, control, schedule.where, schedule.when, progress
     )
-    columns = {column: recording.columns[column] for column in recording.drive}
-    columns |= schedule.read_out(adjustable, readings)
+    return as_recording(recording, schedule.read_out(adjustable, readings), values)
+
+
+def as_recording(
+    recording: Recording, series: Mapping[str, FloatArray], applied: Mapping[str, float]
+) -> Recording:
+    """Simulated series as a recording in the columns of the one that drove them.
+
+    Args:
+        recording: that drove the simulation.
+        series: measured column → (n,) simulated at the samples.
+        applied: every parameter that the simulation was given.
+    """
+    columns = {column: recording.columns[column] for column in recording.drive} | dict(series)
     return Recording(
         name=f"{recording.name}_simulated",
         model=recording.model,
@@ -72,5 +88,5 @@ def replay(
         columns={c: columns[c] for c in recording.columns if c in columns},
         drive=recording.drive,
         measured={c: Measured(m.sensor) for c, m in recording.measured.items()},
-        known=values,
+        known=applied,
     )

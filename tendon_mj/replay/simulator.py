@@ -8,11 +8,10 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from tendon_mj.builders.library import load_model
 from tendon_mj.engine import sheaths
@@ -22,23 +21,9 @@ from tendon_mj.replay.open_loop import run_open_loop, try_open_loop, unsolved_sh
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.parameters import Parameter as Parameter
 from tendon_mj.replay.schedule import Schedule, described_values
+from tendon_mj.replay.simulates import Series, Values
 from tendon_mj.replay.suppression import UNSOLVED_WARNING, suppress_mujoco_log
 from tendon_mj.replay.units import column_unit, rate
-
-FloatArray = NDArray[np.float64]
-Values = Mapping[str, float]
-Series = dict[str, FloatArray]
-
-
-class Simulates(Protocol):
-    """What can stand in for a `Simulator`: anything that simulates recordings with parameters."""
-
-    @property
-    def parameters(self) -> Mapping[str, Parameter]:
-        """Every parameter that it knows, at the value that it has when a set does not name it."""
-
-    def __call__(self, parameter_sets: Sequence[Values]) -> list[list[Series]]:
-        """For every set, for every recording: measured column → (n,) at the samples."""
 
 
 class Channel(NamedTuple):
@@ -57,7 +42,7 @@ class _Job(NamedTuple):
 
 
 class Simulator:
-    """Simulates recordings with as many sets of parameters as one likes.
+    """Simulates recordings with as many sets of parameters as one likes; see `Simulates`.
 
     Every simulation is that of `replay`, to the bit, whatever the number of threads and whatever
     else is in the call. Sets that differ in their sensors only share simulations.
@@ -174,11 +159,11 @@ class Simulator:
 
     @property
     def steps(self) -> int:
-        """Of one simulation of all recordings."""
+        """Time steps of one simulation of all recordings."""
         return sum(schedule.steps for schedule in self._schedules)
 
     def in_steps(self, factor: float) -> Simulator:
-        """The same simulator in steps ``factor`` > 0 times as long.
+        """This simulator in steps ``factor`` > 0 times as long.
 
         No step is longer than the interval between samples, and each divides it evenly.
         """

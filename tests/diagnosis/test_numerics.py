@@ -10,7 +10,7 @@ import pytest
 
 from tendon_mj.diagnosis.around import look_around, slopes_hold
 from tendon_mj.diagnosis.contest import Setting
-from tendon_mj.diagnosis.effect import Candidate, Term
+from tendon_mj.diagnosis.effects.effect import Candidate, Term
 from tendon_mj.diagnosis.fit import fit
 from tendon_mj.diagnosis.numerics import in_steps, searching_steps, step_error
 from tendon_mj.diagnosis.problem import Problem, whole

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_mj.diagnosis.effect import Candidate, Term
+from tendon_mj.diagnosis.effects.effect import Candidate, Term
 from tendon_mj.diagnosis.fit import Fit
 from tendon_mj.diagnosis.held_out import leave_out
 from tendon_mj.diagnosis.interval import beyond_range, intervals
@@ -69,12 +69,12 @@ def test_leaving_out_without_refitting_is_refitting() -> None:
         assert power == pytest.approx(float(left @ left), rel=1e-6)
 
 
-def test_beside_a_rugged_effect_nothing_is_left_out() -> None:
+def test_beside_a_non_smooth_effect_nothing_is_left_out() -> None:
     data = problem()
     random = np.random.default_rng(1)
     size = data.segments.size
     fitted = linear(data, random.normal(size=(size, 2)), random.normal(size=size))
-    effect = Candidate("drift", "missing", "sheath", (SLOPE,), rugged=True)
+    effect = Candidate("drift", "missing", "sheath", (SLOPE,), non_smooth=True)
     found = leave_out(data, replace(fitted, calibrated=(TERM,), effects=(effect,)))
     assert found.gap == pytest.approx(float(np.mean(fitted.residual**2)) - 1.0)
     assert found.gap < leave_out(data, fitted).gap

@@ -10,6 +10,8 @@ from tendon_mj.diagnosis import sysid
 from tendon_mj.diagnosis.sysid import fit_with_sysid, sysid_is_there
 from tendon_mj.errors import TendonError
 from tendon_mj.recordings.recording import Measured, Recording, Uncertain
+from tendon_mj.replay.simulates import Simulates
+from tendon_mj.replay.simulator import Parameter
 
 needs_sysid = pytest.mark.skipif(not sysid_is_there(), reason="mujoco.sysid lacks its extras")
 
@@ -17,15 +19,15 @@ NOISE = 0.05
 UNCERTAIN = {"tendon.stiffness": Uncertain(1.5e3, 1e3, 3e3), "tendon.friction": Uncertain(1, 0, 5)}
 
 
-class Toy:
+class Toy(Simulates):
     """Tension = stiffness × displacement + friction × direction; 3 N of nothing it knows of."""
 
     def __init__(self, recordings: Sequence[Recording]) -> None:
         self.recordings = recordings
-        self.parameters = {
-            name: SimpleNamespace(value=u.value, unit="", kind="live")
-            for name, u in UNCERTAIN.items()
-        }
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        return {name: Parameter(u.value, "", "live") for name, u in UNCERTAIN.items()}
 
     def __call__(self, sets: Sequence[Mapping[str, float]]) -> list[list[dict[str, np.ndarray]]]:
         return [

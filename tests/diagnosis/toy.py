@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.recordings.recording import Measured, Recording, Uncertain
+from tendon_mj.replay.simulates import Simulates
 from tendon_mj.replay.simulator import Parameter
 
 FloatArray = NDArray[np.float64]
@@ -40,13 +41,17 @@ def waveform(parameter: str, recording: Recording) -> FloatArray:
     return np.sin((order + 1.0) * place + 0.3 * order)
 
 
-class Toy:
-    """Simulator of the toy rig."""
+class Toy(Simulates):
+    """Simulator of the toy rig, which knows neither joints nor steps."""
 
     def __init__(self, recordings: Sequence[Recording]) -> None:
         self.recordings = list(recordings)
-        self.parameters = {name: Parameter(v, "SI", "toy") for name, (v, _) in WEIGHTS.items()}
         self.calls = 0
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """Parameters of the toy rig as the model has them."""
+        return {name: Parameter(v, "SI", "live") for name, (v, _) in WEIGHTS.items()}
 
     def __call__(
         self, parameter_sets: Sequence[Mapping[str, float]]
@@ -56,7 +61,7 @@ class Toy:
         return [[self._one(s, r) for r in self.recordings] for s in parameter_sets]
 
     def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
-        values = {**{name: p.value for name, p in self.parameters.items()}, **changed}
+        values = {**{name: value for name, (value, _) in WEIGHTS.items()}, **changed}
         series = {}
         for k, column in enumerate(COLUMNS):
             series[column] = 20.0 + sum(

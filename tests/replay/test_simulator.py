@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 
 import numpy as np
 import pytest
@@ -13,7 +12,8 @@ from tendon_mj.builders.library import load_model
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.recordings import Measured, Recording, Uncertain
 from tendon_mj.replay import replay
-from tendon_mj.replay.simulator import Parameter, Simulates, Simulator
+from tendon_mj.replay.simulates import Simulates
+from tendon_mj.replay.simulator import Parameter, Simulator
 from tendon_mj.replay.suppression import suppress_unsolved_warnings
 from tendon_mj.replay.units import UNKNOWN, live_unit
 
@@ -278,14 +278,19 @@ def test_every_live_parameter_has_a_unit(name):
 
 
 def test_anything_of_its_shape_can_stand_in_for_it():
-    class Line:
-        parameters: Mapping[str, Parameter] = {"line.slope": Parameter(1.0, "N", "live")}
+    class Line(Simulates):
+        @property
+        def parameters(self):
+            return {"line.slope": Parameter(1.0, "N", "live")}
 
         def __call__(self, parameter_sets):
             return [[{"force_N": s.get("line.slope", 1.0) * np.ones(3)}] for s in parameter_sets]
 
-    stand_in: Simulates = Line()
-    assert stand_in([{"line.slope": 2.0}])[0][0]["force_N"][0] == 2.0
+    line = Line()
+    assert line([{"line.slope": 2.0}])[0][0]["force_N"][0] == 2.0
+    assert line.joints == {}
+    assert line.steps == 0
+    assert line.in_steps(2.0) is line
 
 
 def test_a_column_in_another_unit_than_its_sensor_is_refused():

@@ -6,17 +6,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_mj.diagnosis import CATALOGUE, Diagnosis, Finding, Ranked, Value
+from tendon_mj.diagnosis import CATALOGUE, BeforeAfter, Diagnosis, Finding, Ranked, Value
+from tendon_mj.diagnosis.effects.discrimination import DISCRIMINATING_EXPERIMENTS
 from tendon_mj.diagnosis.gap import Gap
 from tendon_mj.diagnosis.locate import Located, Place
 from tendon_mj.diagnosis.sysid import SysidResult
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings.recording import Measured, Recording
+from tendon_mj.replay.simulates import Simulates
 from tendon_mj.view.figures.before_after import before_after_figure
 from tendon_mj.view.figures.style import new_figure
-from tendon_mj.view.report.advice import EXPERIMENTS, PAIRS, advise
+from tendon_mj.view.report.advice import advise
 from tendon_mj.view.report.figures import diagnosis_figures
 from tendon_mj.view.report.report import report_page, short
+from tendon_mj.view.report.write import write_report
 
 COLUMN = "output_tension_N"
 
@@ -48,7 +51,7 @@ def located(rms):
     )
 
 
-def diagnosis(verdict="named", rivals=(), closest=()):
+def diagnosis(verdict="named", rivals=(), closest=(), train=None):
     identifier = "sensor_bias" if verdict == "named" else "friction"
     effect = CATALOGUE[identifier]
     finding = Finding(
@@ -77,15 +80,30 @@ def diagnosis(verdict="named", rivals=(), closest=()):
         before={"sheath.friction": 0.18},
         model={"sheath.friction": 0.18},
         seconds=1.0,
+        catalogue=CATALOGUE,
+        simulator=Still(),
+        recordings=(train or recorded(),),
+        held_out_recordings=(recorded("other"),),
     )
+
+
+class Still(Simulates):
+    """Simulator of which nothing is asked."""
+
+    @property
+    def parameters(self):
+        return {}
+
+    def __call__(self, parameter_sets):
+        return []
 
 
 SYSID = SysidResult({"sheath.friction": (0.2, 0.199, 0.201)}, 9.0, 9.75, {COLUMN: 0.975}, 2.0, "")
 
 
-def page(found, train=None, **more):
-    train, picture = train or [recorded()], {"before_after": new_figure(1.0, 1.0)}
-    return report_page(found, train, [recorded("other")], picture, shown=train[0].name, **more)
+def page(found, **more):
+    picture = {"before_after": new_figure(1.0, 1.0)}
+    return report_page(found, picture, shown=found.recordings[0].name, **more)
 
 
 def words(html):
@@ -105,7 +123,7 @@ def test_a_page_says_its_verdict_and_needs_nothing_else(verdict):
 def test_a_page_says_what_was_missing_and_how_sure():
     said = words(page(diagnosis()))
     effect = CATALOGUE["sensor_bias"]
-    for text in (effect.name, effect.equation, effect.looks_like, effect.source):
+    for text in (effect.name, effect.equation, effect.signature, effect.source):
         assert text in said
     assert "output_tension.offset 1 0.98 … 1.02 N 0" in said
     assert "97 % that it is this one" in said
@@ -122,42 +140,68 @@ def test_where_nothing_was_added_no_after_is_claimed():
     html = page(diagnosis("unknown", closest=("creep",)), sysid=SYSID)
     assert "this diagnosis leaves 10.00" in words(html)
     assert '<th class="n">after</th>' not in html
-    assert EXPERIMENTS["creep"] in words(html)
+    assert CATALOGUE["creep"].next_experiment in words(html)
 
 
 def test_ties_come_with_the_experiment_that_settles_them():
     said = words(page(diagnosis(rivals=("sensor_gain",))))
     assert "sensor_bias or sensor_gain : these data can't tell" in said
-    assert PAIRS[frozenset({"sensor_bias", "sensor_gain"})] in said
+    assert DISCRIMINATING_EXPERIMENTS[frozenset({"sensor_bias", "sensor_gain"})] in said
 
 
 def test_text_from_files_is_text():
     bad = "<script>alert('&')</script>"
-    html = page(diagnosis(), train=[recorded(name="<b>slow", source=bad)])
+    html = page(diagnosis(train=recorded(name="<b>slow", source=bad)))
     assert "<script>" not in html
     assert "&lt;script&gt;" in html
     assert "<b>slow" not in html
 
 
 def test_every_effect_has_an_experiment_and_every_pair_is_of_the_catalogue():
-    assert EXPERIMENTS.keys() == CATALOGUE.keys()
-    for pair in PAIRS:
+    assert all(effect.next_experiment for effect in CATALOGUE.values())
+    for pair in DISCRIMINATING_EXPERIMENTS:
         assert len(pair) == 2
         assert pair <= CATALOGUE.keys()
 
 
 def test_advice_speaks_of_every_effect_of_a_group():
     delay, lag = "sensor_delay", "sensor_lag"
-    assert advise([delay, lag]) == advise([lag, delay]) == [PAIRS[frozenset({delay, lag})]]
-    said = advise([delay, lag, "creep"])
+    both = [DISCRIMINATING_EXPERIMENTS[frozenset({delay, lag})]]
+    assert advise([delay, lag], CATALOGUE) == advise([lag, delay], CATALOGUE) == both
+    said = advise([delay, lag, "creep"], CATALOGUE)
     assert len(said) == 2
-    assert EXPERIMENTS["creep"] in said[1]
+    assert CATALOGUE["creep"].next_experiment in said[1]
+    silent = {"creep": replace(CATALOGUE["creep"], next_experiment="")}
+    assert advise(["creep"], silent) == []
+
+
+def test_a_page_speaks_of_effects_of_ones_own():
+    own = replace(
+        CATALOGUE["sensor_bias"],
+        signature="a trace of ours",
+        source="our bench",
+        next_experiment="our own motion",
+    )
+    found = replace(diagnosis(rivals=("creep",)), catalogue={**CATALOGUE, "sensor_bias": own})
+    for text in ("a trace of ours", "our bench", "For sensor bias, record our own motion."):
+        assert text in words(page(found))
+
+
+def test_a_report_is_a_page_and_the_pictures_in_it(tmp_path):
+    drawn = BeforeAfter(recorded("drawn"), recorded(offset=1.0), recorded(offset=0.1))
+    other = BeforeAfter(recorded("first"), recorded(), recorded())
+    written = write_report(diagnosis(), [other, drawn], tmp_path / "new")
+    names = ["misfit.png", "gap.png", "proof.png", "before_after.png", "report.html"]
+    assert [path.name for path in written] == names
+    html = written[-1].read_text("utf-8")
+    assert "Recording: drawn" in html
+    assert html.count('src="data:image/png;base64,') == 4
 
 
 def test_figures_name_units_and_draw_what_they_were_given():
     found = diagnosis()
-    measured, before, after = recorded(), recorded(offset=1.0), recorded(offset=0.1)
-    figures = diagnosis_figures(found, (measured, before, after), {COLUMN: 0.975})
+    shown = BeforeAfter(recorded(), recorded(offset=1.0), recorded(offset=0.1))
+    figures = diagnosis_figures(found, shown, {COLUMN: 0.975})
     assert set(figures) == {"misfit", "gap", "proof", "before_after"}
     loop, _, left, _ = figures["before_after"].axes
     assert loop.get_ylabel() == "output tension [N]"
@@ -170,7 +214,7 @@ def test_figures_name_units_and_draw_what_they_were_given():
 
 def test_the_map_shows_shares_of_what_there_was_before():
     found = diagnosis()
-    shown = (recorded(), recorded(), recorded())
+    shown = BeforeAfter(recorded(), recorded(), recorded())
     direction = diagnosis_figures(found, shown)["misfit"].axes[0]
     labels = [text.get_text() for text in direction.get_yticklabels()]
     bars = [[bar.get_width() for bar in bars] for bars in direction.containers]
@@ -181,7 +225,7 @@ def test_the_map_shows_shares_of_what_there_was_before():
 
 
 def test_the_proof_shows_the_error_of_every_regime_in_noise():
-    shown = (recorded(), recorded(), recorded())
+    shown = BeforeAfter(recorded(), recorded(), recorded())
     direction = diagnosis_figures(diagnosis(), shown)["proof"].axes[0]
     before, after = ([bar.get_width() for bar in bars] for bars in direction.containers)
     np.testing.assert_allclose(before, [p.rms for p in located(9.0).places[:2]])
@@ -189,7 +233,7 @@ def test_the_proof_shows_the_error_of_every_regime_in_noise():
 
 
 def test_where_nothing_is_missing_there_is_no_map():
-    shown = (recorded(), recorded(), recorded())
+    shown = BeforeAfter(recorded(), recorded(), recorded())
     assert "misfit" not in diagnosis_figures(diagnosis("nothing missing"), shown)
 
 

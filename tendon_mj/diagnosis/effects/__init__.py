@@ -1,1 +1,1 @@
-"""One effect a file; `tendon_mj.diagnosis.catalogue` lists them."""
+"""Effects that a diagnosis can name: their types, where they bind to a model, and the catalogue."""

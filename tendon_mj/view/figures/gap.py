@@ -32,7 +32,7 @@ def gap_figure(
     """Draw rms errors before and after, in units of the noise, with their numbers in the signal's.
 
     Args:
-        train, held_out: on what the choices saw, and on what they did not.
+        train, held_out: on the training data, and on the held-out data.
         sysid: column → held-out rms error of `mujoco.sysid` alone [the column's unit].
         changed: whether there is an after.
 
@@ -58,8 +58,8 @@ def gap_figure(
                 longest = max(longest, *(value / noise for value in bars.values()))
             row[0].set_ylabel(column_label(column).partition(" [")[0])
         grid[0][0].set_xlim(0.0, _ROOM * longest)
-        grid[0][0].set_title("data that chose and fitted")
-        grid[0][1].set_title("held out: data that chose nothing")
+        grid[0][0].set_title("training data")
+        grid[0][1].set_title("held-out data")
         for axes in grid[-1]:
             axes.set_xlabel("rms error [× noise]")
         legend_below(figure, grid[0][1], columns=4)

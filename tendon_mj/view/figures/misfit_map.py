@@ -73,7 +73,7 @@ def proof_figure(before: Located, after: Located) -> Figure:
             ("after", [left[p.regime, p.label] for p in places], BLUE, ""),
         ]
 
-    title = "Error on data that chose nothing, before and after what was found; 1 is noise alone"
+    title = "Error on held-out data, before and after what was found; 1 is noise alone"
     figure = _by_regime(before, series, title, "rms error [noise]")
     for axes in figure.axes:
         if axes.axison:

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from matplotlib.figure import Figure
 
+from tendon_mj.diagnosis.before_after import BeforeAfter
 from tendon_mj.diagnosis.verdict import Diagnosis
-from tendon_mj.recordings.recording import Recording
 from tendon_mj.view.figures.before_after import before_after_figure
 from tendon_mj.view.figures.gap import gap_figure
 from tendon_mj.view.figures.misfit_map import misfit_figure, proof_figure
@@ -15,7 +15,7 @@ from tendon_mj.view.figures.misfit_map import misfit_figure, proof_figure
 
 def diagnosis_figures(
     diagnosis: Diagnosis,
-    shown: tuple[Recording, Recording, Recording],
+    shown: BeforeAfter,
     sysid: Mapping[str, float] | None = None,
 ) -> dict[str, Figure]:
     """Name → figure of all that a diagnosis has to show.

@@ -5,38 +5,33 @@ from __future__ import annotations
 import base64
 import io
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from matplotlib.figure import Figure
 
-from tendon_mj.diagnosis.catalogue import CATALOGUE
 from tendon_mj.diagnosis.sysid import SysidResult
 from tendon_mj.diagnosis.verdict import Diagnosis
-from tendon_mj.recordings.recording import Recording
 from tendon_mj.view.figures.replay import column_label
 from tendon_mj.view.figures.style import DPI
 from tendon_mj.view.report.advice import advise
 
-_LEFT_OUT = "The comparison with mujoco.sysid was left out."
+LEFT_OUT = "The comparison with mujoco.sysid was left out."
 
 
 def report_page(
     diagnosis: Diagnosis,
-    train: Sequence[Recording],
-    held_out: Sequence[Recording],
     figures: Mapping[str, Figure],
     *,
     shown: str = "",
     sysid: SysidResult | None = None,
-    no_sysid: str = _LEFT_OUT,
+    no_sysid: str = LEFT_OUT,
 ) -> str:
     """The page as HTML. Every text that comes from a file is escaped.
 
     Args:
         diagnosis: to report.
-        train, held_out: recordings that it comes from.
         figures: name → figure, as `diagnosis_figures` names them.
         shown: name of the recording that is drawn.
         sysid: what `mujoco.sysid` makes of the same data.
@@ -55,19 +50,20 @@ def report_page(
         "signal": lambda column: column_label(column).partition(" [")[0],
         "unit": lambda column: column_label(column).partition("[")[2].rstrip("]") or "–",
     }
-    kept = "proof" if held_out else "choice and fit; its last quarter for proof"
+    train, held_out = diagnosis.recordings, diagnosis.held_out_recordings
+    kept = "proof" if held_out else "selection and fit; its last quarter for proof"
     return environment.get_template("report.html").render(
         d=diagnosis,
         changed=bool(diagnosis.findings),
         model=train[0].model,
-        catalogue=CATALOGUE,
+        catalogue=diagnosis.catalogue,
         pictures={name: _inline(figure) for name, figure in figures.items()},
         shown=shown,
         sysid=sysid,
         no_sysid=no_sysid,
-        ties=[(group, advise(group)) for group in diagnosis.indistinguishable],
-        advice=advise(diagnosis.closest),
-        recordings=[(r, "choice and fit" if held_out else kept) for r in train]
+        ties=[(group, advise(group, diagnosis.catalogue)) for group in diagnosis.indistinguishable],
+        advice=advise(diagnosis.closest, diagnosis.catalogue),
+        recordings=[(r, "selection and fit" if held_out else kept) for r in train]
         + [(r, kept) for r in held_out],
     )
 

@@ -1,4 +1,4 @@
-"""What an entry of the catalogue is, and how it becomes numbers that a fit can change.
+"""Entry of the catalogue, and its path to numbers that a fit can change.
 
 An *effect* is a small extension of the model that does nothing at its inert value. Bound to the
 elements of one model it is a *candidate*: terms to be fitted, each of which writes parameters of
@@ -10,18 +10,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, get_args
 
-import numpy as np
-from numpy.typing import NDArray
+from tendon_mj.errors import InvalidValueError, UnknownNameError
 
-FloatArray = NDArray[np.float64]
 Kind = Literal["missing", "parameter"]
 
 
 @dataclass(frozen=True)
-class Rig:
-    """What the catalogue may know of a model and its recordings.
+class SystemDescription:
+    """Elements and parameters of a model and its recordings that effects can bind to.
 
     Attributes:
         values: parameter → value that the model has now [its SI unit].
@@ -54,7 +52,7 @@ class Term:
         unit: of the number.
         inert: the value at which nothing changes.
         low, high: range that is physically sensible.
-        probe: the change from inert by which a first look judges its influence; the fit's scale.
+        probe: the change from inert by which screening judges its influence; the fit's scale.
         relative_to: where given, a target on element e is (1 + number) × the parameter
             ``e.relative_to``.
         starts: values to begin from, for a number that shapes an effect and does nothing alone.
@@ -97,14 +95,14 @@ class Candidate:
         kind: "missing", an effect the model lacks, or "parameter", a number that may be wrong.
         where: the elements it is on, for the reader.
         terms: the first one is its strength, the others shape it.
-        rugged: see `Effect`.
+        non_smooth: see `Effect`.
     """
 
     identifier: str
     kind: Kind
     where: str
     terms: tuple[Term, ...]
-    rugged: bool = False
+    non_smooth: bool = False
 
     @property
     def label(self) -> str:
@@ -117,6 +115,10 @@ class Candidate:
         return frozenset(target for term in self.terms for target in term.targets)
 
 
+Bound = list[tuple[str, tuple[Term, ...]]]  # the elements of each candidate, and its terms
+Binding = Callable[[SystemDescription], Bound]
+
+
 @dataclass(frozen=True)
 class Effect:
     """An entry of the catalogue.
@@ -125,31 +127,46 @@ class Effect:
         identifier: as results and keys call it.
         name: plain words.
         equation: what it adds, in the symbols of docs/theory.md.
-        looks_like: its trace in data.
+        signature: its trace in data.
         source: where it is described.
-        candidates: binds it to the elements of a model; empty where it has no place there.
+        binding: finds the elements of a model that it can be on, and its terms there; none where
+            it has no place. See `tendon_mj.diagnosis.effects.binding`.
+        next_experiment: what brings the effect out, as the end of a sentence that begins with
+            "record"; may be empty.
         kind: see `Candidate`.
-        though_known: whether it may also write what was "measured on the rig".
-        rugged: whether the misfit has many small valleys by its terms, as where it makes a sheath
-            stick and slip; where slopes do not hold their whole ranges are searched, see
-            `tendon_mj.diagnosis.around`.
+        overrides_known: whether it may also write what was measured on the rig.
+        non_smooth: whether the misfit has many local minima in its terms, as where it makes a
+            sheath stick and slip. Where the linearisation does not hold, their whole ranges are
+            searched.
+
+    Raises:
+        InvalidValueError: the identifier is empty.
+        UnknownNameError: the kind is none of the two.
     """
 
     identifier: str
     name: str
     equation: str
-    looks_like: str
+    signature: str
     source: str
-    candidates: Callable[[Rig], list[tuple[str, tuple[Term, ...]]]] = field(repr=False)
+    binding: Binding = field(repr=False)
+    next_experiment: str = ""
     kind: Kind = "missing"
-    though_known: bool = False
-    rugged: bool = False
+    overrides_known: bool = False
+    non_smooth: bool = False
 
-    def bind(self, rig: Rig) -> list[Candidate]:
+    def __post_init__(self) -> None:
+        if not self.identifier.strip():
+            raise InvalidValueError(f"effect {self.name!r}: the identifier must not be empty")
+        if self.kind not in get_args(Kind):
+            where = f"effect {self.identifier!r}"
+            raise UnknownNameError("kind of an effect", self.kind, get_args(Kind), where)
+
+    def bind(self, system: SystemDescription) -> list[Candidate]:
         """Its candidates on a model, without those that fit what is known or fitted anyway."""
-        taken = rig.uncertain if self.though_known else rig.known | rig.uncertain
+        taken = system.uncertain if self.overrides_known else system.known | system.uncertain
         return [
-            Candidate(self.identifier, self.kind, where, terms, self.rugged)
-            for where, terms in self.candidates(rig)
+            Candidate(self.identifier, self.kind, where, terms, self.non_smooth)
+            for where, terms in self.binding(system)
             if not any(target in taken for term in terms for target in term.targets)
         ]

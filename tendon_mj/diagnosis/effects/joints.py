@@ -1,0 +1,51 @@
+"""Effects of the joints and of gravity."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from tendon_mj.diagnosis.effects.binding import ParameterSpecification, on_gravity, on_joints
+from tendon_mj.diagnosis.effects.effect import Effect
+
+JOINTS: Final = (
+    Effect(
+        identifier="joint_damping",
+        name="damping of a joint",
+        equation="torque = … − d q̇",
+        signature="the joint trails in fast motion",
+        source="MuJoCo, joint damping",
+        next_experiment="the same motion of the joint at three speeds",
+        binding=on_joints(ParameterSpecification("damping", "N m s/rad or N s/m", 0.0, 1e4, 0.002)),
+    ),
+    Effect(
+        identifier="joint_friction",
+        name="dry friction of a joint",
+        equation="torque = … − F sgn q̇",
+        signature="the joint stands still after reversals, by the same torque at any tension",
+        source="MuJoCo, joint frictionloss",
+        next_experiment="slow reversals of the joint with the tendon at its lowest tension",
+        binding=on_joints(ParameterSpecification("frictionloss", "N m or N", 0.0, 1e3, 0.001)),
+    ),
+    Effect(
+        identifier="joint_stiffness",
+        name="a spring in a joint",
+        equation="torque = … − k (q − q_ref)",
+        signature="the joint moves less than it should, in proportion to its angle",
+        source="MuJoCo, joint stiffness",
+        next_experiment="the joint held at several angles for seconds each",
+        binding=on_joints(ParameterSpecification("stiffness", "N m/rad or N/m", 0.0, 1e6, 0.002)),
+    ),
+    Effect(
+        identifier="gravity_load",
+        name="weight that the model does not carry",
+        equation="force = … + m g",
+        signature="an offset of tension that changes with posture",
+        source="MuJoCo, option gravity",
+        next_experiment="the same motion with the rig turned by 90° and by 180°",
+        binding=on_gravity(
+            ParameterSpecification("x", "m/s²", -30.0, 30.0, 1.0),
+            ParameterSpecification("y", "m/s²", -30.0, 30.0, 1.0),
+            ParameterSpecification("z", "m/s²", -30.0, 30.0, 1.0),
+        ),
+    ),
+)

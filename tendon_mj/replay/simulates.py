@@ -1,0 +1,59 @@
+"""Protocol of a simulator, by which one of one's own can stand in for the package's `Simulator`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.replay.parameters import Parameter
+
+Values = Mapping[str, float]
+Series = dict[str, NDArray[np.float64]]
+
+
+class Simulates(Protocol):
+    """Simulator of recordings, with parameters by name.
+
+    A class of one's own either has all these members, or is derived from this one and has
+    ``parameters`` and ``__call__``; the others then answer as for a simulator that knows neither
+    joints nor steps.
+    """
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """Every parameter that it knows, at the value that it has when a set does not name it."""
+
+    def __call__(self, parameter_sets: Sequence[Values]) -> list[list[Series]]:
+        """For every set, for every recording: measured column → (n,) at the samples.
+
+        A simulation that failed has NaN in its series.
+        """
+
+    @property
+    def joints(self) -> Mapping[str, bool]:
+        """Joint → whether a driven column prescribes its motion, so that no effect can be on it.
+
+        Joints are the elements of the parameters of kind "joint"; one that is not named here is
+        free.
+        """
+        return {}
+
+    @property
+    def steps(self) -> int:
+        """Time steps of one simulation of all recordings; 0 where it makes no error of steps.
+
+        With 0 its answers are taken as exact; else a diagnosis searches in longer steps, if these
+        change little, and takes the error of the steps out by Richardson's extrapolation.
+        """
+        return 0
+
+    def in_steps(self, factor: float) -> Simulates:
+        """This simulator in steps ``factor`` > 0 times as long; itself where ``steps`` is 0.
+
+        It may keep steps shorter than asked for, as where the sampling interval limits them; its
+        ``steps`` then say so.
+        """
+        return self

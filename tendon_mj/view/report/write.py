@@ -1,0 +1,48 @@
+"""Report of a diagnosis as files: its pictures, and one page that shows them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from tendon_mj.diagnosis.before_after import BeforeAfter
+from tendon_mj.diagnosis.sysid import SysidResult
+from tendon_mj.diagnosis.verdict import Diagnosis
+from tendon_mj.view.figures.style import DPI
+from tendon_mj.view.report.figures import diagnosis_figures
+from tendon_mj.view.report.report import LEFT_OUT, report_page
+
+
+def write_report(
+    diagnosis: Diagnosis,
+    simulated: Sequence[BeforeAfter],
+    folder: str | Path,
+    *,
+    sysid: SysidResult | None = None,
+    no_sysid: str = LEFT_OUT,
+) -> list[Path]:
+    """Write ``report.html`` and its pictures, each as a PNG too.
+
+    Args:
+        diagnosis: to report.
+        simulated: what its ``simulate`` returned; the last recording is drawn.
+        folder: made if it is not there.
+        sysid: fit of the same recordings by `mujoco.sysid`, for comparison.
+        no_sysid: sentence for the page where that was left out.
+
+    Returns:
+        Paths of what was written, the page last.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    shown = simulated[-1]
+    figures = diagnosis_figures(diagnosis, shown, sysid.signals if sysid else None)
+    name = shown.measured.name
+    text = report_page(diagnosis, figures, shown=name, sysid=sysid, no_sysid=no_sysid)
+    written = []
+    for picture, figure in figures.items():
+        written.append(folder / f"{picture}.png")
+        figure.savefig(written[-1], dpi=DPI)
+    page = folder / "report.html"
+    page.write_text(text, encoding="utf-8")
+    return [*written, page]
