@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_mj.builders.bench import Bench
-from tendon_mj.recordings.recording import Measured, Recording, Uncertain, write_recording
+from tendon_mj.builders import Bench
+from tendon_mj.recordings import Measured, Recording, Uncertain, write_recording
 from tendon_mj.reference import quasi_static, simulate_chain, uniform_chain
 
 RATE = 50.0  # samples per second
