@@ -1,6 +1,8 @@
 """Experiments use the public API: names of `tendon_mj` and of its packages, no inner modules."""
 
 import ast
+import importlib
+import inspect
 from pathlib import Path
 
 import pytest
@@ -9,10 +11,9 @@ ROOT = Path(__file__).parents[2]
 FILES = sorted((ROOT / "experiments").rglob("*.py"))
 
 
-def is_module(name):
-    """Whether a dotted name is a module or package of the clone."""
-    path = ROOT.joinpath(*name.split("."))
-    return path.with_suffix(".py").is_file() or (path / "__init__.py").is_file()
+def is_module(package, name):
+    """Whether a name of a package is a module, not what the package re-exports under that name."""
+    return inspect.ismodule(getattr(importlib.import_module(package), name, None))
 
 
 def imported_modules(tree):
@@ -23,8 +24,9 @@ def imported_modules(tree):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             found.add(node.module or ".")
-            names = {f"{node.module}.{alias.name}" for alias in node.names}
-            found |= {name for name in names if is_module(name)}
+            if str(node.module).split(".")[0] == "tendon_mj":
+                names = [alias.name for alias in node.names]
+                found |= {f"{node.module}.{n}" for n in names if is_module(node.module, n)}
     return found
 
 
