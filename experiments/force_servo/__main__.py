@@ -17,7 +17,7 @@ def force_servo(out: Path = Path("out/force_servo")) -> None:
     """Study the force servo of Kaneko and others (1991) on a sheath of λ = 1.5.
 
     Steps in both directions, phase plane, limit cycle, and what scheduled gains and feed-forward
-    change.
+    change. Takes about 40 s on two cores.
 
     Args:
         out: folder for result.json and the pictures.

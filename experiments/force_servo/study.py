@@ -51,7 +51,7 @@ def output_held(bench: Bench) -> Bench:
 def run_study(
     bench: Bench = BENCH, servo: Servo | None = None, progress: Progress = silent
 ) -> Study:
-    """Run every part of the study; about two minutes.
+    """Run every part of the study; about 40 s on two cores.
 
     Args:
         bench: parameters.

@@ -15,9 +15,9 @@ def draw_staircase(found: Staircase) -> Figure:
     with print_style():
         figure = new_figure(8.0, 5.2)
         upper, lower = figure.subplots(2, 1, sharex=True)
-        for axes, servo, response in (
-            (upper, found.paper, found.paper_response),
-            (lower, found.critical, found.critical_response),
+        for axes, gains, servo, response in (
+            (upper, "paper's gains", found.paper, found.paper_response),
+            (lower, "critical for pulling", found.critical, found.critical_response),
         ):
             time, pretension = response.time[::_THIN], found.bench.pretension
             axes.plot(
@@ -45,12 +45,13 @@ def draw_staircase(found: Staircase) -> Figure:
                     color=GREY,
                 )
             axes.set_title(
-                f"$G_t$ = {servo.tension_gain:.1f}, $G_v$ = {servo.velocity_gain:.2f} N m s/rad, "
-                f"$J_m$ = {servo.inertia:g} kg m², $r$ = {1e3 * servo.radius:g} mm, "
-                f"$\\lambda$ = {found.bench.exponent:.2g} (in grey: overshoot)"
+                f"{gains}: $G_t$ = {servo.tension_gain:.1f}, "
+                f"$G_v$ = {servo.velocity_gain:.2f} N m s/rad, $J_m$ = {servo.inertia:g} kg m², "
+                f"$r$ = {1e3 * servo.radius:g} mm, $\\lambda$ = {found.bench.exponent:.2g}"
             )
             axes.set_ylabel("tension above $T_0$ [N]")
             axes.set_ylim(-9.0, 69.0)
+        upper.plot([], [], " ", label="in grey: overshoot over the step")
         lower.set_xlabel("time $t$ [s]")
-        legend_below(figure, upper, columns=2)
+        legend_below(figure, upper, columns=3)
     return figure

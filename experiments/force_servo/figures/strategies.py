@@ -44,13 +44,10 @@ def _draw_step(whole: Axes, close: Axes, gains: GainScheduling) -> None:
                     linewidth=1.6 if way == "loosening" else 0.8,
                     label=f"{label}, {way}",
                 )
-    whole.set(title="step after a reversal", xlabel="time $t$ [s]", ylabel="share of the step [%]")
+    labels = {"xlabel": "time since the step [s]", "ylabel": "output tension [% of the step]"}
+    whole.set(title="step after a reversal, output held", **labels)
     whole.legend()
-    close.set(
-        title="step after a reversal, at its end",
-        xlabel="time $t$ [s]",
-        ylabel="share of the step [%]",
-    )
+    close.set(title="end of that step", **labels)
     top = 100.0 * (1.0 + max(found.overshoot for found in gains.plain_steps))
     close.set_ylim(97.0 if top < 102.0 else 90.0, top + 0.5)
 
@@ -72,7 +69,11 @@ def _draw_sine(axes: Axes, tracking: Tracking) -> None:
         output = tracking.responses[name].output_tension
         axes.plot(tracking.time[part], output[part], color=colour, linestyle=style, label=label)
     axes.set_xlim(tracking.time[-1] * 0.4, tracking.time[-1])
-    axes.set(title="sine", xlabel="time $t$ [s]", ylabel="output tension $T_\\mathrm{out}$ [N]")
+    axes.set(
+        title="tracking of a sine",
+        xlabel="time $t$ [s]",
+        ylabel="output tension $T_\\mathrm{out}$ [N]",
+    )
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22), ncols=2)
 
 
@@ -98,4 +99,4 @@ def _draw_errors(axes: Axes, tracking: Tracking) -> None:
     axes.set_yticks(place, words, fontsize=7.5)
     axes.set_xlim(0.0, 1.5 * max(values))
     axes.grid(False, axis="y")
-    axes.set(title="root mean square error", xlabel="of $T_\\mathrm{out}$ [N]")
+    axes.set(title="root mean square error", xlabel="error of $T_\\mathrm{out}$ [N]")
