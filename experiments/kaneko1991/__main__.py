@@ -17,7 +17,7 @@ from tendon_mj.cli import Output, console, progress_bar
 def kaneko1991(out: Path = Path("out/kaneko1991"), histories: int = 100) -> None:
     """Reproduce Figs. 4 and 5 of Kaneko and others (1991) by six routes, and compare the routes.
 
-    Takes about a minute and a half on two cores.
+    Takes about two minutes on two cores.
 
     Args:
         out: folder for result.json, numbers.md and the pictures.

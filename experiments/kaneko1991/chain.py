@@ -1,4 +1,4 @@
-"""The paper's lumped elements (Fig. 3) as a MuJoCo model, for tendons whose inertia matters.
+"""Lumped elements of the paper's Fig. 3 as a MuJoCo model, for tendons whose inertia matters.
 
 The tendon is a row of beads on slide joints, with mass and damping, midway between the guides of
 the sheath. Between two beads it is a spring, a spatial tendon of its own, that bends over a guide:

@@ -1,4 +1,4 @@
-"""The tendon of the paper's figures: every value that the paper leaves out, and why.
+"""Parameters of the tendon of the paper's figures, with the reason for each that was chosen.
 
 Equations: docs/theory.md, sections 1, 3.
 """

@@ -35,7 +35,7 @@ class Reproduction:
 
 
 def reproduce(histories: int = 100, progress: Progress = silent) -> Reproduction:
-    """Simulate everything; about a minute and a half on two cores.
+    """Simulate everything; about two minutes on two cores.
 
     Args:
         histories: random histories that the routes are compared on, ≥ 0.

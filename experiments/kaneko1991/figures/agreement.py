@@ -33,7 +33,7 @@ def draw_agreement(found: Agreement) -> Figure:
         axes[1].set(
             xlabel=f"time [s], {LEG_TIME:g} s from one turning point to the next",
             ylabel="T_out less closed form [% of range]",
-            title="Difference from the closed form (band: ±0.5 %)",
+            title="Difference (band: ±0.5 %)",
         )
         legend_above(figure, axes[0], 5)
         caption_below(
