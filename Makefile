@@ -15,10 +15,13 @@ ifneq ($(wildcard ../shared/data),)
 export TENDON_MJ_DATA ?= $(abspath ../shared/data)
 endif
 
-.PHONY: demo test check format test-wheel test-mujoco4 clean
+.PHONY: demo kaneko1991 force_servo test check format test-wheel test-mujoco4 clean
 
 demo: $(STAMP)                ## the main job: compare, render, replay
 	$(BIN)/tendon-mj demo --out $(OUT)
+
+kaneko1991 force_servo: $(STAMP)  ## an experiment, into out/kaneko1991 or out/force_servo
+	$(BIN)/python -m experiments.$@ --out out/$@
 
 test: $(STAMP)                ## the whole test suite
 	$(BIN)/pytest -n auto

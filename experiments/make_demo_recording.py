@@ -1,8 +1,9 @@
 """Makes the recording that the package carries: `models/bench/recordings/twin.csv`.
 
-It is no measurement. The lumped elements of `tendon_mj.reference`, which share no code with the
-plugin, stand for the rig: 64 elements with mass and stick-slip on the bench's numbers, driven
-slowly through two large cycles and a few minor loops, with sensor noise added.
+`python -m experiments.make_demo_recording`. The recording is simulated, not measured: 64 lumped
+elements of `tendon_mj.reference`, which share no code with the plugin, with mass and stick-slip and
+the parameters of the bench, driven slowly through two large cycles and a few minor loops, with
+sensor noise added.
 """
 
 from __future__ import annotations
@@ -11,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_mj.builders.bench import Bench
-from tendon_mj.recordings.recording import Measured, Recording, Uncertain, write_recording
+from tendon_mj.builders import Bench
+from tendon_mj.recordings import Measured, Recording, Uncertain, write_recording
 from tendon_mj.reference import quasi_static, simulate_chain, uniform_chain
 
 RATE = 50.0  # samples per second
@@ -31,7 +32,7 @@ def displacement() -> tuple[np.ndarray, np.ndarray]:
 
 
 def main() -> None:
-    """Simulate the twin and write the recording."""
+    """Simulate the elements and write the recording."""
     bench = Bench()
     time, reel = displacement()
     chain = uniform_chain(

@@ -1,10 +1,11 @@
 """Makes the pictures of the README and of the models: `docs/overview.png`, `models/*/*.png`.
 
-Run it where OpenGL is to be had.
+`python -m experiments.make_pictures`, where OpenGL is available.
 """
 
 from __future__ import annotations
 
+import io
 import math
 import tempfile
 from pathlib import Path
@@ -12,26 +13,21 @@ from pathlib import Path
 import imageio_ffmpeg
 import mujoco
 import numpy as np
+from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont
 from numpy.typing import ArrayLike
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 
-from tendon_mj.builders.bench import Bench
-from tendon_mj.builders.finger import Finger
-from tendon_mj.builders.library import load_model
-from tendon_mj.finger.control import rehearse
-from tendon_mj.finger.trajectories import tap
-from tendon_mj.replay.default_motion import Drive, default_motion
-from tendon_mj.verification.comparison import slow_loop
-from tendon_mj.view.figures.loops import bench_loops_figure
-from tendon_mj.view.render.clip import render_clip
-from tendon_mj.view.render.offscreen import Offscreen, find_camera
-from tendon_mj.view.render.panel import INK
+from tendon_mj.builders import Bench, Finger, load_model
+from tendon_mj.finger import rehearse, tap
+from tendon_mj.replay import Drive, default_motion
+from tendon_mj.verification import slow_loop
+from tendon_mj.view import INK, Offscreen, bench_loops_figure, find_camera, render_clip
 
 ROOT = Path(__file__).parents[1]
 MODELS = ROOT / "models"
-PULLED = 0.7, 0.8  # when the bench's tendon is pulled hard, and how long the clip is [s]
-TAPPED = 0.5, 3.0  # when the finger touches the object, the same [s]
+PULLED = 0.7, 0.8  # time at which the bench's tendon is pulled hard, duration of the clip [s]
+TAPPED = 0.5, 3.0  # time at which the finger touches the object, duration of the clip [s]
 FPS = 30
 TURNED = math.radians(60.0)  # of the joint's spool
 WIDE, CLOSE = (890, 684), (498, 338)  # views of the joint [pixels]
@@ -41,7 +37,7 @@ GAP, FRAME, GREY = 12, 1, (205, 205, 205)
 def frame(
     model: mujoco.MjModel, drive: Drive | ArrayLike, moment: float, duration: float
 ) -> Image.Image:
-    """A picture out of the clip that `tendon-mj render` and `simulate` make."""
+    """Frame of the clip that `tendon-mj render` and `simulate` make."""
     with tempfile.TemporaryDirectory() as folder:
         clip = Path(folder) / "clip.mp4"
         render_clip(model, drive, clip, duration=duration, fps=FPS)
@@ -51,13 +47,17 @@ def frame(
     return Image.fromarray(picture.reshape(size[1], size[0], 3))
 
 
-def joint() -> Image.Image:
-    """The joint at rest after its spool has turned: all of it, its hinge and its spool."""
-    model = load_model("joint", scene=True)
+def turned_joint(model: mujoco.MjModel) -> mujoco.MjData:
+    """Simulate the joint until it is at rest after its spool has turned."""
     data = mujoco.MjData(model)
     while data.time < 3.0:
         data.ctrl[model.actuator("command").id] = TURNED * min(data.time, 1.0)
         mujoco.mj_step(model, data)
+    return data
+
+
+def draw_joint(model: mujoco.MjModel, data: mujoco.MjData) -> Image.Image:
+    """Draw the joint in three views: all of it, its hinge and its spool."""
     followed = math.degrees(data.sensor("joint_angle").data[0])
     turned = math.degrees(data.sensor("spool_angle").data[0])
     views = {
@@ -80,29 +80,24 @@ def joint() -> Image.Image:
     return sheet
 
 
-def finger() -> Image.Image:
-    """The finger as it taps the object."""
-    model, controls = rehearse(tap(), load_model("finger", scene=True), Finger())
-    return frame(model, controls, *TAPPED)
-
-
-def loops(bench: Bench, folder: Path) -> Image.Image:
-    """The loops that `tendon-mj compare` draws."""
-    figure = bench_loops_figure(bench, slow_loop(bench))
-    figure.savefig(folder / "loops.png", dpi=160)
-    with Image.open(folder / "loops.png") as picture:
+def as_image(figure: Figure) -> Image.Image:
+    """Image of a figure at the resolution of `tendon-mj`."""
+    file = io.BytesIO()
+    figure.savefig(file, format="png", dpi=160)
+    with Image.open(file) as picture:
         return picture.convert("RGB")
 
 
 def main() -> None:
-    """Write all of them."""
+    """Write every picture."""
     bench = load_model("bench", scene=True)
     shot = frame(bench, default_motion("bench", bench), *PULLED)
     shot.save(MODELS / "bench" / "bench.png")
-    joint().save(MODELS / "joint" / "joint.png", optimize=True)
-    finger().save(MODELS / "finger" / "finger.png", optimize=True)
-    with tempfile.TemporaryDirectory() as folder:
-        right = loops(Bench(), Path(folder))
+    joint = load_model("joint", scene=True)
+    draw_joint(joint, turned_joint(joint)).save(MODELS / "joint" / "joint.png", optimize=True)
+    finger, controls = rehearse(tap(), load_model("finger", scene=True), Finger())
+    frame(finger, controls, *TAPPED).save(MODELS / "finger" / "finger.png", optimize=True)
+    right = as_image(bench_loops_figure(Bench(), slow_loop(Bench())))
     right = right.resize((round(right.width * shot.height / right.height), shot.height))
     both = Image.new("RGB", (shot.width + right.width, shot.height), "white")
     both.paste(shot, (0, 0))

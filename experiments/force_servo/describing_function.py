@@ -1,24 +1,24 @@
 """Describing-function prediction of the servo's limit cycle.
 
-The sheath, driven by ξ = c + A sin φ, answers with T_out = T̄ + P sin φ + Q cos φ + …. What goes on
-by itself under J θ̈ + G_v θ̇ = G_t r (T_r − T_out) has T̄ = T_r, J ω² A = G_t r² P and
-G_v ω A = −G_t r² Q. The sheath is the flow solver without MuJoCo, without masses.
+The sheath, driven by ξ = c + A sin φ, responds with T_out = T̄ + P sin φ + Q cos φ + …. A limit
+cycle of J θ̈ + G_v θ̇ = G_t r (T_r − T_out) has T̄ = T_r, J ω² A = G_t r² P and
+G_v ω A = −G_t r² Q. The sheath is the flow solver without MuJoCo and without masses.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from experiments.force_servo.bench import Servo
-from tendon_mj.builders.bench import Bench
+from experiments.force_servo.servo_bench import Servo
+from tendon_mj.builders import Bench
 from tendon_mj.sheath import Law, drive_displacement
 
 _SAMPLES = 240  # of a period
-_LARGEST, _SMALLEST, _FACTOR = 8.0, 0.3, 0.85  # amplitudes that are searched, over ξ_B
+_LARGEST, _SMALLEST, _FACTOR = 8.0, 0.3, 0.85  # amplitudes searched over ξ_B, and their ratio
 
 
-def _answer(bench: Bench, amplitude: float, centre: float) -> tuple[float, float, float]:
-    """T̄ − T_0, P and Q [N] in the second period of the motion."""
+def _harmonics(bench: Bench, amplitude: float, centre: float) -> tuple[float, float, float]:
+    """T̄ − T_0, P and Q in the second period of the motion [N]."""
     law = Law(
         axial_stiffness=bench.axial_stiffness,
         friction=bench.friction,
@@ -33,27 +33,27 @@ def _answer(bench: Bench, amplitude: float, centre: float) -> tuple[float, float
         guides=bench.guides,
         output_stiffness=bench.output_stiffness,
     )
-    seen, phase = response.output_tension[-_SAMPLES:], phase[-_SAMPLES:]
-    rest = float(seen.mean())
-    sine, cosine = 2.0 * np.mean(seen * np.sin(phase)), 2.0 * np.mean(seen * np.cos(phase))
-    return rest - bench.pretension, float(sine), float(cosine)
+    tension, phase = response.output_tension[-_SAMPLES:], phase[-_SAMPLES:]
+    mean = float(tension.mean())
+    sine, cosine = 2.0 * np.mean(tension * np.sin(phase)), 2.0 * np.mean(tension * np.cos(phase))
+    return mean - bench.pretension, float(sine), float(cosine)
 
 
-def _excess(bench: Bench, servo: Servo, amplitude: float) -> float:
-    """G_v ω A + G_t r² Q: > 0 where the damping takes more than the sheath's lag gives."""
+def _net_damping(bench: Bench, servo: Servo, amplitude: float) -> float:
+    """G_v ω A + G_t r² Q [N m]: > 0 where the damping exceeds the energy that the lag feeds in."""
     low, high = -amplitude, amplitude
     for _ in range(24):  # T̄ rises with the centre
         centre = 0.5 * (low + high)
-        mean, sine, cosine = _answer(bench, amplitude, centre)
+        mean, sine, cosine = _harmonics(bench, amplitude, centre)
         low, high = (centre, high) if mean < 0.0 else (low, centre)
     if sine <= 1e-9 * bench.pretension:
-        return np.inf  # all of it within the backlash
+        return np.inf  # the whole motion is within the backlash
     gain = servo.tension_gain * servo.radius**2
     frequency = np.sqrt(gain * sine / (servo.inertia * amplitude))
     return float(servo.velocity_gain * frequency * amplitude + gain * cosine)
 
 
-def balance(bench: Bench, servo: Servo, backlash: float) -> float:
+def predict_amplitude(bench: Bench, servo: Servo, backlash: float) -> float:
     """Amplitude of ξ_in in the stable limit cycle [m]; 0 where there is none.
 
     Args:
@@ -63,10 +63,10 @@ def balance(bench: Bench, servo: Servo, backlash: float) -> float:
     outer = _LARGEST * backlash
     while outer > _SMALLEST * backlash:
         inner = _FACTOR * outer
-        if _excess(bench, servo, inner) < 0.0:
+        if _net_damping(bench, servo, inner) < 0.0:
             for _ in range(14):
                 middle = 0.5 * (inner + outer)
-                if _excess(bench, servo, middle) < 0.0:
+                if _net_damping(bench, servo, middle) < 0.0:
                     inner = middle
                 else:
                     outer = middle

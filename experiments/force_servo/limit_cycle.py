@@ -1,4 +1,4 @@
-"""The limit cycle of a lightly damped servo against the equivalent backlash.
+"""Limit cycle of a lightly damped servo against the equivalent backlash.
 
 Every case has the same ω and ζ for pulling, so that only the sheath differs.
 """
@@ -10,15 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.force_servo.bench import Response, Servo, run_servo
-from experiments.force_servo.describing_function import balance
-from experiments.force_servo.linear import damped, transmission
+from experiments.force_servo.describing_function import predict_amplitude
+from experiments.force_servo.linear_theory import transmission_stiffness, with_damping
+from experiments.force_servo.servo_bench import Array, Servo, ServoResponse, run_servo
 from tendon_mj import theory
-from tendon_mj.builders.bench import Bench
+from tendon_mj.builders import Bench
 from tendon_mj.progress import Progress, silent
-from tendon_mj.replay.rollout import Array
 
-DAMPING = 0.2  # ζ while pulling: light enough for a cycle, which ζ ≥ 0.35 does not have [-]
+DAMPING = 0.2  # ζ while pulling [-]: there is a cycle; with ζ ≥ 0.35 there is none
 FREQUENCY = 6.0  # ω while pulling [rad/s]
 _TIME = 25.0  # of a run; the amplitude is that of its last part [s]
 _KEPT = 0.4
@@ -31,15 +30,15 @@ VARIED: dict[str, tuple[float, ...]] = {
 
 
 @dataclass(frozen=True)
-class Cycle:
-    """One limit cycle.
+class LimitCycle:
+    """Limit cycle on one bench.
 
     Attributes:
-        varied: which parameter differs from the middle case.
-        bench: its numbers.
+        varied: parameter that differs from the middle case.
+        bench: its parameters.
         backlash: ξ_B of the closed form, pulling [m].
-        amplitude: half of what ξ_in travels to and fro [m].
-        predicted_amplitude: by the describing function; 0 where it has no cycle [m].
+        amplitude: half the range of ξ_in [m].
+        predicted_amplitude: by the describing function; 0 where that has no cycle [m].
         response: the last part of the run.
     """
 
@@ -48,12 +47,12 @@ class Cycle:
     backlash: float
     amplitude: float
     predicted_amplitude: float
-    response: Response
+    response: ServoResponse
 
 
 @dataclass(frozen=True)
-class Cycles:
-    """Limit cycles, and the line through them.
+class LimitCycles:
+    """Limit cycles of several benches, and the straight line through them.
 
     Attributes:
         cycles: every case.
@@ -61,43 +60,43 @@ class Cycles:
         r_squared: of that line.
     """
 
-    cycles: tuple[Cycle, ...]
+    cycles: tuple[LimitCycle, ...]
     factor: float
     intercept: float
     r_squared: float
 
     def columns(self) -> tuple[Array, Array, Array]:
-        """ξ_B, amplitude, predicted amplitude [m]."""
+        """Columns of ξ_B, amplitude and predicted amplitude, each (cycles,) [m]."""
         rows = [(c.backlash, c.amplitude, c.predicted_amplitude) for c in self.cycles]
         backlash, amplitude, predicted = np.array(rows).T
         return backlash, amplitude, predicted
 
 
 def tuned(bench: Bench, servo: Servo, frequency: float, damping: float) -> Servo:
-    """The servo with G_t and G_v such that it has this ω [rad/s] and ζ while pulling."""
-    stiffness = transmission(bench, 1)
+    """Servo with the G_t and G_v for which it has this ω [rad/s] and ζ [-] while pulling."""
+    stiffness = transmission_stiffness(bench, 1)
     gain = frequency**2 * servo.inertia / (stiffness * servo.radius**2)
-    return damped(bench, dataclasses.replace(servo, tension_gain=gain), damping)
+    return with_damping(bench, dataclasses.replace(servo, tension_gain=gain), damping)
 
 
-def limit_cycle(bench: Bench, servo: Servo, varied: str, damping: float = DAMPING) -> Cycle:
-    """Start the motor off its balance, and see what amplitude it comes to."""
+def limit_cycle(bench: Bench, servo: Servo, varied: str, damping: float = DAMPING) -> LimitCycle:
+    """Simulate the motor from an initial speed until its amplitude no longer changes."""
     tuned_servo = tuned(bench, servo, FREQUENCY, damping)
     backlash = float(
         theory.equivalent_backlash(
             bench.exponent, bench.pretension, bench.axial_stiffness, bench.length
         )
     )
-    kick = 2.5 * backlash / servo.radius * FREQUENCY
+    initial_speed = 2.5 * backlash / servo.radius * FREQUENCY
     reference = np.full(round(_TIME / bench.timestep), bench.pretension)
-    run = run_servo(bench, tuned_servo, reference, speed=kick)
+    run = run_servo(bench, tuned_servo, reference, speed=initial_speed)
     last = run.part((1.0 - _KEPT) * _TIME, np.inf)
-    return Cycle(
+    return LimitCycle(
         varied,
         bench,
         backlash,
         float(np.ptp(last.angle)) / 2.0 * servo.radius,
-        balance(bench, tuned_servo, backlash),
+        predict_amplitude(bench, tuned_servo, backlash),
         last,
     )
 
@@ -110,7 +109,7 @@ def _changed(bench: Bench, name: str, value: float) -> Bench:
     return dataclasses.replace(bench, axial_stiffness=value)
 
 
-def limit_cycles(bench: Bench, servo: Servo, progress: Progress = silent) -> Cycles:
+def limit_cycles(bench: Bench, servo: Servo, progress: Progress = silent) -> LimitCycles:
     """Vary λ, T_0 and EA, and fit amplitude against ξ_B."""
     middle = dataclasses.replace(bench, friction=1.0 / bench.bend)
     cases = []
@@ -125,6 +124,6 @@ def limit_cycles(bench: Bench, servo: Servo, progress: Progress = silent) -> Cyc
     backlash = np.array([c.backlash for c in found])
     amplitude = np.array([c.amplitude for c in found])
     factor, intercept = np.polyfit(backlash, amplitude, 1)
-    left = amplitude - factor * backlash - intercept
-    r_squared = 1.0 - float(np.sum(left**2) / np.sum((amplitude - amplitude.mean()) ** 2))
-    return Cycles(tuple(found), float(factor), float(intercept), r_squared)
+    residual = amplitude - factor * backlash - intercept
+    r_squared = 1.0 - float(np.sum(residual**2) / np.sum((amplitude - amplitude.mean()) ** 2))
+    return LimitCycles(tuple(found), float(factor), float(intercept), r_squared)

@@ -1,24 +1,26 @@
-"""Fig. 6: the phase plane of the servo, its two lines ẋ₂ = 0 and the backlash between them."""
+"""Fig. 6 of the paper: phase plane of the servo, the two lines ẋ₂ = 0 and the backlash."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from experiments.force_servo.bench import Response, Servo, run_servo
-from experiments.force_servo.linear import damped, mode
-from tendon_mj.builders.bench import Bench
-from tendon_mj.replay.rollout import Array
+from experiments.force_servo.linear_theory import mode, with_damping
+from experiments.force_servo.servo_bench import Array, Servo, ServoResponse, run_servo
+from tendon_mj.builders import Bench
 
 GOAL = 60.0  # reference of every trajectory [N]
-STARTS = {1: (25.0, 32.0, 39.0, 46.0), -1: (95.0, 88.0, 81.0, 74.0)}  # tensions they come from [N]
-_TURNS = {1: 20.0, -1: 105.0}  # where the creep to the start comes from [N]
+# direction -> tensions that the trajectories start at [N]
+STARTS = {1: (25.0, 32.0, 39.0, 46.0), -1: (95.0, 88.0, 81.0, 74.0)}
+_TURNS = {1: 20.0, -1: 105.0}  # tensions from which the start is approached slowly [N]
+_HOLD_RATE = 0.2  # share of the usual dT_out/dθ below which the output counts as held
 
 
 @dataclass(frozen=True)
-class Line:
-    """Where the motor neither speeds up nor slows down, in one direction.
+class Nullcline:
+    """Line ẋ₂ = 0, on which the motor neither accelerates nor slows down, in one direction.
 
     Attributes:
         direction: +1 pulling, −1 loosening.
@@ -35,7 +37,7 @@ class Line:
 
     @property
     def error(self) -> float:
-        """Relative error of the slope."""
+        """Relative error of the slope [-]."""
         return self.slope / self.analytic_slope - 1.0
 
 
@@ -46,21 +48,21 @@ class PhasePlane:
     Attributes:
         servo, swinging: critical for pulling, and lightly damped.
         lines: with the critical gains, one each direction.
-        trajectories: of the critical servo, from below and above, each after a reversal too.
-        swing: of the lightly damped one, from below.
-        origin: θ at which it rests at the reference on the pulling branch [rad].
+        trajectories: of the critical servo, from below and above, then from both after a reversal.
+        swing: trajectory of the lightly damped one, from below.
+        origin: θ at which the motor rests at the reference on the pulling branch [rad].
     """
 
     servo: Servo
     swinging: Servo
-    lines: tuple[Line, Line]
-    trajectories: tuple[Response, ...]
-    swing: Response
+    lines: tuple[Nullcline, Nullcline]
+    trajectories: tuple[ServoResponse, ...]
+    swing: ServoResponse
     origin: float
 
 
 def _approach(bench: Bench, servo: Servo, start: float, turn: float) -> tuple[Array, float]:
-    """Reference that creeps to ``start`` from ``turn`` and then steps to the goal; time of that."""
+    """Reference that ramps slowly from ``turn`` to ``start`` and steps, and when it steps [s]."""
     slow = min(mode(bench, servo, way).frequency for way in (1, -1))
     rest = round(12.0 / slow / bench.timestep)
     lead = np.concatenate(
@@ -74,20 +76,20 @@ def _approach(bench: Bench, servo: Servo, start: float, turn: float) -> tuple[Ar
     return whole, len(lead) * bench.timestep
 
 
-def _fastest(response: Response) -> tuple[float, float]:
-    """Angle and speed where the speed is greatest, to below the time step."""
+def _fastest(response: ServoResponse) -> tuple[float, float]:
+    """Angle and speed where the speed is greatest, interpolated between time steps."""
     k = int(np.argmax(np.abs(response.speed)))
     near = slice(max(k - 3, 0), k + 4)
-    bend = np.polyfit(response.time[near] - response.time[k], response.speed[near], 2)
-    at = -bend[1] / (2.0 * bend[0])
+    parabola = np.polyfit(response.time[near] - response.time[k], response.speed[near], 2)
+    at = -parabola[1] / (2.0 * parabola[0])
     angle = np.interp(response.time[k] + at, response.time, response.angle)
-    return float(angle), float(np.polyval(bend, at))
+    return float(angle), float(np.polyval(parabola, at))
 
 
-def phase_plane(bench: Bench, servo: Servo) -> PhasePlane:
-    """Trajectories to one reference from several tensions, and the lines that they show."""
-    critical, swinging = damped(bench, servo, 1.0), damped(bench, servo, 0.2)
-    seen: dict[int, list[Response]] = {}
+def simulate_phase_plane(bench: Bench, servo: Servo) -> PhasePlane:
+    """Simulate trajectories to one reference from several tensions, and fit the lines ẋ₂ = 0."""
+    critical, swinging = with_damping(bench, servo, 1.0), with_damping(bench, servo, 0.2)
+    seen: dict[int, list[ServoResponse]] = {}
     for way, starts in STARTS.items():
         seen[way] = []
         for start in starts:
@@ -99,7 +101,7 @@ def phase_plane(bench: Bench, servo: Servo) -> PhasePlane:
     for way, runs in seen.items():
         angle, speed = np.array([_fastest(run) for run in runs]).T
         slope = -float(np.polyfit(angle, speed, 1)[0])
-        lines.append(Line(way, angle - origin, speed, slope, mode(bench, critical, way).slope))
+        lines.append(Nullcline(way, angle - origin, speed, slope, mode(bench, critical, way).slope))
     reversed_ = []
     for way in (1, -1):
         reference, begin = _approach(bench, critical, STARTS[way][0], GOAL)
@@ -108,3 +110,11 @@ def phase_plane(bench: Bench, servo: Servo) -> PhasePlane:
     swing = run_servo(bench, swinging, reference).part(begin, np.inf)
     trajectories = (seen[1][0], seen[-1][0], *reversed_)
     return PhasePlane(critical, swinging, (lines[0], lines[1]), trajectories, swing, origin)
+
+
+def output_is_held(response: ServoResponse) -> NDArray[np.bool_]:
+    """Mask of the samples at which the motor turns and the output tension does not change."""
+    rate, speed = np.gradient(response.output_tension, response.time), response.speed
+    turns = np.abs(speed) > 0.01 * np.abs(speed).max()
+    slope = np.abs(rate) / np.where(turns, np.abs(speed), 1.0)
+    return np.asarray(turns & (slope < _HOLD_RATE * np.quantile(slope[turns], 0.9)))

@@ -7,42 +7,41 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.force_servo.bench import Response, Servo, run_servo
-from experiments.force_servo.linear import damped
-from tendon_mj.builders.bench import Bench
-from tendon_mj.replay.rollout import Array
-from tendon_mj.verification.first_motion import run_bench
+from experiments.force_servo.linear_theory import with_damping
+from experiments.force_servo.servo_bench import Array, Servo, ServoResponse, run_servo
+from tendon_mj.builders import Bench
+from tendon_mj.verification import run_bench
 
 MEAN, AMPLITUDE, FREQUENCY = 40.0, 15.0, 0.25  # of the reference [N], [N], [Hz]
 GAIN = 140.0  # G_t of the tracking servo: 20 times that of Fig. 7, ω = 28 rad/s [-]
-_LEAD, _PERIODS, _SKIPPED = 2.0, 3, 1.0 / 3.0  # ramp to the mean [s], sine, part not rated
-WRONG = 0.2  # error of μ
+_LEAD, _PERIODS, _SKIPPED = 2.0, 3, 1.0 / 3.0  # ramp to the mean [s], sine, share not rated
+WRONG = 0.2  # relative error of μ
 
 
 @dataclass(frozen=True)
 class Tracking:
-    """How well each strategy tracks.
+    """Response and error of each strategy.
 
     Attributes:
         time, reference: [s], T_r [N].
         frictionless: T_out when an ideal reel follows the inverse of a sheath without friction [N].
-        responses: strategy to what it did.
-        rmse: strategy to root mean square error of T_out, ``frictionless`` among them [N].
+        responses: by strategy.
+        rmse: root mean square error of T_out by strategy, ``frictionless`` among them [N].
     """
 
     time: Array
     reference: Array
     frictionless: Array
-    responses: dict[str, Response]
+    responses: dict[str, ServoResponse]
     rmse: dict[str, float]
 
     def reduction(self, strategy: str) -> float:
-        """RMSE saved against the frictionless open-loop inverse [-]."""
+        """Reduction of the RMSE against the frictionless open-loop inverse [-]."""
         return 1.0 - self.rmse[strategy] / self.rmse["frictionless"]
 
 
 def strategies(bench: Bench, servo: Servo) -> dict[str, Servo]:
-    """The servos that are compared; ``servo`` is the plain one."""
+    """Servos that are compared, by name; ``servo`` is the plain one."""
     forward = dataclasses.replace(
         servo,
         backlash_feedforward=1.0,
@@ -65,12 +64,12 @@ def strategies(bench: Bench, servo: Servo) -> dict[str, Servo]:
 
 
 def track(bench: Bench, servo: Servo) -> Tracking:
-    """Follow the same sine with every strategy.
+    """Simulate the tracking of one sine with every strategy.
 
     The inverse without friction, ξ_in = (T_r − T_0)(1/k_e + 1/k_s + L/EA), is given a reel that
-    follows it exactly, so that nothing but the friction stands in its way.
+    follows it exactly, so that friction is its only error.
     """
-    fast = damped(bench, dataclasses.replace(servo, tension_gain=GAIN), 1.0)
+    fast = with_damping(bench, dataclasses.replace(servo, tension_gain=GAIN), 1.0)
     lead = round(_LEAD / bench.timestep)
     count = round(_PERIODS / FREQUENCY / bench.timestep)
     phase = 2.0 * np.pi * FREQUENCY * bench.timestep * np.arange(count)

@@ -17,7 +17,7 @@ from experiments.hidden_effects.hidden import Hidden
 from experiments.hidden_effects.joint_rig import JOINT_EFFECTS, JointRig
 from experiments.hidden_effects.rig import Rig
 from experiments.hidden_effects.strength import Found, find, projector
-from tendon_mj.recordings.recording import Measured, Recording, write_recording
+from tendon_mj.recordings import Measured, Recording, write_recording
 
 FloatArray = NDArray[np.float64]
 R = TypeVar("R", Rig, JointRig)

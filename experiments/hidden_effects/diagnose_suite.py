@@ -18,8 +18,8 @@ import tyro
 
 from tendon_mj.diagnosis import diagnose
 from tendon_mj.errors import TendonError
-from tendon_mj.recordings.recording import Recording, read_recording
-from tendon_mj.replay.simulator import Simulator
+from tendon_mj.recordings import Recording, read_recording
+from tendon_mj.replay import Simulator
 
 
 @dataclass(frozen=True, kw_only=True)

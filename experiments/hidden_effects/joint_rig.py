@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from experiments.hidden_effects.excitation import RATE, clock
 from experiments.hidden_effects.hidden import Hidden, hidden
 from experiments.hidden_effects.side import Side
-from tendon_mj.builders.joint import Joint, build_joint
-from tendon_mj.recordings.recording import Measured, Recording, Uncertain
-from tendon_mj.replay.replay import replay
+from tendon_mj.builders import Joint, build_joint
+from tendon_mj.recordings import Measured, Recording, Uncertain
+from tendon_mj.replay import replay
 
 FloatArray = NDArray[np.float64]
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from experiments.hidden_effects.excitation import RATE
 from experiments.hidden_effects.sensor import Sensor
 from experiments.hidden_effects.side import Side
-from tendon_mj.builders.bench import Bench
-from tendon_mj.recordings.recording import Uncertain
+from tendon_mj.builders import Bench
+from tendon_mj.recordings import Uncertain
 from tendon_mj.reference import Carriage, Effects, simulate_effects, uniform_chain
 
 FloatArray = NDArray[np.float64]

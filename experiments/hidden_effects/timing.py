@@ -16,9 +16,9 @@ from rich.console import Console
 from experiments.hidden_effects import catalogue, excitation
 from experiments.hidden_effects.case import record
 from experiments.hidden_effects.rig import Rig
-from tendon_mj.cli.output import progress_bar
+from tendon_mj.cli import progress_bar
 from tendon_mj.diagnosis import diagnose
-from tendon_mj.recordings.recording import Recording
+from tendon_mj.recordings import Recording
 
 DURATION, RATE = 20.0, 1000.0
 SCALE = 0.8  # of the drive, so that the tendon stays taut

@@ -1,4 +1,4 @@
-"""The paper's lumped elements (Fig. 3) as a MuJoCo model, for tendons whose inertia matters.
+"""Lumped elements of the paper's Fig. 3 as a MuJoCo model, for tendons whose inertia matters.
 
 The tendon is a row of beads on slide joints, with mass and damping, midway between the guides of
 the sheath. Between two beads it is a spring, a spatial tendon of its own, that bends over a guide:
@@ -24,7 +24,7 @@ from typing import Literal
 import mujoco
 import numpy as np
 
-from tendon_mj.attach import add_friction, add_sensor, add_sites, add_tendon, arc_points
+from tendon_mj import add_friction, add_sensor, add_sites, add_tendon, arc_points
 from tendon_mj.errors import InvalidValueError
 
 Drive = Literal["tension", "displacement"]
@@ -33,7 +33,7 @@ _SENSED = {"input": "input_displacement", "output": "output_displacement"}
 
 @dataclass(frozen=True, kw_only=True)
 class Chain:
-    """A tendon in a sheath as beads between guides; all values of the whole tendon.
+    """Tendon in a sheath as beads between guides; every value is that of the whole tendon.
 
     Args:
         elements: n, guides; there are n − 1 beads between them and one at each free end.
@@ -91,12 +91,12 @@ class Chain:
 
     @property
     def output_is_fixed(self) -> bool:
-        """Whether nothing gives at the output end."""
+        """Whether the output end is fixed."""
         return math.isinf(self.output_stiffness)
 
 
 def build_chain(chain: Chain, drive: Drive = "tension") -> mujoco.MjSpec:
-    """Lay the chain out along an arc as an editable model.
+    """Build the chain along an arc as an editable model.
 
     Actuator ``reel``: T_in on the bead at the input end [N] for a driven tension, which that end
     then follows, or ξ_in wound in [m]. Sensors ``input_tension``, ``output_tension`` [N],

@@ -1,4 +1,4 @@
-"""Reads the paper's numbers off a loop: slopes outside the backlash, backlash, ratio.
+"""Measures of a loop as the paper gives them: slopes outside the backlash, ratios, backlash.
 
 Equations: docs/theory.md, sections 1, 2.
 """
@@ -10,16 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.kaneko1991.rig import Rig
+from experiments.kaneko1991.paper_tendon import PaperTendon
 from experiments.kaneko1991.routes import Array, Trace
 from tendon_mj import theory
 
-_SETTLE = 0.15  # of a branch that is left out: where the front has just reached the output
+_TRANSIENT = 0.15  # share of a branch left out: the front has just reached the output there
 
 
 @dataclass(frozen=True)
-class LoopNumbers:
-    """What a closed loop shows, pulling and loosening.
+class LoopMeasures:
+    """Slopes, tension ratios and backlash of a closed loop, pulling and loosening.
 
     Args:
         slope_pulling, slope_loosening: dT_out/dξ_in outside the backlash [N/m].
@@ -34,34 +34,36 @@ class LoopNumbers:
     backlash: float
 
 
-def branches(rig: Rig, exact: Trace, skip: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Samples at which all of the tendon slides, pulling and loosening, by the closed form.
+def sliding_branches(
+    tendon: PaperTendon, exact: Trace, skip: int
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Masks of the samples at which all of the tendon slides, pulling and loosening.
 
     Args:
-        rig: with μ_d.
+        tendon: with μ_d.
         exact: trace of the closed form.
-        skip: samples at the beginning to leave out.
+        skip: samples at the beginning that are left out.
     """
-    shift = rig.tension_offset
+    shift = tendon.tension_offset
     ratio = np.log((exact.input_tension + shift) / (exact.output_tension + shift))
     found = []
     for sign in (1.0, -1.0):
-        slides = np.abs(ratio - sign * rig.exponent) < 1e-9
+        slides = np.abs(ratio - sign * tendon.exponent) < 1e-9
         slides &= sign * np.gradient(exact.input_tension) > 0.0
         slides[:skip] = False
         starts = np.flatnonzero(np.diff(np.concatenate(([0], slides.astype(int)))) == 1)
         for start in starts:
             end = start + int(np.argmin(np.append(slides[start:], False)))
-            slides[start : start + max(2, round(_SETTLE * (end - start)))] = False
+            slides[start : start + max(2, round(_TRANSIENT * (end - start)))] = False
         found.append(slides)
     return found[0], found[1]
 
 
-def loop_numbers(rig: Rig, trace: Trace, exact: Trace, skip: int) -> LoopNumbers:
-    """Slopes, ratios and the backlash of a loop, on the branches of the closed form."""
-    shift = rig.tension_offset
+def measure_loop(tendon: PaperTendon, trace: Trace, exact: Trace, skip: int) -> LoopMeasures:
+    """Measure a loop by straight lines through its samples on the branches of the closed form."""
+    shift = tendon.tension_offset
     lines, ratios = [], []
-    for branch in branches(rig, exact, skip):
+    for branch in sliding_branches(tendon, exact, skip):
         travel, tension = trace.input_displacement[branch], trace.output_tension[branch]
         lines.append(np.polyfit(travel - travel.mean(), tension, 1))
         lines[-1][1] -= lines[-1][0] * travel.mean()
@@ -69,20 +71,20 @@ def loop_numbers(rig: Rig, trace: Trace, exact: Trace, skip: int) -> LoopNumbers
     top = skip + int(np.argmax(exact.input_tension[skip:]))
     slope, offset = lines[1]
     backlash = trace.input_displacement[top] - (trace.output_tension[top] - offset) / slope
-    return LoopNumbers(float(lines[0][0]), float(slope), ratios[0], ratios[1], float(backlash))
+    return LoopMeasures(float(lines[0][0]), float(slope), ratios[0], ratios[1], float(backlash))
 
 
-def theory_numbers(rig: Rig, top_tension: float) -> LoopNumbers:
-    """The same by the closed form; ``top_tension`` is T_out at the upper reversal [N]."""
-    lam = rig.exponent
-    return LoopNumbers(
-        rig.slope(1.0),
-        rig.slope(-1.0),
+def predict_loop(tendon: PaperTendon, top_tension: float) -> LoopMeasures:
+    """Measures by formula; ``top_tension`` is T_out at the upper reversal [N]."""
+    lam = tendon.exponent
+    return LoopMeasures(
+        tendon.transmission_stiffness(1.0),
+        tendon.transmission_stiffness(-1.0),
         float(np.exp(-lam)),
         float(np.exp(lam)),
         float(
             theory.reversal_backlash(
-                lam, top_tension + rig.tension_offset, rig.axial_stiffness, rig.length
+                lam, top_tension + tendon.tension_offset, tendon.axial_stiffness, tendon.length
             )
         ),
     )

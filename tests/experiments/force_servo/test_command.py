@@ -1,12 +1,15 @@
+"""`python -m experiments.force_servo` meets its figures and writes its pictures."""
+
 import json
 
 import pytest
 
-from experiments.force_servo.__main__ import servo
+from experiments.command import run_experiment
+from experiments.force_servo.__main__ import force_servo
 
 
-def test_servo_meets_its_figures(tmp_path):
-    servo(tmp_path)
+def test_the_study_meets_its_figures(tmp_path):
+    force_servo(tmp_path)
     result = json.loads((tmp_path / "result.json").read_text("utf-8"))
     steps = result["overshoot"]
     assert steps["pulling"] < 0.005
@@ -19,3 +22,11 @@ def test_servo_meets_its_figures(tmp_path):
     assert result["tracking"]["rmse_reduction"] > 0.88
     for picture in ("fig6_phase_plane", "fig7_steps", "limit_cycle", "strategies"):
         assert (tmp_path / f"{picture}.png").stat().st_size > 10_000
+
+
+def test_a_file_for_a_folder_is_refused_in_one_line(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert run_experiment(force_servo, "force_servo", ["--out", str(tmp_path / "file")]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("python -m experiments.force_servo: --out ")
+    assert error.count("\n") == 1

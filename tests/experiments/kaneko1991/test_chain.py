@@ -41,7 +41,7 @@ def test_slow_chain_is_the_closed_form():
 def test_heavy_chain_is_that_of_the_reference():
     chain = dataclasses.replace(SLOW, mass=3.0, damping=50.0)
     time, found = follow(chain, 2.5, lambda t: 20.0 + 15.0 * np.sin(2 * np.pi * 2.0 * t))
-    twin = reference.uniform_chain(
+    other = reference.uniform_chain(
         chain.elements,
         length=chain.length,
         bend_angle=chain.bend,
@@ -52,7 +52,7 @@ def test_heavy_chain_is_that_of_the_reference():
         damping=chain.damping,
     )
     load = 20.0 + 15.0 * np.sin(2 * np.pi * 2.0 * time)
-    exact = reference.simulate_chain(twin, time, input_tension=load).output_tension
+    exact = reference.simulate_chain(other, time, input_tension=load).output_tension
     quiet = theory.output_tension(load, 0.1 * np.pi, 20.0)
     gap = np.abs(found["output_tension"] - exact).max()
     assert gap < 0.01 * np.ptp(exact)

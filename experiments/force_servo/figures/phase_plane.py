@@ -1,4 +1,4 @@
-"""The servo in the phase plane (Fig. 6 of the paper)."""
+"""Figure of the phase plane (Fig. 6 of the paper)."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.force_servo.bench import Response
-from experiments.force_servo.phase_plane import Line, PhasePlane
-from tendon_mj.view.figures.style import (
+from experiments.force_servo.phase_plane import Nullcline, PhasePlane, output_is_held
+from experiments.force_servo.servo_bench import ServoResponse
+from tendon_mj.view import (
     BLUE,
     GREEN,
     GREY,
@@ -19,12 +19,11 @@ from tendon_mj.view.figures.style import (
     print_style,
 )
 
-_STILL = 0.2  # share of the usual dT_out/dθ below which the output counts as holding still
-_THIN = 10
+_THIN = 10  # every so many samples are drawn
 
 
-def phase_plane_figure(found: PhasePlane) -> Figure:
-    """Draw θ̇ over θ: both lines ẋ₂ = 0, motions from below and above, and the backlash.
+def draw_phase_plane(found: PhasePlane) -> Figure:
+    """Draw θ̇ over θ: both lines ẋ₂ = 0, trajectories from below and above, and the backlash.
 
     Left with gains critical for pulling, right lightly damped, so that the motor turns back and
     crosses the backlash again and again.
@@ -43,12 +42,12 @@ def phase_plane_figure(found: PhasePlane) -> Figure:
             (down_back, "(II) after a reversal", VERMILLION),
         ):
             _draw(left, response, found.origin, colour, label, "--")
-            _draw_still(left, response, found.origin)
+            _draw_held(left, response, found.origin)
         for line in found.lines:
             _draw_line(left, line)
         left.set_title(f"critical for pulling, $G_v$ = {found.servo.velocity_gain:.2f} N m s/rad")
         _draw(right, found.swing, found.origin, BLUE, "from below")
-        _draw_still(right, found.swing, found.origin)
+        _draw_held(right, found.swing, found.origin)
         right.set_title(f"$\\zeta$ = 0.2, $G_v$ = {found.swinging.velocity_gain:.2f} N m s/rad")
         for axes in (left, right):
             axes.axhline(0.0, color=GREY, linewidth=0.8)
@@ -61,7 +60,7 @@ def phase_plane_figure(found: PhasePlane) -> Figure:
 
 
 def _draw(
-    axes: Axes, response: Response, origin: float, colour: str, label: str, style: str = "-"
+    axes: Axes, response: ServoResponse, origin: float, colour: str, label: str, style: str = "-"
 ) -> None:
     axes.plot(
         response.angle[::_THIN] - origin,
@@ -72,13 +71,9 @@ def _draw(
     )
 
 
-def _draw_still(axes: Axes, response: Response, origin: float) -> None:
-    """Mark where the motor moves and the output does not."""
-    rate, speed = np.gradient(response.output_tension, response.time), response.speed
-    fast = np.abs(speed) > 0.01 * np.abs(speed).max()
-    slope = np.abs(rate) / np.where(fast, np.abs(speed), 1.0)
-    still = fast & (slope < _STILL * np.quantile(slope[fast], 0.9))
-    speed = np.where(still, speed, np.nan)
+def _draw_held(axes: Axes, response: ServoResponse, origin: float) -> None:
+    """Mark the samples at which the motor turns and the output tension does not change."""
+    speed = np.where(output_is_held(response), response.speed, np.nan)
     axes.plot(
         response.angle[::_THIN] - origin,
         speed[::_THIN],
@@ -86,15 +81,15 @@ def _draw_still(axes: Axes, response: Response, origin: float) -> None:
         linewidth=5.0,
         alpha=0.45,
         zorder=1,
-        label="backlash: output holds still" if not _named(axes) else None,
+        label=None if _has_backlash_label(axes) else "backlash: output held",
     )
 
 
-def _named(axes: Axes) -> bool:
+def _has_backlash_label(axes: Axes) -> bool:
     return any("backlash" in str(line.get_label()) for line in axes.lines)
 
 
-def _draw_line(axes: Axes, line: Line) -> None:
+def _draw_line(axes: Axes, line: Nullcline) -> None:
     far = line.angle[np.argmax(np.abs(line.speed))]
     rest = line.angle + line.speed / line.analytic_slope  # where the line meets x₂ = 0
     angle = np.array([1.25 * (far - rest.mean()) + rest.mean(), rest.mean()])
@@ -105,7 +100,7 @@ def _draw_line(axes: Axes, line: Line) -> None:
         linestyle=":" if line.direction > 0 else "-.",
         linewidth=1.8,
         label=f"$\\dot x_2 = 0$, {'pulling' if line.direction > 0 else 'loosening'}: "
-        f"$\\omega_1/2\\zeta$ = {line.analytic_slope:.2f}/s",
+        f"$\\omega/2\\zeta$ = {line.analytic_slope:.2f}/s",
     )
     axes.plot(
         line.angle,

@@ -1,4 +1,4 @@
-"""The bench with a motor: a spool in place of the reel, a servo that holds the output tension.
+"""Bench with a motor: a spool in place of the reel, and a servo for the output tension.
 
 The motor stands for a DC servo motor with a gear of high reduction, J_m its inertia as seen at the
 spool. The references T_r are absolute tensions; the paper's are measured from the pretension.
@@ -10,17 +10,19 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from tendon_mj.attach import add_servo
-from tendon_mj.builders.bench import Bench, build_bench
+from tendon_mj import add_servo
+from tendon_mj.builders import Bench, build_bench
 from tendon_mj.errors import TendonError
-from tendon_mj.replay.rollout import Array, full_state, rollout_sensors
+from tendon_mj.replay import full_state, rollout_sensors
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Servo:
-    """A motor and its servo; see `tendon_mj.add_servo` for what is None.
+    """Motor and its servo; see `tendon_mj.add_servo` for the defaults of what is None.
 
     Attributes:
         inertia: J_m [kg m²].
@@ -43,8 +45,8 @@ class Servo:
 
 
 @dataclass(frozen=True)
-class Response:
-    """What the bench did under a servo, a value per step.
+class ServoResponse:
+    """Motion and tensions of the bench under a servo, a value per time step.
 
     Attributes:
         time: [s].
@@ -59,18 +61,20 @@ class Response:
     angle: Array
     speed: Array
 
-    def part(self, begin: float, end: float) -> Response:
-        """What happened from ``begin`` to ``end`` [s]."""
+    def part(self, begin: float, end: float) -> ServoResponse:
+        """Response from ``begin`` to ``end`` [s]."""
         first, last = np.searchsorted(self.time, [begin, end])
-        return Response(*(getattr(self, name)[first:last] for name in self.__dataclass_fields__))
+        return ServoResponse(
+            *(getattr(self, name)[first:last] for name in self.__dataclass_fields__)
+        )
 
 
 def build_servo_bench(bench: Bench, servo: Servo) -> mujoco.MjSpec:
-    """The bench with joint `motor` that winds the tendon in, and actuator `servo` on it."""
+    """Build the bench with joint `motor`, which winds the tendon in, and actuator `servo` on it."""
     spec = build_bench(bench, reel_joint="motor", reel_radius=servo.radius)
     spool, joint = spec.body("motor"), spec.joint("motor")
     joint.armature = servo.inertia
-    # MuJoCo wants mass in a body that moves; what turns is the armature
+    # MuJoCo requires mass in a body that moves; the inertia is the armature
     spool.add_geom(size=[servo.radius, 0.0, 0.0], mass=1e-6, contype=0, conaffinity=0)
     add_servo(
         spec,
@@ -93,27 +97,29 @@ def build_servo_bench(bench: Bench, servo: Servo) -> mujoco.MjSpec:
     return spec
 
 
-def run_servo(bench: Bench, servo: Servo, reference: ArrayLike, speed: float = 0.0) -> Response:
-    """Let the output tension follow ``reference`` [N], a value per time step, from rest under T_0.
+def run_servo(
+    bench: Bench, servo: Servo, reference: ArrayLike, speed: float = 0.0
+) -> ServoResponse:
+    """Simulate the output tension following ``reference``, the tendon under T_0 at first.
 
     Args:
-        bench, servo: what follows.
-        reference: (steps,) T_r [N].
-        speed: that the motor starts with [rad/s].
+        bench, servo: parameters.
+        reference: T_r at every time step [N]. Shape (steps,).
+        speed: initial one of the motor [rad/s].
 
     Raises:
-        TendonError: the simulation failed.
+        TendonError: the simulation became unstable.
     """
-    wanted = np.asarray(reference, float)
+    tension = np.asarray(reference, float)
     model = build_servo_bench(bench, servo).compile()
     data = mujoco.MjData(model)
     data.joint("motor").qvel[0] = speed
     start = full_state(model, data)[None]
-    shown = rollout_sensors(model, [data], start, wanted[None, :, None])
-    if not np.isfinite(shown).all() or data.warning.number.any():
+    readings = rollout_sensors(model, [data], start, tension[None, :, None])
+    if not np.isfinite(readings).all() or data.warning.number.any():
         raise TendonError(f"the simulation of {servo} on {bench} became unstable")
     names = ("output_tension", "input_tension", "motor_angle", "motor_speed")
-    columns = [shown[0][:, int(model.sensor(name).adr[0])] for name in names]
-    # the sensors show where the step began
-    time: Array = bench.timestep * np.arange(len(wanted), dtype=np.float64)
-    return Response(time, wanted, *columns)
+    columns = [readings[0][:, int(model.sensor(name).adr[0])] for name in names]
+    # sensors are read at the beginning of a step
+    time: Array = bench.timestep * np.arange(len(tension), dtype=np.float64)
+    return ServoResponse(time, tension, *columns)

@@ -1,4 +1,4 @@
-"""The rig on which the paper is reproduced: every number that the paper leaves out, and why.
+"""Parameters of the tendon of the paper's figures, with the reason for each that was chosen.
 
 Equations: docs/theory.md, sections 1, 3.
 """
@@ -15,8 +15,8 @@ from tendon_mj import theory
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.sheath import Law
 
-# Shown below every figure. The paper gives μ, the frequencies and T_m < T_0, nothing else.
-WHY = {
+# Written into numbers.md. The paper gives μ, the frequencies and T_m < T_0, nothing else.
+REASONS = {
     "length": "0.5 m: forearm to fingertip; 1 m in Fig. 5, for millimetres of travel",
     "bend": "π rad: with μ = 0.1 the loop shows both branches and a backlash for T_m < T_0",
     "axial_stiffness": "20 kN: steel rope of 0.5 mm; 10 kN in Fig. 5, for the same reason",
@@ -27,8 +27,8 @@ WHY = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rig:
-    """A tendon in a uniformly bent sheath, held at its output by a spring.
+class PaperTendon:
+    """Tendon in a uniformly bent sheath, its output end held by a spring.
 
     Args:
         friction: μ_d [-].
@@ -38,7 +38,7 @@ class Rig:
         bend: L/R, total bend angle [rad].
         axial_stiffness: EA [N].
         pretension: T_0 [N].
-        output_stiffness: k_se [N/m]; inf holds the output end, as in Fig. 4.
+        output_stiffness: k_se [N/m]; inf fixes the output end, as in Fig. 4.
     """
 
     friction: float
@@ -57,7 +57,7 @@ class Rig:
 
     @property
     def law(self) -> Law:
-        """The same as a friction law of the room `sheath`."""
+        """Friction law of `tendon_mj.sheath` with these values."""
         return Law(
             axial_stiffness=self.axial_stiffness,
             friction=self.friction,
@@ -88,8 +88,8 @@ class Rig:
         compliance = self.length / self.axial_stiffness + 1.0 / self.output_stiffness
         return -(self.pretension + self.tension_offset) * compliance
 
-    def slope(self, direction: float) -> float:
-        """K_t outside the backlash, pulling for a positive direction [N/m]; eq. (17)."""
+    def transmission_stiffness(self, direction: float) -> float:
+        """K_t = dT_out/dξ_in outside the backlash, pulling for direction > 0 [N/m]; eq. (17)."""
         lam = math.copysign(self.exponent, direction)
         return float(
             theory.transmission_stiffness(
@@ -97,20 +97,21 @@ class Rig:
             )
         )
 
-    def but(self, **changes: float | None) -> Rig:
-        """A rig that differs in the fields named."""
-        return dataclasses.replace(self, **changes)  # type: ignore[arg-type]
+    def without_static_excess(self) -> PaperTendon:
+        """Tendon with μ_s = μ_d and all else equal."""
+        return dataclasses.replace(self, static_friction=None)
 
-    def stiffened(self, factor: float) -> Rig:
-        """EA and k_se times ``factor``: strain and travel shrink by it."""
-        return self.but(
+    def stiffened(self, factor: float) -> PaperTendon:
+        """Tendon with EA and k_se times ``factor``, whose strain and travel shrink by it."""
+        return dataclasses.replace(
+            self,
             axial_stiffness=self.axial_stiffness * factor,
             output_stiffness=self.output_stiffness * factor,
         )
 
     def caption(self) -> str:
-        """The parameters in a line."""
-        held = (
+        """Parameters in one line of text."""
+        output = (
             "output held (k_e, k_s → ∞)"
             if math.isinf(self.output_stiffness)
             else f"k_se = {self.output_stiffness / 1e3:g} kN/m"
@@ -120,5 +121,5 @@ class Rig:
         return (
             f"L = {self.length:g} m, L/R = {self.bend:.4g} rad, EA = {self.axial_stiffness / 1e3:g}"
             f" kN, T_0 = {self.pretension:g} N, μ_d = {self.friction:g}{static}{constant} "
-            f"(ν = {self.exponent:.3f}), {held}"
+            f"(ν = {self.exponent:.3f}), {output}"
         )

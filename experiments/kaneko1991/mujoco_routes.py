@@ -8,20 +8,20 @@ import mujoco
 import numpy as np
 
 from experiments.kaneko1991.chain import Chain, build_chain
-from experiments.kaneko1991.rig import Rig
+from experiments.kaneko1991.paper_tendon import PaperTendon
 from experiments.kaneko1991.routes import Array, Drive, Trace
-from tendon_mj.attach import add_friction, add_sites, add_tendon, arc_points
+from tendon_mj import add_friction, add_sites, add_tendon, arc_points
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.replay.rollout import rollout_named_sensors
+from tendon_mj.replay import rollout_named_sensors
 
 CARRIAGE = 0.1  # mass on the output spring [kg]
 CARRIAGE_DAMPING_RATIO = 0.1  # its drag and its ringing both count as errors of the tendon
 
 
 def plugin_model(
-    rig: Rig, guides: int, timestep: float, carriage: float = CARRIAGE
+    tendon: PaperTendon, guides: int, timestep: float, carriage: float = CARRIAGE
 ) -> mujoco.MjModel:
-    """The rig in MuJoCo: a reel, the sheath, and at the output nothing or a sprung carriage.
+    """Model of the tendon in its sheath: a reel, and at the output a fixed end or a carriage.
 
     While the guides hold, the carriage hangs on the last half segment alone: unless the step is
     below about √(m L/(2 n EA)) [s] it rings there, and the guides turn the ringing into drift.
@@ -29,16 +29,16 @@ def plugin_model(
     spec = mujoco.MjSpec()
     spec.option.timestep = timestep
     spec.option.gravity = [0.0, 0.0, 0.0]
-    points = arc_points(rig.length, rig.bend, guides)
+    points = arc_points(tendon.length, tendon.bend, guides)
     sites = add_sites(spec, "guide", points[:-1])
     body = spec.worldbody
-    if math.isfinite(rig.output_stiffness):
+    if math.isfinite(tendon.output_stiffness):
         body = spec.worldbody.add_body(name="output", pos=points[-1])
         axis = points[-2] - points[-1]
         joint = body.add_joint(name="output", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
-        total = rig.output_stiffness + rig.axial_stiffness / rig.length
-        joint.stiffness[0] = rig.output_stiffness
-        joint.springref = -rig.pretension / rig.output_stiffness
+        total = tendon.output_stiffness + tendon.axial_stiffness / tendon.length
+        joint.stiffness[0] = tendon.output_stiffness
+        joint.springref = -tendon.pretension / tendon.output_stiffness
         joint.damping[0] = 2.0 * CARRIAGE_DAMPING_RATIO * math.sqrt(total * carriage)
         body.add_geom(size=[0.01, 0.0, 0.0], mass=carriage, contype=0, conaffinity=0)
         body.add_site(name="output")
@@ -48,11 +48,11 @@ def plugin_model(
     add_friction(
         spec,
         "tendon",
-        friction=rig.friction,
-        static_friction=rig.static_friction,
-        constant_friction=rig.constant_friction,
-        axial_stiffness=rig.axial_stiffness,
-        pretension=rig.pretension,
+        friction=tendon.friction,
+        static_friction=tendon.static_friction,
+        constant_friction=tendon.constant_friction,
+        axial_stiffness=tendon.axial_stiffness,
+        pretension=tendon.pretension,
         reel="reel",
         sensors=("input_tension", "output_tension", "unsolved"),
     )
@@ -60,7 +60,7 @@ def plugin_model(
 
 
 def plugin(
-    rig: Rig,
+    tendon: PaperTendon,
     time: Array,
     displacement: Array,
     guides: int,
@@ -68,11 +68,15 @@ def plugin(
     threads: int = 1,
     carriage: float = CARRIAGE,
 ) -> Trace:
-    """The engine plugin in MuJoCo, its reel following ξ_in [m], (samples,) or (runs, samples).
+    """Run the engine plugin, its reel following ξ_in [m], (samples,) or (runs, samples).
 
     Args:
-        time: even [s]; a held output has no dynamics and is stepped from sample to sample.
-        timestep: where the output is sprung [s]; ξ_in is linear between samples.
+        tendon: parameters.
+        time: evenly spaced [s].
+        displacement: ξ_in, linear between samples [m].
+        guides: n.
+        timestep: where the output is a spring [s]; None steps from sample to sample, which suits a
+            fixed output, since that has no dynamics.
         threads: that share the runs.
         carriage: mass on the output spring [kg].
     """
@@ -80,29 +84,41 @@ def plugin(
     stride = 1 if timestep is None else max(1, round(gap / timestep))
     fine = time[0] + gap / stride * np.arange((len(time) - 1) * stride + 1)
     reel = np.apply_along_axis(lambda row: np.interp(fine, time, row), -1, displacement)
-    found = rollout_named_sensors(plugin_model(rig, guides, gap / stride, carriage), reel, threads)
+    found = rollout_named_sensors(
+        plugin_model(tendon, guides, gap / stride, carriage), reel, threads
+    )
     near, far = (found[f"{end}_tension"][..., ::stride] for end in ("input", "output"))
     return Trace(near, far, displacement)
 
 
 def mujoco_elements(
-    rig: Rig, time: Array, history: Array, drive: Drive, n: int, mass: float, damping: float
+    tendon: PaperTendon,
+    time: Array,
+    history: Array,
+    drive: Drive,
+    n: int,
+    mass: float,
+    damping: float,
 ) -> Trace:
-    """Fig. 3 in MuJoCo (`experiments.kaneko1991.chain`) at its own step."""
-    if drive == "tension" and history[0] != rig.pretension:
+    """Run the elements of Fig. 3 in MuJoCo (`experiments.kaneko1991.chain`) at their own step.
+
+    Raises:
+        InvalidValueError: T_in does not start at T_0.
+    """
+    if drive == "tension" and history[0] != tendon.pretension:
         raise InvalidValueError(f"history[0] = {history[0]:g} [N] must be T_0 to start from rest")
     chain = Chain(
         elements=n,
-        friction=rig.friction,
-        static_friction=rig.static_friction,
-        constant_friction=rig.constant_friction,
-        length=rig.length,
-        bend=rig.bend,
-        axial_stiffness=rig.axial_stiffness,
-        pretension=rig.pretension,
+        friction=tendon.friction,
+        static_friction=tendon.static_friction,
+        constant_friction=tendon.constant_friction,
+        length=tendon.length,
+        bend=tendon.bend,
+        axial_stiffness=tendon.axial_stiffness,
+        pretension=tendon.pretension,
         mass=mass,
         damping=damping,
-        output_stiffness=rig.output_stiffness,
+        output_stiffness=tendon.output_stiffness,
     )
     model = build_chain(chain, drive).compile()
     fine = np.arange(time[0], time[-1] + chain.step, chain.step)

@@ -1,4 +1,4 @@
-"""What the figures of the paper's reproduction share: a look for each route, caption, legend."""
+"""Line style of each route, caption and legend of the figures."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import textwrap
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tendon_mj.view.figures.style import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
+from tendon_mj.view import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 
 PALE = "#BDBDBD"
 # colour, line, width: wide and pale below, narrow and dark above, so that all stay visible

@@ -1,0 +1,88 @@
+"""Plain numbers of the study, for `result.json`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from experiments.force_servo.gain_scheduling import GainScheduling
+from experiments.force_servo.limit_cycle import LimitCycles
+from experiments.force_servo.linear_theory import mode
+from experiments.force_servo.phase_plane import PhasePlane
+from experiments.force_servo.staircase import Staircase
+from experiments.force_servo.study import Study
+from experiments.force_servo.tracking import Tracking
+
+
+def result(found: Study) -> dict[str, object]:
+    """Nested dictionary of numbers in SI units; shares are ratios, not percent."""
+    return {
+        "overshoot": _overshoots(found.gains),
+        "overshoot_held_output": _overshoots(found.gains_output_held),
+        "phase_plane": _phase_plane(found.phase_plane),
+        "fig7": _staircase(found.staircase),
+        "limit_cycle": _limit_cycles(found.limit_cycles),
+        "tracking": _tracking(found.tracking),
+    }
+
+
+def _overshoots(found: GainScheduling) -> dict[str, object]:
+    pull, loose, pull_back, loose_back = found.plain_steps
+    numbers: dict[str, object] = {
+        "pulling": pull.overshoot,
+        "loosening": loose.overshoot,
+        "loosening_predicted": loose.predicted_overshoot,
+        "pulling_after_reversal": pull_back.overshoot,
+        "loosening_after_reversal": loose_back.overshoot,
+        "loosening_after_reversal_predicted": loose_back.predicted_overshoot,
+        "scheduled_difference_cut": found.difference_cut(False),
+        "scheduled_difference_cut_after_reversal": found.difference_cut(True),
+    }
+    for name, plain, better in zip(
+        ("pulling", "loosening", "pulling_after_reversal", "loosening_after_reversal"),
+        found.plain_steps,
+        found.scheduled_steps,
+        strict=True,
+    ):
+        numbers[f"scheduled_{name}"] = better.overshoot
+        numbers[f"scheduled_rise_ratio_{name}"] = better.rise / plain.rise
+    return numbers
+
+
+def _staircase(found: Staircase) -> dict[str, object]:
+    modes = {way: mode(found.bench, found.paper, way).damping for way in (1, -1)}
+    return {
+        "damping": {"pulling": modes[1], "loosening": modes[-1]},
+        "overshoot": found.overshoots(found.paper_response).tolist(),
+        "overshoot_critical": found.overshoots(found.critical_response).tolist(),
+        "critical_velocity_gain": found.critical.velocity_gain,
+        "motor_inertia_kg_m2": found.paper.inertia,
+        "radius_m": found.paper.radius,
+    }
+
+
+def _phase_plane(found: PhasePlane) -> dict[str, object]:
+    pulling, loosening = found.lines
+    return {
+        "slope_error": {"pulling": pulling.error, "loosening": loosening.error},
+        "slope": {"pulling": pulling.slope, "loosening": loosening.slope},
+    }
+
+
+def _limit_cycles(found: LimitCycles) -> dict[str, object]:
+    _, amplitude, predicted = found.columns()
+    return {
+        "r_squared": found.r_squared,
+        "factor": found.factor,
+        "intercept_m": found.intercept,
+        "intercept_over_mean_amplitude": found.intercept / float(amplitude.mean()),
+        "describing_function_mean_ratio": float(np.mean(predicted / amplitude)),
+        "describing_function_max_error": float(np.max(np.abs(predicted / amplitude - 1.0))),
+    }
+
+
+def _tracking(found: Tracking) -> dict[str, object]:
+    return {
+        "rmse_reduction": found.reduction("feedforward"),
+        "rmse_N": found.rmse,
+        "reduction": {name: found.reduction(name) for name in found.responses},
+    }

@@ -1,0 +1,63 @@
+"""Experiments use the public API: names of `tendon_mj` and of its packages, no inner modules."""
+
+import ast
+import importlib
+import inspect
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FILES = sorted((ROOT / "experiments").rglob("*.py"))
+
+
+def is_module(package, name):
+    """Whether a name of a package is a module, not what the package re-exports under that name."""
+    return inspect.ismodule(getattr(importlib.import_module(package), name, None))
+
+
+def imported_modules(tree):
+    """Names of all modules that are imported, wherever in the tree."""
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found.add(node.module or ".")
+            if str(node.module).split(".")[0] == "tendon_mj":
+                names = [alias.name for alias in node.names]
+                found |= {f"{node.module}.{n}" for n in names if is_module(node.module, n)}
+    return found
+
+
+def inner_modules(tree):
+    """Modules of `tendon_mj` that lie deeper than one package level."""
+    return sorted(
+        name
+        for name in imported_modules(tree)
+        if name.split(".")[0] == "tendon_mj" and name.count(".") > 1
+    )
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_an_experiment_imports_no_inner_module(path):
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    assert not inner_modules(tree)
+    assert not any(isinstance(node, ast.ImportFrom) and node.level for node in ast.walk(tree)), (
+        "imports are absolute"
+    )
+
+
+@pytest.mark.parametrize(
+    ("code", "found"),
+    [
+        ("from tendon_mj.builders.bench import Bench", ["tendon_mj.builders.bench"]),
+        ("def f():\n    import tendon_mj.view.figures.style", ["tendon_mj.view.figures.style"]),
+        ("from tendon_mj.view import figures", ["tendon_mj.view.figures"]),
+        ("from tendon_mj.builders import Bench", []),
+        ("from tendon_mj import add_friction, theory", []),
+        ("import tendon_mj.errors", []),
+    ],
+)
+def test_an_inner_module_is_seen_wherever_it_hides(code, found):
+    assert inner_modules(ast.parse(code)) == found
