@@ -11,9 +11,8 @@ import tyro
 
 from tendon_mj.builders.library import load_model
 from tendon_mj.cli.output import Output, console, progress_bar
-from tendon_mj.diagnosis import Diagnosis
+from tendon_mj.diagnosis import Diagnosis, SysidResult, fit_with_sysid, sysid_is_there
 from tendon_mj.diagnosis import diagnose as find
-from tendon_mj.diagnosis.sysid import SysidResult, fit_with_sysid, sysid_is_there
 from tendon_mj.progress import Progress
 from tendon_mj.recordings.recording import Recording, read_recording, write_recording
 from tendon_mj.replay.patch import patch_model

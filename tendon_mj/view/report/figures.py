@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from matplotlib.figure import Figure
 
-from tendon_mj.diagnosis.verdict import Diagnosis
+from tendon_mj.diagnosis import Diagnosis
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.view.figures.before_after import before_after_figure
 from tendon_mj.view.figures.gap import gap_figure
