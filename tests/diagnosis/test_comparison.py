@@ -10,7 +10,8 @@ from tendon_mj.diagnosis.model_selection.comparison import FittedCandidate, simp
 from tendon_mj.diagnosis.model_selection.confidence import rate
 from tendon_mj.diagnosis.model_selection.cross_validation import CrossValidation, gain
 from tendon_mj.diagnosis.model_selection.fit import Fit
-from tests.diagnosis.linear_rig import effect
+from tendon_mj.diagnosis.model_selection.thresholds import detection_limit
+from tests.diagnosis.linear_rig import context, effect
 
 SAMPLES = 100  # in 10 blocks
 NOTHING = np.zeros(0)
@@ -56,6 +57,14 @@ def test_of_ties_the_simplest_goes_first_and_of_equals_the_best() -> None:
     assert simplest(ranked[:2]).candidate == A
     assert simplest([model(LONG, 0.0), *ranked[:2]]).candidate == A
     assert simplest([model(A, 0.0), model(parameter, 0.1)]).candidate == A
+
+
+def test_the_detection_limit_is_the_largest_error_of_the_simulation() -> None:
+    """Steps, lumping (0.25 % of the range), or 0.45 noise rms."""
+    small, large = (context({}, {"a": a}, []).problem for a in (1.0, 100.0 * np.sqrt(2.0)))
+    assert detection_limit(small, 0.0) == 0.2
+    assert detection_limit(small, 3.0) == 3.0
+    assert detection_limit(large, 0.0) == pytest.approx((0.0025 * 400.0) ** 2, rel=0.05)
 
 
 def test_confidence_falls_with_every_effect_that_explains_as_much() -> None:

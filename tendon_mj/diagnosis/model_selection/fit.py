@@ -24,6 +24,7 @@ FloatArray = NDArray[np.float64]
 
 _DIFFERENCE = 1e-2  # of a probe: above the roughness of stick and slip, below curvature
 _AT_END = 1e-5, 1e-3  # of its range, and of its probe: a term this near to a bound is held by it
+_TOLERANCE = 3e-3  # relative change of the cost, or of the terms, at which a round ends
 _FAILED = 1e6  # residual of a failed simulation, in noise
 _NEXT_ROUND = 3  # evaluations in each further round, which begins where the one before ended
 _FLAT = float(np.finfo(float).eps)  # no term does anything: SciPy's step would be 0/0
@@ -120,7 +121,6 @@ def fit(
     *,
     correction: FloatArray | None = None,
     evaluations: int = 8,
-    tolerance: float = 3e-3,
 ) -> Fit:
     """Minimise the squared training residuals from ``start`` (p,) [the terms' units].
 
@@ -132,17 +132,16 @@ def fit(
         calibrated, effects: their terms are fitted.
         start: values of the terms.
         correction: (m,) near ``start``; default: none.
-        evaluations: points at most in the first round.
-        tolerance: relative change of the cost, or of the terms, at which a round ends.
+        evaluations: points at most in the first round, unless the cost and the terms converge.
     """
     terms = (*calibrated, *(term for effect in effects for term in effect.terms))
     solver = _Solver(problem, base, terms, correction)
-    best = at = solver.solve(solver.interior(np.asarray(start, float)), evaluations, tolerance)
+    best = at = solver.solve(solver.interior(np.asarray(start, float)), evaluations)
     for _ in range(_ROUNDS - 1):
         if at.change <= _UNCHANGED:
             break
         again = solver.interior(natural(terms, at.point))
-        at = solver.solve(again, _NEXT_ROUND, tolerance)
+        at = solver.solve(again, _NEXT_ROUND)
         best = min(best, at, key=lambda solution: solution.cost)
     return Fit(
         calibrated=tuple(calibrated),
@@ -200,7 +199,7 @@ class _Solver:
         clipped: FloatArray = np.clip(point, self.bounds[0] + margin, self.bounds[1] - margin)
         return clipped
 
-    def solve(self, point: FloatArray, evaluations: int, tolerance: float) -> _Solution:
+    def solve(self, point: FloatArray, evaluations: int) -> _Solution:
         """Run one round from a scaled point, and extrapolate where it ends."""
         jacobian = np.zeros((self.problem.in_train.size, 0))
         if self.terms:
@@ -211,8 +210,8 @@ class _Solver:
                 point + shift,
                 jac=lambda moved: self._train_jacobian(moved - shift),
                 bounds=(self.bounds[0] + shift, self.bounds[1] + shift),
-                ftol=tolerance,
-                xtol=tolerance,
+                ftol=_TOLERANCE,
+                xtol=_TOLERANCE,
                 gtol=_FLAT,
                 max_nfev=evaluations,
             )

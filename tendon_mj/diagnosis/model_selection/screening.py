@@ -18,7 +18,7 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import lsq_linear
 
 from tendon_mj.diagnosis.data.problem import Problem
-from tendon_mj.diagnosis.effect import Candidate, Term
+from tendon_mj.diagnosis.effect import Candidate
 from tendon_mj.diagnosis.model_selection.fit import Fit, natural, written
 from tendon_mj.progress import Progress
 from tendon_mj.replay.quiet import trials
@@ -70,17 +70,16 @@ def screen(
         progress: called with a label, how many are done, and of how many.
     """
     scores = [
-        ScreeningScore(
-            candidate, np.array([*fitted.values, _near(candidate.terms[0]), *shape]), 0.0, k
-        )
+        ScreeningScore(candidate, np.array([*fitted.values, _probe(candidate), *shape]), 0.0, k)
         for candidate in candidates
         for k, shape in enumerate(product(*(term.starts for term in candidate.terms[1:])))
     ]
+    screening = _Screening(problem, base, fitted, progress)
     best: dict[tuple[str, int], ScreeningScore] = {}
     for k, label in enumerate(_PASSES):
-        seen = _screen_once(problem, base, fitted, scores, progress, label)
+        seen = screening.run(scores, label)
         if k == 0:
-            seen += _enlarge_probes(problem, base, fitted, scores, seen, progress)
+            seen += screening.enlarge_probes(scores, seen)
         for achieved, _ in seen:
             key = achieved.candidate.label, achieved.attempt
             if key not in best or achieved.explained > best[key].explained:
@@ -93,96 +92,92 @@ def screen(
     return [score for score in ranked if score.explained > 0.0]
 
 
-def _enlarge_probes(
-    problem: Problem,
-    base: Mapping[str, float],
-    fitted: Fit,
-    scores: Sequence[ScreeningScore],
-    seen: Sequence[_Pair],
-    progress: Progress,
-) -> list[_Pair]:
-    """Screen those that left no trace again, with larger probes.
+@dataclass(frozen=True, eq=False)
+class _Screening:
+    """Simulations of candidates added to one fitted model."""
 
-    A probe that is large for a hinge, in N m/rad, is negligible for a slide, in N/m.
-    """
-    found: list[_Pair] = []
-    for _ in range(_TRIES):
-        traced = {(s.candidate.label, s.attempt) for s, _ in [*seen, *found]}
-        scores = [
-            _enlarged(score, len(fitted.terms))
-            for score in scores
-            if (score.candidate.label, score.attempt) not in traced
-        ]
-        if not scores:
-            break
-        found += _screen_once(problem, base, fitted, scores, progress, _PASSES[0])
-    return found
+    problem: Problem
+    base: Mapping[str, float]
+    fitted: Fit
+    progress: Progress
+
+    def run(self, scores: Sequence[ScreeningScore], label: str) -> list[_Pair]:
+        """Score each where it stands, and predict where it would explain most."""
+        seen = []
+        for k in range(0, len(scores), _BATCH):
+            self.progress(label, k, len(scores))
+            part = scores[k : k + _BATCH]
+            sets = [
+                written((*self.fitted.terms, *s.candidate.terms), s.start, self.base) for s in part
+            ]
+            for score, row in zip(part, self.problem.residuals(sets), strict=True):
+                if np.isfinite(row).all():
+                    seen += self._score(score, row + self.fitted.correction)
+        self.progress(label, len(scores), len(scores))
+        return seen
+
+    def enlarge_probes(
+        self, scores: Sequence[ScreeningScore], seen: Sequence[_Pair]
+    ) -> list[_Pair]:
+        """Screen those that left no trace again, with larger probes.
+
+        A probe that is large for a hinge, in N m/rad, is negligible for a slide, in N/m.
+        """
+        found: list[_Pair] = []
+        for _ in range(_TRIES):
+            traced = {(s.candidate.label, s.attempt) for s, _ in [*seen, *found]}
+            scores = [
+                _enlarged(score, len(self.fitted.terms))
+                for score in scores
+                if (score.candidate.label, score.attempt) not in traced
+            ]
+            if not scores:
+                break
+            found += self.run(scores, _PASSES[0])
+        return found
+
+    def _score(self, score: ScreeningScore, simulated: FloatArray) -> list[_Pair]:
+        """Score one simulation (m,) of a candidate; nothing where it leaves no trace."""
+        fitted, used = self.fitted, self.problem.in_train
+        row, residual, slopes = simulated[used], fitted.residual[used], fitted.jacobian[used]
+        strength, terms, count = score.candidate.terms[0], fitted.terms, len(fitted.terms)
+        scaled = np.array([t.scaled(v) for t, v in zip(terms, score.start[:count], strict=True)])
+        tried = score.start[count] - strength.inert
+        trace = row - residual - slopes @ (scaled - fitted.scaled)
+        off = abs(tried) < _SWITCHED_OFF * strength.probe
+        if off or float(trace @ trace) < _INVISIBLE * trace.size:
+            return []
+        achieved = replace(score, explained=float(residual @ residual - row @ row) / row.size)
+        matrix = np.column_stack([slopes, trace])
+        shares = sorted((end - strength.inert) / tried for end in (strength.low, strength.high))
+        bounds = np.column_stack([fitted.bounds - fitted.scaled, shares])
+        step = _bounded_least_squares(matrix, residual, bounds)
+        left = residual + matrix @ step
+        values = natural(terms, fitted.scaled + step[:-1])
+        best = strength.inert + step[-1] * tried
+        prediction = replace(
+            score,
+            start=np.array([*values, best, *score.start[count + 1 :]]),
+            explained=float(residual @ residual - left @ left) / row.size,
+        )
+        return [(achieved, prediction)]
 
 
 def _enlarged(score: ScreeningScore, index: int) -> ScreeningScore:
     """Score of the candidate with a larger probe; ``index`` of its strength among the values."""
     strength, *shape = score.candidate.terms
-    bounds = max(strength.high - strength.inert, strength.inert - strength.low)
-    strength = replace(strength, probe=min(_LARGER * strength.probe, bounds))
-    start = score.start.copy()
-    start[index] = _near(strength)
+    span = max(strength.high - strength.inert, strength.inert - strength.low)
+    strength = replace(strength, probe=min(_LARGER * strength.probe, span))
     candidate = replace(score.candidate, terms=(strength, *shape))
+    start = score.start.copy()
+    start[index] = _probe(candidate)
     return replace(score, candidate=candidate, start=start)
 
 
-def _near(term: Term) -> float:
-    """Value a probe away from inert, on the side where the range allows it."""
+def _probe(candidate: Candidate) -> float:
+    """Strength a probe away from inert, on the side where the range allows it."""
+    term = candidate.terms[0]
     return term.inert + (term.probe if term.high - term.inert >= term.probe else -term.probe)
-
-
-def _screen_once(
-    problem: Problem,
-    base: Mapping[str, float],
-    fitted: Fit,
-    scores: Sequence[ScreeningScore],
-    progress: Progress,
-    label: str,
-) -> list[_Pair]:
-    """Score each where it stands, and predict where it would explain most."""
-    used = problem.in_train
-    residual, slopes = fitted.residual[used], fitted.jacobian[used]
-    seen = []
-    for k in range(0, len(scores), _BATCH):
-        progress(label, k, len(scores))
-        part = scores[k : k + _BATCH]
-        sets = [written((*fitted.terms, *s.candidate.terms), s.start, base) for s in part]
-        for score, row in zip(part, problem.residuals(sets), strict=True):
-            if np.isfinite(row).all():
-                seen += _score(score, (row + fitted.correction)[used], residual, slopes, fitted)
-    progress(label, len(scores), len(scores))
-    return seen
-
-
-def _score(
-    score: ScreeningScore, row: FloatArray, residual: FloatArray, slopes: FloatArray, fitted: Fit
-) -> list[_Pair]:
-    """Score one simulation (m,) of a candidate; nothing where it leaves no trace."""
-    strength, count = score.candidate.terms[0], len(fitted.terms)
-    terms = fitted.terms
-    scaled = np.array([t.scaled(v) for t, v in zip(terms, score.start[:count], strict=True)])
-    tried = score.start[count] - strength.inert
-    trace = row - residual - slopes @ (scaled - fitted.scaled)
-    off = abs(tried) < _SWITCHED_OFF * strength.probe
-    if off or float(trace @ trace) < _INVISIBLE * trace.size:
-        return []
-    achieved = replace(score, explained=float(residual @ residual - row @ row) / row.size)
-    matrix = np.column_stack([slopes, trace])
-    shares = sorted((end - strength.inert) / tried for end in (strength.low, strength.high))
-    bounds = np.column_stack([fitted.bounds - fitted.scaled, shares])
-    step = _bounded_least_squares(matrix, residual, bounds)
-    left = residual + matrix @ step
-    values = natural(terms, fitted.scaled + step[:-1])
-    prediction = replace(
-        score,
-        start=np.array([*values, strength.inert + step[-1] * tried, *score.start[count + 1 :]]),
-        explained=float(residual @ residual - left @ left) / row.size,
-    )
-    return [(achieved, prediction)]
 
 
 def _bounded_least_squares(
