@@ -9,11 +9,15 @@ from typing import Annotated
 import tyro
 
 from tendon_mj.cli.output import Output, console, progress_bar
-from tendon_mj.diagnosis import Diagnosis
+from tendon_mj.diagnosis import (
+    Diagnosis,
+    SysidResult,
+    fit_with_sysid,
+    sysid_is_there,
+    write_before_after,
+)
 from tendon_mj.diagnosis import diagnose as find
-from tendon_mj.diagnosis.before_after import write_before_after
-from tendon_mj.diagnosis.sysid import SysidResult, fit_with_sysid, sysid_is_there
-from tendon_mj.recordings.recording import Recording, read_recording
+from tendon_mj.recordings import Recording, read_recording
 from tendon_mj.view.report.report import short
 from tendon_mj.view.report.write import write_report
 

@@ -1,11 +1,11 @@
-"""The workflow: calibrate, locate, name, abstain, prove.
+"""The workflow: check, calibrate, screen and select, prove.
 
 Verdicts:
 
-* "nothing missing": calibrated, the model leaves no more than noise and numerics.
-* "parameter": what is left goes away when a number that nobody called uncertain is corrected.
-* "named": effects that the model lacks make it go away, on data that chose nothing too.
-* "unknown": structure remains that nothing in the catalogue explains.
+* "nothing missing": calibrated, the model leaves no more than noise and numerical error.
+* "parameter": correcting a parameter that nobody called uncertain removes the error.
+* "named": effects that the model lacks remove the error, on held-out data too.
+* "unknown": an error remains that nothing in the catalogue explains.
 """
 
 from __future__ import annotations
@@ -16,40 +16,46 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_mj.diagnosis.admit import admit, admit_simulation
-from tendon_mj.diagnosis.conclude import conclude
-from tendon_mj.diagnosis.contest import POLISH, SMALLEST_GAP, Setting
+from tendon_mj.diagnosis.check import check_recordings, check_simulation
+from tendon_mj.diagnosis.data.problem import (
+    MakeSimulator,
+    Problem,
+    all_samples,
+    training_samples,
+)
+from tendon_mj.diagnosis.data.step_size import search_step, step_error, with_step
 from tendon_mj.diagnosis.effects.catalogue import CATALOGUE, Effects, by_identifier, candidates
 from tendon_mj.diagnosis.effects.effect import SystemDescription, Term
-from tendon_mj.diagnosis.name import Naming, name_effects
-from tendon_mj.diagnosis.numerics import in_steps, searching_steps, step_error
-from tendon_mj.diagnosis.problem import Make, Problem, for_choices, whole
-from tendon_mj.diagnosis.verdict import Diagnosis, Verdict
+from tendon_mj.diagnosis.model_selection.context import CONVERGED, SelectionContext
+from tendon_mj.diagnosis.model_selection.select import Selection, select_effects
+from tendon_mj.diagnosis.model_selection.thresholds import SMALLEST_EXCESS
+from tendon_mj.diagnosis.prove import prove
+from tendon_mj.diagnosis.result.diagnosis import Diagnosis, Verdict
 from tendon_mj.errors import UnknownNameError
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.simulator import Simulator
 
 _SHORTEST = 0.5  # times the model's own step
-_NEARLY = 2.0  # times what is not worth a name, or what halving steps does: it may be the steps'
+_NEARLY = 2.0  # times the detection limit or the step's error: the rest may be the step's
 
 
 def diagnose(
     train: Sequence[Recording],
     held_out: Sequence[Recording] = (),
-    simulator: Make = Simulator,
+    simulator: MakeSimulator = Simulator,
     *,
     catalogue: Effects = CATALOGUE,
     exclude: Collection[str] = (),
     progress: Progress = silent,
 ) -> Diagnosis:
-    """Find what a model lacks against recordings, or which of its numbers is wrong.
+    """Find what a model lacks against recordings, or which of its parameters is wrong.
 
     Args:
-        train: recordings of one model, for all choices and fits.
+        train: recordings of one model, for selection and fits.
         held_out: recordings for the proof alone; without any, the last quarter of each of
-            ``train`` is kept for it.
-        simulator: makes what simulates recordings; see `tendon_mj.replay.simulates`.
+            ``train`` is held out.
+        simulator: makes the simulator of recordings; see `tendon_mj.replay.simulates`.
         catalogue: effects that can be named, in place of the package's own or beside them:
             ``[*CATALOGUE.values(), mine]``.
         exclude: identifiers of effects that are not to be considered.
@@ -57,8 +63,8 @@ def diagnose(
 
     Raises:
         RecordingError: no recording, recordings of different models or of other known or uncertain
-            numbers, nothing measured, nothing that moves back and forth, the same data twice or
-            for choice and proof, or data under which the model as described becomes unstable.
+            parameters, nothing measured, nothing that moves back and forth, the same data twice or
+            both in training and held out, or data under which the model becomes unstable.
         UnknownNameError: ``exclude`` names no effect of the catalogue, or a recording calls a
             parameter uncertain that the simulator does not know.
         InvalidValueError: two effects of the catalogue have the same identifier.
@@ -66,17 +72,46 @@ def diagnose(
     began = time.perf_counter()
     exclude = {exclude} if isinstance(exclude, str) else exclude
     effects = by_identifier(catalogue)
-    admit(train, held_out)
-    own = Problem(tuple(train), simulator(train), for_choices(train, held_out))
+    check_recordings(train, held_out)
+    own = Problem(tuple(train), simulator(train), training_samples(train, held_out))
     base = {name: p.value for name, p in own.simulate.parameters.items()}
     for name in train[0].uncertain:
         if name not in base:
             raise UnknownNameError("parameter", name, base)
-    admit_simulation(own)
-    steps = searching_steps(own)
-    problem = in_steps(own, steps)
-    bound = tuple(candidates(look_at(problem), exclude, effects))
-    calibrated = tuple(
+    check_simulation(own)
+    step = search_step(own)
+    problem = with_step(own, step)
+    bound = tuple(candidates(describe_system(problem), exclude, effects))
+
+    progress("calibrate", 0, 1)
+    context = SelectionContext(problem, base, _uncertain_terms(problem), (), 0.0, 0.0, progress)
+    start = [term.inert for term in context.calibrated]
+    calibrated = context.fit_model((), start, evaluations=CONVERGED)
+    progress("calibrate", 1, 1)
+
+    context = replace(
+        context,
+        candidates=bound,
+        step_error=step_error(calibrated.fit.correction[problem.in_train]),
+        initial_excess=calibrated.excess,
+    )
+    selection = select_effects(context, calibrated)
+    proof = own
+    if held_out:
+        proof = Problem(tuple(held_out), simulator(held_out), all_samples(held_out))
+    found = prove(context, selection, own, proof, step, effects, exclude, began)
+    while step and step > _SHORTEST and _step_matters(context, selection, found.verdict):
+        step *= 0.5
+        progress("repeat with a shorter step", 0, 1)
+        context, selection = _fit_again(context, selection, with_step(own, step))
+        found = prove(context, selection, own, proof, step, effects, exclude, began)
+        progress("repeat with a shorter step", 1, 1)
+    return found
+
+
+def _uncertain_terms(problem: Problem) -> tuple[Term, ...]:
+    """Terms of the parameters that the recordings call uncertain."""
+    return tuple(
         Term(
             (name,),
             problem.simulate.parameters[name].unit,
@@ -85,42 +120,34 @@ def diagnose(
             u.high,
             (u.high - u.low) / 20.0,
         )
-        for name, u in train[0].uncertain.items()
+        for name, u in problem.recordings[0].uncertain.items()
         if u.high > u.low
     )
-    progress("calibrate", 0, 1)
-    setting = Setting(problem, base, calibrated, (), 0.0, progress)
-    start = setting.enter((), [term.inert for term in calibrated], trials=POLISH)
-    progress("calibrate", 1, 1)
-    floor = step_error(start.fit.refined[problem.chosen])
-    setting = replace(setting, candidates=bound, floor=floor)
-    naming = name_effects(setting, start)
-    proof = Problem(tuple(held_out), simulator(held_out), whole(held_out)) if held_out else own
-    found = conclude(setting, naming, own, proof, steps, effects, exclude, began)
-    while steps and steps > _SHORTEST and _steps_matter(setting, naming, found.verdict):
-        steps *= 0.5
-        progress("once more in shorter steps", 0, 1)
-        setting = replace(setting, problem=in_steps(own, steps))
-        before = setting.polish(naming.calibrated)
-        after = setting.settle_again(naming.final, before.gap)
-        naming = replace(naming, calibrated=before, final=after)
-        found = conclude(setting, naming, own, proof, steps, effects, exclude, began)
-        progress("once more in shorter steps", 1, 1)
-    return found
 
 
-def _steps_matter(setting: Setting, naming: Naming, verdict: Verdict) -> bool:
-    """Whether shorter steps may change the verdict on what was named, or its numbers."""
-    if not naming.named:
+def _step_matters(context: SelectionContext, selection: Selection, verdict: Verdict) -> bool:
+    """Whether a shorter step may change the verdict on the selected effects, or their values."""
+    if not selection.effects:
         return False
-    error = step_error(naming.final.fit.refined[setting.problem.chosen])
+    error = step_error(selection.final.fit.correction[context.problem.in_train])
     if verdict == "unknown":
-        return naming.final.gap < _NEARLY * max(setting.least, error)
-    return error > SMALLEST_GAP
+        return selection.final.excess < _NEARLY * max(context.detection_limit, error)
+    return error > SMALLEST_EXCESS
 
 
-def look_at(problem: Problem) -> SystemDescription:
-    """What the catalogue may know of the model and the recordings."""
+def _fit_again(
+    context: SelectionContext, selection: Selection, problem: Problem
+) -> tuple[SelectionContext, Selection]:
+    """Fit the selected models to the same data with another step."""
+    context = replace(context, problem=problem)
+    calibrated = context.polish(selection.calibrated)
+    context = replace(context, initial_excess=calibrated.excess)
+    final = context.optimise_nearby(selection.final)
+    return context, replace(selection, calibrated=calibrated, final=final)
+
+
+def describe_system(problem: Problem) -> SystemDescription:
+    """Describe the model and the recordings to the catalogue."""
     spans: dict[str, float] = {}
     for recording in problem.recordings:
         for column, measured in recording.measured.items():

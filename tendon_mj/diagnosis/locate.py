@@ -1,4 +1,4 @@
-"""Says where a misfit sits: which share of what is beyond noise lies in which regime."""
+"""Location of a misfit: the share of excess χ² that lies in each regime."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.diagnosis.problem import Problem
-from tendon_mj.diagnosis.regimes import regimes
+from tendon_mj.diagnosis.data.problem import Problem
+from tendon_mj.diagnosis.data.regimes import regimes
 
 FloatArray = NDArray[np.float64]
 
-_CONCENTRATED = 1.5  # times as much of the excess as of the time, to be worth a word
+_CONCENTRATED = 1.5  # share of the excess over share of the samples, to be reported
 
 
 @dataclass(frozen=True)
-class Place:
-    """One bin of one coordinate.
+class Bin:
+    """One bin of one regime.
 
     Attributes:
-        regime, label: coordinate and bin.
-        excess: share of the power beyond noise that lies there; all bins of a regime add up to 1.
-        time: share of the samples that lie there.
-        rms: of the residual there, in units of noise.
+        regime, label: coordinate and range.
+        excess: share of the excess χ² in the bin; all bins of a regime add up to 1.
+        time: share of the samples in the bin.
+        rms: of the residual in the bin [noise].
     """
 
     regime: str
@@ -36,59 +36,62 @@ class Place:
 
 @dataclass(frozen=True)
 class Located:
-    """Where a residual sits.
+    """Location of a residual.
 
     Attributes:
-        places: every bin of every regime that was visited.
-        sentence: the same in words.
+        bins: of every regime, those that were visited.
+        sentence: summary in words.
         frequency: frequency below which half of the excess lies [Hz]; 0 where there is no excess.
     """
 
-    places: tuple[Place, ...]
+    bins: tuple[Bin, ...]
     sentence: str
     frequency: float
 
 
 def locate(problem: Problem, residual: FloatArray, mask: NDArray[np.bool_]) -> Located:
-    """Spread the excess of a residual (m,), in units of noise, over the regimes.
+    """Distribute the excess χ² of a residual over the regimes.
 
-    Only of the samples of ``mask`` (m,).
+    Args:
+        problem: data.
+        residual: (m,) in units of noise.
+        mask: (m,) samples to use.
     """
     per_recording = regimes(problem.recordings)
-    ends = np.cumsum([size for _, _, size in problem.blocks()])[:-1]
+    ends = np.cumsum([size for _, _, size in problem.layout()])[:-1]
     kept = np.split(mask, ends)
     parts = [part[used] for part, used in zip(np.split(residual, ends), kept, strict=True)]
     residual = residual[mask]
     total = float((residual**2).sum()) - residual.size
-    places = []
-    for number, first in enumerate(per_recording[0]):
+    bins = []
+    for index, first in enumerate(per_recording[0]):
         powers: dict[str, list[FloatArray]] = {}
         for b in range(len(first.labels)):
-            for (k, _, _), part, used in zip(problem.blocks(), parts, kept, strict=True):
-                regime = per_recording[k][number]
-                inside = part[regime.number[used] == b]
+            for (k, _, _), part, used in zip(problem.layout(), parts, kept, strict=True):
+                regime = per_recording[k][index]
+                inside = part[regime.bins[used] == b]
                 if inside.size:
                     powers.setdefault(regime.labels[b], []).append(inside**2)
-        places += [_place(first.name, label, found, residual) for label, found in powers.items()]
+        bins += [_bin(first.name, label, found, residual) for label, found in powers.items()]
     columns: dict[str, list[FloatArray]] = {}
-    for (_, column, _), part in zip(problem.blocks(), parts, strict=True):
+    for (_, column, _), part in zip(problem.layout(), parts, strict=True):
         columns.setdefault(column, []).append(part**2)
-    places += [_place("signal", column, found, residual) for column, found in columns.items()]
-    frequency = _half(problem, parts) if total > 0.0 else 0.0
-    return Located(tuple(places), _say(places, residual, frequency), frequency)
+    bins += [_bin("signal", column, found, residual) for column, found in columns.items()]
+    frequency = _half_frequency(problem, parts) if total > 0.0 else 0.0
+    return Located(tuple(bins), _describe(bins, residual, frequency), frequency)
 
 
-def _place(regime: str, label: str, powers: Sequence[FloatArray], residual: FloatArray) -> Place:
+def _bin(regime: str, label: str, powers: Sequence[FloatArray], residual: FloatArray) -> Bin:
     inside = np.concatenate(powers)
     total = float((residual**2).sum()) - residual.size
     share = (float(inside.sum()) - inside.size) / total if total > 0.0 else 0.0
-    return Place(regime, label, share, inside.size / residual.size, float(np.sqrt(inside.mean())))
+    return Bin(regime, label, share, inside.size / residual.size, float(np.sqrt(inside.mean())))
 
 
-def _half(problem: Problem, parts: Sequence[FloatArray]) -> float:
+def _half_frequency(problem: Problem, parts: Sequence[FloatArray]) -> float:
     """Frequency below which half of the excess power lies [Hz]."""
     frequencies, powers = [], []
-    for (k, _, _), part in zip(problem.blocks(), parts, strict=True):
+    for (k, _, _), part in zip(problem.layout(), parts, strict=True):
         step, size = float(np.median(np.diff(problem.recordings[k].time))), part.size
         power = np.abs(np.fft.rfft(part)) ** 2 / size - 1.0  # white noise of power 1 leaves 1
         frequencies.append(np.fft.rfftfreq(size, step))
@@ -100,24 +103,24 @@ def _half(problem: Problem, parts: Sequence[FloatArray]) -> float:
     return float(frequency[order][reached[0]]) if added[-1] > 0.0 and reached.size else 0.0
 
 
-def _say(places: Sequence[Place], residual: FloatArray, frequency: float) -> str:
+def _describe(bins: Sequence[Bin], residual: FloatArray, frequency: float) -> str:
     rms = float(np.sqrt(np.mean(residual**2)))
     if rms < 1.05:
         return f"The misfit is {rms:.2f} times the noise: nothing stands out."
     dense = sorted(
-        (p for p in places if p.excess > 0.2 and p.excess > _CONCENTRATED * p.time),
-        key=lambda p: p.time - p.excess,
+        (b for b in bins if b.excess > 0.2 and b.excess > _CONCENTRATED * b.time),
+        key=lambda b: b.time - b.excess,
     )
-    said = f"The misfit is {rms:.1f} times the noise"
+    text = f"The misfit is {rms:.1f} times the noise"
     if frequency > 0.0:
-        said += f", half of its excess slower than {frequency:.2g} Hz"
-    told: list[str] = []
-    for place in dense:
-        if place.regime not in told:
-            told.append(place.regime)
-            share = min(place.excess, 1.0)  # more, where another bin is below the noise
-            said += f"; {share:.0%} of the excess lies in {place.time:.0%} of the samples, "
-            said += f"where {place.regime} is {place.label}"
-        if len(told) == 3:
+        text += f", half of its excess slower than {frequency:.2g} Hz"
+    reported: list[str] = []
+    for found in dense:
+        if found.regime not in reported:
+            reported.append(found.regime)
+            share = min(found.excess, 1.0)  # more, where another bin is below the noise
+            text += f"; {share:.0%} of the excess lies in {found.time:.0%} of the samples, "
+            text += f"where {found.regime} is {found.label}"
+        if len(reported) == 3:
             break
-    return said + ("." if told else ", spread over all regimes.")
+    return text + ("." if reported else ", spread over all regimes.")

@@ -1,8 +1,8 @@
-"""What `mujoco.sysid` alone makes of the same recordings: the baseline of a diagnosis.
+"""Baseline of a diagnosis: a fit of the same recordings by `mujoco.sysid` alone.
 
-Fitted is what the recordings call uncertain, in the model as it is: as `sysid.Parameter`s with the
-recordings' ranges, by `sysid.optimize` with its own least squares, on residuals weighted as it
-weights them (each column by its own size), with its own 95 % intervals.
+The parameters that the recordings call uncertain are fitted in the model as it is: as
+`sysid.Parameter`s with the recordings' ranges, by `sysid.optimize` with its own least squares, on
+residuals weighted as it weights them (each column by its own size), with its own 95 % intervals.
 
 The simulation is ours. `sysid` recompiles an `MjSpec` for every parameter set and then rolls out
 from a stored full state; the parameters of a sheath live in that state, which would put back the
@@ -23,8 +23,13 @@ import numpy as np
 from mujoco import sysid
 from numpy.typing import NDArray
 
-from tendon_mj.diagnosis.gap import measure_gap
-from tendon_mj.diagnosis.problem import Make, Problem, for_choices, whole
+from tendon_mj.diagnosis.data.problem import (
+    MakeSimulator,
+    Problem,
+    all_samples,
+    training_samples,
+)
+from tendon_mj.diagnosis.result.error_reduction import measure_errors
 from tendon_mj.errors import TendonError
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording
@@ -33,24 +38,24 @@ from tendon_mj.replay.suppression import suppress_unsolved_warnings
 
 FloatArray = NDArray[np.float64]
 
-_DIFFERENCE = 1e-5  # of a range; its own 1e-8 finds the same, but is near the simulations' grain
+_DIFFERENCE = 1e-5  # of a range; its own 1e-8 finds the same, but is near the simulations' rounding
 _DAMPING_FACTOR = 10.0  # its own 10^0.1 tries 140 ever smaller steps where none is left to take
 _TOLERANCE = 1e-5  # of the step, in ranges: far inside any interval
 _ITERATIONS = 30
-_HOPELESS = 1e3  # what a failed simulation counts as, in sizes of the measured column
+_FAILED = 1e3  # residual of a failed simulation, in sizes of the measured column
 
 
 @dataclass(frozen=True)
 class SysidResult:
-    """What came of it.
+    """Result of a fit.
 
     Attributes:
         values: parameter → (value, low, high), with the 95 % interval that sysid states [SI].
         train_rms, held_out_rms: error over all columns, each in units of its own noise [-], as in
-            `Diagnosis`: over what was fitted and over what was kept.
+            `Diagnosis`: on training data and on held-out data.
         signals: column → held-out error [the column's unit].
-        seconds: it took.
-        note: what to know when reading it.
+        seconds: duration of the fit [s].
+        note: caveat for the reader.
     """
 
     values: Mapping[str, tuple[float, float, float]]
@@ -61,7 +66,7 @@ class SysidResult:
     note: str
 
     def result(self) -> dict[str, Any]:
-        """Plain numbers and words, as `result.json` holds them."""
+        """Plain numbers and words, as in `result.json`."""
         return {
             "parameters": {
                 name: {"value": value, "low": low, "high": high}
@@ -85,16 +90,16 @@ def fit_with_sysid(
     held_out: Sequence[Recording] = (),
     progress: Progress = silent,
     *,
-    simulator: Make = Simulator,
+    simulator: MakeSimulator = Simulator,
 ) -> SysidResult:
-    """Fit what the recordings call uncertain with `mujoco.sysid`, and measure what it leaves.
+    """Fit what the recordings call uncertain with `mujoco.sysid`, and measure the errors.
 
     Args:
         train: recordings to fit.
-        held_out: recordings to be measured on alone; without any, the last quarter of each of
-            ``train``, which is then not fitted.
+        held_out: recordings that are not fitted; without any, the last quarter of each of
+            ``train``.
         progress: called with a label, how much is done, and of how much.
-        simulator: makes what simulates recordings.
+        simulator: makes the simulator of recordings.
 
     Raises:
         TendonError: `mujoco.sysid` is not installed; the message says how it comes.
@@ -105,22 +110,22 @@ def fit_with_sysid(
             " comparison out (--no-sysid)"
         )
     began = time.perf_counter()
-    problem = Problem(tuple(train), simulator(train), for_choices(train, held_out))
+    problem = Problem(tuple(train), simulator(train), training_samples(train, held_out))
     values = _optimize(problem, progress)
     fitted = {name: value for name, (value, _, _) in values.items()}
     residual = problem.residuals([fitted])[0]
-    seen = measure_gap(problem, residual, residual, problem.chosen)
+    seen = measure_errors(problem, residual, residual, problem.in_train)
     if held_out:
-        proof = Problem(tuple(held_out), simulator(held_out), whole(held_out))
+        proof = Problem(tuple(held_out), simulator(held_out), all_samples(held_out))
         unseen = proof.residuals([fitted])[0]
-        gap = measure_gap(proof, unseen, unseen, np.ones(unseen.size, bool))
+        errors = measure_errors(proof, unseen, unseen, np.ones(unseen.size, bool))
     else:
-        gap = measure_gap(problem, residual, residual, ~problem.chosen)
+        errors = measure_errors(problem, residual, residual, ~problem.in_train)
     return SysidResult(
         values=values,
         train_rms=seen.after,
-        held_out_rms=gap.after,
-        signals={column: after for column, (_, after, _) in gap.signals.items()},
+        held_out_rms=errors.after,
+        signals={column: after for column, (_, after, _) in errors.signals.items()},
         seconds=time.perf_counter() - began,
         note=_note(train, values),
     )
@@ -183,15 +188,15 @@ def _optimize(problem: Problem, progress: Progress) -> dict[str, tuple[float, fl
 
 
 def _weighted(problem: Problem, answers: Sequence[Mapping[str, FloatArray]]) -> list[FloatArray]:
-    """Residuals of every recording as sysid weights them, of the samples that may be used."""
+    """Training residuals of every recording as sysid weights them."""
     weighted = []
-    for recording, kept, series in zip(problem.recordings, problem.choice, answers, strict=True):
+    for recording, kept, series in zip(problem.recordings, problem.train, answers, strict=True):
         columns = list(recording.measured)
         measured = np.stack([recording.columns[c][kept] for c in columns], axis=1)
         simulated = np.stack([series[c][kept] for c in columns], axis=1)
         error = sysid.signal_modifier.weighted_diff(simulated, measured)
         share = sysid.signal_modifier.normalize_residual(error, measured)
-        weighted.append(np.nan_to_num(share, nan=_HOPELESS, posinf=_HOPELESS).ravel())
+        weighted.append(np.nan_to_num(share, nan=_FAILED, posinf=_FAILED).ravel())
     return weighted
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from tendon_mj.diagnosis import CATALOGUE, Finding, diagnose
-from tendon_mj.diagnosis.gap import Gap
-from tendon_mj.diagnosis.regimes import regimes
-from tendon_mj.diagnosis.sentence import say
+from tendon_mj.diagnosis.data.regimes import regimes
+from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
+from tendon_mj.diagnosis.result.sentence import state
 from tendon_mj.errors import UnknownNameError
 from tendon_mj.recordings.recording import Measured, Recording, Uncertain
 from tendon_mj.replay.simulator import Simulator
@@ -78,7 +78,7 @@ def test_what_only_the_held_out_data_show_is_not_nothing() -> None:
     _, held_out = rig(1, {"sheath.constant_friction": 1.0})
     found = diagnose(train, held_out, Toy)
     assert found.verdict == "unknown"
-    assert "On data that chose nothing the model is off by" in found.sentence
+    assert "On held-out data the model is off by" in found.sentence
 
 
 def test_an_effect_and_a_wrong_number_are_not_called_the_same() -> None:
@@ -86,15 +86,15 @@ def test_an_effect_and_a_wrong_number_are_not_called_the_same() -> None:
         Finding("backlash", "play", "", "sheath", "missing", 1.0, ()),
         Finding("friction", "friction", "", "sheath", "parameter", 1.0, ("bend_angle",)),
     ]
-    said = say("named", found, Gap(5.0, 1.0, 1.0, {}), 1.0, 0.2, [])
+    said = state("named", found, ErrorReduction(5.0, 1.0, 1.0, {}), 1.0, 0.2, [])
     assert said.startswith("Missing: play (sheath); a parameter was wrong: friction (sheath) – or")
 
 
 def test_steps_that_are_too_long_for_what_is_named_are_told() -> None:
     found = [Finding("backlash", "play", "", "sheath", "missing", 1.0, ())]
-    gap = Gap(9.0, 3.0, 1.0, {})
-    assert "(1.10 in ever shorter steps: " in say("named", found, gap, 1.1, 0.2, [])
-    assert "steps" not in say("named", found, gap, 2.9, 0.2, [])
+    gap = ErrorReduction(9.0, 3.0, 1.0, {})
+    assert "(1.10 in ever shorter steps: " in state("named", found, gap, 1.1, 0.2, [])
+    assert "steps" not in state("named", found, gap, 2.9, 0.2, [])
 
 
 def test_noise_that_is_said_too_large_is_told() -> None:
@@ -226,10 +226,10 @@ def test_bins_of_a_regime_are_the_same_in_every_recording_and_have_units() -> No
         assert one.labels == other.labels
     posture = next(r for r in of_large if r.name == "posture")
     assert posture.labels[0].endswith(" m")
-    inner = next(r for r in of_small if r.name == "posture").number
+    inner = next(r for r in of_small if r.name == "posture").bins
     assert inner.min() > 0
     assert inner.max() < 5
-    assert (posture.number.min(), posture.number.max()) == (0, 5)
+    assert (posture.bins.min(), posture.bins.max()) == (0, 5)
 
 
 def test_an_uncertain_value_at_the_end_of_its_range_is_said_to_be() -> None:
@@ -257,7 +257,7 @@ def test_noise_on_the_drive_turns_no_motion_around() -> None:
     noisy = replace(clean, columns={**clean.columns, "input_displacement_m": place + jitter})
     of_clean, of_noisy = ({r.name: r for r in regimes([made])[0]} for made in (clean, noisy))
     for name, least in (("direction", 0.9), ("distance since reversal", 0.8)):
-        agree = of_clean[name].number == of_noisy[name].number
+        agree = of_clean[name].bins == of_noisy[name].bins
         assert agree.mean() > least, name
 
 

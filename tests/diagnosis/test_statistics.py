@@ -1,4 +1,4 @@
-"""Noise, left-out power and intervals, where the exact answer is known."""
+"""Noise, cross-validation and intervals, where the exact answer is known."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tendon_mj.diagnosis.data.noise import estimate_noise
+from tendon_mj.diagnosis.data.problem import Problem, all_samples
 from tendon_mj.diagnosis.effects.effect import Candidate, Term
-from tendon_mj.diagnosis.fit import Fit
-from tendon_mj.diagnosis.held_out import leave_out
-from tendon_mj.diagnosis.interval import beyond_range, intervals
-from tendon_mj.diagnosis.noise import estimate_noise
-from tendon_mj.diagnosis.problem import Problem, whole
+from tendon_mj.diagnosis.model_selection.cross_validation import cross_validate
+from tendon_mj.diagnosis.model_selection.fit import Fit
+from tendon_mj.diagnosis.model_selection.intervals import beyond_range, intervals
 from tests.diagnosis.toy import Toy, recording
 
 TERM = Term(("sheath.constant_friction",), "N", 0.0, -50.0, 50.0, 1.0)
@@ -21,7 +21,7 @@ SLOPE = Term(("sheath.friction_drift",), "1/s", 0.0, -50.0, 50.0, 1.0)
 
 def problem(seed: int = 0) -> Problem:
     made = (recording("a", seed, {}), recording("b", seed + 1, {}))
-    return Problem(made, Toy(made), whole(made))
+    return Problem(made, Toy(made), all_samples(made))
 
 
 def linear(data: Problem, jacobian: np.ndarray, noise: np.ndarray) -> Fit:
@@ -56,46 +56,48 @@ def test_even_steps_are_no_rounding() -> None:
     assert estimate_noise(triangle) < 1e-9
 
 
-def test_leaving_out_without_refitting_is_refitting() -> None:
+def test_cross_validation_of_a_linear_model_is_that_of_refits() -> None:
     data = problem()
     random = np.random.default_rng(1)
-    size = data.segments.size
+    size = data.blocks.size
     jacobian, noise = random.normal(size=(size, 2)), random.normal(size=size)
-    found = leave_out(data, linear(data, jacobian, noise))
-    for number, power in zip(np.unique(data.segments), found.power, strict=True):
-        inside = data.segments == number
+    found = cross_validate(data, linear(data, jacobian, noise))
+    for block, chi2 in zip(np.unique(data.blocks), found.chi2, strict=True):
+        inside = data.blocks == block
         refit = np.linalg.lstsq(jacobian[~inside], -noise[~inside], rcond=None)[0]
         left = noise[inside] + jacobian[inside] @ refit
-        assert power == pytest.approx(float(left @ left), rel=1e-6)
+        assert chi2 == pytest.approx(float(left @ left), rel=1e-6)
 
 
-def test_beside_a_non_smooth_effect_nothing_is_left_out() -> None:
+def test_beside_a_non_smooth_effect_no_block_is_left_out() -> None:
     data = problem()
     random = np.random.default_rng(1)
-    size = data.segments.size
+    size = data.blocks.size
     fitted = linear(data, random.normal(size=(size, 2)), random.normal(size=size))
     effect = Candidate("drift", "missing", "sheath", (SLOPE,), non_smooth=True)
-    found = leave_out(data, replace(fitted, calibrated=(TERM,), effects=(effect,)))
-    assert found.gap == pytest.approx(float(np.mean(fitted.residual**2)) - 1.0)
-    assert found.gap < leave_out(data, fitted).gap
+    found = cross_validate(data, replace(fitted, calibrated=(TERM,), effects=(effect,)))
+    assert found.excess == pytest.approx(float(np.mean(fitted.residual**2)) - 1.0)
+    assert found.excess < cross_validate(data, fitted).excess
 
 
-def test_left_out_power_of_pure_noise_is_no_gap() -> None:
+def test_cross_validated_noise_has_no_excess() -> None:
     data = problem()
     random = np.random.default_rng(2)
-    size = data.segments.size
-    gaps = [
-        leave_out(data, linear(data, random.normal(size=(size, 2)), random.normal(size=size))).gap
+    size = data.blocks.size
+    excesses = [
+        cross_validate(
+            data, linear(data, random.normal(size=(size, 2)), random.normal(size=size))
+        ).excess
         for _ in range(20)
     ]
-    assert abs(np.mean(gaps)) < 3.0 * np.std(gaps) / np.sqrt(20.0) + 4.0 / size
+    assert abs(np.mean(excesses)) < 3.0 * np.std(excesses) / np.sqrt(20.0) + 4.0 / size
 
 
 @pytest.mark.parametrize("correlated", [False, True])
 def test_intervals_cover_though_residuals_are_correlated(correlated: bool) -> None:
     data = problem()
     random = np.random.default_rng(3)
-    size = data.segments.size
+    size = data.blocks.size
     covered = 0
     for _ in range(200):
         jacobian, noise = random.normal(size=(size, 2)), random.normal(size=size)
@@ -112,7 +114,7 @@ def test_intervals_cover_though_residuals_are_correlated(correlated: bool) -> No
 def test_a_term_that_the_data_pull_past_its_end_is_told(pull: float, beyond: bool) -> None:
     data = problem()
     random = np.random.default_rng(4)
-    size = data.segments.size
+    size = data.blocks.size
     jacobian, noise = random.normal(size=(size, 2)), random.normal(size=size)
     at_end = np.array([50.0, 0.0])
     bounds = np.array([[-50.0, -50.0], [50.0, 50.0]])
@@ -123,10 +125,10 @@ def test_a_term_that_the_data_pull_past_its_end_is_told(pull: float, beyond: boo
     assert not beyond_range(data, stuck, ~near).any()
 
 
-def test_values_that_only_trade_places_have_no_interval() -> None:
+def test_values_that_compensate_each_other_have_no_interval() -> None:
     data = problem()
     random = np.random.default_rng(6)
-    size = data.segments.size
+    size = data.blocks.size
     column = random.normal(size=size)
     both = np.column_stack([column, 1.001 * column])
     ranges = intervals(data, linear(data, both, random.normal(size=size)))

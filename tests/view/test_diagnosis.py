@@ -6,11 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_mj.diagnosis import CATALOGUE, BeforeAfter, Diagnosis, Finding, Ranked, Value
+from tendon_mj.diagnosis import (
+    CATALOGUE,
+    BeforeAfter,
+    Bin,
+    Diagnosis,
+    ErrorReduction,
+    Finding,
+    Located,
+    Ranked,
+    SysidResult,
+    Value,
+)
 from tendon_mj.diagnosis.effects.discrimination import DISCRIMINATING_EXPERIMENTS
-from tendon_mj.diagnosis.gap import Gap
-from tendon_mj.diagnosis.locate import Located, Place
-from tendon_mj.diagnosis.sysid import SysidResult
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings.recording import Measured, Recording
 from tendon_mj.replay.simulates import Simulates
@@ -41,10 +49,10 @@ def recorded(name="slow", source="a test", offset=0.0):
 def located(rms):
     excess = 1.0 if rms > 1.0 else 0.0
     return Located(
-        places=(
-            Place("direction", "pulling", 0.9 * excess, 0.5, np.sqrt(1.8 * (rms**2 - 1.0) + 1.0)),
-            Place("direction", "loosening", 0.1 * excess, 0.5, np.sqrt(0.2 * (rms**2 - 1.0) + 1.0)),
-            Place("signal", COLUMN, excess, 1.0, rms),
+        bins=(
+            Bin("direction", "pulling", 0.9 * excess, 0.5, np.sqrt(1.8 * (rms**2 - 1.0) + 1.0)),
+            Bin("direction", "loosening", 0.1 * excess, 0.5, np.sqrt(0.2 * (rms**2 - 1.0) + 1.0)),
+            Bin("signal", COLUMN, excess, 1.0, rms),
         ),
         sentence=f"The misfit is {rms:.1f} times the noise.",
         frequency=0.5,
@@ -58,7 +66,7 @@ def diagnosis(verdict="named", rivals=(), closest=(), train=None):
         identifier, effect.name, effect.equation, "output_tension", effect.kind, 0.97, tuple(rivals)
     )
     named = verdict in ("named", "parameter")
-    gap = Gap(10.0, 1.02, 1.0, {COLUMN: (1.0, 0.102, 0.1)})
+    gap = ErrorReduction(10.0, 1.02, 1.0, {COLUMN: (1.0, 0.102, 0.1)})
     value = Value(1.0, 0.98, 1.02, "N", 0.0)
     return Diagnosis(
         verdict=verdict,
@@ -228,8 +236,8 @@ def test_the_proof_shows_the_error_of_every_regime_in_noise():
     shown = BeforeAfter(recorded(), recorded(), recorded())
     direction = diagnosis_figures(diagnosis(), shown)["proof"].axes[0]
     before, after = ([bar.get_width() for bar in bars] for bars in direction.containers)
-    np.testing.assert_allclose(before, [p.rms for p in located(9.0).places[:2]])
-    np.testing.assert_allclose(after, [p.rms for p in located(1.05).places[:2]])
+    np.testing.assert_allclose(before, [p.rms for p in located(9.0).bins[:2]])
+    np.testing.assert_allclose(after, [p.rms for p in located(1.05).bins[:2]])
 
 
 def test_where_nothing_is_missing_there_is_no_map():

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from tendon_mj.diagnosis.noise import noise_levels
+from tendon_mj.diagnosis import noise_levels
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.misfit import replay_error

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tendon_mj.diagnosis.gap import Gap
+from tendon_mj.diagnosis import ErrorReduction
 from tendon_mj.view.figures.replay import column_label
 from tendon_mj.view.figures.style import (
     BLACK,
@@ -27,12 +27,16 @@ _ROOM = 1.5  # of the longest bar, for the number behind it
 
 
 def gap_figure(
-    train: Gap, held_out: Gap, sysid: Mapping[str, float] | None = None, *, changed: bool = True
+    train: ErrorReduction,
+    held_out: ErrorReduction,
+    sysid: Mapping[str, float] | None = None,
+    *,
+    changed: bool = True,
 ) -> Figure:
     """Draw rms errors before and after, in units of the noise, with their numbers in the signal's.
 
     Args:
-        train, held_out: on the training data, and on the held-out data.
+        train, held_out: errors on training data and on held-out data.
         sysid: column → held-out rms error of `mujoco.sysid` alone [the column's unit].
         changed: whether there is an after.
 

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tendon_mj.diagnosis.locate import Located, Place
+from tendon_mj.diagnosis import Bin, Located
 from tendon_mj.view.figures.replay import column_label
 from tendon_mj.view.figures.style import (
     BLUE,
@@ -39,10 +39,10 @@ def misfit_figure(located: Located, remaining: Located | None) -> Figure:
         A figure of two columns of panels, one for each regime.
     """
     left = _rms(remaining)
-    whole = sum(_excess(p.time, p.rms) for p in located.places if p.regime == "signal")
+    whole = sum(_excess(p.time, p.rms) for p in located.bins if p.regime == "signal")
     unit = 100.0 / whole if whole > 0.0 else 0.0
 
-    def series(places: Sequence[Place]) -> list[_Series]:
+    def series(places: Sequence[Bin]) -> list[_Series]:
         before = [unit * _excess(p.time, p.rms) for p in places]
         drawn = [
             ("time spent there", [100.0 * p.time for p in places], PALE, ""),
@@ -67,7 +67,7 @@ def proof_figure(before: Located, after: Located) -> Figure:
     """
     left = _rms(after)
 
-    def series(places: Sequence[Place]) -> list[_Series]:
+    def series(places: Sequence[Bin]) -> list[_Series]:
         return [
             ("before", [p.rms for p in places], VERMILLION, "////"),
             ("after", [left[p.regime, p.label] for p in places], BLUE, ""),
@@ -83,13 +83,13 @@ def proof_figure(before: Located, after: Located) -> Figure:
 
 def _by_regime(
     located: Located,
-    series: Callable[[Sequence[Place]], list[_Series]],
+    series: Callable[[Sequence[Bin]], list[_Series]],
     title: str,
     label: str,
 ) -> Figure:
     """Two columns of panels, one for each regime, with a group of bars for each of its bins."""
-    groups: dict[str, list[Place]] = {}
-    for place in located.places:
+    groups: dict[str, list[Bin]] = {}
+    for place in located.bins:
         groups.setdefault(place.regime, []).append(place)
     rows = -(-len(groups) // _COLUMNS)
     with print_style():
@@ -112,14 +112,14 @@ def _by_regime(
 
 
 def _rms(located: Located | None) -> Mapping[tuple[str, str], float]:
-    return {(p.regime, p.label): p.rms for p in located.places} if located else {}
+    return {(p.regime, p.label): p.rms for p in located.bins} if located else {}
 
 
 def _excess(time: float, rms: float) -> float:
     return time * (rms**2 - 1.0)
 
 
-def _draw(axes: Axes, places: Sequence[Place], series: Sequence[_Series]) -> None:
+def _draw(axes: Axes, places: Sequence[Bin], series: Sequence[_Series]) -> None:
     rows, bar = np.arange(len(places)), 0.8 / len(series)
     for k, (label, values, colour, hatch) in enumerate(series):
         axes.barh(

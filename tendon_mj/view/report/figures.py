@@ -6,8 +6,7 @@ from collections.abc import Mapping
 
 from matplotlib.figure import Figure
 
-from tendon_mj.diagnosis.before_after import BeforeAfter
-from tendon_mj.diagnosis.verdict import Diagnosis
+from tendon_mj.diagnosis import BeforeAfter, Diagnosis
 from tendon_mj.view.figures.before_after import before_after_figure
 from tendon_mj.view.figures.gap import gap_figure
 from tendon_mj.view.figures.misfit_map import misfit_figure, proof_figure

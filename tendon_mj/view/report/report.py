@@ -11,8 +11,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from matplotlib.figure import Figure
 
-from tendon_mj.diagnosis.sysid import SysidResult
-from tendon_mj.diagnosis.verdict import Diagnosis
+from tendon_mj.diagnosis import Diagnosis, SysidResult
 from tendon_mj.view.figures.replay import column_label
 from tendon_mj.view.figures.style import DPI
 from tendon_mj.view.report.advice import advise

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tendon_mj.diagnosis.before_after import BeforeAfter
+from tendon_mj.diagnosis.result.diagnosis import Diagnosis
 from tendon_mj.diagnosis.sysid import SysidResult
-from tendon_mj.diagnosis.verdict import Diagnosis
 from tendon_mj.view.figures.style import DPI
 from tendon_mj.view.report.figures import diagnosis_figures
 from tendon_mj.view.report.report import LEFT_OUT, report_page

@@ -1,4 +1,4 @@
-"""The gap between simulation and measurement, before and after."""
+"""Rms error between simulation and measurement, of the calibrated and of the final model."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.diagnosis.problem import Problem
+from tendon_mj.diagnosis.data.problem import Problem
 
 FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Gap:
-    """Root mean square errors.
+class ErrorReduction:
+    """Root mean square errors before and after effects were added.
 
     Attributes:
         before, after: over all signals, each in units of its own noise [-].
-        noise_floor: what is left by a perfect model, 1 by definition of the unit.
+        noise_floor: error of a perfect model, 1 by definition of the unit.
         signals: column → (before, after, noise) [the column's unit].
     """
 
@@ -29,18 +29,18 @@ class Gap:
 
     @property
     def reducible_closed(self) -> float:
-        """Share of the gap above the noise floor that was closed; 0 where there was none."""
+        """Share of the error above the noise floor that was removed; 0 where there was none."""
         reducible = self.before - self.noise_floor
         return (self.before - self.after) / reducible if reducible > 0.0 else 0.0
 
 
-def measure_gap(
+def measure_errors(
     problem: Problem, before: FloatArray, after: FloatArray, mask: NDArray[np.bool_]
-) -> Gap:
-    """Gap over the residuals of ``mask`` (m,); ``before`` and ``after`` are (m,) in noise."""
-    edges = np.cumsum([0, *(size for _, _, size in problem.blocks())])
+) -> ErrorReduction:
+    """Errors over the residuals of ``mask`` (m,); ``before`` and ``after`` are (m,) in noise."""
+    edges = np.cumsum([0, *(size for _, _, size in problem.layout())])
     sums: dict[str, list[float]] = {}
-    for (k, column, _), first, last in zip(problem.blocks(), edges, edges[1:], strict=False):
+    for (k, column, _), first, last in zip(problem.layout(), edges, edges[1:], strict=False):
         inside = mask[first:last]
         level = problem.noise[k][column]
         entry = sums.setdefault(column, [0.0, 0.0, 0.0, 0.0])
@@ -54,4 +54,4 @@ def measure_gap(
         if count > 0.0
     }
     rms = [float(np.sqrt(np.mean(residual[mask] ** 2))) for residual in (before, after)]
-    return Gap(rms[0], rms[1], 1.0, {c: (b, a, n) for c, (b, a, n) in signals.items()})
+    return ErrorReduction(rms[0], rms[1], 1.0, {c: (b, a, n) for c, (b, a, n) in signals.items()})

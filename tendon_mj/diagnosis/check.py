@@ -1,4 +1,4 @@
-"""Which recordings a diagnosis can come from."""
+"""Checks that refuse recordings from which no diagnosis can come."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.diagnosis.problem import Problem, for_choices, whole
-from tendon_mj.diagnosis.regimes import motion
+from tendon_mj.diagnosis.data.problem import Problem, all_samples, training_samples
+from tendon_mj.diagnosis.data.regimes import motion
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings.recording import Recording
 
 _FEWEST = 50  # samples
 
 
-def admit(train: Sequence[Recording], held_out: Sequence[Recording]) -> None:
+def check_recordings(train: Sequence[Recording], held_out: Sequence[Recording]) -> None:
     """Refuse recordings from which no diagnosis can come.
 
     Raises:
-        RecordingError: says which recording, and why.
+        RecordingError: names the recording and the reason.
     """
     if not train:
         raise RecordingError("a diagnosis needs at least one recording")
     first = train[0]
-    masks = (*for_choices(train, held_out), *whole(held_out))
+    masks = (*training_samples(train, held_out), *all_samples(held_out))
     for recording, mask in zip((*train, *held_out), masks, strict=True):
         where = f"recording {recording.name!r}"
         if not recording.measured:
@@ -44,7 +44,7 @@ def admit(train: Sequence[Recording], held_out: Sequence[Recording]) -> None:
                 f"{where}: {recording.time.size} samples; a diagnosis needs {_FEWEST} or more"
             )
         if not mask.all():
-            _admit_part(recording, mask)
+            _check_part(recording, mask)
         for column in recording.measured:
             if np.ptp(recording.columns[column][mask]) == 0.0:
                 raise RecordingError(
@@ -60,13 +60,13 @@ def admit(train: Sequence[Recording], held_out: Sequence[Recording]) -> None:
     for recording in held_out:
         if any(_same_data(recording, other) for other in train):
             raise RecordingError(
-                f"recording {recording.name!r}: held out, and among those that choose; proof needs"
-                " data that no choice has seen"
+                f"recording {recording.name!r}: held out, and among the training data; proof needs"
+                " data that the selection has not seen"
             )
 
 
-def _admit_part(recording: Recording, mask: NDArray[np.bool_]) -> None:
-    """Refuse a recording that moves back and forth only where nothing is chosen."""
+def _check_part(recording: Recording, mask: NDArray[np.bool_]) -> None:
+    """Refuse a recording that moves back and forth in its held-out tail only."""
     columns = {name: series[mask] for name, series in recording.columns.items()}
     try:
         motion(replace(recording, time=recording.time[mask], columns=columns))
@@ -79,7 +79,7 @@ def _kept(mask: NDArray[np.bool_]) -> str:
 
 
 def _same_data(one: Recording, other: Recording) -> bool:
-    """Whether what was measured in one is a stretch of the other, at whatever time."""
+    """Whether the measured columns of one are a stretch of the other's, at whatever time."""
     if one.time.size > other.time.size:
         one, other = other, one
     if not one.measured.keys() <= other.columns.keys():
@@ -92,11 +92,11 @@ def _same_data(one: Recording, other: Recording) -> bool:
     )
 
 
-def admit_simulation(problem: Problem) -> None:
-    """Refuse recordings under which the model, as described, blows up.
+def check_simulation(problem: Problem) -> None:
+    """Refuse recordings under which the model, as described, becomes unstable.
 
     Raises:
-        RecordingError: says which recording, and how far its drive goes.
+        RecordingError: names the recording and the range of its drive.
     """
     answers = problem.simulate([{}])[0]
     for recording, series in zip(problem.recordings, answers, strict=True):

@@ -9,36 +9,36 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.diagnosis.noise import noise_levels
+from tendon_mj.diagnosis.data.noise import noise_levels
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.simulates import Simulates
 
 FloatArray = NDArray[np.float64]
+MakeSimulator = Callable[[Sequence[Recording]], Simulates]
 
-_SEGMENT = 1.0  # typical length of a segment [s]; several in each recording, and not too many
-_FEWEST, _MOST = 4, 12
-_TAIL = 0.25  # of every recording, kept for the proof where no other recording is given
+_BLOCK = 1.0  # typical length of a block [s]; several in each recording, and not too many
+_FEWEST_BLOCKS, _MOST_BLOCKS = 4, 12
+_TAIL = 0.25  # of every recording, held out where no other recording is given
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Recordings, what simulates them, and how their residuals are laid out.
+    """Recordings, the simulator of them, and the layout of their residuals.
 
-    A residual is (simulated − measured)/noise. They are stacked by recording, then column, then
-    sample. ``segments`` numbers stretches of time, all columns of a stretch sharing a number: they
-    are what is held out in turn when effects are compared.
+    A residual is (simulated − measured)/noise. Residuals are stacked by recording, then column,
+    then sample.
 
     Attributes:
-        recordings: what was measured.
+        recordings: measured data.
         simulate: parameter sets → a series for every set, recording and measured column.
-        choice: recording → (samples,) mask of what may be used in choices; the rest is for proof.
-        finer: ``simulate`` in steps half as long, see `refine`; None where it has no steps.
+        train: for every recording (samples,) mask of the training data; the rest is held out.
+        half_step: ``simulate`` with half the step, see `extrapolate`; None where it has no steps.
     """
 
     recordings: tuple[Recording, ...]
     simulate: Simulates
-    choice: tuple[NDArray[np.bool_], ...]
-    finer: Simulates | None = None
+    train: tuple[NDArray[np.bool_], ...]
+    half_step: Simulates | None = None
 
     @cached_property
     def noise(self) -> tuple[dict[str, float], ...]:
@@ -46,11 +46,11 @@ class Problem:
         return tuple(noise_levels(recording) for recording in self.recordings)
 
     @cached_property
-    def chosen(self) -> NDArray[np.bool_]:
-        """(m,) which residuals may be used in choices."""
-        return np.concatenate([self.choice[k] for k, _, _ in self.blocks()])
+    def in_train(self) -> NDArray[np.bool_]:
+        """(m,) which residuals are training data."""
+        return np.concatenate([self.train[k] for k, _, _ in self.layout()])
 
-    def blocks(self) -> list[tuple[int, str, int]]:
+    def layout(self) -> list[tuple[int, str, int]]:
         """(recording, column, samples) in the order of the residuals."""
         return [
             (k, column, recording.time.size)
@@ -59,33 +59,36 @@ class Problem:
         ]
 
     @cached_property
-    def segments(self) -> NDArray[np.int64]:
-        """(m,) number of the stretch of time that each residual belongs to, over all recordings."""
-        numbers, first = [], 0
+    def blocks(self) -> NDArray[np.int64]:
+        """(m,) block of time of each residual, counted over all recordings.
+
+        All columns share the blocks of their recording. Cross-validation leaves out one at a time.
+        """
+        labels, first = [], 0
         for recording in self.recordings:
             time = recording.time - recording.time[0]
-            count = int(np.clip(round(time[-1] / _SEGMENT), _FEWEST, _MOST))
+            count = int(np.clip(round(time[-1] / _BLOCK), _FEWEST_BLOCKS, _MOST_BLOCKS))
             own = np.minimum((time / time[-1] * count).astype(np.int64), count - 1) + first
-            numbers += [own] * len(recording.measured)
+            labels += [own] * len(recording.measured)
             first += count
-        return np.concatenate(numbers)
+        return np.concatenate(labels)
 
     def residuals(self, parameter_sets: Sequence[Mapping[str, float]]) -> FloatArray:
         """(sets, m) residuals; a simulation that failed has infinite ones."""
         return self._residuals(self.simulate, parameter_sets)
 
-    def refine(self, parameters: Mapping[str, float], residual: FloatArray) -> FloatArray:
-        """(m,) a residual without what the length of the steps does to it.
+    def extrapolate(self, parameters: Mapping[str, float], residual: FloatArray) -> FloatArray:
+        """(m,) residual without the first-order error of the simulation's step.
 
-        A simulation in steps of h errs by C h, to first order; so 2 r_{h/2} − r_h does not
-        (Richardson's extrapolation).
+        A simulation with step h errs by C h to first order, and 2 r_{h/2} − r_h does not
+        (Richardson extrapolation).
         """
-        if self.finer is None:
+        if self.half_step is None:
             return residual
-        finer = self._residuals(self.finer, [parameters])[0]
+        finer = self._residuals(self.half_step, [parameters])[0]
         with np.errstate(invalid="ignore"):
-            refined: FloatArray = 2.0 * finer - residual
-        return np.where(np.isfinite(refined), refined, np.inf)
+            extrapolated: FloatArray = 2.0 * finer - residual
+        return np.where(np.isfinite(extrapolated), extrapolated, np.inf)
 
     def _residuals(
         self, simulate: Simulates, parameter_sets: Sequence[Mapping[str, float]]
@@ -101,22 +104,15 @@ class Problem:
         return np.array(rows)
 
 
-def whole(recordings: Sequence[Recording]) -> tuple[NDArray[np.bool_], ...]:
-    """Every sample may be used."""
+def all_samples(recordings: Sequence[Recording]) -> tuple[NDArray[np.bool_], ...]:
+    """For every recording (samples,) mask of all of it."""
     return tuple(np.ones(recording.time.size, bool) for recording in recordings)
 
 
-def for_choices(
+def training_samples(
     train: Sequence[Recording], held_out: Sequence[Recording]
 ) -> tuple[NDArray[np.bool_], ...]:
-    """What of ``train`` may be used: all where ``held_out`` proves it, else all but the tails."""
+    """For every recording (samples,) training mask, all but the tail if none is held out."""
     if held_out:
-        return whole(train)
-    kept = []
-    for recording in train:
-        time = recording.time
-        kept.append(time <= time[0] + (1.0 - _TAIL) * (time[-1] - time[0]))
-    return tuple(kept)
-
-
-Make = Callable[[Sequence[Recording]], Simulates]
+        return all_samples(train)
+    return tuple(r.time <= r.time[0] + (1.0 - _TAIL) * (r.time[-1] - r.time[0]) for r in train)

@@ -1,8 +1,8 @@
-"""What was going on at every sample: the coordinates in which a misfit is looked for.
+"""Regimes of motion and load at every sample, in which a misfit is located.
 
-Everything is read from what was recorded: the driven displacement says which way, how fast, how far
-since the last reversal and how long at rest; the first measured force or torque, or else the first
-measured column, stands for the load.
+They are read from the recorded columns. The driven dispositionment gives direction, speed, distance
+since the last reversal and time at rest; the first measured force or torque, or else the first
+measured column, is the load.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from tendon_mj.diagnosis.noise import estimate_noise
+from tendon_mj.diagnosis.data.noise import estimate_noise
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings.recording import Recording
 
 FloatArray = NDArray[np.float64]
 
 _BINS = 6
-_NOUGHT = 1e-4  # of a coordinate's range: an end of a bin so near to 0 is called that
-_REST = 0.02  # of the largest speed: slower is at rest
+_ZERO = 1e-4  # of a coordinate's range: an end of a bin this near to 0 is written 0
+_REST = 0.02  # of the largest speed; slower counts as at rest
 _SINCE = "distance since reversal"
-_LINES = 5, 9, 17, 33, 65  # samples
-_SWING = 0.02  # of a column's range: going back by less is jitter and no reversal
+_WINDOWS = 5, 9, 17, 33, 65  # samples
+_HYSTERESIS = 0.02  # of a column's range: a turn by less is jitter and no reversal
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,21 +33,21 @@ class Regime:
     """One coordinate, cut into bins.
 
     Attributes:
-        name: of the coordinate, such as "speed".
-        labels: of the bins, in words and units.
-        number: (samples,) bin of every sample.
+        name: coordinate, such as "speed".
+        labels: range of each bin, with its unit.
+        bins: (samples,) bin of every sample.
     """
 
     name: str
     labels: tuple[str, ...]
-    number: NDArray[np.int64]
+    bins: NDArray[np.int64]
 
 
 def motion(recording: Recording) -> tuple[str, FloatArray, FloatArray]:
-    """The driven column that moves most often, its values, and its rate [unit/s].
+    """Driven column that reverses most often, its values, and its rate [unit/s].
 
     Raises:
-        RecordingError: nothing is driven, or what is driven never reverses.
+        RecordingError: no column is driven, or none reverses.
     """
     where = f"recording {recording.name!r}"
     if not recording.drive:
@@ -70,14 +70,14 @@ def motion(recording: Recording) -> tuple[str, FloatArray, FloatArray]:
 
 
 def _rate(time: FloatArray, values: FloatArray) -> FloatArray:
-    """Slopes of lines through so many samples that noise does not make them jump [unit/s].
+    """Slopes of lines through the fewest samples that keep noise below the rest speed [unit/s].
 
-    A line through n samples, h apart, with noise σ has a slope uncertain by √12 σ/(h n^{3/2}).
+    The slope through n samples, h apart, with noise σ has a standard deviation √12 σ/(h n^{3/2}).
     """
     step, noise = float(np.median(np.diff(time))), estimate_noise(values)
-    rate: FloatArray = np.gradient(values, time)  # lines through three
+    rate: FloatArray = np.gradient(values, time)  # lines through three samples
     count = 3
-    for wider in _LINES:
+    for wider in _WINDOWS:
         if np.sqrt(12.0) * noise / (step * count**1.5) < 0.5 * _REST * np.abs(rate).max():
             break
         if wider <= values.size:
@@ -86,23 +86,23 @@ def _rate(time: FloatArray, values: FloatArray) -> FloatArray:
 
 
 def _reversals(values: FloatArray) -> int:
-    """How often a series turns and goes back by more than jitter."""
-    swing = _SWING * float(np.ptp(values))
+    """Number of reversals of a series, by more than jitter."""
+    hysteresis = _HYSTERESIS * float(np.ptp(values))
     low = high = values[0]
     heading = count = 0
     for value in values:
         low, high = min(low, value), max(high, value)
-        if heading <= 0 and value > low + swing:
+        if heading <= 0 and value > low + hysteresis:
             count += heading != 0
             heading, high = 1, value
-        elif heading >= 0 and value < high - swing:
+        elif heading >= 0 and value < high - hysteresis:
             count += heading != 0
             heading, low = -1, value
     return int(count)
 
 
 def regimes(recordings: Sequence[Recording]) -> list[list[Regime]]:
-    """All coordinates of every recording; a coordinate has the same bins in all of them."""
+    """Regimes of every recording; a coordinate has the same bins in all of them."""
     coordinates = [_coordinates(recording) for recording in recordings]
     ends: dict[tuple[str, str], list[float]] = {}
     for found in coordinates:
@@ -122,12 +122,12 @@ def regimes(recordings: Sequence[Recording]) -> list[list[Regime]]:
 
 def _coordinates(recording: Recording) -> list[tuple[str, str, FloatArray]]:
     """(name, unit, value at every sample); first the direction, 0 loosening to 2 pulling."""
-    column, place, rate = motion(recording)
+    column, position, rate = motion(recording)
     time = recording.time
     unit = column.rsplit("_", 1)[-1]
     fastest = float(np.abs(rate).max())
     way = np.where(np.abs(rate) < _REST * fastest, 0, np.sign(rate)).astype(np.int64)
-    since, rest = _since_reversal(time, place, way)
+    since, rest = _since_reversal(time, position, way)
     loads = sorted(recording.measured, key=lambda name: not name.endswith(("_N", "_Nm")))
     return [
         ("direction", "", way + 1.0),
@@ -136,31 +136,31 @@ def _coordinates(recording: Recording) -> list[tuple[str, str, FloatArray]]:
         ("load", loads[0].rsplit("_", 1)[-1], recording.columns[loads[0]]),
         ("time at rest", "s", rest),
         ("time", "s", time - time[0]),
-        ("posture", unit, place),
+        ("posture", unit, position),
     ]
 
 
 def _since_reversal(
-    time: FloatArray, place: FloatArray, way: NDArray[np.int64]
+    time: FloatArray, position: FloatArray, way: NDArray[np.int64]
 ) -> tuple[FloatArray, FloatArray]:
     """Distance covered since the direction last changed, and time at rest."""
     since, rest = np.zeros(time.size), np.zeros(time.size)
-    heading, turn, stopped = 0, place[0], time[0]
+    heading, turn, stopped = 0, position[0], time[0]
     for k in range(time.size):
         if way[k] != 0:
             if way[k] != heading:
-                heading, turn = way[k], place[k]
+                heading, turn = way[k], position[k]
             stopped = time[k]
-        since[k] = abs(place[k] - turn)
+        since[k] = abs(position[k] - turn)
         rest[k] = time[k] - stopped
     return since, rest
 
 
 def _cut(name: str, series: FloatArray, unit: str, low: float, high: float) -> Regime:
-    """Bins of equal width; since a reversal narrower near 0, where most happens."""
+    """Regime with bins of equal width; narrower near 0 for the distance since a reversal."""
     share = np.linspace(0.0, 1.0, _BINS + 1)
     edges = low + (high - low) * (share**2 if name == _SINCE else share)
-    number = np.clip(np.searchsorted(edges, series, side="right") - 1, 0, _BINS - 1)
-    said = np.where(np.abs(edges) < _NOUGHT * (high - low), 0.0, edges)
-    labels = tuple(f"{said[k]:.3g} … {said[k + 1]:.3g} {unit}" for k in range(_BINS))
-    return Regime(name, labels, number.astype(np.int64))
+    bins = np.clip(np.searchsorted(edges, series, side="right") - 1, 0, _BINS - 1)
+    rounded = np.where(np.abs(edges) < _ZERO * (high - low), 0.0, edges)
+    labels = tuple(f"{rounded[k]:.3g} … {rounded[k + 1]:.3g} {unit}" for k in range(_BINS))
+    return Regime(name, labels, bins.astype(np.int64))

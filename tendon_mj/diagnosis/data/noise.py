@@ -1,4 +1,4 @@
-"""How noisy a measured series is."""
+"""Noise of a measured series."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tendon_mj.recordings.recording import Recording
 
 FloatArray = NDArray[np.float64]
 
-_ON_LATTICE = 1e-3  # of the smallest step: so near to a multiple of it is rounded to it
+_ON_GRID = 1e-3  # of the smallest change: a series this near to its multiples is quantised
 _GAUSS = 0.6744897501960817  # median |x| of a standard normal variable
 
 
@@ -19,8 +19,8 @@ def estimate_noise(series: ArrayLike) -> float:
     """Standard deviation of white noise on a smooth series.
 
     The third difference of white noise has a variance of 20 σ², that of a smooth series nearly
-    none; the median makes the few samples at kinks not count. At least what rounding to the
-    series' own resolution leaves, q/√12.
+    none; the median is robust to the few samples at kinks. At least the quantisation noise q/√12
+    of the series' own resolution q.
 
     Args:
         series: (n,) samples at even times.
@@ -35,7 +35,7 @@ def estimate_noise(series: ArrayLike) -> float:
         return 0.0
     places = (values - values[0]) / resolution
     multiples = np.unique(np.rint(steps / resolution))
-    rounded = multiples.size > 1 and np.abs(places - np.rint(places)).max() < _ON_LATTICE
+    rounded = multiples.size > 1 and np.abs(places - np.rint(places)).max() < _ON_GRID
     rounding = resolution / math.sqrt(12.0) if rounded else 0.0
     if values.size < 8:
         return rounding

@@ -1,4 +1,4 @@
-"""What a diagnosis says: a verdict, its reasons in numbers, and the model that follows from it."""
+"""Result of a diagnosis: a verdict, its evidence in numbers, and the final model."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any, Literal
 
 from tendon_mj.diagnosis.before_after import BeforeAfter, simulate_before_after
 from tendon_mj.diagnosis.effects.effect import Effect
-from tendon_mj.diagnosis.gap import Gap
 from tendon_mj.diagnosis.locate import Located
+from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.patch import patch_model
@@ -26,9 +26,9 @@ class Value:
     Attributes:
         value, low, high: estimate and ends of the interval [unit].
         unit: of all three.
-        before: what the model said [unit].
-        determined: whether the data hold it; else ``low`` and ``high`` are its range.
-        at_end: whether it was uncertain, and stands at an end of its range.
+        before: value in the model as described [unit].
+        determined: whether the data determine it; else ``low`` and ``high`` are its range.
+        at_end: whether it is calibrated, and at an end of its range.
     """
 
     value: float
@@ -41,7 +41,7 @@ class Value:
 
     @property
     def suffix(self) -> str:
-        """The unit as it stands behind a number; nothing for a ratio."""
+        """Unit to write after the value; empty for a ratio."""
         return f" {self.unit}" if self.unit not in ("", "-") else ""
 
 
@@ -54,8 +54,8 @@ class Finding:
         where: elements it is on.
         kind: "missing" or "parameter".
         confidence: that it is this one and none of the rivals, 0 … 1.
-        rivals: identifiers of others that these data can't tell from it.
-        elsewhere: elements on which the same effect can't be told from it.
+        rivals: identifiers of effects that the data cannot tell from it.
+        elsewhere: elements on which the data cannot tell the same effect from it.
     """
 
     identifier: str
@@ -74,10 +74,9 @@ class Ranked:
 
     Attributes:
         identifier, where: effect and elements.
-        explains: share of what the calibrated model leaves beyond noise that a first look at it
-            takes away [-].
-        left: rms error on stretches left out of its fit [noise]; None where it was not fitted, as
-            others promised more or the data do not hold its strength.
+        explains: share of the calibrated model's excess χ² that it removes by screening [-].
+        left: cross-validated rms error [noise]; None where it was not fitted, as others promised
+            more, or where the data do not determine its strength.
     """
 
     identifier: str
@@ -88,29 +87,30 @@ class Ranked:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """The outcome.
+    """Result of a diagnosis.
 
     Attributes:
-        verdict: see the module `tendon_mj.diagnosis.diagnose`.
+        verdict: one of those of the module `tendon_mj.diagnosis.diagnose`.
         sentence: the verdict in words.
         findings: named effects and parameters, in the order of how much they explain. Empty
             unless the verdict is "named" or "parameter".
         closest: identifiers that explained most where the verdict is "unknown".
-        excluded: identifiers of effects that were not to be considered.
+        excluded: identifiers of effects that were not considered.
         ranking: every candidate for the first finding that explains anything, the fitted ones
             first.
-        calibrated: what the recordings call uncertain, fitted.
-        parameters: what the findings write, and the shapes that come with it.
-        train, held_out: gaps on what the choices saw, and on what they did not.
-        located, remaining: where the calibrated model's misfit sits, and the final model's.
-        proof: the same two on what the choices did not see.
-        before: parameter → value of the model with only what was uncertain fitted, whole.
-        model: the same of the final model; of the calibrated one unless something was found.
-        seconds: it took.
+        calibrated: fitted parameters that the recordings call uncertain.
+        parameters: fitted parameters of the findings.
+        train, held_out: errors on training data and on held-out data.
+        located, remaining: misfit of the calibrated and of the final model, on training data.
+        proof: misfit of both on held-out data.
+        before: every parameter → value of the calibrated model.
+        model: every parameter → value of the final model; of the calibrated one unless something
+            was found.
+        seconds: duration of the diagnosis [s].
         catalogue: identifier → effect, of all that could have been named.
         simulator: of the held-out recordings; where there are none, of all.
-        recordings, held_out_recordings: that it comes from; without the second, the last quarter
-            of each of the first was held out.
+        recordings, held_out_recordings: data of the diagnosis; without the second, the last
+            quarter of each of the first was held out.
     """
 
     verdict: Verdict
@@ -121,8 +121,8 @@ class Diagnosis:
     ranking: tuple[Ranked, ...]
     calibrated: Mapping[str, Value]
     parameters: Mapping[str, Value]
-    train: Gap
-    held_out: Gap
+    train: ErrorReduction
+    held_out: ErrorReduction
     located: Located
     remaining: Located
     proof: tuple[Located, Located]
@@ -141,14 +141,14 @@ class Diagnosis:
 
     @property
     def indistinguishable(self) -> list[list[str]]:
-        """Groups of identifiers that these data can't tell apart."""
+        """Groups of identifiers that the data cannot tell apart."""
         return [
             [finding.identifier, *finding.rivals] for finding in self.findings if finding.rivals
         ]
 
     @property
     def confidence(self) -> float:
-        """Of the least sure finding; 1 where nothing was named, see `sentence` for the reasons."""
+        """Lowest confidence of the findings; 1 where nothing was named."""
         return min((finding.confidence for finding in self.findings), default=1.0)
 
     @property
@@ -190,7 +190,7 @@ class Diagnosis:
         return patch_model(first.model, values, path, intervals=intervals)
 
     def result(self) -> dict[str, Any]:
-        """Plain numbers and words, as `result.json` holds them."""
+        """Plain numbers and words, as in `result.json`."""
         return {
             "verdict": self.verdict,
             "sentence": self.sentence,
@@ -204,13 +204,13 @@ class Diagnosis:
             "parameters": {name: vars(value) for name, value in self.parameters.items()},
             "calibrated": {name: vars(value) for name, value in self.calibrated.items()},
             "gap": {
-                "train": _gap(self.train),
-                "held_out": _gap(self.held_out) | {"regimes": _regimes(*self.proof)},
+                "train": _errors(self.train),
+                "held_out": _errors(self.held_out) | {"regimes": _regimes(*self.proof)},
             },
             "where": {
                 "sentence": self.located.sentence,
                 "half_below_Hz": self.located.frequency,
-                "regimes": [vars(place) for place in self.located.places],
+                "regimes": [vars(found) for found in self.located.bins],
                 "remaining": self.remaining.sentence,
             },
             "seconds": self.seconds,
@@ -218,28 +218,28 @@ class Diagnosis:
 
 
 def _regimes(before: Located, after: Located) -> list[dict[str, Any]]:
-    left = {(place.regime, place.label): place.rms for place in after.places}
+    left = {(found.regime, found.label): found.rms for found in after.bins}
     return [
         {
-            "regime": place.regime,
-            "label": place.label,
-            "time": place.time,
-            "before": place.rms,
-            "after": left[place.regime, place.label],
+            "regime": found.regime,
+            "label": found.label,
+            "time": found.time,
+            "before": found.rms,
+            "after": left[found.regime, found.label],
         }
-        for place in before.places
+        for found in before.bins
     ]
 
 
-def _gap(gap: Gap) -> dict[str, Any]:
+def _errors(errors: ErrorReduction) -> dict[str, Any]:
     return {
         "unit": "noise",
-        "before": gap.before,
-        "after": gap.after,
-        "noise_floor": gap.noise_floor,
-        "reducible_closed": gap.reducible_closed,
+        "before": errors.before,
+        "after": errors.after,
+        "noise_floor": errors.noise_floor,
+        "reducible_closed": errors.reducible_closed,
         "signals": {
             column: {"before": before, "after": after, "noise_floor": noise}
-            for column, (before, after, noise) in gap.signals.items()
+            for column, (before, after, noise) in errors.signals.items()
         },
     }

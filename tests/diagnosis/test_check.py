@@ -48,7 +48,7 @@ def test_jitter_is_no_reversal() -> None:
 
 def test_proof_on_what_chose_is_refused() -> None:
     train, held_out = rig(1, {})
-    with pytest.raises(RecordingError, match="among those that choose"):
+    with pytest.raises(RecordingError, match="among the training data"):
         diagnose(train, [*held_out, replace(train[0], name="copy")], Toy)
 
 
@@ -61,7 +61,7 @@ def later(made: Recording, first: int, last: int, name: str = "later") -> Record
 def test_a_stretch_of_what_chose_proves_nothing_at_whatever_time() -> None:
     train, _ = rig(1, {})
     for stretch in (later(train[1], 0, 600), later(train[1], 50, 450)):
-        with pytest.raises(RecordingError, match="'later': held out, and among those that choose"):
+        with pytest.raises(RecordingError, match="'later': held out, and among the training data"):
             diagnose(train, [stretch], Toy)
 
 

@@ -1,0 +1,1 @@
+"""Data of a diagnosis: recordings as residuals in units of noise, and their regimes."""

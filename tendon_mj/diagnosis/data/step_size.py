@@ -1,0 +1,55 @@
+"""Step size of a simulation: as long as a search allows, and its error in a residual.
+
+Searching takes hundreds of simulations, judging a few. The search therefore takes twice the model's
+step; `Problem.extrapolate` removes the error of that step, and only extrapolated residuals are
+judged.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.diagnosis.data.problem import Problem
+
+FloatArray = NDArray[np.float64]
+
+_LONGEST = 2.0  # times the model's own step
+_LARGEST_ERROR = 1.0  # of the long step, see `step_error`
+
+
+def search_step(problem: Problem) -> float | None:
+    """Step of the search in steps of the model, 2 or 1; None for a simulator without steps.
+
+    Args:
+        problem: with the model's own step.
+    """
+    own = problem.simulate
+    if own.steps == 0:
+        return None
+    if own.in_steps(_LONGEST).steps == own.steps:  # a sample at every step
+        return 1.0
+    tried = with_step(problem, _LONGEST)
+    coarse = tried.residuals([{}])[0]
+    with np.errstate(invalid="ignore"):
+        correction = tried.extrapolate({}, coarse) - coarse
+    return _LONGEST if step_error(correction) <= _LARGEST_ERROR else 1.0
+
+
+def with_step(problem: Problem, factor: float | None) -> Problem:
+    """The problem with a step ``factor`` times the model's; unchanged for None."""
+    if factor is None:
+        return problem
+    simulate = problem.simulate.in_steps(factor)
+    return replace(problem, simulate=simulate, half_step=simulate.in_steps(0.5))
+
+
+def step_error(correction: FloatArray) -> float:
+    """Mean square by which halving the step changes a residual [noise variance].
+
+    The ``correction`` (m,) of `Problem.extrapolate` is twice that change, and to first order all
+    of the step's error; the change itself measures what the correction may have missed.
+    """
+    return float(np.mean((0.5 * correction) ** 2)) if np.isfinite(correction).all() else np.inf

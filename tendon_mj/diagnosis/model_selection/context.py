@@ -1,0 +1,177 @@
+"""Fits of models with one effect more or less, in one diagnosis."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tendon_mj.diagnosis.data.problem import Problem
+from tendon_mj.diagnosis.effects.effect import Candidate, Term
+from tendon_mj.diagnosis.model_selection.comparison import CandidateSet, FittedCandidate
+from tendon_mj.diagnosis.model_selection.cross_validation import cross_validate, gain
+from tendon_mj.diagnosis.model_selection.fit import Fit, fit
+from tendon_mj.diagnosis.model_selection.global_search import linearisation_holds, search_globally
+from tendon_mj.diagnosis.model_selection.screening import ScreeningScore, screen
+from tendon_mj.diagnosis.model_selection.thresholds import (
+    STANDARD_ERRORS,
+    detection_limit,
+    unexplained_excess,
+)
+from tendon_mj.progress import Progress
+
+CONVERGED = 25  # evaluations: enough for a fit to converge
+_NEAR = 5  # evaluations: enough from where screening has led
+_MOST_FITS = 4
+_PROMISING = 0.6  # of what the best candidate explains, to be fitted
+
+
+@dataclass(frozen=True, eq=False)
+class SelectionContext:
+    """Everything that stays the same during a selection.
+
+    Attributes:
+        problem: data.
+        base: parameter → value of the model.
+        calibrated: terms of what the recordings call uncertain.
+        candidates: catalogue on this model.
+        step_error: of the simulation, see `step_error`.
+        initial_excess: excess χ² of the calibrated model.
+        progress: callback.
+    """
+
+    problem: Problem
+    base: Mapping[str, float]
+    calibrated: tuple[Term, ...]
+    candidates: tuple[Candidate, ...]
+    step_error: float
+    initial_excess: float
+    progress: Progress
+
+    def fit_model(
+        self,
+        effects: Sequence[Candidate],
+        start: Sequence[float] | np.ndarray,
+        candidate: Candidate | None = None,
+        *,
+        near: Fit | None = None,
+        evaluations: int = _NEAR,
+    ) -> FittedCandidate:
+        """Fit a model with these effects from ``start``; ``near`` is a fit not far from there."""
+        fitted = fit(
+            self.problem,
+            self.base,
+            self.calibrated,
+            effects,
+            np.asarray(start, float),
+            correction=None if near is None else near.correction,
+            evaluations=evaluations,
+        )
+        return FittedCandidate(candidate, fitted, cross_validate(self.problem, fitted))
+
+    def extend(self, model: FittedCandidate, share: float = _PROMISING) -> CandidateSet:
+        """Screen all candidates for one more effect, and fit the best.
+
+        Fitted are those that explain, by screening, at least ``share`` of what the best does.
+        """
+        taken = frozenset[str]().union(*(effect.targets for effect in model.fit.effects))
+        others = [candidate for candidate in self.candidates if not candidate.targets & taken]
+        scores = screen(self.problem, self.base, model.fit, others, self.progress)
+        shortlist = _promising(scores, share)
+        fitted = []
+        for k, score in enumerate(shortlist):
+            self.progress("fit", k, len(shortlist))
+            effects = (*model.fit.effects, score.candidate)
+            fitted.append(self.fit_model(effects, score.start, score.candidate, near=model.fit))
+        if shortlist:
+            self.progress("fit", len(shortlist), len(shortlist))
+        best: dict[str, FittedCandidate] = {}
+        for extended in sorted(fitted, key=lambda model: -model.excess):
+            if extended.candidate and extended.fit.determines(extended.candidate):
+                best[extended.candidate.label] = extended
+        return CandidateSet(
+            tuple(scores), tuple(sorted(best.values(), key=lambda model: model.excess))
+        )
+
+    def without(self, model: FittedCandidate, candidate: Candidate) -> FittedCandidate:
+        """Fit a model without one of its effects, from the values of the others."""
+        fitted = model.fit
+        rest = tuple(effect for effect in fitted.effects if effect != candidate)
+        start = [
+            fitted.values[: len(fitted.calibrated)],
+            *(fitted.values[fitted.terms_of(effect)] for effect in rest),
+        ]
+        return self.fit_model(rest, np.concatenate(start), model.candidate, near=fitted)
+
+    def polish(self, model: FittedCandidate) -> FittedCandidate:
+        """Continue a fit to convergence, so that no effect is added to mend an early stop."""
+        fitted = model.fit
+        return self.fit_model(
+            fitted.effects, fitted.values, model.candidate, near=fitted, evaluations=CONVERGED
+        )
+
+    def optimise(self, model: FittedCandidate) -> FittedCandidate:
+        """Continue a fit to convergence, and to the global minimum for a non-smooth last effect."""
+        best = self.polish(model)
+        if best.candidate is not None and best.candidate.non_smooth:
+            for whole_range in (True, False):
+                if not self._may_be_local(best):
+                    break
+                best = self._search(best, whole_range=whole_range)
+        return best
+
+    def optimise_nearby(self, model: FittedCandidate) -> FittedCandidate:
+        """Continue a fit with another step, searching near it where the cost is non-smooth."""
+        best = self.polish(model)
+        non_smooth = any(effect.non_smooth for effect in best.fit.effects)
+        if non_smooth and self._may_be_local(best):
+            return self._search(best, whole_range=False)
+        return best
+
+    def _may_be_local(self, model: FittedCandidate) -> bool:
+        """Whether a fit leaves a significant excess, possibly because its minimum is local."""
+        significant = model.excess > self.smallest_gain
+        return significant and not linearisation_holds(self.problem, self.base, model.fit)
+
+    def _search(self, model: FittedCandidate, *, whole_range: bool) -> FittedCandidate:
+        """Better one of a fit and a fit from a global search around it.
+
+        With ``whole_range`` the terms of the last effect are searched in all their range.
+        """
+        fitted, last = model.fit, model.candidate
+        widely = fitted.terms_of(last) if whole_range and last is not None else slice(0)
+        start = search_globally(self.problem, self.base, fitted, widely, self.progress)
+        found = self.fit_model(fitted.effects, start, last, near=fitted, evaluations=CONVERGED)
+        return min(model, found, key=lambda end: end.excess)
+
+    def improves(self, before: FittedCandidate, after: FittedCandidate) -> bool:
+        """Whether the second model leaves significantly less than the first."""
+        got = gain(before.validation, after.validation)
+        return got.mean > max(self.smallest_gain, STANDARD_ERRORS * got.standard_error)
+
+    @cached_property
+    def detection_limit(self) -> float:
+        """Excess χ² below which nothing is named."""
+        return detection_limit(self.problem, self.step_error)
+
+    @property
+    def smallest_gain(self) -> float:
+        """Gain in χ² below which no effect is worth adding."""
+        return max(self.detection_limit, unexplained_excess(self.initial_excess))
+
+
+def _promising(scores: Sequence[ScreeningScore], share: float) -> list[ScreeningScore]:
+    """Scores not far behind the best, at most two starts a candidate and three an effect."""
+    if not scores:
+        return []
+    least, starts = share * scores[0].explained, Counter[str]()
+    kept = []
+    for score in scores:
+        label, identifier = score.candidate.label, score.candidate.identifier
+        if score.explained >= least and starts[label] < 2 and starts[identifier] < 3:
+            starts.update((label, identifier))
+            kept.append(score)
+    return kept[:_MOST_FITS]

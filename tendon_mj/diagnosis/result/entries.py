@@ -1,0 +1,107 @@
+"""Entries of a result: findings, ranking and fitted values, from a selection."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.diagnosis.data.problem import Problem
+from tendon_mj.diagnosis.effects.effect import Effect, Term
+from tendon_mj.diagnosis.model_selection.confidence import SelectedEffect
+from tendon_mj.diagnosis.model_selection.fit import Fit
+from tendon_mj.diagnosis.model_selection.intervals import beyond_range, intervals
+from tendon_mj.diagnosis.model_selection.select import Selection
+from tendon_mj.diagnosis.result.diagnosis import Finding, Ranked, Value
+
+_EXPLAINS = 0.01  # of the excess χ², to be in the ranking
+_MARGIN = 0.01  # of its range: a calibrated value this near to an end is held by it
+
+
+def finding(selected: SelectedEffect, catalogue: Mapping[str, Effect]) -> Finding:
+    """Finding of a selected effect; its rivals are other effects, or the same one elsewhere."""
+    effect, rivals = catalogue[selected.candidate.identifier], selected.rivals
+    return Finding(
+        identifier=effect.identifier,
+        name=effect.name,
+        equation=effect.equation,
+        where=selected.candidate.where,
+        kind=effect.kind,
+        confidence=selected.confidence,
+        rivals=tuple(
+            dict.fromkeys(r.identifier for r in rivals if r.identifier != effect.identifier)
+        ),
+        elsewhere=tuple(r.where for r in rivals if r.identifier == effect.identifier),
+    )
+
+
+def ranking(selection: Selection, in_train: NDArray[np.bool_]) -> tuple[Ranked, ...]:
+    """Rank the candidates for the first effect: fitted ones by their error, others by screening."""
+    if selection.first is None:
+        return ()
+    excess = float(np.mean(selection.calibrated.fit.residual[in_train] ** 2)) - 1.0
+    left = {
+        model.candidate.label: float(np.sqrt(max(1.0 + model.excess, 0.0)))
+        for model in selection.first.fitted
+        if model.candidate is not None
+    }
+    ranked: dict[str, Ranked] = {}
+    for score in selection.first.scores:
+        candidate, share = score.candidate, min(score.explained / excess, 1.0)
+        if share >= _EXPLAINS:
+            row = Ranked(candidate.identifier, candidate.where, share, left.get(candidate.label))
+            ranked.setdefault(candidate.label, row)
+    return tuple(
+        sorted(ranked.values(), key=lambda r: (r.left is None, r.left or 0.0, -r.explains))
+    )
+
+
+def fitted_values(
+    problem: Problem, base: Mapping[str, float], fit: Fit, *, calibrated: bool
+) -> dict[str, Value]:
+    """Fitted parameters with intervals: the calibrated ones, or else those of the effects."""
+    written = fit.parameters(base)
+    ranges = intervals(problem, fit)
+    first = len(fit.calibrated)
+    values = {}
+    for k, term in enumerate(fit.terms):
+        if (k < first) != calibrated:
+            continue
+        at_end = calibrated and not _clear_of_ends(fit.values[k], term)
+        narrower = bool(ranges[k][0] > term.low or ranges[k][1] < term.high)
+        determined = bool(fit.free[k]) and narrower and not at_end
+        span = ranges[k] if determined else (term.low, term.high)
+        for target in term.targets:
+            ends = [term.write(float(end), {**base, **written})[target] for end in span]
+            unit = problem.simulate.parameters[target].unit
+            values[target] = Value(
+                written[target], min(ends), max(ends), unit, base[target], determined, at_end
+            )
+    return values
+
+
+def parameters_beyond_range(problem: Problem, fit: Fit) -> list[str]:
+    """Calibrated parameters that the effects of a fit would take beyond their ranges."""
+    count = len(fit.calibrated)
+    near = np.array(
+        [
+            k < count and not _clear_of_ends(value, term)
+            for k, (term, value) in enumerate(zip(fit.terms, fit.values, strict=True))
+        ],
+        dtype=bool,
+    )
+    if not near.any():
+        return []
+    beyond = beyond_range(problem, fit, near)
+    return [t for k in np.flatnonzero(beyond) for t in fit.terms[k].targets]
+
+
+def _clear_of_ends(value: float, term: Term) -> bool:
+    """Whether a calibrated value lies inside its range; the fit never quite reaches an end.
+
+    In a range of decades twice the low end is far from it.
+    """
+    margin = _MARGIN * (term.high - term.low)
+    low = min(margin, term.low) if term.low > 0.0 else margin
+    return bool(term.low + low < value < term.high - margin)
