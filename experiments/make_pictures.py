@@ -17,13 +17,13 @@ from numpy.typing import ArrayLike
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 from tendon_mj.builders.bench import Bench
-from tendon_mj.builders.finger import Finger
-from tendon_mj.builders.library import load_model
-from tendon_mj.finger.control import rehearse
+from tendon_mj.builders.load import load_model
+from tendon_mj.finger.control import prepare_finger
 from tendon_mj.finger.trajectories import tap
 from tendon_mj.replay.default_motion import Drive, default_motion
+from tendon_mj.replay.frames import record_frames
 from tendon_mj.verification.comparison import slow_loop
-from tendon_mj.view.figures.loops import bench_loops_figure
+from tendon_mj.view.figures.loops import loops_figure
 from tendon_mj.view.render.clip import render_clip
 from tendon_mj.view.render.offscreen import Offscreen, find_camera
 from tendon_mj.view.render.panel import INK
@@ -44,7 +44,7 @@ def frame(
     """A picture out of the clip that `tendon-mj render` and `simulate` make."""
     with tempfile.TemporaryDirectory() as folder:
         clip = Path(folder) / "clip.mp4"
-        render_clip(model, drive, clip, duration=duration, fps=FPS)
+        render_clip(model, record_frames(model, drive, duration=duration, fps=FPS), clip)
         frames = imageio_ffmpeg.read_frames(clip)
         size = next(frames)["size"]
         picture = [np.frombuffer(f, np.uint8) for f in frames][round(moment * FPS)]
@@ -82,13 +82,13 @@ def joint() -> Image.Image:
 
 def finger() -> Image.Image:
     """The finger as it taps the object."""
-    model, controls = rehearse(tap(), load_model("finger", scene=True), Finger())
-    return frame(model, controls, *TAPPED)
+    prepared, controls = prepare_finger(tap(), load_model("finger", scene=True))
+    return frame(prepared.model, controls, *TAPPED)
 
 
 def loops(bench: Bench, folder: Path) -> Image.Image:
     """The loops that `tendon-mj compare` draws."""
-    figure = bench_loops_figure(bench, slow_loop(bench))
+    figure = loops_figure(bench, slow_loop(bench))
     figure.savefig(folder / "loops.png", dpi=160)
     with Image.open(folder / "loops.png") as picture:
         return picture.convert("RGB")

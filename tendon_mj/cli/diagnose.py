@@ -9,7 +9,7 @@ from typing import Annotated
 
 import tyro
 
-from tendon_mj.builders.library import load_model
+from tendon_mj.builders.load import load_model
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.diagnosis import Diagnosis
 from tendon_mj.diagnosis import diagnose as find

@@ -10,7 +10,7 @@ import mujoco
 import tyro
 
 from tendon_mj.attach import Parameters
-from tendon_mj.builders.library import load_model, models_folder
+from tendon_mj.builders.load import load_model, models_folder
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.recordings.recording import read_recording, write_recording

@@ -7,8 +7,9 @@ from collections.abc import Mapping
 
 import mujoco
 
-from tendon_mj.builders.library import load_model
+from tendon_mj.builders.load import load_model
 from tendon_mj.recordings.recording import Measured, Recording
+from tendon_mj.replay.frames import FrameRecorder
 from tendon_mj.replay.misfit import Misfit as Misfit
 from tendon_mj.replay.misfit import replay_error as replay_error
 from tendon_mj.replay.open_loop import Progress, run_open_loop
@@ -24,6 +25,7 @@ def replay(
     described: bool = True,
     settle: float = 0.5,
     progress: Progress | None = None,
+    recorder: FrameRecorder | None = None,
 ) -> Recording:
     """Drive a model with a recording's driven columns and read off its measured ones.
 
@@ -42,6 +44,7 @@ def replay(
             one does.
         settle: time before the first sample [s]; with 0 the model starts in its reference pose.
         progress: called with the share that is done, 0 … 1, every 2000 steps.
+        recorder: keeps frames of the run from the first sample on, to be drawn.
 
     Returns:
         The driven columns as they were and the measured ones as simulated, at the same times;
@@ -59,7 +62,9 @@ def replay(
     rig.set(values)
     course.prepare(rig)
     control = course.control(rig)
-    readings = run_open_loop(rig.model, rig.data, control, course.where, course.when, progress)
+    readings = run_open_loop(
+        rig.model, rig.data, control, course.where, course.when, progress, recorder
+    )
     columns = {column: recording.columns[column] for column in recording.drive}
     columns |= course.read_out(rig, readings)
     return Recording(

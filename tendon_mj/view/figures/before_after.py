@@ -1,4 +1,4 @@
-"""What was measured against what the model said before and says after, and what is left."""
+"""Measurement against the simulations before and after, and their residuals."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from tendon_mj.view.figures.style import (
 FloatArray = NDArray[np.float64]
 
 BEFORE, AFTER = (VERMILLION, "-"), (BLUE, "--")  # where they agree, both are seen
-_BAND = 2.0  # noises
+_BAND = 2.0  # half width of the noise band over the noise [-]
 
 
 def before_after_figure(
     measured: Recording, before: Recording, after: Recording | None = None
 ) -> Figure:
-    """Draw every measured column over what was driven and over time, and below it the residual.
+    """Draw every measured column over the driven one and over time, and below it the residual.
 
     Args:
         measured: with at least one driven and one measured column.
@@ -81,9 +81,9 @@ def before_after_figure(
                     _draw(left, x, series - measured.columns[column], colour, style, "_residual")
             grid[2 * k][0].set_ylabel(label)
             grid[2 * k + 1][0].set_ylabel(f"simulated −\nmeasured [{unit}]")
-            said = [f"{errors[named][column].rmse:.3g} {unit} {named}" for named in answers]
+            errors_text = [f"{errors[named][column].rmse:.3g} {unit} {named}" for named in answers]
             grid[2 * k][0].set_title(
-                f"{label.partition(' [')[0]}: rms error {', '.join(said)};"
+                f"{label.partition(' [')[0]}: rms error {', '.join(errors_text)};"
                 f" noise {noise[column]:.2g} {unit}",
                 fontsize=9.0,
             )

@@ -1,4 +1,4 @@
-"""Where a misfit sits: for every regime, its share beside that of the time, or its size."""
+"""Location of a misfit: its share beside that of the time, or its size, in every regime."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def proof_figure(before: Located, after: Located) -> Figure:
             ("after", [left[p.regime, p.label] for p in places], BLUE, ""),
         ]
 
-    title = "Error on data that chose nothing, before and after what was found; 1 is noise alone"
+    title = "Error on held-out data, before and after; 1 is the noise floor"
     figure = _by_regime(before, series, title, "rms error [noise]")
     for axes in figure.axes:
         if axes.axison:

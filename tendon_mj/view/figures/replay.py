@@ -1,4 +1,4 @@
-"""What was measured and what was simulated, over time and over the drive."""
+"""Measured and simulated columns, over time and over the drive."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A diagnosis as one page that needs nothing else: words, tables and pictures."""
+"""Report of a diagnosis: one HTML page with its tables and pictures, without other files."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ def report_page(
         train, held_out: recordings that it comes from.
         figures: name → figure, as `diagnosis_figures` names them.
         shown: name of the recording that is drawn.
-        sysid: what `mujoco.sysid` makes of the same data.
-        no_sysid: what to say without.
+        sysid: fit of the same data by `mujoco.sysid` alone.
+        no_sysid: sentence in its place where there is none.
     """
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent),
@@ -73,7 +73,7 @@ def report_page(
 
 
 def short(value: float) -> str:
-    """Four digits that mean something."""
+    """A number to four significant digits."""
     if not math.isfinite(value):
         return "–"
     if 1e4 <= abs(value) < 1e7:
@@ -82,7 +82,7 @@ def short(value: float) -> str:
 
 
 def _percent(share: float) -> str:
-    """Whole percents; 100 % only where it is."""
+    """A share in whole percents; 100 % only where it is exactly 1."""
     if not math.isfinite(share):
         return "–"
     return "more than 99 %" if 0.995 <= share < 1.0 else f"{100.0 * share:.0f} %"

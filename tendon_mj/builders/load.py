@@ -1,4 +1,4 @@
-"""The models that come with the package, and how to load any model."""
+"""Loading of models by name: those that come with the package, or any MJCF file."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def model_path(name: str, *, scene: bool = False) -> Path:
     Args:
         name: of a model that comes with the package, or of a variant of one (`finger_spring`); or
             the path of an MJCF file.
-        scene: whether to look at it.
+        scene: whether the scene around it is wanted too.
 
     Raises:
         UnknownNameError: neither a model of the package nor a file.
