@@ -20,9 +20,9 @@ from tendon_mj.engine import sheaths
 from tendon_mj.engine.sheath_plugin.state import UNSOLVED
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.finger.control import OUT_OF_REACH, prepare_finger, simulate_finger
+from tendon_mj.finger.summary import summarise
 from tendon_mj.finger.tracking_error import tracking_error
 from tendon_mj.finger.trajectories import ANGLES, Trajectory, clamped, curl, hold, press, tap
-from tendon_mj.verification.mujoco_tendon import mujoco_tendon_finger, without_tension_sensors
 
 FINGER = Finger()
 SHEATH_GUIDES = FINGER.forearm_guides + FINGER.wrist_guides
@@ -279,23 +279,6 @@ def test_the_step_is_stable_with_every_guide_stuck(model):
     assert 2.0 / np.sqrt(fastest) > 1.5 * FINGER.timestep
 
 
-def test_without_friction_it_is_mujocos_own_tendon():
-    finger = dataclasses.replace(FINGER, friction=0.0)
-    answers = []
-    for spec in (build_finger(finger), mujoco_tendon_finger(finger)):
-        model = spec.compile()
-        seen, _ = readings(model, controls(tap(), model, finger))
-        answers.append(joint_angles(model, seen))
-    # what is wound in stretches no more: a tenth of the tendon, which MuJoCo's spring neglects
-    np.testing.assert_allclose(answers[0], answers[1], atol=np.radians(1.0))
-
-
-def test_what_the_step_cost_times_is_the_finger(model):
-    bare = without_tension_sensors(build_finger(FINGER)).compile()
-    answers = [joint_angles(m, readings(m, controls(tap(), m))[0]) for m in (model, bare)]
-    np.testing.assert_array_equal(*answers)
-
-
 def test_with_friction_the_same_tension_holds_another_force_after_more(model):
     """Held at 14 N from below and from above: without friction there is no difference."""
     forces = {}
@@ -371,3 +354,10 @@ def test_the_scene_shows_conduits_where_the_guides_are():
         points = [data.site(f"{tendon}_sheath_{k}").xpos for k in range(1, SHEATH_GUIDES + 1)]
         for a, b in itertools.pairwise(points):
             assert min(np.linalg.norm(0.5 * (a + b) - middle) for middle in shown) < 1e-6
+
+
+def test_without_friction_both_ends_of_a_tendon_pull_alike(model):
+    summary = summarise(simulate_finger(tap(), model, friction=0.0))
+    assert summary.flexor_ratio_max == pytest.approx(1.0, abs=1e-9)
+    assert summary.flexor_ratio_min == pytest.approx(1.0, abs=1e-9)
+    assert summary.tip_force_max > 0.0
