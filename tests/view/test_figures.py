@@ -10,8 +10,9 @@ from tendon_mj.errors import RecordingError
 from tendon_mj.recordings.recording import Measured, Recording
 from tendon_mj.verification.first_motion import BenchReadings, FirstMotion
 from tendon_mj.view.figures.convergence import convergence_figure
+from tendon_mj.view.figures.labels import column_label
 from tendon_mj.view.figures.loops import loops_figure
-from tendon_mj.view.figures.replay import column_label, replay_figure
+from tendon_mj.view.figures.replay import replay_figure
 from tendon_mj.view.figures.sweep import sweep_figure
 
 LAM, T0, EA, L, KSE = 0.47, 20.0, 20e3, 0.5, 8e3

@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tendon_mj.diagnosis.gap import Gap
-from tendon_mj.view.figures.replay import column_label
+from tendon_mj.replay.units import column_unit
+from tendon_mj.view.figures.labels import column_name
 from tendon_mj.view.figures.style import (
     BLACK,
     BLUE,
@@ -52,11 +53,9 @@ def gap_figure(
                     bars[_SYSID] = extra[column]
                 if changed:
                     bars[_AFTER] = after
-                label = column_label(column)
-                unit = label.rpartition("[")[2].rstrip("]") if "[" in label else ""
-                _draw(axes, bars, noise, unit)
+                _draw(axes, bars, noise, column_unit(column))
                 longest = max(longest, *(value / noise for value in bars.values()))
-            row[0].set_ylabel(column_label(column).partition(" [")[0])
+            row[0].set_ylabel(column_name(column))
         grid[0][0].set_xlim(0.0, _AXIS_SPAN * longest)
         grid[0][0].set_title("training data: selection and fit")
         grid[0][1].set_title("held-out data")

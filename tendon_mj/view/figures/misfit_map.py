@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tendon_mj.diagnosis.locate import Located, Place
-from tendon_mj.view.figures.replay import column_label
+from tendon_mj.view.figures.labels import column_name
 from tendon_mj.view.figures.style import (
     BLUE,
     GREY,
@@ -132,10 +132,7 @@ def _draw(axes: Axes, places: Sequence[Place], series: Sequence[_Series]) -> Non
             hatch=hatch,
             label=label,
         )
-    names = [
-        column_label(p.label).partition(" [")[0] if p.regime == "signal" else p.label
-        for p in places
-    ]
+    names = [column_name(p.label) if p.regime == "signal" else p.label for p in places]
     axes.set_yticks(rows, names)
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")

@@ -15,7 +15,8 @@ from tendon_mj.diagnosis.catalogue import CATALOGUE
 from tendon_mj.diagnosis.sysid import SysidResult
 from tendon_mj.diagnosis.verdict import Diagnosis
 from tendon_mj.recordings.recording import Recording
-from tendon_mj.view.figures.replay import column_label
+from tendon_mj.replay.units import column_unit
+from tendon_mj.view.figures.labels import column_name
 from tendon_mj.view.figures.style import DPI
 from tendon_mj.view.report.advice import advise
 
@@ -52,8 +53,8 @@ def report_page(
     environment.filters |= {
         "short": short,
         "percent": _percent,
-        "signal": lambda column: column_label(column).partition(" [")[0],
-        "unit": lambda column: column_label(column).partition("[")[2].rstrip("]") or "–",
+        "signal": column_name,
+        "unit": lambda column: column_unit(column) or "–",
     }
     kept = "proof" if held_out else "choice and fit; its last quarter for proof"
     return environment.get_template("report.html").render(
