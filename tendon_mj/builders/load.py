@@ -20,6 +20,11 @@ def models_folder() -> Path:
     raise TendonError(f"the models are missing: neither {_FOLDERS[0]} nor {_FOLDERS[1]} exists")
 
 
+def example_recording() -> Path:
+    """The CSV of a recording of the bench; it is simulated with lumped elements, not measured."""
+    return models_folder() / "bench" / "recordings" / "twin.csv"
+
+
 def model_names() -> list[str]:
     """Names of the models that come with the package."""
     return sorted(p.parent.name for p in models_folder().glob("*/scene.xml"))
