@@ -18,11 +18,11 @@ from matplotlib.font_manager import findfont
 from numpy.typing import ArrayLike
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 
-from tendon_mj.builders import Bench, Finger, load_model
-from tendon_mj.finger import rehearse, tap
-from tendon_mj.replay import Drive, default_motion
+from tendon_mj.builders import Bench, load_model
+from tendon_mj.finger import tap
+from tendon_mj.replay import Drive, default_motion, record_frames
 from tendon_mj.verification import slow_loop
-from tendon_mj.view import INK, Offscreen, bench_loops_figure, find_camera, render_clip
+from tendon_mj.view import INK, Offscreen, find_camera, render_clip
 
 ROOT = Path(__file__).parents[1]
 MODELS = ROOT / "models"
@@ -40,7 +40,7 @@ def frame(
     """Frame of the clip that `tendon-mj render` and `simulate` make."""
     with tempfile.TemporaryDirectory() as folder:
         clip = Path(folder) / "clip.mp4"
-        render_clip(model, drive, clip, duration=duration, fps=FPS)
+        render_clip(model, record_frames(model, drive, duration=duration, fps=FPS), clip)
         frames = imageio_ffmpeg.read_frames(clip)
         size = next(frames)["size"]
         picture = [np.frombuffer(f, np.uint8) for f in frames][round(moment * FPS)]
@@ -95,9 +95,9 @@ def main() -> None:
     shot.save(MODELS / "bench" / "bench.png")
     joint = load_model("joint", scene=True)
     draw_joint(joint, turned_joint(joint)).save(MODELS / "joint" / "joint.png", optimize=True)
-    finger, controls = rehearse(tap(), load_model("finger", scene=True), Finger())
-    frame(finger, controls, *TAPPED).save(MODELS / "finger" / "finger.png", optimize=True)
-    right = as_image(bench_loops_figure(Bench(), slow_loop(Bench())))
+    prepared, controls = prepare_finger(tap(), load_model("finger", scene=True))
+    frame(prepared.model, controls, *TAPPED).save(MODELS / "finger" / "finger.png", optimize=True)
+    right = as_image(loops_figure(Bench(), slow_loop(Bench())))
     right = right.resize((round(right.width * shot.height / right.height), shot.height))
     both = Image.new("RGB", (shot.width + right.width, shot.height), "white")
     both.paste(shot, (0, 0))

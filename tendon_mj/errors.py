@@ -1,4 +1,4 @@
-"""What goes wrong, said so that the reader can mend it."""
+"""Errors of the package; a message names the cause, the value and the range or names allowed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class UnknownNameError(TendonError, ValueError):
 
 
 class UnknownKeyError(UnknownNameError, KeyError):
-    """The same where a mapping was asked, so that ``in`` and ``get`` answer as they should."""
+    """An unknown name as the key of a mapping, so that ``in`` and ``get`` work."""
 
     __str__ = Exception.__str__  # a KeyError would show the message in quotes
 
@@ -40,7 +40,7 @@ class MissingPackageError(TendonError, ImportError):
 
 
 def unknown(kind: str, name: str, valid: Iterable[str]) -> str:
-    """Say that ``name`` is no ``kind``, with the nearest valid name first and then all of them."""
+    """Message that ``name`` is no ``kind``: the nearest valid name, and then all of them."""
     names = sorted(n for n in valid if n)
     near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
     hint = f"; did you mean {near[0]!r}?" if near else ""

@@ -1,4 +1,4 @@
-"""How long work says how far it is: a callback ``(what, done, total)``."""
+"""Progress of long work: a callback ``(what, done, total)``."""
 
 from __future__ import annotations
 
@@ -8,4 +8,4 @@ Progress = Callable[[str, int, int], None]
 
 
 def silent(what: str, done: int, total: int) -> None:
-    """Progress that goes nowhere."""
+    """Ignore progress."""

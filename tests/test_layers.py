@@ -1,13 +1,16 @@
-"""The rooms of the package: an import goes down only, and every module stays readable."""
+"""Layers of the package: imports go down only, and have no cycles; every module stays readable."""
 
 import ast
+import re
+from collections import Counter
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / "tendon_mj"
 MODULES = sorted(p for p in PACKAGE.rglob("*.py") if "models" not in p.parts)
-# layer of each package, counted from the bottom; packages on one layer do not know each other
+# layer of each package, counted from the bottom; packages of one layer do not import each other
 LAYERS = {
     "__main__": 10,
     "cli": 9,
@@ -28,17 +31,34 @@ LAYERS = {
     "errors": 0,
     "compilation": 0,
 }
-TWINS = {"sheath", "theory", "reference"}
+INDEPENDENT = {"sheath", "theory", "reference"}  # their agreement is evidence
+MOST_LINES = 300  # of a module
+MOST_MODULES = 20  # in a folder
+LARGEST_SHARE = 0.20  # of a package, of all lines
 
 
-def room_of(path: Path) -> str:
-    parts = path.relative_to(PACKAGE).with_suffix("").parts
-    return parts[0]
+def parsed(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
 
 
-def imported(tree: ast.AST, path: Path) -> set[str]:
+def relative(path):
+    return str(path.relative_to(PACKAGE))
+
+
+def package_of(path):
+    """The package directly under tendon_mj that a module belongs to."""
+    return path.relative_to(PACKAGE).with_suffix("").parts[0]
+
+
+def module_name(path):
+    """Dotted name of a module; that of a package for its __init__.py."""
+    parts = ("tendon_mj", *path.relative_to(PACKAGE).with_suffix("").parts)
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imported(tree, path):
     """Full names of all that a module imports, wherever in it."""
-    names: set[str] = set()
+    names = set()
     package = ["tendon_mj", *path.relative_to(PACKAGE).parent.parts]
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -50,8 +70,8 @@ def imported(tree: ast.AST, path: Path) -> set[str]:
     return names
 
 
-def rooms_in(names: set[str]) -> set[str]:
-    """Rooms that imported names lie in; the package itself stands for every room."""
+def packages_in(names):
+    """Packages that imported names lie in; tendon_mj itself stands for all of them."""
     found = set()
     for name in names:
         parts = name.split(".")
@@ -60,55 +80,156 @@ def rooms_in(names: set[str]) -> set[str]:
     return found
 
 
-def trespasses(room: str, names: set[str]) -> list[str]:
-    below = {r for r, layer in LAYERS.items() if layer < LAYERS[room]} | {room}
-    if room in TWINS:
-        below -= TWINS - {room}
-    return sorted(rooms_in(names) - below)
+def layering_violations(package, names):
+    """Packages among imported names that ``package`` may not import."""
+    below = {other for other, layer in LAYERS.items() if layer < LAYERS[package]} | {package}
+    if package in INDEPENDENT:
+        below -= INDEPENDENT - {package}
+    return sorted(packages_in(names) - below)
 
 
-def parsed(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"))
+def import_graph(sources):
+    """Module → modules that it imports, of a mapping from module to the names it imports.
+
+    A name that is not a module belongs to the longest prefix that is one.
+    """
+    graph = {}
+    for module, names in sources.items():
+        found = set()
+        for name in names:
+            parts = name.split(".")
+            prefixes = [".".join(parts[:k]) for k in range(len(parts), 0, -1)]
+            found.add(next((prefix for prefix in prefixes if prefix in sources), module))
+        graph[module] = found - {module}
+    return graph
 
 
-def named(path: Path) -> str:
-    return str(path.relative_to(PACKAGE))
+def grouped(graph, parent):
+    """Graph among the direct children of a package: its subpackages and its own modules."""
+
+    def child(module):
+        inner = module.removeprefix(f"{parent}.")
+        return inner.split(".")[0] if inner != module else None
+
+    children = {}
+    for module, targets in graph.items():
+        if child(module):
+            found = children.setdefault(child(module), set())
+            found |= {child(target) for target in targets} - {child(module), None}
+    return children
 
 
-@pytest.mark.parametrize("path", MODULES, ids=named)
+def cycle(graph):
+    """Names along a cycle, the first repeated at the end; empty without one."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return error.args[1]
+    return []
+
+
+GRAPH = import_graph({module_name(path): imported(parsed(path), path) for path in MODULES})
+PARENTS = sorted({module_name(p) for p in MODULES if p.name == "__init__.py"} - {"tendon_mj"})
+
+
+@pytest.mark.parametrize("path", MODULES, ids=relative)
 def test_imports_go_down_only(path):
     if path == PACKAGE / "__init__.py":
-        return  # the door, which shows all of the house
-    room = room_of(path)
-    assert room in LAYERS, f"{named(path)} is in no known room"
-    assert not trespasses(room, imported(parsed(path), path))
+        return  # the public face, which shows all packages
+    package = package_of(path)
+    assert package in LAYERS, f"{relative(path)} is in no known package"
+    assert not layering_violations(package, imported(parsed(path), path))
 
 
-def test_a_trespass_is_seen_wherever_it_hides():
+def test_a_violation_is_seen_wherever_it_hides():
     hidden = ast.parse("def f():\n    from tendon_mj.sheath import Law\n    return Law")
-    relative = ast.parse("from ..reference import run")
+    by_dots = ast.parse("from ..reference import run")
     below = ast.parse("import numpy, tendon_mj.errors\nfrom tendon_mj import errors")
     whole = ast.parse("import tendon_mj")
     path = PACKAGE / "theory" / "play.py"
-    assert trespasses("theory", imported(hidden, path)) == ["sheath"]
-    assert trespasses("theory", imported(relative, path)) == ["reference"]
-    assert trespasses("theory", imported(below, path)) == []
-    assert trespasses("theory", imported(whole, path)) == ["tendon_mj"]
-    assert trespasses("sheath", {"tendon_mj.theory.play"}) == ["theory"]
+    assert layering_violations("theory", imported(hidden, path)) == ["sheath"]
+    assert layering_violations("theory", imported(by_dots, path)) == ["reference"]
+    assert layering_violations("theory", imported(below, path)) == []
+    assert layering_violations("theory", imported(whole, path)) == ["tendon_mj"]
+    assert layering_violations("sheath", {"tendon_mj.theory.play"}) == ["theory"]
+
+
+def test_no_modules_import_each_other_in_a_cycle():
+    assert not cycle(GRAPH), " → ".join(cycle(GRAPH))
+
+
+@pytest.mark.parametrize("parent", PARENTS)
+def test_no_subpackages_or_modules_of_a_package_form_a_cycle(parent):
+    found = cycle(grouped(GRAPH, parent))
+    assert not found, f"within {parent}: {' → '.join(found)}"
+
+
+def test_a_cycle_is_seen_between_modules_and_between_subpackages():
+    sources = {
+        "p": set(),
+        "p.low": set(),
+        "p.low.a": {"numpy.array"},
+        "p.low.b": {"p.high.d.f"},
+        "p.high": set(),
+        "p.high.c": {"p.low.a.name"},
+        "p.high.d": set(),
+    }
+    graph = import_graph(sources)
+    assert graph["p.high.c"] == {"p.low.a"}
+    assert not cycle(graph)
+    assert set(cycle(grouped(graph, "p"))) == {"low", "high"}
+    assert set(cycle({"one": {"two"}, "two": {"one"}})) == {"one", "two"}
 
 
 def test_only_the_engine_knows_where_c_keeps_its_fields():
     for path in MODULES:
         outside = {n.split(".")[0] for n in imported(parsed(path), path)}
         inside = {n for n in imported(parsed(path), path) if n.startswith("mujoco.introspect")}
-        if room_of(path) != "engine":
-            assert not inside, named(path)
-            assert not outside & {"ctypes", "cffi", "llvmlite"}, named(path)
+        if package_of(path) != "engine":
+            assert not inside, relative(path)
+            assert not outside & {"ctypes", "cffi", "llvmlite"}, relative(path)
 
 
-@pytest.mark.parametrize("path", MODULES, ids=named)
+# a simulation is stepped by one of these, or by what they are called through
+STEPS = re.compile(
+    r"mj_step[12]?|mj_forward|mj_inverse|rollout|Rollout|roll|rollout_sensors|run_open_loop|"
+    r"try_open_loop|record_frames|FrameRecorder|replay|simulate\w*|Simulator|run_bench|slow_loop|"
+    r"compare_bench|diagnose|first_motion|\w*step_cost"
+)
+
+
+def calls(tree):
+    """Names of all functions and methods that are called."""
+    called = (node.func for node in ast.walk(tree) if isinstance(node, ast.Call))
+    return {f.attr if isinstance(f, ast.Attribute) else getattr(f, "id", "") for f in called}
+
+
+def modules_of(package):
+    return [path for path in MODULES if package_of(path) == package]
+
+
+@pytest.mark.parametrize("path", modules_of("view"), ids=relative)
+def test_views_step_no_simulation(path):
+    assert not {name for name in calls(parsed(path)) if STEPS.fullmatch(name)}
+
+
+@pytest.mark.parametrize(
+    "path", [p for p in MODULES if package_of(p) == "cli"], ids=lambda p: p.stem
+)
+def test_commands_compute_nothing_themselves(path):
+    names = imported(parsed(path), path)
+    assert not {n for n in names if n.split(".")[0] in ("numpy", "scipy", "numba")}
+    assert not {name for name in calls(parsed(path)) if re.fullmatch(r"mj_\w+|[Rr]ollout", name)}
+
+
+def test_a_view_that_steps_is_seen():
+    tree = ast.parse("import mujoco\ndef f(m, d):\n    mujoco.mj_step(m, d)\n    replay(d)")
+    assert {name for name in calls(tree) if STEPS.fullmatch(name)} == {"mj_step", "replay"}
+
+
+@pytest.mark.parametrize("path", MODULES, ids=relative)
 def test_modules_stay_short_and_say_what_they_do(path):
-    assert len(path.read_text(encoding="utf-8").splitlines()) <= 300
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= MOST_LINES
     tree = parsed(path)
     if path.stat().st_size:
         assert ast.get_docstring(tree), "the module"
@@ -119,3 +240,20 @@ def test_modules_stay_short_and_say_what_they_do(path):
             for method in inner:
                 if isinstance(method, ast.FunctionDef) and not method.name.startswith("_"):
                     assert ast.get_docstring(method), method.name
+
+
+def test_no_folder_is_a_long_list_of_modules():
+    counts = Counter(path.parent for path in MODULES if path.name != "__init__.py")
+    crowded = {relative(folder): count for folder, count in counts.items() if count > MOST_MODULES}
+    assert not crowded, f"more than {MOST_MODULES} modules in one folder: {crowded}"
+
+
+def test_no_package_is_most_of_the_code():
+    lines = Counter()
+    for path in MODULES:
+        lines[package_of(path)] += len(path.read_text(encoding="utf-8").splitlines())
+    package, most = lines.most_common(1)[0]
+    share = most / lines.total()
+    assert share <= LARGEST_SHARE, (
+        f"{package} has {most} of {lines.total()} lines, {share:.1%}; at most {LARGEST_SHARE:.0%}"
+    )

@@ -1,7 +1,7 @@
-"""The bench of the paper's Fig. 1 as a model with every number free.
+"""The bench of the paper's Fig. 1 as a model with every parameter free.
 
 A reel winds the tendon in; it runs through a sheath of uniform bend and pulls, through a sensor
-spring k_s, on an environment spring k_e. `models/bench/bench.xml` is this with the default numbers.
+spring k_s, on an environment spring k_e. `models/bench/bench.xml` is this with the defaults.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from tendon_mj.attach import add_friction, add_sites, add_tendon, arc_points
 
 @dataclass(frozen=True, kw_only=True)
 class Bench:
-    """Numbers of the bench; the defaults are those of `models/bench/parameters.toml`.
+    """Parameters of the bench; the defaults are those of `models/bench/parameters.toml`.
 
     Attributes:
         friction: μ, static = dynamic [-].
@@ -70,7 +70,7 @@ def build_bench(
     """The bench as an editable model: actuator `reel`, sheath `sheath`, four named sensors.
 
     Args:
-        bench: its numbers.
+        bench: its parameters.
         reel_joint, reel_radius: name of a hinge to add, on a body of that name, and radius [m] of
             the spool on it that winds the tendon in instead of the actuator.
     """

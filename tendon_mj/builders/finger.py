@@ -1,18 +1,19 @@
-"""A finger driven through sheaths, as a model with every number free: the numbers.
+"""Parameters and geometry of a finger driven through sheaths.
 
 Three joints, a flexor and an extensor, each from a motor's spool through a sheath that bends in the
-forearm and back at the wrist, along the palm and over guides on the phalanges. `finger_build` makes
-the model; `models/finger/finger.xml` is it with the default numbers.
+forearm and back at the wrist, along the palm and over guides on the phalanges. `build_finger` makes
+the model; `models/finger/finger.xml` is the one with the defaults.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.attach import arc_points
+from tendon_mj.builders.range_check import check_range
 from tendon_mj.errors import InvalidValueError
 
 JOINTS = ("mcp", "pip", "dip")
@@ -22,25 +23,12 @@ FLEXION = np.array([0.0, 1.0, 0.0])  # turned about it, a finger along +x goes d
 SIDE = {"flexor": -1.0, "extensor": 1.0}  # of the finger where the tendon is, up being the back
 Array = NDArray[np.float64]
 _MAY_BE_0 = ("friction", "pretension", "stiffness", "damping", "armature", "bend")
-_SIGNED = ("low", "object_x", "object_z", "object_angle")
-
-
-def _check(numbers: object, where: str) -> None:
-    for number in fields(numbers):  # type: ignore[arg-type]
-        value = getattr(numbers, number.name)
-        if isinstance(value, Joint):
-            continue
-        low = -np.inf if number.name in _SIGNED else 0.0
-        if not (
-            np.isfinite(value) and (value > low or (value == low and number.name in _MAY_BE_0))
-        ):
-            bound = "" if low else f" and {'≥' if number.name in _MAY_BE_0 else '>'} 0"
-            raise InvalidValueError(f"{where}{number.name} = {value} must be finite{bound}")
+_OBJECT_POSE = ("object_x", "object_z", "object_angle")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Joint:
-    """A joint and the phalanx beyond it.
+class FingerJoint:
+    """A joint of the finger and the phalanx beyond it.
 
     Attributes:
         length: of the phalanx [m].
@@ -71,7 +59,7 @@ class Joint:
     extensor_reach: float
 
     def __post_init__(self) -> None:
-        _check(self, "joint: ")
+        check_range(vars(self), may_be_0=_MAY_BE_0, signed=("low",), where="joint: ")
         if self.high <= self.low:
             raise InvalidValueError(f"joint: low = {self.low} must be below high = {self.high}")
 
@@ -95,35 +83,63 @@ class Joint:
         return length
 
 
-def _joint(*numbers: float) -> Joint:
-    names = [f.name for f in fields(Joint)]
-    degrees = [
-        np.radians(n) if f in ("low", "high") else n for f, n in zip(names, numbers, strict=True)
-    ]
-    return Joint(**dict(zip(names, degrees, strict=True)))
-
-
-def _mcp() -> Joint:
-    return _joint(
-        0.0398, 0.009, 0.011, -10, 90, 0.12, 0.004, 2e-5, 0.007, 0.018, 0.013, 0.0095, 0.0045
+def _mcp() -> FingerJoint:
+    return FingerJoint(
+        length=0.0398,
+        radius=0.009,
+        mass=0.011,
+        low=np.radians(-10.0),
+        high=np.radians(90.0),
+        stiffness=0.12,
+        damping=0.004,
+        armature=2e-5,
+        flexor_offset=0.007,
+        flexor_before=0.018,
+        flexor_after=0.013,
+        extensor_offset=0.0095,
+        extensor_reach=0.0045,
     )
 
 
-def _pip() -> Joint:
-    return _joint(
-        0.0224, 0.0083, 0.0053, -5, 100, 0.1, 0.003, 1.5e-5, 0.0055, 0.015, 0.009, 0.004, 0.002
+def _pip() -> FingerJoint:
+    return FingerJoint(
+        length=0.0224,
+        radius=0.0083,
+        mass=0.0053,
+        low=np.radians(-5.0),
+        high=np.radians(100.0),
+        stiffness=0.1,
+        damping=0.003,
+        armature=1.5e-5,
+        flexor_offset=0.0055,
+        flexor_before=0.015,
+        flexor_after=0.009,
+        extensor_offset=0.004,
+        extensor_reach=0.002,
     )
 
 
-def _dip() -> Joint:
-    return _joint(
-        0.0196, 0.007, 0.003, -5, 80, 0.05, 0.0015, 1e-5, 0.003, 0.008, 0.007, 0.0028, 0.0016
+def _dip() -> FingerJoint:
+    return FingerJoint(
+        length=0.0196,
+        radius=0.007,
+        mass=0.003,
+        low=np.radians(-5.0),
+        high=np.radians(80.0),
+        stiffness=0.05,
+        damping=0.0015,
+        armature=1e-5,
+        flexor_offset=0.003,
+        flexor_before=0.008,
+        flexor_after=0.007,
+        extensor_offset=0.0028,
+        extensor_reach=0.0016,
     )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Finger:
-    """Numbers of the finger; the defaults are those of `models/finger/parameters.toml`.
+    """Parameters of the finger; the defaults are those of `models/finger/parameters.toml`.
 
     Attributes:
         mcp, pip, dip: the joints and the phalanges beyond them.
@@ -140,23 +156,22 @@ class Finger:
         gear: turns of the rotor per turn of the spool.
         motor_damping: seen at the spool [N m s/rad].
         servo_stiffness: of the motors' position control, at the spool [N m/rad].
-        servo_damping: the same [N m s/rad].
+        servo_damping: of that control [N m s/rad].
         servo_margin: by which its range exceeds what the joints' ranges ask for [rad].
         motor_torque: most that a rotor gives [N m].
         object_stiffness: k_e of the object's spring [N/m].
         object_mass: [kg].
         object_angle: below the finger's straight line, in which the object is pressed [rad].
-        object_x, object_z: where the middle of the object's
-            face is, from the MCP's axis [m].
+        object_x, object_z: position of the middle of the object's face, from the MCP's axis [m].
         timestep: [s].
 
     Raises:
-        InvalidValueError: a number that is not finite, or not positive where it must be.
+        InvalidValueError: a parameter that is not finite, or not positive where it must be.
     """
 
-    mcp: Joint = field(default_factory=_mcp)
-    pip: Joint = field(default_factory=_pip)
-    dip: Joint = field(default_factory=_dip)
+    mcp: FingerJoint = field(default_factory=_mcp)
+    pip: FingerJoint = field(default_factory=_pip)
+    dip: FingerJoint = field(default_factory=_dip)
     friction: float = 0.15
     axial_stiffness: float = 2000.0
     pretension: float = 4.0
@@ -183,16 +198,17 @@ class Finger:
     timestep: float = 0.001
 
     def __post_init__(self) -> None:
-        _check(self, "")
+        own = {name: value for name, value in vars(self).items() if name not in JOINTS}
+        check_range(own, may_be_0=_MAY_BE_0, signed=_OBJECT_POSE)
 
     @property
-    def joints(self) -> dict[str, Joint]:
+    def joints(self) -> dict[str, FingerJoint]:
         """The joints by name, from the palm outwards."""
         return {name: getattr(self, name) for name in JOINTS}
 
 
 def sheath_points(finger: Finger, tendon: str) -> Array:
-    """Where the tendon leaves the spool, then the guides of forearm and wrist, (k, 3) [m].
+    """Points of the tendon from the spool over the guides of forearm and wrist, (k, 3) [m].
 
     From the last of them it runs straight along the palm to the finger.
     """
@@ -209,12 +225,12 @@ def sheath_points(finger: Finger, tendon: str) -> Array:
 
 
 def spool_angles(finger: Finger, angles: ArrayLike) -> dict[str, Array]:
-    """How far each spool must turn for joint angles, friction and stretch apart.
+    """Angles that the spools must turn by for joint angles, friction and stretch neglected.
 
     θ = −ΔL(q)/r, positive where tendon is wound in.
 
     Args:
-        finger: its numbers.
+        finger: its parameters.
         angles: (…, 3) of MCP, PIP, DIP [rad].
 
     Returns:

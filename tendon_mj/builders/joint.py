@@ -1,9 +1,9 @@
-"""An antagonistic joint behind a bent sheath, as a model with every number free.
+"""An antagonistic joint behind a bent sheath, as a model with every parameter free.
 
 A motor's spool winds tendon 1 in and pays tendon 2 out by moment arm × angle. Both run through one
 sheath, side by side across the plane of its bend, so that they are equally long and equally bent,
 to a pulley of the same radius on a hinge with a spring. `models/joint/joint.xml` is this with the
-default numbers.
+defaults.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.attach import add_friction, add_sensor, add_sites, add_tendon, arc_points
-from tendon_mj.errors import InvalidValueError
+from tendon_mj.builders.range_check import check_range
 
 TENDONS = (1, 2)
 _MAY_BE_0 = ("friction", "pretension", "stiffness", "damping", "servo_damping")
@@ -30,7 +30,7 @@ _TIP_LENGTH = 0.04  # of the tip and of the spool's crank, as drawn [m]
 
 @dataclass(frozen=True, kw_only=True)
 class Joint:
-    """Numbers of the joint; the defaults are those of `models/joint/parameters.toml`.
+    """Parameters of the joint; the defaults are those of `models/joint/parameters.toml`.
 
     Attributes:
         bend: total angle that the sheath turns through [rad].
@@ -50,7 +50,7 @@ class Joint:
         timestep: [s].
 
     Raises:
-        InvalidValueError: a number that is not finite, or not positive where it must be.
+        InvalidValueError: a parameter that is not finite, or not positive where it must be.
     """
 
     bend: float = np.pi * 2.0 / 3.0
@@ -70,11 +70,7 @@ class Joint:
     timestep: float = 0.001
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            low = -np.inf if name == "bend" else 0.0
-            if not (np.isfinite(value) and (value > low or (value == low and name in _MAY_BE_0))):
-                bound = "" if name == "bend" else f" and {'≥' if name in _MAY_BE_0 else '>'} 0"
-                raise InvalidValueError(f"{name} = {value} must be finite{bound}")
+        check_range(vars(self), may_be_0=_MAY_BE_0, signed=("bend",))
 
     @property
     def exponent(self) -> float:
@@ -106,19 +102,19 @@ def build_joint(joint: Joint) -> mujoco.MjSpec:
     hinge.solimp_friction = [0.9999, 0.9999, 0.001, 0.5, 2.0]
     command = spec.add_actuator(name="command", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="spool")
     command.set_to_position(kp=joint.servo_stiffness, kv=joint.servo_damping)
-    for number, side in zip(TENDONS, (1.0, -1.0), strict=True):
+    for k, side in zip(TENDONS, (1.0, -1.0), strict=True):
         points = centre + side * joint.moment_arm * _ACROSS
-        sites = add_sites(spec, f"guide_{number}", points)
-        tendon = add_tendon(spec, f"tendon_{number}", sites)
-        tendon.width, tendon.rgba = _TENDON_RADIUS, _COLOURS[number]
+        sites = add_sites(spec, f"guide_{k}", points)
+        tendon = add_tendon(spec, f"tendon_{k}", sites)
+        tendon.width, tendon.rgba = _TENDON_RADIUS, _COLOURS[k]
         add_friction(
             spec,
-            f"tendon_{number}",
-            name=f"sheath_{number}",
+            f"tendon_{k}",
+            name=f"sheath_{k}",
             friction=joint.friction,
             axial_stiffness=joint.axial_stiffness,
             pretension=joint.pretension,
-            reel=f"reel_{number}",
+            reel=f"reel_{k}",
             reel_joint="spool",
             reel_radius=side * joint.moment_arm,
             output_joint="joint",
@@ -180,5 +176,5 @@ def _add_sensors(spec: mujoco.MjSpec) -> None:
             objname=name,
         )
     for kind in ("input_tension", "output_tension"):
-        for number in TENDONS:
-            add_sensor(spec, f"sheath_{number}", kind, f"{kind}_{number}")
+        for k in TENDONS:
+            add_sensor(spec, f"sheath_{k}", kind, f"{kind}_{k}")

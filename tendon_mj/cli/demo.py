@@ -1,18 +1,19 @@
-"""`tendon-mj demo`: the main job end to end."""
+"""`tendon-mj demo`: comparison, clip and replay in one run."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+from tendon_mj.builders.load import example_recording
 from tendon_mj.cli.compare import compare
 from tendon_mj.cli.output import Output, console
 from tendon_mj.cli.render import render
-from tendon_mj.cli.replay import carried_recording, replay
+from tendon_mj.cli.replay import replay
 from tendon_mj.errors import EngineError
 
 
 def demo(out: Path = Path("out/demo")) -> dict[str, object]:
-    """Compare with theory, render a clip, replay the recording that the package carries.
+    """Compare with theory, render a clip, replay the example recording.
 
     Args:
         out: folder for everything.
@@ -28,9 +29,9 @@ def demo(out: Path = Path("out/demo")) -> dict[str, object]:
         console.print(f"no clip: {error}", soft_wrap=True)
         result["render"] = {"clip": None, "reason": str(error)}
     console.rule("replay (a recording made by the package, not measured)")
-    result["replay"] = replay(carried_recording(), out / "replay")
+    result["replay"] = replay(example_recording(), out / "replay")
     output.result(result)
-    console.rule("all of it")
+    console.rule("all files")
     output.written = sorted(path for path in out.rglob("*") if path.is_file())
     output.close()
     return result

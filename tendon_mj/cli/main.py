@@ -1,4 +1,4 @@
-"""Which commands there are, and what becomes of an error."""
+"""The command line's commands, and its exit status."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ COMMANDS: dict[str, Callable[..., object]] = {
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; 0 when it did its work, 2 when its input was refused."""
+    """Run one command; returns 0 on success, 2 when its input was refused."""
     if list(sys.argv[1:] if arguments is None else arguments) == ["--version"]:
         print(f"tendon-mj {version('tendon-mj')}")
         return 0

@@ -1,4 +1,4 @@
-"""What every command leaves behind: a folder with `result.json` and pictures, and a word on it."""
+"""Output of a command: a folder with `result.json` and pictures, and messages on the console."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from tendon_mj.errors import InvalidValueError
+from tendon_mj.view.figures.style import DPI
 
 console = Console(highlight=False, markup=False, emoji=False)  # names may hold [brackets]
 
@@ -34,14 +35,14 @@ class Output:
         folder.mkdir(parents=True, exist_ok=True)
 
     def add(self, path: Path) -> Path:
-        """Remember a file that something else wrote into the folder."""
+        """List a file that something else wrote into the folder."""
         self.written.append(path)
         return path
 
     def figure(self, name: str, figure: Figure) -> Path:
         """Write a figure as ``name``.png."""
         path = self.folder / f"{name}.png"
-        figure.savefig(path, dpi=160)
+        figure.savefig(path, dpi=DPI)
         return self.add(path)
 
     def result(self, numbers: Mapping[str, object]) -> Path:
@@ -52,14 +53,14 @@ class Output:
         return self.add(path)
 
     def close(self) -> None:
-        """Say what was written."""
+        """Print the files that were written."""
         console.print(f"{time.perf_counter() - self.started:.1f} s; wrote")
         for path in self.written:
             console.print(f"  {path}", soft_wrap=True)
 
 
 def _plain(value: object) -> object:
-    """The same without numbers that JSON does not have: they become null."""
+    """A value for JSON: numbers that JSON does not have become null."""
     if isinstance(value, Mapping):
         return {str(key): _plain(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
@@ -69,7 +70,7 @@ def _plain(value: object) -> object:
 
 @contextmanager
 def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
-    """A callback ``(what, done, total)`` that shows a bar for each thing that is being done."""
+    """A callback ``(what, done, total)`` that shows a bar for each ``what``."""
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console) as bars:
         tasks: dict[str, TaskID] = {}

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
 import tyro
-from numpy.typing import ArrayLike
 
-from tendon_mj.builders.finger import Finger
-from tendon_mj.builders.library import load_model, model_path
+from tendon_mj.builders.load import load_model, model_path
 from tendon_mj.cli.output import Output, progress_bar
-from tendon_mj.finger.control import rehearse
+from tendon_mj.finger.control import prepare_finger
 from tendon_mj.finger.trajectories import curl
-from tendon_mj.replay.default_motion import default_motion
+from tendon_mj.replay.default_motion import Drive, default_motion
+from tendon_mj.replay.frames import Array, record_frames
 from tendon_mj.view.render.clip import render_clip
 
 
@@ -33,17 +31,13 @@ def render(
     output = Output(out)
     name = model_path(model).stem
     compiled = load_model(model, scene=True)
-    drive: Callable[[float], ArrayLike] | ArrayLike = default_motion(name, compiled)
+    drive: Drive | Array = default_motion(name, compiled)
     if name in ("finger", "finger_spring"):
-        compiled, drive = rehearse(curl(), compiled, Finger())
+        prepared, drive = prepare_finger(curl(), compiled)
+        compiled = prepared.model
     with progress_bar() as progress:
-        path = render_clip(
-            compiled,
-            drive,
-            out / f"{name}.mp4",
-            duration=duration,
-            progress=progress,
-        )
+        frames = record_frames(compiled, drive, duration=duration, progress=progress)
+        path = render_clip(compiled, frames, out / f"{name}.mp4", progress=progress)
     output.add(path)
     result: dict[str, object] = {"clip": path.name, "duration_s": duration}
     output.result(result)

@@ -1,4 +1,4 @@
-"""`tendon-mj replay`: simulate what was measured, and show how far off it is."""
+"""`tendon-mj replay`: simulate a recording, and show the error."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import mujoco
 import tyro
 
 from tendon_mj.attach import Parameters
-from tendon_mj.builders.library import load_model, models_folder
+from tendon_mj.builders.load import load_model
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.recordings.recording import read_recording, write_recording
@@ -22,11 +22,6 @@ DESCRIBED = "as described"
 WITHOUT = "friction 0"
 
 
-def carried_recording() -> Path:
-    """The recording that the package carries; lumped elements made it, nobody measured it."""
-    return models_folder() / "bench" / "recordings" / "twin.csv"
-
-
 def replay(
     recording: Annotated[Path, tyro.conf.Positional],
     out: Path = Path("out/replay"),
@@ -34,7 +29,7 @@ def replay(
     model: str | None = None,
     change: tuple[str, ...] = (),
 ) -> dict[str, object]:
-    """Simulate what a recording's rig was made to do, with and without friction, and draw both.
+    """Simulate a recording with and without friction, and draw both beside the measurement.
 
     Args:
         recording: a CSV, with its TOML beside it unless --description names another.
@@ -70,7 +65,7 @@ def replay(
         }
         for column, error in errors.items():
             console.print(
-                f"{label}: {column} off by {error.rmse:.4g} rms, "
+                f"{label}: {column} rms error {error.rmse:.4g}, "
                 f"{error.share_of_range:.2%} of its range",
                 soft_wrap=True,
             )
@@ -82,13 +77,13 @@ def replay(
 
 
 def _parse(text: str, model: mujoco.MjModel) -> dict[str, float]:
-    """``name=value,…`` with * in names standing for any sheath."""
+    """Parameters of ``name=value,…``, where * in a name stands for any text."""
     parameters: dict[str, float] = {}
     known = list(Parameters(model, mujoco.MjData(model)))
     for part in text.split(","):
         name, equals, value = part.partition("=")
         try:
-            number = float(value)
+            given = float(value)
         except ValueError:
             equals = ""
         if not equals:
@@ -96,5 +91,5 @@ def _parse(text: str, model: mujoco.MjModel) -> dict[str, float]:
         names = fnmatch.filter(known, name.strip()) if "*" in name else [name.strip()]
         if not names:
             raise UnknownNameError("parameter", name.strip(), known, f"--change {text!r}")
-        parameters |= dict.fromkeys(names, number)
+        parameters |= dict.fromkeys(names, given)
     return parameters

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import tyro
 
-from tendon_mj.builders.library import load_model
+from tendon_mj.builders.load import load_model
 from tendon_mj.view.render.window import open_window
 
 

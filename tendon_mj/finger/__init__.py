@@ -1,4 +1,15 @@
 """The finger in motion: trajectories, control, tracking error."""
 
-from tendon_mj.finger.control import rehearse as rehearse
+from tendon_mj.finger.control import prepare_finger as prepare_finger
+from tendon_mj.finger.control import simulate_finger as simulate_finger
+from tendon_mj.finger.summary import Summary as Summary
+from tendon_mj.finger.summary import summarise as summarise
+from tendon_mj.finger.tracking_error import tracking_error as tracking_error
+from tendon_mj.finger.trajectories import Trajectory as Trajectory
+from tendon_mj.finger.trajectories import clamped as clamped
+from tendon_mj.finger.trajectories import curl as curl
+from tendon_mj.finger.trajectories import find_trajectory as find_trajectory
+from tendon_mj.finger.trajectories import hold as hold
+from tendon_mj.finger.trajectories import press as press
+from tendon_mj.finger.trajectories import read_trajectory as read_trajectory
 from tendon_mj.finger.trajectories import tap as tap

@@ -1,4 +1,4 @@
-"""Moves the finger along a trajectory, with ordinary position and torque control of its motors."""
+"""Control of the finger along a trajectory, by ordinary position and torque servos."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from tendon_mj.builders.finger import TENDONS, Finger, spool_angles
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.finger.trajectories import ANGLES, Array, Trajectory, check_reach
 from tendon_mj.recordings.recording import Measured, Recording
+from tendon_mj.replay.frames import FrameRecorder
 from tendon_mj.replay.open_loop import Progress
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.replay import replay
@@ -27,15 +28,15 @@ def drive_recording(
     name: str = "finger",
     friction: float | None = None,
 ) -> Recording:
-    """What the motors are told to follow a trajectory, as a recording still without readings.
+    """Commands of the motors for a trajectory, as a recording still without readings.
 
     Joint angles become spool angles by geometry alone, as for an ideal tendon; tensions become
-    torques, T r, with the position servos off. Nothing of it knows of friction.
+    torques, T r, with the position servos off. Friction is not compensated.
 
     Args:
         trajectory: to follow.
         model: `finger` or `finger_spring`.
-        finger: its numbers.
+        finger: its parameters.
         name: of the model.
         friction: μ of every sheath in place of the model's [-].
 
@@ -72,7 +73,7 @@ def drive_recording(
 def _commands(
     trajectory: Trajectory, finger: Finger, tendons: list[str]
 ) -> tuple[dict[str, Array], dict[str, str], dict[str, float]]:
-    """Columns, the actuators that they drive, and the parameters that this takes."""
+    """Columns, the actuators that they drive, and the parameters that this needs."""
     columns: dict[str, Array] = {}
     drive: dict[str, str] = {}
     known: dict[str, float] = {}
@@ -96,28 +97,35 @@ def _commands(
     return columns, drive, known
 
 
-def rehearse(
-    trajectory: Trajectory, model: mujoco.MjModel, finger: Finger
-) -> tuple[mujoco.MjModel, Array]:
-    """A copy of a model with all but friction set for a trajectory, and its (steps, nu) controls.
+def prepare_finger(
+    trajectory: Trajectory,
+    model: mujoco.MjModel,
+    finger: Finger | None = None,
+    *,
+    friction: float | None = None,
+) -> tuple[Adjustable, Array]:
+    """A copy of a model set for a trajectory, with its data, and its (steps, nu) controls.
 
-    For who steps the model by himself, such as a clip.
+    For callers that step the model themselves; `simulate_finger` steps it too.
 
     Args:
-        trajectory, model, finger: see `drive_recording`.
+        trajectory, model, finger, friction: see `simulate_finger`.
+
+    Raises:
+        InvalidValueError: as `simulate_finger`.
     """
-    drive = drive_recording(trajectory, model, finger)
-    rig = Adjustable(copy.copy(model))
-    rig.set(drive.known)
+    drive = drive_recording(trajectory, model, finger or Finger(), friction=friction)
+    adjustable = Adjustable(copy.copy(model))
+    adjustable.set(drive.known)
     time = np.arange(0.0, trajectory.time[-1], model.opt.timestep)
     controls = np.zeros((len(time), model.nu))
     for column, actuator in drive.drive.items():
         values = np.interp(time, drive.time, drive.columns[column])
         controls[:, model.actuator(actuator).id] = values
-    return rig.model, controls
+    return adjustable, controls
 
 
-def simulate(
+def simulate_finger(
     trajectory: Trajectory,
     model: mujoco.MjModel,
     finger: Finger | None = None,
@@ -125,16 +133,18 @@ def simulate(
     name: str = "finger",
     friction: float | None = None,
     progress: Progress | None = None,
+    recorder: FrameRecorder | None = None,
 ) -> Recording:
     """Follow a trajectory, and return every sensor in a recording that `replay` can run again.
 
     Args:
         trajectory: to follow.
         model: `finger` or `finger_spring`; not changed.
-        finger: its numbers; default: those of the package's model.
+        finger: its parameters; default: those of the package's model.
         name: of the model, for the recording.
         friction: μ of every sheath in place of the model's [-].
         progress: called with the share that is done, 0 … 1.
+        recorder: keeps frames of the motion, for a clip of it.
 
     Returns:
         Columns `asked_…` of the trajectory, `…_command_…` driven, and one for every sensor.
@@ -146,7 +156,7 @@ def simulate(
     """
     finger = finger or Finger()
     drive = drive_recording(trajectory, model, finger, name=name, friction=friction)
-    answer = replay(drive, model, progress=progress)
+    answer = replay(drive, model, progress=progress, recorder=recorder)
     asked = {c: v for c, v in drive.columns.items() if c.startswith("asked_")}
     return Recording(
         name=drive.name,

@@ -1,4 +1,4 @@
-"""How far a finger is from what it was asked for."""
+"""Tracking error of the finger: achieved − asked."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from tendon_mj.replay.misfit import Misfit, replay_error
 def tracking_error(answer: Recording) -> dict[str, Misfit]:
     """Misfit achieved − asked, of every joint angle or tension that a trajectory asked for.
 
-    A tension is asked of the motor, so it is compared at the tendon's input; what friction leaves
-    of it at the output is compared besides.
+    A tension is asked of the motor, so it is compared at the tendon's input, and at its output
+    besides.
 
     Args:
-        answer: what `finger_run.simulate` returned.
+        answer: as `simulate_finger` returns it.
 
     Returns:
         By the achieved column: `mcp_angle_rad`, …, or `flexor_input_tension_N`, ….

@@ -1,4 +1,4 @@
-"""What a finger is told to do: joint angles or tendon tensions over time, named or from a CSV."""
+"""Trajectories of the finger: joint angles or tendon tensions over time, named or from a CSV."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 ANGLES = tuple(f"{joint}_rad" for joint in JOINTS)
 TENSIONS = tuple(f"{tendon}_N" for tendon in TENDONS)
 _INTERVAL = 0.01  # between samples of the named ones [s]
-_CURLED = np.radians([75.0, 80.0, 60.0])  # what a curl asks for
+_CURLED = np.radians([75.0, 80.0, 60.0])  # joint angles at the height of a curl
 _TOUCHING = np.radians([45.0, 34.0, 45.0])  # beyond the pose in which the tip touches the object
 _REST = 4.0  # tension that both tendons are kept at [N], the default pretension
 _SLACK = 1e-3  # by which a trajectory may exceed a range, as rounded tables do [rad or N]
@@ -149,7 +149,7 @@ def check_reach(trajectory: Trajectory, finger: Finger) -> None:
 
 
 def clamped(trajectory: Trajectory, finger: Finger) -> Trajectory:
-    """The same, kept within what `check_reach` lets pass."""
+    """A trajectory with every value clipped to the range that `check_reach` lets pass."""
     columns = {
         column: np.clip(trajectory.columns[column], *limits)
         for column, limits in _reach(trajectory, finger).items()
@@ -164,18 +164,3 @@ def _reach(trajectory: Trajectory, finger: Finger) -> dict[str, tuple[float, flo
         return dict(zip(ANGLES, ranges, strict=True))
     most = finger.pretension + finger.motor_torque * finger.gear / finger.spool_radius
     return dict.fromkeys(trajectory.columns, (0.0, most))
-
-
-def wander(finger: Finger, seed: int, duration: float = 60.0) -> Trajectory:
-    """Every joint for itself to a random angle of its range every 0.3 s, smoothly."""
-    random, interval = np.random.default_rng(seed), 0.3
-    low, high = np.array([(joint.low, joint.high) for joint in finger.joints.values()]).T
-    goals = random.uniform(low, high, (round(duration / interval) + 2, len(JOINTS)))
-    goals[0] = 0.0
-    time = _time(duration)
-    at = np.floor(time / interval).astype(int)
-    share = time / interval - at
-    share = (share * share * (3.0 - 2.0 * share))[:, None]
-    angles = (1.0 - share) * goals[at] + share * goals[at + 1]
-    columns = dict(zip(ANGLES, angles.T, strict=True))
-    return Trajectory(f"wander_{seed}", time, columns, aside=True)

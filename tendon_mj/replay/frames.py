@@ -1,4 +1,4 @@
-"""A simulation as a row of frames: poses, and the tension along every tendon in a sheath."""
+"""Frames of a simulation: poses, and the tension along every tendon in a sheath."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from tendon_mj.progress import Progress
 
 Array = NDArray[np.float64]
 POSE = mujoco.mjtState.mjSTATE_PHYSICS
+_FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
+FPS = 30.0  # [1/s]
 
 
 @dataclass(frozen=True)
@@ -31,37 +33,104 @@ class Cable:
 
 
 @dataclass(frozen=True)
-class Take:
+class Frames:
     """A simulation, frame by frame.
 
     Attributes:
+        fps: frames per second [1/s].
         time: (frames,) [s].
         poses: (frames, k) states of kind ``POSE``.
         controls: (frames, nu).
         cables: by name of the sheath.
     """
 
+    fps: float
     time: Array
     poses: Array
     controls: Array
     cables: dict[str, Cable]
 
 
-def record_take(
+class FrameRecorder:
+    """Keeps frames of a simulation at 0, 1/fps, 2/fps, … while something else steps it.
+
+    Args:
+        fps: frames per second [1/s].
+
+    Raises:
+        InvalidValueError: no frame rate.
+    """
+
+    def __init__(self, fps: float = FPS) -> None:
+        _check_positive("fps", fps, "1/s")
+        self.fps = fps
+        self._kept: list[tuple[Array, Array]] = []
+        self._cables: dict[str, list[tuple[Array, Array]]] = {}
+        self._scratch: mujoco.MjData | None = None
+
+    def due(self, start: float, timestep: float, steps: int) -> list[int]:
+        """Steps at whose beginning a frame is due, of a run of ``steps`` from ``start`` [s] on."""
+        count = max(1, round((start + steps * timestep) * self.fps))
+        wanted = np.rint((np.arange(count) / self.fps - start) / timestep).astype(int)
+        return [int(step) for step in wanted if step < max(1, steps)]
+
+    def keep(self, model: mujoco.MjModel, data: mujoco.MjData, control: ArrayLike) -> None:
+        """Keep a frame of the state of ``data`` under (nu,) ``control``; ``data`` is not changed.
+
+        Raises:
+            TendonError: the simulation became unstable.
+        """
+        if data.warning.number.any() or not np.isfinite(data.qpos).all():
+            raise TendonError(f"the simulation became unstable before {data.time:.3g} s")
+        if self._scratch is None:
+            self._scratch = mujoco.MjData(model)
+            self._cables = {name: [] for name in sheaths(model)}
+        state = np.empty(mujoco.mj_stateSize(model, _FULL))
+        mujoco.mj_getState(model, data, state, _FULL)
+        mujoco.mj_setState(model, self._scratch, state, _FULL)
+        self._scratch.ctrl[:] = control
+        mujoco.mj_forward(model, self._scratch)  # the path and its tensions belong to this pose
+        pose = np.empty(mujoco.mj_stateSize(model, POSE))
+        mujoco.mj_getState(model, self._scratch, pose, POSE)
+        self._kept.append((pose, self._scratch.ctrl.copy()))
+        for name, rows in self._cables.items():
+            rows.append(segment_tensions(model, self._scratch, name))
+
+    def frames(self) -> Frames:
+        """All frames that were kept.
+
+        Raises:
+            InvalidValueError: there is none; the recorder was given to no simulation.
+        """
+        if not self._kept:
+            raise InvalidValueError("no frame was recorded; give the recorder to a simulation")
+        return Frames(
+            fps=self.fps,
+            time=np.arange(len(self._kept)) / self.fps,
+            poses=np.array([pose for pose, _ in self._kept]),
+            controls=np.array([control for _, control in self._kept]),
+            cables={
+                name: Cable(np.array([p for p, _ in rows]), np.array([t for _, t in rows]))
+                for name, rows in self._cables.items()
+            },
+        )
+
+
+def record_frames(
     model: mujoco.MjModel,
     drive: Callable[[float], ArrayLike] | ArrayLike,
     *,
     duration: float,
-    fps: float = 30.0,
+    fps: float = FPS,
     progress: Progress | None = None,
-) -> Take:
-    """Simulate from the reference pose, and keep what is to be seen.
+) -> Frames:
+    """Simulate a model from its reference pose, and return frames of it.
 
     Args:
-        model: to move.
+        model: to move; it is not changed.
         drive: time [s] → (nu,) controls; or a (steps, nu) row of them per time step, of which the
             last one holds on.
-        duration: of the take [s].
+        duration: of the simulation [s].
         fps: frames per second [1/s].
         progress: called with what is being done, how much is done, and of how much.
 
@@ -69,34 +138,22 @@ def record_take(
         InvalidValueError: no duration, no frame rate, or controls of the wrong shape.
         TendonError: the simulation became unstable; the message says when.
     """
-    for name, value, unit in (("duration", duration, "s"), ("fps", fps, "1/s")):
-        if not (np.isfinite(value) and value > 0.0):
-            raise InvalidValueError(f"{name} = {value} [{unit}] must be finite and > 0")
-    control = _control(model, drive)
-    data = mujoco.MjData(model)
+    _check_positive("duration", duration, "s")
+    control, recorder, data = _control(model, drive), FrameRecorder(fps), mujoco.MjData(model)
     frames = max(1, round(duration * fps))
-    poses = np.empty((frames, mujoco.mj_stateSize(model, POSE)))
-    time, controls = np.arange(frames) / fps, np.empty((frames, model.nu))
-    seen: dict[str, list[tuple[Array, Array]]] = {name: [] for name in sheaths(model)}
     for k in range(frames):
-        while data.time < time[k] - 0.5 * model.opt.timestep:
+        while data.time < k / fps - 0.5 * model.opt.timestep:
             data.ctrl[:] = control(data.time)
             mujoco.mj_step(model, data)
-        data.ctrl[:] = control(data.time)
-        mujoco.mj_forward(model, data)  # the path and its tensions belong to this pose
-        if data.warning.number.any() or not np.isfinite(data.qpos).all():
-            raise TendonError(f"the simulation became unstable before {time[k]:.3g} s")
-        mujoco.mj_getState(model, data, poses[k], POSE)
-        controls[k] = data.ctrl
-        for name, rows in seen.items():
-            rows.append(segment_tensions(model, data, name))
+        recorder.keep(model, data, control(data.time))
         if progress:
             progress("simulate", k + 1, frames)
-    cables = {
-        name: Cable(np.array([p for p, _ in rows]), np.array([t for _, t in rows]))
-        for name, rows in seen.items()
-    }
-    return Take(time, poses, controls, cables)
+    return recorder.frames()
+
+
+def _check_positive(name: str, value: float, unit: str) -> None:
+    if not (np.isfinite(value) and value > 0.0):
+        raise InvalidValueError(f"{name} = {value} [{unit}] must be finite and > 0")
 
 
 def _control(

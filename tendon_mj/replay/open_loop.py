@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from itertools import pairwise
 
 import mujoco
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from tendon_mj.engine import sheaths
 from tendon_mj.engine.sheath_plugin.state import UNSOLVED
 from tendon_mj.errors import TendonError
+from tendon_mj.replay.frames import FrameRecorder
 from tendon_mj.replay.rollout import full_state, rollout_sensors
 
 FloatArray = NDArray[np.float64]
@@ -29,6 +31,7 @@ def run_open_loop(
     where: str,
     when: Callable[[int], str],
     progress: Progress | None = None,
+    recorder: FrameRecorder | None = None,
 ) -> FloatArray:
     """Step once for every row of controls, and read the sensors as of the start of each step.
 
@@ -42,6 +45,7 @@ def run_open_loop(
         when: says to the reader when a step was.
         progress: called with the share that is done, 0 … 1; what it costs is a call every 2000
             steps, and it changes no number.
+        recorder: keeps frames of the run; it changes no number either.
 
     Returns:
         (steps, nsensordata) readings.
@@ -52,8 +56,13 @@ def run_open_loop(
     readings = np.empty((len(control), model.nsensordata))
     start = full_state(model, data)
     chunk = _CHUNK if progress else len(control)
-    for first in range(0, len(control), chunk):
-        part = slice(first, min(first + chunk, len(control)))
+    step = model.opt.timestep
+    due = set(recorder.due(data.time, step, len(control) - 1)) if recorder else set()
+    pauses = sorted({*range(0, len(control), chunk), *due, len(control)})
+    for first, end in pairwise(pauses):
+        if recorder and first in due:
+            recorder.keep(model, data, control[first])
+        part = slice(first, end)
         if not _run(model, data, control[part], readings[part]):
             raise TendonError(f"{where} failed {_first_failure(model, start, control, when)}")
         if progress:

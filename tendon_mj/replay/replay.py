@@ -9,8 +9,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.builders.library import load_model
+from tendon_mj.builders.load import load_model
 from tendon_mj.recordings.recording import Measured, Recording
+from tendon_mj.replay.frames import FrameRecorder
 from tendon_mj.replay.misfit import Misfit as Misfit
 from tendon_mj.replay.misfit import replay_error as replay_error
 from tendon_mj.replay.open_loop import Progress, run_open_loop
@@ -28,6 +29,7 @@ def replay(
     described: bool = True,
     settle: float = 0.5,
     progress: Progress | None = None,
+    recorder: FrameRecorder | None = None,
 ) -> Recording:
     """Drive a model with a recording's driven columns and read off its measured ones.
 
@@ -46,6 +48,7 @@ def replay(
             one does.
         settle: time before the first sample [s]; with 0 the model starts in its reference pose.
         progress: called with the share that is done, 0 … 1, every 2000 steps.
+        recorder: keeps frames of the run from the first sample on, to be drawn.
 
     Returns:
         The driven columns as they were and the measured ones as simulated, at the same times;
@@ -64,7 +67,13 @@ def replay(
     schedule.prepare(adjustable)
     control = schedule.control(adjustable)
     readings = run_open_loop(
-        adjustable.model, adjustable.data, control, schedule.where, schedule.when, progress
+        adjustable.model,
+        adjustable.data,
+        control,
+        schedule.where,
+        schedule.when,
+        progress,
+        recorder,
     )
     return as_recording(recording, schedule.read_out(adjustable, readings), values)
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from tendon_mj.builders.library import load_model
+from tendon_mj.builders.load import load_model
 from tendon_mj.engine import sheaths
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.recordings.recording import Recording

@@ -1,8 +1,9 @@
-"""Holds MuJoCo's response on the bench against the closed form of the paper."""
+"""Comparison of MuJoCo's response on the bench with the closed form of the 1991 paper."""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,13 +14,14 @@ from tendon_mj.progress import Progress, silent
 from tendon_mj.replay.rollout import Array
 from tendon_mj.verification.first_motion import (
     SWING,
-    Loop,
-    Motion,
+    BenchReadings,
+    FirstMotion,
     first_motion,
     run_bench,
     sweep,
 )
-from tendon_mj.verification.step_cost import rollout_speedup, step_cost_ratio
+from tendon_mj.verification.rollout_speedup import rollout_speedup
+from tendon_mj.verification.step_cost import bench_step_cost
 
 SWEEP = (0.05, 0.1, 0.2, 0.35, 0.47, 0.7, 1.0, 1.25, 1.5)
 LIMIT_SWEEP = (0.05, 0.2, 0.47, 1.0, 1.5, 2.0, 3.0)
@@ -31,7 +33,7 @@ FINEST_GUIDES = 1024
 
 @dataclass(frozen=True)
 class Convergence:
-    """How K_ap approaches its value at many guides.
+    """Convergence of K_ap over the number of guides.
 
     Attributes:
         guides: (k,) numbers of guides.
@@ -45,7 +47,7 @@ class Convergence:
 
 
 def convergence(bench: Bench, progress: Progress = silent) -> Convergence:
-    """Refine the guides and compare with ``FINEST_GUIDES``, so that all else drops out."""
+    """Error of K_ap over the guides, relative to ``FINEST_GUIDES``: discretisation error alone."""
     # the stuck segment at the output end stiffens with the guides; so short a step follows it
     fine = dataclasses.replace(bench, timestep=1e-4)
     stiffness = []
@@ -61,23 +63,58 @@ def convergence(bench: Bench, progress: Progress = silent) -> Convergence:
 
 
 @dataclass(frozen=True)
-class Comparison:
-    """Everything that `compare` measures.
+class LargestErrors:
+    """Largest error of a sweep.
 
     Attributes:
-        bench, limit_bench: what was measured.
-        loop: a cycle and a quarter on the bench.
-        motions, limit_motions: sweeps of λ in both directions.
+        exponent: largest λ of the sweep [-].
+        apparent_stiffness: |K_ap/K_ap(closed form) − 1| [-].
+        backlash: |ξ_B − ξ_B(closed form)| over T_in L/EA [-].
+        transmission: |T_out/T_in/(closed form) − 1| while sliding [-].
+    """
+
+    exponent: float
+    apparent_stiffness: float
+    backlash: float
+    transmission: float
+
+    @classmethod
+    def of(cls, motions: Sequence[FirstMotion]) -> LargestErrors:
+        """Largest errors over first motions."""
+        return cls(
+            exponent=max(m.exponent for m in motions),
+            apparent_stiffness=max(abs(m.stiffness_error) for m in motions),
+            backlash=max(abs(m.backlash_error) for m in motions),
+            transmission=max(abs(m.transmission_error) for m in motions),
+        )
+
+    def result(self) -> dict[str, dict[str, float]]:
+        """Plain numbers for `result.json`."""
+        return {
+            "apparent_stiffness": {"max_relative_error": self.apparent_stiffness},
+            "equivalent_backlash": {"max_relative_error": self.backlash},
+            "transmission": {"max_relative_error": self.transmission},
+        }
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Results of `compare_bench`.
+
+    Attributes:
+        bench, limit_bench: parameters of the bench, and of the one in the stiff limit.
+        loop: readings of a cycle and a quarter on the bench.
+        motions, limit_motions: sweeps of λ in both directions on either.
         convergence: over guides, at λ = 3 in the limit.
-        step_cost: ratio of step times.
-        rollout_speedup: of rollouts on two threads over one.
+        step_cost: time of a step over that of MuJoCo's own tendon [-].
+        rollout_speedup: of rollouts on two threads over one [-].
     """
 
     bench: Bench
     limit_bench: Bench
-    loop: Loop
-    motions: list[Motion]
-    limit_motions: list[Motion]
+    loop: BenchReadings
+    motions: list[FirstMotion]
+    limit_motions: list[FirstMotion]
     convergence: Convergence
     step_cost: float
     rollout_speedup: float
@@ -90,8 +127,8 @@ class Comparison:
     def result(self) -> dict[str, object]:
         """Plain numbers for `result.json`."""
         return {
-            **_errors(self.motions),
-            "limit": _errors(self.limit_motions),
+            **LargestErrors.of(self.motions).result(),
+            "limit": LargestErrors.of(self.limit_motions).result(),
             "output_tension_swing": SWING,
             "transmission_stiffness": {
                 "relative_error_pulling": self.transmission_stiffness[1],
@@ -105,7 +142,7 @@ class Comparison:
         }
 
 
-def _slope_error(bench: Bench, loop: Loop, direction: int) -> float:
+def _slope_error(bench: Bench, loop: BenchReadings, direction: int) -> float:
     """Slope of the loop's outer branch over K_t, less 1."""
     reel, output = loop.reel_displacement, loop.output_tension
     sliding = loop.input_tension * np.exp(-direction * bench.exponent)
@@ -121,26 +158,26 @@ def _slope_error(bench: Bench, loop: Loop, direction: int) -> float:
     return float(slope / analytic - 1.0)
 
 
-def _numbers(motion: Motion) -> dict[str, float]:
+def _numbers(motion: FirstMotion) -> dict[str, float]:
     return {**dataclasses.asdict(motion), "stiffness_error": motion.stiffness_error}
 
 
-def _errors(motions: list[Motion]) -> dict[str, dict[str, float]]:
-    slid = [m.transmission / m.analytic_transmission - 1.0 for m in motions]
-    return {
-        "apparent_stiffness": {"max_relative_error": max(abs(m.stiffness_error) for m in motions)},
-        "equivalent_backlash": {"max_relative_error": max(abs(m.backlash_error) for m in motions)},
-        "transmission": {"max_relative_error": max(abs(e) for e in slid)},
-    }
-
-
-def slow_loop(bench: Bench) -> Loop:
+def slow_loop(bench: Bench) -> BenchReadings:
     """A cycle and a quarter of ±1.5 mm, so slow that the carriages' damping does not show."""
     return run_bench(bench, 1.5e-3 * np.sin(2.0 * np.pi * np.linspace(0.0, 1.25, 200_001)))
 
 
-def compare(bench: Bench | None = None, progress: Progress = silent) -> Comparison:
-    """Measure the bench against the closed form: loops, sweep, limit, convergence, step cost."""
+def compare_bench(bench: Bench | None = None, progress: Progress = silent) -> Comparison:
+    """Compare the bench with the closed form: loops, sweep, limit, convergence, step cost.
+
+    Args:
+        bench: its parameters; default: those of the package's model.
+        progress: called with what is being done, how much is done, and of how much.
+
+    Raises:
+        TendonError: a simulation became unstable.
+        EngineError: rollouts on one thread and on two differ.
+    """
     bench = bench or Bench()
     limit = dataclasses.replace(bench, guides=LIMIT_GUIDES).stiffened(LIMIT_FACTOR)
     steep = dataclasses.replace(limit, friction=3.0 / bench.bend)
@@ -151,6 +188,6 @@ def compare(bench: Bench | None = None, progress: Progress = silent) -> Comparis
         motions=sweep(bench, SWEEP, progress, "sweep of λ on the bench"),
         limit_motions=sweep(limit, LIMIT_SWEEP, progress, "sweep of λ in the stiff limit"),
         convergence=convergence(steep, progress),
-        step_cost=step_cost_ratio(bench),
+        step_cost=bench_step_cost(bench).ratio,
         rollout_speedup=rollout_speedup(bench),
     )

@@ -1,8 +1,8 @@
-"""First motion of the bench in MuJoCo: K_ap and ξ_B as its sensors show them.
+"""First motions of the bench in MuJoCo: K_ap and ξ_B measured from its sensors.
 
-Both are read off the tendon's elongation ξ_in − ξ_out against its output tension, which neither
-the mass nor the damping of the bench's carriages can bend: dT_out/d(ξ_in − ξ_out) = K_ap outside
-the backlash, and the line through it meets T_0 at ξ_B.
+Both follow from the tendon's elongation ξ_in − ξ_out against its output tension, a curve that
+neither the mass nor the damping of the bench's carriages changes: dT_out/d(ξ_in − ξ_out) = K_ap
+outside the backlash, and the line through it meets T_0 at ξ_B.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ SENSORS = ("input_tension", "output_tension", "reel_displacement", "output_displ
 
 
 @dataclass(frozen=True)
-class Loop:
-    """What the bench's sensors showed while the reel followed a history, a value per step."""
+class BenchReadings:
+    """Readings of the bench's sensors while the reel follows a history, each (steps,) [N or m]."""
 
     input_tension: Array
     output_tension: Array
@@ -32,19 +32,19 @@ class Loop:
     output_displacement: Array
 
 
-def run_bench(bench: Bench, reel: Array) -> Loop:
-    """Let the reel follow ``reel`` [m], a value per time step, from rest under T_0.
+def run_bench(bench: Bench, reel: Array) -> BenchReadings:
+    """Simulate the bench from rest under T_0 while its reel follows ``reel``, (steps,) [m].
 
     Raises:
         TendonError: the simulation became unstable.
     """
     shown = rollout_named_sensors(build_bench(bench).compile(), reel)
-    return Loop(*(shown[name] for name in SENSORS))
+    return BenchReadings(*(shown[name] for name in SENSORS))
 
 
 @dataclass(frozen=True)
-class Motion:
-    """A first motion from uniform T_0 in one direction, as measured and as the closed form has it.
+class FirstMotion:
+    """A first motion from uniform T_0 in one direction: measured values and the closed form's.
 
     Attributes:
         exponent: λ with its sign, + pulling [-].
@@ -69,17 +69,22 @@ class Motion:
         """Relative error of K_ap."""
         return self.apparent_stiffness / self.analytic_stiffness - 1.0
 
+    @property
+    def transmission_error(self) -> float:
+        """Relative error of T_out/T_in."""
+        return self.transmission / self.analytic_transmission - 1.0
+
 
 def first_motion(
     bench: Bench, direction: int, *, swing: float = SWING, steps: int = 6000
-) -> Motion:
-    """Wind the bench's reel until T_out has changed by ``swing`` T_0, and measure.
+) -> FirstMotion:
+    """Measure a first motion: the reel winds until T_out has changed by ``swing`` T_0.
 
     Args:
         bench: with friction.
         direction: +1 pulls, −1 loosens.
         swing: change of the output tension over T_0 [-].
-        steps: of the way.
+        steps: of the simulation.
     """
     lam = direction * bench.exponent
     tension, ea, length = bench.pretension, bench.axial_stiffness, bench.length
@@ -100,7 +105,7 @@ def first_motion(
     slope, offset = np.polyfit(elongation - elongation.mean(), output, 1)
     measured_backlash = elongation.mean() + (tension - offset) / slope
     start_tension = tension * max(1.0, np.exp(lam))
-    return Motion(
+    return FirstMotion(
         exponent=lam,
         apparent_stiffness=float(slope),
         analytic_stiffness=stiffness,
@@ -114,8 +119,8 @@ def first_motion(
 
 def sweep(
     bench: Bench, exponents: Sequence[float], progress: Progress = silent, label: str = "sweep"
-) -> list[Motion]:
-    """First motions in both directions for each |λ|, friction being what changes."""
+) -> list[FirstMotion]:
+    """First motions in both directions for each |λ|, which is set by the friction."""
     motions = []
     for k, exponent in enumerate(exponents):
         progress(label, k, len(exponents))

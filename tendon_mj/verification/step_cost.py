@@ -1,77 +1,106 @@
-"""What a step costs, over one of the same model without a sheath, and what a second core saves."""
+"""Cost of a step with sheaths over one of the same model with MuJoCo's own tendons."""
 
 from __future__ import annotations
 
-import dataclasses
-import time
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from tendon_mj.builders.bench import Bench, build_bench
-from tendon_mj.errors import EngineError
-from tendon_mj.replay.rollout import full_state, rollout_sensors
+from tendon_mj.builders.finger import Finger
+from tendon_mj.builders.finger_model import build_finger
+from tendon_mj.finger.control import prepare_finger
+from tendon_mj.finger.trajectories import Trajectory
+from tendon_mj.replay.rollout import Array, full_state, rollout_sensors
+from tendon_mj.verification.mujoco_tendon import (
+    mujoco_tendon_bench,
+    mujoco_tendon_finger,
+    without_tension_sensors,
+)
+from tendon_mj.verification.timing import time_in_turns
+
+_BENCH_STEPS = 8000
+_TRAVEL = 1e-3  # of the reel [m]
 
 
-def reference_spec(bench: Bench) -> mujoco.MjSpec:
-    """The bench without the plugin: MuJoCo's own tendon, of stiffness EA/S and spring length S."""
-    spec = build_bench(dataclasses.replace(bench, friction=0.0))
-    unstretched = bench.length / (1.0 + bench.pretension / bench.axial_stiffness)
-    tendon = spec.tendon("tendon")
-    tendon.stiffness[0] = bench.axial_stiffness / unstretched
-    tendon.springlength = [0.0, unstretched]
-    plugin_made = mujoco.mjtSensor.mjSENS_PLUGIN
-    for element in [*spec.actuators, *(s for s in spec.sensors if s.type == plugin_made)]:
-        spec.delete(element)
-    for plugin in list(spec.plugins):
-        spec.delete(plugin)
-    return spec
+@dataclass(frozen=True)
+class StepCost:
+    """Wall time of a step, median over several rounds.
 
-
-def step_cost_ratio(bench: Bench, *, rounds: int = 7, steps: int = 8000) -> float:
-    """Time of a step with the sheath over that of the same model without, taken in turns.
-
-    The reel moves all the time, so that the tendon slides and turns back. The ratio is that of the
-    medians over the rounds.
+    Attributes:
+        step: with sheaths [s].
+        reference_step: of the same model with MuJoCo's own tendons [s].
     """
-    spec = build_bench(bench)
-    for sensor in [s for s in spec.sensors if s.type == mujoco.mjtSensor.mjSENS_PLUGIN]:
-        spec.delete(sensor)
-    for view in [p for p in spec.plugins if "sensor" in p.config]:
-        spec.delete(view)
-    models = [spec.compile(), reference_spec(bench).compile()]
-    phase = np.linspace(0.0, 4.0 * np.pi, steps)
-    spent: list[list[float]] = [[], []]
-    for _ in range(rounds):
-        for k, model in enumerate(models):
-            data = mujoco.MjData(model)
-            start = full_state(model, data)[None]
-            control = np.broadcast_to(1e-3 * np.sin(phase)[:, None], (steps, model.nu))[None]
-            before = time.perf_counter()
-            rollout_sensors(model, [data], start, control)
-            spent[k].append(time.perf_counter() - before)
-    return float(np.median(spent[0]) / np.median(spent[1]))
+
+    step: float
+    reference_step: float
+
+    @property
+    def ratio(self) -> float:
+        """Cost of a step over that of the reference [-]."""
+        return self.step / self.reference_step
 
 
-def rollout_speedup(bench: Bench, *, rounds: int = 5, runs: int = 8, steps: int = 6000) -> float:
-    """Time of the same rollouts on one thread over that on two, taken in turns.
+@dataclass(frozen=True)
+class TimedRun:
+    """A model, the data that it starts from, and its (steps, nu) controls."""
 
-    Raises:
-        EngineError: the two do not agree bit by bit.
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    controls: Array
+
+
+def step_cost(run: TimedRun, reference: TimedRun, *, rounds: int = 7) -> StepCost:
+    """Time two runs in turns, and divide by their steps."""
+    runs = (run, reference)
+    starts = [full_state(r.model, r.data)[None] for r in runs]
+
+    def roll(k: int) -> None:
+        rollout_sensors(runs[k].model, [runs[k].data], starts[k], runs[k].controls[None])
+
+    spent = time_in_turns([lambda: roll(0), lambda: roll(1)], rounds)
+    return StepCost(*(time / len(r.controls) for time, r in zip(spent, runs, strict=True)))
+
+
+def bench_step_cost(bench: Bench, *, rounds: int = 7) -> StepCost:
+    """Step cost of the bench while its reel moves all the time: the tendon slides and turns back.
+
+    Args:
+        bench: its parameters.
+        rounds: of which the median counts.
     """
-    model = build_bench(bench).compile()
-    pool = [mujoco.MjData(model) for _ in range(2)]
-    start = np.tile(full_state(model, pool[0]), (runs, 1))
-    wave = 1e-3 * np.sin(np.linspace(0.0, 4.0 * np.pi, steps))
-    control = np.broadcast_to(wave[None, :, None], (runs, steps, 1))
-    spent: list[list[float]] = [[], []]
-    for _ in range(rounds):
-        seen = []
-        for threads in (1, 2):
-            before = time.perf_counter()
-            shown = rollout_sensors(model, pool[:threads], start, control)
-            spent[threads - 1].append(time.perf_counter() - before)
-            seen.append(shown)
-        if not np.array_equal(seen[0], seen[1]):
-            raise EngineError("rollouts differ between one and two threads")
-    return float(np.median(spent[0]) / np.median(spent[1]))
+    wave = _TRAVEL * np.sin(np.linspace(0.0, 4.0 * np.pi, _BENCH_STEPS))
+    runs = []
+    for spec in (without_tension_sensors(build_bench(bench)), mujoco_tendon_bench(bench)):
+        model = spec.compile()
+        controls = np.tile(wave[:, None], (1, model.nu))
+        runs.append(TimedRun(model, mujoco.MjData(model), controls))
+    return step_cost(*runs, rounds=rounds)
+
+
+def finger_step_cost(
+    trajectory: Trajectory,
+    finger: Finger | None = None,
+    *,
+    friction: float | None = None,
+    rounds: int = 7,
+) -> StepCost:
+    """Step cost of the finger along a trajectory.
+
+    Args:
+        trajectory: to follow.
+        finger: its parameters; default: those of the package's model.
+        friction: μ of every sheath in place of the finger's [-].
+        rounds: of which the median counts.
+    """
+    finger = finger or Finger()
+    model = without_tension_sensors(build_finger(finger)).compile()
+    reference = mujoco_tendon_finger(finger).compile()
+    adjusted, controls = prepare_finger(trajectory, model, finger, friction=friction)
+    free, same_controls = prepare_finger(trajectory, reference, finger)
+    return step_cost(
+        TimedRun(adjusted.model, adjusted.data, controls),
+        TimedRun(free.model, free.data, same_controls),
+        rounds=rounds,
+    )

@@ -6,9 +6,9 @@ import sys
 import numpy as np
 import pytest
 
+from tendon_mj.builders.load import example_recording
 from tendon_mj.cli import main
 from tendon_mj.cli.output import console
-from tendon_mj.cli.replay import carried_recording
 from tendon_mj.recordings.recording import read_recording
 from tendon_mj.replay.replay import replay
 
@@ -31,8 +31,8 @@ def test_compare_meets_its_figures(tmp_path):
         assert (tmp_path / f"{picture}.png").stat().st_size > 10_000
 
 
-def test_replay_of_the_twin_needs_the_friction(tmp_path):
-    assert main(["replay", str(carried_recording()), "--out", str(tmp_path)]) == 0
+def test_replay_of_the_example_needs_the_friction(tmp_path):
+    assert main(["replay", str(example_recording()), "--out", str(tmp_path)]) == 0
     result = read(tmp_path)
     with_friction = result["rmse"]["as described"]["output_tension_N"]["rmse"]
     without = result["rmse"]["friction 0"]["output_tension_N"]["rmse"]
@@ -42,7 +42,7 @@ def test_replay_of_the_twin_needs_the_friction(tmp_path):
 
 
 def test_change_is_one_more_variant(tmp_path):
-    arguments = ["replay", str(carried_recording()), "--out", str(tmp_path)]
+    arguments = ["replay", str(example_recording()), "--out", str(tmp_path)]
     assert main([*arguments, "--change", "*.friction=0.3"]) == 0
     result = read(tmp_path)["rmse"]
     assert result["*.friction=0.3"]["output_tension_N"]["rmse"] > 0.5
@@ -81,7 +81,7 @@ def test_help_names_the_commands():
 
 def test_output_has_to_be_a_folder(tmp_path, capsys):
     (tmp_path / "file").write_text("")
-    assert main(["replay", str(carried_recording()), "--out", str(tmp_path / "file")]) == 2
+    assert main(["replay", str(example_recording()), "--out", str(tmp_path / "file")]) == 2
     assert "must be a folder" in capsys.readouterr().err
 
 

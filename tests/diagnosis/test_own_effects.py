@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_mj.builders.library import load_model
+from tendon_mj.builders.load import load_model
 from tendon_mj.diagnosis import (
     CATALOGUE,
     Effect,

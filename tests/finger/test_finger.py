@@ -14,19 +14,15 @@ from scipy.linalg import eigh
 
 from tendon_mj.attach import add_sensor
 from tendon_mj.builders.finger import JOINTS, TENDONS, Finger, spool_angles
-from tendon_mj.builders.finger_spec import build_finger
-from tendon_mj.builders.library import load_model
+from tendon_mj.builders.finger_model import build_finger
+from tendon_mj.builders.load import load_model
 from tendon_mj.engine import sheaths
 from tendon_mj.engine.sheath_plugin.state import UNSOLVED
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.finger.control import OUT_OF_REACH, simulate
+from tendon_mj.finger.control import OUT_OF_REACH, prepare_finger, simulate_finger
+from tendon_mj.finger.summary import summarise
 from tendon_mj.finger.tracking_error import tracking_error
-from tendon_mj.finger.trajectories import Trajectory, clamped, curl, hold, press, tap, wander
-from tendon_mj.verification.finger_step_cost import (
-    frictionless_spec,
-    spool_commands,
-    without_tension_sensors,
-)
+from tendon_mj.finger.trajectories import ANGLES, Trajectory, clamped, curl, hold, press, tap
 
 FINGER = Finger()
 SHEATH_GUIDES = FINGER.forearm_guides + FINGER.wrist_guides
@@ -35,6 +31,26 @@ SHEATH_GUIDES = FINGER.forearm_guides + FINGER.wrist_guides
 @pytest.fixture(scope="module")
 def model():
     return build_finger(FINGER).compile()
+
+
+def wander(finger, seed, duration=60.0):
+    """Every joint for itself to a random angle of its range every 0.3 s, smoothly."""
+    random, interval = np.random.default_rng(seed), 0.3
+    low, high = np.array([(joint.low, joint.high) for joint in finger.joints.values()]).T
+    goals = random.uniform(low, high, (round(duration / interval) + 2, len(JOINTS)))
+    goals[0] = 0.0
+    time = np.linspace(0.0, duration, round(duration / 0.01) + 1)
+    at = np.floor(time / interval).astype(int)
+    share = time / interval - at
+    share = (share * share * (3.0 - 2.0 * share))[:, None]
+    angles = (1.0 - share) * goals[at] + share * goals[at + 1]
+    columns = dict(zip(ANGLES, angles.T, strict=True))
+    return Trajectory(f"wander_{seed}", time, columns, aside=True)
+
+
+def controls(trajectory, model, finger=FINGER):
+    """(steps, nu) that the position servos are told."""
+    return prepare_finger(trajectory, model, finger)[1]
 
 
 def postures(count):
@@ -137,7 +153,7 @@ def test_a_sliding_tendon_loses_the_product_of_the_capstans_at_every_joint(tendo
         add_sensor(spec, f"{tendon}_sheath", kind, kind)
     model = spec.compile()
     move_away(model)
-    seen, _ = readings(model, spool_commands(model, FINGER, curl()))
+    seen, _ = readings(model, controls(curl(), model))
     tension, bend, slip = (sensed(model, seen, kind) for kind in ("tension", "bend_angle", "slip"))
     places = {"mcp": (0, 2), "pip": (2, 4), "dip": (4, 5)}  # the DIP's second point is the end
     for joint, (first, last) in places.items():
@@ -162,7 +178,7 @@ def test_a_minute_of_random_motion_is_sound(seed, aside):
     model = spec.compile()
     if aside:
         move_away(model)
-    seen, data = readings(model, spool_commands(model, FINGER, wander(FINGER, seed)))
+    seen, data = readings(model, controls(wander(FINGER, seed), model))
     assert np.isfinite(seen).all()
     assert not any(warning.number for warning in data.warning)
     for tendon in TENDONS:
@@ -181,7 +197,7 @@ def test_the_limits_bear_all_that_a_motor_pulls(model, tendon):
     most = FINGER.motor_torque * FINGER.gear / FINGER.spool_radius
     pull = {f"{t}_N": np.full(201, FINGER.pretension) for t in TENDONS}
     pull[f"{tendon}_N"] = np.clip(most * time, FINGER.pretension, most)
-    answer = simulate(Trajectory("pull", time, pull, aside=True), model)
+    answer = simulate_finger(Trajectory("pull", time, pull, aside=True), model)
     assert answer.columns[f"{tendon}_input_tension_N"][-1] > 0.95 * most
     angles = np.stack([answer.columns[f"{joint}_angle_rad"] for joint in JOINTS], axis=-1)
     assert beyond_limits(angles[-1]).max() < np.radians(0.1)
@@ -208,19 +224,19 @@ def asked(**columns):
 def test_what_is_out_of_reach_is_refused_or_clamped(model, columns, said):
     trajectory = asked(**columns)
     with pytest.raises(InvalidValueError, match=said):
-        simulate(trajectory, model)
-    simulate(clamped(trajectory, FINGER), model)
+        simulate_finger(trajectory, model)
+    simulate_finger(clamped(trajectory, FINGER), model)
 
 
 def test_the_ends_of_the_ranges_are_within_reach(model):
     for end in ("low", "high"):
         ends = {f"{name}_rad": getattr(joint, end) for name, joint in FINGER.joints.items()}
-        simulate(asked(**ends), model)
+        simulate_finger(asked(**ends), model)
 
 
 @pytest.mark.parametrize("trajectory", [curl(), press()], ids=lambda t: t.name)
 def test_tracking_errors_are_what_the_columns_differ_by(model, trajectory):
-    answer = simulate(trajectory, model)
+    answer = simulate_finger(trajectory, model)
     errors = tracking_error(answer)
     assert len(errors) == (4 if trajectory.by_tension else 3)
     for column, error in errors.items():
@@ -237,7 +253,7 @@ def test_half_the_step_hardly_matters():
         finger = dataclasses.replace(FINGER, timestep=timestep)
         model = build_finger(finger).compile()
         move_away(model)
-        seen, _ = readings(model, spool_commands(model, finger, wander(finger, 0, 20.0)))
+        seen, _ = readings(model, controls(wander(finger, 0, 20.0), model, finger))
         angles = joint_angles(model, seen)
         answers.append(angles[:: round(FINGER.timestep / timestep)])
     size = min(map(len, answers))
@@ -263,30 +279,11 @@ def test_the_step_is_stable_with_every_guide_stuck(model):
     assert 2.0 / np.sqrt(fastest) > 1.5 * FINGER.timestep
 
 
-def test_without_friction_it_is_mujocos_own_tendon():
-    finger = dataclasses.replace(FINGER, friction=0.0)
-    answers = []
-    for spec in (build_finger(finger), frictionless_spec(finger)):
-        model = spec.compile()
-        seen, _ = readings(model, spool_commands(model, finger, tap()))
-        answers.append(joint_angles(model, seen))
-    # what is wound in stretches no more: a tenth of the tendon, which MuJoCo's spring neglects
-    np.testing.assert_allclose(answers[0], answers[1], atol=np.radians(1.0))
-
-
-def test_what_the_step_cost_times_is_the_finger(model):
-    bare = without_tension_sensors(FINGER).compile()
-    answers = [
-        joint_angles(m, readings(m, spool_commands(m, FINGER, tap()))[0]) for m in (model, bare)
-    ]
-    np.testing.assert_array_equal(*answers)
-
-
 def test_with_friction_the_same_tension_holds_another_force_after_more(model):
     """Held at 14 N from below and from above: without friction there is no difference."""
     forces = {}
     for friction in (None, 0.0):
-        answer = simulate(hold(), model, friction=friction)
+        answer = simulate_finger(hold(), model, friction=friction)
         force = answer.columns["tip_force_N"]
         forces[friction] = [force[np.searchsorted(answer.time, t)] for t in (2.9, 7.9)]
     assert forces[None][1] > forces[None][0] + 0.5
@@ -294,7 +291,7 @@ def test_with_friction_the_same_tension_holds_another_force_after_more(model):
 
 
 def test_pressing_moves_the_object_by_force_over_stiffness(model):
-    columns = simulate(press(), model).columns
+    columns = simulate_finger(press(), model).columns
     force, moved = columns["tip_force_N"], columns["object_displacement_m"]
     assert force.max() > 1.0
     pressing = (force > 0.8 * force.max()) & (np.abs(np.gradient(force)) < 0.01)
@@ -306,7 +303,7 @@ def test_pressing_moves_the_object_by_force_over_stiffness(model):
 
 def test_the_springs_alone_extend_the_finger_again():
     model = load_model("finger_spring")
-    columns = simulate(curl(), model, name="finger_spring").columns
+    columns = simulate_finger(curl(), model, name="finger_spring").columns
     assert "extensor_input_tension_N" not in columns
     for joint in JOINTS:
         angle = np.degrees(columns[f"{joint}_angle_rad"])
@@ -357,3 +354,10 @@ def test_the_scene_shows_conduits_where_the_guides_are():
         points = [data.site(f"{tendon}_sheath_{k}").xpos for k in range(1, SHEATH_GUIDES + 1)]
         for a, b in itertools.pairwise(points):
             assert min(np.linalg.norm(0.5 * (a + b) - middle) for middle in shown) < 1e-6
+
+
+def test_without_friction_both_ends_of_a_tendon_pull_alike(model):
+    summary = summarise(simulate_finger(tap(), model, friction=0.0))
+    assert summary.flexor_ratio_max == pytest.approx(1.0, abs=1e-9)
+    assert summary.flexor_ratio_min == pytest.approx(1.0, abs=1e-9)
+    assert summary.tip_force_max > 0.0

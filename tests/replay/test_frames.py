@@ -3,8 +3,11 @@ import numpy as np
 import pytest
 
 from tendon_mj.builders.bench import Bench, build_bench
+from tendon_mj.builders.load import load_model
 from tendon_mj.errors import InvalidValueError, TendonError
-from tendon_mj.replay.frames import record_take
+from tendon_mj.finger.control import simulate_finger
+from tendon_mj.finger.trajectories import tap
+from tendon_mj.replay.frames import FrameRecorder, record_frames
 from tendon_mj.view.render.cable import add_cable, cable_radius, tension_scale, without_tendons
 
 
@@ -18,9 +21,9 @@ def wind_in(time):
 
 
 def test_a_frame_shows_its_own_time_and_the_sensors_tensions(model):
-    take = record_take(model, wind_in, duration=0.5, fps=20)
-    assert take.time == pytest.approx(np.arange(10) / 20)
-    cable = take.cables["sheath"]
+    frames = record_frames(model, wind_in, duration=0.5, fps=20)
+    assert frames.time == pytest.approx(np.arange(10) / 20)
+    cable = frames.cables["sheath"]
     assert cable.points.shape == (10, 6, 3)
     assert cable.tensions.shape == (10, 5)
     data = mujoco.MjData(model)
@@ -34,15 +37,15 @@ def test_a_frame_shows_its_own_time_and_the_sensors_tensions(model):
 
 
 def test_tension_falls_along_a_pulled_tendon(model):
-    take = record_take(model, wind_in, duration=0.5, fps=20)
-    assert (np.diff(take.cables["sheath"].tensions[-1]) < 0.0).all()
+    frames = record_frames(model, wind_in, duration=0.5, fps=20)
+    assert (np.diff(frames.cables["sheath"].tensions[-1]) < 0.0).all()
 
 
 def test_a_row_of_controls_holds_on_after_its_end(model):
     row = np.linspace(0.0, 1e-3, 100)[:, None]
-    take = record_take(model, row, duration=0.2, fps=50)
-    assert take.controls[-1] == row[-1]
-    assert take.controls[1] == row[40]
+    frames = record_frames(model, row, duration=0.2, fps=50)
+    assert frames.controls[-1] == row[-1]
+    assert frames.controls[1] == row[40]
 
 
 @pytest.mark.parametrize(
@@ -57,7 +60,7 @@ def test_a_row_of_controls_holds_on_after_its_end(model):
 def test_what_cannot_be_is_refused(model, change, said):
     arguments = {"drive": wind_in, "duration": 1.0} | change
     with pytest.raises(InvalidValueError, match=said):
-        record_take(model, **arguments)
+        record_frames(model, **arguments)
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -69,12 +72,12 @@ def test_an_unstable_simulation_is_named_with_its_time(tmp_path, monkeypatch):
       <actuator><motor name="m" joint="j"/></actuator>
     </mujoco>""")
     with pytest.raises(TendonError, match="unstable before"):
-        record_take(model, lambda time: [1e300], duration=1.0)
+        record_frames(model, lambda time: [1e300], duration=1.0)
 
 
 def test_a_cable_is_a_capsule_a_segment_and_a_bead_a_guide(model):
-    take = record_take(model, wind_in, duration=0.2, fps=10)
-    cable, scale = take.cables["sheath"], tension_scale(take.cables)
+    frames = record_frames(model, wind_in, duration=0.2, fps=10)
+    cable, scale = frames.cables["sheath"], tension_scale(frames.cables)
     assert scale.vmin <= cable.tensions.min() + 1e-9
     assert scale.vmax >= cable.tensions.max() - 1e-9
     scene = mujoco.MjvScene(model, 100)
@@ -86,9 +89,9 @@ def test_a_cable_is_a_capsule_a_segment_and_a_bead_a_guide(model):
 
 
 def test_a_full_scene_takes_no_more(model):
-    take = record_take(model, wind_in, duration=0.1, fps=10)
-    cable, scene = take.cables["sheath"], mujoco.MjvScene(model, 3)
-    add_cable(scene, cable.points[0], cable.tensions[0], tension_scale(take.cables), 0.001)
+    frames = record_frames(model, wind_in, duration=0.1, fps=10)
+    cable, scene = frames.cables["sheath"], mujoco.MjvScene(model, 3)
+    add_cable(scene, cable.points[0], cable.tensions[0], tension_scale(frames.cables), 0.001)
     assert scene.ngeom == 3
 
 
@@ -101,7 +104,26 @@ def test_the_model_itself_keeps_its_looks(model):
 
 
 def test_cables_side_by_side_do_not_touch(model):
-    take = record_take(model, wind_in, duration=0.1, fps=10)
-    one = take.cables["sheath"]
+    frames = record_frames(model, wind_in, duration=0.1, fps=10)
+    one = frames.cables["sheath"]
     beside = type(one)(one.points + np.array([0.0, 0.0, 0.001]), one.tensions)
     assert cable_radius(model, {"one": one, "other": beside}) < 0.0005
+
+
+def test_frames_of_a_replay_change_no_reading_and_show_its_poses():
+    model = load_model("finger")
+    plain, recorder = simulate_finger(tap(), model), FrameRecorder(fps=50)
+    recorded = simulate_finger(tap(), model, recorder=recorder)
+    for column, values in plain.columns.items():
+        np.testing.assert_array_equal(recorded.columns[column], values)
+    frames = recorder.frames()
+    assert frames.time == pytest.approx(np.arange(150) / 50)
+    cable = frames.cables["flexor_sheath"]
+    sampled = np.searchsorted(plain.time, frames.time - 1e-9)  # every second sample is a frame's
+    for end, column in ((0, "flexor_input_tension_N"), (-1, "flexor_output_tension_N")):
+        assert cable.tensions[:, end] == pytest.approx(plain.columns[column][sampled], rel=1e-9)
+
+
+def test_a_recorder_that_saw_nothing_has_no_frames():
+    with pytest.raises(InvalidValueError, match="no frame was recorded"):
+        FrameRecorder().frames()

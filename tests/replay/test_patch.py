@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj.builders.library import load_model, load_spec, model_path
+from tendon_mj.builders.load import load_model, load_spec, model_path
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.recordings import Measured, Recording
 from tendon_mj.replay import Adjustable, Simulator, patch_model, read_intervals, replay

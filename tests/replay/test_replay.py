@@ -13,7 +13,7 @@ import pytest
 from tendon_mj.attach import add_sensor
 from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.builders.joint import Joint, build_joint
-from tendon_mj.builders.library import load_model, models_folder
+from tendon_mj.builders.load import load_model, models_folder
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.recordings import Measured, Recording, Uncertain, read_recording
 from tendon_mj.replay import replay, replay_error

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.builders.bench import Bench, build_bench
-from tendon_mj.builders.library import load_model
+from tendon_mj.builders.load import load_model
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.recordings import Measured, Recording, Uncertain
 from tendon_mj.replay import replay

@@ -7,9 +7,12 @@ import pytest
 from matplotlib.colors import Normalize
 
 from tendon_mj.builders.bench import Bench, build_bench
+from tendon_mj.builders.load import load_model
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.finger.control import simulate_finger
+from tendon_mj.finger.trajectories import tap
 from tendon_mj.replay.default_motion import default_motion
-from tendon_mj.replay.frames import record_take
+from tendon_mj.replay.frames import FrameRecorder, record_frames
 from tendon_mj.view.render.cable import COLOURS, add_cable, without_tendons
 from tendon_mj.view.render.clip import render_clip
 from tendon_mj.view.render.offscreen import Offscreen, find_camera, project
@@ -18,6 +21,11 @@ from tendon_mj.view.render.offscreen import Offscreen, find_camera, project
 @pytest.fixture(scope="module")
 def model():
     return build_bench(Bench(guides=6)).compile()
+
+
+def still(model):
+    """A frame at rest."""
+    return record_frames(model, lambda time: [0.0], duration=0.1, fps=10)
 
 
 def frames_of(path, width, height):
@@ -31,16 +39,15 @@ def frames_of(path, width, height):
 
 def test_a_clip_has_its_size_its_frames_and_moves(gl, model, tmp_path):
     told = []
-    path = render_clip(
-        model,
-        default_motion("bench", model),
-        tmp_path / "new" / "bench.mp4",
-        duration=0.8,
-        fps=10,
-        width=480,
-        height=270,
-        progress=lambda what, done, total: told.append((what, done, total)),
+
+    def progress(what, done, total):
+        told.append((what, done, total))
+
+    recorded = record_frames(
+        model, default_motion("bench", model), duration=0.8, fps=10, progress=progress
     )
+    path = tmp_path / "new" / "bench.mp4"
+    render_clip(model, recorded, path, width=480, height=270, progress=progress)
     frames, said = frames_of(path, 480, 270)
     assert frames.shape == (8, 270, 480, 3)
     assert "480x270" in said
@@ -56,9 +63,8 @@ def test_a_model_without_a_sheath_has_no_strip(gl, tmp_path):
     ball = mujoco.MjModel.from_xml_string(
         "<mujoco><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>"
     )
-    path = render_clip(
-        ball, np.zeros((1, 0)), tmp_path / "b.mp4", duration=0.2, fps=10, width=128, height=96
-    )
+    recorded = record_frames(ball, np.zeros((1, 0)), duration=0.2, fps=10)
+    path = render_clip(ball, recorded, tmp_path / "b.mp4", width=128, height=96)
     frames, _ = frames_of(path, 128, 96)
     assert frames.shape == (2, 96, 128, 3)
     assert frames[0, :, -20:].min() > 240, "white to the edge"
@@ -67,16 +73,32 @@ def test_a_model_without_a_sheath_has_no_strip(gl, tmp_path):
 @pytest.mark.parametrize("size", [{"width": 481}, {"height": 20}])
 def test_a_size_that_no_video_has_is_refused(model, tmp_path, size):
     with pytest.raises(InvalidValueError, match="must be even"):
-        render_clip(model, lambda t: [0.0], tmp_path / "x.mp4", duration=1.0, **size)
+        render_clip(model, still(model), tmp_path / "x.mp4", **size)
 
 
 def test_an_unknown_camera_is_answered_with_those_there_are(model, tmp_path):
     with pytest.raises(UnknownNameError, match="unknown camera 'front'"):
-        render_clip(model, lambda t: [0.0], tmp_path / "x.mp4", duration=1.0, camera="front")
+        render_clip(model, still(model), tmp_path / "x.mp4", camera="front")
+
+
+def test_frames_of_another_model_are_refused(model, tmp_path):
+    other = load_model("joint")
+    with pytest.raises(InvalidValueError, match="of another model"):
+        render_clip(other, still(model), tmp_path / "x.mp4")
+
+
+def test_a_clip_of_a_replay_is_drawn_on_the_scene_that_the_bare_model_lacks(gl, tmp_path):
+    recorder = FrameRecorder(fps=10)
+    simulate_finger(tap(), load_model("finger"), recorder=recorder)
+    path = tmp_path / "tap.mp4"
+    render_clip(load_model("finger", scene=True), recorder.frames(), path, width=480, height=270)
+    frames, _ = frames_of(path, 480, 270)
+    assert len(frames) == 30
+    assert np.abs(frames[5].astype(float) - frames[0]).max() > 30.0
 
 
 def test_the_colour_of_a_segment_is_that_of_the_bar(gl, model):
-    cable = record_take(model, lambda t: [0.0], duration=0.1, fps=10).cables["sheath"]
+    cable = still(model).cables["sheath"]
     scale, data = Normalize(0.0, 40.0), mujoco.MjData(model)
     tensions = np.linspace(2.0, 38.0, cable.tensions.shape[1])
     with Offscreen(without_tendons(model), 640, 480) as offscreen:

@@ -5,43 +5,43 @@ import pytest
 from matplotlib import pyplot
 
 from tendon_mj import theory
+from tendon_mj.builders.bench import Bench
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings.recording import Measured, Recording
+from tendon_mj.verification.first_motion import BenchReadings, FirstMotion
 from tendon_mj.view.figures.convergence import convergence_figure
+from tendon_mj.view.figures.labels import column_label
 from tendon_mj.view.figures.loops import loops_figure
-from tendon_mj.view.figures.replay import column_label, replay_figure
+from tendon_mj.view.figures.replay import replay_figure
 from tendon_mj.view.figures.sweep import sweep_figure
 
 LAM, T0, EA, L, KSE = 0.47, 20.0, 20e3, 0.5, 8e3
 
 
 def loops():
+    bench = Bench(
+        friction=LAM / np.pi,
+        length=L,
+        axial_stiffness=EA,
+        pretension=T0,
+        environment_stiffness=2.0 * KSE,
+        sensor_stiffness=2.0 * KSE,
+    )
     xi = 1.5e-3 * np.sin(np.linspace(0.0, 4.0 * np.pi, 400))
     near, far = theory.driven_tensions(xi, LAM, T0, EA, L, KSE)
-    return loops_figure(
-        input_tension=near,
-        output_tension=far,
-        reel_displacement=xi,
-        exponent=LAM,
-        pretension=T0,
-        axial_stiffness=EA,
-        length=L,
-        output_stiffness=KSE,
-    )
+    return loops_figure(bench, BenchReadings(near, far, xi, (far - T0) / KSE))
 
 
 def sweep():
-    lam = np.array([-1.0, -0.5, -0.1, 0.1, 0.5, 1.0])
-    stiffness = theory.apparent_stiffness(lam, EA, L)
-    backlash = theory.equivalent_backlash(lam, T0, EA, L)
-    return sweep_figure(
-        exponent=lam,
-        apparent_stiffness=1.01 * stiffness,
-        analytic_stiffness=stiffness,
-        backlash=backlash,
-        analytic_backlash=backlash,
-        backlash_error=0.0 * lam,
-    )
+    motions = []
+    for lam in (1.0, 0.5, 0.1, -0.1, -0.5, -1.0):
+        stiffness = float(theory.apparent_stiffness(lam, EA, L))
+        backlash = float(theory.equivalent_backlash(lam, T0, EA, L))
+        slid = float(np.exp(-lam))
+        motions.append(
+            FirstMotion(lam, 1.01 * stiffness, stiffness, backlash, backlash, 0.0, slid, slid)
+        )
+    return sweep_figure(motions)
 
 
 def recording(name="rig", angle=1.0):

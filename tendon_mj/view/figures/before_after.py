@@ -1,4 +1,4 @@
-"""What was measured against what the model said before and says after, and what is left."""
+"""Measurement against the simulations before and after, and their residuals."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from tendon_mj.diagnosis import noise_levels
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.misfit import replay_error
-from tendon_mj.view.figures.replay import column_label
+from tendon_mj.replay.units import column_unit
+from tendon_mj.view.figures.labels import column_label, column_name
 from tendon_mj.view.figures.style import (
     BLUE,
     PALE,
@@ -26,13 +27,13 @@ from tendon_mj.view.figures.style import (
 FloatArray = NDArray[np.float64]
 
 BEFORE, AFTER = (VERMILLION, "-"), (BLUE, "--")  # where they agree, both are seen
-_BAND = 2.0  # noises
+_BAND = 2.0  # half width of the noise band over the noise [-]
 
 
 def before_after_figure(
     measured: Recording, before: Recording, after: Recording | None = None
 ) -> Figure:
-    """Draw every measured column over what was driven and over time, and below it the residual.
+    """Draw every measured column over the driven one and over time, and below it the residual.
 
     Args:
         measured: with at least one driven and one measured column.
@@ -61,8 +62,7 @@ def before_after_figure(
             2 * rows, 2, squeeze=False, sharex="col", sharey="row", height_ratios=(1.7, 1.0) * rows
         )
         for k, column in enumerate(measured.measured):
-            label = column_label(column)
-            unit = label.rpartition("[")[2].rstrip("]") if "[" in label else ""
+            unit = column_unit(column)
             for axes, left, x in zip(
                 grid[2 * k], grid[2 * k + 1], (measured.columns[drive], measured.time), strict=True
             ):
@@ -79,11 +79,11 @@ def before_after_figure(
                     series = answer.columns[column]
                     _draw(axes, x, series, colour, style, named)
                     _draw(left, x, series - measured.columns[column], colour, style, "_residual")
-            grid[2 * k][0].set_ylabel(label)
+            grid[2 * k][0].set_ylabel(column_label(column))
             grid[2 * k + 1][0].set_ylabel(f"simulated −\nmeasured [{unit}]")
-            said = [f"{errors[named][column].rmse:.3g} {unit} {named}" for named in answers]
+            errors_text = [f"{errors[named][column].rmse:.3g} {unit} {named}" for named in answers]
             grid[2 * k][0].set_title(
-                f"{label.partition(' [')[0]}: rms error {', '.join(said)};"
+                f"{column_name(column)}: rms error {', '.join(errors_text)};"
                 f" noise {noise[column]:.2g} {unit}",
                 fontsize=9.0,
             )

@@ -1,4 +1,4 @@
-"""Error over the number of guides, with the slope that it should have."""
+"""Error over the number of guides, beside a line of the expected order."""
 
 from __future__ import annotations
 

@@ -26,10 +26,10 @@ _SHADES = ("black", GREY, GREY)
 
 
 def finger_figure(answers: Mapping[str, Recording]) -> Figure:
-    """Draw what the finger did: over time on the left, at one end over the other on the right.
+    """Draw motions of the finger: over time on the left, over the input tension on the right.
 
     Args:
-        answers: label → what `finger_run.simulate` returned, all of one trajectory.
+        answers: label → recording from `simulate_finger`, all of one trajectory.
 
     Returns:
         A figure. Colours tell joints or tendons apart, line styles the labels.

@@ -1,4 +1,4 @@
-"""The gap between simulation and measurement, signal by signal, as bars against the noise."""
+"""Rms error of every signal, before and after, as bars in units of the noise."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tendon_mj.diagnosis import ErrorReduction
-from tendon_mj.view.figures.replay import column_label
+from tendon_mj.replay.units import column_unit
+from tendon_mj.view.figures.labels import column_name
 from tendon_mj.view.figures.style import (
     BLACK,
     BLUE,
@@ -23,7 +24,7 @@ _BEFORE, _SYSID, _AFTER = "before", "mujoco.sysid alone", "after"
 _CALIBRATED = "calibrated, nothing added"
 _HATCHED = (VERMILLION, "////")
 _COLOURS = {_CALIBRATED: _HATCHED, _BEFORE: _HATCHED, _SYSID: (PURPLE, "...."), _AFTER: (BLUE, "")}
-_ROOM = 1.5  # of the longest bar, for the number behind it
+_AXIS_SPAN = 1.5  # over the longest bar, for the label behind it
 
 
 def gap_figure(
@@ -33,12 +34,12 @@ def gap_figure(
     *,
     changed: bool = True,
 ) -> Figure:
-    """Draw rms errors before and after, in units of the noise, with their numbers in the signal's.
+    """Draw rms errors before and after, in units of the noise, labelled in the signal's unit.
 
     Args:
         train, held_out: errors on training data and on held-out data.
         sysid: column → held-out rms error of `mujoco.sysid` alone [the column's unit].
-        changed: whether there is an after.
+        changed: whether the model was changed, so that there is an after.
 
     Returns:
         A figure with a row for each signal, and a panel each for the two gaps.
@@ -56,13 +57,11 @@ def gap_figure(
                     bars[_SYSID] = extra[column]
                 if changed:
                     bars[_AFTER] = after
-                label = column_label(column)
-                unit = label.rpartition("[")[2].rstrip("]") if "[" in label else ""
-                _draw(axes, bars, noise, unit)
+                _draw(axes, bars, noise, column_unit(column))
                 longest = max(longest, *(value / noise for value in bars.values()))
-            row[0].set_ylabel(column_label(column).partition(" [")[0])
-        grid[0][0].set_xlim(0.0, _ROOM * longest)
-        grid[0][0].set_title("training data")
+            row[0].set_ylabel(column_name(column))
+        grid[0][0].set_xlim(0.0, _AXIS_SPAN * longest)
+        grid[0][0].set_title("training data: selection and fit")
         grid[0][1].set_title("held-out data")
         for axes in grid[-1]:
             axes.set_xlabel("rms error [× noise]")

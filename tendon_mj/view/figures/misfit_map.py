@@ -1,4 +1,4 @@
-"""Where a misfit sits: for every regime, its share beside that of the time, or its size."""
+"""Location of a misfit: its share beside that of the time, or its size, in every regime."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tendon_mj.diagnosis import Bin, Located
-from tendon_mj.view.figures.replay import column_label
+from tendon_mj.view.figures.labels import column_name
 from tendon_mj.view.figures.style import (
     BLUE,
     GREY,
@@ -73,7 +73,7 @@ def proof_figure(before: Located, after: Located) -> Figure:
             ("after", [left[p.regime, p.label] for p in places], BLUE, ""),
         ]
 
-    title = "Error on held-out data, before and after what was found; 1 is noise alone"
+    title = "Error on held-out data, before and after; 1 is the noise floor"
     figure = _by_regime(before, series, title, "rms error [noise]")
     for axes in figure.axes:
         if axes.axison:
@@ -132,10 +132,7 @@ def _draw(axes: Axes, places: Sequence[Bin], series: Sequence[_Series]) -> None:
             hatch=hatch,
             label=label,
         )
-    names = [
-        column_label(p.label).partition(" [")[0] if p.regime == "signal" else p.label
-        for p in places
-    ]
+    names = [column_name(p.label) if p.regime == "signal" else p.label for p in places]
     axes.set_yticks(rows, names)
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")

@@ -1,4 +1,4 @@
-"""What was measured and what was simulated, over time and over the drive."""
+"""Measured and simulated columns, over time and over the drive."""
 
 from __future__ import annotations
 
@@ -11,20 +11,14 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError
-from tendon_mj.recordings.recording import UNITS, Recording
+from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.misfit import Misfit, replay_error
 from tendon_mj.replay.units import column_unit
+from tendon_mj.view.figures.labels import column_label
 from tendon_mj.view.figures.style import PALE, SERIES, new_figure, print_style
 
 FloatArray = NDArray[np.float64]
 RECORDED = "recording"  # which may itself be simulated; its source is in the title
-
-
-def column_label(column: str) -> str:
-    """A recording's column as an axis label: ``joint_rad`` is `joint [rad]`."""
-    suffix = max((unit for unit in UNITS if column.endswith(unit)), key=len, default="")
-    name = column.removesuffix(suffix).replace("_", " ")
-    return f"{name} [{column_unit(column)}]" if suffix else name
 
 
 def replay_figure(measured: Recording, simulated: Mapping[str, Recording]) -> Figure:
@@ -91,7 +85,7 @@ def _draw(
 def _draw_key(key: Axes, drawn: Axes, column: str, errors: Mapping[str, Misfit]) -> None:
     """The legend of a row, beside it."""
     key.set_axis_off()
-    unit = column_label(column).rpartition("[")[2].rstrip("]")
+    unit = column_unit(column)
     handles, labels = drawn.get_legend_handles_labels()
     said = [
         f"{label}\nrms error {errors[label].rmse:.3g} {unit}" if label in errors else label

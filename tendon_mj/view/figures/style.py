@@ -1,4 +1,4 @@
-"""How every figure looks: colours that colour-blind eyes tell apart, and lines that print."""
+"""Style of all figures: colours that colour-blind eyes tell apart, and lines that print."""
 
 from __future__ import annotations
 
@@ -11,20 +11,17 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-# Okabe and Ito's palette, in the order in which series take it
-BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILLION, PURPLE = (
-    "#000000",
-    "#E69F00",
-    "#56B4E9",
-    "#009E73",
-    "#F0E442",
-    "#0072B2",
-    "#D55E00",
-    "#CC79A7",
-)
+# from Okabe and Ito's palette
+BLACK = "#000000"
+ORANGE = "#E69F00"
+SKY = "#56B4E9"
+GREEN = "#009E73"
+BLUE = "#0072B2"
+VERMILLION = "#D55E00"
+PURPLE = "#CC79A7"
 GREY = "#6E6E6E"
 PALE = "#B4B4B4"  # a wide line for others to lie on
-# what distinguishes series besides their colour
+# colour, line style and marker of the series of a figure, in order
 SERIES = (
     (BLUE, "--", "o"),
     (VERMILLION, "-.", "s"),

@@ -1,13 +1,16 @@
-"""First motions in both directions: stiffness and backlash over λ, and how far off they are."""
+"""First motions in both directions: stiffness and backlash over λ, and their errors."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from tendon_mj import theory
+from tendon_mj.verification.first_motion import FirstMotion
 from tendon_mj.view.figures.style import (
     BLACK,
     BLUE,
@@ -22,40 +25,25 @@ Array = NDArray[np.float64]
 _KINDS = ((1.0, "pulling", BLUE, "o"), (-1.0, "loosening", VERMILLION, "s"))
 
 
-def sweep_figure(
-    *,
-    exponent: ArrayLike,
-    apparent_stiffness: ArrayLike,
-    analytic_stiffness: ArrayLike,
-    backlash: ArrayLike,
-    analytic_backlash: ArrayLike,
-    backlash_error: ArrayLike,
-    title: str = "",
-) -> Figure:
+def sweep_figure(motions: Sequence[FirstMotion]) -> Figure:
     """Draw K_ap/K_w and ξ_B over λ with their closed form, and below the errors of both.
 
     Args:
-        exponent: (n,) λ with its sign, none 0 [-].
-        apparent_stiffness, analytic_stiffness: (n,) K_ap [N/m].
-        backlash, analytic_backlash: (n,) ξ_B [m].
-        backlash_error: (n,) their difference over T_in L/EA [-].
-        title: of the figure.
+        motions: first motions in both directions, at any λ but 0.
 
     Returns:
         A figure of two by two panels.
     """
-    lam = np.asarray(exponent, float)
-    measured, analytic = (
-        np.asarray(apparent_stiffness, float),
-        np.asarray(analytic_stiffness, float),
-    )
+    ordered = sorted(motions, key=lambda motion: motion.exponent)
+    lam = np.array([m.exponent for m in ordered])
+    measured = np.array([m.apparent_stiffness for m in ordered])
+    analytic = np.array([m.analytic_stiffness for m in ordered])
+    analytic_backlash = np.array([m.analytic_backlash for m in ordered])
     tendon = float(np.median(analytic / theory.apparent_stiffness(lam, 1.0, 1.0)))
-    free = float(np.median(np.asarray(analytic_backlash, float) / _unit_backlash(lam)))
+    free = float(np.median(analytic_backlash / _unit_backlash(lam)))
     fine = np.linspace(min(lam.min(), 0.0), max(lam.max(), 0.0), 301)
     with print_style():
         figure = new_figure(8.0, 5.6)
-        if title:
-            figure.suptitle(title)
         grid = figure.subplots(2, 2, sharex=True, height_ratios=(1.6, 1.0))
         (stiffness, lost), (stiffness_error, lost_error) = grid
         curve = theory.apparent_stiffness(fine, 1.0, 1.0)
@@ -63,9 +51,9 @@ def sweep_figure(
         lost.plot(fine, 1e6 * free * _unit_backlash(fine), color=BLACK)
         for axes, values, named in (
             (stiffness, measured / tendon, True),
-            (lost, 1e6 * np.asarray(backlash, float), False),
+            (lost, 1e6 * np.array([m.backlash for m in ordered]), False),
             (stiffness_error, 100.0 * (measured / analytic - 1.0), False),
-            (lost_error, 100.0 * np.asarray(backlash_error, float), False),
+            (lost_error, 100.0 * np.array([m.backlash_error for m in ordered]), False),
         ):
             _draw_points(axes, lam, values, named)
         for axes in (stiffness_error, lost_error):

@@ -1,4 +1,4 @@
-"""OpenGL without a screen, or a word on what is missing.
+"""OpenGL contexts without a screen, or an error that says what is missing.
 
 MuJoCo settles on a platform when it is imported, on GLFW unless `MUJOCO_GL` says otherwise, and
 that one needs a screen. The choice here is made when something is first drawn, so the variable

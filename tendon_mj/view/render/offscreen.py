@@ -38,7 +38,7 @@ def find_camera(model: mujoco.MjModel, camera: str | mujoco.MjvCamera | None) ->
 
 
 class Offscreen:
-    """A place to draw a model on, to be closed after use (it is a context manager).
+    """Offscreen buffer to draw a model on, to be closed after use (it is a context manager).
 
     Args:
         model: not changed; without a sky of its own it stands before white.
@@ -69,7 +69,7 @@ class Offscreen:
 
     @property
     def scene(self) -> mujoco.MjvScene:
-        """What was drawn last, with the camera that it was seen by."""
+        """The scene that was drawn last, with its camera."""
         return self._scene
 
     def draw(
@@ -97,7 +97,7 @@ class Offscreen:
         return self._image[::-1].copy()
 
     def close(self) -> None:
-        """Give the graphics memory back."""
+        """Free the graphics memory."""
         self._context.free()
         self._gl.free()
 
@@ -116,7 +116,7 @@ class Offscreen:
 def project(
     scene: mujoco.MjvScene, points: NDArray[np.float64], width: int, height: int
 ) -> NDArray[np.float64]:
-    """Where in the picture points of the world are seen.
+    """Positions in the picture of points of the world.
 
     Args:
         scene: as drawn, with a perspective camera.

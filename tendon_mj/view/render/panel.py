@@ -1,4 +1,4 @@
-"""The strip beside a clip: colour bar, tensions and controls over time, and their values now."""
+"""Panel beside a clip: colour bar, tensions and controls over time, and their current values."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 
-from tendon_mj.replay.frames import Array, Take
+from tendon_mj.replay.frames import Array, Frames
 from tendon_mj.view.figures.style import (
     BLUE,
     GREEN,
@@ -26,29 +26,29 @@ from tendon_mj.view.figures.style import (
 from tendon_mj.view.render.cable import COLOURS
 from tendon_mj.view.render.offscreen import Image
 
-HEIGHT = 720  # at which a type size is what it says [pixels]
+HEIGHT = 720  # at which font sizes are in pixels [pixels]
 _PAIR = (BLUE, VERMILLION)
 _MANY = (BLUE, VERMILLION, GREEN, PURPLE)
-_ROWS = 4  # sheaths whose numbers are spelt out
+_ROWS = 4  # sheaths whose tensions are also written as numbers
 INK = "#202020"
 
 
 class Panel:
-    """Everything that does not change is drawn once; `at` adds what does.
+    """The panel of a clip. What does not change is drawn once; `draw` adds what does.
 
     Args:
         model: whose actuators are named.
-        take: what the clip shows.
+        frames: of the clip.
         scale: of the colours.
-        width, height: of the strip [pixels].
+        width, height: of the panel [pixels].
     """
 
     def __init__(
-        self, model: mujoco.MjModel, take: Take, scale: Normalize, width: int, height: int
+        self, model: mujoco.MjModel, frames: Frames, scale: Normalize, width: int, height: int
     ) -> None:
-        self._take = take
+        self._frames = frames
         self._unit = height / HEIGHT
-        rows = min(len(take.cables), _ROWS)
+        rows = min(len(frames.cables), _ROWS)
         self._table = (96 + 28 * rows) / HEIGHT
         with print_style():
             figure = new_figure(width / height * 7.2, 7.2)
@@ -58,8 +58,8 @@ class Panel:
                 3, 1, height_ratios=(0.06, 1.0, 0.55), squeeze=True
             )
             _draw_bar(figure, bar, scale)
-            self._lines = _draw_tensions(tension, take)
-            _draw_controls(control, model, take)
+            self._lines = _draw_tensions(tension, frames)
+            _draw_controls(control, model, frames)
             tension.sharex(control)
             figure.draw_without_rendering()
             figure.canvas.draw()
@@ -70,18 +70,18 @@ class Panel:
             for size in (22, 15)
         }
 
-    def at(self, frame: int) -> Image:
-        """(height, width, 3) strip for a frame of the take."""
+    def draw(self, frame: int) -> Image:
+        """(height, width, 3) picture of the panel for a frame."""
         picture = Picture.fromarray(self._background)
         draw = ImageDraw.Draw(picture)
         self._write_table(draw, frame)
         for axes in self._axes:
-            x, top = self._pixel(axes, self._take.time[frame], axes.get_ylim()[1])
-            bottom = self._pixel(axes, self._take.time[frame], axes.get_ylim()[0])[1]
+            x, top = self._pixel(axes, self._frames.time[frame], axes.get_ylim()[1])
+            bottom = self._pixel(axes, self._frames.time[frame], axes.get_ylim()[0])[1]
             draw.line([(x, top), (x, bottom)], fill=GREY, width=max(1, round(self._unit)))
         radius = 4.5 * self._unit
         for colour, values in self._lines:
-            x, y = self._pixel(self._axes[0], self._take.time[frame], float(values[frame]))
+            x, y = self._pixel(self._axes[0], self._frames.time[frame], float(values[frame]))
             draw.ellipse([x - radius, y - radius, x + radius, y + radius], fill=colour)
         return np.array(picture)
 
@@ -94,16 +94,16 @@ class Panel:
         line, ends = 28 * self._unit, (0.66 * width, 0.95 * width)
         large, small = self._font[22], self._font[15]
         y = 14 * self._unit
-        draw.text((0.05 * width, y), f"{self._take.time[frame]:.2f} s", fill=INK, font=large)
+        draw.text((0.05 * width, y), f"{self._frames.time[frame]:.2f} s", fill=INK, font=large)
         y += 1.5 * line
         draw.text((0.05 * width, y), "tension [N]", fill=INK, font=small)
         for text, x in zip(("input", "output"), ends, strict=True):
             draw.text((x, y), text, fill=INK, font=small, anchor="ra")
         colours = iter(colour for colour, _ in self._lines)
-        for name, cable in list(self._take.cables.items())[:_ROWS]:
+        for name, cable in list(self._frames.cables.items())[:_ROWS]:
             y += line
             pair = (next(colours), next(colours))
-            many = len(self._take.cables) > 1
+            many = len(self._frames.cables) > 1
             draw.text((0.05 * width, y), name, fill=pair[0] if many else INK, font=small)
             for x, colour, value in zip(ends, pair, cable.tensions[frame, [0, -1]], strict=True):
                 draw.text((x, y), f"{value:.1f}", fill=colour, font=small, anchor="ra")
@@ -114,19 +114,19 @@ def _draw_bar(figure: Figure, axes: Axes, scale: Normalize) -> None:
     axes.set_title("tension along the tendon, $T$ [N]", fontweight="normal")
 
 
-def _draw_tensions(axes: Axes, take: Take) -> list[tuple[str, Array]]:
+def _draw_tensions(axes: Axes, frames: Frames) -> list[tuple[str, Array]]:
     """Input and output tension of every cable; returns colour and values of each line."""
     lines: list[tuple[str, Array]] = []
-    for k, cable in enumerate(take.cables.values()):
-        several = len(take.cables) > 1
+    for k, cable in enumerate(frames.cables.values()):
+        several = len(frames.cables) > 1
         ends = (_MANY[k % len(_MANY)],) * 2 if several else _PAIR
         for end, colour, style in zip((0, -1), ends, ("-", "--"), strict=True):
             values = cable.tensions[:, end]
-            axes.plot(take.time, values, color=colour, linestyle=style)
+            axes.plot(frames.time, values, color=colour, linestyle=style)
             lines.append((colour, values))
     axes.set_ylabel("$T$ [N]")
     axes.tick_params(labelbottom=False)
-    ends = (GREY, GREY) if len(take.cables) > 1 else _PAIR
+    ends = (GREY, GREY) if len(frames.cables) > 1 else _PAIR
     handles = [
         Line2D([], [], color=ends[0], linestyle="-"),
         Line2D([], [], color=ends[1], linestyle="--"),
@@ -137,13 +137,16 @@ def _draw_tensions(axes: Axes, take: Take) -> list[tuple[str, Array]]:
     return lines
 
 
-def _draw_controls(axes: Axes, model: mujoco.MjModel, take: Take) -> None:
-    moving = [k for k in range(model.nu) if np.ptp(take.controls[:, k]) > 0.0]
+def _draw_controls(axes: Axes, model: mujoco.MjModel, frames: Frames) -> None:
+    moving = [k for k in range(model.nu) if np.ptp(frames.controls[:, k]) > 0.0]
     for colour, k in zip(_MANY, moving, strict=False):
         name = model.actuator(k).name or f"actuator {k}"
         name += " [m]" if model.actuator_plugin[k] >= 0 else ""
         axes.plot(
-            take.time, take.controls[:, k], color=colour if len(moving) > 1 else GREY, label=name
+            frames.time,
+            frames.controls[:, k],
+            color=colour if len(moving) > 1 else GREY,
+            label=name,
         )
     if moving:
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)

@@ -1,4 +1,4 @@
-"""The pictures of a diagnosis."""
+"""Figures of a diagnosis."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def diagnosis_figures(
     shown: BeforeAfter,
     sysid: Mapping[str, float] | None = None,
 ) -> dict[str, Figure]:
-    """Name → figure of all that a diagnosis has to show.
+    """Figures of a diagnosis by name.
 
     Args:
         diagnosis: to draw.
@@ -25,7 +25,7 @@ def diagnosis_figures(
         sysid: column → held-out rms error of `mujoco.sysid` alone [the column's unit].
 
     Returns:
-        "misfit" where there is one to be placed, "proof" where something was named, "gap", and
+        "misfit" where there is one, "proof" where something was named, "gap", and
         "before_after".
     """
     changed = bool(diagnosis.findings)

@@ -1,4 +1,4 @@
-"""A diagnosis as one page that needs nothing else: words, tables and pictures."""
+"""Report of a diagnosis: one HTML page with its tables and pictures, without other files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from matplotlib.figure import Figure
 
 from tendon_mj.diagnosis import Diagnosis, SysidResult
-from tendon_mj.view.figures.replay import column_label
+from tendon_mj.replay.units import column_unit
+from tendon_mj.view.figures.labels import column_name
 from tendon_mj.view.figures.style import DPI
 from tendon_mj.view.report.advice import advise
 
@@ -33,8 +34,8 @@ def report_page(
         diagnosis: to report.
         figures: name → figure, as `diagnosis_figures` names them.
         shown: name of the recording that is drawn.
-        sysid: what `mujoco.sysid` makes of the same data.
-        no_sysid: what to say without.
+        sysid: fit of the same data by `mujoco.sysid` alone.
+        no_sysid: sentence in its place where there is none.
     """
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent),
@@ -46,8 +47,8 @@ def report_page(
     environment.filters |= {
         "short": short,
         "percent": _percent,
-        "signal": lambda column: column_label(column).partition(" [")[0],
-        "unit": lambda column: column_label(column).partition("[")[2].rstrip("]") or "–",
+        "signal": column_name,
+        "unit": lambda column: column_unit(column) or "–",
     }
     train, held_out = diagnosis.recordings, diagnosis.held_out_recordings
     kept = "proof" if held_out else "selection and fit; its last quarter for proof"
@@ -68,7 +69,7 @@ def report_page(
 
 
 def short(value: float) -> str:
-    """Four digits that mean something."""
+    """A number to four significant digits."""
     if not math.isfinite(value):
         return "–"
     if 1e4 <= abs(value) < 1e7:
@@ -77,7 +78,7 @@ def short(value: float) -> str:
 
 
 def _percent(share: float) -> str:
-    """Whole percents; 100 % only where it is."""
+    """A share in whole percents; 100 % only where it is exactly 1."""
     if not math.isfinite(share):
         return "–"
     return "more than 99 %" if 0.995 <= share < 1.0 else f"{100.0 * share:.0f} %"

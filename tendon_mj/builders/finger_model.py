@@ -1,4 +1,4 @@
-"""Makes the finger's model from its numbers."""
+"""The finger as a model, built from its parameters."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tendon_mj.builders.finger import (
 
 _COLOUR = {"flexor": [0.85, 0.2, 0.15, 1.0], "extensor": [0.1, 0.35, 0.8, 1.0]}
 _SKIN, _STEEL, _OBJECT = [0.87, 0.72, 0.6, 0.45], [0.45, 0.47, 0.5, 1.0], [0.95, 0.65, 0.15, 1.0]
-_PHALANX, _OBJECT_BIT = 1, 2  # contact bits: phalanges touch the object and nothing else
+_PHALANX = 1  # contact bit: phalanges touch the object and nothing else
 _OBJECT_SIZE = (0.007, 0.012, 0.008)  # half edges of the object [m]
 # so light joints would otherwise give way to what the motors can pull; 2 steps are the stiffest
 # that MuJoCo takes
@@ -39,7 +39,7 @@ def build_finger(finger: Finger, *, spring_return: bool = False) -> mujoco.MjSpe
     `object` with sensor `object_displacement` [m].
 
     Args:
-        finger: its numbers.
+        finger: its parameters.
         spring_return: without the extensor; the joints' springs alone extend the finger.
     """
     spec = mujoco.MjSpec()

@@ -1,4 +1,4 @@
-"""The models that come with the package, and how to load any model."""
+"""Loading of models by name: those that come with the package, or any MJCF file."""
 
 from __future__ import annotations
 
@@ -20,6 +20,11 @@ def models_folder() -> Path:
     raise TendonError(f"the models are missing: neither {_FOLDERS[0]} nor {_FOLDERS[1]} exists")
 
 
+def example_recording() -> Path:
+    """The CSV of a recording of the bench; it is simulated with lumped elements, not measured."""
+    return models_folder() / "bench" / "recordings" / "twin.csv"
+
+
 def model_names() -> list[str]:
     """Names of the models that come with the package."""
     return sorted(p.parent.name for p in models_folder().glob("*/scene.xml"))
@@ -31,7 +36,7 @@ def model_path(name: str, *, scene: bool = False) -> Path:
     Args:
         name: of a model that comes with the package, or of a variant of one (`finger_spring`); or
             the path of an MJCF file.
-        scene: whether to look at it.
+        scene: whether the scene around it is wanted too.
 
     Raises:
         UnknownNameError: neither a model of the package nor a file.
