@@ -19,10 +19,10 @@ from numpy.typing import ArrayLike
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 from tendon_mj.builders import Bench, load_model
-from tendon_mj.finger import tap
+from tendon_mj.finger import prepare_finger, tap
 from tendon_mj.replay import Drive, default_motion, record_frames
 from tendon_mj.verification import slow_loop
-from tendon_mj.view import INK, Offscreen, find_camera, render_clip
+from tendon_mj.view import INK, Offscreen, find_camera, loops_figure, render_clip
 
 ROOT = Path(__file__).parents[1]
 MODELS = ROOT / "models"
