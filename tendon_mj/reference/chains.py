@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_mj.errors import UnknownNameError
-from tendon_mj.reference.checks import number, vector, whole
+from tendon_mj.reference.checks import FloatArray, number, vector, whole
 from tendon_mj.reference.elements import ElementChain, Law
 
 Ends = Literal["half", "paper"]
@@ -71,13 +71,7 @@ def uniform_chain(
     sliding = resting
     if dynamic_friction is not None:
         sliding = number("dynamic_friction", dynamic_friction, least=0.0)
-    if ends not in ENDS:
-        raise UnknownNameError("placement of the ends", ends, ENDS)
-    cut = number("axial_stiffness", axial_stiffness, above=0.0)
-    cut *= n / number("length", length, above=0.0)
-    stiffness = np.full(n, cut)
-    if ends == "half":
-        stiffness[-1] = 2.0 * cut
+    input_stiffness, stiffness = _springs(n, length, axial_stiffness, ends)
     angle = vector("bend_angle", bend_angle, n, least=0.0)
     if np.ndim(bend_angle) == 0:
         angle = angle / n
@@ -90,11 +84,23 @@ def uniform_chain(
         dynamic_friction=np.full(n, sliding),
         friction_force=np.full(n, friction_force / n),
         pretension=pretension,
-        input_stiffness=2.0 * cut if ends == "half" else math.inf,
+        input_stiffness=input_stiffness,
         environment_stiffness=environment_stiffness,
         sensor_stiffness=sensor_stiffness,
         law=law,
     )
+
+
+def _springs(n: int, length: float, axial_stiffness: float, ends: Ends) -> tuple[float, FloatArray]:
+    """Stiffness of the spring before the elements and of those behind each [N/m]."""
+    if ends not in ENDS:
+        raise UnknownNameError("placement of the ends", ends, ENDS)
+    cut = number("axial_stiffness", axial_stiffness, above=0.0)
+    cut *= n / number("length", length, above=0.0)
+    stiffness = np.full(n, cut)
+    if ends == "half":
+        stiffness[-1] = 2.0 * cut
+    return 2.0 * cut if ends == "half" else math.inf, stiffness
 
 
 def quasi_static(
