@@ -10,8 +10,7 @@ import numpy as np
 from mujoco import rollout
 from numpy.typing import NDArray
 
-from tendon_mj.engine import sheaths
-from tendon_mj.engine.sheath_plugin.state import UNSOLVED
+from tendon_mj.engine import unsolved_evaluations
 from tendon_mj.errors import TendonError
 
 FloatArray = NDArray[np.float64]
@@ -78,11 +77,7 @@ def try_open_loop(
 
 def unsolved_sheaths(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, int]:
     """Evaluations whose flow was not solved, of every sheath that had such."""
-    found = {
-        name: int(data.plugin_state[sheath.state + UNSOLVED])
-        for name, sheath in sheaths(model).items()
-    }
-    return {name: unsolved for name, unsolved in found.items() if unsolved}
+    return {name: count for name, count in unsolved_evaluations(model, data).items() if count}
 
 
 def _run(
