@@ -104,7 +104,7 @@ def test_the_engine_s_packages_import_one_way():
     for path in (PACKAGE / "engine").rglob("*.py"):
         parts = path.relative_to(PACKAGE / "engine").parts
         if parts[0] in ENGINE:
-            forbidden = ENGINE[ENGINE.index(parts[0]) + 1 :] + ["instances", "plugin"]
+            forbidden = [*ENGINE[ENGINE.index(parts[0]) + 1 :], "instances", "plugin"]
             names = [n.split(".") for n in imported(parsed(path), path)]
             inside = {n[2] for n in names if n[:2] == ["tendon_mj", "engine"] and len(n) > 2}
             assert not inside & set(forbidden), named(path)

@@ -2,14 +2,15 @@
 
 The guide's law then holds with τ_i − b − D f in the place of what it held before,
 
-    slides to the input   τ_i = UP τ_{i+1} + C + D f + b         f > 0
-    slides to the output  τ_{i+1} = DOWN τ_i + C − D f − b       f < 0
+    slides to the input   τ_i = R_in τ_{i+1} + C + D f + b        f > 0
+    slides to the output  τ_{i+1} = R_out τ_i + C − D f − b       f < 0
 
-and rests where both hold as ≥ with f = 0. The flows are the unknowns: a guide's equation knows its
-own and its two neighbours', so Newton's method solves a tridiagonal system. The guides' slip is
-corrected as long as the solution denies it. Should that go in circles, one guide after the other is
-given its own exact answer; flow over a guide only ever makes its neighbours flow more, so these
-rounds converge from anywhere, and the pattern that they find is finished by Newton's method.
+and rests where both hold as ≥ with f = 0; R_in is ``input_ratio``, R_out ``output_ratio``. The
+flows are the unknowns: a guide's equation has its own and its two neighbours', so Newton's method
+solves a tridiagonal system. The guides' slip is corrected as long as the solution contradicts it.
+Where these corrections cycle, one guide after the other is given its own exact solution; flow over
+a guide only ever makes its neighbours flow more, so this relaxation converges from anywhere, and
+the pattern that it finds is finished by Newton's method.
 
 Equations: docs/theory.md, section 7.
 """
@@ -26,15 +27,13 @@ from tendon_mj.sheath.records import ROUNDING, Array, Guides, Segments
 
 _PASSES = 16  # pattern corrections, and one a guide
 _STEPS = 40  # of Newton's method, of which a taut tendon needs about 4
-_ROUNDS, _ATTEMPTS = 10, 40  # of relaxation: rounds before the pattern is tried, and attempts
-_CONVERGED = (
-    1e-15  # change in a round, over the tendon's length, at which relaxation has come to rest
-)
+_ROUNDS, _ATTEMPTS = 10, 40  # rounds of relaxation before the pattern is tried; such attempts
+_CONVERGED = 1e-15  # change in a round, over the tendon's length, at which relaxation ends
 _TOLERANCE = 8 * ROUNDING
 
 
 @compiled
-def _pull(segments: Segments, j: int, stored: float) -> tuple[float, float]:
+def _tension_at(segments: Segments, j: int, stored: float) -> tuple[float, float]:
     """τ of segment j when it holds ``stored``, and dτ/ds ≤ 0; 0 where slack, inf where empty."""
     if not stored > 0.0:
         return np.inf, -np.inf
@@ -89,10 +88,10 @@ def _set_initial_flows(segments: Segments, guides: Guides) -> bool:
 def _newton_step(segments: Segments, guides: Guides, steps: Array, ratios: Array) -> float:
     """One step of Newton's method on all sliding guides; how far it moved, in strain."""
     n = len(guides)
-    left, left_slope = _pull(segments, 0, _stored_after(segments, guides, 0))
+    left, left_slope = _tension_at(segments, 0, _stored_after(segments, guides, 0))
     before = 0.0  # right-hand side of the guide before, after forward elimination
     for i in range(n):
-        right, right_slope = _pull(segments, i + 1, _stored_after(segments, guides, i + 1))
+        right, right_slope = _tension_at(segments, i + 1, _stored_after(segments, guides, i + 1))
         if guides[i].slip == 0.0:
             steps[i], ratios[i] = -guides[i].flow, 0.0
         else:
@@ -144,7 +143,7 @@ def _solve(segments: Segments, guides: Guides) -> bool:
 def _set_tensions(segments: Segments, guides: Guides) -> None:
     """Set the tensions that belong to the flows."""
     for j in range(len(segments)):
-        segments[j].tension = _pull(segments, j, _stored_after(segments, guides, j))[0]
+        segments[j].tension = _tension_at(segments, j, _stored_after(segments, guides, j))[0]
 
 
 @compiled
@@ -188,7 +187,7 @@ def _flow_alone(segments: Segments, guides: Guides, i: int) -> float:
     """Flow over guide i for which its law holds while its neighbours' flows stay."""
     here = _stored_after(segments, guides, i) - guides[i].flow
     beyond = _stored_after(segments, guides, i + 1) + guides[i].flow
-    left, right = _pull(segments, i, here)[0], _pull(segments, i + 1, beyond)[0]
+    left, right = _tension_at(segments, i, here)[0], _tension_at(segments, i + 1, beyond)[0]
     constant, momentum = guides[i].constant_friction, guides[i].momentum
     if left > guides[i].input_ratio * right + constant + momentum:
         slip, low, high = 1.0, max(0.0, -here), beyond
@@ -199,8 +198,8 @@ def _flow_alone(segments: Segments, guides: Guides, i: int) -> float:
     p, q, c = _law(guides, i, slip)
     flow = 0.5 * (low + high)
     for _ in range(200):
-        left, left_slope = _pull(segments, i, here + flow)
-        right, right_slope = _pull(segments, i + 1, beyond - flow)
+        left, left_slope = _tension_at(segments, i, here + flow)
+        right, right_slope = _tension_at(segments, i + 1, beyond - flow)
         missing = p * left - q * right - c - guides[i].drag * flow
         if missing > 0.0:
             low = flow

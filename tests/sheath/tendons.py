@@ -7,7 +7,7 @@ from tendon_mj.sheath.records import new_guides, new_segments
 
 
 def tendon(lengths, strains, bends, mu_s, mu_d, constant=0.0, was=0.0):
-    """Segments and guides of a tendon; strains are those before the step, ``constant`` is over EA."""
+    """Segments and guides of a tendon; strains before the step, ``constant`` over EA."""
     lengths, bends = np.asarray(lengths, float), np.asarray(bends, float)
     segments = new_segments(len(lengths))
     guides = new_guides(len(bends))
@@ -16,10 +16,8 @@ def tendon(lengths, strains, bends, mu_s, mu_d, constant=0.0, was=0.0):
     segments["tension"] = np.maximum(strains, 0.0)
     segments["strain_slope"] = 1.0
     guides["static_ratio"], guides["dynamic_ratio"] = np.exp(mu_s * bends), np.exp(mu_d * bends)
-    guides["static_ratio_back"], guides["dynamic_ratio_back"] = (
-        guides["static_ratio"],
-        guides["dynamic_ratio"],
-    )
+    for ratio in ("static_ratio", "dynamic_ratio"):
+        guides[f"{ratio}_back"] = guides[ratio]
     guides["constant_friction"], guides["previous_slip"] = constant, was
     return segments, guides
 

@@ -74,10 +74,7 @@ def test_a_break_at_one_guide_takes_its_neighbours_along():
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_both_routes_follow_the_same_path(direction):
     fast, sure = uniform(12, 1.0), uniform(12, 1.0)
-    sure[1]["input_ratio"], sure[1]["output_ratio"] = (
-        sure[1]["dynamic_ratio"],
-        sure[1]["dynamic_ratio"],
-    )
+    sure[1]["input_ratio"] = sure[1]["output_ratio"] = sure[1]["dynamic_ratio"]
     for _ in range(30):
         for tables, solve in ((fast, solve_flow), (sure, sweep)):
             drive(*tables, direction * 1e-5, solve, 1)

@@ -9,8 +9,8 @@ from tendon_mj.engine.abi.control import control
 from tendon_mj.engine.abi.layout import Layout
 from tendon_mj.engine.abi.memory import double, doubles, integer, pointer
 from tendon_mj.engine.abi.runge_kutta import RK4, is_stage
-from tendon_mj.engine.servo_plugin.law import backlash_ahead, limited, play, stiffness_ahead
-from tendon_mj.engine.servo_plugin.load import known_torque
+from tendon_mj.engine.servo_plugin.control_law import backlash_ahead, limited, play, stiffness_ahead
+from tendon_mj.engine.servo_plugin.motor_load import known_torque
 from tendon_mj.engine.servo_plugin.state import (
     Commands,
     Memory,
@@ -33,7 +33,7 @@ _MOVED = 0.01  # share by which the output has to move for a backlash to be cros
 def _note_reversal(
     memory: Memory, first: bool, reference: float, tension: float, band: float
 ) -> None:
-    """Notice when the reference turns back, and when the output has followed."""
+    """Update the memory where the reference turns back and where the output has followed."""
     sense = memory.sense
     if first:
         memory.turned_at = reference
@@ -62,7 +62,7 @@ def _sample(
     reference: float,
     time: float,
 ) -> float:
-    """Tension that the motor is to bring up [N]: error and feed-forward; the memory moves on."""
+    """Tension that the motor is to bring up [N]: error and feed-forward; updates the memory."""
     gains = state.gains
     ea, last = sheath.law.axial_stiffness, len(guides)
     pulled, output = ea * segments[0].tension, ea * segments[last].tension
@@ -121,7 +121,7 @@ def _driven(state: State, wanted: float, speed: float, radius: float) -> tuple[f
 
 @compiled
 def _is_due(state: State, time: float, early: float) -> bool:
-    """Whether the controller samples now; leaves the number of the sample on trial."""
+    """Whether the controller samples now; stores the index of the sample on trial."""
     gains = state.gains
     if gains.period == 0.0:
         return True

@@ -32,7 +32,7 @@ def _bend(a: Any, i: int) -> float:
 
 @compiled
 def _moved(points: Any, path: Any, i: int) -> bool:
-    """Whether point ``i`` is not where it was; remembers where it is."""
+    """Whether point ``i`` is not where it was; ``path`` is updated."""
     k = 3 * i
     if points[k] == path[k] and points[k + 1] == path[k + 1] and points[k + 2] == path[k + 2]:
         return False

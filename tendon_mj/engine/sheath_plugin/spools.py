@@ -2,8 +2,8 @@
 
 With backlash b the drum follows its drive once that has crossed the gap, and holds itself in it.
 Where the drive is a joint, the flank by which it winds is a spring, as stiff as the joint's inertia
-allows at this time step: the drive bears what presses on it, and the drum gives way where that is
-more than the tendon's pull. So nothing is wound that the drive has not paid for.
+allows at this time step: the drive bears the contact force, and the drum yields where that is more
+than the tendon's pull. No tendon is wound without work of the drive.
 
 Equations: docs/theory.md, section 7.
 """
