@@ -10,6 +10,7 @@ from numba import carray, types
 from numba.extending import intrinsic
 
 from tendon_mj.compilation import compiled
+from tendon_mj.sheath.records import Array
 
 
 def _as_pointer(item: Any) -> Any:
@@ -36,15 +37,17 @@ def pointer(address: int) -> int:
 
 
 @compiled
-def doubles(address: int, count: int) -> Any:
+def doubles(address: int, count: int) -> Array:
     """``count`` mjtNum at ``address`` as an array that shares the memory."""
-    return carray(_f64(address), (count,))
+    numbers: Array = carray(_f64(address), (count,))
+    return numbers
 
 
 @compiled
-def coordinates(address: int) -> Any:
+def coordinates(address: int) -> Array:
     """The mjtNum at ``address``, however many: a C pointer, whose indices do not wrap around."""
-    return _f64(address)
+    numbers: Array = _f64(address)
+    return numbers
 
 
 def record_at(dtype: np.dtype[Any]) -> Any:

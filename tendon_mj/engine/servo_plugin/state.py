@@ -127,8 +127,7 @@ def commands_at(address: int) -> Commands:
 @compiled
 def gains_at(address: int) -> Array:
     """Gains of a servo, in the order of ``GAINS``."""
-    values: Array = doubles(address, _GAIN_COUNT)
-    return values
+    return doubles(address, _GAIN_COUNT)
 
 
 @compiled

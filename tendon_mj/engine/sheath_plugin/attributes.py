@@ -7,7 +7,7 @@ which the plugin was registered with them.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,7 +79,7 @@ def are_equal(one: int, other: int) -> bool:
 
 
 @compiled
-def index_of(address: int, known: Any) -> int:
+def index_of(address: int, known: NDArray[np.uint8]) -> int:
     """Index of a string among the known words, −1 for none."""
     for word in range(known.shape[0]):
         k = 0

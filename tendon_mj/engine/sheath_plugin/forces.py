@@ -7,19 +7,17 @@ about c, the centre of mass of the kinematic tree.
 
 from __future__ import annotations
 
-from typing import Any
-
 from tendon_mj.compilation import compiled
 from tendon_mj.engine.abi.layout import Layout
 from tendon_mj.engine.abi.memory import coordinates, doubles, integer, pointer
 from tendon_mj.engine.sheath_plugin.state import State
 from tendon_mj.engine.sheath_plugin.strain_law import spool_torque
-from tendon_mj.sheath.records import Segments
+from tendon_mj.sheath.records import Array, Segments
 
 
 @compiled
 def _add_force(
-    layout: Layout, m: int, d: int, body: int, p: Any, at: int, fx: float, fy: float, fz: float
+    layout: Layout, m: int, d: int, body: int, p: Array, at: int, fx: float, fy: float, fz: float
 ) -> None:
     """Add force (fx, fy, fz) [N] at ``p[at:at+3]`` [m] of ``body`` to `mjData.qfrc_passive`."""
     if integer(pointer(m + layout.m_body_weldid), body) == 0:
@@ -52,7 +50,9 @@ def _add_torque(layout: Layout, m: int, d: int, joint: float, torque: float) -> 
 
 
 @compiled
-def apply_forces(layout: Layout, m: int, d: int, state: State, segments: Segments, p: Any) -> None:
+def apply_forces(
+    layout: Layout, m: int, d: int, state: State, segments: Segments, p: Array
+) -> None:
     """Apply the tendon's forces to the bodies along the path and to the spools."""
     ea, last = state.law.axial_stiffness, len(segments) - 1
     first = integer(pointer(m + layout.m_tendon_adr), int(state.tendon))

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from tendon_mj.compilation import compiled
 from tendon_mj.engine.abi.arctangent import arctangent
-from tendon_mj.sheath.records import Guides, Segments
+from tendon_mj.sheath.records import Array, Guides, Segments
 
 _SHORTEST = 1e-9  # two sites on one spot still have a segment between them [m]
 
 
 @compiled
-def _bend(a: Any, i: int) -> float:
+def _bend(a: Array, i: int) -> float:
     """Angle by which the path turns at point ``i`` [rad], exact for small and large angles.
 
     Where several points lie on one spot the turn counts once, at the last of them.
@@ -31,7 +30,7 @@ def _bend(a: Any, i: int) -> float:
 
 
 @compiled
-def _moved(points: Any, path: Any, i: int) -> bool:
+def _moved(points: Array, path: Array, i: int) -> bool:
     """Whether point ``i`` is not where it was; ``path`` is updated."""
     k = 3 * i
     if points[k] == path[k] and points[k + 1] == path[k + 1] and points[k + 2] == path[k + 2]:
@@ -41,7 +40,9 @@ def _moved(points: Any, path: Any, i: int) -> bool:
 
 
 @compiled
-def update_path(points: Any, path: Any, segments: Segments, guides: Guides, refresh: bool) -> None:
+def update_path(
+    points: Array, path: Array, segments: Segments, guides: Guides, refresh: bool
+) -> None:
     """Bring lengths and bends up to date with the points; what did not move is not recomputed.
 
     Args:

@@ -99,8 +99,7 @@ def unpack(address: int) -> tuple[Segments, Guides, int]:
 @compiled
 def parameters_at(address: int) -> Array:
     """Live parameters of a sheath, in the order of ``PARAMETERS``."""
-    values: Array = doubles(address, _PARAMETER_COUNT)
-    return values
+    return doubles(address, _PARAMETER_COUNT)
 
 
 @compiled
