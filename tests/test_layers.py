@@ -181,6 +181,27 @@ def test_a_cycle_is_seen_between_modules_and_between_subpackages():
     assert set(cycle({"one": {"two"}, "two": {"one"}})) == {"one", "two"}
 
 
+ENGINE = ["abi", "sheath_plugin", "servo_plugin"]  # each may import those before it
+
+
+def test_the_engine_s_packages_import_one_way():
+    for path in (PACKAGE / "engine").rglob("*.py"):
+        parts = path.relative_to(PACKAGE / "engine").parts
+        if parts[0] in ENGINE:
+            forbidden = [*ENGINE[ENGINE.index(parts[0]) + 1 :], "instances", "plugin"]
+            names = [n.split(".") for n in imported(parsed(path), path)]
+            inside = {n[2] for n in names if n[:2] == ["tendon_mj", "engine"] and len(n) > 2}
+            assert not inside & set(forbidden), relative(path)
+
+
+def test_outside_the_engine_its_package_alone_is_imported():
+    for path in MODULES:
+        if path.relative_to(PACKAGE).parts[0] != "engine":
+            for node in ast.walk(parsed(path)):
+                if isinstance(node, ast.ImportFrom) and node.module:
+                    assert not node.module.startswith("tendon_mj.engine."), relative(path)
+
+
 def test_only_the_engine_knows_where_c_keeps_its_fields():
     for path in MODULES:
         outside = {n.split(".")[0] for n in imported(parsed(path), path)}

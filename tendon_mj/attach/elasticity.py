@@ -1,4 +1,4 @@
-"""What a tendon's own spring amounts to, for a sheath to take it over."""
+"""Axial stiffness and pretension equivalent to a tendon's own spring, for a sheath to take over."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from tendon_mj.errors import InvalidValueError
 
 
 def own_elasticity(spec: mujoco.MjSpec, name: str) -> tuple[float, float]:
-    """EA and T_0 [N] that a tendon's stiffness k and spring length S amount to at `qpos0`.
+    """EA and T_0 [N] equivalent to a tendon's stiffness k and spring length S at `qpos0`.
 
     EA = k S and T_0 = k (L(qpos0) − S), so that the sheath pulls as the spring did where it pulled.
 

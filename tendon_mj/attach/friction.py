@@ -1,4 +1,4 @@
-"""Gives a tendon of a model a sheath that rubs."""
+"""Gives a tendon of a model a sheath with friction."""
 
 from __future__ import annotations
 
@@ -11,14 +11,16 @@ import mujoco
 
 from tendon_mj.attach.elasticity import own_elasticity
 from tendon_mj.attach.instance import add_instance
+from tendon_mj.attach.keywords import check_names, takes
 from tendon_mj.attach.sensor import add_sensor, check_kinds, free_name
 from tendon_mj.engine import NAME
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.sheath import Law
+from tendon_mj.sheath.law import LAW, Law
 
 _SITE = mujoco.mjtWrap.mjWRAP_SITE
 
 
+@takes(LAW)
 def add_friction(
     spec: mujoco.MjSpec,
     tendon: str,
@@ -26,22 +28,6 @@ def add_friction(
     friction: float,
     axial_stiffness: float | None = None,
     pretension: float | None = None,
-    static_friction: float | None = None,
-    constant_friction: float = 0.0,
-    axial_damping: float = 0.0,
-    stribeck_friction: float = 0.0,
-    stribeck_velocity: float = 0.0,
-    viscous_friction: float = 0.0,
-    direction_asymmetry: float = 0.0,
-    friction_gradient: float = 0.0,
-    friction_drift: float = 0.0,
-    backlash: float = 0.0,
-    stiffening: float = 0.0,
-    creep: float = 0.0,
-    creep_time: float = 0.0,
-    sheath_compliance: float = 0.0,
-    tendon_mass: float = 0.0,
-    extra_bend: float = 0.0,
     name: str | None = None,
     reel: str | None = None,
     reel_joint: str | None = None,
@@ -49,32 +35,17 @@ def add_friction(
     output_joint: str | None = None,
     output_radius: float | None = None,
     sensors: Sequence[str] = ("input_tension", "output_tension"),
+    **parameters: SupportsFloat | None,
 ) -> mujoco.MjSpec:
     """Let a spatial tendon run through a sheath with Coulomb friction.
 
-    The tendon's own stiffness moves into the sheath: EA and T_0 default to what it had, and it is
-    set to 0 on the tendon.
+    The tendon's own stiffness moves into the sheath: EA and T_0 default to its stiffness times its
+    spring length and the pull of its spring at `qpos0`, and it is set to 0 on the tendon.
 
     Args:
         spec: changed in place and returned.
         tendon: name of a spatial tendon over sites; its first site is the input end.
-        friction: μ_d, or μ where no ``static_friction`` is given [-].
-        axial_stiffness: EA [N]; default: the tendon's stiffness times its spring length.
-        pretension: T_0 at `qpos0` [N]; default: what the tendon's spring exerts there.
-        static_friction: μ_s ≥ μ_d [-].
-        constant_friction: tension-independent friction of the whole sheath [N].
-        axial_damping: [N s].
-        stribeck_friction, stribeck_velocity: Δμ added at rest [-], fading with v_s [m/s].
-        viscous_friction: friction per sliding speed of the whole sheath [N s/m].
-        direction_asymmetry: α, μ(1 + α) towards the input, μ(1 − α) to the output [-].
-        friction_gradient: growth of μ per tendon drawn past a guide [1/m].
-        friction_drift: growth of μ per time [1/s].
-        backlash: play between the drive and the drum, as tendon [m].
-        stiffening: κ in T = EA ε (1 + κ ε) [-].
-        creep, creep_time: share χ of strain that comes later [-], in which time [s].
-        sheath_compliance: by which the sheath's mount yields at the input [m/N].
-        tendon_mass: of the tendon in the sheath [kg].
-        extra_bend: that the drawn path does not show, over all guides [rad].
+        <parameters>
         name: of the sheath, default ``sheath`` or, where that is taken, ``<tendon>_sheath``.
         reel: name of an actuator to add that winds tendon in at the input, control in metres.
             Without one, a sensor named like the sheath is added, which shows T_in and T_out.
@@ -86,38 +57,22 @@ def add_friction(
         ``spec``.
 
     Raises:
-        UnknownNameError: no such tendon or sensor kind, with the nearest name.
+        UnknownNameError: no such tendon, parameter or sensor kind, with the nearest name.
         InvalidValueError: a parameter outside its range, or a second sheath on the tendon.
     """
+    check_names(LAW, parameters, "add_friction")
     element = _find_tendon(spec, tendon)
     check_kinds(sensors)
     if axial_stiffness is None or pretension is None:
         own_stiffness, own_pretension = own_elasticity(spec, tendon)
         axial_stiffness = own_stiffness if axial_stiffness is None else axial_stiffness
         pretension = own_pretension if pretension is None else pretension
-    law = Law(
-        axial_stiffness=_number("axial_stiffness", axial_stiffness),
-        friction=_number("friction", friction),
-        static_friction=(
-            None if static_friction is None else _number("static_friction", static_friction)
-        ),
-        constant_friction=_number("constant_friction", constant_friction),
-        axial_damping=_number("axial_damping", axial_damping),
-        pretension=_number("pretension", pretension),
-        stribeck_friction=_number("stribeck_friction", stribeck_friction),
-        stribeck_velocity=_number("stribeck_velocity", stribeck_velocity),
-        viscous_friction=_number("viscous_friction", viscous_friction),
-        direction_asymmetry=_number("direction_asymmetry", direction_asymmetry),
-        friction_gradient=_number("friction_gradient", friction_gradient),
-        friction_drift=_number("friction_drift", friction_drift),
-        backlash=_number("backlash", backlash),
-        stiffening=_number("stiffening", stiffening),
-        creep=_number("creep", creep),
-        creep_time=_number("creep_time", creep_time),
-        sheath_compliance=_number("sheath_compliance", sheath_compliance),
-        tendon_mass=_number("tendon_mass", tendon_mass),
-        extra_bend=_number("extra_bend", extra_bend),
-    )
+    values = parameters | {
+        "friction": friction,
+        "axial_stiffness": axial_stiffness,
+        "pretension": pretension,
+    }
+    law = Law(**{k: _parameter(k, v) for k, v in values.items()})  # type: ignore[arg-type]
     config = {"tendon": tendon, "guides": str(len(element.path) - 2)}
     config |= {k: repr(v) for k, v in dataclasses.asdict(law).items() if v}
     config |= {k: repr(getattr(law, k)) for k in ("axial_stiffness", "friction", "pretension")}
@@ -162,9 +117,16 @@ def _find_tendon(spec: mujoco.MjSpec, name: str) -> mujoco.MjsTendon:
     return element
 
 
-def _number(name: str, value: SupportsFloat) -> float:
+def _parameter(name: str, value: SupportsFloat | None) -> float | None:
+    """A parameter of the law as a number; None where the law allows it."""
+    if value is None and not LAW[name].required and LAW[name].default is None:
+        return None
+    return _number(name, value)
+
+
+def _number(name: str, value: SupportsFloat | None) -> float:
     try:
-        return float(value)
+        return float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
         raise InvalidValueError(f"{name} = {value!r} is not a number") from None
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.engine import GAINS, PARAMETERS, check_gain, servos, sheaths
 from tendon_mj.errors import InvalidValueError, UnknownKeyError
-from tendon_mj.sheath.law import RANGES, check_range
+from tendon_mj.sheath.law import LAW, check_range
 
 _FIXED = ("period", "delay")  # they say how much memory a servo has
 
@@ -62,7 +62,7 @@ class Parameters(MutableMapping[str, float]):
     def __setitem__(self, name: str, value: float) -> None:
         address = self._find(name)
         kind = name.rsplit(".", 1)[1]
-        if kind in RANGES:
+        if kind in LAW:
             check_range(kind, float(value), name)
         elif kind in GAINS:
             check_gain(kind, float(value), name.rsplit(".", 1)[0])

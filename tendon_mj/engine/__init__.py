@@ -1,4 +1,7 @@
-"""The engine plugins and the C ABI: the only room that knows a struct offset."""
+"""The engine plugins and the C ABI: the only package that knows a struct offset.
+
+`abi` reads and writes MuJoCo's memory, `sheath_plugin` uses it, `servo_plugin` uses both.
+"""
 
 from tendon_mj.engine.instances import Instance as Instance
 from tendon_mj.engine.instances import segment_tensions as segment_tensions
@@ -6,11 +9,12 @@ from tendon_mj.engine.instances import sensor_kind as sensor_kind
 from tendon_mj.engine.instances import servo_estimate as servo_estimate
 from tendon_mj.engine.instances import servos as servos
 from tendon_mj.engine.instances import sheaths as sheaths
+from tendon_mj.engine.instances import unsolved_evaluations as unsolved_evaluations
 from tendon_mj.engine.plugin import register as register
+from tendon_mj.engine.servo_plugin.gains import GAINS as GAINS
+from tendon_mj.engine.servo_plugin.gains import check_gain as check_gain
 from tendon_mj.engine.servo_plugin.state import FEEDBACKS as FEEDBACKS
-from tendon_mj.engine.servo_plugin.state import GAINS as GAINS
 from tendon_mj.engine.servo_plugin.validate import SERVO as SERVO
-from tendon_mj.engine.servo_plugin.validate import check_gain as check_gain
-from tendon_mj.engine.sheath_plugin.measure import KINDS as KINDS
+from tendon_mj.engine.sheath_plugin.sensors import KINDS as KINDS
 from tendon_mj.engine.sheath_plugin.state import PARAMETERS as PARAMETERS
 from tendon_mj.engine.sheath_plugin.validate import NAME as NAME

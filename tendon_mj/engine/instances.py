@@ -1,4 +1,4 @@
-"""Which sheaths and servos a model has, and where in `mjData.plugin_state` each keeps its state."""
+"""Sheaths and servos of a model, and where in `mjData.plugin_state` each keeps its state."""
 
 from __future__ import annotations
 
@@ -10,13 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.engine.abi.library import C
-from tendon_mj.engine.abi.memory import doubles
-from tendon_mj.engine.servo_plugin import state as servo_state
+from tendon_mj.engine.servo_plugin.state import view as servo_view
 from tendon_mj.engine.servo_plugin.validate import SERVO
-from tendon_mj.engine.sheath_plugin import state
+from tendon_mj.engine.sheath_plugin.state import view as sheath_view
 from tendon_mj.engine.sheath_plugin.validate import NAME
 from tendon_mj.errors import UnknownNameError
-from tendon_mj.sheath.tables import TENSION
 
 
 class Instance(NamedTuple):
@@ -41,7 +39,7 @@ def sheaths(model: mujoco.MjModel) -> dict[str, Instance]:
 
 
 def sensor_kind(model: mujoco.MjModel, sensor: int) -> str:
-    """What a sensor of a sheath shows, one of `KINDS`; empty for a sensor that is none of ours."""
+    """Kind of a sheath's sensor, one of `KINDS`; empty for a sensor that is none of ours."""
     instance = int(model.sensor_plugin[sensor])
     if instance not in (k for k, _ in _instances(model, NAME)):
         return ""
@@ -66,6 +64,14 @@ def _instances(model: mujoco.MjModel, plugin: str) -> Iterator[tuple[int, Instan
             yield k, Instance(_config(model, k, "tendon"), int(model.plugin_stateadr[k]))
 
 
+def unsolved_evaluations(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, int]:
+    """Evaluations without a solution since the reset, of every sheath by name."""
+    return {
+        name: int(sheath_view(data.plugin_state, found.state).state.unsolved)
+        for name, found in sheaths(model).items()
+    }
+
+
 def servo_estimate(model: mujoco.MjModel, data: mujoco.MjData, servo: str) -> float:
     """T̂_out [N], the output tension as a servo's observer computes it from T_in.
 
@@ -75,7 +81,7 @@ def servo_estimate(model: mujoco.MjModel, data: mujoco.MjData, servo: str) -> fl
     known = servos(model)
     if servo not in known:
         raise UnknownNameError("servo", servo, known)
-    return float(data.plugin_state[known[servo].state + servo_state.TRIAL + servo_state.ESTIMATE])
+    return float(servo_view(data.plugin_state, known[servo].state).trial.estimate)
 
 
 def segment_tensions(
@@ -92,7 +98,5 @@ def segment_tensions(
     known = sheaths(model)
     if sheath not in known:
         raise UnknownNameError("sheath", sheath, known)
-    _, segments, _, path = state.unpack(data.plugin_state.ctypes.data + 8 * known[sheath].state)
-    stiffness = data.plugin_state[known[sheath].state + state.AXIAL_STIFFNESS]
-    points = doubles(path, 3 * (segments.shape[1] + 1))
-    return points.reshape(-1, 3).copy(), stiffness * segments[TENSION]
+    found = sheath_view(data.plugin_state, known[sheath].state)
+    return found.path.copy(), found.state.law.axial_stiffness * found.segments["tension"]

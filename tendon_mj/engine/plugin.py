@@ -76,7 +76,7 @@ def _verify_struct() -> None:
 
 
 class Definition(NamedTuple):
-    """What makes a plugin.
+    """Definition of a plugin.
 
     Attributes:
         name: by which MJCF asks for it.
@@ -136,7 +136,7 @@ _SMALLEST = f"""
 </mujoco>
 """
 
-_registered: list[object] = []  # what C holds pointers to must outlive it
+_registered: list[object] = []  # C holds pointers to these, so they are never freed
 
 
 def _register(plugin: Definition, layout: Layout) -> None:

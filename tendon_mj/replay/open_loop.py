@@ -10,8 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.engine import sheaths
-from tendon_mj.engine.sheath_plugin.state import UNSOLVED
+from tendon_mj.engine import unsolved_evaluations
 from tendon_mj.errors import TendonError
 from tendon_mj.replay.frames import FrameRecorder
 from tendon_mj.replay.rollout import full_state, rollout_sensors
@@ -86,12 +85,8 @@ def try_open_loop(
 
 
 def unsolved_sheaths(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, int]:
-    """Number of evaluations whose flow was not solved, of every sheath with any."""
-    found = {
-        name: int(data.plugin_state[sheath.state + UNSOLVED])
-        for name, sheath in sheaths(model).items()
-    }
-    return {name: unsolved for name, unsolved in found.items() if unsolved}
+    """Evaluations whose flow was not solved, of every sheath that had such."""
+    return {name: count for name, count in unsolved_evaluations(model, data).items() if count}
 
 
 def _run(

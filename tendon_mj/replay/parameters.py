@@ -1,4 +1,4 @@
-"""Numbers of a model by the names that recordings give them, ``<element>.<parameter>``.
+"""Parameters of a model by the names used in recordings, ``<element>.<parameter>``.
 
 | element | parameters |
 |---|---|

@@ -1,4 +1,4 @@
-"""Units of what recordings and replays name: columns, joints, live parameters of the plugins."""
+"""Units of recorded and simulated quantities: columns, joints, live parameters of the plugins."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ from typing import Final
 
 import mujoco
 
-from tendon_mj.engine import GAINS, KINDS, sensor_kind
+from tendon_mj.engine import GAINS, KINDS, PARAMETERS, sensor_kind
 from tendon_mj.recordings.table import UNITS
-from tendon_mj.sheath.law import RANGES
 
 UNKNOWN: Final = "1"  # of a reading or a control that no column names
 _WRITTEN = {"Nm": "N m", "rad_per_s": "rad/s", "m_per_s": "m/s"}
@@ -21,7 +20,7 @@ JOINT: Final[dict[str, tuple[str, str]]] = {
     "armature": ("kg m²", "kg"),
     "springref": ("rad", "m"),
 }
-# sensor -> the same of what it reads
+# sensor -> (unit of its reading on a hinge, on a slide)
 _OF_JOINT: Final = {
     mujoco.mjtSensor.mjSENS_JOINTPOS: ("rad", "m"),
     mujoco.mjtSensor.mjSENS_JOINTVEL: ("rad/s", "m/s"),
@@ -32,24 +31,6 @@ _OF_TENDON: Final = {  # through sites; one of joints is in whatever its coeffic
     mujoco.mjtSensor.mjSENS_TENDONVEL: "m/s",
     mujoco.mjtSensor.mjSENS_TENDONACTFRC: "N",
 }
-# parameters of a sheath that say how it is attached, and the effects it can be given
-_SHEATH = {
-    "reel_radius": "m",
-    "output_radius": "m",
-    "stribeck_friction": "-",
-    "stribeck_velocity": "m/s",
-    "viscous_friction": "N s/m",
-    "direction_asymmetry": "-",
-    "friction_gradient": "1/m",
-    "friction_drift": "1/s",
-    "backlash": "m",
-    "stiffening": "-",
-    "creep": "-",
-    "creep_time": "s",
-    "sheath_compliance": "m/N",
-    "tendon_mass": "kg",
-    "extra_bend": "rad",
-}
 
 
 def column_unit(column: str) -> str:
@@ -59,7 +40,7 @@ def column_unit(column: str) -> str:
 
 
 def reading_unit(model: mujoco.MjModel, sensor: int) -> str:
-    """The unit of what a sensor reads; ``UNKNOWN`` where its kind does not say."""
+    """The unit of a sensor's reading; ``UNKNOWN`` where its kind does not say."""
     kind = sensor_kind(model, sensor)
     if kind:
         return KINDS[kind][1]
@@ -87,10 +68,8 @@ def _ending(column: str) -> str:
 
 def live_unit(parameter: str) -> str:
     """The unit of a sheath's parameter or a servo's gain."""
-    for table in (RANGES, GAINS):
-        if parameter in table:
-            return str(table[parameter][2])
-    return _SHEATH.get(parameter, UNKNOWN)
+    known = PARAMETERS | GAINS
+    return known[parameter].unit if parameter in known else UNKNOWN
 
 
 def rate(unit: str) -> str:

@@ -12,53 +12,39 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tendon_mj.compilation import compiled
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.sheath.flow import settle
-from tendon_mj.sheath.law import Law
-from tendon_mj.sheath.segments import released
-from tendon_mj.sheath.tables import (
-    BACK_DYNAMIC,
-    BACK_STATIC,
-    CONSTANT,
-    DYNAMIC,
-    FLOW,
-    GIVE,
-    GUIDE_ROWS,
-    LENGTH,
-    SEGMENT_ROWS,
-    SHARE,
-    SLIP,
-    STATIC,
-    STORED,
-    TENSION,
-    WAS,
-    Table,
-)
+from tendon_mj.sheath.flow_solver import solve_flow
+from tendon_mj.sheath.law import LAW, Law
+from tendon_mj.sheath.records import Array, Guides, Segments, new_guides, new_segments
+from tendon_mj.sheath.segment_tension import friction_work
 
-Array = NDArray[np.float64]
-
-# Effects that hang on time, or on a state that this bench does not keep.
-_NOT_HERE = (
-    "stribeck_friction",
-    "viscous_friction",
-    "friction_gradient",
-    "friction_drift",
-    "stiffening",
-    "creep",
-    "tendon_mass",
-)
+# Parameters of the law that this bench implements; the others need time, or a state between steps.
+_IMPLEMENTED = {
+    "axial_stiffness",
+    "friction",
+    "static_friction",
+    "constant_friction",
+    "axial_damping",  # of no effect in quasi-static steps
+    "pretension",
+    "stribeck_velocity",  # a scale, of no effect without stribeck_friction
+    "direction_asymmetry",
+    "backlash",
+    "creep_time",  # a scale, of no effect without creep
+    "sheath_compliance",
+    "extra_bend",
+}
 
 
 class Response(NamedTuple):
-    """What the sheath did, a value per sample.
+    """Response of the sheath, a value per sample.
 
     Attributes:
         input_tension, output_tension: (samples,) [N].
         input_displacement, output_displacement: (samples,) positive towards the input [m].
-        friction_work: (samples,) heat since the start [J].
+        friction_work: (samples,) since the start [J].
         unsolved: samples whose flow was not solved.
     """
 
@@ -70,10 +56,10 @@ class Response(NamedTuple):
     unsolved: int
 
 
-def _lay(
+def _initial_tendon(
     law: Law, length: float, bend: float, guides: int, output_stiffness: float
-) -> tuple[Table, Table]:
-    """Tables of the sheath at rest under its pretension."""
+) -> tuple[Segments, Guides]:
+    """Segments and guides of the sheath at rest under its pretension."""
     if not (np.isfinite(length) and length > 0.0):
         raise InvalidValueError(f"length = {length} [m] must be finite and > 0")
     if not np.isfinite(bend):
@@ -84,95 +70,97 @@ def _lay(
         raise InvalidValueError(f"output_stiffness = {output_stiffness} [N/m] must be > 0")
     if not law.pretension > 0.0:
         raise InvalidValueError(f"pretension = {law.pretension:g} [N] must be > 0 on this bench")
-    for name in _NOT_HERE:
+    for name in (n for n in LAW if n not in _IMPLEMENTED):
         if getattr(law, name) != 0.0:
             raise InvalidValueError(
                 f"{name} = {getattr(law, name):g}: this bench knows neither time nor {name}; give "
                 "it to the plugin's sheath"
             )
-    segments, table = np.zeros((SEGMENT_ROWS, guides + 1)), np.zeros((GUIDE_ROWS, guides))
+    segments, table = new_segments(guides + 1), new_guides(guides)
     strain = law.pretension / law.axial_stiffness
-    segments[LENGTH] = length / guides
-    segments[LENGTH, [0, -1]] /= 2.0
-    segments[STORED] = segments[LENGTH] / (1.0 + strain)
-    segments[TENSION] = strain
-    segments[SHARE] = 1.0
-    segments[LENGTH, -1] += law.pretension / output_stiffness  # give back what T_0 takes
-    segments[GIVE, -1] = law.axial_stiffness / output_stiffness
-    segments[LENGTH, 0] += law.sheath_compliance * law.pretension
-    segments[GIVE, 0] = law.sheath_compliance * law.axial_stiffness
+    segments["length"] = length / guides
+    segments["length"][[0, -1]] /= 2.0
+    segments["stored"] = segments["length"] / (1.0 + strain)
+    segments["tension"] = strain
+    segments["strain_slope"] = 1.0
+    segments["length"][-1] += law.pretension / output_stiffness  # compensates the yield under T_0
+    segments["support_compliance"][-1] = law.axial_stiffness / output_stiffness
+    segments["length"][0] += law.sheath_compliance * law.pretension
+    segments["support_compliance"][0] = law.sheath_compliance * law.axial_stiffness
     turned = max(0.0, abs(bend) + law.extra_bend)
     there, back = 1.0 + law.direction_asymmetry, 1.0 - law.direction_asymmetry
-    table[STATIC] = np.exp(law.mu_s * there * turned / guides)
-    table[DYNAMIC] = np.exp(law.friction * there * turned / guides)
-    table[BACK_STATIC] = np.exp(law.mu_s * back * turned / guides)
-    table[BACK_DYNAMIC] = np.exp(law.friction * back * turned / guides)
-    table[CONSTANT] = law.constant_friction / (guides * law.axial_stiffness)
+    table["static_ratio"] = np.exp(law.mu_s * there * turned / guides)
+    table["dynamic_ratio"] = np.exp(law.friction * there * turned / guides)
+    table["static_ratio_back"] = np.exp(law.mu_s * back * turned / guides)
+    table["dynamic_ratio_back"] = np.exp(law.friction * back * turned / guides)
+    table["constant_friction"] = law.constant_friction / (guides * law.axial_stiffness)
     return segments, table
 
 
 @compiled
-def _commit(segments: Table, guides: Table, drawn: float) -> float:
-    """Make the settled flow the state; return the heat over EA [m]."""
-    rubbed = 0.0
-    segments[STORED, 0] -= drawn
-    for i in range(guides.shape[1]):
-        flow = guides[FLOW, i]
-        segments[STORED, i] += flow
-        segments[STORED, i + 1] -= flow
-        guides[WAS, i] = guides[SLIP, i] if flow != 0.0 else 0.0
-        rubbed += released(segments[TENSION, i], segments[TENSION, i + 1], flow)
-    return rubbed
+def _commit(segments: Segments, guides: Guides, drawn: float) -> float:
+    """Make the solved flow the state; return its friction work over EA [m]."""
+    work = 0.0
+    segments[0].stored -= drawn
+    for i in range(len(guides)):
+        flow = guides[i].flow
+        segments[i].stored += flow
+        segments[i + 1].stored -= flow
+        guides[i].previous_slip = guides[i].slip if flow != 0.0 else 0.0
+        work += friction_work(segments[i].tension, segments[i + 1].tension, flow)
+    return work
 
 
 @compiled
-def _settle_drawn(segments: Table, guides: Table, drawn: float) -> bool:
-    """Settle with ``drawn`` more tendon wound in than is stored, leaving the state as it was."""
-    stored = segments[STORED, 0]
-    segments[STORED, 0] = stored - drawn
-    solved = settle(segments, guides)
-    segments[STORED, 0] = stored
+def _solve_wound(segments: Segments, guides: Guides, drawn: float) -> bool:
+    """Solve with ``drawn`` more tendon wound in than is stored, leaving the state as it was."""
+    stored = segments[0].stored
+    segments[0].stored = stored - drawn
+    solved = solve_flow(segments, guides)
+    segments[0].stored = stored
     return solved
 
 
 @compiled
-def _follow_displacement(segments: Table, guides: Table, displacement: Array, out: Array) -> int:
-    unsolved, before, heat = 0, 0.0, 0.0
+def _follow_displacement(
+    segments: Segments, guides: Guides, displacement: Array, out: Array
+) -> int:
+    unsolved, before, work = 0, 0.0, 0.0
     for k in range(displacement.shape[0]):
         drawn = displacement[k] - before
-        if not _settle_drawn(segments, guides, drawn):
+        if not _solve_wound(segments, guides, drawn):
             unsolved += 1
-        heat += _commit(segments, guides, drawn)
+        work += _commit(segments, guides, drawn)
         before = displacement[k]
-        last = segments.shape[1] - 1
-        out[0, k], out[1, k] = segments[TENSION, 0], segments[TENSION, last]
-        out[2, k], out[3, k] = displacement[k], heat
+        last = len(segments) - 1
+        out[0, k], out[1, k] = segments[0].tension, segments[last].tension
+        out[2, k], out[3, k] = displacement[k], work
     return unsolved
 
 
 @compiled
-def _find_drawn(segments: Table, guides: Table, target: float) -> float:
-    """How much has to be wound in for the input's τ to become ``target`` (rises with it)."""
+def _find_drawn(segments: Segments, guides: Guides, target: float) -> float:
+    """Length to wind in for the input's τ to become ``target``, which rises with it [m]."""
     low, high = 0.0, 0.0
-    _settle_drawn(segments, guides, 0.0)
-    miss = segments[TENSION, 0] - target
+    _solve_wound(segments, guides, 0.0)
+    miss = segments[0].tension - target
     low_miss = high_miss = miss
-    reach = abs(miss) * segments[LENGTH, 0]
+    reach = abs(miss) * segments[0].length
     while miss != 0.0 and low_miss * high_miss > 0.0:
         if miss < 0.0:
             low, low_miss, high = high, high_miss, high + reach
-            _settle_drawn(segments, guides, high)
-            high_miss = segments[TENSION, 0] - target
+            _solve_wound(segments, guides, high)
+            high_miss = segments[0].tension - target
         else:
             high, high_miss, low = low, low_miss, low - reach
-            _settle_drawn(segments, guides, low)
-            low_miss = segments[TENSION, 0] - target
+            _solve_wound(segments, guides, low)
+            low_miss = segments[0].tension - target
         reach *= 2.0
     side = 0
     for _ in range(200):  # regula falsi, Illinois variant: bracketed, superlinear
         drawn = high - high_miss * (high - low) / (high_miss - low_miss) if high > low else high
-        _settle_drawn(segments, guides, drawn)
-        miss = segments[TENSION, 0] - target
+        _solve_wound(segments, guides, drawn)
+        miss = segments[0].tension - target
         if abs(miss) <= 1e-14 * target or high - low <= 1e-18:
             break
         if miss < 0.0:
@@ -187,17 +175,17 @@ def _find_drawn(segments: Table, guides: Table, target: float) -> float:
 
 
 @compiled
-def _follow_tension(segments: Table, guides: Table, tension: Array, out: Array) -> int:
-    unsolved, wound, heat = 0, 0.0, 0.0
+def _follow_tension(segments: Segments, guides: Guides, tension: Array, out: Array) -> int:
+    unsolved, wound, work = 0, 0.0, 0.0
     for k in range(tension.shape[0]):
         drawn = _find_drawn(segments, guides, tension[k])
-        if not _settle_drawn(segments, guides, drawn):
+        if not _solve_wound(segments, guides, drawn):
             unsolved += 1
-        heat += _commit(segments, guides, drawn)
+        work += _commit(segments, guides, drawn)
         wound += drawn
-        last = segments.shape[1] - 1
-        out[0, k], out[1, k] = segments[TENSION, 0], segments[TENSION, last]
-        out[2, k], out[3, k] = wound, heat
+        last = len(segments) - 1
+        out[0, k], out[1, k] = segments[0].tension, segments[last].tension
+        out[2, k], out[3, k] = wound, work
     return unsolved
 
 
@@ -231,7 +219,7 @@ def drive_displacement(
         InvalidValueError: names the argument, its value and range, or an effect that is not here.
     """
     history = _history("displacement", displacement)
-    segments, table = _lay(law, length, bend, guides, output_stiffness)
+    segments, table = _initial_tendon(law, length, bend, guides, output_stiffness)
     out = np.empty((4, len(history)))
     unsolved = _follow_displacement(segments, table, _play(history, law.backlash), out)
     out[2] = history
@@ -255,14 +243,14 @@ def drive_tension(
     history = _history("tension", tension)
     if not (history > 0.0).all():
         raise InvalidValueError(f"tension must be > 0 [N] throughout, got {history.min():g}")
-    segments, table = _lay(law, length, bend, guides, output_stiffness)
+    segments, table = _initial_tendon(law, length, bend, guides, output_stiffness)
     out = np.empty((4, len(history)))
     unsolved = _follow_tension(segments, table, history / law.axial_stiffness, out)
     return _response(law, output_stiffness, out, unsolved)
 
 
 def _play(drive: Array, backlash: float) -> Array:
-    """What a drum winds whose drive has to cross a gap first."""
+    """Length on a drum whose drive has to cross the backlash first [m]."""
     if backlash == 0.0:
         return drive
     drum, wound = np.empty_like(drive), 0.0

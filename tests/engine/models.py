@@ -5,8 +5,7 @@ import numpy as np
 
 from tendon_mj.attach import add_friction, add_sites, add_tendon, arc_points
 from tendon_mj.engine import sheaths
-from tendon_mj.engine.sheath_plugin import state as st
-from tendon_mj.sheath import tables as t
+from tendon_mj.engine.sheath_plugin.state import view
 
 SHEATH = """
   <extension>
@@ -157,20 +156,14 @@ def restore(model, data, state):
 
 
 def unpacked(model, data, sheath="sheath"):
-    """Scalars, segments table and guides table of a sheath, as views on `plugin_state`."""
-    at = sheaths(model)[sheath].state
-    scalars = data.plugin_state[at : at + st.SCALARS]
-    n = int(scalars[st.GUIDES])
-    at += st.SCALARS
-    segments = data.plugin_state[at : at + st.SEGMENT_ROWS * (n + 1)].reshape(n + 1, -1).T
-    at += segments.size
-    return scalars, segments, data.plugin_state[at : at + st.GUIDE_ROWS * n].reshape(n, -1).T
+    """Scalars, segments and guides of a sheath, as views on `plugin_state`."""
+    return view(data.plugin_state, sheaths(model)[sheath].state)[:3]
 
 
 def tendon_total(model, data, sheath="sheath"):
     """Unstretched length that is stored and wound [m], which nothing may change."""
     scalars, segments, _ = unpacked(model, data, sheath)
-    return segments[t.STORED].sum() + scalars[st.WOUND_IN] + scalars[st.WOUND_OUT]
+    return segments["stored"].sum() + scalars.wound_in + scalars.wound_out
 
 
 def segment_lengths(model, data):

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from tendon_mj import Parameters
-from tendon_mj.engine.sheath_plugin import state as st
 from tests.engine.drives import ALL, BEND, EA, EFFECTS, GUIDES, LENGTH, PRETENSION, Drives
 from tests.engine.models import arm, run, snapshot, started
 
@@ -102,7 +101,7 @@ def test_friction_depends_on_what_has_passed(gradient):
         # all of the tendon but what it stretches has moved as the drives have, a step ago
         passed = drives.data.qpos[0] - speed * drives.timestep
         _, _, guides = drives.tables()
-        before = guides[st.PASSED] - guides[st.TRIAL_FLOW]
+        before = guides["passed"] - guides["trial_flow"]
         np.testing.assert_allclose(before, passed, atol=LENGTH * 200.0 / EA)
         grown = np.mean(np.maximum(0.0, 1.0 + gradient * before))
         assert drives.loss == pytest.approx(np.sign(speed) * MU * grown * BEND, rel=1e-9)
@@ -120,10 +119,10 @@ def test_friction_remembers_speed_for_twenty_milliseconds():
     drives = Drives(stribeck_friction=0.1, stribeck_velocity=0.01, timestep=1e-4)
     drives.draw(0.05, 3000)
     _, _, guides = drives.tables()
-    np.testing.assert_allclose(guides[st.SPEED], 0.05, rtol=1e-3)
+    np.testing.assert_allclose(guides["sliding_speed"], 0.05, rtol=1e-3)
     for _ in range(200):
         drives.step(*drives.data.qpos)
-    np.testing.assert_allclose(guides[st.SPEED], 0.05 * np.exp(-1.0), rtol=6e-3)
+    np.testing.assert_allclose(guides["sliding_speed"], 0.05 * np.exp(-1.0), rtol=6e-3)
 
 
 @pytest.mark.parametrize("viscosity", [1.0, 40.0])
@@ -253,7 +252,7 @@ def test_a_tendon_s_momentum_changes_by_what_pulls_it():
     for k in range(400):
         at += 1e-6 * k
         ahead, behind = drives.step(at, -at)
-        now = drives.tables()[2][st.RAN].copy()
+        now = drives.tables()[2]["previous_velocity"].copy()
         gained = mass / GUIDES * (now - before).sum() / drives.timestep
         assert ahead - behind == pytest.approx(gained, rel=1e-6, abs=1e-9)
         before = now
@@ -288,6 +287,6 @@ def test_a_heavy_tendon_runs_on_when_the_drives_stop():
     drives.step(way[-1], -way[-1])
     ahead, behind = drives.ends
     assert ahead < behind, "its momentum pulls at the output"
-    assert np.all(drives.tables()[2][st.TRIAL_FLOW] > 0.0)
+    assert np.all(drives.tables()[2]["trial_flow"] > 0.0)
     mujoco.mj_step(drives.model, drives.data)
     assert snapshot(drives.model, drives.data).size

@@ -5,8 +5,6 @@ import numpy as np
 import pytest
 from mujoco import rollout
 
-from tendon_mj.engine.sheath_plugin import state as st
-from tendon_mj.sheath import tables as t
 from tests.engine.drives import ALL, EA, EFFECTS, PRETENSION, Drives
 from tests.engine.models import arm, restore, run, snapshot, started, tendon_total, unpacked
 
@@ -195,12 +193,12 @@ def energy(model, data, law):
     """Of the arm, of the tendon's strain and creep, and of its speed [J]."""
     _, segments, guides = unpacked(model, data)
     ea, kappa, creep = law["axial_stiffness"], law.get("stiffening", 0.0), law.get("creep", 0.0)
-    tau = segments[t.TENSION]
+    tau = segments["tension"]
     strain = 2.0 * tau / (1.0 + np.sqrt(1.0 + 4.0 * kappa * tau))
-    crept = segments[st.CREPT]
-    stored = segments[t.LENGTH] / (1.0 + strain + crept)
+    crept = segments["creep_strain"]
+    stored = segments["length"] / (1.0 + strain + crept)
     density = strain**2 / 2.0 + kappa * strain**3 / 3.0 + (crept**2 / 2.0 / creep if creep else 0)
-    moving = law.get("tendon_mass", 0.0) / 2.0 * np.mean(guides[st.RAN] ** 2)
+    moving = law.get("tendon_mass", 0.0) / 2.0 * np.mean(guides["previous_velocity"] ** 2)
     return data.energy.sum() + ea * np.sum(stored * density) + moving
 
 
@@ -227,6 +225,6 @@ def test_without_effects_the_strain_law_is_hooke_s():
     drives = Drives()
     drives.follow(1e-3 * np.sin(np.arange(50)))
     _, segments, _ = drives.tables()
-    assert not segments[t.OFFSET].any()
-    assert not segments[t.GIVE].any()
-    np.testing.assert_array_equal(segments[t.SHARE], 1.0)
+    assert not segments["strain_offset"].any()
+    assert not segments["support_compliance"].any()
+    np.testing.assert_array_equal(segments["strain_slope"], 1.0)

@@ -4,7 +4,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj.engine.sheath_plugin import state as st
 from tests.engine.models import arm, elastic_energy, started, unpacked
 
 EA = 500.0
@@ -18,7 +17,7 @@ def heat(model, data):
     tension = data.sensor("tension").data
     borne = tension + tension**2 / (2.0 * EA)
     _, _, guides = unpacked(model, data)
-    at_guides = (borne[:-1] - borne[1:]) * guides[st.TRIAL_FLOW]
+    at_guides = (borne[:-1] - borne[1:]) * guides["trial_flow"]
     assert at_guides.min() >= -1e-15, "tendon flows from the lower tension to the higher"
     return float(at_guides.sum())
 

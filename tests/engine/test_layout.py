@@ -4,7 +4,7 @@ import mujoco
 import pytest
 
 from tendon_mj.engine import plugin
-from tendon_mj.engine.abi import layout as rooms
+from tendon_mj.engine.abi import layout as layouts
 from tendon_mj.engine.abi.layout import read_layout, verify
 from tendon_mj.errors import EngineError
 
@@ -29,17 +29,17 @@ def test_a_wrong_offset_is_refused_by_name(field, shift):
 
 def test_a_field_that_is_gone_is_refused_by_name(monkeypatch):
     class Bare:
-        opt = rooms.mirror("mjModel").opt
+        opt = layouts.mirror("mjModel").opt
 
-    mirrors = {"mjModel": Bare, "mjData": rooms.mirror("mjData")}
-    monkeypatch.setattr(rooms, "mirror", lambda name: mirrors[name])
+    mirrors = {"mjModel": Bare, "mjData": layouts.mirror("mjData")}
+    monkeypatch.setattr(layouts, "mirror", lambda name: mirrors[name])
     with pytest.raises(EngineError, match=r"has no mjModel\.nsensor, which tendon-mj reads"):
         read_layout()
 
 
 def test_a_type_of_unknown_size_is_refused():
     with pytest.raises(EngineError, match="whose size this version"):
-        rooms._ctype(object())
+        layouts._ctype(object())
 
 
 def test_a_plugin_structure_of_another_shape_is_refused(monkeypatch):

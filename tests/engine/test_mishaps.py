@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from tendon_mj.attach import add_friction, add_sites, add_tendon
-from tendon_mj.sheath import tables as t
 from tests.engine.models import arm, fixed_sheaths, run, snapshot, started, tendon_total, unpacked
 
 
@@ -58,7 +57,7 @@ def test_what_was_only_looked_at_does_not_come_true_instead():
     data.ctrl[0] = 0.0
     run(model, data, 2)
     kept = unpacked(model, data, "sheath0")[1]
-    np.testing.assert_allclose(kept[t.STORED], stored[t.STORED], rtol=1e-12)
+    np.testing.assert_allclose(kept["stored"], stored["stored"], rtol=1e-12)
 
 
 @pytest.mark.parametrize("control", [0.6, 1e3, 1e300])

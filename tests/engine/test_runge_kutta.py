@@ -3,8 +3,6 @@
 import mujoco
 import numpy as np
 
-from tendon_mj.engine.sheath_plugin import state as st
-from tendon_mj.sheath import tables as t
 from tests.engine.models import arm, run, started, unpacked
 
 
@@ -29,10 +27,10 @@ def test_the_commit_is_that_of_the_step_s_first_evaluation():
         (scalars, segments, guides), (theirs, commits, slides) = (
             unpacked(m, d) for m, d in ((model, data), (other, look))
         )
-        np.testing.assert_array_equal(segments[t.STORED], commits[t.STORED])
-        for row in (st.WORK, t.WAS, st.TRIAL_FLOW):
+        np.testing.assert_array_equal(segments["stored"], commits["stored"])
+        for row in ("friction_work", "previous_slip", "trial_flow"):
             np.testing.assert_array_equal(guides[row], slides[row])
-        assert scalars[st.COMMIT_TIME] == theirs[st.COMMIT_TIME]
+        assert scalars.commit_time == theirs.commit_time
 
 
 def test_time_advances_by_one_commit_a_step():
@@ -41,8 +39,8 @@ def test_time_advances_by_one_commit_a_step():
     for k in range(50):
         mujoco.mj_step(model, data)
         scalars = unpacked(model, data)[0]
-        assert np.isclose(scalars[st.COMMIT_TIME], 0.002 * k, rtol=1e-12)
-        assert scalars[st.ON_TRIAL] == 0.0
+        assert np.isclose(scalars.commit_time, 0.002 * k, rtol=1e-12)
+        assert scalars.has_trial == 0.0
 
 
 def test_runge_kutta_and_many_small_steps_go_the_same_way():

@@ -6,7 +6,7 @@ import pytest
 
 from tendon_mj import Parameters, theory
 from tendon_mj.engine import servo_estimate
-from tendon_mj.engine.servo_plugin.law import backlash_ahead, stiffness_ahead
+from tendon_mj.engine.servo_plugin.control_law import backlash_ahead, stiffness_ahead
 from tests.engine.servos import INERTIA, PRETENSION, RADIUS, SPRING, model, respond, stiffness
 
 

@@ -4,8 +4,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj.engine.sheath_plugin import state as st
-from tendon_mj.sheath import tables as t
 from tests.engine.models import SPOOLED, arm, run, started, unpacked
 
 # free, ball, slide and hinge joints, a branch, a body without joints, and a mocap-like fixed one
@@ -58,9 +56,9 @@ def energy_at(model, data, qpos, stored, stiffness, spools):
 def gradient(model, data, spools=()):
     _, segments, guides = unpacked(model, data)
     scalars = unpacked(model, data)[0]
-    stored = segments[t.STORED] + np.diff(np.concatenate([[0.0], guides[t.FLOW], [0.0]]))
-    stored[0] -= scalars[st.TRIAL_WOUND_IN] - scalars[st.WOUND_IN]
-    stored[-1] -= scalars[st.TRIAL_WOUND_OUT] - scalars[st.WOUND_OUT]
+    stored = segments["stored"] + np.diff(np.concatenate([[0.0], guides["flow"], [0.0]]))
+    stored[0] -= scalars.trial_wound_in - scalars.wound_in
+    stored[-1] -= scalars.trial_wound_out - scalars.wound_out
     slope, h = np.empty(model.nv), 1e-6
     for i in range(model.nv):
         ends = []
@@ -68,7 +66,7 @@ def gradient(model, data, spools=()):
             qpos, nudge = data.qpos.copy(), np.zeros(model.nv)
             nudge[i] = way
             mujoco.mj_integratePos(model, qpos, nudge, 1.0)
-            stiffness = scalars[st.AXIAL_STIFFNESS]
+            stiffness = scalars.law.axial_stiffness
             ends.append(energy_at(model, data, qpos, stored, stiffness, spools))
         slope[i] = (ends[0] - ends[1]) / (2 * h)
     return slope

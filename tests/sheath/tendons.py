@@ -1,23 +1,24 @@
-"""Tendons without MuJoCo: the solver's two tables, filled."""
+"""Tendons without MuJoCo: the solver's segments and guides, filled."""
 
 import numpy as np
 from hypothesis import strategies as some
 
-from tendon_mj.sheath import tables as t
+from tendon_mj.sheath.records import new_guides, new_segments
 
 
 def tendon(lengths, strains, bends, mu_s, mu_d, constant=0.0, was=0.0):
-    """Tables of a tendon; strains are those before the step, ``constant`` is over EA."""
+    """Segments and guides of a tendon; strains before the step, ``constant`` over EA."""
     lengths, bends = np.asarray(lengths, float), np.asarray(bends, float)
-    segments = np.zeros((t.SEGMENT_ROWS, len(lengths)))
-    guides = np.zeros((t.GUIDE_ROWS, len(bends)))
-    segments[t.LENGTH] = lengths
-    segments[t.STORED] = lengths / (1.0 + np.asarray(strains, float))
-    segments[t.TENSION] = np.maximum(strains, 0.0)
-    segments[t.SHARE] = 1.0
-    guides[t.STATIC], guides[t.DYNAMIC] = np.exp(mu_s * bends), np.exp(mu_d * bends)
-    guides[t.BACK_STATIC], guides[t.BACK_DYNAMIC] = guides[t.STATIC], guides[t.DYNAMIC]
-    guides[t.CONSTANT], guides[t.WAS] = constant, was
+    segments = new_segments(len(lengths))
+    guides = new_guides(len(bends))
+    segments["length"] = lengths
+    segments["stored"] = lengths / (1.0 + np.asarray(strains, float))
+    segments["tension"] = np.maximum(strains, 0.0)
+    segments["strain_slope"] = 1.0
+    guides["static_ratio"], guides["dynamic_ratio"] = np.exp(mu_s * bends), np.exp(mu_d * bends)
+    for ratio in ("static_ratio", "dynamic_ratio"):
+        guides[f"{ratio}_back"] = guides[ratio]
+    guides["constant_friction"], guides["previous_slip"] = constant, was
     return segments, guides
 
 
@@ -31,9 +32,9 @@ def uniform(guides, exponent, strain=1e-3, length=0.5):
 
 def commit(segments, guides):
     """Let the flow of the step pass, as the engine does at its end."""
-    flow = np.concatenate([[0.0], guides[t.FLOW], [0.0]])
-    segments[t.STORED] += np.diff(flow)
-    guides[t.WAS] = np.where(guides[t.FLOW] != 0.0, guides[t.SLIP], 0.0)
+    flow = np.concatenate([[0.0], guides["flow"], [0.0]])
+    segments["stored"] += np.diff(flow)
+    guides["previous_slip"] = np.where(guides["flow"] != 0.0, guides["slip"], 0.0)
 
 
 @some.composite

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 
-from tendon_mj.sheath import tables as t
-from tendon_mj.sheath.flow import settle
-from tendon_mj.sheath.sweep import sweep
+from tendon_mj.sheath.flow_by_sweep import sweep
+from tendon_mj.sheath.flow_solver import solve_flow
 from tests.sheath.tendons import random_tendons, tendon
 
 EXACT = 1e-9  # relative
@@ -15,17 +14,17 @@ EVERY = settings(max_examples=400, deadline=None, derandomize=True)
 
 def after(segments, guides):
     """Unstretched lengths once the flow has passed."""
-    return segments[t.STORED] + np.diff(np.concatenate([[0.0], guides[t.FLOW], [0.0]]))
+    return segments["stored"] + np.diff(np.concatenate([[0.0], guides["flow"], [0.0]]))
 
 
 def lies_slack(segments):
-    return not segments[t.TENSION].any()
+    return not segments["tension"].any()
 
 
 @EVERY
 @given(random_tendons(slack=False))
 def test_a_taut_tendon_always_has_a_solution(tables):
-    assert settle(*tables)
+    assert solve_flow(*tables)
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -39,10 +38,10 @@ def test_what_is_called_solved_is_solved_where_slack_and_constant_friction_meet(
         segments, guides = tendon(
             10.0 ** rng.uniform(-3, 0, n + 1), strains, bends, 0.5, 0.5, 1e-3 / n
         )
-        if settle(segments, guides):
+        if solve_flow(segments, guides):
             solved += 1
-            strain = np.maximum(segments[t.LENGTH] / after(segments, guides) - 1.0, 0.0)
-            np.testing.assert_allclose(segments[t.TENSION], strain, rtol=0, atol=1e-10)
+            strain = np.maximum(segments["length"] / after(segments, guides) - 1.0, 0.0)
+            np.testing.assert_allclose(segments["tension"], strain, rtol=0, atol=1e-10)
     assert solved > 285, "it is rare that no solution is found"
 
 
@@ -50,38 +49,38 @@ def test_what_is_called_solved_is_solved_where_slack_and_constant_friction_meet(
 @given(random_tendons())
 def test_every_segment_obeys_hooke_and_no_tendon_is_lost(tables):
     segments, guides = tables
-    assume(settle(segments, guides))
+    assume(solve_flow(segments, guides))
     stored = after(segments, guides)
-    assert abs(stored.sum() - segments[t.STORED].sum()) <= 1e-15 * segments[t.STORED].sum() * 10
-    strain = np.maximum(segments[t.LENGTH] / stored - 1.0, 0.0)
+    assert abs(stored.sum() - segments["stored"].sum()) <= 1e-15 * segments["stored"].sum() * 10
+    strain = np.maximum(segments["length"] / stored - 1.0, 0.0)
     scale = max(strain.max(), 1e-6)
-    np.testing.assert_allclose(segments[t.TENSION], strain, rtol=0, atol=EXACT * scale + 2e-12)
-    assert np.all(segments[t.TENSION] >= 0.0), "a tendon does not push"
+    np.testing.assert_allclose(segments["tension"], strain, rtol=0, atol=EXACT * scale + 2e-12)
+    assert np.all(segments["tension"] >= 0.0), "a tendon does not push"
 
 
 @EVERY
 @given(random_tendons())
 def test_a_guide_at_rest_holds_no_more_than_it_can(tables):
     segments, guides = tables
-    assume(settle(segments, guides))
-    left, right = segments[t.TENSION, :-1], segments[t.TENSION, 1:]
-    rests = guides[t.FLOW] == 0.0
-    up = np.where(guides[t.WAS] > 0.0, guides[t.DYNAMIC], guides[t.STATIC])
-    down = np.where(guides[t.WAS] < 0.0, guides[t.DYNAMIC], guides[t.STATIC])
-    room = EXACT * segments[t.TENSION].max() + 1e-14
-    assert np.all((left <= up * right + guides[t.CONSTANT] + room)[rests])
-    assert np.all((right <= down * left + guides[t.CONSTANT] + room)[rests])
+    assume(solve_flow(segments, guides))
+    left, right = segments["tension"][:-1], segments["tension"][1:]
+    rests = guides["flow"] == 0.0
+    up = np.where(guides["previous_slip"] > 0.0, guides["dynamic_ratio"], guides["static_ratio"])
+    down = np.where(guides["previous_slip"] < 0.0, guides["dynamic_ratio"], guides["static_ratio"])
+    room = EXACT * segments["tension"].max() + 1e-14
+    assert np.all((left <= up * right + guides["constant_friction"] + room)[rests])
+    assert np.all((right <= down * left + guides["constant_friction"] + room)[rests])
 
 
 @EVERY
 @given(random_tendons())
 def test_a_guide_slides_at_its_bound_towards_the_higher_tension(tables):
     segments, guides = tables
-    assume(settle(segments, guides))
-    left, right = segments[t.TENSION, :-1], segments[t.TENSION, 1:]
-    flow, ratio, rubs = guides[t.FLOW], guides[t.DYNAMIC], guides[t.CONSTANT]
+    assume(solve_flow(segments, guides))
+    left, right = segments["tension"][:-1], segments["tension"][1:]
+    flow, ratio, rubs = guides["flow"], guides["dynamic_ratio"], guides["constant_friction"]
     assume(not lies_slack(segments))
-    room = EXACT * segments[t.TENSION].max() + 1e-14
+    room = EXACT * segments["tension"].max() + 1e-14
     # where both sides are slack, tendon may pass without rubbing
     taut = (left > 0.0) | (right > 0.0)
     up, down = taut & (flow > 0.0), taut & (flow < 0.0)
@@ -91,40 +90,40 @@ def test_a_guide_slides_at_its_bound_towards_the_higher_tension(tables):
     both = (left > 0.0) & (right > 0.0)
     assert np.all(np.abs(left - held_up)[up & both] <= room)
     assert np.all(np.abs(right - held_down)[down & both] <= room)
-    assert np.all(guides[t.SLIP][flow != 0.0] == np.sign(flow)[flow != 0.0])
+    assert np.all(guides["slip"][flow != 0.0] == np.sign(flow)[flow != 0.0])
 
 
 @EVERY
 @given(random_tendons())
 def test_friction_only_takes_energy(tables):
     segments, guides = tables
-    assume(settle(segments, guides))
-    work = (segments[t.TENSION, :-1] - segments[t.TENSION, 1:]) * guides[t.FLOW]
-    assert work.min() >= -1e-13 * segments[t.TENSION].max()
+    assume(solve_flow(segments, guides))
+    work = (segments["tension"][:-1] - segments["tension"][1:]) * guides["flow"]
+    assert work.min() >= -1e-13 * segments["tension"].max()
 
 
 @EVERY
 @given(random_tendons())
 def test_a_step_after_a_step_changes_nothing(tables):
     segments, guides = tables
-    assume(settle(segments, guides))
-    first = segments[t.TENSION].copy()
-    segments[t.STORED] = after(segments, guides)
-    guides[t.WAS] = np.sign(guides[t.FLOW])
-    assert settle(segments, guides)
-    np.testing.assert_allclose(segments[t.TENSION], first, rtol=1e-9, atol=1e-12)
+    assume(solve_flow(segments, guides))
+    first = segments["tension"].copy()
+    segments["stored"] = after(segments, guides)
+    guides["previous_slip"] = np.sign(guides["flow"])
+    assert solve_flow(segments, guides)
+    np.testing.assert_allclose(segments["tension"], first, rtol=1e-9, atol=1e-12)
 
 
 @EVERY
 @given(random_tendons())
 def test_the_fast_way_and_the_sure_way_agree(tables):
     segments, guides = tables
-    solved = settle(segments, guides)
+    solved = solve_flow(segments, guides)
     other, held = segments.copy(), guides.copy()
     assert sweep(other, held) == solved
     assume(solved)
-    scale = max(segments[t.TENSION].max(), 1e-6)
-    np.testing.assert_allclose(other[t.TENSION], segments[t.TENSION], rtol=0, atol=1e-9 * scale)
-    if segments[t.TENSION].min() > 0.0:
-        length = segments[t.LENGTH].sum()
-        np.testing.assert_allclose(held[t.FLOW], guides[t.FLOW], rtol=0, atol=1e-9 * scale * length)
+    scale = max(segments["tension"].max(), 1e-6)
+    np.testing.assert_allclose(other["tension"], segments["tension"], rtol=0, atol=1e-9 * scale)
+    if segments["tension"].min() > 0.0:
+        length = segments["length"].sum()
+        np.testing.assert_allclose(held["flow"], guides["flow"], rtol=0, atol=1e-9 * scale * length)

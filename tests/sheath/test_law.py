@@ -1,4 +1,4 @@
-"""The friction law as a value: what it refuses, and how it says so."""
+"""The friction law as a value: its parameters, the values it refuses, and its messages."""
 
 import math
 from dataclasses import FrozenInstanceError, replace
@@ -7,23 +7,24 @@ import pytest
 
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.sheath import Law
-from tendon_mj.sheath.law import RANGES, check_range
+from tendon_mj.sheath.law import LAW as PARAMETERS
+from tendon_mj.sheath.law import check_range
 
 LAW = Law(axial_stiffness=20e3, friction=0.15)
 
 
-@pytest.mark.parametrize("name", list(RANGES))
+@pytest.mark.parametrize("name", list(PARAMETERS))
 @pytest.mark.parametrize("value", [-1.0, math.nan, math.inf, -math.inf])
 def test_a_value_out_of_range_is_named_with_its_range_and_unit(name, value):
-    if RANGES[name].admits(value):
-        assert math.isinf(RANGES[name].low)
+    if PARAMETERS[name].range.admits(value):
+        assert math.isinf(PARAMETERS[name].range.low)
         return
     with pytest.raises(InvalidValueError, match=rf"^{name} = {value:g} \[.+\] must be finite"):
         replace(LAW, **{name: value})
 
 
 def test_only_the_stiffness_may_not_be_zero():
-    zero = dict.fromkeys(RANGES, 0.0)
+    zero = dict.fromkeys(PARAMETERS, 0.0)
     Law(**zero | {"axial_stiffness": 1.0})
     with pytest.raises(
         InvalidValueError, match=r"axial_stiffness = 0 \[N\] must be finite and > 0"

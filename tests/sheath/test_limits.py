@@ -5,9 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
-from tendon_mj.sheath import tables as t
-from tendon_mj.sheath.flow import settle
-from tendon_mj.sheath.segments import held, tension_of
+from tendon_mj.sheath.flow_solver import solve_flow
+from tendon_mj.sheath.segment_tension import held, tension_of
 from tests.sheath.tendons import tendon, uniform
 
 ANY = some.floats(allow_nan=True, allow_infinity=True)
@@ -17,74 +16,74 @@ ANY = some.floats(allow_nan=True, allow_infinity=True)
 @pytest.mark.parametrize("left", [-1e-12, -0.1])
 def test_without_tendon_it_says_so_and_nothing_flows(n, left):
     segments, guides = uniform(n, 0.5)
-    segments[t.STORED, 0] -= segments[t.STORED].sum() - left
-    assert not settle(segments, guides)
-    assert not guides[t.FLOW].any()
+    segments["stored"][0] -= segments["stored"].sum() - left
+    assert not solve_flow(segments, guides)
+    assert not guides["flow"].any()
 
 
 @pytest.mark.parametrize("left", [0.4, 0.1, 0.02])
 def test_a_little_tendon_is_still_solved(left):
     segments, guides = uniform(8, 0.5, length=0.5)
-    segments[t.STORED, 0] -= segments[t.STORED].sum() - left
-    assert settle(segments, guides)
-    ratios = segments[t.TENSION, :-1] / segments[t.TENSION, 1:]
+    segments["stored"][0] -= segments["stored"].sum() - left
+    assert solve_flow(segments, guides)
+    ratios = segments["tension"][:-1] / segments["tension"][1:]
     np.testing.assert_allclose(ratios, np.exp(0.5 / 8), rtol=1e-9)
-    stored = segments[t.LENGTH] / (1.0 + segments[t.TENSION])
+    stored = segments["length"] / (1.0 + segments["tension"])
     assert stored.sum() == pytest.approx(left, rel=1e-9)
 
 
 @pytest.mark.parametrize("n", [1, 5, 16])
 def test_a_tendon_longer_than_its_path_carries_nothing(n):
     segments, guides = uniform(n, 0.5)
-    segments[t.STORED, 0] += 0.1
-    assert settle(segments, guides)
-    assert not segments[t.TENSION].any()
+    segments["stored"][0] += 0.1
+    assert solve_flow(segments, guides)
+    assert not segments["tension"].any()
 
 
 def test_slack_at_the_input_leaves_the_far_tension_held_by_friction():
     segments, guides = uniform(4, 3.0)
-    segments[t.STORED, 0] += 2e-4
-    assert settle(segments, guides)
-    assert segments[t.TENSION, 0] < 0.2 * segments[t.TENSION, -1]
+    segments["stored"][0] += 2e-4
+    assert solve_flow(segments, guides)
+    assert segments["tension"][0] < 0.2 * segments["tension"][-1]
 
 
 def test_friction_cannot_hold_against_no_tension_at_all():
     # e^λ times nothing is nothing: what is slack at one end is slack at the other
     segments, guides = tendon([0.1, 0.1], [-0.5, 1e-3], [1.0], 1.0, 1.0)
-    assert settle(segments, guides)
-    assert not segments[t.TENSION].any()
+    assert solve_flow(segments, guides)
+    assert not segments["tension"].any()
 
 
 def test_a_jump_of_the_input_by_the_whole_backlash_is_solved_in_one_step():
     many, once = uniform(16, 1.0), uniform(16, 1.0)
     for tables, steps in ((many, 400), (once, 1)):
         for _ in range(steps):
-            tables[0][t.STORED, 0] -= 5e-3 / steps
-            assert settle(*tables)
-            flow = np.concatenate([[0.0], tables[1][t.FLOW], [0.0]])
-            tables[0][t.STORED] += np.diff(flow)
-    np.testing.assert_allclose(once[0][t.TENSION], many[0][t.TENSION], rtol=1e-9)
+            tables[0]["stored"][0] -= 5e-3 / steps
+            assert solve_flow(*tables)
+            flow = np.concatenate([[0.0], tables[1]["flow"], [0.0]])
+            tables[0]["stored"] += np.diff(flow)
+    np.testing.assert_allclose(once[0]["tension"], many[0]["tension"], rtol=1e-9)
 
 
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(some.integers(1, 6), some.data())
 def test_it_ends_whatever_it_is_given(n, data):
     segments, guides = uniform(n, 0.5)
-    for row in (t.LENGTH, t.STORED, t.TENSION):
+    for row in ("length", "stored", "tension"):
         segments[row] = data.draw(some.lists(ANY, min_size=n + 1, max_size=n + 1))
-    for row in (t.STATIC, t.DYNAMIC, t.CONSTANT, t.WAS):
+    for row in ("static_ratio", "dynamic_ratio", "constant_friction", "previous_slip"):
         guides[row] = data.draw(some.lists(ANY, min_size=n, max_size=n))
-    assert settle(segments, guides) in (True, False)
+    assert solve_flow(segments, guides) in (True, False)
 
 
 @settings(max_examples=100, deadline=None, derandomize=True)
 @given(some.floats(1e-3, 1.0), some.floats(1e-9, 0.5), some.floats(0.0, 10.0))
 def test_a_segment_holds_what_its_tension_says(length, tau, give):
     segments, _ = uniform(1, 0.0)
-    segments[t.LENGTH], segments[t.GIVE] = length, give * length
+    segments["length"], segments["support_compliance"] = length, give * length
     holds, falls, bends = held(segments, 0, tau)
     if holds > 1e-3 * length:
-        segments[t.STORED] = holds
+        segments["stored"] = holds
         assert tension_of(segments, 0) == pytest.approx(tau, rel=1e-9, abs=1e-13)
         step = 1e-6 * (1.0 + tau)
         after, before = held(segments, 0, tau + step), held(segments, 0, tau - step)

@@ -13,7 +13,7 @@ from tendon_mj.engine.abi.layout import mirror
 from tendon_mj.engine.abi.library import C
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 
-# What Python and the C library read alike.
+# Text that Python and the C library read alike as a number.
 _NUMBER = re.compile(r"[+-]?(([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?|inf|nan)")
 
 
@@ -59,7 +59,7 @@ class Draft:
         return values
 
     def plugin(self, instance: int) -> str:
-        """Which plugin an instance is of."""
+        """Name of the plugin of an instance."""
         slot = int(self.ints("plugin")[instance])
         return bytes(C.mjp_getPluginAtSlot(slot).contents.name).decode()
 
@@ -69,7 +69,7 @@ class Draft:
         return [k for k in range(self.fields.nplugin) if slots[k] == slots[instance]]
 
     def where(self, instance: int) -> str:
-        """What an error message calls an instance."""
+        """Name of an instance in error messages."""
         name = self.name(mujoco.mjtObj.mjOBJ_PLUGIN, instance)
         plugin = f"plugin {self.plugin(instance)}"
         return f"{plugin} instance {name!r}" if name else plugin
@@ -87,7 +87,7 @@ def find(model: Draft, kind: Any, count: int, what: str, name: str, where: str) 
     return names.index(name)
 
 
-def number(config: dict[str, str], name: str, where: str) -> float | None:
+def read_number(config: dict[str, str], name: str, where: str) -> float | None:
     """An attribute as a number, None where it is not given.
 
     Raises:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numba
-from numba import carray, farray, types
+import numpy as np
+from numba import carray, types
 from numba.extending import intrinsic
 
 from tendon_mj.compilation import compiled
+from tendon_mj.sheath.records import Array
 
 
 def _as_pointer(item: Any) -> Any:
@@ -35,24 +37,45 @@ def pointer(address: int) -> int:
 
 
 @compiled
-def doubles(address: int, count: int) -> Any:
+def doubles(address: int, count: int) -> Array:
     """``count`` mjtNum at ``address`` as an array that shares the memory."""
-    return carray(_f64(address), (count,))
+    numbers: Array = carray(_f64(address), (count,))
+    return numbers
 
 
 @compiled
-def coordinates(address: int) -> Any:
+def coordinates(address: int) -> Array:
     """The mjtNum at ``address``, however many: a C pointer, whose indices do not wrap around."""
-    return _f64(address)
+    numbers: Array = _f64(address)
+    return numbers
 
 
-@compiled
-def table(address: int, rows: int, columns: int) -> Any:
-    """A table of mjtNum at ``address`` that shares the memory, stored column by column.
+def record_at(dtype: np.dtype[Any]) -> Any:
+    """Function of an address that gives the record there, sharing the memory.
 
-    A loop over columns then needs one address, not one for every row that it touches.
+    It is an intrinsic, as a compiled function would return a copy of the record.
     """
-    return farray(_f64(address), (rows, columns))
+    kind = numba.from_dtype(dtype)
+
+    @intrinsic
+    def record(typing_context: Any, address: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.inttoptr(arguments[0], context.get_value_type(kind))
+
+        return kind(address), build
+
+    return record
+
+
+def records_at(dtype: np.dtype[Any]) -> Any:
+    """Compiled function of an address and a count that gives the array of records there."""
+    cast = _as_pointer(numba.from_dtype(dtype))
+
+    @compiled
+    def records(address: int, count: int) -> Any:
+        return carray(cast(address), (count,))
+
+    return records
 
 
 @compiled

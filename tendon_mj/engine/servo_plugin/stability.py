@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from tendon_mj.engine.sheath_plugin.moment import RK4
+from tendon_mj.engine.abi.runge_kutta import RK4
 
 _RUNGE_KUTTA = 2.785293563405282  # where |1 + z + z²/2 + z³/6 + z⁴/24| = 1 on the negative axis
 
@@ -24,7 +24,7 @@ def largest_damping(timestep: float, integrator: int, period: float, delay: floa
 
 
 def sampled_damping(held: float, delay: float) -> float:
-    """The same where every torque is held for a while [1/s].
+    """Like ``largest_damping`` where every torque is held for a while [1/s].
 
     v_{k+1} = v_k − g ((1 − m) v_{k−d} + m v_{k−d−1}) with g = held G_v/J and delay = (d + m) held:
     the least g for which a root lies on the unit circle, z = e^{iω}. That is 2/held without a delay

@@ -1,90 +1,102 @@
-"""What a servo keeps in `mjData.plugin_state`: gains, memory, commands on their way to the motor.
+"""State of a servo in `mjData.plugin_state`: gains, memory, commands on their way to the motor.
 
 As for the sheath there is a *committed* state, from which every evaluation starts, and what the
-last evaluation leaves on *trial* for `advance`. A ring of (time, torque) pairs follows the scalars.
+last evaluation leaves on *trial* for `advance`. A ring of commands follows the scalars.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Callable
+from typing import Any, Final, Protocol
+
+import numpy as np
 
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.abi.memory import doubles, table
+from tendon_mj.engine.abi.memory import doubles, record_at, records_at
+from tendon_mj.engine.servo_plugin.gains import GAINS, Gains
+from tendon_mj.sheath.records import Array, record_type
 
-# name -> (lowest allowed value, whether that value itself is allowed, unit, value if not given);
-# None: required, or taken from elsewhere. A limit or stiffness of 0 is none, that is without end.
-# The order is that of the state and of the plugin's attributes.
-GAINS: dict[str, tuple[float, bool, str, float | None]] = {
-    "tension_gain": (0.0, False, "-", None),
-    "velocity_gain": (0.0, True, "N m s/rad", None),
-    "loosening_tension_gain": (0.0, False, "-", None),
-    "loosening_velocity_gain": (0.0, True, "N m s/rad", None),
-    "motor_inertia": (0.0, False, "kg m²", None),
-    "torque_limit": (0.0, True, "N m", 0.0),
-    "speed_limit": (0.0, True, "rad/s", 0.0),
-    "period": (0.0, True, "s", 0.0),
-    "delay": (0.0, True, "s", 0.0),
-    "observer_friction": (0.0, True, "-", None),
-    "output_stiffness": (0.0, True, "N/m", 0.0),
-    "backlash_feedforward": (0.0, True, "-", 0.0),
-    "rate_feedforward": (0.0, True, "-", 0.0),
-    "reversal_band": (0.0, True, "N", 0.0),
-}
-PARAMETERS = tuple(GAINS)
-ATTRIBUTES = (*PARAMETERS, "tendon", "feedback", "backdrive")
-TENDON, FEEDBACK, BACKDRIVE = range(len(PARAMETERS), len(ATTRIBUTES))
-FEEDBACKS = ("sensor", "observer")
-SWITCH = ("false", "true")
+ATTRIBUTES: Final = (*GAINS, "tendon", "feedback", "backdrive")
+TENDON, FEEDBACK, BACKDRIVE = range(len(GAINS), len(ATTRIBUTES))
+FEEDBACKS: Final = ("sensor", "observer")
+SWITCH: Final = ("false", "true")
 
-# What a servo remembers from one sample to the next.
-(
-    ESTIMATE,  # T̂_out, the output tension as the motor side knows it [N]
-    TURNED_AT,  # extreme of the reference since it last turned [N]
-    SENSE,  # where the reference goes: +1 pulls, −1 loosens, 0 has not moved yet
-    CROSSING,  # 1 while the backlash of the last reversal is being crossed
-    MARK,  # output tension from which it has to move for the crossing to be over [N]
-    REFERENCE,  # the last one [N]
-    TIME,  # when that was [s]
-    MEMORY,
-) = range(8)
 
-(
-    TENSION_GAIN,
-    VELOCITY_GAIN,
-    LOOSENING_TENSION_GAIN,
-    LOOSENING_VELOCITY_GAIN,
-    MOTOR_INERTIA,
-    TORQUE_LIMIT,
-    SPEED_LIMIT,
-    PERIOD,
-    DELAY,
-    OBSERVER_FRICTION,
-    OUTPUT_STIFFNESS,
-    BACKLASH_FEEDFORWARD,
-    RATE_FEEDFORWARD,
-    REVERSAL_BAND,
+class LiveGains(Gains):
+    """The gains as the state keeps them: a number for each."""
+
+    loosening_tension_gain: float
+    loosening_velocity_gain: float
+    motor_inertia: float
+    observer_friction: float
+
+
+class Memory:
+    """Memory of a servo from one sample to the next."""
+
+    estimate: float  # T̂_out, the output tension as the motor side knows it [N]
+    turned_at: float  # extreme of the reference since it last turned [N]
+    sense: float  # where the reference goes: +1 pulls, −1 loosens, 0 has not moved yet
+    crossing: float  # 1 while the backlash of the last reversal is being crossed
+    mark: float  # output tension from which it has to move for the crossing to be over [N]
+    reference: float  # the last one [N]
+    time: float  # when that was [s]
+
+
+class State:
+    """Scalars of a servo; indices are −1 for what there is none of, flags 0 or 1."""
+
+    gains: LiveGains
     # what it is attached to
-    SHEATH,  # where the sheath's state begins in plugin_state, −1 without one
-    ACTUATOR,  # −1 for an instance that none uses
-    OBSERVES,
-    BACKDRIVEN,
-    CAPACITY,
+    sheath: float  # where the sheath's state begins in plugin_state
+    actuator: float
+    observes: float  # whether the feedback is the observer's
+    backdriven: float  # whether the tendon can turn the motor
+    capacity: float  # of the ring
     # committed
-    STARTED,
-    SAMPLE,  # number of the last sample on the grid of periods
-    HEAD,
-    COUNT,
+    started: float
+    sample: float  # index of the last sample on the grid of periods
+    head: float  # of the ring
+    count: float  # of commands in the ring
     # on trial
-    ON_TRIAL,
-    TRIAL_TIME,
-    SAMPLED,
-    TRIAL_SAMPLE,
-    TRIAL_TORQUE,
-) = range(28)
-COMMITTED = 28
-TRIAL = COMMITTED + MEMORY
-SCALARS = TRIAL + MEMORY
+    has_trial: float
+    trial_time: float  # [s]
+    sampled: float
+    trial_sample: float
+    trial_torque: float  # [N m]
+    committed: Memory
+    trial: Memory
+
+
+class Command:
+    """A torque on its way to the motor."""
+
+    time: float  # of its sample [s]
+    torque: float  # [N m]
+
+
+class Memories(Protocol):
+    """An array of one memory."""
+
+    def __getitem__(self, index: int) -> Memory: ...
+    def __setitem__(self, index: int, memory: Memory) -> None: ...
+
+
+class Commands(Protocol):
+    """The ring of commands."""
+
+    def __getitem__(self, index: int) -> Command: ...
+    def __len__(self) -> int: ...
+
+
+STATE, MEMORY, COMMAND = record_type(State), record_type(Memory), record_type(Command)
+_COUNT, _MEMORY_COUNT, _COMMAND_COUNT = (t.itemsize // 8 for t in (STATE, MEMORY, COMMAND))
+_TRIAL = _COUNT - _MEMORY_COUNT  # where the last member begins
+_COMMITTED = _TRIAL - _MEMORY_COUNT
+_GAIN_COUNT = len(GAINS)
+state_at: Callable[[int], State] = record_at(STATE)
+_memories_at, _commands_at = records_at(MEMORY), records_at(COMMAND)
 
 
 def capacity(period: float, delay: float, timestep: float) -> int:
@@ -95,12 +107,43 @@ def capacity(period: float, delay: float, timestep: float) -> int:
 
 
 def size(commands: int) -> int:
-    """Numbers that a servo with room for so many commands keeps."""
-    return SCALARS + 2 * commands
+    """Numbers that a servo keeps with memory for so many commands."""
+    return _COUNT + _COMMAND_COUNT * commands
 
 
 @compiled
-def unpack(address: int) -> tuple[Any, Any]:
-    """Views on one servo's state: scalars, and the ring of commands (time, torque)."""
-    scalars = doubles(address, SCALARS)
-    return scalars, table(address + 8 * SCALARS, int(scalars[CAPACITY]), 2)
+def capacity_of(count: int) -> int:
+    """Commands that a state of so many numbers has memory for."""
+    return (count - _COUNT) // _COMMAND_COUNT
+
+
+@compiled
+def commands_at(address: int) -> Commands:
+    """Ring of commands of the servo whose state is at ``address``."""
+    ring: Commands = _commands_at(address + 8 * _COUNT, int(state_at(address).capacity))
+    return ring
+
+
+@compiled
+def gains_at(address: int) -> Array:
+    """Gains of a servo, in the order of ``GAINS``."""
+    return doubles(address, _GAIN_COUNT)
+
+
+@compiled
+def trial_memory(address: int, scratch: bool) -> Memories:
+    """Memory on trial, or a copy of it where the evaluation must leave no trace."""
+    memory: Any = _memories_at(address + 8 * _TRIAL, 1)
+    return memory.copy() if scratch else memory
+
+
+@compiled
+def committed_memory(address: int) -> Memories:
+    """Memory that the last finished step left."""
+    memory: Memories = _memories_at(address + 8 * _COMMITTED, 1)
+    return memory
+
+
+def view(plugin_state: Array, start: int) -> Any:
+    """Record of the servo whose state begins at ``plugin_state[start]``, sharing the memory."""
+    return plugin_state[start : start + _COUNT].view((np.record, STATE))[0]

@@ -1,14 +1,14 @@
-"""Is a servo's configuration sound? Asked once, while MuJoCo compiles the model."""
+"""Checks of a servo's configuration, once, while MuJoCo compiles the model."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 
 import mujoco
 
-from tendon_mj.engine.abi.draft import Draft, find, number
+from tendon_mj.engine.abi.draft import Draft, find, read_number
 from tendon_mj.engine.servo_plugin import state as sv
+from tendon_mj.engine.servo_plugin.gains import GAINS, check_gain
 from tendon_mj.engine.servo_plugin.stability import largest_damping
 from tendon_mj.engine.sheath_plugin.validate import NAME as SHEATH
 from tendon_mj.engine.sheath_plugin.validate import SPOOL_ATTRIBUTES
@@ -17,21 +17,6 @@ from tendon_mj.errors import InvalidValueError, UnknownNameError
 SERVO = "tendon_mj.servo"
 _OBJ = mujoco.mjtObj
 _MOST_SAMPLES = 100_000
-_REQUIRED = ("tension_gain", "velocity_gain")
-
-
-def check_gain(name: str, value: float, where: str) -> None:
-    """Refuse a servo's parameter outside its range.
-
-    Raises:
-        InvalidValueError: names the parameter, the value, its range and unit.
-    """
-    low, closed, unit, _ = sv.GAINS[name]
-    if not math.isfinite(value) or value < low or (value == low and not closed):
-        sign = "≥" if closed else ">"
-        raise InvalidValueError(
-            f"{where}: {name} = {value:g} [{unit}] must be finite and {sign} {low:g}"
-        )
 
 
 def _check_word(config: dict[str, str], name: str, known: Iterable[str], where: str) -> None:
@@ -63,12 +48,12 @@ def state_size(address: int, instance: int) -> int:
     """
     model = Draft(address, sv.ATTRIBUTES)
     where, config = model.where(instance), model.config(instance)
-    values = {name: number(config, name, where) for name in sv.PARAMETERS}
+    values = {name: read_number(config, name, where) for name in GAINS}
     for name, value in values.items():
         if value is not None:
             check_gain(name, value, where)
-        elif name in _REQUIRED:
-            raise InvalidValueError(f"{where}: {name} is missing (its unit is {sv.GAINS[name][2]})")
+        elif GAINS[name].required:
+            raise InvalidValueError(f"{where}: {name} is missing (its unit is {GAINS[name].unit})")
     _check_word(config, "feedback", sv.FEEDBACKS, where)
     _check_word(config, "backdrive", sv.SWITCH, where)
     sheath = _sheath_of(model, config["tendon"], where)
@@ -113,7 +98,7 @@ def check_joint(address: int, instance: int) -> int:
             f"{where}: motor_inertia [kg m²] is missing, and joint {wanted!r} has no armature "
             "to take its place"
         )
-    _check_damping(model, instance, number(config, "motor_inertia", where) or armature)
+    _check_damping(model, instance, read_number(config, "motor_inertia", where) or armature)
     return 0
 
 
@@ -121,11 +106,11 @@ def _check_damping(model: Draft, instance: int, inertia: float) -> None:
     """Damping that is not taken implicitly has a largest value."""
     where, config = model.where(instance), model.config(instance)
     step, integrator = float(model.fields.opt.timestep), int(model.fields.opt.integrator)
-    period, delay = (number(config, name, where) or 0.0 for name in ("period", "delay"))
+    period, delay = (read_number(config, name, where) or 0.0 for name in ("period", "delay"))
     most = inertia * largest_damping(step, integrator, period, delay)
     how = f"period = {period:g} s and delay = {delay:g} s" if period or delay else "RK4"
     for name in ("velocity_gain", "loosening_velocity_gain"):
-        value = number(config, name, where) or 0.0
+        value = read_number(config, name, where) or 0.0
         if value >= most:
             raise InvalidValueError(
                 f"{where}: {name} = {value:g} [N m s/rad] makes the motor swing up instead of "

@@ -1,4 +1,4 @@
-"""The configuration of a plugin instance as text: which attributes there are and how to read them.
+"""Attributes of a plugin instance: their names, their meaning, and how compiled code reads them.
 
 MuJoCo keeps an instance's attribute values as one block of zero-terminated strings, in the order in
 which the plugin was registered with them.
@@ -7,32 +7,50 @@ which the plugin was registered with them.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.compilation import compiled
+from tendon_mj.engine.abi.layout import Layout
 from tendon_mj.engine.abi.library import strtod
 from tendon_mj.engine.abi.memory import byte, integer, pointer
-from tendon_mj.engine.sheath_plugin.measure import KINDS
+from tendon_mj.engine.sheath_plugin.sensors import KINDS
 from tendon_mj.engine.sheath_plugin.state import PARAMETERS
 
-ATTRIBUTES = (*PARAMETERS, "tendon", "reel_joint", "output_joint", "sensor", "guides")
+
+class Attachment(NamedTuple):
+    """Description of an attribute that is no number of the law."""
+
+    text: str
+    kind: str  # of value
+    default: str
+
+
+# How a sheath is attached to its model; with PARAMETERS, all attributes in their order.
+ATTACHMENT: Final = {
+    "tendon": Attachment("spatial tendon that runs in the sheath", "name", "required"),
+    "reel_joint": Attachment("hinge or slide that winds tendon in at the input", "name", "none"),
+    "output_joint": Attachment("the same at the output, such as a joint's pulley", "name", "none"),
+    "sensor": Attachment("quantity that a sensor's instance shows, see below", "word", "none"),
+    "guides": Attachment("number of guides; give it with several tendons", "1", "counted"),
+}
+ATTRIBUTES: Final = (*PARAMETERS, *ATTACHMENT)
 TENDON, REEL_JOINT, OUTPUT_JOINT, SENSOR, _GUIDES = range(len(PARAMETERS), len(ATTRIBUTES))
 
 
-def words(known: Iterable[str]) -> NDArray[np.uint8]:
-    """Words for ``which``, as compiled code can hold them."""
+def as_rows(known: Iterable[str]) -> NDArray[np.uint8]:
+    """Words as zero-terminated rows, for ``index_of``."""
     rows = [word.encode().ljust(32, b"\0") for word in known]
     return np.frombuffer(b"".join(rows), np.uint8).reshape(-1, 32)
 
 
-_KIND_NAMES = words(KINDS)
+_KIND_NAMES = as_rows(KINDS)
 
 
 @compiled
-def text(layout: Any, m: int, instance: int, attribute: int) -> int:
+def text_at(layout: Layout, m: int, instance: int, attribute: int) -> int:
     """Address of an attribute's value, a zero-terminated string."""
     start = integer(pointer(m + layout.m_plugin_attradr), instance)
     address = pointer(m + layout.m_plugin_attr) + start
@@ -44,13 +62,13 @@ def text(layout: Any, m: int, instance: int, attribute: int) -> int:
 
 
 @compiled
-def number(address: int) -> float:
-    """The number that a string holds, 0 for an empty one."""
+def number_at(address: int) -> float:
+    """Number that a string holds, 0 for an empty one."""
     return 0.0 if byte(address, 0) == 0 else strtod(address, 0)
 
 
 @compiled
-def same(one: int, other: int) -> bool:
+def are_equal(one: int, other: int) -> bool:
     """Whether two strings are equal."""
     k = 0
     while byte(one, k) == byte(other, k):
@@ -61,8 +79,8 @@ def same(one: int, other: int) -> bool:
 
 
 @compiled
-def which(address: int, known: Any) -> int:
-    """Which of the known words a string is, −1 for none."""
+def index_of(address: int, known: NDArray[np.uint8]) -> int:
+    """Index of a string among the known words, −1 for none."""
     for word in range(known.shape[0]):
         k = 0
         while k < 31 and byte(address, k) == known[word, k]:
@@ -73,6 +91,6 @@ def which(address: int, known: Any) -> int:
 
 
 @compiled
-def sensor_kind(address: int) -> int:
-    """Which kind of sensor a string names, −1 for none."""
-    return which(address, _KIND_NAMES)
+def sensor_kind_at(address: int) -> int:
+    """Index of the kind of sensor that a string names, −1 for none."""
+    return index_of(address, _KIND_NAMES)

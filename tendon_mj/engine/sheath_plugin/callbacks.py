@@ -1,7 +1,7 @@
 """The functions of `mjpPlugin` that MuJoCo calls while it runs; no Python among them.
 
-An instance is either a sheath, which acts on its tendon, or a view: one with a `sensor` attribute,
-which shows something of the sheath on the same tendon. A view's state names that sheath.
+An instance is either a sheath, which acts on its tendon, or one with a `sensor` attribute, which
+shows something of the sheath on the same tendon and keeps in its state which sheath that is.
 """
 
 from __future__ import annotations
@@ -15,15 +15,19 @@ from tendon_mj.engine.abi.layout import Layout
 from tendon_mj.engine.abi.library import mj_name2id
 from tendon_mj.engine.abi.memory import doubles, integer, pointer, size
 from tendon_mj.engine.sheath_plugin import attributes as at
-from tendon_mj.engine.sheath_plugin import state as st
-from tendon_mj.engine.sheath_plugin import subtrees
-from tendon_mj.engine.sheath_plugin.measure import measure, measure_ends
-from tendon_mj.engine.sheath_plugin.step import commit, evaluate
+from tendon_mj.engine.sheath_plugin.evaluate import evaluate
+from tendon_mj.engine.sheath_plugin.sensors import measure, measure_ends
+from tendon_mj.engine.sheath_plugin.state import (
+    SENSOR_SIZE,
+    parameters_at,
+    sensor_state_at,
+    state_at,
+)
+from tendon_mj.engine.sheath_plugin.subtree_velocities import READERS, skip_subtree_velocities
+from tendon_mj.engine.sheath_plugin.trial import commit
 
 _ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
 _JOINT, _TENDON = 3, 18  # mjtObj
-VIEW_SIZE = 4
-_VIEWED, _KIND, _FIRST, _LAST = range(VIEW_SIZE)
 
 
 @compiled
@@ -34,20 +38,20 @@ def state_of(layout: Layout, m: int, d: int, instance: int) -> int:
 
 
 @compiled
-def _is_view(layout: Layout, m: int, instance: int) -> bool:
-    return integer(pointer(m + layout.m_plugin_statenum), instance) == VIEW_SIZE
+def _is_sensor(layout: Layout, m: int, instance: int) -> bool:
+    return integer(pointer(m + layout.m_plugin_statenum), instance) == SENSOR_SIZE
 
 
 @compiled
-def _find_sheath(layout: Layout, m: int, view: int) -> int:
-    """The sheath on the tendon that a view names, −1 if there is none."""
+def _find_sheath(layout: Layout, m: int, sensor: int) -> int:
+    """The sheath on the tendon that a sensor's instance names, −1 if there is none."""
     slots = pointer(m + layout.m_plugin)
-    tendon = at.text(layout, m, view, at.TENDON)
+    tendon = at.text_at(layout, m, sensor, at.TENDON)
     for other in range(size(m + layout.m_nplugin)):
         if (
-            integer(slots, other) == integer(slots, view)
-            and at.sensor_kind(at.text(layout, m, other, at.SENSOR)) < 0
-            and at.same(tendon, at.text(layout, m, other, at.TENDON))
+            integer(slots, other) == integer(slots, sensor)
+            and at.sensor_kind_at(at.text_at(layout, m, other, at.SENSOR)) < 0
+            and at.are_equal(tendon, at.text_at(layout, m, other, at.TENDON))
         ):
             return other
     return -1
@@ -66,69 +70,73 @@ def range_of(owners: int, count: int, instance: int) -> tuple[int, int]:
 
 @compiled
 def _reset(layout: Layout, m: int, address: int, instance: int) -> None:
-    """Configured parameters into the state; the tendon is laid at the first evaluation."""
+    """Write the configured parameters; the tendon is laid at the first evaluation."""
     sensors = pointer(m + layout.m_sensor_plugin)
     first, last = range_of(sensors, size(m + layout.m_nsensor), instance)
-    kind = at.sensor_kind(at.text(layout, m, instance, at.SENSOR))
+    kind = at.sensor_kind_at(at.text_at(layout, m, instance, at.SENSOR))
     if kind >= 0:
-        view = doubles(address, VIEW_SIZE)
-        view[_VIEWED] = _find_sheath(layout, m, instance)
-        view[_KIND] = kind
-        view[_FIRST], view[_LAST] = first, last
+        shown = sensor_state_at(address)
+        shown.sheath = _find_sheath(layout, m, instance)
+        shown.kind = kind
+        shown.first_sensor, shown.last_sensor = first, last
         return
-    state = doubles(address, integer(pointer(m + layout.m_plugin_statenum), instance))
-    state[:] = 0.0
-    for parameter in range(len(st.PARAMETERS)):
-        state[parameter] = at.number(at.text(layout, m, instance, parameter))
-    tendon = mj_name2id(m, _TENDON, at.text(layout, m, instance, at.TENDON))
-    state[st.TENDON] = tendon
-    state[st.GUIDES] = integer(pointer(m + layout.m_tendon_num), tendon) - 2
-    state[st.REEL_JOINT] = mj_name2id(m, _JOINT, at.text(layout, m, instance, at.REEL_JOINT))
-    state[st.OUTPUT_JOINT] = mj_name2id(m, _JOINT, at.text(layout, m, instance, at.OUTPUT_JOINT))
-    state[st.FIRST_SENSOR], state[st.LAST_SENSOR] = first, last
+    doubles(address, integer(pointer(m + layout.m_plugin_statenum), instance))[:] = 0.0
+    values = parameters_at(address)
+    for parameter in range(len(values)):
+        values[parameter] = at.number_at(at.text_at(layout, m, instance, parameter))
+    tendon = mj_name2id(m, _TENDON, at.text_at(layout, m, instance, at.TENDON))
     reels = pointer(m + layout.m_actuator_plugin)
-    state[st.REEL_ACTUATOR] = range_of(reels, size(m + layout.m_nactuator), instance)[1]
+    state = state_at(address)
+    state.tendon = tendon
+    state.guides = integer(pointer(m + layout.m_tendon_num), tendon) - 2
+    state.reel_joint = mj_name2id(m, _JOINT, at.text_at(layout, m, instance, at.REEL_JOINT))
+    state.output_joint = mj_name2id(m, _JOINT, at.text_at(layout, m, instance, at.OUTPUT_JOINT))
+    state.first_sensor, state.last_sensor = first, last
+    state.reel_actuator = range_of(reels, size(m + layout.m_nactuator), instance)[1]
 
 
 @compiled
 def _show(layout: Layout, m: int, d: int, instance: int) -> None:
-    view = doubles(state_of(layout, m, d, instance), VIEW_SIZE)
-    if view[_VIEWED] < 0.0:
+    """Fill the sensors of an instance that shows something of a sheath."""
+    shown = sensor_state_at(state_of(layout, m, d, instance))
+    if shown.sheath < 0.0:
         return
-    sheath = state_of(layout, m, d, int(view[_VIEWED]))
+    sheath = state_of(layout, m, d, int(shown.sheath))
     owners = pointer(m + layout.m_sensor_plugin)
-    for sensor in range(int(view[_FIRST]), int(view[_LAST]) + 1):
+    for sensor in range(int(shown.first_sensor), int(shown.last_sensor) + 1):
         if integer(owners, sensor) != instance:
             continue
         adr = integer(pointer(m + layout.m_sensor_adr), sensor)
-        measure(sheath, int(view[_KIND]), pointer(d + layout.d_sensordata) + 8 * adr)
+        measure(sheath, int(shown.kind), pointer(d + layout.d_sensordata) + 8 * adr)
 
 
 @compiled
 def _show_ends(layout: Layout, m: int, d: int, instance: int) -> None:
-    """For sensors on the sheath's own instance."""
+    """Fill the sensors on the sheath's own instance."""
     sheath = state_of(layout, m, d, instance)
-    scalars = doubles(sheath, st.SCALARS)
+    state = state_at(sheath)
     owners = pointer(m + layout.m_sensor_plugin)
-    for sensor in range(int(scalars[st.FIRST_SENSOR]), int(scalars[st.LAST_SENSOR]) + 1):
+    for sensor in range(int(state.first_sensor), int(state.last_sensor) + 1):
         if integer(owners, sensor) == instance:
             adr = integer(pointer(m + layout.m_sensor_adr), sensor)
             measure_ends(sheath, pointer(d + layout.d_sensordata) + 8 * adr)
 
 
 @compiled
-def _compute(layout: Layout, readers: Any, m: int, d: int, instance: int, capability: int) -> None:
-    view = _is_view(layout, m, instance)
-    if capability == _PASSIVE and not view:
+def _compute(
+    layout: Layout, readers: tuple[int, ...], m: int, d: int, instance: int, capability: int
+) -> None:
+    sensor = _is_sensor(layout, m, instance)
+    if capability == _PASSIVE and not sensor:
         evaluate(layout, m, d, state_of(layout, m, d, instance))
-        subtrees.spare(layout, readers, m, d, instance)
-    elif capability == _SENSOR and view:
+        skip_subtree_velocities(layout, readers, m, d, instance)
+    elif capability == _SENSOR and sensor:
         _show(layout, m, d, instance)
     elif capability == _SENSOR:
         _show_ends(layout, m, d, instance)
-    elif capability == _ACTUATOR and not view:
+    elif capability == _ACTUATOR and not sensor:
         # a reel acts through the tendon's length, not through a force of its own
-        reel = int(doubles(state_of(layout, m, d, instance), st.SCALARS)[st.REEL_ACTUATOR])
+        reel = int(state_at(state_of(layout, m, d, instance)).reel_actuator)
         if reel >= 0:
             adr = integer(pointer(m + layout.m_actuator_outadr), reel)
             doubles(pointer(d + layout.d_actuator_force) + 8 * adr, 1)[0] = 0.0
@@ -136,7 +144,7 @@ def _compute(layout: Layout, readers: Any, m: int, d: int, instance: int, capabi
 
 @compiled
 def _advance(layout: Layout, m: int, d: int, instance: int) -> None:
-    if not _is_view(layout, m, instance):
+    if not _is_sensor(layout, m, instance):
         commit(state_of(layout, m, d, instance))
 
 
@@ -154,7 +162,7 @@ def make_callbacks(layout: Layout) -> Callbacks:
     The offsets are closed over, so the compiler sees constants and keeps one compilation on disk
     for each set of them.
     """
-    readers = subtrees.READERS
+    readers = READERS
     void, ptr, i32 = types.void, types.intp, types.int32
 
     @callback(void(ptr, ptr, ptr, i32))

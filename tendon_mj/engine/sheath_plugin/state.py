@@ -1,7 +1,7 @@
-"""What a sheath keeps in `mjData.plugin_state`: parameters, committed state, the step on trial.
+"""State of a sheath in `mjData.plugin_state`: parameters, committed state, the step on trial.
 
-Everything is there, so copying, saving, resetting and threads need nothing from us. A block of
-scalars comes first, then a table over the n+1 segments, one over the n guides, and the path.
+Everything is there, so copying, saving, resetting and threads need nothing from us. One record of
+scalars comes first, then the n+1 segments, the n guides, and the points of the path.
 
 The *committed* state is what the last finished step left; every evaluation starts from it and
 leaves its result on *trial*; only `advance` makes the trial the committed state.
@@ -9,130 +9,149 @@ leaves its result on *trial*; only `advance` makes the trial the committed state
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, Final, NamedTuple
+
+import numpy as np
 
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.abi.memory import doubles, table
-from tendon_mj.sheath import tables
+from tendon_mj.engine.abi.memory import doubles, record_at, records_at
+from tendon_mj.sheath.law import LAW, Law
+from tendon_mj.sheath.parameter import ANY, Parameter
+from tendon_mj.sheath.records import GUIDE, SEGMENT, Array, Guides, Segments, record_type
 
-# Live parameters, in the order of the plugin's attributes of the same names.
-PARAMETERS = (
-    "axial_stiffness",
-    "friction",
-    "static_friction",
-    "constant_friction",
-    "axial_damping",
-    "pretension",
-    "reel_radius",
-    "output_radius",
-    "stribeck_friction",
-    "stribeck_velocity",
-    "viscous_friction",
-    "direction_asymmetry",
-    "friction_gradient",
-    "friction_drift",
-    "backlash",
-    "stiffening",
-    "creep",
-    "creep_time",
-    "sheath_compliance",
-    "tendon_mass",
-    "extra_bend",
-)
-(
-    AXIAL_STIFFNESS,
-    FRICTION,
-    STATIC_FRICTION,
-    CONSTANT_FRICTION,
-    AXIAL_DAMPING,
-    PRETENSION,
-    REEL_RADIUS,
-    OUTPUT_RADIUS,
-    STRIBECK_FRICTION,
-    STRIBECK_VELOCITY,
-    VISCOUS_FRICTION,
-    DIRECTION_ASYMMETRY,
-    FRICTION_GRADIENT,
-    FRICTION_DRIFT,
-    BACKLASH,
-    STIFFENING,
-    CREEP,
-    CREEP_TIME,
-    SHEATH_COMPLIANCE,
-    TENDON_MASS,
-    EXTRA_BEND,
-    # what the sheath is attached to; -1 where there is none
-    TENDON,
-    GUIDES,
-    REEL_JOINT,
-    OUTPUT_JOINT,
-    REEL_ACTUATOR,
-    FIRST_SENSOR,
-    LAST_SENSOR,
+RADII: Final = {
+    "reel_radius": Parameter(
+        "r", "m", "radius at which `reel_joint` winds, its sign the sense", ANY
+    ),
+    "output_radius": Parameter("r", "m", "radius at which `output_joint` winds", ANY),
+}
+# Live parameters in the order of the state, and of the plugin's attributes of the same names.
+PARAMETERS: Final = {**LAW, **RADII}
+
+
+class LiveLaw(Law):
+    """The law as the state keeps it: a number for each parameter, 0 where none is given."""
+
+    static_friction: float
+
+
+class State:
+    """Scalars of a sheath; indices are −1 for what there is none of, flags 0 or 1."""
+
+    law: LiveLaw
+    reel_radius: float  # [m]
+    output_radius: float  # [m]
+    # what the sheath is attached to
+    tendon: float
+    guides: float  # number of guides
+    reel_joint: float
+    output_joint: float
+    reel_actuator: float
+    first_sensor: float
+    last_sensor: float
     # committed
-    STARTED,
-    WOUND_IN,
-    WOUND_OUT,
-    COMMIT_TIME,
-    UNSOLVED,
-    LAID,  # pretension under which the tendon was laid [N]
-    VARIED,  # whether the ratios were computed for a moment only
-    STRAINED,  # whether the strain law of the step before was another than Hooke's
-    REMEMBERED,  # whether the guides' speeds were kept in the step before
+    started: float  # whether the tendon has been laid along its path
+    wound_in: float  # tendon on the reel [m]
+    wound_out: float  # tendon on the output's spool [m]
+    commit_time: float  # [s]
+    unsolved: float  # evaluations without a solution
+    laid_pretension: float  # under which the tendon was laid [N]
+    ratios_vary: float  # whether the ratios were computed for one moment only
+    strain_kept: float  # whether the strain law of the step before was another than Hooke's
+    speed_kept: float  # whether the guides' speeds were kept in the step before
     # on trial
-    ON_TRIAL,
-    TRIAL_WOUND_IN,
-    TRIAL_WOUND_OUT,
-    TRIAL_TIME,
-    TRIAL_ELAPSED,  # time that the step on trial takes [s]
-    REEL_TORQUE,  # by which the last evaluation turned the reel's joint back [N m]
-    # parameters as they were when the guides' ratios were computed: the four leading ones first
-    BOUND,
-    _,
-    _,
-    _,
-    BOUND_ASYMMETRY,
-    BOUND_EXTRA_BEND,
-    SCALARS,
-) = range(50)
+    has_trial: float
+    trial_wound_in: float  # [m]
+    trial_wound_out: float  # [m]
+    trial_time: float  # [s]
+    trial_elapsed: float  # time that the step on trial takes [s]
+    reel_torque: float  # by which the last evaluation turned the reel's joint back [N m]
+    ratio_law: LiveLaw  # law for which the guides' ratios were computed
 
 
-# Rows that the engine adds to the flow solver's tables.
-(
-    STRAIN,  # elastic strain, kept while damping, stiffening or creep asks for it [-]
-    FRESH_STRAIN,
-    TRIAL_STRAIN,
-    CREPT,  # creep strain [-]
-    TRIAL_CREPT,
-    START,  # τ after the step before, from which the solver starts [-]
-    TRIAL_START,
-    SEGMENT_ROWS,
-) = range(tables.SEGMENT_ROWS, tables.SEGMENT_ROWS + 8)
-(
-    ANGLE,
-    BOUND_ANGLE,
-    WORK,
-    PASSED,  # tendon that has passed to the input since the reset [m]
-    SPEED,  # sliding speed seen through the memory of friction [m/s]
-    RAN,  # velocity in the step before, positive to the input [m/s]
-    TRIAL_FLOW,
-    TRIAL_SLIP,
-    TRIAL_WORK,
-    GUIDE_ROWS,
-) = range(tables.GUIDE_ROWS, tables.GUIDE_ROWS + 10)
+STATE = record_type(State)
+_COUNT = STATE.itemsize // 8
+_SEGMENT_COUNT, _GUIDE_COUNT = SEGMENT.itemsize // 8, GUIDE.itemsize // 8
+_PARAMETER_COUNT, _LAW_COUNT = len(PARAMETERS), len(LAW)
+_RATIO_LAW = _COUNT - _LAW_COUNT  # where the last member begins
+
+state_at: Callable[[int], State] = record_at(STATE)
+_segments_at, _guides_at = records_at(SEGMENT), records_at(GUIDE)
 
 
 def size(guides: int) -> int:
     """Numbers that a sheath with so many guides keeps."""
-    return SCALARS + SEGMENT_ROWS * (guides + 1) + GUIDE_ROWS * guides + 3 * (guides + 2)
+    tables = _SEGMENT_COUNT * (guides + 1) + _GUIDE_COUNT * guides
+    return _COUNT + tables + 3 * (guides + 2)
 
 
 @compiled
-def unpack(address: int) -> tuple[Any, Any, Any, int]:
-    """Views on one sheath's state: scalars, segments table, guides table; address of the path."""
-    scalars = doubles(address, SCALARS)
-    n = int(scalars[GUIDES])
-    segments = table(address + 8 * SCALARS, SEGMENT_ROWS, n + 1)
-    behind = address + 8 * (SCALARS + SEGMENT_ROWS * (n + 1))
-    guides = table(behind, GUIDE_ROWS, n)
-    return scalars, segments, guides, behind + 8 * GUIDE_ROWS * n
+def unpack(address: int) -> tuple[Segments, Guides, int]:
+    """Segments and guides of a sheath, sharing its memory; address of the path."""
+    n = int(state_at(address).guides)
+    segments = address + 8 * _COUNT
+    guides = segments + 8 * _SEGMENT_COUNT * (n + 1)
+    path = guides + 8 * _GUIDE_COUNT * n
+    return _segments_at(segments, n + 1), _guides_at(guides, n), path
+
+
+@compiled
+def parameters_at(address: int) -> Array:
+    """Live parameters of a sheath, in the order of ``PARAMETERS``."""
+    return doubles(address, _PARAMETER_COUNT)
+
+
+@compiled
+def keep_ratio_law(address: int) -> bool:
+    """Note the law as that of the guides' ratios; return whether it already was."""
+    law, kept = doubles(address, _LAW_COUNT), doubles(address + 8 * _RATIO_LAW, _LAW_COUNT)
+    same = True
+    for k in range(_LAW_COUNT):
+        same &= kept[k] == law[k]
+        kept[k] = law[k]
+    return same
+
+
+class SensorState:
+    """State of an instance that shows something of a sheath."""
+
+    sheath: float  # instance of the sheath, −1 without one
+    kind: float
+    first_sensor: float
+    last_sensor: float
+
+
+SENSOR_STATE = record_type(SensorState)
+SENSOR_SIZE: Final = SENSOR_STATE.itemsize // 8
+sensor_state_at: Callable[[int], SensorState] = record_at(SENSOR_STATE)
+
+
+class View(NamedTuple):
+    """A sheath's state for Python, sharing memory with `mjData.plugin_state`.
+
+    Attributes:
+        state: record with the fields of ``State``.
+        segments: (n+1,) records with the fields of ``Segment``.
+        guides: (n,) records with the fields of ``Guide``.
+        path: (n+2, 3) points for which lengths and bends were computed [m].
+    """
+
+    state: Any
+    segments: Any
+    guides: Any
+    path: Array
+
+
+def view(plugin_state: Array, start: int) -> View:
+    """View of the sheath whose state begins at ``plugin_state[start]``."""
+
+    def take(dtype: np.dtype[Any], count: int) -> Any:
+        nonlocal start
+        begin, start = start, start + count * dtype.itemsize // 8
+        return plugin_state[begin:start].view((np.record, dtype))
+
+    state = take(STATE, 1)[0]
+    n = int(state.guides)
+    segments, guides = take(SEGMENT, n + 1), take(GUIDE, n)
+    return View(state, segments, guides, plugin_state[start : start + 3 * (n + 2)].reshape(-1, 3))

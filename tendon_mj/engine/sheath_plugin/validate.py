@@ -1,4 +1,4 @@
-"""Is a sheath's configuration sound? Asked once, while MuJoCo compiles the model.
+"""Checks of a sheath's configuration, once, while MuJoCo compiles the model.
 
 This is the plugin's only Python, and it never runs in a step.
 """
@@ -10,27 +10,25 @@ import re
 
 import mujoco
 
-from tendon_mj.engine.abi.draft import Draft, find, number
+from tendon_mj.engine.abi.draft import Draft, find, read_number
 from tendon_mj.engine.abi.library import C
-from tendon_mj.engine.sheath_plugin import state
 from tendon_mj.engine.sheath_plugin.attributes import ATTRIBUTES
-from tendon_mj.engine.sheath_plugin.callbacks import VIEW_SIZE
-from tendon_mj.engine.sheath_plugin.measure import ENDS, KINDS, width
+from tendon_mj.engine.sheath_plugin.sensors import ENDS, KINDS, width
+from tendon_mj.engine.sheath_plugin.state import PARAMETERS, SENSOR_SIZE, size
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.sheath.law import RANGES, check_range, check_scales, check_static
+from tendon_mj.sheath.law import LAW, check_range, check_scales, check_static
 
 NAME = "tendon_mj.sheath"
 _OBJ, _WRAP, _JNT = mujoco.mjtObj, mujoco.mjtWrap, mujoco.mjtJoint
 _COUNT = re.compile(r"[0-9]+")
 SPOOL_ATTRIBUTES = ("tendon", "reel_joint", "sensor")  # what a servo asks about
-_REQUIRED = ("axial_stiffness", "friction")
 
 
 def _read_number(config: dict[str, str], name: str, where: str) -> float | None:
-    value = number(config, name, where)
+    value = read_number(config, name, where)
     if value is None:
         return None
-    if name in RANGES:
+    if name in LAW:
         check_range(name, value, where)
     elif not math.isfinite(value) or value == 0.0:
         raise InvalidValueError(f"{where}: {name} = {value:g} [m] must be finite and not 0")
@@ -38,10 +36,10 @@ def _read_number(config: dict[str, str], name: str, where: str) -> float | None:
 
 
 def _check_numbers(config: dict[str, str], where: str) -> None:
-    numbers = {name: _read_number(config, name, where) for name in state.PARAMETERS}
-    for name in _REQUIRED:
-        if numbers[name] is None:
-            raise InvalidValueError(f"{where}: {name} is missing (its unit is {RANGES[name].unit})")
+    numbers = {name: _read_number(config, name, where) for name in PARAMETERS}
+    for name, parameter in LAW.items():
+        if parameter.required and numbers[name] is None:
+            raise InvalidValueError(f"{where}: {name} is missing (its unit is {parameter.unit})")
     friction, static = numbers["friction"], numbers["static_friction"]
     if friction is not None and static is not None:
         check_static(friction, static, where)
@@ -54,7 +52,7 @@ def _check_numbers(config: dict[str, str], where: str) -> None:
 
 
 def _capacity(model: Draft, config: dict[str, str], where: str) -> int:
-    """Guides to make room for.
+    """Number of guides to allocate.
 
     MuJoCo asks before it has told its tendons which points they run through, so without `guides`
     all points of the model that other tendons need not have are counted.
@@ -97,7 +95,7 @@ def state_size(address: int, instance: int) -> int:
         if not rivals:
             sheathed = {c["tendon"] for c in others.values() if not c["sensor"]}
             raise UnknownNameError("sheathed tendon", config["tendon"], sheathed, where)
-        return VIEW_SIZE
+        return SENSOR_SIZE
     if rivals:
         raise InvalidValueError(
             f"{where}: tendon {config['tendon']!r} already runs in sheath "
@@ -109,11 +107,11 @@ def state_size(address: int, instance: int) -> int:
             _find_spool(model, config[f"{end}_joint"], f"{where}: {end}_joint")
     if C.strtod(b"0.5", None) != 0.5:
         raise InvalidValueError(f"{where}: the process's LC_NUMERIC has no decimal point")
-    return state.size(_capacity(model, config, where))
+    return size(_capacity(model, config, where))
 
 
 def sensor_size(address: int, instance: int, sensor: int) -> int:
-    """How many numbers a sensor shows; one on a sheath's own instance has T_in and T_out."""
+    """Size of a sensor's reading; one on a sheath's own instance has T_in and T_out."""
     model = Draft(address, ATTRIBUTES)
     config = model.config(instance)
     if not config["sensor"]:
@@ -159,12 +157,12 @@ def check_tendon(address: int, instance: int) -> int:
     return 0
 
 
-def _check_reels(model: Draft, instance: int, view: bool) -> None:
+def _check_reels(model: Draft, instance: int, sensor: bool) -> None:
     """One reel at most, on the sheath and on its tendon."""
     owners = model.ints("actuator_plugin")
     reels = [k for k in range(model.fields.nactuator) if owners[k] == instance]
     names = ", ".join(repr(model.name(_OBJ.mjOBJ_ACTUATOR, k)) for k in reels)
-    if view and reels:
+    if sensor and reels:
         raise InvalidValueError(
             f"{model.where(instance)}: actuator {names} belongs on the sheath's instance, not on "
             "that of a sensor"

@@ -15,21 +15,8 @@ from __future__ import annotations
 import numpy as np
 
 from tendon_mj.compilation import apart, compiled
-from tendon_mj.sheath.segments import held, tension_of
-from tendon_mj.sheath.tables import (
-    ALONE,
-    CONSTANT,
-    DOWN,
-    FLOW,
-    LENGTH,
-    OFFSET,
-    ROUNDING,
-    SLIP,
-    STORED,
-    TENSION,
-    UP,
-    Table,
-)
+from tendon_mj.sheath.records import ROUNDING, Guides, Segments
+from tendon_mj.sheath.segment_tension import held, tension_of
 
 _TOUCHING = 1e-12  # relative distance at which a tension counts as being at its bound
 _SLACK = 1e-14  # normalised tension below which a prefix counts as slack
@@ -37,50 +24,52 @@ _ITERATIONS = 200  # Newton needs about 4; bisection from the widest bracket abo
 
 
 @compiled
-def highest(guides: Table, i: int, right: float) -> float:
+def highest(guides: Guides, i: int, right: float) -> float:
     """Largest τ that guide i holds on its input side against ``right``."""
-    return guides[UP, i] * right + guides[CONSTANT, i]
+    return guides[i].input_ratio * right + guides[i].constant_friction
 
 
 @compiled
-def lowest(guides: Table, i: int, right: float) -> float:
+def lowest(guides: Guides, i: int, right: float) -> float:
     """Smallest τ that guide i holds on its input side against ``right``."""
-    constant = guides[CONSTANT, i]
+    constant = guides[i].constant_friction
     # the rounding of a difference must not make a slack segment taut
-    return (right - constant) / guides[DOWN, i] if right > constant * (1.0 + _TOUCHING) else 0.0
+    if right > constant * (1.0 + _TOUCHING):
+        return (right - constant) / guides[i].output_ratio
+    return 0.0
 
 
 @compiled
-def _missing(segments: Table, guides: Table, j: int, tau: float) -> tuple[float, float]:
+def _missing(segments: Segments, guides: Guides, j: int, tau: float) -> tuple[float, float]:
     """G_j(τ) [m] and its slope: what the prefix up to segment j lacks when j is at τ."""
     total, slope, gain = 0.0, 0.0, 1.0
     for k in range(j, -1, -1):
         holds, falls, _ = held(segments, k, tau)
-        total += holds - segments[STORED, k]
+        total += holds - segments[k].stored
         slope += gain * falls
         if k == 0:
             break
         low, high = lowest(guides, k - 1, tau), highest(guides, k - 1, tau)
-        if segments[ALONE, k - 1] > high:
-            tau, gain = high, gain * guides[UP, k - 1]
-        elif segments[ALONE, k - 1] < low:
-            tau, gain = low, gain / guides[DOWN, k - 1]
+        if segments[k - 1].prefix_tension > high:
+            tau, gain = high, gain * guides[k - 1].input_ratio
+        elif segments[k - 1].prefix_tension < low:
+            tau, gain = low, gain / guides[k - 1].output_ratio
         else:
             break
     return total, slope
 
 
 @apart
-def _alone(segments: Table, guides: Table, j: int) -> float:
+def _prefix_tension(segments: Segments, guides: Guides, j: int) -> float:
     """τ*_j: the root of G_j, 0 for a slack prefix, inf for one without tendon."""
     own = tension_of(segments, j)
     if j == 0:
         return own
-    if lowest(guides, j - 1, own) <= segments[ALONE, j - 1] <= highest(guides, j - 1, own):
+    if lowest(guides, j - 1, own) <= segments[j - 1].prefix_tension <= highest(guides, j - 1, own):
         return own
     total = 0.0
     for k in range(j + 1):
-        total += segments[STORED, k]
+        total += segments[k].stored
     if total <= 0.0:
         return np.inf
     low = _SLACK  # not 0: only above it do the slack segments before this one spare tendon
@@ -109,35 +98,35 @@ def _alone(segments: Table, guides: Table, j: int) -> float:
 
 
 @compiled
-def _lies_slack(segments: Table, guides: Table) -> bool:
-    """Whether the tendon is longer than its path; it then lies evenly along it, without tension."""
+def _set_slack(segments: Segments, guides: Guides) -> bool:
+    """Lay a tendon longer than its path evenly along it, without tension; False for a taut one."""
     path, total = 0.0, 0.0
-    for k in range(segments.shape[1]):
-        path += segments[LENGTH, k] / (1.0 + segments[OFFSET, k])
-        total += segments[STORED, k]
+    for k in range(len(segments)):
+        path += segments[k].length / (1.0 + segments[k].strain_offset)
+        total += segments[k].stored
     if total < path:
         return False
     passed = 0.0
-    segments[TENSION, segments.shape[1] - 1] = 0.0
-    for k in range(guides.shape[1]):
-        share = segments[LENGTH, k] / (1.0 + segments[OFFSET, k]) / path
-        passed += share * total - segments[STORED, k]
-        segments[TENSION, k], guides[FLOW, k], guides[SLIP, k] = 0.0, passed, np.sign(passed)
+    segments[len(segments) - 1].tension = 0.0
+    for k in range(len(guides)):
+        share = segments[k].length / (1.0 + segments[k].strain_offset) / path
+        passed += share * total - segments[k].stored
+        segments[k].tension, guides[k].flow, guides[k].slip = 0.0, passed, np.sign(passed)
     return True
 
 
 @compiled
-def _flow_at(segments: Table, guides: Table, j: int, beyond: float) -> float:
+def _flow_at(segments: Segments, guides: Guides, j: int, beyond: float) -> float:
     """Length that passes guide j towards the input, ``beyond`` being what passes the next one."""
-    right = segments[TENSION, j + 1]
-    passed = segments[STORED, j + 1] + beyond - held(segments, j + 1, right)[0]
+    right = segments[j + 1].tension
+    passed = segments[j + 1].stored + beyond - held(segments, j + 1, right)[0]
     high, low = highest(guides, j, right), lowest(guides, j, right)
     if right == 0.0:  # slack: it keeps what it holds, unless a neighbour needs it
-        if segments[ALONE, j] > high * (1.0 + _TOUCHING):
+        if segments[j].prefix_tension > high * (1.0 + _TOUCHING):
             passed = _missing(segments, guides, j, high)[0]
         else:
             passed = min(0.0, passed)
-    tau = segments[TENSION, j]
+    tau = segments[j].tension
     if passed > 0.0 and tau >= high * (1.0 - _TOUCHING):
         return passed
     if passed < 0.0 and tau <= low * (1.0 + _TOUCHING):
@@ -146,44 +135,44 @@ def _flow_at(segments: Table, guides: Table, j: int, beyond: float) -> float:
 
 
 @compiled
-def _holds(segments: Table, guides: Table) -> bool:
+def _holds(segments: Segments, guides: Guides) -> bool:
     """Whether every segment ends with what its tension says, a slack one with at least that."""
-    passed, last = 0.0, guides.shape[1]
+    passed, last = 0.0, len(guides)
     for j in range(last + 1):
-        beyond = guides[FLOW, j] if j < last else 0.0
-        kept = segments[STORED, j] + beyond - passed
+        beyond = guides[j].flow if j < last else 0.0
+        kept = segments[j].stored + beyond - passed
         passed = beyond
-        needed = held(segments, j, segments[TENSION, j])[0]
-        tolerance = _TOUCHING * (needed + abs(beyond) + abs(kept - segments[STORED, j]))
+        needed = held(segments, j, segments[j].tension)[0]
+        tolerance = _TOUCHING * (needed + abs(beyond) + abs(kept - segments[j].stored))
         if kept < needed - tolerance:
             return False
-        if kept > needed + tolerance and segments[TENSION, j] > 0.0:
+        if kept > needed + tolerance and segments[j].tension > 0.0:
             return False
     return True
 
 
 @apart
-def sweep(segments: Table, guides: Table) -> bool:
+def sweep(segments: Segments, guides: Guides) -> bool:
     """Tensions, flows and slip of the whole tendon by the walk forward and back.
 
     Returns:
         False if no solution was found: no tendon is left between the ends, or tension-independent
         friction keeps a stretch of it slack that its neighbours then ask too much of.
     """
-    if _lies_slack(segments, guides):
+    if _set_slack(segments, guides):
         return True
-    last = guides.shape[1]
+    last = len(guides)
     for j in range(last + 1):
-        segments[ALONE, j] = _alone(segments, guides, j)
-    segments[TENSION, last] = segments[ALONE, last]
-    if not np.isfinite(segments[TENSION, last]):
+        segments[j].prefix_tension = _prefix_tension(segments, guides, j)
+    segments[last].tension = segments[last].prefix_tension
+    if not np.isfinite(segments[last].tension):
         return False
     beyond = 0.0
     for j in range(last - 1, -1, -1):
-        right = segments[TENSION, j + 1]
+        right = segments[j + 1].tension
         low, high = lowest(guides, j, right), highest(guides, j, right)
-        segments[TENSION, j] = min(max(segments[ALONE, j], low), high)
+        segments[j].tension = min(max(segments[j].prefix_tension, low), high)
         beyond = _flow_at(segments, guides, j, beyond)
-        guides[FLOW, j] = beyond
-        guides[SLIP, j] = np.sign(beyond)
+        guides[j].flow = beyond
+        guides[j].slip = np.sign(beyond)
     return _holds(segments, guides)

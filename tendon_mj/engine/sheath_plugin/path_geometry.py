@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from tendon_mj.compilation import compiled
 from tendon_mj.engine.abi.arctangent import arctangent
+from tendon_mj.sheath.records import Array, Guides, Segments
 
 _SHORTEST = 1e-9  # two sites on one spot still have a segment between them [m]
 
 
 @compiled
-def _bend(a: Any, i: int) -> float:
+def _bend(a: Array, i: int) -> float:
     """Angle by which the path turns at point ``i`` [rad], exact for small and large angles.
 
     Where several points lie on one spot the turn counts once, at the last of them.
@@ -30,8 +30,8 @@ def _bend(a: Any, i: int) -> float:
 
 
 @compiled
-def _moved(points: Any, path: Any, i: int) -> bool:
-    """Whether point ``i`` is not where it was; remembers where it is."""
+def _moved(points: Array, path: Array, i: int) -> bool:
+    """Whether point ``i`` is not where it was; ``path`` is updated."""
     k = 3 * i
     if points[k] == path[k] and points[k + 1] == path[k + 1] and points[k + 2] == path[k + 2]:
         return False
@@ -40,19 +40,20 @@ def _moved(points: Any, path: Any, i: int) -> bool:
 
 
 @compiled
-def follow_path(points: Any, path: Any, length: Any, angle: Any, refresh: bool) -> None:
+def update_path(
+    points: Array, path: Array, segments: Segments, guides: Guides, refresh: bool
+) -> None:
     """Bring lengths and bends up to date with the points; what did not move is not recomputed.
 
     Args:
         points: where the n+2 points are now, coordinates in a row [m].
         path: where they were when lengths and angles were computed; updated.
-        length: (n+1,) segment lengths [m]; updated.
-        angle: (n,) bends [rad]; updated.
+        segments, guides: their lengths and angles are updated.
         refresh: compute everything anew.
     """
     near = _moved(points, path, 0) or refresh
     before = True  # whether the segment before the point at hand moved
-    for j in range(length.shape[0]):
+    for j in range(len(segments)):
         far = _moved(points, path, j + 1) or refresh
         moved = near or far
         near = far
@@ -60,8 +61,8 @@ def follow_path(points: Any, path: Any, length: Any, angle: Any, refresh: bool) 
             dx = points[3 * j + 3] - points[3 * j]
             dy = points[3 * j + 4] - points[3 * j + 1]
             dz = points[3 * j + 5] - points[3 * j + 2]
-            length[j] = max(_SHORTEST, math.sqrt(dx * dx + dy * dy + dz * dz))
+            segments[j].length = max(_SHORTEST, math.sqrt(dx * dx + dy * dy + dz * dz))
         if j > 0 and (moved or before):
-            angle[j - 1] = _bend(points, j)
+            guides[j - 1].angle = _bend(points, j)
         # behind a segment without length the bend depends on what lies before it
-        before = moved or (before and length[j] == _SHORTEST)
+        before = moved or (before and segments[j].length == _SHORTEST)

@@ -1,15 +1,14 @@
-"""What else turns a servo's motor: every torque on its joint that MuJoCo knows before the servo."""
+"""Load of a servo's motor: every other torque on its joint that MuJoCo knows before the servo."""
 
 from __future__ import annotations
 
-from typing import Any
-
 from tendon_mj.compilation import compiled
+from tendon_mj.engine.abi.layout import Layout
 from tendon_mj.engine.abi.memory import byte, double, doubles, integer, pointer, size
 
 
 @compiled
-def _of_actuators(layout: Any, m: int, d: int, dof: int, own: int) -> float:
+def _of_actuators(layout: Layout, m: int, d: int, dof: int, own: int) -> float:
     """Torque of the other actuators on a degree of freedom, each within its range of forces.
 
     MuJoCo has not summed them up yet. Those that a plugin drives come in the order of the plugins'
@@ -35,7 +34,7 @@ def _of_actuators(layout: Any, m: int, d: int, dof: int, own: int) -> float:
 
 
 @compiled
-def known_torque(layout: Any, m: int, d: int, dof: int, own: int) -> float:
+def known_torque(layout: Layout, m: int, d: int, dof: int, own: int) -> float:
     """Torque on a degree of freedom but for actuator ``own`` and constraints [N m].
 
     Springs, dampers, gravity, the tendon on its spool, what the user applies, other actuators.

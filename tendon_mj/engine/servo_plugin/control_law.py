@@ -1,4 +1,4 @@
-"""The servo's arithmetic: what it knows of the sheath and what torque follows from it."""
+"""Control law of the servo: estimate of the output tension, feed-forward and limits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sparing MuJoCo the velocities of subtrees where nothing reads them.
+"""Skipping the velocities of subtrees where nothing reads them.
 
 MuJoCo computes them before it asks any plugin for sensors of the velocity stage, unless its flag
 says that they are there; a sheath, whose tension is known only in that stage, has no use for them.
@@ -8,11 +8,10 @@ sensors of subtrees, the user's, and other plugins: in a model with any of those
 
 from __future__ import annotations
 
-from typing import Any
-
 import mujoco
 
 from tendon_mj.compilation import compiled
+from tendon_mj.engine.abi.layout import Layout
 from tendon_mj.engine.abi.memory import byte, integer, pointer, set_byte, size
 
 _SENSOR = mujoco.mjtSensor
@@ -23,7 +22,7 @@ READERS = tuple(
 
 
 @compiled
-def are_read(layout: Any, readers: Any, m: int, instance: int) -> bool:
+def are_read(layout: Layout, readers: tuple[int, ...], m: int, instance: int) -> bool:
     """Whether a model has anything beside the plugin of ``instance`` that may read them.
 
     Args:
@@ -43,7 +42,9 @@ def are_read(layout: Any, readers: Any, m: int, instance: int) -> bool:
 
 
 @compiled
-def spare(layout: Any, readers: Any, m: int, d: int, instance: int) -> None:
+def skip_subtree_velocities(
+    layout: Layout, readers: tuple[int, ...], m: int, d: int, instance: int
+) -> None:
     """Tell MuJoCo that they are there, unless somebody reads them.
 
     It takes that back where it next begins. The model is asked every time: a state may come from

@@ -1,0 +1,60 @@
+"""Keyword arguments that are the fields of a dataclass of parameters.
+
+A function takes them as ``**parameters``; its signature and its docstring name each one.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from typing import TypeVar
+
+from tendon_mj.errors import UnknownNameError
+from tendon_mj.sheath.parameter import Parameter
+
+_F = TypeVar("_F", bound=Callable[..., object])
+MARK = "<parameters>"  # line of a docstring that the parameters' lines replace
+
+
+def takes(known: Mapping[str, Parameter]) -> Callable[[_F], _F]:
+    """Decorator of a function with ``**parameters``: `help` and `inspect.signature` show each.
+
+    Parameters that the function names itself stay as they are.
+    """
+
+    def decorate(function: _F) -> _F:
+        signature = inspect.signature(function)
+        own = [p for p in signature.parameters.values() if p.kind != p.VAR_KEYWORD]
+        named = {p.name for p in own}
+        derived = [_keyword(name, p) for name, p in known.items() if name not in named]
+        split = next(k for k, p in enumerate(own) if p.kind == p.KEYWORD_ONLY)
+        # what is required first, then the other parameters, then the function's own keywords
+        keywords = sorted(
+            [*own[split:], *derived], key=lambda p: (p.default is not p.empty, p.name not in known)
+        )
+        shown = signature.replace(parameters=[*own[:split], *keywords])
+        vars(function)["__signature__"] = shown
+        if function.__doc__:  # python -OO has none
+            lines = [f"{' ' * 8}{name}: {known[name].line()}" for name in known]
+            head, _, tail = function.__doc__.partition(f"{' ' * 8}{MARK}")
+            function.__doc__ = head + "\n".join(lines) + tail
+        return function
+
+    return decorate
+
+
+def _keyword(name: str, parameter: Parameter) -> inspect.Parameter:
+    default = inspect.Parameter.empty if parameter.required else parameter.default
+    kind = "float" if parameter.required or parameter.default is not None else "float | None"
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+
+
+def check_names(known: Mapping[str, Parameter], values: Mapping[str, object], where: str) -> None:
+    """Refuse names that are no parameters.
+
+    Raises:
+        UnknownNameError: names the nearest parameter.
+    """
+    for name in values:
+        if name not in known:
+            raise UnknownNameError("parameter", name, known, where)

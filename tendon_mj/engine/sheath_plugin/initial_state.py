@@ -1,0 +1,38 @@
+"""The tendon at the first evaluation after a reset."""
+
+from __future__ import annotations
+
+from tendon_mj.compilation import apart
+from tendon_mj.engine.abi.layout import Layout
+from tendon_mj.engine.abi.memory import double, pointer
+from tendon_mj.engine.sheath_plugin.spools import wound_by
+from tendon_mj.engine.sheath_plugin.state import State
+from tendon_mj.engine.sheath_plugin.strain_law import reset_to_linear, rest_strain
+from tendon_mj.sheath.records import Segments
+
+
+@apart
+def lay_tendon(layout: Layout, m: int, d: int, state: State, segments: Segments) -> None:
+    """Lay the tendon evenly along its first path.
+
+    Its unstretched length is fixed by the pretension in the reference pose `qpos0`, as MuJoCo fixes
+    a spring length: S = L(qpos0)/(1 + ε_0), and the tendon has crept as much as it will under it.
+    """
+    reference = double(pointer(m + layout.m_tendon_length0), int(state.tendon))
+    strain, creep = rest_strain(state.law)
+    unstretched = reference / (1.0 + strain + creep)
+    state.wound_in = wound_by(layout, m, d, state.reel_joint, state.reel_radius)
+    state.wound_out = wound_by(layout, m, d, state.output_joint, state.output_radius)
+    unstretched -= state.wound_in + state.wound_out
+    total = sum(segments["length"])
+    strain = total / unstretched - 1.0 - creep
+    for j in range(len(segments)):
+        segment = segments[j]
+        segment.stored = segment.length * unstretched / total
+        segment.strain, segment.creep_strain = strain, creep
+        segment.previous_tension = strain * (1.0 + state.law.stiffening * max(0.0, strain))
+    reset_to_linear(segments)
+    state.strain_kept = 1.0  # so that the strains just written count
+    state.laid_pretension = state.law.pretension
+    state.commit_time = double(d + layout.d_time, 0) - double(m + layout.o_timestep, 0)
+    state.started = 1.0

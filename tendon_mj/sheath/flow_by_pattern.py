@@ -1,0 +1,125 @@
+"""The flow problem when it is known which guides slide: one scalar equation per sliding run.
+
+Guides that slide in a row tie the tensions of their segments to each other, and the run as a whole
+conserves its tendon: one unknown, solved by Halley's method. What comes out says which guides
+were wrongly taken to slide or to rest; the next pass corrects them. From the pattern of the step
+before this takes one or two passes, each linear in the guides.
+
+Equations: docs/theory.md, section 4.
+"""
+
+from __future__ import annotations
+
+from tendon_mj.compilation import compiled
+from tendon_mj.sheath.flow_by_sweep import highest, lowest
+from tendon_mj.sheath.records import ROUNDING, Guide, Guides, Segments
+from tendon_mj.sheath.segment_tension import held, tension_of
+
+_STEPS = 30
+_TOLERANCE = 8 * ROUNDING
+UNSOLVED = -1
+
+
+@compiled
+def is_frictionless(guide: Guide) -> bool:
+    """Whether nothing rubs at a guide, so that its law is the same in both directions."""
+    free = guide.input_ratio == 1.0 and guide.output_ratio == 1.0
+    return guide.constant_friction == 0.0 and free
+
+
+@compiled
+def _solve_run(segments: Segments, guides: Guides, first: int, last: int) -> bool:
+    """Tensions and flows of a run of sliding guides, from segment ``first`` to segment ``last``."""
+    head = segments[first].tension
+    if not head > 0.0:
+        head = 1e-6
+    for _ in range(_STEPS):
+        missing, slope, curvature, tau, gain = 0.0, 0.0, 0.0, head, 1.0
+        for k in range(first, last + 1):
+            holds, falls, curves = held(segments, k, tau)
+            missing += holds - segments[k].stored
+            slope += gain * falls
+            curvature += gain * gain * curves
+            if k < last:
+                if guides[k].slip > 0.0:
+                    ratio = 1.0 / guides[k].input_ratio
+                    tau = (tau - guides[k].constant_friction) * ratio
+                else:
+                    ratio = guides[k].output_ratio
+                    tau = ratio * tau + guides[k].constant_friction
+                gain *= ratio
+        step = -missing / slope
+        step /= 1.0 + 0.5 * step * curvature / slope
+        head += step
+        if abs(step * step * step) <= 1e-17:  # the order of the error that Halley's method leaves
+            return _finish_run(segments, guides, first, last, head)
+    return False
+
+
+@compiled
+def _finish_run(segments: Segments, guides: Guides, first: int, last: int, tau: float) -> bool:
+    """Tensions and flows of the run once the tension of its first segment is known."""
+    passed = 0.0
+    for k in range(first, last + 1):
+        if not tau > 0.0:
+            return False
+        segments[k].tension = tau
+        if k < last:
+            passed += held(segments, k, tau)[0] - segments[k].stored
+            guides[k].flow = passed
+            if guides[k].slip > 0.0:
+                tau = (tau - guides[k].constant_friction) * (1.0 / guides[k].input_ratio)
+            else:
+                tau = guides[k].output_ratio * tau + guides[k].constant_friction
+    return True
+
+
+@compiled
+def _correct(segments: Segments, guides: Guides) -> int:
+    """Count and correct the guides whose slip the solution denies by more than rounding.
+
+    A tendon at rest on the verge of sliding would otherwise change its mind at every step.
+    """
+    changed = 0
+    for i in range(len(guides)):
+        if guides[i].slip == 0.0:
+            guides[i].flow = 0.0
+            left, right = segments[i].tension, segments[i + 1].tension
+            if left > highest(guides, i, right) + _TOLERANCE:
+                guides[i].slip = 1.0
+                changed += 1
+            elif left < lowest(guides, i, right) - _TOLERANCE:
+                guides[i].slip = -1.0
+                changed += 1
+        elif guides[i].flow * guides[i].slip < 0.0:
+            if is_frictionless(guides[i]):
+                guides[i].slip = -guides[i].slip  # nothing rubs: either direction will do
+            elif abs(guides[i].flow) < _TOLERANCE * segments[i].length:
+                guides[i].flow = 0.0
+            else:
+                guides[i].slip = 0.0
+                changed += 1
+    return changed
+
+
+@compiled
+def try_pattern(segments: Segments, guides: Guides) -> int:
+    """Solve with the guides' slip as the pattern, and correct it where the solution denies it.
+
+    Returns:
+        How many guides changed (0: solved), or UNSOLVED where a tension would not be positive.
+    """
+    last_guide = len(guides)
+    first = 0
+    while first <= last_guide:
+        last = first
+        while last < last_guide and guides[last].slip != 0.0:
+            last += 1
+        if last == first:
+            segments[first].tension = tension_of(segments, first)
+        elif not _solve_run(segments, guides, first, last):
+            return UNSOLVED
+        if not 0.0 < segments[last].tension < 1e300:
+            return UNSOLVED
+        first = last + 1
+    return _correct(segments, guides)

@@ -1,0 +1,81 @@
+"""Solver of one time step: tensions of the segments and flow of tendon over each guide.
+
+Guide i holds as long as T_{i+1} e^{−μ_s φ} ≤ T_i ≤ T_{i+1} e^{μ_s φ}; once it moves it slides at
+μ_d. A guide that breaks loose within the step therefore drops to μ_d and may take others with it:
+rounds are repeated until no guide breaks loose any more. Each round only ever frees guides, so
+there are at most 2n + 1.
+
+Equations: docs/theory.md, sections 4 and 7.
+"""
+
+from __future__ import annotations
+
+import math
+
+from tendon_mj.compilation import compiled
+from tendon_mj.sheath.flow_by_pattern import try_pattern
+from tendon_mj.sheath.flow_by_sweep import sweep
+from tendon_mj.sheath.flow_with_drag import balance_dragged
+from tendon_mj.sheath.records import Guides, Segments
+
+# Pattern corrections before the sweep, which needs none, takes over: this and one a guide.
+_PASSES = 16
+
+
+@compiled
+def _balance(segments: Segments, guides: Guides, dragged: bool) -> bool:
+    """Equilibrium for given holding ratios: the known pattern if it serves, else the sweep."""
+    if dragged:
+        return balance_dragged(segments, guides)
+    for _ in range(_PASSES + len(guides)):
+        changed = try_pattern(segments, guides)
+        if changed == 0:
+            return True
+        if changed < 0:
+            break
+    return sweep(segments, guides)
+
+
+@compiled
+def _release(guides: Guides) -> bool:
+    """Whether a guide broke loose that was at rest; it slides at μ_d from here on."""
+    released = False
+    for i in range(len(guides)):
+        guide = guides[i]
+        if guide.slip > 0.0 and guide.input_ratio > guide.dynamic_ratio:
+            guide.input_ratio, released = guide.dynamic_ratio, True
+        elif guide.slip < 0.0 and guide.output_ratio > guide.dynamic_ratio_back:
+            guide.output_ratio, released = guide.dynamic_ratio_back, True
+    return released
+
+
+@compiled
+def solve_flow(segments: Segments, guides: Guides, dragged: bool = False) -> bool:
+    """Solve for tensions and flows such that every guide either holds or slides by its law.
+
+    Args:
+        segments, guides: see ``records``; ``tension``, ``flow`` and ``slip`` receive the result.
+        dragged: whether ``drag`` > 0 and ``momentum`` count.
+
+    Returns:
+        False where the result is not the solution. The flow is then the best that was found, or 0
+        where there is none.
+    """
+    stiction = False
+    for i in range(len(guides)):
+        guide = guides[i]
+        slip = guide.previous_slip
+        guide.input_ratio = guide.dynamic_ratio if slip > 0.0 else guide.static_ratio
+        guide.output_ratio = guide.dynamic_ratio_back if slip < 0.0 else guide.static_ratio_back
+        free = guide.constant_friction == 0.0 and guide.static_ratio == 1.0
+        guide.slip = 1.0 if free else slip
+        stiction |= guide.static_ratio != guide.dynamic_ratio
+    solved = False
+    for _ in range(1 + 2 * len(guides)):
+        solved = _balance(segments, guides, dragged)
+        if not (stiction and solved and _release(guides)):
+            break
+    if not math.isfinite(segments[len(segments) - 1].tension):
+        for i in range(len(guides)):
+            guides[i].flow, guides[i].slip = 0.0, guides[i].previous_slip
+    return solved
