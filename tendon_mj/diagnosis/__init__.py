@@ -4,7 +4,6 @@
 """
 
 from tendon_mj.diagnosis.catalogue import CATALOGUE
-from tendon_mj.diagnosis.data.noise import noise_levels
 from tendon_mj.diagnosis.diagnose import diagnose
 from tendon_mj.diagnosis.effect import Candidate, Effect, Rig, Term
 from tendon_mj.diagnosis.locate import Bin, Located
@@ -28,6 +27,5 @@ __all__ = [
     "Value",
     "diagnose",
     "fit_with_sysid",
-    "noise_levels",
     "sysid_is_there",
 ]
