@@ -1,8 +1,15 @@
 """Tendon-sheath friction for MuJoCo.
 
 Importing this package registers the engine plugins `tendon_mj.sheath` and `tendon_mj.servo`, so
-that models which use them can be loaded.
+that models which use them can be loaded. The names below are the public interface; those that need
+SciPy or matplotlib are loaded when they are first used.
 """
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
 
 from tendon_mj.attach import Parameters as Parameters
 from tendon_mj.attach import add_friction as add_friction
@@ -12,5 +19,112 @@ from tendon_mj.attach import add_sites as add_sites
 from tendon_mj.attach import add_tendon as add_tendon
 from tendon_mj.attach import arc_points as arc_points
 from tendon_mj.engine import register as _register
+from tendon_mj.errors import TendonError as TendonError
+
+if TYPE_CHECKING:
+    from tendon_mj.builders import load_model as load_model
+    from tendon_mj.builders import load_spec as load_spec
+    from tendon_mj.diagnosis import CATALOGUE as CATALOGUE
+    from tendon_mj.diagnosis import Diagnosis as Diagnosis
+    from tendon_mj.diagnosis import Effect as Effect
+    from tendon_mj.diagnosis import ParameterSpecification as ParameterSpecification
+    from tendon_mj.diagnosis import diagnose as diagnose
+    from tendon_mj.diagnosis import fit_with_sysid as fit_with_sysid
+    from tendon_mj.diagnosis import on_inputs as on_inputs
+    from tendon_mj.diagnosis import on_joints as on_joints
+    from tendon_mj.diagnosis import on_sensors as on_sensors
+    from tendon_mj.diagnosis import on_sheaths as on_sheaths
+    from tendon_mj.recordings import Measured as Measured
+    from tendon_mj.recordings import Recording as Recording
+    from tendon_mj.recordings import Uncertain as Uncertain
+    from tendon_mj.recordings import read_recording as read_recording
+    from tendon_mj.recordings import write_recording as write_recording
+    from tendon_mj.replay import Simulator as Simulator
+    from tendon_mj.replay import patch_model as patch_model
+    from tendon_mj.replay import read_intervals as read_intervals
+    from tendon_mj.replay import replay_error as replay_error
+    from tendon_mj.replay import replay_recording as replay_recording
+    from tendon_mj.view import render_clip as render_clip
+    from tendon_mj.view import write_report as write_report
+
+__version__ = version("tendon-mj")
+
+# name -> package that it is loaded from when it is first used
+_LAZY = {
+    "load_model": "builders",
+    "load_spec": "builders",
+    "CATALOGUE": "diagnosis",
+    "Diagnosis": "diagnosis",
+    "Effect": "diagnosis",
+    "diagnose": "diagnosis",
+    "ParameterSpecification": "diagnosis",
+    "fit_with_sysid": "diagnosis",
+    "on_inputs": "diagnosis",
+    "on_joints": "diagnosis",
+    "on_sensors": "diagnosis",
+    "on_sheaths": "diagnosis",
+    "read_intervals": "replay",
+    "Measured": "recordings",
+    "Recording": "recordings",
+    "Uncertain": "recordings",
+    "read_recording": "recordings",
+    "write_recording": "recordings",
+    "Simulator": "replay",
+    "patch_model": "replay",
+    "replay_error": "replay",
+    "replay_recording": "replay",
+    "render_clip": "view",
+    "write_report": "view",
+}
+
+__all__ = [
+    "CATALOGUE",
+    "Diagnosis",
+    "Effect",
+    "Measured",
+    "ParameterSpecification",
+    "Parameters",
+    "Recording",
+    "Simulator",
+    "TendonError",
+    "Uncertain",
+    "__version__",
+    "add_friction",
+    "add_sensor",
+    "add_servo",
+    "add_sites",
+    "add_tendon",
+    "arc_points",
+    "diagnose",
+    "fit_with_sysid",
+    "load_model",
+    "load_spec",
+    "on_inputs",
+    "on_joints",
+    "on_sensors",
+    "on_sheaths",
+    "patch_model",
+    "read_intervals",
+    "read_recording",
+    "render_clip",
+    "replay_error",
+    "replay_recording",
+    "write_recording",
+    "write_report",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a name of the public interface when it is first used."""
+    if name not in _LAZY:
+        raise AttributeError(f"module 'tendon_mj' has no attribute {name!r}")
+    value = getattr(import_module(f"tendon_mj.{_LAZY[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_LAZY})
+
 
 _register()

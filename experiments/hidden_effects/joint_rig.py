@@ -17,7 +17,7 @@ from experiments.hidden_effects.hidden import Hidden, hidden
 from experiments.hidden_effects.side import Side
 from tendon_mj.builders import Joint, build_joint
 from tendon_mj.recordings import Measured, Recording, Uncertain
-from tendon_mj.replay import replay
+from tendon_mj.replay import replay_recording
 
 FloatArray = NDArray[np.float64]
 
@@ -107,7 +107,7 @@ class JointRig:
             drive={side.drive: side.actuator},
             measured={c: Measured(s) for c, s in side.sensors.items()},
         )
-        simulated = replay(recording, model)
+        simulated = replay_recording(recording, model)
         return np.array([simulated.columns[c] for c in side.sensors])
 
 

@@ -14,8 +14,7 @@ from tendon_mj.builders.load import load_model
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.recordings.recording import read_recording, write_recording
-from tendon_mj.replay.replay import replay as simulate
-from tendon_mj.replay.replay import replay_error
+from tendon_mj.replay.replay_recording import replay_error, replay_recording
 from tendon_mj.view.figures.replay import replay_figure
 
 DESCRIBED = "as described"
@@ -54,7 +53,7 @@ def replay(
     with progress_bar() as progress:
         for k, (label, parameters) in enumerate(variants.items()):
             progress("replay", k, len(variants))
-            simulated[label] = simulate(measured, compiled, parameters=parameters)
+            simulated[label] = replay_recording(measured, compiled, parameters=parameters)
         progress("replay", len(variants), len(variants))
     result: dict[str, object] = {}
     for k, (label, answer) in enumerate(simulated.items()):

@@ -5,7 +5,6 @@
 """
 
 from tendon_mj.diagnosis.before_after import BeforeAfter, write_before_after
-from tendon_mj.diagnosis.data.noise import noise_levels
 from tendon_mj.diagnosis.diagnose import diagnose
 from tendon_mj.diagnosis.effects.binding import (
     ParameterSpecification,
@@ -41,7 +40,6 @@ __all__ = [
     "Value",
     "diagnose",
     "fit_with_sysid",
-    "noise_levels",
     "on_gravity",
     "on_inputs",
     "on_joints",

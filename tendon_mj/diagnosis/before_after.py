@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording, write_recording
-from tendon_mj.replay.replay import as_recording
+from tendon_mj.replay.replay_recording import as_recording
 from tendon_mj.replay.schedule import described_values
 from tendon_mj.replay.simulates import Simulates
 

@@ -14,7 +14,7 @@ from tendon_mj.recordings.recording import Measured, Recording
 from tendon_mj.replay.frames import FrameRecorder
 from tendon_mj.replay.open_loop import Progress
 from tendon_mj.replay.parameters import Adjustable
-from tendon_mj.replay.replay import replay
+from tendon_mj.replay.replay_recording import replay_recording
 
 OUT_OF_REACH = 0.5  # where the object rests on its slide for the finger to miss it [m]
 _UNITS = {"angle": "rad", "force": "N", "tension": "N", "displacement": "m"}
@@ -156,7 +156,7 @@ def simulate_finger(
     """
     finger = finger or Finger()
     drive = drive_recording(trajectory, model, finger, name=name, friction=friction)
-    answer = replay(drive, model, progress=progress, recorder=recorder)
+    answer = replay_recording(drive, model, progress=progress, recorder=recorder)
     asked = {c: v for c, v in drive.columns.items() if c.startswith("asked_")}
     return Recording(
         name=drive.name,

@@ -11,7 +11,7 @@ from tendon_mj.replay.parameters import Adjustable as Adjustable
 from tendon_mj.replay.parameters import Parameter as Parameter
 from tendon_mj.replay.patch import patch_model as patch_model
 from tendon_mj.replay.patch import read_intervals as read_intervals
-from tendon_mj.replay.replay import replay as replay
+from tendon_mj.replay.replay_recording import replay_recording as replay_recording
 from tendon_mj.replay.rollout import full_state as full_state
 from tendon_mj.replay.rollout import rollout_named_sensors as rollout_named_sensors
 from tendon_mj.replay.rollout import rollout_sensors as rollout_sensors

@@ -44,11 +44,11 @@ def patch_model(
 
     What the source does not say otherwise stays as it is written there, digit for digit, with its
     comments; included files are put in their places. To replay it, do not let the recording's
-    guesses overrule it: ``replay(recording, load_model(path), described=False)``.
+    guesses overrule it: ``replay_recording(recording, load_model(path), described=False)``.
 
     Args:
         model: as ``recording.model``: a model of the package or an MJCF file.
-        parameters: ``<element>.<parameter>`` to value, as in `replay`.
+        parameters: ``<element>.<parameter>`` to value, as in `replay_recording`.
         path: file to write, in an existing folder.
         intervals: of some of the parameters, what they may be instead: (low, high).
 

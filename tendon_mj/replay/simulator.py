@@ -44,15 +44,15 @@ class _Job(NamedTuple):
 class Simulator:
     """Simulates recordings with as many sets of parameters as one likes; see `Simulates`.
 
-    Every simulation is that of `replay`, to the bit, whatever the number of threads and whatever
-    else is in the call. Sets that differ in their sensors only share simulations.
+    Every simulation is that of `replay_recording`, to the bit, whatever the number of threads and
+    whatever else is in the call. Sets that differ in their sensors only share simulations.
 
     Args:
         recordings: what was driven and measured, on one model, in any lengths.
         model: in place of the one that the recordings name; not changed.
         described: whether what a recording knows of its rig, [known] and the values of
             [uncertain], is applied to its simulations below what a set says.
-        settle: time before the first sample [s], as in `replay`.
+        settle: time before the first sample [s], as in `replay_recording`.
         timestep: longest step allowed [s]; default: the model's.
         threads: simulations at a time; default: as many as there are cores.
         strict: whether a simulation that fails raises; else its series are all NaN.

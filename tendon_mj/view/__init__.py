@@ -24,3 +24,4 @@ from tendon_mj.view.render.panel import INK as INK
 from tendon_mj.view.render.window import open_window as open_window
 from tendon_mj.view.report.figures import diagnosis_figures as diagnosis_figures
 from tendon_mj.view.report.report import report_page as report_page
+from tendon_mj.view.report.write import write_report as write_report

@@ -10,7 +10,7 @@ from tendon_mj.builders.load import example_recording
 from tendon_mj.cli import main
 from tendon_mj.cli.output import console
 from tendon_mj.recordings.recording import read_recording
-from tendon_mj.replay.replay import replay
+from tendon_mj.replay.replay_recording import replay_recording
 
 
 def read(folder):
@@ -123,7 +123,7 @@ def test_simulate_finger_shows_what_friction_does(motion, tmp_path):
     assert result["friction as in the model"]["flexor_input_over_output_min"] < 0.7
     assert (tmp_path / f"{motion}.png").stat().st_size > 10_000
     recording = read_recording(tmp_path / motion)
-    again = replay(recording)
+    again = replay_recording(recording)
     for column in recording.measured:
         np.testing.assert_allclose(
             again.columns[column], recording.columns[column], rtol=1e-9, atol=1e-12

@@ -13,7 +13,7 @@ from tendon_mj.cli import main
 from tendon_mj.diagnosis import CATALOGUE
 from tendon_mj.recordings.recording import Measured, Recording, Uncertain, read_recording
 from tendon_mj.recordings.recording import write_recording as write
-from tendon_mj.replay.replay import replay
+from tendon_mj.replay.replay_recording import replay_recording
 
 NOISE = 0.05
 OTHERS = [name for name in CATALOGUE if name != "sensor_bias"]
@@ -36,7 +36,7 @@ def record(folder, name, seed, offset=0.0):
         uncertain={"sheath.friction": Uncertain(0.15, 0.05, 0.4)},
     )
     truth = {"sheath.friction": 0.2, "output_tension.offset": offset}
-    tension = replay(made, parameters=truth).columns["output_tension_N"]
+    tension = replay_recording(made, parameters=truth).columns["output_tension_N"]
     columns = {**made.columns, "output_tension_N": tension + random.normal(0.0, NOISE, time.size)}
     described = {f: getattr(made, f) for f in ("model", "source", "time", "drive", "measured")}
     recording = Recording(name=name, columns=columns, uncertain=made.uncertain, **described)
@@ -95,7 +95,7 @@ def test_the_simulations_leave_the_gaps_that_the_result_states(rig, found):
 def test_the_model_that_is_written_has_what_was_found(rig, found):
     out, _ = found
     patched = mujoco.MjModel.from_xml_path(str(out / "model.xml"))
-    again = replay(read_recording(rig[1.0][1]), patched, described=False)
+    again = replay_recording(read_recording(rig[1.0][1]), patched, described=False)
     after = read_recording(out / "0_b_1_after")
     column = "output_tension_N"
     np.testing.assert_allclose(again.columns[column], after.columns[column], atol=1e-9)

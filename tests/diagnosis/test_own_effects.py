@@ -23,7 +23,7 @@ from tendon_mj.diagnosis.effects.catalogue import by_identifier
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.recordings.recording import Measured, Recording
 from tendon_mj.replay.parameters import Kind
-from tendon_mj.replay.replay import replay
+from tendon_mj.replay.replay_recording import replay_recording
 from tendon_mj.replay.simulator import Parameter, Simulator
 from tests.diagnosis.toy import COLUMNS, NOISE, WEIGHTS, FloatArray, Toy, recording, waveform
 
@@ -189,7 +189,9 @@ def test_an_effect_on_a_parameter_of_mujoco_is_named_and_written(tmp_path: Path)
             drive={"input_displacement_m": "reel"},
             measured={"output_tension_N": Measured("output_tension", NOISE)},
         )
-        column = replay(blank, parameters={"environment.armature": 4.0}).columns["output_tension_N"]
+        column = replay_recording(blank, parameters={"environment.armature": 4.0}).columns[
+            "output_tension_N"
+        ]
         noisy = column + random.normal(0.0, NOISE, time.size)
         made.append(replace(blank, columns={**columns, "output_tension_N": noisy}))
     few = [CATALOGUE["sensor_bias"], CATALOGUE["backlash"], INERTIA]
@@ -199,7 +201,7 @@ def test_an_effect_on_a_parameter_of_mujoco_is_named_and_written(tmp_path: Path)
 
     model = load_model(str(found.write_model(tmp_path / "model.xml")))
     ((_, _, after),) = found.simulate()
-    again = replay(made[1], model, described=False)
+    again = replay_recording(made[1], model, described=False)
     np.testing.assert_allclose(
         again.columns["output_tension_N"], after.columns["output_tension_N"], atol=1e-9
     )

@@ -46,6 +46,13 @@ def test_the_second_best_choice_is_tried_where_the_best_leads_nowhere() -> None:
     assert selected(shapes, truth, [A, C]) == {"c"}  # where it does not lead to the end either
 
 
+def test_the_second_best_choice_is_tried_in_the_second_round_too() -> None:
+    """{w}, then {w, c}, which leaves 1.5 as above; {w, a}, then {w, a, b} leaves 0."""
+    shapes = {**imitator(1.2, 0.8, 0.25), "w": {"w": 1.0}}
+    truth = {"a": 6.0, "b": 4.0, "w": 10.0}
+    assert selected(shapes, truth, [A, B, C, W]) == {"a", "b", "w"}
+
+
 def test_an_effect_that_others_made_idle_is_eliminated() -> None:
     """{c}, then {c, a}, then {c, a, b}, in which c does nothing."""
     shapes, truth = imitator(1.0, 1.0, 0.3), {"a": 5.0, "b": 3.0}
@@ -111,12 +118,31 @@ def test_selection_ends_where_the_simplest_of_a_tie_is_not_worth_adding() -> Non
     assert selected(shapes, {"a": 0.457}, [A, effect("b", "parameter")]) == set()
 
 
-def test_effects_on_one_parameter_are_never_selected_together() -> None:
-    twice = replace(A, identifier="again", where="another")
-    shapes = {"a": {"a": 1.0}, "b": {"b": 1.0}}
-    chosen = selected(shapes, {"a": 3.0, "b": 2.0}, [A, twice, B])
-    assert "b" in chosen
-    assert len(chosen) == 2
+def test_a_parameter_of_the_model_is_no_further_candidate() -> None:
+    """Held at 2, a leaves 9, which the same with a wider range would explain."""
+    narrow, wide = effect("a", most=2.0), replace(A, where="another")
+    given = context({"a": {"a": 1.0}, "b": {"b": 1.0}}, {"a": 5.0, "b": 2.0}, [wide, B])
+    found = given.extend(given.fit_model((narrow,), (1.0,)))
+    assert [score.candidate for score in found.scores] == [B]
+
+
+def test_a_second_best_choice_that_leads_to_less_is_not_kept() -> None:
+    """{c} leaves 1.5, {again}, which writes c too and so excludes it, leaves 4."""
+    shapes = {"c": {"a": 1.2, "b": 0.8, "d": 0.25}, "a": {"a": 1.2}}
+    term = replace(C.terms[0], targets=("a", "c"))
+    again = replace(C, identifier="again", terms=(term,))
+    selection = select(context(shapes, {"a": 6.0, "b": 4.0}, [C, again]))
+    assert selection.first is not None
+    assert [m.candidate for m in selection.first.fitted] == [C, again]
+    assert [e.candidate for e in selection.effects] == [C]
+
+
+def test_an_effect_is_not_swapped_for_one_that_only_ties() -> None:
+    """Alone c is worse than a, and beside b as good: a rival, though it is simpler."""
+    shapes = {"a": {"a": 1.0}, "b": {"b": 1.0}, "c": {"a": 1.0, "b": -0.1, "d": 0.02}}
+    wrong = effect("c", "parameter")
+    selection = select(context(shapes, {"a": 5.0, "b": 3.0}, [A, B, wrong]))
+    assert {e.candidate: e.rivals for e in selection.effects} == {A: (wrong,), B: ()}
 
 
 def test_one_effect_on_many_elements_leaves_fits_for_others() -> None:

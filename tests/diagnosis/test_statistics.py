@@ -1,4 +1,4 @@
-"""Noise, cross-validation and intervals, where the exact answer is known."""
+"""Cross-validation and intervals, where the exact answer is known."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_mj.diagnosis.data.noise import estimate_noise
 from tendon_mj.diagnosis.data.problem import Problem, all_samples
 from tendon_mj.diagnosis.effects.effect import Candidate, Term
 from tendon_mj.diagnosis.model_selection.cross_validation import cross_validate
@@ -31,29 +30,6 @@ def linear(data: Problem, jacobian: np.ndarray, noise: np.ndarray) -> Fit:
     left = noise + jacobian @ solution
     nothing = np.zeros(left.size)
     return Fit((TERM, SLOPE), (), solution, left, nothing, jacobian, solution, bounds)
-
-
-@pytest.mark.parametrize("level", [0.003, 0.05, 1.0])
-def test_noise_is_found_under_motion(level: float) -> None:
-    random = np.random.default_rng(7)
-    time = np.linspace(0.0, 8.0, 2000)
-    series = 20.0 * np.sin(2.0 * time) + random.normal(0.0, level, time.size)
-    assert estimate_noise(series) == pytest.approx(level, rel=0.1)
-
-
-def test_noise_of_a_quantised_series_is_at_least_its_rounding() -> None:
-    series = np.round(np.sin(np.linspace(0.0, 6.0, 2000)), 3)
-    assert estimate_noise(series) >= 0.9 * 1e-3 / np.sqrt(12.0)
-
-
-def test_noise_of_a_coarsely_quantised_series_is_its_rounding() -> None:
-    series = np.round(20.0 * np.sin(np.linspace(0.0, 60.0, 2000)) / 5.0) * 5.0
-    assert estimate_noise(series) == pytest.approx(5.0 / np.sqrt(12.0))
-
-
-def test_even_steps_are_no_rounding() -> None:
-    triangle = np.concatenate([np.arange(0.0, 1.0, 0.01), np.arange(1.0, 0.0, -0.01)])
-    assert estimate_noise(triangle) < 1e-9
 
 
 def test_cross_validation_of_a_linear_model_is_that_of_refits() -> None:

@@ -14,6 +14,7 @@ from tendon_mj.diagnosis.effects.effect import Candidate, Term
 from tendon_mj.diagnosis.model_selection.context import SelectionContext
 from tendon_mj.diagnosis.model_selection.fit import fit
 from tendon_mj.diagnosis.model_selection.global_search import linearisation_holds, search_globally
+from tendon_mj.diagnosis.model_selection.select import select_effects
 from tendon_mj.recordings.recording import Measured, Recording
 from tendon_mj.replay.simulator import Simulator
 from tests.diagnosis.toy import COLUMNS, NOISE, WEIGHTS, FloatArray, Toy, recording, waveform
@@ -115,8 +116,12 @@ def test_the_linearisation_holds_on_a_smooth_cost_only() -> None:
 
 @pytest.mark.parametrize("non_smooth", [False, True])
 def test_only_a_non_smooth_effect_is_searched_globally(non_smooth: bool) -> None:
-    context = SelectionContext(non_smooth_problem(), {}, (), (), 0.0, 20.0, lambda *_: None)
-    effect = Candidate("friction", "missing", "sheath", (FRICTION,), non_smooth=non_smooth)
-    found = context.optimise(context.fit_model((effect,), [0.15], effect))
-    assert (found.excess < 0.1) == non_smooth
-    assert (abs(found.fit.values[0] - 0.2) < 5e-4) == non_smooth
+    term = replace(FRICTION, inert=0.06, probe=0.1)
+    effect = Candidate("friction", "missing", "sheath", (term,), non_smooth=non_smooth)
+    context = SelectionContext(
+        non_smooth_problem(), {"sheath.friction": 0.06}, (), (effect,), 0.0, 0.0, lambda *_: None
+    )
+    selection = select_effects(context, context.fit_model((), ()))
+    assert [selected.candidate for selected in selection.effects] == [effect]
+    assert (selection.final.excess < 0.1) == non_smooth
+    assert (abs(selection.final.fit.values[0] - 0.2) < 5e-4) == non_smooth

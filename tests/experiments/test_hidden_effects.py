@@ -13,7 +13,7 @@ from experiments.hidden_effects.sensor import Sensor
 from experiments.hidden_effects.strength import find, projector
 from experiments.hidden_effects.verdict import Judged
 from tendon_mj.recordings.recording import read_recording
-from tendon_mj.replay.replay import replay
+from tendon_mj.replay.replay_recording import replay_recording
 
 NOTHING = Plan(kind="nothing", names=(), target=0.0, noise=0.01, exclude=(), seed=(7, 1))
 LAG = dataclasses.replace(NOTHING, kind="effect", names=("sensor_lag",), target=5.0)
@@ -52,7 +52,7 @@ def test_the_same_seed_gives_the_same_case(case, tmp_path):
 def test_with_nothing_hidden_the_bench_explains_all_but_a_fraction_of_the_noise(tmp_path):
     key = make_case(NOTHING, tmp_path)
     for recording in recordings(tmp_path):
-        simulated = replay(recording, parameters=key["calibrated"])
+        simulated = replay_recording(recording, parameters=key["calibrated"])
         for column, measured in recording.measured.items():
             miss = simulated.columns[column] - recording.columns[column]
             assert np.sqrt(np.mean(miss**2)) < 1.1 * measured.noise

@@ -12,7 +12,7 @@ import pytest
 from tendon_mj.builders.load import load_model, load_spec, model_path
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.recordings import Measured, Recording
-from tendon_mj.replay import Adjustable, Simulator, patch_model, read_intervals, replay
+from tendon_mj.replay import Adjustable, Simulator, patch_model, read_intervals, replay_recording
 
 TIME = np.arange(0.0, 0.4, 0.005)
 DRIVEN = {  # model -> driven column and its actuator, measured columns and their sensors
@@ -85,8 +85,8 @@ def test_a_patched_model_moves_as_was_simulated(name, tmp_path):
     recording = recording_of(name, known=GIVEN[name])
     (simulated,) = Simulator([recording])([{}])[0]
     written = load_model(str(patch_model(name, GIVEN[name], tmp_path / "model.xml")))
-    told = replay(dataclasses.replace(recording, known={}), written)
-    plain = replay(dataclasses.replace(recording, known={}))
+    told = replay_recording(dataclasses.replace(recording, known={}), written)
+    plain = replay_recording(dataclasses.replace(recording, known={}))
     for column, series in simulated.items():
         np.testing.assert_allclose(told.columns[column], series, rtol=1e-12, atol=1e-12)
         assert np.abs(plain.columns[column] - series).max() > 1e-6, column
@@ -96,8 +96,10 @@ def test_its_own_values_overrule_the_guesses_of_a_recording(tmp_path):
     recording = recording_of("bench", known={"sheath.friction": 0.3})
     written = load_model(str(patch_model("bench", {"sheath.friction": 0.1}, tmp_path / "m.xml")))
     plain = dataclasses.replace(recording, known={"sheath.friction": 0.1})
-    told = replay(recording, written, described=False)
-    assert all(np.array_equal(told.columns[c], replay(plain).columns[c]) for c in told.columns)
+    told = replay_recording(recording, written, described=False)
+    assert all(
+        np.array_equal(told.columns[c], replay_recording(plain).columns[c]) for c in told.columns
+    )
 
 
 @pytest.mark.parametrize("name", DRIVEN)

@@ -8,7 +8,7 @@ import pytest
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.recordings import Measured, Recording
-from tendon_mj.replay import Adjustable, replay
+from tendon_mj.replay import Adjustable, replay_recording
 from tendon_mj.replay.clock import make_clock
 from tendon_mj.replay.readout import Readout, low_pass
 
@@ -47,7 +47,7 @@ def slide_recording(**known):
 
 
 def placed(model=None, **known):
-    return replay(slide_recording(**known), model or slider()).columns["place_m"]
+    return replay_recording(slide_recording(**known), model or slider()).columns["place_m"]
 
 
 def test_a_plain_sensor_changes_no_bit():

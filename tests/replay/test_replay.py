@@ -16,7 +16,7 @@ from tendon_mj.builders.joint import Joint, build_joint
 from tendon_mj.builders.load import load_model, models_folder
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.recordings import Measured, Recording, Uncertain, read_recording
-from tendon_mj.replay import replay, replay_error
+from tendon_mj.replay import replay_error, replay_recording
 from tendon_mj.replay.clock import make_clock
 
 BENDS = (0, 60, 120, 180, 240)
@@ -73,7 +73,7 @@ def assert_same(a, b, atol=1e-9):
 def test_what_the_joint_did_it_does_again():
     model, recording = load_model("joint"), joint_recording()
     truth = simulated_by_hand(model, recording, 20)
-    answer = replay(recording, settle=0.0)
+    answer = replay_recording(recording, settle=0.0)
     for column, values in truth.items():
         np.testing.assert_allclose(answer.columns[column], values, rtol=1e-9, atol=1e-9)
 
@@ -91,21 +91,21 @@ def test_what_the_bench_did_it_does_again():
         measured={"output_tension_N": Measured("output_tension")},
     )
     truth = simulated_by_hand(model, recording, 1)
-    answer = replay(recording, model, settle=0.0)
+    answer = replay_recording(recording, model, settle=0.0)
     np.testing.assert_allclose(
         answer.columns["output_tension_N"], truth["output_tension_N"], rtol=1e-9, atol=1e-9
     )
 
 
 def test_a_replay_of_a_replay_is_itself():
-    once = replay(joint_recording())
-    twice = replay(once)
+    once = replay_recording(joint_recording())
+    twice = replay_recording(once)
     assert all(np.array_equal(once.columns[c], twice.columns[c]) for c in once.columns)
 
 
 def test_the_answer_says_what_it_is():
     recording = joint_recording(known={"joint.stiffness": 0.03})
-    answer = replay(recording, parameters={"sheath_1.friction": 0.1})
+    answer = replay_recording(recording, parameters={"sheath_1.friction": 0.1})
     assert list(answer.columns) == list(recording.columns)
     np.testing.assert_array_equal(answer.time, recording.time)
     np.testing.assert_array_equal(answer.columns["command_rad"], recording.columns["command_rad"])
@@ -117,13 +117,13 @@ def test_the_answer_says_what_it_is():
 def test_columns_of_no_meaning_are_left_out():
     time = np.arange(0.0, 0.1, 0.02)
     columns = {**joint_recording(time).columns, "room_rad": time}
-    answer = replay(joint_recording(time, columns=columns))
+    answer = replay_recording(joint_recording(time, columns=columns))
     assert "room_rad" not in answer.columns
 
 
 def test_the_same_replay_twice_is_the_same_to_the_bit_with_or_without_progress():
     recording, told = joint_recording(np.arange(0.0, 6.0, 0.02)), []
-    a, b = replay(recording), replay(recording, progress=told.append)
+    a, b = replay_recording(recording), replay_recording(recording, progress=told.append)
     assert all(np.array_equal(a.columns[c], b.columns[c]) for c in a.columns)
     assert told == sorted(told)
     assert len(told) > 2
@@ -135,12 +135,12 @@ def test_the_model_that_is_given_stays_as_it_was():
     before = (model.opt.timestep, model.jnt_stiffness.copy(), model.actuator_biasprm.copy())
     changes = {"joint.stiffness": 1.0, "command.kp": 500.0, "sheath_1.friction": 0.0}
     recording = joint_recording(np.linspace(0.0, 1.0, 42))
-    first = replay(recording, model)
-    replay(recording, model, parameters=changes)
+    first = replay_recording(recording, model)
+    replay_recording(recording, model, parameters=changes)
     assert model.opt.timestep == before[0]
     np.testing.assert_array_equal(model.jnt_stiffness, before[1])
     np.testing.assert_array_equal(model.actuator_biasprm, before[2])
-    assert_same(first, replay(recording, model), atol=0.0)
+    assert_same(first, replay_recording(recording, model), atol=0.0)
 
 
 # the drive between the samples, and the samples between the steps
@@ -150,8 +150,8 @@ def test_the_drive_is_linear_between_samples():
     knots = np.array([0.0, 0.2, 0.5, 1.0])
     angles = np.array([0.0, 0.5, -0.5, 0.3])
     fine = np.arange(0.0, 1.0001, 0.02)
-    dense = replay(joint_recording(fine, np.interp(fine, knots, angles)))
-    sparse = replay(joint_recording(knots, angles))
+    dense = replay_recording(joint_recording(fine, np.interp(fine, knots, angles)))
+    sparse = replay_recording(joint_recording(knots, angles))
     for k, time in enumerate(knots):
         at = int(np.argmin(np.abs(fine - time)))
         for column in MEASURED:
@@ -163,7 +163,7 @@ def test_rows_left_out_of_a_regular_recording_change_nothing_where_the_drive_is_
     kept = np.sort(np.random.default_rng(0).permutation(len(time))[:30])
     kept = np.union1d(kept, [0, len(time) - 1])
     full, gaps = joint_recording(time, 0.5 * time), joint_recording(time[kept], 0.5 * time[kept])
-    a, b = replay(full), replay(gaps)
+    a, b = replay_recording(full), replay_recording(gaps)
     for column in MEASURED:
         np.testing.assert_allclose(a.columns[column][kept], b.columns[column], atol=1e-9)
 
@@ -171,7 +171,7 @@ def test_rows_left_out_of_a_regular_recording_change_nothing_where_the_drive_is_
 def test_a_clock_that_starts_elsewhere_changes_nothing():
     recording = joint_recording()
     later = dataclasses.replace(recording, time=recording.time + 1000.0)
-    assert_same(replay(recording), replay(later), atol=1e-6)
+    assert_same(replay_recording(recording), replay_recording(later), atol=1e-6)
 
 
 @pytest.mark.parametrize("interval", [0.0003, 0.001, 0.0017, 0.025, 1.0 / 30.0])
@@ -195,8 +195,8 @@ def test_samples_off_the_grid_are_read_between_steps():
 def test_readings_between_steps_converge_with_the_step():
     time = np.cumsum(np.random.default_rng(2).uniform(0.005, 0.05, 30))
     recording = joint_recording(time, 0.5 * np.sin(2.0 * (time - time[0])))
-    fine = replay(recording, build_joint(Joint(timestep=0.00025)).compile())
-    assert_same(replay(recording), fine, atol=0.02)
+    fine = replay_recording(recording, build_joint(Joint(timestep=0.00025)).compile())
+    assert_same(replay_recording(recording), fine, atol=0.02)
 
 
 # before the first sample
@@ -204,7 +204,7 @@ def test_readings_between_steps_converge_with_the_step():
 
 def test_the_first_sample_is_at_rest_where_the_drive_begins():
     held = joint_recording(np.arange(0.0, 0.5, 0.02), np.full(25, 0.6))
-    answer = replay(held)
+    answer = replay_recording(held)
     for column in MEASURED:
         np.testing.assert_allclose(answer.columns[column], answer.columns[column][0], atol=2e-3)
     assert answer.columns["joint_rad"][0] > 0.4
@@ -212,7 +212,7 @@ def test_the_first_sample_is_at_rest_where_the_drive_begins():
 
 def test_without_settling_the_first_sample_is_the_reference_pose():
     held = joint_recording(np.arange(0.0, 0.5, 0.02), np.full(25, 0.6))
-    answer = replay(held, settle=0.0)
+    answer = replay_recording(held, settle=0.0)
     assert answer.columns["joint_rad"][0] == 0.0
     assert answer.columns["tension_1_N"][0] == pytest.approx(5.0)
 
@@ -220,7 +220,7 @@ def test_without_settling_the_first_sample_is_the_reference_pose():
 @pytest.mark.parametrize("settle", [-0.1, np.nan, np.inf])
 def test_a_time_to_settle_that_is_none_is_refused(settle):
     with pytest.raises(InvalidValueError, match="settle"):
-        replay(joint_recording(), settle=settle)
+        replay_recording(joint_recording(), settle=settle)
 
 
 # parameters
@@ -243,10 +243,12 @@ def test_a_time_to_settle_that_is_none_is_refused(settle):
 )
 def test_a_parameter_does_what_building_with_it_does(parameters, numbers):
     recording = joint_recording()
-    built = replay(recording, build_joint(dataclasses.replace(Joint(), **numbers)).compile())
-    changed = replay(recording, parameters=parameters)
+    built = replay_recording(
+        recording, build_joint(dataclasses.replace(Joint(), **numbers)).compile()
+    )
+    changed = replay_recording(recording, parameters=parameters)
     assert_same(changed, built, atol=2e-5)
-    plain = replay(recording)
+    plain = replay_recording(recording)
     assert any(
         np.abs(plain.columns[c] - changed.columns[c]).max() > 1e-4 for c in recording.measured
     )
@@ -254,24 +256,26 @@ def test_a_parameter_does_what_building_with_it_does(parameters, numbers):
 
 def test_a_spring_can_rest_elsewhere_and_a_hinge_can_rub():
     still = joint_recording(drive=np.zeros(50))
-    bent = replay(still, parameters={"joint.springref": 0.3, "joint.damping": 0.01})
+    bent = replay_recording(still, parameters={"joint.springref": 0.3, "joint.damping": 0.01})
     assert bent.columns["joint_rad"][-1] > 0.01
-    rubbing = replay(joint_recording(), parameters={"joint.frictionloss": 1.0})
+    rubbing = replay_recording(joint_recording(), parameters={"joint.frictionloss": 1.0})
     assert np.abs(rubbing.columns["joint_rad"]).max() < 1e-2
 
 
 def test_the_rigs_scales_and_offsets_are_applied_to_columns():
     recording = joint_recording()
-    plain = replay(recording)
-    shown = replay(recording, parameters={"joint_angle.scale": 2.0, "joint_angle.offset": 0.1})
+    plain = replay_recording(recording)
+    shown = replay_recording(
+        recording, parameters={"joint_angle.scale": 2.0, "joint_angle.offset": 0.1}
+    )
     np.testing.assert_allclose(
         shown.columns["joint_rad"], 2.0 * plain.columns["joint_rad"] + 0.1, atol=1e-12
     )
     doubled = joint_recording(drive=0.5 * wave(recording.time) + 0.2)
-    told = replay(
+    told = replay_recording(
         recording, parameters={"command.command_scale": 0.5, "command.command_offset": 0.2}
     )
-    assert_same(told, replay(doubled), atol=1e-9)
+    assert_same(told, replay_recording(doubled), atol=1e-9)
 
 
 def test_known_then_uncertain_then_given():
@@ -279,13 +283,15 @@ def test_known_then_uncertain_then_given():
         known={"joint.stiffness": 0.03},
         uncertain={"sheath_1.friction": Uncertain(0.3, 0.0, 0.5)},
     )
-    as_described = replay(recording)
-    by_hand = replay(
+    as_described = replay_recording(recording)
+    by_hand = replay_recording(
         joint_recording(), parameters={"joint.stiffness": 0.03, "sheath_1.friction": 0.3}
     )
     assert_same(as_described, by_hand, atol=0.0)
-    given = replay(recording, parameters={"sheath_1.friction": 0.19, "joint.stiffness": 0.02})
-    assert_same(given, replay(joint_recording()), atol=1e-12)
+    given = replay_recording(
+        recording, parameters={"sheath_1.friction": 0.19, "joint.stiffness": 0.02}
+    )
+    assert_same(given, replay_recording(joint_recording()), atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -300,9 +306,9 @@ def test_known_then_uncertain_then_given():
 )
 def test_an_unknown_parameter_is_refused_with_the_nearest(name, nearest):
     with pytest.raises(UnknownNameError, match=f"did you mean '{nearest}"):
-        replay(joint_recording(), parameters={name: 1.0})
+        replay_recording(joint_recording(), parameters={name: 1.0})
     with pytest.raises(UnknownNameError, match=f"did you mean '{nearest}"):
-        replay(joint_recording(known={name: 1.0}))
+        replay_recording(joint_recording(known={name: 1.0}))
 
 
 @pytest.mark.parametrize(
@@ -318,12 +324,12 @@ def test_an_unknown_parameter_is_refused_with_the_nearest(name, nearest):
 )
 def test_a_parameter_out_of_range_is_refused(name, value):
     with pytest.raises(InvalidValueError, match=name):
-        replay(joint_recording(), parameters={name: value})
+        replay_recording(joint_recording(), parameters={name: value})
 
 
 def test_static_friction_below_the_dynamic_one_is_refused():
     with pytest.raises(InvalidValueError, match="static_friction"):
-        replay(joint_recording(), parameters={"sheath_1.static_friction": 0.1})
+        replay_recording(joint_recording(), parameters={"sheath_1.static_friction": 0.1})
 
 
 # what does not fit
@@ -331,9 +337,9 @@ def test_static_friction_below_the_dynamic_one_is_refused():
 
 def test_a_recording_that_the_model_has_no_names_for_is_refused():
     with pytest.raises(RecordingError, match="did you mean 'command'"):
-        replay(dataclasses.replace(joint_recording(), drive={"command_rad": "comand"}))
+        replay_recording(dataclasses.replace(joint_recording(), drive={"command_rad": "comand"}))
     with pytest.raises(RecordingError, match="did you mean 'joint_angle'"):
-        replay(joint_recording(measured={"joint_rad": Measured("joint_angel")}))
+        replay_recording(joint_recording(measured={"joint_rad": Measured("joint_angel")}))
 
 
 def test_a_sensor_of_many_numbers_is_refused():
@@ -341,12 +347,12 @@ def test_a_sensor_of_many_numbers_is_refused():
     add_sensor(spec, "sheath_1", "slip", "slips")
     measured = {"joint_rad": Measured("slips")}
     with pytest.raises(RecordingError, match="16 numbers"):
-        replay(joint_recording(measured=measured), spec.compile())
+        replay_recording(joint_recording(measured=measured), spec.compile())
 
 
 def test_a_model_that_does_not_exist_is_refused():
     with pytest.raises(UnknownNameError, match="did you mean 'joint'"):
-        replay(joint_recording(model="joind"))
+        replay_recording(joint_recording(model="joind"))
 
 
 def test_a_simulation_that_fails_says_when(monkeypatch, tmp_path):
@@ -354,7 +360,7 @@ def test_a_simulation_that_fails_says_when(monkeypatch, tmp_path):
     recording = joint_recording(np.arange(0.0, 2.0, 0.02))
     shaky = build_joint(Joint(timestep=0.01, stiffness=50.0)).compile()
     with pytest.raises(TendonError, match=r"on model 'joint' failed (at time|.* before the first)"):
-        replay(recording, shaky)
+        replay_recording(recording, shaky)
 
 
 # errors
@@ -364,7 +370,7 @@ def test_no_error_is_none_and_a_shift_is_itself():
     recording = joint_recording()
     same = replay_error(recording, recording)
     assert all(m.rmse == m.largest == m.bias == m.share_of_range == 0.0 for m in same.values())
-    true = replay(recording)
+    true = replay_recording(recording)
     shifted = {**true.columns, "joint_rad": true.columns["joint_rad"] - 0.1}
     misfit = replay_error(true, dataclasses.replace(true, columns=shifted))["joint_rad"]
     assert misfit.rmse == pytest.approx(0.1)
@@ -406,7 +412,7 @@ def real_error(bend, friction, slower=1.0):
     measured = real_recording(bend)
     measured = dataclasses.replace(measured, time=slower * measured.time)
     model = build_joint(Joint(bend=np.radians(bend), friction=friction)).compile()
-    return replay_error(measured, replay(measured, model))
+    return replay_error(measured, replay_recording(measured, model))
 
 
 @pytest.mark.parametrize("bend", BENDS)

@@ -11,7 +11,7 @@ from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.builders.load import load_model
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.recordings import Measured, Recording, Uncertain
-from tendon_mj.replay import replay
+from tendon_mj.replay import replay_recording
 from tendon_mj.replay.simulates import Simulates
 from tendon_mj.replay.simulator import Parameter, Simulator
 from tendon_mj.replay.suppression import suppress_unsolved_warnings
@@ -69,7 +69,7 @@ def test_every_simulation_is_a_replay_to_the_bit_on_any_number_of_threads(thread
     assert len(answers) == len(SETS)
     for given, row in zip(SETS, answers, strict=True):
         for recording, series in zip(RECORDINGS, row, strict=True):
-            told = replay(recording, parameters=given)
+            told = replay_recording(recording, parameters=given)
             assert same(series, {c: told.columns[c] for c in recording.measured})
 
 
@@ -91,7 +91,7 @@ def test_a_model_of_ones_own_is_used_and_stays_as_it_was():
     answer = Simulator([recording], model)([{"environment.stiffness": 2e4}])[0][0]
     assert (model.jnt_stiffness == before[0]).all()
     assert (model.opt.timestep, model.opt.disableflags) == before[1:]
-    other = replay(recording, model, parameters={"environment.stiffness": 2e4})
+    other = replay_recording(recording, model, parameters={"environment.stiffness": 2e4})
     assert same(answer, {c: other.columns[c] for c in recording.measured})
 
 
@@ -107,7 +107,7 @@ def test_a_longer_step_can_be_asked_for():
     coarse = Simulator([recording], timestep=0.001)([{}])[0][0]
     model = load_model("bench")
     model.opt.timestep = 0.001
-    told = replay(recording, model)
+    told = replay_recording(recording, model)
     assert same(coarse, {c: told.columns[c] for c in recording.measured})
 
 

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.diagnosis.data.noise import noise_levels
+from tendon_mj.recordings.noise import noise_levels
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.simulates import Simulates
 

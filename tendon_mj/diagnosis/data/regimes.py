@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from tendon_mj.diagnosis.data.noise import estimate_noise
 from tendon_mj.errors import RecordingError
+from tendon_mj.recordings.noise import estimate_noise
 from tendon_mj.recordings.recording import Recording
 
 FloatArray = NDArray[np.float64]

@@ -169,7 +169,8 @@ class Diagnosis:
         """Write the recordings' model with what was found and what the rig is known to have.
 
         Intervals that the data determine are in the file too. To replay it, do not let a
-        recording's guesses overrule it: ``replay(recording, load_model(path), described=False)``.
+        recording's guesses overrule it:
+        ``replay_recording(recording, load_model(path), described=False)``.
 
         Args:
             path: MJCF file to write, in an existing folder.

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from tendon_mj.diagnosis import noise_levels
 from tendon_mj.errors import RecordingError
+from tendon_mj.recordings.noise import noise_levels
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.misfit import replay_error
 from tendon_mj.replay.units import column_unit

@@ -21,7 +21,7 @@ from tendon_mj.replay.schedule import Schedule, described_values
 FloatArray = NDArray[np.float64]
 
 
-def replay(
+def replay_recording(
     recording: Recording,
     model: mujoco.MjModel | None = None,
     *,
