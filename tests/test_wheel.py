@@ -7,6 +7,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 
 ROOT = Path(__file__).parents[1]
 
@@ -44,12 +45,19 @@ def test_what_is_read_at_run_time_is_in_the_wheel(wheel):
     assert "tendon_mj/models/bench/recordings/twin.csv" in wheel
 
 
-def test_only_the_environments_ask_for_dm_control(wheel):
+@pytest.mark.parametrize("python", ["3.11", "3.12", "3.13", "3.14"])
+def test_dm_control_comes_with_the_extra_where_labmaze_can_be_installed(wheel, python):
+    plain, extra = (required(wheel, python, extra) for extra in ("", "environments"))
+    assert not {"dm-control", "dm-env", "labmaze"} & plain
+    assert "dm-env" in extra
+    assert "labmaze" not in extra
+    assert ("dm-control" in extra) == (python in ("3.11", "3.12"))
+
+
+def required(wheel, python, extra):
+    """Names of the packages that the wheel requires with an extra on a Python."""
     (metadata,) = (text.decode() for name, text in wheel.items() if name.endswith("METADATA"))
-    required = re.findall(r"^Requires-Dist: (.*)$", metadata, re.M)
-    for requirement in required:
-        if re.match("dm[-_]", requirement):
-            assert "extra == 'environments'" in requirement
-        assert not requirement.startswith("labmaze")
-    (dm_control,) = (r for r in required if r.startswith("dm-control"))
-    assert "python_version < '3.13'" in dm_control
+    lines = re.findall(r"^Requires-Dist: (.*)$", metadata, re.M)
+    here = {"python_version": python, "extra": extra}
+    requirements = (Requirement(line) for line in lines)
+    return {r.name for r in requirements if r.marker is None or r.marker.evaluate(here)}
