@@ -26,7 +26,7 @@ kaneko1991 force_servo: $(STAMP)  ## an experiment, into out/kaneko1991 or out/f
 test: $(STAMP)                ## the whole test suite
 	$(BIN)/pytest -n auto
 
-check: $(STAMP)               ## formatter, linter, strict types, import floors
+check: $(STAMP)               ## formatter, linter, strict types, layers
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
@@ -46,6 +46,7 @@ $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/python $(PIP) install -c constraints.txt -e '.[dev]'
 	$(BIN)/python $(PIP) install -c constraints.txt --no-deps dm-control
+	$(BIN)/python -m tendon_mj.compilation
 	@echo "$(abspath $(VENV)) $$($(BIN)/python --version)" > $@
 
 # The wheel, in an environment of its own without any extra and away from the clone.
