@@ -3,6 +3,9 @@
 Guide i sits between segment i (input side) and segment i+1 (output side). Tensions are normalised,
 τ = T/EA. In compiled code a field is read as ``segments[j].tension``; in Python an array of records
 gives a field of all of them as ``segments["tension"]``.
+
+The solver alone and a simulation share these records: a compiled function has one version then, and
+files that Numba cached in different processes cannot mix up versions of it.
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
 """Records share memory with what they are views of, in compiled code and in Python."""
 
 import numpy as np
+from numba import carray
 
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.abi.memory import record_at, records_at
+from tendon_mj.engine.abi.memory import record_at, records_pointer
 from tendon_mj.sheath.law import LAW, Law
 from tendon_mj.sheath.records import SEGMENT, record_type
 
@@ -32,13 +33,13 @@ def test_a_law_s_record_has_its_parameters_in_order():
 
 
 def test_what_compiled_code_writes_is_in_the_array():
-    pair_at, segments_at = record_at(record_type(Pair)), records_at(SEGMENT)
+    pair_at, segments_at = record_at(record_type(Pair)), records_pointer(SEGMENT)
 
     @compiled
     def write(pair, segments, count):
         pair_at(pair).inner.two = 7.0
         for j in range(count):
-            segments_at(segments, count)[j].tension = j
+            carray(segments_at(segments), count)[j].tension = j
 
     pair, segments = np.zeros(3), np.zeros(4, SEGMENT)
     write(pair.ctypes.data, segments.ctypes.data, 4)

@@ -67,15 +67,9 @@ def record_at(dtype: np.dtype[Any]) -> Any:
     return record
 
 
-def records_at(dtype: np.dtype[Any]) -> Any:
-    """Compiled function of an address and a count that gives the array of records there."""
-    cast = _as_pointer(numba.from_dtype(dtype))
-
-    @compiled
-    def records(address: int, count: int) -> Any:
-        return carray(cast(address), (count,))
-
-    return records
+def records_pointer(dtype: np.dtype[Any]) -> Any:
+    """Function of an address that gives a pointer to records, which `carray` makes an array of."""
+    return _as_pointer(numba.from_dtype(dtype))
 
 
 @compiled

@@ -11,9 +11,10 @@ from collections.abc import Callable
 from typing import Any, Final, Protocol
 
 import numpy as np
+from numba import carray
 
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.abi.memory import doubles, record_at, records_at
+from tendon_mj.engine.abi.memory import doubles, record_at, records_pointer
 from tendon_mj.engine.servo_plugin.gains import GAINS, Gains
 from tendon_mj.sheath.records import Array, record_type
 
@@ -96,7 +97,7 @@ _TRIAL = _COUNT - _MEMORY_COUNT  # where the last member begins
 _COMMITTED = _TRIAL - _MEMORY_COUNT
 _GAIN_COUNT = len(GAINS)
 state_at: Callable[[int], State] = record_at(STATE)
-_memories_at, _commands_at = records_at(MEMORY), records_at(COMMAND)
+_memories_at, _commands_at = records_pointer(MEMORY), records_pointer(COMMAND)
 
 
 def capacity(period: float, delay: float, timestep: float) -> int:
@@ -120,7 +121,7 @@ def capacity_of(count: int) -> int:
 @compiled
 def commands_at(address: int) -> Commands:
     """Ring of commands of the servo whose state is at ``address``."""
-    ring: Commands = _commands_at(address + 8 * _COUNT, int(state_at(address).capacity))
+    ring: Commands = carray(_commands_at(address + 8 * _COUNT), int(state_at(address).capacity))
     return ring
 
 
@@ -133,14 +134,14 @@ def gains_at(address: int) -> Array:
 @compiled
 def trial_memory(address: int, scratch: bool) -> Memories:
     """Memory on trial, or a copy of it where the evaluation must leave no trace."""
-    memory: Any = _memories_at(address + 8 * _TRIAL, 1)
+    memory: Any = carray(_memories_at(address + 8 * _TRIAL), 1)
     return memory.copy() if scratch else memory
 
 
 @compiled
 def committed_memory(address: int) -> Memories:
     """Memory that the last finished step left."""
-    memory: Memories = _memories_at(address + 8 * _COMMITTED, 1)
+    memory: Memories = carray(_memories_at(address + 8 * _COMMITTED), 1)
     return memory
 
 

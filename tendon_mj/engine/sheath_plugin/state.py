@@ -13,9 +13,10 @@ from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
 import numpy as np
+from numba import carray
 
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.abi.memory import doubles, record_at, records_at
+from tendon_mj.engine.abi.memory import doubles, record_at, records_pointer
 from tendon_mj.sheath.law import LAW, Law
 from tendon_mj.sheath.parameter import ANY, Parameter
 from tendon_mj.sheath.records import GUIDE, SEGMENT, Array, Guides, Segments, record_type
@@ -77,7 +78,7 @@ _PARAMETER_COUNT, _LAW_COUNT = len(PARAMETERS), len(LAW)
 _RATIO_LAW = _COUNT - _LAW_COUNT  # where the last member begins
 
 state_at: Callable[[int], State] = record_at(STATE)
-_segments_at, _guides_at = records_at(SEGMENT), records_at(GUIDE)
+_segments_at, _guides_at = records_pointer(SEGMENT), records_pointer(GUIDE)
 
 
 def size(guides: int) -> int:
@@ -93,7 +94,7 @@ def unpack(address: int) -> tuple[Segments, Guides, int]:
     segments = address + 8 * _COUNT
     guides = segments + 8 * _SEGMENT_COUNT * (n + 1)
     path = guides + 8 * _GUIDE_COUNT * n
-    return _segments_at(segments, n + 1), _guides_at(guides, n), path
+    return carray(_segments_at(segments), n + 1), carray(_guides_at(guides), n), path
 
 
 @compiled
