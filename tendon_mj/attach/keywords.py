@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from typing import TypeVar
 
 from tendon_mj.errors import UnknownNameError
-from tendon_mj.sheath.parameter import Parameter
+from tendon_mj.sheath.parameter_metadata import Parameter
 
 _F = TypeVar("_F", bound=Callable[..., object])
 MARK = "<parameters>"  # line of a docstring that the parameters' lines replace

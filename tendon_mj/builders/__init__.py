@@ -2,10 +2,10 @@
 
 from tendon_mj.builders.bench import Bench as Bench
 from tendon_mj.builders.bench import build_bench as build_bench
-from tendon_mj.builders.finger import Finger as Finger
-from tendon_mj.builders.finger import FingerJoint as FingerJoint
-from tendon_mj.builders.finger import spool_angles as spool_angles
-from tendon_mj.builders.finger_model import build_finger as build_finger
+from tendon_mj.builders.finger import build_finger as build_finger
+from tendon_mj.builders.finger_parameters import Finger as Finger
+from tendon_mj.builders.finger_parameters import FingerJoint as FingerJoint
+from tendon_mj.builders.finger_parameters import spool_angles as spool_angles
 from tendon_mj.builders.joint import Joint as Joint
 from tendon_mj.builders.joint import build_joint as build_joint
 from tendon_mj.builders.load import example_recording as example_recording

@@ -1,246 +1,212 @@
-"""Parameters and geometry of a finger driven through sheaths.
-
-Three joints, a flexor and an extensor, each from a motor's spool through a sheath that bends in the
-forearm and back at the wrist, along the palm and over guides on the phalanges. `build_finger` makes
-the model; `models/finger/finger.xml` is the one with the defaults.
-"""
+"""The finger as a model, built from its parameters."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
+import mujoco
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
-from tendon_mj.attach import arc_points
-from tendon_mj.builders.range_check import check_range
-from tendon_mj.errors import InvalidValueError
+from tendon_mj.attach import add_friction, add_sensor, add_sites, add_tendon
+from tendon_mj.builders.finger_parameters import (
+    FLEXION,
+    FORWARD,
+    JOINTS,
+    SIDE,
+    TENDONS,
+    UP,
+    Finger,
+    sheath_points,
+    spool_angles,
+)
 
-JOINTS = ("mcp", "pip", "dip")
-TENDONS = ("flexor", "extensor")
-FORWARD, UP = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
-FLEXION = np.array([0.0, 1.0, 0.0])  # turned about it, a finger along +x goes down
-SIDE = {"flexor": -1.0, "extensor": 1.0}  # of the finger where the tendon is, up being the back
-Array = NDArray[np.float64]
-_MAY_BE_0 = ("friction", "pretension", "stiffness", "damping", "armature", "bend")
-_OBJECT_POSE = ("object_x", "object_z", "object_angle")
-
-
-@dataclass(frozen=True, kw_only=True)
-class FingerJoint:
-    """A joint of the finger and the phalanx beyond it.
-
-    Attributes:
-        length: of the phalanx [m].
-        radius: of the phalanx with its soft tissue [m].
-        mass: of the phalanx [kg].
-        low, high: range of the joint, flexion positive [rad].
-        stiffness, damping: passive [N m/rad], [N m s/rad].
-        armature: inertia of the joint besides the phalanges' [kg m²].
-        flexor_offset: of the guides, to the palm's side of the joint's axis [m].
-        flexor_before, flexor_after: along the finger, from the guide to the axis and on to the
-            next guide [m].
-        extensor_offset: of the guides, to the back of the axis [m].
-        extensor_reach: along the finger, from the axis to the guide on either side [m].
-    """
-
-    length: float
-    radius: float
-    mass: float
-    low: float
-    high: float
-    stiffness: float
-    damping: float
-    armature: float
-    flexor_offset: float
-    flexor_before: float
-    flexor_after: float
-    extensor_offset: float
-    extensor_reach: float
-
-    def __post_init__(self) -> None:
-        check_range(vars(self), may_be_0=_MAY_BE_0, signed=("low",), where="joint: ")
-        if self.high <= self.low:
-            raise InvalidValueError(f"joint: low = {self.low} must be below high = {self.high}")
-
-    def guides(self, tendon: str) -> tuple[Array, Array]:
-        """The guide before the axis and the one after it, from the axis, at angle 0 [m]."""
-        if tendon == "flexor":
-            before, after, offset = self.flexor_before, self.flexor_after, self.flexor_offset
-        else:
-            before = after = self.extensor_reach
-            offset = self.extensor_offset
-        beside = SIDE[tendon] * offset * UP
-        return beside - before * FORWARD, beside + after * FORWARD
-
-    def span(self, tendon: str, angle: ArrayLike) -> Array:
-        """Length of tendon between the joint's two guides at angles [rad], in their shape [m]."""
-        before, after = self.guides(tendon)
-        q = np.asarray(angle, float)
-        x = np.cos(q) * after[0] + np.sin(q) * after[2]
-        z = np.cos(q) * after[2] - np.sin(q) * after[0]
-        length: Array = np.hypot(x - before[0], z - before[2])
-        return length
+_COLOUR = {"flexor": [0.85, 0.2, 0.15, 1.0], "extensor": [0.1, 0.35, 0.8, 1.0]}
+_SKIN, _STEEL, _OBJECT = [0.87, 0.72, 0.6, 0.45], [0.45, 0.47, 0.5, 1.0], [0.95, 0.65, 0.15, 1.0]
+_PHALANX = 1  # contact bit: phalanges touch the object and nothing else
+_OBJECT_SIZE = (0.007, 0.012, 0.008)  # half edges of the object [m]
+# so light joints would otherwise give way to what the motors can pull; 2 steps are the stiffest
+# that MuJoCo takes
+_LIMIT_STEPS, _LIMIT_SOLIMP = 2.0, (0.99, 0.999, 0.01, 0.5, 2.0)
+_TENDON_RADIUS = 0.0004  # as drawn [m]
 
 
-def _mcp() -> FingerJoint:
-    return FingerJoint(
-        length=0.0398,
-        radius=0.009,
-        mass=0.011,
-        low=np.radians(-10.0),
-        high=np.radians(90.0),
-        stiffness=0.12,
-        damping=0.004,
-        armature=2e-5,
-        flexor_offset=0.007,
-        flexor_before=0.018,
-        flexor_after=0.013,
-        extensor_offset=0.0095,
-        extensor_reach=0.0045,
-    )
+def build_finger(finger: Finger, *, spring_return: bool = False) -> mujoco.MjSpec:
+    """The finger as an editable model.
 
-
-def _pip() -> FingerJoint:
-    return FingerJoint(
-        length=0.0224,
-        radius=0.0083,
-        mass=0.0053,
-        low=np.radians(-5.0),
-        high=np.radians(100.0),
-        stiffness=0.1,
-        damping=0.003,
-        armature=1.5e-5,
-        flexor_offset=0.0055,
-        flexor_before=0.015,
-        flexor_after=0.009,
-        extensor_offset=0.004,
-        extensor_reach=0.002,
-    )
-
-
-def _dip() -> FingerJoint:
-    return FingerJoint(
-        length=0.0196,
-        radius=0.007,
-        mass=0.003,
-        low=np.radians(-5.0),
-        high=np.radians(80.0),
-        stiffness=0.05,
-        damping=0.0015,
-        armature=1e-5,
-        flexor_offset=0.003,
-        flexor_before=0.008,
-        flexor_after=0.007,
-        extensor_offset=0.0028,
-        extensor_reach=0.0016,
-    )
-
-
-@dataclass(frozen=True, kw_only=True)
-class Finger:
-    """Parameters of the finger; the defaults are those of `models/finger/parameters.toml`.
-
-    Attributes:
-        mcp, pip, dip: the joints and the phalanges beyond them.
-        friction: μ of both tendons, static = dynamic [-].
-        axial_stiffness: EA of each tendon [N].
-        pretension: T_0 of each tendon in the reference pose, the finger straight [N].
-        bend: of each sheath [rad], half of it in the forearm and half of it back at the wrist.
-        forearm_length, wrist_length: of sheath [m].
-        forearm_guides, wrist_guides: sites that stand for each part of the sheath.
-        palm_length: from the wrist to the MCP's axis [m].
-        free_length: from the spool to the sheath [m].
-        spool_radius: r [m].
-        rotor_inertia: of each motor [kg m²].
-        gear: turns of the rotor per turn of the spool.
-        motor_damping: seen at the spool [N m s/rad].
-        servo_stiffness: of the motors' position control, at the spool [N m/rad].
-        servo_damping: of that control [N m s/rad].
-        servo_margin: by which its range exceeds what the joints' ranges ask for [rad].
-        motor_torque: most that a rotor gives [N m].
-        object_stiffness: k_e of the object's spring [N/m].
-        object_mass: [kg].
-        object_angle: below the finger's straight line, in which the object is pressed [rad].
-        object_x, object_z: position of the middle of the object's face, from the MCP's axis [m].
-        timestep: [s].
-
-    Raises:
-        InvalidValueError: a parameter that is not finite, or not positive where it must be.
-    """
-
-    mcp: FingerJoint = field(default_factory=_mcp)
-    pip: FingerJoint = field(default_factory=_pip)
-    dip: FingerJoint = field(default_factory=_dip)
-    friction: float = 0.15
-    axial_stiffness: float = 2000.0
-    pretension: float = 4.0
-    bend: float = np.pi * 2.0 / 3.0
-    forearm_length: float = 0.14
-    wrist_length: float = 0.06
-    forearm_guides: int = 3
-    wrist_guides: int = 3
-    palm_length: float = 0.0681
-    free_length: float = 0.03
-    spool_radius: float = 0.008
-    rotor_inertia: float = 5e-7
-    gear: float = 30.0
-    motor_damping: float = 0.01
-    servo_stiffness: float = 50.0
-    servo_damping: float = 0.3
-    servo_margin: float = 1.0
-    motor_torque: float = 0.03
-    object_stiffness: float = 2000.0
-    object_mass: float = 0.05
-    object_x: float = 0.033
-    object_z: float = -0.048
-    object_angle: float = -np.pi / 12.0
-    timestep: float = 0.001
-
-    def __post_init__(self) -> None:
-        own = {name: value for name, value in vars(self).items() if name not in JOINTS}
-        check_range(own, may_be_0=_MAY_BE_0, signed=_OBJECT_POSE)
-
-    @property
-    def joints(self) -> dict[str, FingerJoint]:
-        """The joints by name, from the palm outwards."""
-        return {name: getattr(self, name) for name in JOINTS}
-
-
-def sheath_points(finger: Finger, tendon: str) -> Array:
-    """Points of the tendon from the spool over the guides of forearm and wrist, (k, 3) [m].
-
-    From the last of them it runs straight along the palm to the finger.
-    """
-    half = 0.5 * finger.bend
-    forearm = arc_points(finger.forearm_length, half, finger.forearm_guides, normal=-FLEXION)
-    heading = np.cos(half) * FORWARD + np.sin(half) * UP
-    wrist = arc_points(
-        finger.wrist_length, -half, finger.wrist_guides, forearm[-1], heading, -FLEXION
-    )
-    path = np.vstack([-finger.free_length * FORWARD, forearm[1:-1], wrist[1:-1]])
-    beside = finger.mcp.guides(tendon)[0][2] * UP
-    shifted: Array = path - wrist[-1] - finger.palm_length * FORWARD + beside
-    return shifted
-
-
-def spool_angles(finger: Finger, angles: ArrayLike) -> dict[str, Array]:
-    """Angles that the spools must turn by for joint angles, friction and stretch neglected.
-
-    θ = −ΔL(q)/r, positive where tendon is wound in.
+    For every tendon t of `flexor`, `extensor`: tendon `t`, sheath `t_sheath`, spool `t_motor`;
+    actuators `t_angle`, where the spool is to be [rad], which bears the pretension besides, and
+    `t_torque` of the rotor [N m] on top, which drives alone once the other's kp and kv are 0;
+    sensors `t_input_tension`, `t_output_tension` [N] (both in `t_sheath`), `t_motor_angle` [rad].
+    Hinges `mcp`, `pip`, `dip` with sensors `mcp_angle`, … [rad]; sensor `tip_force` [N]; slide
+    `object` with sensor `object_displacement` [m].
 
     Args:
         finger: its parameters.
-        angles: (…, 3) of MCP, PIP, DIP [rad].
-
-    Returns:
-        (…) angle of each tendon's spool [rad].
+        spring_return: without the extensor; the joints' springs alone extend the finger.
     """
-    q = np.asarray(angles, float)
-    turned = {}
-    for tendon in TENDONS:
-        longer = np.zeros(q.shape[:-1])
-        for k, joint in enumerate(finger.joints.values()):
-            longer = longer + joint.span(tendon, q[..., k]) - joint.span(tendon, 0.0)
-        turned[tendon] = -longer / finger.spool_radius
-    return turned
+    spec = mujoco.MjSpec()
+    spec.modelname = "finger_spring" if spring_return else "finger"
+    spec.compiler.degree = False
+    spec.option.timestep = finger.timestep
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    tendons = TENDONS[:1] if spring_return else TENDONS
+    _add_phalanges(spec, finger)
+    _add_object(spec, finger)
+    for tendon in tendons:
+        _add_motor(spec, finger, tendon)
+        _add_path(spec, finger, tendon)
+        add_friction(
+            spec,
+            tendon,
+            name=f"{tendon}_sheath",
+            friction=finger.friction,
+            axial_stiffness=finger.axial_stiffness,
+            pretension=finger.pretension,
+            reel_joint=f"{tendon}_motor",
+            reel_radius=finger.spool_radius,
+            sensors=(),
+        )
+    _add_sensors(spec, tendons)
+    _balance(spec, finger, tendons)
+    return spec
+
+
+def _add_phalanges(spec: mujoco.MjSpec, finger: Finger) -> None:
+    body, start = spec.worldbody, np.zeros(3)
+    for name, joint in finger.joints.items():
+        body = body.add_body(name=name, pos=start)
+        start = joint.length * FORWARD
+        hinge = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=FLEXION)
+        hinge.range, hinge.limited = [joint.low, joint.high], True
+        hinge.stiffness[0], hinge.damping[0] = joint.stiffness, joint.damping
+        hinge.armature = joint.armature
+        hinge.solref_limit = [_LIMIT_STEPS * finger.timestep, 1.0]
+        hinge.solimp_limit = _LIMIT_SOLIMP
+        end = joint.length if name != JOINTS[-1] else joint.length - joint.radius
+        body.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+            size=[joint.radius, 0.0, 0.0],
+            fromto=[0.0, 0.0, 0.0, end, 0.0, 0.0],
+            mass=joint.mass,
+            rgba=_SKIN,
+            contype=_PHALANX,
+            conaffinity=0,
+        )
+    tip = finger.dip
+    body.add_site(
+        name="tip",
+        type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+        size=[1.2 * tip.radius, 0.0, 0.0],
+        fromto=[0.0, 0.0, 0.0, tip.length - tip.radius, 0.0, 0.0],
+        rgba=[0.0, 0.0, 0.0, 0.0],
+    )
+
+
+def _add_object(spec: mujoco.MjSpec, finger: Finger) -> None:
+    """A block on a spring k_e, which gives way as the face is pressed; its weight is borne."""
+    tilt = 0.5 * (0.5 * np.pi - finger.object_angle)
+    inwards = -np.cos(finger.object_angle) * FORWARD - np.sin(finger.object_angle) * UP
+    face = finger.object_x * FORWARD + finger.object_z * UP
+    body = spec.worldbody.add_body(name="object", pos=face + _OBJECT_SIZE[2] * inwards)
+    body.quat = [np.cos(tilt), 0.0, np.sin(tilt), 0.0]
+    body.gravcomp = 1.0
+    slide = body.add_joint(name="object", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=-UP)
+    slide.stiffness[0] = finger.object_stiffness
+    slide.damping[0] = 2.0 * np.sqrt(finger.object_stiffness * finger.object_mass)
+    body.add_geom(
+        name="object",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=_OBJECT_SIZE,
+        mass=finger.object_mass,
+        rgba=_OBJECT,
+        contype=0,
+        conaffinity=_PHALANX,
+        solref=[4.0 * finger.timestep, 1.0],
+    )
+
+
+def _add_motor(spec: mujoco.MjSpec, finger: Finger, tendon: str) -> None:
+    """A spool that winds the tendon in when it turns forward, and what turns it."""
+    side, name = SIDE[tendon], f"{tendon}_motor"
+    centre = sheath_points(finger, tendon)[0] + side * finger.spool_radius * UP
+    body = spec.worldbody.add_body(name=name, pos=centre, explicitinertial=True, mass=0.02)
+    body.ipos, body.inertia = np.zeros(3), np.full(3, 1e-6)
+    for kind, radius, fromto in (
+        (
+            mujoco.mjtGeom.mjGEOM_CYLINDER,
+            finger.spool_radius,
+            [*(-0.004 * FLEXION), *(0.004 * FLEXION)],
+        ),
+        (
+            mujoco.mjtGeom.mjGEOM_CAPSULE,
+            0.0015,
+            [0.0, -0.005, 0.0, 0.0, -0.005, 0.8 * side * finger.spool_radius],
+        ),
+    ):
+        rgba = _STEEL if kind == mujoco.mjtGeom.mjGEOM_CYLINDER else _COLOUR[tendon]
+        body.add_geom(
+            type=kind, size=[radius, 0, 0], fromto=fromto, rgba=rgba, contype=0, conaffinity=0
+        )
+    hinge = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=side * FLEXION)
+    hinge.armature = finger.rotor_inertia * finger.gear**2
+    hinge.damping[0] = finger.motor_damping
+    most = finger.motor_torque * finger.gear
+    joint = {"trntype": mujoco.mjtTrn.mjTRN_JOINT, "target": name}
+    position = spec.add_actuator(name=f"{tendon}_angle", **joint)
+    position.set_to_position(kp=finger.servo_stiffness, kv=finger.servo_damping)
+    strain = finger.pretension / finger.axial_stiffness
+    # the servo bears the pretension, so that 0 rad is where it rests
+    position.biasprm[0] = finger.spool_radius * finger.pretension * (1.0 + 0.5 * strain)
+    position.forcerange, position.forcelimited = [-most, most], True
+    ends = [
+        spool_angles(finger, [getattr(j, end) for j in finger.joints.values()])[tendon]
+        for end in ("low", "high")
+    ]
+    position.ctrlrange = [min(ends) - finger.servo_margin, max(ends) + finger.servo_margin]
+    position.ctrllimited = True
+    torque = spec.add_actuator(name=f"{tendon}_torque", **joint)
+    torque.set_to_motor()
+    torque.gear[0] = finger.gear
+    torque.ctrlrange, torque.ctrllimited = [-finger.motor_torque, finger.motor_torque], True
+
+
+def _add_path(spec: mujoco.MjSpec, finger: Finger, tendon: str) -> None:
+    """The tendon over its sites: the sheath's, then one before and one after every joint."""
+    names = add_sites(spec, f"{tendon}_sheath", sheath_points(finger, tendon))
+    parent, axis = spec.worldbody, 0.0
+    for name, joint in finger.joints.items():
+        before, after = joint.guides(tendon)
+        body = spec.body(name)
+        parent.add_site(name=f"{tendon}_{name}_before", pos=before + axis * FORWARD)
+        body.add_site(name=f"{tendon}_{name}_after", pos=after)
+        names += [f"{tendon}_{name}_before", f"{tendon}_{name}_after"]
+        parent, axis = body, joint.length
+    element = add_tendon(spec, tendon, names)
+    element.width, element.rgba = _TENDON_RADIUS, _COLOUR[tendon]
+
+
+def _add_sensors(spec: mujoco.MjSpec, tendons: tuple[str, ...]) -> None:
+    def add(name: str, kind: mujoco.mjtSensor, of: str, what: mujoco.mjtObj) -> None:
+        spec.add_sensor(name=name, type=kind, objtype=what, objname=of)
+
+    position, joint = mujoco.mjtSensor.mjSENS_JOINTPOS, mujoco.mjtObj.mjOBJ_JOINT
+    for name in JOINTS:
+        add(f"{name}_angle", position, name, joint)
+    for tendon in tendons:
+        add(f"{tendon}_motor_angle", position, f"{tendon}_motor", joint)
+    add("tip_force", mujoco.mjtSensor.mjSENS_TOUCH, "tip", mujoco.mjtObj.mjOBJ_SITE)
+    add("object_displacement", position, "object", joint)
+    for tendon in tendons:
+        for kind in ("input_tension", "output_tension"):
+            add_sensor(spec, f"{tendon}_sheath", kind, f"{tendon}_{kind}")
+
+
+def _balance(spec: mujoco.MjSpec, finger: Finger, tendons: tuple[str, ...]) -> None:
+    """Let the springs rest where they bear pretension and weight in the reference pose."""
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    for name, joint in finger.joints.items():
+        dof = int(model.joint(name).dofadr[0])
+        torque = float(data.qfrc_passive[dof] - data.qfrc_bias[dof])
+        if joint.stiffness > 0.0:
+            spec.joint(name).springref = -torque / joint.stiffness

@@ -18,7 +18,7 @@ from tendon_mj.diagnosis import (
 )
 from tendon_mj.diagnosis import diagnose as find
 from tendon_mj.recordings import Recording, read_recording
-from tendon_mj.view.report.report import short
+from tendon_mj.view.report.page import short
 from tendon_mj.view.report.write import write_report
 
 _LEFT_OUT = "The comparison with mujoco.sysid was left out (--no-sysid)."

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from tendon_mj.builders.finger import Finger
+from tendon_mj.builders.finger_parameters import Finger
 from tendon_mj.builders.load import load_model
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import EngineError, InvalidValueError

@@ -10,7 +10,7 @@ from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording, write_recording
 from tendon_mj.replay.replay_recording import as_recording
 from tendon_mj.replay.schedule import described_values
-from tendon_mj.replay.simulates import Simulates
+from tendon_mj.replay.simulator_protocol import Simulates
 
 
 class BeforeAfter(NamedTuple):

@@ -29,7 +29,7 @@ from tendon_mj.diagnosis.effects.effect import SystemDescription, Term
 from tendon_mj.diagnosis.model_selection.context import CONVERGED, SelectionContext
 from tendon_mj.diagnosis.model_selection.select import Selection, select_effects
 from tendon_mj.diagnosis.model_selection.thresholds import SMALLEST_EXCESS
-from tendon_mj.diagnosis.prove import prove
+from tendon_mj.diagnosis.proof import prove
 from tendon_mj.diagnosis.result.diagnosis import Diagnosis, Verdict
 from tendon_mj.errors import UnknownNameError
 from tendon_mj.progress import Progress, silent
@@ -55,7 +55,7 @@ def diagnose(
         train: recordings of one model, for selection and fits.
         held_out: recordings for the proof alone; without any, the last quarter of each of
             ``train`` is held out.
-        simulator: makes the simulator of recordings; see `tendon_mj.replay.simulates`.
+        simulator: makes the simulator of recordings; see `tendon_mj.replay.simulator_protocol`.
         catalogue: effects that can be named, in place of the package's own or beside them:
             ``[*CATALOGUE.values(), mine]``.
         exclude: identifiers of effects that are not to be considered.

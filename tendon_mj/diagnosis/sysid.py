@@ -33,8 +33,8 @@ from tendon_mj.diagnosis.result.error_reduction import measure_errors
 from tendon_mj.errors import TendonError
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.silenced_warnings import suppress_unsolved_warnings
 from tendon_mj.replay.simulator import Simulator
-from tendon_mj.replay.suppression import suppress_unsolved_warnings
 
 FloatArray = NDArray[np.float64]
 

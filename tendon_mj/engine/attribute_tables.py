@@ -12,7 +12,7 @@ from pathlib import Path
 
 from tendon_mj.engine.sheath_plugin.attributes import ATTACHMENT
 from tendon_mj.engine.sheath_plugin.state import PARAMETERS
-from tendon_mj.sheath.parameter import Parameter
+from tendon_mj.sheath.parameter_metadata import Parameter
 
 
 def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:

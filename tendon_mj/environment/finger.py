@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dm_control.rl import control
 
-from tendon_mj.builders.finger import Finger
+from tendon_mj.builders.finger_parameters import Finger
 from tendon_mj.environment.physics import FingerPhysics
 from tendon_mj.environment.ranges import Ranges
 from tendon_mj.environment.tasks import FingerTask, FollowTrajectory, HoldForce

@@ -8,8 +8,8 @@ from dm_control.mujoco import Physics, wrapper
 from numpy.typing import NDArray
 
 from tendon_mj.attach import Parameters
-from tendon_mj.builders.finger import TENDONS, Finger
-from tendon_mj.builders.finger_model import build_finger
+from tendon_mj.builders.finger import build_finger
+from tendon_mj.builders.finger_parameters import TENDONS, Finger
 from tendon_mj.finger.control import OUT_OF_REACH
 
 Array = NDArray[np.float64]

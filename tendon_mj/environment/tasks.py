@@ -11,7 +11,7 @@ from dm_control.rl import control
 from dm_env import specs
 from numpy.typing import NDArray
 
-from tendon_mj.builders.finger import JOINTS, TENDONS, Finger
+from tendon_mj.builders.finger_parameters import JOINTS, TENDONS, Finger
 from tendon_mj.environment.physics import FingerPhysics
 from tendon_mj.environment.ranges import Ranges
 from tendon_mj.errors import InvalidValueError

@@ -7,7 +7,7 @@ import copy
 import mujoco
 import numpy as np
 
-from tendon_mj.builders.finger import TENDONS, Finger, spool_angles
+from tendon_mj.builders.finger_parameters import TENDONS, Finger, spool_angles
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.finger.trajectories import ANGLES, Array, Trajectory, check_reach
 from tendon_mj.recordings.recording import Measured, Recording

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from tendon_mj.builders.finger import JOINTS, TENDONS
+from tendon_mj.builders.finger_parameters import JOINTS, TENDONS
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.misfit import Misfit, replay_error
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.builders.finger import JOINTS, TENDONS, Finger
+from tendon_mj.builders.finger_parameters import JOINTS, TENDONS, Finger
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
-from tendon_mj.recordings.table import TIME, read_table
+from tendon_mj.recordings.csv_table import TIME, read_table
 
 Array = NDArray[np.float64]
 ANGLES = tuple(f"{joint}_rad" for joint in JOINTS)

@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from tendon_mj.errors import InvalidValueError, RecordingError, unknown
-from tendon_mj.recordings.table import TIME
+from tendon_mj.recordings.csv_table import TIME
 
 
 @dataclass(frozen=True)

@@ -14,19 +14,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tendon_mj.errors import RecordingError, unknown
-from tendon_mj.recordings.description import Description
-from tendon_mj.recordings.description import Measured as Measured
-from tendon_mj.recordings.description import Uncertain as Uncertain
-from tendon_mj.recordings.description_toml import format_description, parse_description
-from tendon_mj.recordings.table import (
+from tendon_mj.recordings.csv_table import (
     TIME,
     FloatArray,
     check_table,
     read_table,
     write_table,
 )
-from tendon_mj.recordings.table import UNITS as UNITS
-from tendon_mj.recordings.text import read_text
+from tendon_mj.recordings.csv_table import UNITS as UNITS
+from tendon_mj.recordings.description import Description
+from tendon_mj.recordings.description import Measured as Measured
+from tendon_mj.recordings.description import Uncertain as Uncertain
+from tendon_mj.recordings.description_toml import format_description, parse_description
+from tendon_mj.recordings.text_file import read_text
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

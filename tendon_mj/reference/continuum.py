@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.reference.checks import FloatArray, drive, number, series, vector, whole
-from tendon_mj.reference.play import march_play
+from tendon_mj.reference.play_operator import march_play
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -15,5 +15,5 @@ from tendon_mj.replay.replay_recording import replay_recording as replay_recordi
 from tendon_mj.replay.rollout import full_state as full_state
 from tendon_mj.replay.rollout import rollout_named_sensors as rollout_named_sensors
 from tendon_mj.replay.rollout import rollout_sensors as rollout_sensors
-from tendon_mj.replay.simulates import Simulates as Simulates
 from tendon_mj.replay.simulator import Simulator as Simulator
+from tendon_mj.replay.simulator_protocol import Simulates as Simulates

@@ -21,8 +21,8 @@ from tendon_mj.replay.open_loop import run_open_loop, try_open_loop, unsolved_sh
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.parameters import Parameter as Parameter
 from tendon_mj.replay.schedule import Schedule, described_values
-from tendon_mj.replay.simulates import Series, Values
-from tendon_mj.replay.suppression import UNSOLVED_WARNING, suppress_mujoco_log
+from tendon_mj.replay.silenced_warnings import UNSOLVED_WARNING, suppress_mujoco_log
+from tendon_mj.replay.simulator_protocol import Series, Values
 from tendon_mj.replay.units import column_unit, rate
 
 

@@ -7,7 +7,7 @@ from typing import Final
 import mujoco
 
 from tendon_mj.engine import GAINS, KINDS, PARAMETERS, sensor_kind
-from tendon_mj.recordings.table import UNITS
+from tendon_mj.recordings.csv_table import UNITS
 
 UNKNOWN: Final = "1"  # of a reading or a control that no column names
 _WRITTEN = {"Nm": "N m", "rad_per_s": "rad/s", "m_per_s": "m/s"}

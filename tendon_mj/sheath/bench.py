@@ -16,10 +16,10 @@ from numpy.typing import ArrayLike
 
 from tendon_mj.compilation import compiled
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.sheath.flow_solver import solve_flow
 from tendon_mj.sheath.law import LAW, Law
 from tendon_mj.sheath.records import Array, Guides, Segments, new_guides, new_segments
-from tendon_mj.sheath.segment_tension import friction_work
+from tendon_mj.sheath.segment_law import friction_work
+from tendon_mj.sheath.tension_solver import solve_flow
 
 # Parameters of the law that this bench implements; the others need time, or a state between steps.
 _IMPLEMENTED = {

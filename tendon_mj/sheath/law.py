@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Final
 
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.sheath.parameter import (
+from tendon_mj.sheath.parameter_metadata import (
     ANY,
     POSITIVE,
     Parameter,

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from tendon_mj.theory import _check
 from tendon_mj.theory._check import FloatArray
 from tendon_mj.theory._exponential import relative
-from tendon_mj.theory.memory import TensionMemory
+from tendon_mj.theory.tension_memory import TensionMemory
 
 
 class Sheath:

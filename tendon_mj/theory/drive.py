@@ -12,7 +12,7 @@ from tendon_mj.errors import InvalidValueError
 from tendon_mj.theory import _check
 from tendon_mj.theory._check import FloatArray
 from tendon_mj.theory._sheath import Sheath, each_sheath
-from tendon_mj.theory.memory import TensionMemory
+from tendon_mj.theory.tension_memory import TensionMemory
 
 
 def driven_tensions(

@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 
 from tendon_mj.builders.bench import Bench, build_bench
-from tendon_mj.builders.finger import TENDONS, Finger
-from tendon_mj.builders.finger_model import build_finger
+from tendon_mj.builders.finger import build_finger
+from tendon_mj.builders.finger_parameters import TENDONS, Finger
 
 
 def mujoco_tendon_bench(bench: Bench) -> mujoco.MjSpec:

@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 
 from tendon_mj.builders.bench import Bench, build_bench
-from tendon_mj.builders.finger import Finger
-from tendon_mj.builders.finger_model import build_finger
+from tendon_mj.builders.finger import build_finger
+from tendon_mj.builders.finger_parameters import Finger
 from tendon_mj.finger.control import prepare_finger
 from tendon_mj.finger.trajectories import Trajectory
 from tendon_mj.replay.rollout import Array, full_state, rollout_sensors

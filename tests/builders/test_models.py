@@ -15,8 +15,8 @@ import pytest
 
 from tendon_mj.attach import Parameters, add_sensor
 from tendon_mj.builders.bench import Bench, build_bench
-from tendon_mj.builders.finger import Finger
-from tendon_mj.builders.finger_model import build_finger
+from tendon_mj.builders.finger import build_finger
+from tendon_mj.builders.finger_parameters import Finger
 from tendon_mj.builders.joint import Joint, build_joint
 from tendon_mj.builders.load import load_model, load_spec, model_names, models_folder
 from tendon_mj.engine import sheaths

@@ -17,8 +17,8 @@ from tendon_mj.diagnosis.effects.effect import Candidate, Kind, Term
 from tendon_mj.diagnosis.model_selection.context import CONVERGED, SelectionContext
 from tendon_mj.diagnosis.model_selection.select import Selection, select_effects
 from tendon_mj.recordings.recording import Measured, Recording
-from tendon_mj.replay.simulates import Simulates
 from tendon_mj.replay.simulator import Parameter
+from tendon_mj.replay.simulator_protocol import Simulates
 
 FloatArray = NDArray[np.float64]
 Shape = Mapping[str, float]  # waveform → amplitude

@@ -10,8 +10,8 @@ from tendon_mj.diagnosis import sysid
 from tendon_mj.diagnosis.sysid import fit_with_sysid, sysid_is_there
 from tendon_mj.errors import TendonError
 from tendon_mj.recordings.recording import Measured, Recording, Uncertain
-from tendon_mj.replay.simulates import Simulates
 from tendon_mj.replay.simulator import Parameter
+from tendon_mj.replay.simulator_protocol import Simulates
 
 needs_sysid = pytest.mark.skipif(not sysid_is_there(), reason="mujoco.sysid lacks its extras")
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.recordings.recording import Measured, Recording, Uncertain
-from tendon_mj.replay.simulates import Simulates
 from tendon_mj.replay.simulator import Parameter
+from tendon_mj.replay.simulator_protocol import Simulates
 
 FloatArray = NDArray[np.float64]
 

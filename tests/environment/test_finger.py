@@ -11,7 +11,7 @@ from absl.testing import absltest
 from dm_env import test_utils
 
 from tendon_mj.attach import Parameters
-from tendon_mj.builders.finger import Finger
+from tendon_mj.builders.finger_parameters import Finger
 from tendon_mj.engine import sheaths
 from tendon_mj.engine.sheath_plugin.state import view
 from tendon_mj.environment import FingerPhysics, Ranges, follow_trajectory, hold_force

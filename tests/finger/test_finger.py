@@ -13,8 +13,8 @@ from mujoco import rollout
 from scipy.linalg import eigh
 
 from tendon_mj.attach import add_sensor
-from tendon_mj.builders.finger import JOINTS, TENDONS, Finger, spool_angles
-from tendon_mj.builders.finger_model import build_finger
+from tendon_mj.builders.finger import build_finger
+from tendon_mj.builders.finger_parameters import JOINTS, TENDONS, Finger, spool_angles
 from tendon_mj.builders.load import load_model
 from tendon_mj.engine import unsolved_evaluations
 from tendon_mj.errors import InvalidValueError

@@ -12,9 +12,9 @@ from tendon_mj.builders.load import load_model
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.recordings import Measured, Recording, Uncertain
 from tendon_mj.replay import replay_recording
-from tendon_mj.replay.simulates import Simulates
+from tendon_mj.replay.silenced_warnings import suppress_unsolved_warnings
 from tendon_mj.replay.simulator import Parameter, Simulator
-from tendon_mj.replay.suppression import suppress_unsolved_warnings
+from tendon_mj.replay.simulator_protocol import Simulates
 from tendon_mj.replay.units import UNKNOWN, live_unit
 
 from tendon_mj.attach import Parameters  # isort: skip

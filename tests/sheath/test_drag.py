@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
-from tendon_mj.sheath.flow_solver import solve_flow
-from tendon_mj.sheath.flow_with_drag import _relax
+from tendon_mj.sheath.tension_solver import solve_flow
+from tendon_mj.sheath.tension_with_drag import _relax
 from tests.sheath.tendons import random_tendons, tendon
 
 EVERY = settings(max_examples=400, deadline=None, derandomize=True)

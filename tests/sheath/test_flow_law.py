@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 
-from tendon_mj.sheath.flow_by_sweep import sweep
-from tendon_mj.sheath.flow_solver import solve_flow
+from tendon_mj.sheath.tension_by_sweep import sweep
+from tendon_mj.sheath.tension_solver import solve_flow
 from tests.sheath.tendons import random_tendons, tendon
 
 EXACT = 1e-9  # relative

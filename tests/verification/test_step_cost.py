@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tendon_mj.builders.bench import Bench, build_bench
-from tendon_mj.builders.finger import JOINTS, Finger
-from tendon_mj.builders.finger_model import build_finger
+from tendon_mj.builders.finger import build_finger
+from tendon_mj.builders.finger_parameters import JOINTS, Finger
 from tendon_mj.finger.control import prepare_finger
 from tendon_mj.finger.trajectories import tap
 from tendon_mj.replay.rollout import full_state, rollout_sensors

@@ -21,12 +21,12 @@ from tendon_mj.diagnosis import (
 from tendon_mj.diagnosis.effects.discrimination import DISCRIMINATING_EXPERIMENTS
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings.recording import Measured, Recording
-from tendon_mj.replay.simulates import Simulates
+from tendon_mj.replay.simulator_protocol import Simulates
 from tendon_mj.view.figures.before_after import before_after_figure
 from tendon_mj.view.figures.style import new_figure
 from tendon_mj.view.report.advice import advise
 from tendon_mj.view.report.figures import diagnosis_figures
-from tendon_mj.view.report.report import report_page, short
+from tendon_mj.view.report.page import report_page, short
 from tendon_mj.view.report.write import write_report
 
 COLUMN = "output_tension_N"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.recordings.noise import noise_levels
 from tendon_mj.recordings.recording import Recording
-from tendon_mj.replay.simulates import Simulates
+from tendon_mj.replay.simulator_protocol import Simulates
 
 FloatArray = NDArray[np.float64]
 MakeSimulator = Callable[[Sequence[Recording]], Simulates]

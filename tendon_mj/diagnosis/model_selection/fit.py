@@ -18,7 +18,7 @@ from scipy.optimize import least_squares
 
 from tendon_mj.diagnosis.data.problem import Problem
 from tendon_mj.diagnosis.effects.effect import Candidate, Term
-from tendon_mj.replay.suppression import suppress_unsolved_warnings
+from tendon_mj.replay.silenced_warnings import suppress_unsolved_warnings
 
 FloatArray = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ from tendon_mj.diagnosis.data.problem import Problem
 from tendon_mj.diagnosis.model_selection.fit import Fit, natural
 from tendon_mj.diagnosis.model_selection.intervals import half_widths
 from tendon_mj.progress import Progress
-from tendon_mj.replay.suppression import suppress_unsolved_warnings
+from tendon_mj.replay.silenced_warnings import suppress_unsolved_warnings
 
 FloatArray = NDArray[np.float64]
 

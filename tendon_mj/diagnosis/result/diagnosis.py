@@ -14,7 +14,7 @@ from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.patch import patch_model
-from tendon_mj.replay.simulates import Simulates
+from tendon_mj.replay.simulator_protocol import Simulates
 
 Verdict = Literal["named", "parameter", "nothing missing", "unknown"]
 

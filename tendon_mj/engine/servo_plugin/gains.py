@@ -5,7 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Final
 
-from tendon_mj.sheath.parameter import POSITIVE, Parameter, check_in_range, described, parameters_of
+from tendon_mj.sheath.parameter_metadata import (
+    POSITIVE,
+    Parameter,
+    check_in_range,
+    described,
+    parameters_of,
+)
 
 
 @dataclass(frozen=True)

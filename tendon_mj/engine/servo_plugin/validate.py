@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import mujoco
 
-from tendon_mj.engine.abi.draft import Draft, find, read_number
+from tendon_mj.engine.abi.model_in_compilation import Draft, find, read_number
 from tendon_mj.engine.servo_plugin import state as sv
 from tendon_mj.engine.servo_plugin.gains import GAINS, check_gain
 from tendon_mj.engine.servo_plugin.stability import largest_damping

@@ -26,8 +26,8 @@ from tendon_mj.engine.sheath_plugin.spools import (
 from tendon_mj.engine.sheath_plugin.state import State, state_at, unpack
 from tendon_mj.engine.sheath_plugin.strain_law import fill_strain, move_tangents, store_new_strain
 from tendon_mj.engine.sheath_plugin.trial import store_trial
-from tendon_mj.sheath.flow_solver import solve_flow
 from tendon_mj.sheath.records import Guides, Segments
+from tendon_mj.sheath.tension_solver import solve_flow
 
 _TANGENTS = 8  # to a strain law that is no line; about 2 are needed
 

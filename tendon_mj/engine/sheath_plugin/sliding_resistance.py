@@ -8,7 +8,7 @@ from __future__ import annotations
 from tendon_mj.compilation import apart, compiled
 from tendon_mj.engine.sheath_plugin.state import State
 from tendon_mj.sheath.records import Guides, Segments
-from tendon_mj.sheath.segment_tension import convected
+from tendon_mj.sheath.segment_law import convected
 
 MEMORY = 0.02  # time constant with which friction follows a change of sliding speed [s]
 

@@ -16,7 +16,7 @@ from tendon_mj.engine.abi.memory import double, integer, pointer
 from tendon_mj.engine.sheath_plugin.state import State
 from tendon_mj.engine.sheath_plugin.strain_law import spool_torque
 from tendon_mj.sheath.records import Segments
-from tendon_mj.sheath.segment_tension import convected
+from tendon_mj.sheath.segment_law import convected
 
 _RIGIDITY = 0.25  # of the flank: (ωh)² of the drive on it; explicit steps are stable below 4
 

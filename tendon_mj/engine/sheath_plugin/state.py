@@ -18,7 +18,7 @@ from numba import carray
 from tendon_mj.compilation import compiled
 from tendon_mj.engine.abi.memory import doubles, record_at, records_pointer
 from tendon_mj.sheath.law import LAW, Law
-from tendon_mj.sheath.parameter import ANY, Parameter
+from tendon_mj.sheath.parameter_metadata import ANY, Parameter
 from tendon_mj.sheath.records import GUIDE, SEGMENT, Array, Guides, Segments, record_type
 
 RADII: Final = {

@@ -13,7 +13,7 @@ from __future__ import annotations
 from tendon_mj.compilation import apart, compiled
 from tendon_mj.engine.sheath_plugin.state import LiveLaw, State
 from tendon_mj.sheath.records import Guides, Segments
-from tendon_mj.sheath.segment_tension import convected, strain_at
+from tendon_mj.sheath.segment_law import convected, strain_at
 
 _CLOSE = 1e-13  # strain by which the tangent may miss the curve
 

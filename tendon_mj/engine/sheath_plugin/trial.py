@@ -10,7 +10,7 @@ from tendon_mj.engine.sheath_plugin.sliding_resistance import (
 from tendon_mj.engine.sheath_plugin.state import State, state_at, unpack
 from tendon_mj.engine.sheath_plugin.strain_law import commit_strain, store_trial_strain
 from tendon_mj.sheath.records import Guides, Segments
-from tendon_mj.sheath.segment_tension import friction_work
+from tendon_mj.sheath.segment_law import friction_work
 
 
 @compiled

@@ -10,8 +10,8 @@ import re
 
 import mujoco
 
-from tendon_mj.engine.abi.draft import Draft, find, read_number
 from tendon_mj.engine.abi.library import C
+from tendon_mj.engine.abi.model_in_compilation import Draft, find, read_number
 from tendon_mj.engine.sheath_plugin.attributes import ATTRIBUTES
 from tendon_mj.engine.sheath_plugin.sensors import ENDS, KINDS, width
 from tendon_mj.engine.sheath_plugin.state import PARAMETERS, SENSOR_SIZE, size

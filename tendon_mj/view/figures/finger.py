@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tendon_mj.builders.finger import JOINTS, TENDONS
+from tendon_mj.builders.finger_parameters import JOINTS, TENDONS
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.view.figures.style import (
     BLUE,

@@ -10,7 +10,7 @@ from tendon_mj.diagnosis.result.diagnosis import Diagnosis
 from tendon_mj.diagnosis.sysid import SysidResult
 from tendon_mj.view.figures.style import DPI
 from tendon_mj.view.report.figures import diagnosis_figures
-from tendon_mj.view.report.report import LEFT_OUT, report_page
+from tendon_mj.view.report.page import LEFT_OUT, report_page
 
 
 def write_report(

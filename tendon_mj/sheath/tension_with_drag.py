@@ -22,8 +22,8 @@ import math
 import numpy as np
 
 from tendon_mj.compilation import apart, compiled
-from tendon_mj.sheath.flow_by_pattern import is_frictionless
 from tendon_mj.sheath.records import ROUNDING, Array, Guides, Segments
+from tendon_mj.sheath.tension_by_slip_pattern import is_frictionless
 
 _PASSES = 16  # pattern corrections, and one a guide
 _STEPS = 40  # of Newton's method, of which a taut tendon needs about 4

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError, unknown
-from tendon_mj.recordings.text import read_text
+from tendon_mj.recordings.text_file import read_text
 
 FloatArray = NDArray[np.float64]
 

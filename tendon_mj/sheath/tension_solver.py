@@ -13,10 +13,10 @@ from __future__ import annotations
 import math
 
 from tendon_mj.compilation import compiled
-from tendon_mj.sheath.flow_by_pattern import try_pattern
-from tendon_mj.sheath.flow_by_sweep import sweep
-from tendon_mj.sheath.flow_with_drag import balance_dragged
 from tendon_mj.sheath.records import Guides, Segments
+from tendon_mj.sheath.tension_by_slip_pattern import try_pattern
+from tendon_mj.sheath.tension_by_sweep import sweep
+from tendon_mj.sheath.tension_with_drag import balance_dragged
 
 # Pattern corrections before the sweep, which needs none, takes over: this and one a guide.
 _PASSES = 16

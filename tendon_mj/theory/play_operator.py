@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from tendon_mj.theory import _check
 from tendon_mj.theory._check import FloatArray
 from tendon_mj.theory._sheath import each_sheath
-from tendon_mj.theory.memory import TensionMemory
+from tendon_mj.theory.tension_memory import TensionMemory
 
 
 def output_tension(input_tension: ArrayLike, lam: ArrayLike, pretension: ArrayLike) -> FloatArray:

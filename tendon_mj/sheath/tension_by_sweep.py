@@ -16,7 +16,7 @@ import numpy as np
 
 from tendon_mj.compilation import apart, compiled
 from tendon_mj.sheath.records import ROUNDING, Guides, Segments
-from tendon_mj.sheath.segment_tension import held, tension_of
+from tendon_mj.sheath.segment_law import held, tension_of
 
 _TOUCHING = 1e-12  # relative distance at which a tension counts as being at its bound
 _SLACK = 1e-14  # normalised tension below which a prefix counts as slack
