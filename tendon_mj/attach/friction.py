@@ -87,17 +87,24 @@ def add_friction(
     sheath = add_instance(spec, name, config, NAME)
     element.stiffness[:] = 0.0
     element.springlength[:] = -1.0
-    if reel is not None:
-        actuator = spec.add_actuator(name=reel, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon)
-        actuator.plugin = sheath
-    else:  # something has to refer to the sheath, or MjSpec.copy and attach lose it
-        ends = spec.add_sensor(
-            name=free_name(spec, name, f"{name}_ends"), type=mujoco.mjtSensor.mjSENS_PLUGIN
-        )
-        ends.plugin = sheath
+    _refer(spec, sheath, name, tendon, reel)
     for kind in sensors:
         add_sensor(spec, name, kind)
     return spec
+
+
+def _refer(
+    spec: mujoco.MjSpec, sheath: mujoco.MjsPlugin, name: str, tendon: str, reel: str | None
+) -> None:
+    """Let its reel or a sensor refer to a sheath, which `MjSpec.copy` and attach would lose."""
+    if reel is not None:
+        actuator = spec.add_actuator(name=reel, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon)
+        actuator.plugin = sheath
+        return
+    ends = spec.add_sensor(
+        name=free_name(spec, name, f"{name}_ends"), type=mujoco.mjtSensor.mjSENS_PLUGIN
+    )
+    ends.plugin = sheath
 
 
 def _find_tendon(spec: mujoco.MjSpec, name: str) -> mujoco.MjsTendon:

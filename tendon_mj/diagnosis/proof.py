@@ -12,13 +12,13 @@ from tendon_mj.diagnosis.data.step_size import step_error, with_step
 from tendon_mj.diagnosis.effects.effect import Effect
 from tendon_mj.diagnosis.locate import locate
 from tendon_mj.diagnosis.model_selection.context import SelectionContext
+from tendon_mj.diagnosis.model_selection.fit import Fit
 from tendon_mj.diagnosis.model_selection.select import Selection
 from tendon_mj.diagnosis.model_selection.thresholds import (
-    CLOSED,
     detection_limit,
     discretisation_error,
 )
-from tendon_mj.diagnosis.result.diagnosis import Diagnosis, Verdict
+from tendon_mj.diagnosis.result.diagnosis import Diagnosis
 from tendon_mj.diagnosis.result.entries import (
     finding,
     fitted_values,
@@ -27,8 +27,9 @@ from tendon_mj.diagnosis.result.entries import (
 )
 from tendon_mj.diagnosis.result.error_reduction import ErrorReduction, measure_errors
 from tendon_mj.diagnosis.result.sentence import state, warn_of_ends
+from tendon_mj.diagnosis.verdict import decide
 
-_LARGEST = 8.0  # excess χ² (3 noise rms), above which a model is not proven whatever it explains
+LARGEST = 8.0  # excess χ² (3 noise rms), above which a model is not proven whatever it explains
 
 
 def prove(
@@ -59,22 +60,12 @@ def prove(
     mask = np.ones(proof.in_train.size, bool) if held_out else ~own.in_train
     fits = selection.calibrated.fit, selection.final.fit
     sets = [fitted.parameters(base) for fitted in fits]
-
-    judged, residuals = problem, (fits[0].residual, fits[1].residual)
-    correction = fits[1].correction
-    if held_out:
-        judged = with_step(proof, step)
-        coarse = judged.residuals(sets)
-        residuals = judged.extrapolate(sets[0], coarse[0]), judged.extrapolate(sets[1], coarse[1])
-        correction = residuals[1] - coarse[1]
-    limit = detection_limit(judged, step_error(correction[mask]))
-    extrapolated = measure_errors(judged, residuals[0], residuals[1], mask)
+    extrapolated, bounds = _extrapolate(problem, proof if held_out else None, step, fits, base)
     seen = own.residuals(sets)
     unseen = proof.residuals(sets) if held_out else seen
     stated = measure_errors(proof, unseen[0], unseen[1], mask)
     beyond = parameters_beyond_range(problem, fits[1])
-    largest = max(_LARGEST, discretisation_error(judged))
-    verdict = decide(context, selection, extrapolated, stated, (limit, largest), bool(beyond))
+    verdict = decide(context, selection, extrapolated, stated, bounds, bool(beyond))
 
     findings = tuple(finding(selected, catalogue) for selected in selection.effects)
     non_smooth = any(selected.candidate.non_smooth for selected in selection.effects)
@@ -83,7 +74,7 @@ def prove(
     after = 1 if found else 0
     calibrated = fitted_values(problem, base, fits[after], calibrated=True)
     sentence = state(
-        verdict, findings, stated, extrapolated.after, limit, beyond, excluded, non_smooth
+        verdict, findings, stated, extrapolated.after, bounds[0], beyond, excluded, non_smooth
     )
     return Diagnosis(
         verdict=verdict,
@@ -109,32 +100,23 @@ def prove(
     )
 
 
-def decide(
-    context: SelectionContext,
-    selection: Selection,
-    extrapolated: ErrorReduction,
-    stated: ErrorReduction,
-    bounds: tuple[float, float],
-    beyond: bool,
-) -> Verdict:
-    """Decide on the verdict from the errors on held-out data.
-
-    Args:
-        context, selection: see `prove`.
-        extrapolated: errors for a step of zero.
-        stated: errors with the model's own step.
-        bounds: excess χ² below which nothing is named, and above which nothing is proven [-].
-        beyond: whether the effects would take a calibrated parameter beyond its range.
-    """
-    limit, largest = bounds
-    left = extrapolated.after**2 - extrapolated.noise_floor**2
-    if left > largest:
-        return "unknown"
-    if not selection.effects:
-        small = selection.calibrated.excess <= context.detection_limit and left <= limit
-        return "nothing missing" if small else "unknown"
-    closed = extrapolated.reducible_closed >= CLOSED or left <= limit
-    if not closed or beyond or stated.after >= stated.before:
-        return "unknown"
-    missing = any(selected.candidate.kind == "missing" for selected in selection.effects)
-    return "named" if missing else "parameter"
+def _extrapolate(
+    problem: Problem,
+    proof: Problem | None,
+    step: float | None,
+    fits: tuple[Fit, Fit],
+    base: Mapping[str, float],
+) -> tuple[ErrorReduction, tuple[float, float]]:
+    """Errors on held-out data for a step of zero, and the bounds of `decide`."""
+    if proof is None:
+        judged, mask = problem, ~problem.in_train
+        residuals, correction = (fits[0].residual, fits[1].residual), fits[1].correction
+    else:
+        judged, mask = with_step(proof, step), np.ones(proof.in_train.size, bool)
+        sets = [fitted.parameters(base) for fitted in fits]
+        coarse = judged.residuals(sets)
+        residuals = judged.extrapolate(sets[0], coarse[0]), judged.extrapolate(sets[1], coarse[1])
+        correction = residuals[1] - coarse[1]
+    limit = detection_limit(judged, step_error(correction[mask]))
+    largest = max(LARGEST, discretisation_error(judged))
+    return measure_errors(judged, residuals[0], residuals[1], mask), (limit, largest)

@@ -11,9 +11,9 @@ from tendon_mj.diagnosis import ErrorReduction, diagnose
 from tendon_mj.diagnosis.effects.effect import Candidate
 from tendon_mj.diagnosis.model_selection.confidence import SelectedEffect
 from tendon_mj.diagnosis.model_selection.select import Selection
-from tendon_mj.diagnosis.proof import decide
 from tendon_mj.diagnosis.result.diagnosis import Verdict
 from tendon_mj.diagnosis.result.entries import ranking
+from tendon_mj.diagnosis.verdict import decide
 from tests.diagnosis.linear_rig import context, effect, select
 from tests.diagnosis.toy import Toy, rig
 
