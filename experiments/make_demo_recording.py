@@ -1,9 +1,9 @@
-"""Makes the recording that the package carries: `models/bench/recordings/twin.csv`.
+"""Makes the example recording of the package: `models/bench/recordings/twin.csv`.
 
 `python -m experiments.make_demo_recording`. The recording is simulated, not measured: 64 lumped
-elements of `tendon_mj.reference`, which share no code with the plugin, with mass and stick-slip and
-the parameters of the bench, driven slowly through two large cycles and a few minor loops, with
-sensor noise added.
+elements of `tendon_mj.reference`, an independent reference that shares no code with the plugin,
+with mass and stick-slip and the parameters of the bench, driven slowly through two large cycles and
+a few minor loops, with sensor noise added.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from tendon_mj.reference import quasi_static, simulate_chain, uniform_chain
 
 RATE = 50.0  # samples per second
 SPEED = 0.5e-3  # of the input [m/s]
-TURNS = (0.0, 2e-3, -1.5e-3, 2e-3, 0.5e-3, 1.4e-3, -0.8e-3, 0.2e-3, -1.5e-3, 0.0)  # ξ_in [m]
+# of ξ_in [m]
+TURNING_POINTS = (0.0, 2e-3, -1.5e-3, 2e-3, 0.5e-3, 1.4e-3, -0.8e-3, 0.2e-3, -1.5e-3, 0.0)
 NOISE = 0.05  # of both tension sensors [N]
 SEED = 1991
 FOLDER = Path(__file__).parents[1] / "models" / "bench" / "recordings"
@@ -26,9 +27,9 @@ FOLDER = Path(__file__).parents[1] / "models" / "bench" / "recordings"
 
 def displacement() -> tuple[np.ndarray, np.ndarray]:
     """Time [s] and input displacement [m]: straight lines between the turning points."""
-    corners = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(TURNS)) / SPEED)])
+    corners = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(TURNING_POINTS)) / SPEED)])
     time = np.arange(0.0, corners[-1], 1.0 / RATE)
-    return time, np.interp(time, corners, TURNS)
+    return time, np.interp(time, corners, TURNING_POINTS)
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""One hidden case: draw the rig, find the strength, record, write it down."""
+"""One hidden case: draw the reference, find the effect's strength, record, write key and files."""
 
 from __future__ import annotations
 
@@ -7,201 +7,189 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.hidden_effects import catalogue, excitation
-from experiments.hidden_effects.hidden import Hidden
-from experiments.hidden_effects.joint_rig import JOINT_EFFECTS, JointRig
-from experiments.hidden_effects.rig import Rig
-from experiments.hidden_effects.strength import Found, find, projector
-from tendon_mj.recordings import Measured, Recording, write_recording
+from experiments.hidden_effects import excitation
+from experiments.hidden_effects.case_draws import (
+    draw_bench,
+    draw_effect,
+    draw_parameters,
+    known_parameters,
+)
+from experiments.hidden_effects.case_plan import CasePlan
+from experiments.hidden_effects.hidden_effect import HiddenEffect
+from experiments.hidden_effects.noisy_recording import noisy_recording
+from experiments.hidden_effects.reference_bench import ReferenceBench
+from experiments.hidden_effects.reference_joint import JOINT_EFFECTS, ReferenceJoint
+from experiments.hidden_effects.strength_search import (
+    FoundStrength,
+    calibration_projector,
+    find_strength,
+)
+from tendon_mj.recordings import write_recording
 
 FloatArray = NDArray[np.float64]
-R = TypeVar("R", Rig, JointRig)
+R = TypeVar("R", ReferenceBench, ReferenceJoint)
 
-ROUNDING = 1.0 / 3.0  # of the noise: quantisation of the readings
-LEAST_TENSION = 0.05  # of the pretension
-NUDGE = 1.01  # by which a parameter changes to see what it does
-
-
-@dataclass(frozen=True, kw_only=True)
-class Plan:
-    """What a case is to be.
-
-    Attributes:
-        kind: "effect", "pair", "parameter", "nothing", "outside" or "joint".
-        names: of what is hidden.
-        target: wanted ratio of residual to noise, for each of them [-].
-        noise: standard deviation over the range of each measured column [-].
-        exclude: effects to take out of the catalogue when diagnosing.
-        seed: of all that is drawn.
-    """
-
-    kind: str
-    names: tuple[str, ...]
-    target: float
-    noise: float
-    exclude: tuple[str, ...]
-    seed: tuple[int, ...]
+LEAST_TENSION = 0.05  # of the pretension; below it the tendon counts as slack
+MAX_ATTEMPTS = 6  # to find an excitation under which the tendon stays taut
+PERTURBATION = 1.01  # factor on a parameter, to find the sensitivity of the readings to it
 
 
-def make_case(plan: Plan, folder: Path) -> dict[str, Any]:
+def make_case(plan: CasePlan, folder: Path) -> dict[str, Any]:
     """Write the recordings of a case and ``case.json``, and return its key."""
     rng = np.random.default_rng(plan.seed)
     if plan.kind == "joint":
-        joint = JointRig(**_drawn(JointRig, rng))
-        things = [JOINT_EFFECTS[name](rng) for name in plan.names]
-        return _make(plan, folder, rng, joint, things, tuple(joint.side.uncertain))
-    bench, uncertain = _bench(plan, rng)
-    drawn = [_draw(plan.kind, name)(rng) for name in plan.names]
-    return _make(plan, folder, rng, bench, drawn, uncertain)
+        joint = ReferenceJoint(**draw_parameters(ReferenceJoint, rng))
+        joint_effects = [JOINT_EFFECTS[name](rng) for name in plan.names]
+        uncertain = tuple(joint.description.uncertain)
+        return _make(plan, folder, rng, joint, joint_effects, uncertain)
+    bench, uncertain = draw_bench(plan, rng)
+    hidden = [draw_effect(plan.kind, name)(rng) for name in plan.names]
+    return _make(plan, folder, rng, bench, hidden, uncertain)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Simulated(Generic[R]):
+    """Excitation of a case, and the readings of its reference.
+
+    Attributes:
+        drives: of the training recordings, then of those held out, in the drive's unit.
+        readings: (sensors, samples) of each drive, without noise.
+        noise: (sensors,) standard deviations in the sensors' units.
+        found: strength of each hidden effect.
+        truth: the reference with all effects.
+        least_tension: lowest tension in all readings [N].
+    """
+
+    drives: dict[str, FloatArray]
+    readings: list[FloatArray]
+    noise: FloatArray
+    found: list[FoundStrength]
+    truth: R
+    least_tension: float
 
 
 def _make(
-    plan: Plan,
+    plan: CasePlan,
     folder: Path,
     rng: np.random.Generator,
-    rig: R,
-    hidden: Sequence[Hidden[R]],
+    reference: R,
+    hidden: Sequence[HiddenEffect[R]],
     uncertain: tuple[str, ...],
 ) -> dict[str, Any]:
-    scale = 0.9 * rig.pretension / rig.side.ranges["pretension"].value * rig.side.travel
-    for _ in range(6):
-        training: list[FloatArray] = excitation.train(rng, scale)
-        held_out: list[FloatArray] = excitation.held_out(rng, scale)
-        baseline = rig.run(training, fine=False)
-        noise = plan.noise * np.ptp(np.concatenate(baseline, axis=1), axis=1)
-        found = [_find(plan, rig, one, training, baseline, noise, uncertain) for one in hidden]
-        truth = rig
-        for one, strength in zip(hidden, found, strict=True):
-            truth = one.apply(truth, strength.strength)
-        readings = truth.run([*training, *held_out])
-        tensions = [k for k, c in enumerate(rig.side.sensors) if c.endswith("_N")]
-        least = float(min(r[tensions].min() for r in readings))
-        if least > LEAST_TENSION * rig.pretension:
-            break
-        scale *= 0.85  # it went slack
-    names = [f"train_{k + 1}" for k in range(len(training))]
-    names += [f"held_out_{k + 1}" for k in range(len(held_out))]
-    folder.mkdir(parents=True, exist_ok=True)
-    model = rig.write_model(folder.parent)
-    for name, drive, reading in zip(names, [*training, *held_out], readings, strict=True):
-        bare = record(rig, model, rng, name, drive, reading, noise)
-        stated = {p: rig.side.ranges[n] for n in uncertain for p in rig.side.uncertain[n]}
-        recording = dataclasses.replace(bare, known=_known(plan, rig), uncertain=stated)
-        write_recording(recording, folder / name)
+    simulated = _simulate(plan, rng, reference, hidden, uncertain)
+    _write_recordings(plan, folder, rng, reference, simulated, uncertain)
     public = json.dumps({"exclude": plan.exclude}) + "\n"
     (folder / "case.json").write_text(public, encoding="utf-8")
     true: dict[str, float] = {}
-    for one, strength in zip(hidden, found, strict=True):
-        true |= one.numbers(truth, strength.strength)
+    for one, found in zip(hidden, simulated.found, strict=True):
+        true |= one.parameters(simulated.truth, found.strength)
+    model_parameters = reference.description.uncertain
     return {
         "kind": plan.kind,
         "hidden": list(plan.names),
         "exclude": list(plan.exclude),
         "target": plan.target,
         "noise": plan.noise,
-        "ratio": [f.ratio for f in found],
-        "reached": all(f.reached for f in found),
-        "strength": [f.strength for f in found],
+        "ratio": [f.ratio for f in simulated.found],
+        "reached": all(f.reached for f in simulated.found),
+        "strength": [f.strength for f in simulated.found],
         "parameters": true,
-        "calibrated": {p: getattr(truth, n) for n in uncertain for p in rig.side.uncertain[n]},
-        "least_tension_N": least,
+        "calibrated": {
+            p: getattr(simulated.truth, n) for n in uncertain for p in model_parameters[n]
+        },
+        "least_tension_N": simulated.least_tension,
     }
 
 
-def _draw(kind: str, name: str) -> catalogue.Draw:
-    if name == "sheath_friction":
-        return catalogue.SHEATH_FRICTION
-    if kind == "parameter":
-        return catalogue.PARAMETERS[name]
-    return (catalogue.EFFECTS | catalogue.STRANGE)[name]
+def _simulate(
+    plan: CasePlan,
+    rng: np.random.Generator,
+    reference: R,
+    hidden: Sequence[HiddenEffect[R]],
+    uncertain: tuple[str, ...],
+) -> _Simulated[R]:
+    """Simulate the reference with its effects; where the tendon goes slack, at less amplitude."""
+    stated = reference.description
+    tensions = [k for k, column in enumerate(stated.sensors) if column.endswith("_N")]
+    scale = 0.9 * reference.pretension / stated.ranges["pretension"].value * stated.travel
+    for _ in range(MAX_ATTEMPTS):
+        training: list[FloatArray] = excitation.train(rng, scale)
+        held_out: list[FloatArray] = excitation.held_out(rng, scale)
+        baseline = reference.simulate(training, fine=False)
+        noise = plan.noise * np.ptp(np.concatenate(baseline, axis=1), axis=1)
+        found = [
+            _find_strength(plan, reference, one, training, baseline, noise, uncertain)
+            for one in hidden
+        ]
+        truth = reference
+        for one, strength in zip(hidden, found, strict=True):
+            truth = one.apply(truth, strength.strength)
+        readings = truth.simulate([*training, *held_out])
+        least = float(min(r[tensions].min() for r in readings))
+        if least > LEAST_TENSION * reference.pretension:
+            break
+        scale *= 0.85
+    drives = {f"train_{k}": drive for k, drive in enumerate(training, 1)}
+    drives |= {f"held_out_{k}": drive for k, drive in enumerate(held_out, 1)}
+    return _Simulated(
+        drives=drives,
+        readings=readings,
+        noise=noise,
+        found=found,
+        truth=truth,
+        least_tension=least,
+    )
 
 
-def _drawn(rig: type[Rig] | type[JointRig], rng: np.random.Generator) -> dict[str, Any]:
-    return {name: float(rng.uniform(*span)) for name, span in rig.side.drawn.items()}
+def _write_recordings(
+    plan: CasePlan,
+    folder: Path,
+    rng: np.random.Generator,
+    reference: R,
+    simulated: _Simulated[R],
+    uncertain: tuple[str, ...],
+) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    model = reference.write_model(folder.parent)
+    stated = reference.description
+    ranges = {p: stated.ranges[n] for n in uncertain for p in stated.uncertain[n]}
+    known = known_parameters(plan, reference)
+    for (name, drive), readings in zip(simulated.drives.items(), simulated.readings, strict=True):
+        bare = noisy_recording(reference, model, rng, name, drive, readings, simulated.noise)
+        recording = dataclasses.replace(bare, known=known, uncertain=ranges)
+        write_recording(recording, folder / name)
 
 
-def _bench(plan: Plan, rng: np.random.Generator) -> tuple[Rig, tuple[str, ...]]:
-    """The bench before anything is hidden, and what its recordings call uncertain of it."""
-    drawn = _drawn(Rig, rng)
-    if plan.names == ("sheath_friction",):
-        return Rig(friction=0.0, pretension=drawn["pretension"]), ("pretension",)
-    uncertain = list(drawn)
-    if plan.kind == "parameter":
-        wrong = plan.names[0]
-        stated = {"bend_angle": "friction"}.get(wrong, wrong)  # only their product shows
-        if stated in drawn:
-            uncertain.remove(stated)
-            drawn[stated] = getattr(Rig, stated)
-    return Rig(**drawn), tuple(uncertain)
-
-
-def _find(
-    plan: Plan,
-    rig: R,
-    hidden: Hidden[R],
+def _find_strength(
+    plan: CasePlan,
+    reference: R,
+    hidden: HiddenEffect[R],
     drives: Sequence[FloatArray],
     baseline: Sequence[FloatArray],
     noise: FloatArray,
     uncertain: tuple[str, ...],
-) -> Found:
-    """The strength that leaves the plan's ratio once the uncertain numbers are calibrated."""
+) -> FoundStrength:
+    """Find the strength that leaves the plan's ratio once uncertain parameters are calibrated."""
 
     def whitened(other: R) -> FloatArray:
-        runs = other.run(drives, fine=False)
+        runs = other.simulate(drives, fine=False)
         return np.concatenate(
             [((a - b) / noise[:, None]).ravel() for a, b in zip(runs, baseline, strict=True)]
         )
 
-    def nudged(name: str) -> FloatArray:
-        return whitened(dataclasses.replace(rig, **{name: NUDGE * getattr(rig, name)}))
+    def sensitivity(name: str) -> FloatArray:
+        perturbed = {name: PERTURBATION * getattr(reference, name)}
+        return whitened(dataclasses.replace(reference, **perturbed))
 
-    left = projector([nudged(name) for name in uncertain])
+    uncalibrated = calibration_projector([sensitivity(name) for name in uncertain])
 
     def ratio(strength: float) -> float:
-        residual = left(whitened(hidden.apply(rig, strength)))
+        residual = uncalibrated(whitened(hidden.apply(reference, strength)))
         return float(np.sqrt(np.mean(residual**2)))
 
-    return find(ratio, plan.target, hidden.low, hidden.high, hidden.start)
-
-
-def record(
-    rig: Rig | JointRig,
-    model: str,
-    rng: np.random.Generator,
-    name: str,
-    drive: FloatArray,
-    reading: FloatArray,
-    noise: FloatArray,
-) -> Recording:
-    """Readings with noise and quantisation, as a recording that knows nothing of its rig."""
-    side = rig.side
-    columns, measured = {side.drive: drive}, {}
-    for (column, sensor), values, sigma in zip(side.sensors.items(), reading, noise, strict=True):
-        digit = float(f"{ROUNDING * sigma:.2g}")
-        noisy = values + rng.normal(0.0, sigma, len(values))
-        columns[column] = np.round(np.round(noisy / digit) * digit, 9)
-        measured[column] = Measured(sensor, float(f"{sigma:.4g}"))
-    return Recording(
-        name=name,
-        model=model,
-        source="made by tendon-mj, not measured: experiments/hidden_effects; Apache-2.0",
-        time=excitation.clock(len(drive) / rig.rate, rig.rate)[: len(drive)],
-        columns=columns,
-        drive={side.drive: side.actuator},
-        measured=measured,
-    )
-
-
-def _known(plan: Plan, rig: Rig | JointRig) -> dict[str, float]:
-    """What the rig's maker measured: never a number that is wrong, or that the effect is."""
-    known = dict(rig.side.known)
-    if plan.kind == "parameter":
-        known.pop(f"sheath.{plan.names[0]}", None)
-    if plan.names in (("sheath_friction",), ("bend_angle",)):
-        known["sheath.friction"] = rig.friction
-    return known
+    return find_strength(ratio, plan.target, hidden.low, hidden.high, hidden.start)

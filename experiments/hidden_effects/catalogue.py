@@ -1,4 +1,4 @@
-"""What can be hidden in the bench: how it enters the truth, and how strong it may be."""
+"""Catalogue of effects that can be hidden in the bench, each with its largest strength."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from experiments.hidden_effects.hidden import Hidden, hidden
-from experiments.hidden_effects.rig import COLUMNS, Rig
+from experiments.hidden_effects.hidden_effect import HiddenEffect
+from experiments.hidden_effects.reference_bench import COLUMNS, ReferenceBench
 from experiments.hidden_effects.sensor import Sensor
 
-Numbers = dict[str, float]
-Draw = Callable[[np.random.Generator], Hidden[Rig]]
+Parameters = dict[str, float]
+Draw = Callable[[np.random.Generator], HiddenEffect[ReferenceBench]]
 
 
 def _transmission(
@@ -21,20 +21,20 @@ def _transmission(
 ) -> Draw:
     """An effect of `tendon_mj.reference.Effects`; ``second`` is a further attribute's range."""
 
-    def draw(rng: np.random.Generator) -> Hidden[Rig]:
+    def draw(rng: np.random.Generator) -> HiddenEffect[ReferenceBench]:
         sign = rng.choice([-1.0, 1.0]) if signed else 1.0
-        fixed: Numbers = {
+        fixed: Parameters = {
             k: float(np.exp(rng.uniform(*np.log(span)))) for k, span in second.items()
         }
 
-        def apply(rig: Rig, strength: float) -> Rig:
+        def apply(bench: ReferenceBench, strength: float) -> ReferenceBench:
             given: dict[str, Any] = {**fixed, attribute: sign * strength}
-            return dataclasses.replace(rig, effects=dataclasses.replace(rig.effects, **given))
+            return dataclasses.replace(bench, effects=dataclasses.replace(bench.effects, **given))
 
-        def numbers(_: Rig, strength: float) -> Numbers:
+        def parameters(_: ReferenceBench, strength: float) -> Parameters:
             return {f"sheath.{k}": v for k, v in {**fixed, attribute: sign * strength}.items()}
 
-        return hidden(name, apply, numbers, high)
+        return HiddenEffect(name=name, apply=apply, parameters=parameters, high=high)
 
     return draw
 
@@ -44,26 +44,26 @@ def _sensor(
 ) -> Draw:
     """An effect of `Sensor` on one of the two tensions."""
 
-    def draw(rng: np.random.Generator) -> Hidden[Rig]:
+    def draw(rng: np.random.Generator) -> HiddenEffect[ReferenceBench]:
         sign = rng.choice([-1.0, 1.0]) if signed else 1.0
         column = str(rng.choice(COLUMNS))
         shift = 1.0 if attribute == "gain" else 0.0
 
-        def apply(rig: Rig, strength: float) -> Rig:
-            before = rig.sensors.get(column, Sensor())
+        def apply(bench: ReferenceBench, strength: float) -> ReferenceBench:
+            before = bench.sensors.get(column, Sensor())
             after = dataclasses.replace(before, **{attribute: sign * strength})
-            return dataclasses.replace(rig, sensors={**rig.sensors, column: after})
+            return dataclasses.replace(bench, sensors={**bench.sensors, column: after})
 
-        def numbers(_: Rig, strength: float) -> Numbers:
+        def parameters(_: ReferenceBench, strength: float) -> Parameters:
             sensor = column.removesuffix("_N")
             return {f"{sensor}.{parameter or attribute}": shift + sign * strength}
 
-        return hidden(name, apply, numbers, high)
+        return HiddenEffect(name=name, apply=apply, parameters=parameters, high=high)
 
     return draw
 
 
-def _number(
+def _parameter(
     name: str,
     attribute: str,
     parameter: str,
@@ -73,55 +73,70 @@ def _number(
     signed: bool = True,
     less: float = 0.0,
 ) -> Draw:
-    """A number of the rig itself; ``value`` gives it for a signed strength.
+    """A parameter of the bench, which is ``value`` of the signed strength.
 
-    The model's own parameter is that ``less`` a fixed number.
+    The model's parameter of this effect is ``value`` minus ``less``.
     """
 
-    def draw(rng: np.random.Generator) -> Hidden[Rig]:
+    def draw(rng: np.random.Generator) -> HiddenEffect[ReferenceBench]:
         sign = rng.choice([-1.0, 1.0]) if signed else 1.0
 
-        def apply(rig: Rig, strength: float) -> Rig:
+        def apply(bench: ReferenceBench, strength: float) -> ReferenceBench:
             given: dict[str, Any] = {attribute: value(sign * strength)}
-            return dataclasses.replace(rig, **given)
+            return dataclasses.replace(bench, **given)
 
-        return hidden(name, apply, lambda _, s: {parameter: value(sign * s) - less}, high)
+        return HiddenEffect(
+            name=name,
+            apply=apply,
+            parameters=lambda _, s: {parameter: value(sign * s) - less},
+            high=high,
+        )
 
     return draw
 
 
-def _static_friction(rng: np.random.Generator) -> Hidden[Rig]:
-    def apply(rig: Rig, strength: float) -> Rig:
-        return dataclasses.replace(rig, static_excess=strength)
+def _static_friction(rng: np.random.Generator) -> HiddenEffect[ReferenceBench]:
+    def apply(bench: ReferenceBench, strength: float) -> ReferenceBench:
+        return dataclasses.replace(bench, static_excess=strength)
 
-    return hidden(
-        "static_friction",
-        apply,
-        lambda rig, s: {"sheath.static_friction": rig.friction * (1.0 + s)},
-        1.5,
+    return HiddenEffect(
+        name="static_friction",
+        apply=apply,
+        parameters=lambda bench, s: {"sheath.static_friction": bench.friction * (1.0 + s)},
+        high=1.5,
     )
 
 
-def _warmth(rng: np.random.Generator) -> Hidden[Rig]:
+def _thermal_shortening(rng: np.random.Generator) -> HiddenEffect[ReferenceBench]:
     period = rng.uniform(5.0, 20.0)
 
-    def apply(rig: Rig, strength: float) -> Rig:
-        return dataclasses.replace(rig, warmth=(strength, period))
+    def apply(bench: ReferenceBench, strength: float) -> ReferenceBench:
+        return dataclasses.replace(bench, thermal_shortening=(strength, period))
 
-    return hidden("warmth", apply, lambda _, s: {"amplitude_m": s, "period_s": period}, 0.5e-3)
+    return HiddenEffect(
+        name="warmth",
+        apply=apply,
+        parameters=lambda _, s: {"amplitude_m": s, "period_s": period},
+        high=0.5e-3,
+    )
 
 
-def _saturation(rng: np.random.Generator) -> Hidden[Rig]:
+def _saturation(rng: np.random.Generator) -> HiddenEffect[ReferenceBench]:
     column = str(rng.choice(COLUMNS))
 
-    def apply(rig: Rig, strength: float) -> Rig:
-        limit = rig.pretension * (3.0 - strength)
-        return dataclasses.replace(rig, sensors={**rig.sensors, column: Sensor(limit=limit)})
+    def apply(bench: ReferenceBench, strength: float) -> ReferenceBench:
+        limit = bench.pretension * (3.0 - strength)
+        return dataclasses.replace(bench, sensors={**bench.sensors, column: Sensor(limit=limit)})
 
-    return hidden("sensor_saturation", apply, lambda _, s: {"below_3_T_0": s}, 1.9)
+    return HiddenEffect(
+        name="sensor_saturation",
+        apply=apply,
+        parameters=lambda _, s: {"below_3_T_0": s},
+        high=1.9,
+    )
 
 
-# The third number is the largest strength that is still physical, in the unit beside it.
+# Each with the largest strength that is still physical, in the unit beside it.
 EFFECTS: dict[str, Draw] = {
     "static_friction": _static_friction,  # 0.5 [-], μ_s/μ − 1
     "velocity_weakening": _transmission(
@@ -147,34 +162,37 @@ EFFECTS: dict[str, Draw] = {
     "sensor_lag": _sensor("sensor_lag", "lag", 0.1),  # s
     "sensor_drift": _sensor("sensor_drift", "drift", 1.0, signed=True),  # N/s
 }
-# On a model that has no friction.
-SHEATH_FRICTION = _number(
+# Friction as the hidden effect: the model and its recordings state none.
+SHEATH_FRICTION = _parameter(
     "sheath_friction", "friction", "sheath.friction", lambda s: s, 0.4, signed=False
 )
-# The model's own number is wrong, and the recording does not call it uncertain.
+# Wrong parameters of the model, which the recording states neither as known nor as uncertain.
 PARAMETERS: dict[str, Draw] = {
-    "friction": _number("friction", "friction", "sheath.friction", lambda s: 0.15 * (1.0 + s), 0.8),
-    "axial_stiffness": _number(
+    "friction": _parameter(
+        "friction", "friction", "sheath.friction", lambda s: 0.15 * (1.0 + s), 0.8
+    ),
+    "axial_stiffness": _parameter(
         "axial_stiffness", "axial_stiffness", "sheath.axial_stiffness", lambda s: 2e4 * (1 + s), 0.6
     ),
-    "pretension": _number(
+    "pretension": _parameter(
         "pretension", "pretension", "sheath.pretension", lambda s: 20.0 * (1.0 + s), 0.6
     ),
-    "bend_angle": _number(
+    "bend_angle": _parameter(
         "bend_angle", "bend", "sheath.extra_bend", lambda s: np.pi * (1.0 + s), 0.5, less=np.pi
     ),
-    "moment_arm": _number(
+    "moment_arm": _parameter(
         "moment_arm", "reel_scale", "reel.command_scale", lambda s: 1.0 + s, 0.25
     ),
 }
-# What no catalogue holds.
-STRANGE: dict[str, Draw] = {
+# Disturbances that no catalogue of a diagnosis contains.
+DISTURBANCES: dict[str, Draw] = {
     "sensor_hum": _sensor("sensor_hum", "hum", 5.0),  # N
-    "warmth": _warmth,  # 0.5e-3 m
+    "warmth": _thermal_shortening,  # 0.5e-3 m
     "sensor_saturation": _saturation,  # 1.9 [-], of T_0
 }
-# Of these, one in the catalogue can pass for the other.
-ALIKE = ({"sensor_delay", "sensor_lag"}, {"sensor_bias", "sensor_gain"})
+# Groups of effects of which one can imitate the other.
+INTERCHANGEABLE = ({"sensor_delay", "sensor_lag"}, {"sensor_bias", "sensor_gain"})
+# Effects that some cases take out of the catalogue, so that the diagnosis has to abstain.
 EXCLUDABLE = (
     "velocity_weakening",
     "direction_asymmetry",

@@ -23,15 +23,15 @@ from tendon_mj.replay import Simulator
 
 
 @dataclass(frozen=True, kw_only=True)
-class Run:
-    """Verdicts on a suite.
+class SuiteDiagnosis:
+    """Diagnosis of a suite of hidden cases.
 
     Attributes:
         suite: folder of cases.
         out: folder for a folder per case with result.json and run.json (seconds, error).
         cases: the first so many only; 0 is all.
-        processes: at work.
-        again: also those that already have a verdict.
+        processes: number of worker processes.
+        again: diagnose also cases that already have a verdict.
     """
 
     suite: Path
@@ -41,38 +41,40 @@ class Run:
     again: bool = False
 
 
-def diagnose_suite(run: Run) -> None:
-    """Write a verdict on every case, and say how far it is."""
-    folders = sorted(p.parent for p in run.suite.glob("*/case.json"))
-    folders = folders[: run.cases] if run.cases else folders
-    todo = [f for f in folders if run.again or not (run.out / f.name / "run.json").exists()]
+def diagnose_suite(settings: SuiteDiagnosis) -> None:
+    """Write a verdict on every case, and print the progress."""
+    folders = sorted(p.parent for p in settings.suite.glob("*/case.json"))
+    folders = folders[: settings.cases] if settings.cases else folders
+    todo = [
+        f for f in folders if settings.again or not (settings.out / f.name / "run.json").exists()
+    ]
     begun = time.monotonic()
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ[name] = "1"  # a process has one core; spawned ones read it before NumPy
-    with ProcessPoolExecutor(run.processes, get_context("spawn")) as pool:
-        waiting = [pool.submit(_one, folder, run.out / folder.name) for folder in todo]
+    with ProcessPoolExecutor(settings.processes, get_context("spawn")) as pool:
+        waiting = [pool.submit(_one, folder, settings.out / folder.name) for folder in todo]
         for done, future in enumerate(as_completed(waiting), 1):
             spent = time.monotonic() - begun
             print(f"{done}/{len(todo)}, {spent:.0f} s: {future.result()}", flush=True)
 
 
 def _one(case: Path, out: Path) -> str:
-    """Diagnose one case; return what to tell the reader."""
+    """Diagnose one case; return a line with its verdict."""
     exclude = json.loads((case / "case.json").read_text(encoding="utf-8"))["exclude"]
     train, held_out = _recordings(case, "train"), _recordings(case, "held_out")
     out.mkdir(parents=True, exist_ok=True)
     simulator = partial(Simulator, threads=1)
-    begun, error, said = time.monotonic(), "", "failed"
+    begun, error, summary = time.monotonic(), "", "failed"
     try:
         result = diagnose(train, held_out, simulator, exclude=exclude).result()
-        said = f"{result['verdict']} {', '.join(result['effects'])}"
+        summary = f"{result['verdict']} {', '.join(result['effects'])}"
         text = json.dumps(result, indent=1, allow_nan=False) + "\n"
         (out / "result.json").write_text(text, encoding="utf-8")
     except TendonError as failure:
-        error = said = str(failure)
+        error = summary = str(failure)
     about = {"seconds": time.monotonic() - begun, "error": error}
     (out / "run.json").write_text(json.dumps(about) + "\n", encoding="utf-8")
-    return f"{case.name} {said}"
+    return f"{case.name} {summary}"
 
 
 def _recordings(case: Path, kind: str) -> list[Recording]:
@@ -80,4 +82,4 @@ def _recordings(case: Path, kind: str) -> list[Recording]:
 
 
 if __name__ == "__main__":
-    diagnose_suite(tyro.cli(Run))
+    diagnose_suite(tyro.cli(SuiteDiagnosis))

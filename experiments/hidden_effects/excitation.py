@@ -1,4 +1,4 @@
-"""What the drive does: slow triangles, sines, steps with dwell, random minor loops."""
+"""Excitation of the drive: slow triangles, sines, steps with dwell, random minor loops."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ def clock(duration: float = DURATION, rate: float = RATE) -> FloatArray:
 
 
 def triangle(rng: np.random.Generator, time: FloatArray) -> FloatArray:
-    """Slow straight lines from end to end, each a little different."""
+    """Slow ramps that cover 60 to 100 % of the way to alternate ends of the range."""
     return _lines(rng, time, (0.8e-3, 2.0e-3), lambda: rng.uniform(0.6, 1.0))
 
 
 def loops(rng: np.random.Generator, time: FloatArray) -> FloatArray:
-    """Lines between random turning points: minor loops within minor loops."""
+    """Ramps between random turning points: nested minor loops."""
     return _lines(rng, time, (2.0e-3, 12.0e-3), lambda: rng.uniform(0.05, 1.0))
 
 
 def sine(rng: np.random.Generator, time: FloatArray) -> FloatArray:
-    """Some sines of rates between 0.3 and 8 Hz, one after another, each fading in and out."""
+    """Three sines between 0.35 and 8 Hz, one after another, each fading in and out."""
     xi = np.zeros_like(time)
     slow, middle, fast = rng.uniform(0.35, 0.7), rng.uniform(1.2, 3.0), rng.uniform(5.0, 8.0)
     rates = rng.permutation([slow, middle, fast])
@@ -41,8 +41,8 @@ def sine(rng: np.random.Generator, time: FloatArray) -> FloatArray:
     for rate, start, stop in zip(rates, edges[:-1], edges[1:], strict=True):
         share = np.clip((time - start) / (stop - start), 0.0, 1.0)
         fade = np.minimum(1.0, 6.0 * np.minimum(share, 1.0 - share))
-        height = rng.uniform(0.75, 1.0) / (1.0 + rate / 3.0)
-        xi += fade * height * np.sin(2.0 * np.pi * rate * (time - start))
+        amplitude = rng.uniform(0.75, 1.0) / (1.0 + rate / 3.0)
+        xi += fade * amplitude * np.sin(2.0 * np.pi * rate * (time - start))
     return np.where(xi > 0.0, HIGHEST, -LOWEST) * xi
 
 
@@ -67,7 +67,14 @@ def _lines(
     speeds: tuple[float, float],
     share: Callable[[], float],
 ) -> FloatArray:
-    """Straight lines between turning points on alternate sides of a wandering middle [m]."""
+    """Ramps between turning points towards alternate ends of the range [m].
+
+    Args:
+        rng: of the turning points and speeds.
+        time: sampling instants [s].
+        speeds: lowest and highest [m/s].
+        share: draws which part of the way to the end of the range a ramp covers [-].
+    """
     corners, values, side = [time[0]], [0.0], 1.0
     while corners[-1] < time[-1]:
         end = HIGHEST if side > 0.0 else LOWEST
@@ -81,13 +88,13 @@ def _lines(
 
 
 def train(rng: np.random.Generator, scale: float) -> list[FloatArray]:
-    """ξ_in of the four recordings to learn from [m], each of one kind."""
+    """ξ_in of the four training recordings [m], each of one kind."""
     time = clock()
     return [np.round(scale * kind(rng, time), 9) for kind in (triangle, sine, steps, loops)]
 
 
 def held_out(rng: np.random.Generator, scale: float) -> list[FloatArray]:
-    """ξ_in of the two recordings to judge by [m]: halves of two kinds, at other heights."""
+    """ξ_in of the two held-out recordings [m]: halves of two kinds, at other amplitudes."""
     time = clock()
     return [
         np.round(scale * rng.uniform(0.7, 0.95) * _join(rng, time, pair), 9)
@@ -100,10 +107,11 @@ def _join(
     time: FloatArray,
     kinds: tuple[Callable[[np.random.Generator, FloatArray], FloatArray], ...],
 ) -> FloatArray:
+    """Signals of several kinds one after another, each faded in from the end of the last [m]."""
     parts, level = [], 0.0
     for part, kind in zip(np.array_split(time, len(kinds)), kinds, strict=True):
         own = kind(rng, part)
-        fade = np.clip((part - part[0]) / 0.3, 0.0, 1.0)  # from where the last one ended
+        fade = np.clip((part - part[0]) / 0.3, 0.0, 1.0)
         parts.append(own + (level - own[0]) * (1.0 - fade))
         level = float(parts[-1][-1])
     return np.concatenate(parts)

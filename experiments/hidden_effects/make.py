@@ -11,26 +11,27 @@ from typing import Any
 
 import tyro
 
-from experiments.hidden_effects.case import Plan, make_case
-from experiments.hidden_effects.plan import KINDS, plans
+from experiments.hidden_effects.case import make_case
+from experiments.hidden_effects.case_plan import CasePlan
+from experiments.hidden_effects.suite import KINDS, plan_suite
 
 
 @dataclass(frozen=True, kw_only=True)
 class Suite:
-    """Hidden cases in one folder, and what they hide in another.
+    """Hidden cases in one folder, and their keys in another.
 
     Attributes:
         out: folder for the cases.
         keys: folder for keys.json, which only the scorer may read.
-        seed: of everything.
+        seed: of every random draw.
         kinds: of cases.
-        strengths: residual that calibration leaves over noise, of effects alone.
-        noises: standard deviation over range.
-        repeats: of effects, parameters and strange things.
+        strengths: ratios of the residual after calibration to the noise, with one effect [-].
+        noises: standard deviations over the range of the signal [-].
+        repeats: of cases with one effect, a wrong parameter or an effect outside the catalogue.
         nothing: cases in which nothing is hidden.
         pairs: cases with two effects.
         cases: the first so many only; 0 is all.
-        processes: at work.
+        processes: number of worker processes.
     """
 
     out: Path
@@ -47,8 +48,8 @@ class Suite:
 
 
 def make(suite: Suite) -> None:
-    """Write the cases and their keys, and say how far it is."""
-    todo = plans(
+    """Write the cases and their keys, and print the progress."""
+    todo = plan_suite(
         suite.seed,
         suite.kinds,
         suite.strengths,
@@ -71,7 +72,7 @@ def make(suite: Suite) -> None:
     (suite.keys / "keys.json").write_text(json.dumps(whole, indent=1) + "\n", encoding="utf-8")
 
 
-def _one(job: tuple[Plan, Path]) -> dict[str, Any]:
+def _one(job: tuple[CasePlan, Path]) -> dict[str, Any]:
     plan, folder = job
     return make_case(plan, folder)
 

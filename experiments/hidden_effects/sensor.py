@@ -1,4 +1,4 @@
-"""What a sensor may do to a tension before it is written down."""
+"""Model of a tension sensor: gain, bias, delay, lag, drift, hum and saturation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class Sensor:
-    """Reading = clip(lag(delay((1 + gain) T + bias))) + drift t + hum; the defaults are faithful.
+    """Reading = clip(lag(delay((1 + gain) T + bias))) + drift t + hum; the defaults are ideal.
 
     Attributes:
         bias: [N]. gain: [-]. delay: [s]. lag: time constant, first order [s]. drift: [N/s].
@@ -44,7 +44,7 @@ class Sensor:
 
 
 def _lagged(signal: FloatArray, step: float) -> FloatArray:
-    """First order, exact for lines between samples; ``step`` is the interval over the lag."""
+    """Exact first-order lag of a piecewise linear signal; ``step`` is interval over lag [-]."""
     decay = math.exp(-step)
     early = -math.expm1(-step) / step - decay
     late = 1.0 - decay - early

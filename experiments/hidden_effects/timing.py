@@ -1,7 +1,7 @@
 """Times one diagnosis: four recordings of 20 s at 1 kHz on `bench`, the whole catalogue.
 
-`python -m experiments.hidden_effects.timing`; the twin hides viscous friction, or `--effect`. Where
-the catalogue is to lack it, `--effect creep --exclude creep`, a diagnosis has to abstain.
+`python -m experiments.hidden_effects.timing`; the effect hidden is viscous friction, or `--effect`.
+With `--effect creep --exclude creep` the catalogue lacks it, and the diagnosis has to abstain.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import tyro
 from rich.console import Console
 
 from experiments.hidden_effects import catalogue, excitation
-from experiments.hidden_effects.case import record
-from experiments.hidden_effects.rig import Rig
+from experiments.hidden_effects.noisy_recording import noisy_recording
+from experiments.hidden_effects.reference_bench import ReferenceBench
 from tendon_mj.cli import progress_bar
 from tendon_mj.diagnosis import diagnose
 from tendon_mj.recordings import Recording
@@ -27,18 +27,19 @@ KINDS = (excitation.triangle, excitation.sine, excitation.steps, excitation.loop
 
 
 def recordings(effect: str, seed: int) -> list[Recording]:
-    """Four recordings of the twin with an effect at a tenth of its range."""
+    """Four recordings of the reference with an effect at a tenth of its range."""
     rng = np.random.default_rng(seed)
     hidden = catalogue.EFFECTS[effect](rng)
-    rig = hidden.apply(Rig(friction=0.18, rate=RATE), hidden.start)
+    bench = hidden.apply(ReferenceBench(friction=0.18, rate=RATE), hidden.start)
+    description = bench.description
     drives = [SCALE * kind(rng, excitation.clock(DURATION, RATE)) for kind in KINDS]
-    readings = rig.run(drives)
+    readings = bench.simulate(drives)
     noise = NOISE * np.ptp(np.concatenate(readings, axis=1), axis=1)
-    stated = {p: rig.side.ranges[n] for n, ps in rig.side.uncertain.items() for p in ps}
+    stated = {p: description.ranges[n] for n, ps in description.uncertain.items() for p in ps}
     return [
         dataclasses.replace(
-            record(rig, "bench", rng, kind.__name__, drive, reading, noise),
-            known=rig.side.known,
+            noisy_recording(bench, "bench", rng, kind.__name__, drive, reading, noise),
+            known=description.known,
             uncertain=stated,
         )
         for kind, drive, reading in zip(KINDS, drives, readings, strict=True)
@@ -51,7 +52,7 @@ def main(effect: str = "viscous_friction", exclude: tuple[str, ...] = (), seed: 
     Args:
         effect: of the transmission or a sensor, to hide.
         exclude: effects that the catalogue is to lack.
-        seed: of everything.
+        seed: of every random draw.
     """
     train = recordings(effect, seed)
     began = time.perf_counter()

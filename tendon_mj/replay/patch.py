@@ -42,15 +42,15 @@ def patch_model(
 ) -> Path:
     """Write a model with these parameters, and make sure that the file has them.
 
-    What the source does not say otherwise stays as it is written there, digit for digit, with its
-    comments; included files are put in their places. To replay it, do not let the recording's
-    guesses overrule it: ``replay_recording(recording, load_model(path), described=False)``.
+    All other numbers stay as they are written in the source, digit for digit, with its comments;
+    included files are put in their places. To replay it, do not let the recording's guesses
+    overrule it: ``replay_recording(recording, load_model(path), described=False)``.
 
     Args:
         model: as ``recording.model``: a model of the package or an MJCF file.
         parameters: ``<element>.<parameter>`` to value, as in `replay_recording`.
         path: file to write, in an existing folder.
-        intervals: of some of the parameters, what they may be instead: (low, high).
+        intervals: (low, high) of some of the parameters.
 
     Returns:
         The path.
@@ -157,7 +157,7 @@ def _write_actuator(text: Mjcf, adjustable: Adjustable, element: str, parameter:
 
 
 def _user(name: str, row: FloatArray, there: FloatArray, text: Mjcf, kind: str) -> str:
-    """User data that begins with our row, and room for it in every element of the kind."""
+    """User data that begins with our row; the ``nuser`` of its kind is enlarged to hold it."""
     if not row.any():
         raise InvalidValueError(f"{name}: a scale of 0 with nothing else cannot be written")
     if 0 < len(there) < len(row):

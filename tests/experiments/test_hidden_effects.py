@@ -1,4 +1,4 @@
-"""Laws of hidden cases: nothing of the key shows, and the ratio is what was asked for."""
+"""Laws of hidden cases: recordings do not reveal the key, and the ratio is the one asked for."""
 
 import dataclasses
 import json
@@ -6,16 +6,17 @@ import json
 import numpy as np
 import pytest
 
-from experiments.hidden_effects.case import Plan, make_case
-from experiments.hidden_effects.plan import ALONE, plans
-from experiments.hidden_effects.score import confusion, table
+from experiments.hidden_effects.case import make_case
+from experiments.hidden_effects.case_plan import CasePlan
+from experiments.hidden_effects.judged_case import JudgedCase
 from experiments.hidden_effects.sensor import Sensor
-from experiments.hidden_effects.strength import find, projector
-from experiments.hidden_effects.verdict import Judged
-from tendon_mj.recordings.recording import read_recording
-from tendon_mj.replay.replay_recording import replay_recording
+from experiments.hidden_effects.strength_search import calibration_projector, find_strength
+from experiments.hidden_effects.suite import SINGLE_EFFECTS, plan_suite
+from experiments.hidden_effects.suite_statistics import confusion, table
+from tendon_mj.recordings import read_recording
+from tendon_mj.replay import replay_recording
 
-NOTHING = Plan(kind="nothing", names=(), target=0.0, noise=0.01, exclude=(), seed=(7, 1))
+NOTHING = CasePlan(kind="nothing", names=(), target=0.0, noise=0.01, exclude=(), seed=(7, 1))
 LAG = dataclasses.replace(NOTHING, kind="effect", names=("sensor_lag",), target=5.0)
 
 
@@ -29,7 +30,7 @@ def recordings(folder):
     return [read_recording(path) for path in sorted(folder.glob("*.csv"))]
 
 
-def test_a_case_is_six_recordings_that_tell_nothing(case):
+def test_the_six_recordings_of_a_case_do_not_reveal_its_key(case):
     plan, key, folder = case
     assert len(recordings(folder)) == 6
     assert json.loads((folder / "case.json").read_text()) == {"exclude": []}
@@ -49,40 +50,40 @@ def test_the_same_seed_gives_the_same_case(case, tmp_path):
     assert recordings(tmp_path) == recordings(folder)
 
 
-def test_with_nothing_hidden_the_bench_explains_all_but_a_fraction_of_the_noise(tmp_path):
+def test_with_nothing_hidden_the_bench_explains_the_reference_down_to_the_noise(tmp_path):
     key = make_case(NOTHING, tmp_path)
     for recording in recordings(tmp_path):
         simulated = replay_recording(recording, parameters=key["calibrated"])
         for column, measured in recording.measured.items():
-            miss = simulated.columns[column] - recording.columns[column]
-            assert np.sqrt(np.mean(miss**2)) < 1.1 * measured.noise
+            error = simulated.columns[column] - recording.columns[column]
+            assert np.sqrt(np.mean(error**2)) < 1.1 * measured.noise
 
 
 def test_a_suite_holds_every_effect_at_every_strength_once():
-    suite = plans(3, ("effect",), (2.0, 5.0), (0.01,), 1, 0, 0)
+    suite = plan_suite(3, ("effect",), (2.0, 5.0), (0.01,), 1, 0, 0)
     assert sorted((p.names[0], p.target) for p in suite) == sorted(
-        (e, s) for e in ALONE for s in (2.0, 5.0)
+        (e, s) for e in SINGLE_EFFECTS for s in (2.0, 5.0)
     )
     assert len({p.seed for p in suite}) == len(suite)
 
 
-def test_calibration_removes_what_lies_along_its_sensitivities_and_nothing_else():
+def test_calibration_removes_the_projection_on_its_sensitivities_and_nothing_else():
     rng = np.random.default_rng(0)
     along, other = rng.normal(size=(2, 50))
-    left = projector([along])
+    left = calibration_projector([along])
     assert left(3.0 * along) == pytest.approx(np.zeros(50), abs=1e-12)
     assert left(other) @ along == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("power", [0.5, 1.0, 3.0])
 def test_the_search_finds_a_strength_or_says_that_the_range_ends(power):
-    found = find(lambda s: 7.0 * s**power, 2.0, 1e-4, 10.0, 1.0)
+    found = find_strength(lambda s: 7.0 * s**power, 2.0, 1e-4, 10.0, 1.0)
     assert found.reached
     assert 7.0 * found.strength**power == pytest.approx(2.0, rel=0.1)
-    assert not find(lambda s: 7.0 * s**power, 2.0, 1e-4, 0.01, 0.001).reached
+    assert not find_strength(lambda s: 7.0 * s**power, 2.0, 1e-4, 0.01, 0.001).reached
 
 
-def test_a_sensor_lags_a_ramp_by_its_time_and_delays_it_by_its_delay():
+def test_lag_and_delay_shift_a_ramp_by_their_time():
     time = np.linspace(0.0, 1.0, 1001)
     for sensor in (Sensor(lag=0.02), Sensor(delay=0.02)):
         late = sensor.read(time, 5.0 * time)[500:]
@@ -107,7 +108,7 @@ RESULT = {
 
 
 def judged(key=None, **result):
-    return Judged("case", {**KEY, **(key or {})}, {**RESULT, **result}, 1.0)
+    return JudgedCase("case", {**KEY, **(key or {})}, {**RESULT, **result}, 1.0)
 
 
 def test_a_hit_counts_one_a_tie_a_half_and_a_wrong_name_nothing():
@@ -134,8 +135,8 @@ def test_errors_are_relative_and_intervals_cover_or_not():
 
 def test_the_table_and_the_matrix_count_every_case():
     cases = [judged(), judged(effects=["stiffening"]), judged({"kind": "nothing", "hidden": []})]
-    rows = {what: (figure, count) for what, _, figure, count in table(cases)}
-    assert rows["one effect, gap ≥ 5 noise: first (tie: half)"] == ("50.0 %", 2)
+    rows = {quantity: (figure, count) for quantity, _, figure, count in table(cases)}
+    assert rows["one effect, residual ≥ 5 noise: first (tie: half)"] == ("50.0 %", 2)
     assert rows["nothing hidden: false name"] == ("100.0 %", 1)
     _, matrix = confusion(cases)
     assert sum(sum(row.values()) for row in matrix.values()) == len(cases)

@@ -65,7 +65,7 @@ def add_cable(
     """Add one tendon to a scene.
 
     Args:
-        scene: changed in place; what finds no room in it is left out.
+        scene: changed in place; geoms beyond its capacity ``maxgeom`` are left out.
         points: (n+2, 3) path [m].
         tensions: (n+1,) of the segments [N].
         scale: of the colours.

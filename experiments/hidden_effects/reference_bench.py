@@ -1,4 +1,4 @@
-"""The rig behind a hidden case: the twin of the bench, with effects, and its two sensors."""
+"""Independent reference of the bench: lumped elements with effects, read by two sensors."""
 
 from __future__ import annotations
 
@@ -12,41 +12,42 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.hidden_effects.excitation import RATE
+from experiments.hidden_effects.recording_description import RecordingDescription
 from experiments.hidden_effects.sensor import Sensor
-from experiments.hidden_effects.side import Side
 from tendon_mj.builders import Bench
 from tendon_mj.recordings import Uncertain
 from tendon_mj.reference import Carriage, Effects, simulate_effects, uniform_chain
 
 FloatArray = NDArray[np.float64]
 
-STEPS = {True: 1.25e-4, False: 5e-4}  # of the truth, of the search for a strength [s]
+TIME_STEPS = {True: 1.25e-4, False: 5e-4}  # of recordings, of the search for a strength [s]
 COLUMNS = ("input_tension_N", "output_tension_N")
-ELEMENTS = 24  # the bench has 16 guides: another discretisation, as a real rig is another
-OVERSAMPLED = 4  # readings per sample, so that sensors act on what happens between samples
-SETTLE = 0.5  # before the recording, with the reel at 0 [s]
+ELEMENTS = 24  # the bench has 16 guides: reference and model differ in discretisation
+OVERSAMPLING = 4  # simulated instants per sample, so that sensors see changes between samples
+SETTLING_TIME = 0.5  # before the recording, with the reel at 0 [s]
 # Of the tendon where its mass is no effect [kg]: so light that the integrator damps out all waves.
-# At 1e-3, μ_s > μ_d makes single elements chatter, by as much as 1/ELEMENTS allows: no physics.
+# At 1e-3, μ_s > μ_d makes single elements chatter, a discretisation error of the order 1/ELEMENTS.
 MASS = 1e-5
-RETARDATION = 1e-4  # s, ends the ringing of a tendon whose mass is the effect
+RETARDATION = 1e-4  # damps the ringing of a tendon whose mass is the effect [s]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rig:
-    """Truth of a case; the defaults are the bench's own numbers.
+class ReferenceBench:
+    """Ground truth of a case; the defaults are the parameters of the model `bench`.
 
     Attributes:
         friction: μ [-]. pretension: T_0 of the tendon as mounted, on carriages whose springs
             balance the bench's own T_0 [N]. axial_stiffness: EA [N]. bend: [rad].
         static_excess: μ_s/μ − 1 [-].
         effects: of the transmission.
-        reel_scale: tendon wound in per what the drive's column says [-].
-        sensors: of a column; those not named are faithful.
+        reel_scale: tendon wound in over the displacement in the drive's column [-].
+        sensors: column to its sensor; columns not named have an ideal one.
         rate: samples per second.
-        warmth: amplitude [m] and period [s] of a sine by which the tendon shrinks unseen.
+        thermal_shortening: amplitude [m] and period [s] of a sine by which the tendon shortens, of
+            which no column tells.
     """
 
-    side: ClassVar[Side] = Side(
+    description: ClassVar[RecordingDescription] = RecordingDescription(
         drive="input_displacement_m",
         actuator="reel",
         travel=1.0,
@@ -58,7 +59,7 @@ class Rig:
         },
         uncertain={name: (f"sheath.{name}",) for name in ("friction", "pretension")},
         ranges={"friction": Uncertain(0.15, 0.05, 0.4), "pretension": Uncertain(20.0, 15.0, 25.0)},
-        drawn={"friction": (0.08, 0.3), "pretension": (16.5, 23.5)},
+        true_ranges={"friction": (0.08, 0.3), "pretension": (16.5, 23.5)},
     )
 
     friction: float = Bench.friction
@@ -70,23 +71,23 @@ class Rig:
     reel_scale: float = 1.0
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
     rate: float = RATE
-    warmth: tuple[float, float] = (0.0, 1.0)
+    thermal_shortening: tuple[float, float] = (0.0, 1.0)
 
-    def run(self, drives: Sequence[FloatArray], fine: bool = True) -> list[FloatArray]:
+    def simulate(self, drives: Sequence[FloatArray], fine: bool = True) -> list[FloatArray]:
         """Readings without noise, (2, samples) [N] of each drive [m]."""
-        return [self._run(drive, STEPS[fine]) for drive in drives]
+        return [self._simulate(drive, TIME_STEPS[fine]) for drive in drives]
 
     def write_model(self, _: Path) -> str:
-        """What recordings call the model: it comes with the package."""
+        """Return the name by which recordings refer to the model: `bench` of the package."""
         return "bench"
 
-    def _run(self, drive: FloatArray, time_step: float) -> FloatArray:
+    def _simulate(self, drive: FloatArray, time_step: float) -> FloatArray:
         bench, sparse = Bench(), np.arange(len(drive)) / self.rate
-        dense = np.linspace(0.0, sparse[-1], OVERSAMPLED * (len(sparse) - 1) + 1)
+        dense = np.linspace(0.0, sparse[-1], OVERSAMPLING * (len(sparse) - 1) + 1)
         wound = self.reel_scale * np.interp(dense, sparse, drive)
-        height, period = self.warmth
-        wound += height * np.sin(2.0 * np.pi * dense / period)
-        lead = np.arange(-SETTLE, 0.0, dense[1])
+        amplitude, period = self.thermal_shortening
+        wound += amplitude * np.sin(2.0 * np.pi * dense / period)
+        lead = np.arange(-SETTLING_TIME, 0.0, dense[1])
         chain = uniform_chain(
             ELEMENTS,
             length=bench.length,
@@ -99,7 +100,7 @@ class Rig:
         )
         run = simulate_effects(
             chain,
-            self._whole_effects(),
+            self._all_effects(),
             np.concatenate([lead, dense]),
             np.concatenate([np.zeros_like(lead), wound]),
             carriages=_carriages(),
@@ -112,12 +113,13 @@ class Rig:
         )
         return np.array(
             [
-                self.sensors.get(name, Sensor()).read(dense, tension)[::OVERSAMPLED]
+                self.sensors.get(name, Sensor()).read(dense, tension)[::OVERSAMPLING]
                 for name, tension in tensions.items()
             ]
         )
 
-    def _whole_effects(self) -> Effects:
+    def _all_effects(self) -> Effects:
+        """The hidden effects, with the parameters that `Effects` shares with the chain."""
         given = dict(vars(self.effects))
         given["axial_stiffness"] = self.axial_stiffness
         given["retardation_time"] = RETARDATION if self.effects.tendon_mass > 0.0 else 0.0
@@ -125,7 +127,7 @@ class Rig:
 
 
 def _carriages() -> tuple[Carriage, ...]:
-    """Sensor and environment of the bench: critically damped by themselves."""
+    """Sensor and environment of the bench, each critically damped on its own spring."""
     bench = Bench()
     return tuple(
         Carriage(mass=bench.mass, stiffness=k, damping=2.0 * math.sqrt(k * bench.mass))

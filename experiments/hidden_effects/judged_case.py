@@ -1,4 +1,4 @@
-"""A verdict beside the key of its case: what is right about it."""
+"""Comparison of a verdict with the key of its case."""
 
 from __future__ import annotations
 
@@ -10,8 +10,15 @@ PARAMETERS = ("friction", "axial_stiffness", "pretension", "bend_angle", "moment
 
 
 @dataclass(frozen=True)
-class Judged:
-    """One case after its verdict; ``result`` is result.json, None where diagnosing failed."""
+class JudgedCase:
+    """Verdict and key of one case.
+
+    Attributes:
+        name: of the case.
+        key: entry of the case in keys.json.
+        result: content of result.json; None where the diagnosis failed.
+        seconds: that the diagnosis took [s].
+    """
 
     name: str
     key: Mapping[str, Any]
@@ -20,45 +27,45 @@ class Judged:
 
     @property
     def kind(self) -> str:
-        """What sort of case it is."""
+        """Kind of the case, one of `suite.KINDS`."""
         return str(self.key["kind"])
 
     @property
     def hidden(self) -> list[str]:
-        """What was hidden."""
+        """Names of the effects, parameters or disturbances that were hidden."""
         return list(self.key["hidden"])
 
     @property
     def verdict(self) -> str:
-        """The word of the verdict."""
+        """Verdict as in result.json, or "failed"."""
         return "failed" if self.result is None else str(self.result["verdict"])
 
     @property
     def effects(self) -> list[str]:
-        """What it says is missing, wrong parameters left out."""
+        """Effects that the verdict names as missing, without wrong parameters."""
         if self.result is None or self.verdict == "parameter":
             return []
         return [e for e in self.result["effects"] if e not in PARAMETERS]
 
     @property
     def ties(self) -> list[list[str]]:
-        """Groups of two or more that it says the data cannot tell apart."""
+        """Groups of two or more effects that the data cannot tell apart, as the verdict says."""
         groups = [] if self.result is None else self.result["indistinguishable"]
         return [list(g) for g in groups if len(g) > 1]
 
     @property
     def named_effect(self) -> bool:
-        """Whether it says of some effect that it is missing, alone or among others."""
+        """Whether the verdict names at least one effect as missing."""
         return self.verdict == "named" and bool(self.effects)
 
     @property
     def confident(self) -> bool:
-        """Whether the first effect named stands by itself."""
+        """Whether the first effect named is not part of a tie."""
         return self.named_effect and not any(self.effects[0] in tie for tie in self.ties)
 
     @property
     def contains(self) -> bool:
-        """Whether all that was hidden is somewhere in the verdict."""
+        """Whether the verdict mentions all hidden effects, be it in a tie."""
         mentioned = {*self.effects, *(e for tie in self.ties for e in tie)}
         return self.verdict != "nothing missing" and set(self.hidden) <= mentioned
 
@@ -75,27 +82,27 @@ class Judged:
 
     @property
     def extra(self) -> list[str]:
-        """Effects named that are not hidden, and tie with nothing that is."""
+        """Effects named that are neither hidden nor tied with a hidden one."""
         tied = {e for tie in self.ties if set(tie) & set(self.hidden) for e in tie}
         return [e for e in self.effects if e not in self.hidden and e not in tied]
 
     @property
     def column(self) -> str:
-        """Where the case stands in the confusion matrix."""
+        """Column of the case in the confusion matrix."""
         if not self.named_effect:
             return self.verdict
         return self.effects[0] if self.confident else "A or B"
 
     @property
     def closed(self) -> float | None:
-        """Share of the reducible gap that is closed on held-out recordings."""
+        """Share of the reducible error that was removed on held-out recordings."""
         if self.result is None:
             return None
         share = self.result["gap"]["held_out"].get("reducible_closed")
         return None if share is None else float(share)
 
     def errors(self) -> list[tuple[str, float, bool]]:
-        """Parameter, its relative error, and whether its interval covers the truth."""
+        """(parameter, relative error [-], whether its interval covers the truth), for each."""
         given = {} if self.result is None else self.result["parameters"]
         found = []
         for name, true in self.key["parameters"].items():

@@ -1,4 +1,4 @@
-"""The antagonistic joint behind a hidden case: MuJoCo's own, at another step and integrator."""
+"""Reference of the antagonistic joint: MuJoCo's hinge, at another time step and integrator."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.hidden_effects.excitation import RATE, clock
-from experiments.hidden_effects.hidden import Hidden, hidden
-from experiments.hidden_effects.side import Side
+from experiments.hidden_effects.hidden_effect import HiddenEffect
+from experiments.hidden_effects.recording_description import RecordingDescription
 from tendon_mj.builders import Joint, build_joint
 from tendon_mj.recordings import Measured, Recording, Uncertain
 from tendon_mj.replay import replay_recording
@@ -22,13 +22,14 @@ from tendon_mj.replay import replay_recording
 FloatArray = NDArray[np.float64]
 
 MASS, ARM = 0.1, 0.01  # of the tip, and of its centre of mass about the hinge [kg], [m]
-STEPS = {True: 2.5e-4, False: 1e-3}  # of the truth, of the search for a strength [s]; model: 1e-3
-_BOTH = ("sheath_1", "sheath_2")
+# of recordings, of the search for a strength [s]; the model takes 1e-3
+TIME_STEPS = {True: 2.5e-4, False: 1e-3}
+_SHEATHS = ("sheath_1", "sheath_2")
 
 
 @dataclass(frozen=True, kw_only=True)
-class JointRig:
-    """Truth of a case; the defaults are the joint's own numbers.
+class ReferenceJoint:
+    """Ground truth of a case; the defaults are the parameters of the model `joint`.
 
     Attributes:
         friction: μ of both tendons [-]. pretension: T_0 of both [N].
@@ -37,7 +38,7 @@ class JointRig:
         gravity: downward, across the hinge [m/s²]; the model has none.
     """
 
-    side: ClassVar[Side] = Side(
+    description: ClassVar[RecordingDescription] = RecordingDescription(
         drive="command_rad",
         actuator="command",
         travel=600.0,
@@ -46,12 +47,12 @@ class JointRig:
             "tension_1_N": "input_tension_1",
             "tension_2_N": "input_tension_2",
         },
-        known={f"{s}.axial_stiffness": Joint.axial_stiffness for s in _BOTH},
+        known={f"{s}.axial_stiffness": Joint.axial_stiffness for s in _SHEATHS},
         uncertain={
-            name: tuple(f"{s}.{name}" for s in _BOTH) for name in ("friction", "pretension")
+            name: tuple(f"{s}.{name}" for s in _SHEATHS) for name in ("friction", "pretension")
         },
         ranges={"friction": Uncertain(0.19, 0.05, 0.4), "pretension": Uncertain(5.0, 3.5, 6.5)},
-        drawn={"friction": (0.1, 0.3), "pretension": (4.2, 6.0)},
+        true_ranges={"friction": (0.1, 0.3), "pretension": (4.2, 6.0)},
     )
 
     friction: float = Joint.friction
@@ -63,15 +64,15 @@ class JointRig:
     stiffness: float = Joint.stiffness
     gravity: float = 0.0
 
-    def run(self, drives: Sequence[FloatArray], fine: bool = True) -> list[FloatArray]:
+    def simulate(self, drives: Sequence[FloatArray], fine: bool = True) -> list[FloatArray]:
         """Readings without noise, (3, samples) of each drive [rad]."""
-        spec = self.spec(STEPS[fine])
+        spec = self.spec(TIME_STEPS[fine])
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICIT
         model = spec.compile()
-        return [self._run(model, drive) for drive in drives]
+        return [self._simulate(model, drive) for drive in drives]
 
     def spec(self, step: float) -> mujoco.MjSpec:
-        """The joint with these numbers; the centre of mass of its tip is off the hinge."""
+        """The joint with these parameters; the centre of mass of its tip is off the hinge."""
         spec = build_joint(
             Joint(
                 friction=self.friction,
@@ -91,45 +92,47 @@ class JointRig:
         return spec
 
     def write_model(self, folder: Path) -> str:
-        """Write the model that its recordings are of, and return what they call it."""
+        """Write the model with the default parameters; return its path, for the recordings."""
         path = folder.resolve() / "tipped_joint.xml"
-        path.write_text(JointRig().spec(Joint.timestep).to_xml(), encoding="utf-8")
+        path.write_text(ReferenceJoint().spec(Joint.timestep).to_xml(), encoding="utf-8")
         return str(path)
 
-    def _run(self, model: mujoco.MjModel, drive: FloatArray) -> FloatArray:
-        side = self.side
+    def _simulate(self, model: mujoco.MjModel, drive: FloatArray) -> FloatArray:
+        stated = self.description
         recording = Recording(
             name="truth",
             model="joint",
             source="drive",
             time=clock()[: len(drive)],
-            columns={side.drive: drive, **{c: np.zeros_like(drive) for c in side.sensors}},
-            drive={side.drive: side.actuator},
-            measured={c: Measured(s) for c, s in side.sensors.items()},
+            columns={stated.drive: drive, **{c: np.zeros_like(drive) for c in stated.sensors}},
+            drive={stated.drive: stated.actuator},
+            measured={c: Measured(s) for c, s in stated.sensors.items()},
         )
         simulated = replay_recording(recording, model)
-        return np.array([simulated.columns[c] for c in side.sensors])
+        return np.array([simulated.columns[c] for c in stated.sensors])
 
 
-def _number(
+def _parameter(
     name: str, attribute: str, parameter: str, start: float, high: float, sign: float = 1.0
-) -> Callable[[np.random.Generator], Hidden[JointRig]]:
-    def draw(_: np.random.Generator) -> Hidden[JointRig]:
-        return hidden(
-            name,
-            lambda rig, s: dataclasses.replace(rig, **{attribute: start + s}),
-            lambda _, s: {parameter: start + sign * s},
-            high,
+) -> Callable[[np.random.Generator], HiddenEffect[ReferenceJoint]]:
+    """Effect that raises an attribute of the reference from ``start`` by its strength."""
+
+    def draw(_: np.random.Generator) -> HiddenEffect[ReferenceJoint]:
+        return HiddenEffect(
+            name=name,
+            apply=lambda joint, s: dataclasses.replace(joint, **{attribute: start + s}),
+            parameters=lambda _, s: {parameter: start + sign * s},
+            high=high,
         )
 
     return draw
 
 
-JOINT_EFFECTS: Mapping[str, Callable[[np.random.Generator], Hidden[JointRig]]] = {
-    "joint_damping": _number("joint_damping", "damping", "joint.damping", Joint.damping, 0.02),
-    "joint_friction": _number("joint_friction", "dry_friction", "joint.frictionloss", 0.0, 0.02),
-    "joint_stiffness": _number(
+JOINT_EFFECTS: Mapping[str, Callable[[np.random.Generator], HiddenEffect[ReferenceJoint]]] = {
+    "joint_damping": _parameter("joint_damping", "damping", "joint.damping", Joint.damping, 0.02),
+    "joint_friction": _parameter("joint_friction", "dry_friction", "joint.frictionloss", 0.0, 0.02),
+    "joint_stiffness": _parameter(
         "joint_stiffness", "stiffness", "joint.stiffness", Joint.stiffness, 0.06
     ),
-    "gravity_load": _number("gravity_load", "gravity", "gravity.z", 0.0, 30.0, sign=-1.0),
+    "gravity_load": _parameter("gravity_load", "gravity", "gravity.z", 0.0, 30.0, sign=-1.0),
 }  # N m s/rad, N m, N m/rad, m/s²
