@@ -119,10 +119,10 @@ def test_selection_ends_where_the_simplest_of_a_tie_is_not_worth_adding() -> Non
 
 
 def test_a_parameter_of_the_model_is_no_further_candidate() -> None:
-    """Held at 2, a leaves 9, which the same with a wider range would explain."""
-    narrow, wide = effect("a", most=2.0), replace(A, where="another")
+    """Held at 0.05, a leaves 25, which the same with a wider range would explain."""
+    narrow, wide = effect("a", most=0.05), replace(A, where="another")
     given = context({"a": {"a": 1.0}, "b": {"b": 1.0}}, {"a": 5.0, "b": 2.0}, [wide, B])
-    found = given.extend(given.fit_model((narrow,), (1.0,)))
+    found = given.extend(given.fit_model((narrow,), (0.04,)))
     assert [score.candidate for score in found.scores] == [B]
 
 
