@@ -95,7 +95,7 @@ class Copy:
         )
 
     def run(self, *arguments: str) -> tuple[str, list[str]]:
-        """What a fresh process prints, and its lines on stderr."""
+        """Output of a fresh process on stdout, and its lines on stderr."""
         process = self.start(*arguments)
         out, err = process.communicate(timeout=300)
         assert process.returncode == 0, err

@@ -1,4 +1,4 @@
-"""What mujoco.sysid makes of data, on a rig whose answer is known beforehand."""
+"""Fits of mujoco.sysid on a rig whose parameters are known."""
 
 from collections.abc import Mapping, Sequence
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""What the sensors show of a tendon that is drawn through a sheath."""
+"""Sensor readings of a tendon that is drawn through a sheath."""
 
 import mujoco
 import numpy as np

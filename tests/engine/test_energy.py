@@ -9,42 +9,42 @@ from tests.engine.models import arm, elastic_energy, started, unpacked
 EA = 500.0
 
 
-def heat(model, data):
-    """Energy that the flow of the step on trial turns to heat: what the elastic energy loses by it.
+def friction_work(model, data):
+    """Friction work of the flow of the step on trial: the loss of elastic energy by it [J].
 
     Length that leaves tension T takes T + T²/2EA along for each metre that it has unstretched.
     """
     tension = data.sensor("tension").data
-    borne = tension + tension**2 / (2.0 * EA)
+    convected = tension + tension**2 / (2.0 * EA)
     _, _, guides = unpacked(model, data)
-    at_guides = (borne[:-1] - borne[1:]) * guides["trial_flow"]
+    at_guides = (convected[:-1] - convected[1:]) * guides["trial_flow"]
     assert at_guides.min() >= -1e-15, "tendon flows from the lower tension to the higher"
     return float(at_guides.sum())
 
 
 def balance(model, data, duration):
-    """Mechanical + elastic energy + heat over time; the heat; what the sensor shows of it."""
-    total, hot = [], 0.0
+    """Total energy with friction work over time; friction work, computed and by the sensor [J]."""
+    total, work = [], 0.0
     for _ in range(round(duration / model.opt.timestep)):
         mujoco.mj_forward(model, data)
-        hot += heat(model, data)
-        total.append(data.energy.sum() + elastic_energy(model, data, EA) + hot)
+        work += friction_work(model, data)
+        total.append(data.energy.sum() + elastic_energy(model, data, EA) + work)
         mujoco.mj_step(model, data)
-    return np.array(total), hot, data.sensor("friction_work").data.sum()
+    return np.array(total), work, data.sensor("friction_work").data.sum()
 
 
 def drift(timestep, **values):
-    """Largest departure from the energy at the start, over the heat [-]."""
+    """Largest departure from the energy at the start, over the friction work [-]."""
     model = arm(timestep=timestep, axial_stiffness=EA, **values)
-    total, hot, shown = balance(model, started(model, 3, 2.0), 0.3)
-    assert hot > 1e-2, "friction does work"
-    assert shown == pytest.approx(hot, rel=1e-9), "the sensor shows the heat"
-    return np.abs(total - total[0]).max() / hot
+    total, work, shown = balance(model, started(model, 3, 2.0), 0.3)
+    assert work > 1e-2, "friction does work"
+    assert shown == pytest.approx(work, rel=1e-9), "the sensor shows the friction work"
+    return np.abs(total - total[0]).max() / work
 
 
 @pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
 @pytest.mark.parametrize("spools", [False, True])
-def test_energy_and_friction_heat_add_up_better_with_every_halving(integrator, spools):
+def test_energy_and_friction_work_add_up_better_with_every_halving(integrator, spools):
     coarse, fine = (drift(h, integrator=integrator, spools=spools) for h in (2e-4, 1e-4))
     assert fine < 0.1
     assert fine < 0.6 * coarse

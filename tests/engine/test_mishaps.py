@@ -1,4 +1,4 @@
-"""What goes wrong while a simulation runs is counted and survived."""
+"""Failures while a simulation runs are counted and survived."""
 
 from concurrent.futures import ThreadPoolExecutor
 

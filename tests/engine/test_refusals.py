@@ -1,4 +1,4 @@
-"""What cannot work is refused when the model is compiled: what is wrong, where, what would do."""
+"""Refusals when a model is compiled; each message says what is wrong, where, and a remedy."""
 
 import mujoco
 import numpy as np

@@ -1,4 +1,4 @@
-"""What the servo does follows from J_m θ̈ + G_v θ̇ = G_t r (T_r − T_out) and what it says it adds."""
+"""Laws of the servo: J_m θ̈ + G_v θ̇ = G_t r (T_r − T_out), and its documented additions."""
 
 import mujoco
 import numpy as np

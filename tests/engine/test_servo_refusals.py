@@ -168,8 +168,8 @@ def test_loosening_has_the_same_bound_and_implicit_damping_none():
 
 def test_two_actuators_cannot_share_a_servo():
     spec = hand()
-    twin = spec.add_actuator(name="twin", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="motor")
-    twin.plugin = spec.actuator("servo").plugin
+    second = spec.add_actuator(name="second", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="motor")
+    second.plugin = spec.actuator("servo").plugin
     with pytest.raises(ValueError, match="2 actuators share it; a servo drives one motor"):
         spec.compile()
 

@@ -167,9 +167,9 @@ def test_a_recording_owns_its_numbers() -> None:
 
 def test_copies_equal_the_original_and_stay_read_only() -> None:
     recording = bench()
-    for twin in (copy.deepcopy(recording), pickle.loads(pickle.dumps(recording))):
-        assert twin == recording
-        assert not twin.time.flags.writeable
+    for duplicate in (copy.deepcopy(recording), pickle.loads(pickle.dumps(recording))):
+        assert duplicate == recording
+        assert not duplicate.time.flags.writeable
     assert dataclasses.replace(recording, model="joint") != recording
 
 

@@ -65,7 +65,7 @@ def test_a_break_at_one_guide_takes_its_neighbours_along():
         segments["stored"][0] -= 2e-6
         assert solve_flow(segments, guides)
         commit(segments, guides)
-    # the first guide lets go at e^0.4 and passes on more than its neighbours would have borne
+    # the first guide lets go at e^0.4 and passes on more than its neighbours would have held
     ratios = segments["tension"][:-1] / segments["tension"][1:]
     np.testing.assert_allclose(ratios[guides["flow"] > 0.0], np.exp(0.1), rtol=1e-9)
     assert np.all(ratios <= np.exp(0.4) * (1 + 1e-12))

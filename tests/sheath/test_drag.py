@@ -37,11 +37,11 @@ def check(segments, guides):
     flow, takes = guides["flow"], guides["drag"] * guides["flow"] + guides["momentum"]
     up = left - guides["input_ratio"] * right - guides["constant_friction"] - takes
     down = right - guides["output_ratio"] * left - guides["constant_friction"] + takes
-    room = 1e-8 * scale
-    np.testing.assert_allclose(up[flow > 0.0], 0.0, atol=room)
-    np.testing.assert_allclose(down[flow < 0.0], 0.0, atol=room)
-    assert np.all(up[flow == 0.0] <= room)
-    assert np.all(down[flow == 0.0] <= room)
+    tolerance = 1e-8 * scale
+    np.testing.assert_allclose(up[flow > 0.0], 0.0, atol=tolerance)
+    np.testing.assert_allclose(down[flow < 0.0], 0.0, atol=tolerance)
+    assert np.all(up[flow == 0.0] <= tolerance)
+    assert np.all(down[flow == 0.0] <= tolerance)
 
 
 @EVERY

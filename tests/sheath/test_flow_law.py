@@ -1,4 +1,4 @@
-"""What a step's flow must satisfy, whichever way it was found."""
+"""Laws of a step's flow, whichever algorithm found it."""
 
 import numpy as np
 import pytest
@@ -67,9 +67,9 @@ def test_a_guide_at_rest_holds_no_more_than_it_can(tables):
     rests = guides["flow"] == 0.0
     up = np.where(guides["previous_slip"] > 0.0, guides["dynamic_ratio"], guides["static_ratio"])
     down = np.where(guides["previous_slip"] < 0.0, guides["dynamic_ratio"], guides["static_ratio"])
-    room = EXACT * segments["tension"].max() + 1e-14
-    assert np.all((left <= up * right + guides["constant_friction"] + room)[rests])
-    assert np.all((right <= down * left + guides["constant_friction"] + room)[rests])
+    tolerance = EXACT * segments["tension"].max() + 1e-14
+    assert np.all((left <= up * right + guides["constant_friction"] + tolerance)[rests])
+    assert np.all((right <= down * left + guides["constant_friction"] + tolerance)[rests])
 
 
 @EVERY
@@ -80,16 +80,16 @@ def test_a_guide_slides_at_its_bound_towards_the_higher_tension(tables):
     left, right = segments["tension"][:-1], segments["tension"][1:]
     flow, ratio, rubs = guides["flow"], guides["dynamic_ratio"], guides["constant_friction"]
     assume(not lies_slack(segments))
-    room = EXACT * segments["tension"].max() + 1e-14
+    tolerance = EXACT * segments["tension"].max() + 1e-14
     # where both sides are slack, tendon may pass without rubbing
     taut = (left > 0.0) | (right > 0.0)
     up, down = taut & (flow > 0.0), taut & (flow < 0.0)
     held_up, held_down = ratio * right + rubs, ratio * left + rubs
-    assert np.all(left[up] >= held_up[up] * (1 - EXACT) - room)
-    assert np.all(right[down] >= held_down[down] * (1 - EXACT) - room)
+    assert np.all(left[up] >= held_up[up] * (1 - EXACT) - tolerance)
+    assert np.all(right[down] >= held_down[down] * (1 - EXACT) - tolerance)
     both = (left > 0.0) & (right > 0.0)
-    assert np.all(np.abs(left - held_up)[up & both] <= room)
-    assert np.all(np.abs(right - held_down)[down & both] <= room)
+    assert np.all(np.abs(left - held_up)[up & both] <= tolerance)
+    assert np.all(np.abs(right - held_down)[down & both] <= tolerance)
     assert np.all(guides["slip"][flow != 0.0] == np.sign(flow)[flow != 0.0])
 
 

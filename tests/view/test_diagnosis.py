@@ -115,7 +115,7 @@ def page(found, **more):
 
 
 def words(html):
-    """What a reader sees, with single spaces."""
+    """Visible text of a page, with single spaces."""
     return " ".join(re.sub(r"<[^>]*>", " ", html).split())
 
 
