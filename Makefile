@@ -21,7 +21,7 @@ demo: $(STAMP)                ## the main job: compare, render, replay
 	$(BIN)/tendon-mj demo --out $(OUT)
 
 test: $(STAMP)                ## the whole test suite
-	$(BIN)/pytest -n auto
+	$(BIN)/pytest -n auto --dist worksteal
 
 check: $(STAMP)               ## formatter, linter, strict types, import floors
 	$(BIN)/ruff format --check .
@@ -59,7 +59,7 @@ MUJOCO4 := mujoco==4.0.0 mujoco-core==4.0.0 mujoco-studio==4.0.0
 
 # The next major MuJoCo, beside the pinned one: plugin and theory.
 test-mujoco4: .venv4/.ready
-	.venv4/bin/pytest -n auto tests/theory tests/sheath tests/engine
+	.venv4/bin/pytest -n auto --dist worksteal tests/theory tests/sheath tests/engine
 
 .venv4/.ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv --clear .venv4

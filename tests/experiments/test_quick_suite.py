@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
@@ -38,23 +36,22 @@ PLANS = {
 }
 
 
-@pytest.fixture(scope="module")
-def judged(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Judged]:
-    """Every case beside its key; keys are read after the verdicts are written."""
-    root = tmp_path_factory.mktemp("suite")
-    folders = [root / "cases" / name for name in PLANS]
-    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
-        made = list(pool.map(make_case, PLANS.values(), folders))
-    diagnose_suite(Run(suite=root / "cases", out=root / "verdicts", processes=2))
+def judged(name: str, root: Path) -> Judged:
+    """A case beside its key, which is written after the verdict is.
+
+    Each test makes a case of its own, so that no case is diagnosed by more than one test process.
+    """
+    made = make_case(PLANS[name], root / "cases" / name)
+    diagnose_suite(Run(suite=root / "cases", out=root / "verdicts", processes=1))
     (root / "keys").mkdir()
-    keys = {"cases": dict(zip(PLANS, made, strict=True))}
-    (root / "keys" / "keys.json").write_text(json.dumps(keys))
-    return {j.name: j for j in judge(root / "verdicts", Path(root / "keys"))}
+    (root / "keys" / "keys.json").write_text(json.dumps({"cases": {name: made}}))
+    (found,) = judge(root / "verdicts", root / "keys")
+    return found
 
 
 @pytest.mark.parametrize("name", ["viscous", "constant", "play", "late"])
-def test_one_effect_is_named_first_and_measured(judged: dict[str, Judged], name: str) -> None:
-    found = judged[name]
+def test_one_effect_is_named_first_and_measured(name: str, tmp_path: Path) -> None:
+    found = judged(name, tmp_path)
     assert found.hit > 0.0
     assert found.extra == []
     assert found.closed is not None
@@ -62,24 +59,26 @@ def test_one_effect_is_named_first_and_measured(judged: dict[str, Judged], name:
     assert all(error < 0.2 for _, error, _ in found.errors())
 
 
-def test_two_effects_are_both_found(judged: dict[str, Judged]) -> None:
-    assert judged["two"].contains
+def test_two_effects_are_both_found(tmp_path: Path) -> None:
+    assert judged("two", tmp_path).contains
 
 
-def test_a_wrong_number_is_no_missing_effect(judged: dict[str, Judged]) -> None:
-    assert judged["number"].verdict == "parameter"
-    assert judged["number"].result is not None
-    findings = judged["number"].result["findings"]
+def test_a_wrong_number_is_no_missing_effect(tmp_path: Path) -> None:
+    found = judged("number", tmp_path)
+    assert found.verdict == "parameter"
+    assert found.result is not None
+    findings = found.result["findings"]
     assert "axial_stiffness" in {f["identifier"] for f in findings}.union(
         *(f["rivals"] for f in findings)
     )
 
 
 @pytest.mark.parametrize("name", ["nothing", "nothing_too"])
-def test_where_nothing_is_hidden_nothing_is_named(judged: dict[str, Judged], name: str) -> None:
-    assert judged[name].verdict == "nothing missing"
+def test_where_nothing_is_hidden_nothing_is_named(name: str, tmp_path: Path) -> None:
+    assert judged(name, tmp_path).verdict == "nothing missing"
 
 
-def test_what_the_catalogue_lacks_gets_no_confident_name(judged: dict[str, Judged]) -> None:
-    assert judged["strange"].verdict != "failed"
-    assert not judged["strange"].confident
+def test_what_the_catalogue_lacks_gets_no_confident_name(tmp_path: Path) -> None:
+    found = judged("strange", tmp_path)
+    assert found.verdict != "failed"
+    assert not found.confident
