@@ -24,7 +24,7 @@ kaneko1991 force_servo: $(STAMP)  ## an experiment, into out/kaneko1991 or out/f
 	$(BIN)/python -m experiments.$@ --out out/$@
 
 test: $(STAMP)                ## the whole test suite
-	$(BIN)/pytest -n auto
+	$(BIN)/pytest -n auto --dist worksteal
 
 check: $(STAMP)               ## formatter, linter, strict types, layers
 	$(BIN)/ruff format --check .
@@ -63,7 +63,7 @@ MUJOCO4 := mujoco==4.0.0 mujoco-core==4.0.0 mujoco-studio==4.0.0
 
 # The next major MuJoCo, beside the pinned one: plugin and theory.
 test-mujoco4: .venv4/.ready
-	.venv4/bin/pytest -n auto tests/theory tests/sheath tests/engine
+	.venv4/bin/pytest -n auto --dist worksteal tests/theory tests/sheath tests/engine
 
 .venv4/.ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv --clear .venv4

@@ -3,7 +3,8 @@
 from pathlib import Path
 
 EXPERIMENTS = Path(__file__).parent / "experiments"
+LONGEST = EXPERIMENTS / "test_quick_suite.py"
 
 
 def pytest_collection_modifyitems(items):
-    items.sort(key=lambda item: EXPERIMENTS not in item.path.parents)
+    items.sort(key=lambda item: (item.path != LONGEST, EXPERIMENTS not in item.path.parents))

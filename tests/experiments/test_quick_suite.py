@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
@@ -39,23 +37,26 @@ PLANS = {
 }
 
 
-@pytest.fixture(scope="module")
-def judged(tmp_path_factory: pytest.TempPathFactory) -> dict[str, JudgedCase]:
-    """Every case beside its key; keys are read after the verdicts are written."""
-    root = tmp_path_factory.mktemp("suite")
-    folders = [root / "cases" / name for name in PLANS]
-    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
-        made = list(pool.map(make_case, PLANS.values(), folders))
-    diagnose_suite(SuiteDiagnosis(suite=root / "cases", out=root / "verdicts", processes=2))
+def judged(name: str, root: Path) -> JudgedCase:
+    """A case beside its key, which is written after the verdict is.
+
+    Each test makes a case of its own, so that no case is diagnosed by more than one test process.
+    """
+    made = make_case(PLANS[name], root / "cases" / name)
+    diagnose_suite(SuiteDiagnosis(suite=root / "cases", out=root / "verdicts", processes=1))
     (root / "keys").mkdir()
-    keys = {"cases": dict(zip(PLANS, made, strict=True))}
-    (root / "keys" / "keys.json").write_text(json.dumps(keys))
-    return {j.name: j for j in judge(root / "verdicts", Path(root / "keys"))}
+    (root / "keys" / "keys.json").write_text(json.dumps({"cases": {name: made}}))
+    (found,) = judge(root / "verdicts", root / "keys")
+    return found
+
+
+def test_two_effects_are_both_found(tmp_path: Path) -> None:
+    assert judged("pair", tmp_path).contains
 
 
 @pytest.mark.parametrize("name", ["viscous", "constant", "backlash", "delay"])
-def test_one_effect_is_named_first_and_measured(judged: dict[str, JudgedCase], name: str) -> None:
-    found = judged[name]
+def test_one_effect_is_named_first_and_measured(name: str, tmp_path: Path) -> None:
+    found = judged(name, tmp_path)
     assert found.hit > 0.0
     assert found.extra == []
     assert found.closed is not None
@@ -63,26 +64,22 @@ def test_one_effect_is_named_first_and_measured(judged: dict[str, JudgedCase], n
     assert all(error < 0.2 for _, error, _ in found.errors())
 
 
-def test_two_effects_are_both_found(judged: dict[str, JudgedCase]) -> None:
-    assert judged["pair"].contains
-
-
-def test_a_wrong_parameter_is_no_missing_effect(judged: dict[str, JudgedCase]) -> None:
-    assert judged["wrong_parameter"].verdict == "parameter"
-    assert judged["wrong_parameter"].result is not None
-    findings = judged["wrong_parameter"].result["findings"]
+def test_a_wrong_parameter_is_no_missing_effect(tmp_path: Path) -> None:
+    found = judged("wrong_parameter", tmp_path)
+    assert found.verdict == "parameter"
+    assert found.result is not None
+    findings = found.result["findings"]
     assert "axial_stiffness" in {f["identifier"] for f in findings}.union(
         *(f["rivals"] for f in findings)
     )
 
 
 @pytest.mark.parametrize("name", ["nothing", "nothing_too"])
-def test_with_nothing_hidden_nothing_is_named(judged: dict[str, JudgedCase], name: str) -> None:
-    assert judged[name].verdict == "nothing missing"
+def test_with_nothing_hidden_nothing_is_named(name: str, tmp_path: Path) -> None:
+    assert judged(name, tmp_path).verdict == "nothing missing"
 
 
-def test_outside_the_catalogue_no_effect_is_confident(
-    judged: dict[str, JudgedCase],
-) -> None:
-    assert judged["outside"].verdict != "failed"
-    assert not judged["outside"].confident
+def test_outside_the_catalogue_no_effect_is_confident(tmp_path: Path) -> None:
+    found = judged("outside", tmp_path)
+    assert found.verdict != "failed"
+    assert not found.confident
