@@ -8,7 +8,7 @@ SciPy or matplotlib are loaded when they are first used.
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 from tendon_mj.attach import Parameters as Parameters
@@ -22,6 +22,8 @@ from tendon_mj.engine import register as _register
 from tendon_mj.errors import TendonError as TendonError
 
 if TYPE_CHECKING:
+    __version__: str
+
     from tendon_mj.builders import load_model as load_model
     from tendon_mj.builders import load_spec as load_spec
     from tendon_mj.diagnosis import CATALOGUE as CATALOGUE
@@ -46,8 +48,6 @@ if TYPE_CHECKING:
     from tendon_mj.replay import replay_recording as replay_recording
     from tendon_mj.view import render_clip as render_clip
     from tendon_mj.view import write_report as write_report
-
-__version__ = version("tendon-mj")
 
 # name -> package that it is loaded from when it is first used
 _LAZY = {
@@ -114,17 +114,30 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    """Load a name of the public interface when it is first used."""
-    if name not in _LAZY:
-        raise AttributeError(f"module 'tendon_mj' has no attribute {name!r}")
-    value = getattr(import_module(f"tendon_mj.{_LAZY[name]}"), name)
-    globals()[name] = value
-    return value
+if not TYPE_CHECKING:  # a type checker reads the imports above, and sees what is misspelt
+
+    def __getattr__(name: str) -> Any:
+        """Load a name of the public interface when it is first used."""
+        if name == "__version__":
+            value: Any = _version()
+        elif name in _LAZY:
+            value = getattr(import_module(f"tendon_mj.{_LAZY[name]}"), name)
+        else:
+            raise AttributeError(f"module 'tendon_mj' has no attribute {name!r}")
+        globals()[name] = value
+        return value
+
+
+def _version() -> str:
+    """Version of the installed package, "unknown" where its sources are used without installing."""
+    try:
+        return version("tendon-mj")
+    except PackageNotFoundError:
+        return "unknown"
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_LAZY})
+    return __all__
 
 
 _register()

@@ -39,7 +39,7 @@ with announced():
     from tendon_mj.engine import caller
 print(caller.called_by_python(1.0), caller.called_by_c.ctypes(1.0))
 """
-# sizes differ, as Python compares a source with its bytecode by size and full seconds
+# sizes differ, so that Python notices a change within a second too
 BEFORE, AFTER = "2.0 2.0\n", "30.0 30.0\n"
 
 
@@ -270,3 +270,35 @@ def test_a_package_without_sources_has_no_digest(copy, monkeypatch):
     monkeypatch.setattr(sources, "PACKAGE", copy.root)
     with pytest.raises(OSError, match="no sources"):
         sources.read()
+
+
+def test_bytecode_that_python_failed_to_renew_is_not_kept_as_that_of_the_new_source(copy):
+    callee = copy.package / "sheath" / "callee.py"
+    second = 1_750_000_000_000_000_000  # [ns]
+    for factor in ("2.0", "3.0"):  # of one size, written within one second
+        copy.scale_by(factor)
+        os.utime(callee, ns=(second, second))
+        assert copy.run()[0] == "2.0 2.0\n"  # Python itself does not notice the second
+    os.utime(callee)
+    assert copy.run()[0] == "3.0 3.0\n"
+
+
+def test_code_has_one_fingerprint_whatever_its_lines_and_another_when_a_constant_changes():
+    def of(text):
+        return sources.fingerprint(compile(text, "module", "exec"))
+
+    assert of("def f(x):\n    return 2.0 * x") == of("# why\n\ndef f(x):\n    return 2.0 * x")
+    assert of("def f(x):\n    return 2.0 * x") != of("def f(x):\n    return 3.0 * x")
+    assert of("LIMIT = 1") != of("LIMIT = 1.0")
+    assert of("x in {'a', 'b', 'c'}") == of("x in {'a', 'b', 'c'}")
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="Windows has other permissions")
+def test_a_file_that_others_may_write_is_not_read(tmp_path):
+    file = tmp_path / "machine_code.bin"
+    file.write_bytes(b"code")
+    file.chmod(0o600)
+    assert folders.read_trusted(file) == b"code"
+    file.chmod(0o666)
+    with pytest.raises(PermissionError, match="somebody else"):
+        folders.read_trusted(file)

@@ -113,7 +113,7 @@ class Cache:
             return None
         for folder in folders.readable():
             with contextlib.suppress(OSError):
-                read = (folder / self._name(key)).read_bytes()
+                read = folders.read_trusted(folder / self._name(key))
                 body = read[_CHECKSUM:]
                 if hashlib.sha256(body).digest() != read[:_CHECKSUM]:
                     continue  # cut off when the machine stopped

@@ -109,6 +109,25 @@ def is_trusted(folder: Path, owner: int = -1) -> bool:
     return status.st_uid in {_uid(), 0, owner} and not status.st_mode & 0o022
 
 
+def read_trusted(path: Path) -> bytes:
+    """Content of a file that only its owner may write, who is trusted.
+
+    The file that was opened is what is judged: whoever may rename folders above it, as in a shared
+    ``NUMBA_CACHE_DIR``, can put another folder in its place at any time.
+
+    Raises:
+        PermissionError: somebody else owns it, or may write it.
+        OSError: it cannot be read.
+    """
+    with path.open("rb") as file:
+        status = os.fstat(file.fileno())
+        if hasattr(os, "geteuid"):
+            owners = {_uid(), 0, PACKAGE.stat().st_uid}
+            if status.st_uid not in owners or status.st_mode & 0o022:
+                raise PermissionError(f"{path} may have been written by somebody else")
+        return file.read()
+
+
 def _is_trusted(candidate: Candidate) -> bool:
     return all(is_trusted(f, candidate.owner) for f in (candidate.base, candidate.folder))
 

@@ -80,7 +80,7 @@ def has_waited() -> bool:
 
 def _wait(lock: IO[bytes]) -> None:
     """Wait for a lock, which the system takes back from a process that dies."""
-    began = time.monotonic()
+    began, said = time.monotonic(), False
     while time.monotonic() - began < _PATIENCE:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -88,6 +88,9 @@ def _wait(lock: IO[bytes]) -> None:
             seconds = time.monotonic() - began
             if seconds > 1.0:
                 _rewrite(f"tendon_mj: another process compiles its plugins: {seconds:.0f} s")
+                if not said and not _is_terminal():
+                    _write("tendon_mj: waiting for another process that compiles its plugins\n")
+                said = True
             time.sleep(0.2)
         else:
             return

@@ -1,8 +1,9 @@
-"""Digest of all that machine code follows from: the sources of what is compiled, and its tools.
+"""Digest of all that machine code follows from: the code that is compiled, and its tools.
 
 Numba compares a cached function with the file that it stands in, but inlines functions from other
-files. Here one digest stands for the sources of all of them: a change anywhere is a change
-everywhere.
+files. Here one digest stands for the code of all of them: a change anywhere is a change everywhere.
+It is of the bytecode that Python runs, and not of the texts, which Python itself can fail to read
+anew: it compares the time of a file in seconds, and its size.
 """
 
 from __future__ import annotations
@@ -10,9 +11,11 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
+from importlib.machinery import SourceFileLoader
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import NamedTuple
+from types import CodeType
+from typing import Any, NamedTuple
 
 PACKAGE = Path(__file__).parents[1]
 COMPILED = ("compilation", "engine", "reference", "sheath")  # packages with compiled functions
@@ -24,7 +27,7 @@ class Sources(NamedTuple):
 
     Attributes:
         stamps: path, time of the last change [ns] and size of each file.
-        digest: of their texts and of the versions of Python and ``TOOLS``, 16 hexadecimal digits.
+        digest: of their code and of the versions of Python and ``TOOLS``, 16 hexadecimal digits.
     """
 
     stamps: tuple[tuple[str, int, int], ...]
@@ -47,32 +50,65 @@ def _version(tool: str) -> str:
         return "none"
 
 
+def _code(path: Path) -> CodeType:
+    """Code of a module as Python loads it, from its own cache where that is thought to be valid."""
+    name = ".".join(("tendon_mj", *path.relative_to(PACKAGE).with_suffix("").parts))
+    code = SourceFileLoader(name, str(path)).get_code(name)
+    assert code is not None
+    return code
+
+
+def fingerprint(constant: Any) -> str:
+    """Text that is equal for equal code in every process, whatever its file and lines.
+
+    Args:
+        constant: code, or a constant of code.
+    """
+    if isinstance(constant, CodeType):
+        parts = (
+            constant.co_code,
+            constant.co_names,
+            constant.co_varnames,
+            constant.co_freevars,
+            constant.co_cellvars,
+            constant.co_argcount,
+            constant.co_posonlyargcount,
+            constant.co_kwonlyargcount,
+            constant.co_flags,
+        )
+        return f"{parts} {[fingerprint(inner) for inner in constant.co_consts]}"
+    if isinstance(constant, tuple):
+        return f"({', '.join(map(fingerprint, constant))})"
+    if isinstance(constant, frozenset):  # in another order in every process
+        return f"{{{', '.join(sorted(map(fingerprint, constant)))}}}"
+    return repr(constant)
+
+
 def read() -> Sources:
     """Read the sources.
 
     Raises:
         OSError: a file is gone, or the package was installed without its sources.
+        SyntaxError: a file is no Python.
     """
     files = _files()
     if not files:
         raise FileNotFoundError(f"no sources in {PACKAGE}")
-    stamps = tuple(
-        _stamp(str(path)) for path in files
-    )  # before the texts, so that a change while they are read is noticed
+    # before the code, so that a change while it is read is noticed
+    stamps = tuple(_stamp(str(path)) for path in files)
     digest = hashlib.sha256(f"{sys.implementation.cache_tag} {sys.abiflags}".encode())
     for tool in TOOLS:
         digest.update(f"\0{tool} {_version(tool)}".encode())
     for path in files:
-        text = path.read_bytes()
-        digest.update(f"\0{path.relative_to(PACKAGE).as_posix()} {len(text)}\0".encode())
-        digest.update(text)
+        digest.update(f"\0{path.relative_to(PACKAGE).as_posix()}\0".encode())
+        digest.update(fingerprint(_code(path)).encode())
     return Sources(stamps, digest.hexdigest()[:16])
 
 
 def _at_import() -> Sources | None:
     try:
         return read()
-    except OSError:
+    except (OSError, SyntaxError):  # what is wrong shows when it is imported
         return None
 
 
