@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import SupportsFloat
+from typing import SupportsFloat, Unpack
 
 import mujoco
 
@@ -15,7 +15,7 @@ from tendon_mj.attach.keywords import check_names, takes
 from tendon_mj.attach.sensor import add_sensor, check_kinds, free_name
 from tendon_mj.engine import NAME
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.sheath.law import LAW, Law
+from tendon_mj.sheath.law import LAW, Law, OptionalParameters
 
 _SITE = mujoco.mjtWrap.mjWRAP_SITE
 
@@ -35,7 +35,7 @@ def add_friction(
     output_joint: str | None = None,
     output_radius: float | None = None,
     sensors: Sequence[str] = ("input_tension", "output_tension"),
-    **parameters: SupportsFloat | None,
+    **parameters: Unpack[OptionalParameters],
 ) -> mujoco.MjSpec:
     """Let a spatial tendon run through a sheath with Coulomb friction.
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import SupportsFloat
+from typing import SupportsFloat, Unpack
 
 import mujoco
 import numpy as np
 
 from tendon_mj.attach.instance import add_instance
 from tendon_mj.attach.keywords import check_names, takes
-from tendon_mj.engine import FEEDBACKS, GAINS, NAME, SERVO, check_gain
+from tendon_mj.engine import FEEDBACKS, GAINS, NAME, SERVO, OptionalGains, check_gain
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 
 
@@ -23,7 +23,7 @@ def add_servo(
     feedback: str = "sensor",
     backdrive: bool = False,
     name: str = "servo",
-    **gains: SupportsFloat | None,
+    **gains: Unpack[OptionalGains],
 ) -> mujoco.MjsActuator:
     """Let a motor servo the output tension of a tendon, its control the reference T_r [N].
 

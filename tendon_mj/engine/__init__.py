@@ -12,6 +12,7 @@ from tendon_mj.engine.instances import sheaths as sheaths
 from tendon_mj.engine.instances import unsolved_evaluations as unsolved_evaluations
 from tendon_mj.engine.plugin import register as register
 from tendon_mj.engine.servo_plugin.gains import GAINS as GAINS
+from tendon_mj.engine.servo_plugin.gains import OptionalGains as OptionalGains
 from tendon_mj.engine.servo_plugin.gains import check_gain as check_gain
 from tendon_mj.engine.servo_plugin.state import FEEDBACKS as FEEDBACKS
 from tendon_mj.engine.servo_plugin.validate import SERVO as SERVO

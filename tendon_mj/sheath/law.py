@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Final
+from typing import Final, SupportsFloat, TypedDict
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.sheath.parameter_metadata import (
@@ -139,6 +139,27 @@ class Law:
     def mu_s(self) -> float:
         """μ_s, the coefficient at rest [-]."""
         return self.friction if self.static_friction is None else self.static_friction
+
+
+class OptionalParameters(TypedDict, total=False):
+    """Parameters of `Law` that a call may leave out, for type checkers: they read no metadata."""
+
+    static_friction: SupportsFloat | None
+    constant_friction: SupportsFloat | None
+    axial_damping: SupportsFloat | None
+    stribeck_friction: SupportsFloat | None
+    stribeck_velocity: SupportsFloat | None
+    viscous_friction: SupportsFloat | None
+    direction_asymmetry: SupportsFloat | None
+    friction_gradient: SupportsFloat | None
+    friction_drift: SupportsFloat | None
+    backlash: SupportsFloat | None
+    stiffening: SupportsFloat | None
+    creep: SupportsFloat | None
+    creep_time: SupportsFloat | None
+    sheath_compliance: SupportsFloat | None
+    tendon_mass: SupportsFloat | None
+    extra_bend: SupportsFloat | None
 
 
 LAW: Final[dict[str, Parameter]] = parameters_of(Law)

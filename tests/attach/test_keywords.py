@@ -1,13 +1,15 @@
 """Parameters as keyword arguments: each is shown, and a wrong one comes with the nearest."""
 
+import dataclasses
 import inspect
 
 import pytest
 
 import tendon_mj
-from tendon_mj.engine import GAINS
+from tendon_mj.engine import GAINS, OptionalGains
+from tendon_mj.engine.servo_plugin.gains import Gains
 from tendon_mj.errors import UnknownNameError
-from tendon_mj.sheath.law import LAW
+from tendon_mj.sheath.law import LAW, Law, OptionalParameters
 from tests.attach.test_friction import finger
 
 TAKERS = [(tendon_mj.add_friction, LAW), (tendon_mj.add_servo, GAINS)]
@@ -43,3 +45,16 @@ def test_a_parameter_without_a_value_is_refused_where_it_has_to_have_one():
     with pytest.raises(ValueError, match="creep = None is not a number"):
         tendon_mj.add_friction(finger(), "flexor", friction=0.1, creep=None)
     tendon_mj.add_friction(finger(), "flexor", friction=0.1, static_friction=None)
+
+
+@pytest.mark.parametrize(
+    ("typed", "dataclass", "explicit"),
+    [
+        (OptionalParameters, Law, {"friction", "axial_stiffness", "pretension"}),
+        (OptionalGains, Gains, {"tension_gain", "velocity_gain"}),
+    ],
+)
+def test_a_type_checker_knows_every_parameter(typed, dataclass, explicit):
+    names = {field.name for field in dataclasses.fields(dataclass)}
+    assert set(typed.__annotations__) | explicit == names
+    assert not set(typed.__annotations__) & explicit

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, SupportsFloat, TypedDict
 
 from tendon_mj.sheath.parameter_metadata import (
     POSITIVE,
@@ -69,6 +69,23 @@ class Gains:
         default=0.0,
         metadata=described("B", "N", "change of T_r that counts as turning back"),
     )
+
+
+class OptionalGains(TypedDict, total=False):
+    """Parameters of `Gains` that a call may leave out, for type checkers: they read no metadata."""
+
+    loosening_tension_gain: SupportsFloat | None
+    loosening_velocity_gain: SupportsFloat | None
+    motor_inertia: SupportsFloat | None
+    torque_limit: SupportsFloat | None
+    speed_limit: SupportsFloat | None
+    period: SupportsFloat | None
+    delay: SupportsFloat | None
+    observer_friction: SupportsFloat | None
+    output_stiffness: SupportsFloat | None
+    backlash_feedforward: SupportsFloat | None
+    rate_feedforward: SupportsFloat | None
+    reversal_band: SupportsFloat | None
 
 
 GAINS: Final[dict[str, Parameter]] = parameters_of(Gains)
