@@ -1,6 +1,7 @@
 """Layers of the package: imports go down only, and have no cycles; every module stays readable."""
 
 import ast
+import importlib
 import re
 from collections import Counter
 from graphlib import CycleError, TopologicalSorter
@@ -211,12 +212,52 @@ def test_only_the_engine_knows_where_c_keeps_its_fields():
             assert not outside & {"ctypes", "cffi", "llvmlite"}, relative(path)
 
 
-# a simulation is stepped by one of these, or by what they are called through
-STEPS = re.compile(
-    r"mj_step[12]?|mj_forward|mj_inverse|rollout|Rollout|roll|rollout_sensors|run_open_loop|"
-    r"try_open_loop|record_frames|FrameRecorder|replay|simulate\w*|Simulator|run_bench|slow_loop|"
-    r"compare_bench|diagnose|first_motion|\w*step_cost"
-)
+# what views may take from the package: formats of data, closed forms, and results that others made
+SHOWN = {
+    "tendon_mj.errors",
+    "tendon_mj.progress",
+    "tendon_mj.recordings",
+    "tendon_mj.theory",
+    "tendon_mj.view",
+    "tendon_mj.builders.bench.Bench",
+    "tendon_mj.builders.finger_parameters",
+    "tendon_mj.engine.sheaths",
+    "tendon_mj.replay.frames.Array",
+    "tendon_mj.replay.frames.Cable",
+    "tendon_mj.replay.frames.Frames",
+    "tendon_mj.replay.frames.POSE",
+    "tendon_mj.replay.misfit",
+    "tendon_mj.replay.units",
+    "tendon_mj.verification.first_motion.BenchReadings",
+    "tendon_mj.verification.first_motion.FirstMotion",
+    "tendon_mj.diagnosis.BeforeAfter",
+    "tendon_mj.diagnosis.Bin",
+    "tendon_mj.diagnosis.Diagnosis",
+    "tendon_mj.diagnosis.ErrorReduction",
+    "tendon_mj.diagnosis.Located",
+    "tendon_mj.diagnosis.SysidResult",
+    "tendon_mj.diagnosis.before_after.BeforeAfter",
+    "tendon_mj.diagnosis.effects.discrimination",
+    "tendon_mj.diagnosis.effects.effect",
+    "tendon_mj.diagnosis.result.diagnosis.Diagnosis",
+    "tendon_mj.diagnosis.sysid.SysidResult",
+}
+POSES = {"mj_setState", "mj_stateSize", "mj_fwdPosition"}  # MuJoCo's, on a state that was recorded
+STEPS = re.compile(r"mj_\w+|[Rr]ollout|simulate")  # the last is a method of a diagnosis
+
+
+def shown(name):
+    """Whether an imported name is one of SHOWN, or inside one."""
+    return any(name == one or name.startswith(f"{one}.") for one in SHOWN)
+
+
+def stepping(tree, path):
+    """Names in a view by which it could step a simulation, called there or handed on."""
+    names = imported(tree, path)
+    outside = {n for n in names if n.split(".")[0] == "tendon_mj" and not shown(n)}
+    outside |= {n for n in names if n.split(".")[0] == "mujoco" and n != "mujoco"}
+    used = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+    return outside | {name for name in used - POSES if STEPS.fullmatch(name)}
 
 
 def calls(tree):
@@ -231,7 +272,61 @@ def modules_of(package):
 
 @pytest.mark.parametrize("path", modules_of("view"), ids=relative)
 def test_views_step_no_simulation(path):
-    assert not {name for name in calls(parsed(path)) if STEPS.fullmatch(name)}
+    assert not stepping(parsed(path), path)
+
+
+@pytest.mark.parametrize(
+    ("code", "found"),
+    [
+        ("import mujoco\nmujoco.mj_step(m, d)", "mj_step"),
+        ("import mujoco\nadvance = mujoco.mj_step2", "mj_step2"),
+        ("from mujoco import mj_forward as now", "mujoco.mj_forward"),
+        ("from mujoco.rollout import Rollout", "mujoco.rollout.Rollout"),
+        ("import mujoco.rollout", "mujoco.rollout"),
+        ("found.simulate()", "simulate"),
+        ("import tendon_mj", "tendon_mj"),
+        ("from tendon_mj import replay", "tendon_mj.replay"),
+        ("from tendon_mj import replay_recording", "tendon_mj.replay_recording"),
+        ("from ...replay import replay_recording", "tendon_mj.replay.replay_recording"),
+        ("from tendon_mj.replay.frames import *", "tendon_mj.replay.frames.*"),
+        ("import tendon_mj.replay.rollout", "tendon_mj.replay.rollout"),
+        ("from tendon_mj.environment import hold_force", "tendon_mj.environment.hold_force"),
+    ],
+)
+def test_a_view_that_steps_is_seen(code, found):
+    assert stepping(ast.parse(code), PACKAGE / "view" / "figures" / "loops.py") == {found}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "replay.replay_recording.replay_recording",
+        "replay.rollout.rollout_sensors",
+        "replay.rollout.rollout_named_sensors",
+        "replay.open_loop.run_open_loop",
+        "replay.simulator.Simulator",
+        "replay.frames.record_frames",
+        "replay.frames.FrameRecorder",
+        "finger.control.prepare_finger",
+        "finger.control.simulate_finger",
+        "verification.first_motion.sweep",
+        "verification.rollout_speedup.rollout_speedup",
+        "sheath.drive_tension",
+        "diagnosis.diagnose",
+        "diagnosis.fit_with_sysid",
+    ],
+)
+def test_no_view_may_import_what_steps(name):
+    package, _, last = f"tendon_mj.{name}".rpartition(".")
+    assert callable(getattr(importlib.import_module(package), last))  # else it proves nothing
+    tree = ast.parse(f"def f():\n    from {package} import {last}\n    return {last}")
+    assert stepping(tree, PACKAGE / "view" / "figures" / "loops.py") == {f"{package}.{last}"}
+
+
+def test_views_take_everything_that_they_may():
+    taken = {name for path in modules_of("view") for name in imported(parsed(path), path)}
+    idle = {one for one in SHOWN if not any(n == one or n.startswith(f"{one}.") for n in taken)}
+    assert not idle, "take it off SHOWN"
 
 
 @pytest.mark.parametrize(
@@ -241,11 +336,6 @@ def test_commands_compute_nothing_themselves(path):
     names = imported(parsed(path), path)
     assert not {n for n in names if n.split(".")[0] in ("numpy", "scipy", "numba")}
     assert not {name for name in calls(parsed(path)) if re.fullmatch(r"mj_\w+|[Rr]ollout", name)}
-
-
-def test_a_view_that_steps_is_seen():
-    tree = ast.parse("import mujoco\ndef f(m, d):\n    mujoco.mj_step(m, d)\n    replay(d)")
-    assert {name for name in calls(tree) if STEPS.fullmatch(name)} == {"mj_step", "replay"}
 
 
 @pytest.mark.parametrize("path", MODULES, ids=relative)

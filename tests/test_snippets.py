@@ -1,4 +1,4 @@
-"""Every snippet of the README and the docs runs."""
+"""Every snippet of the README and the docs runs as it is pasted."""
 
 import ast
 import re
@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-import tendon_mj
+import tendon_mj  # noqa: F401  (registers the plugins that the XML snippets name)
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -32,7 +32,7 @@ FINGER = """
 
 
 def blocks(language):
-    # the page on recordings has its example run, files and all, in tests/simulate
+    # the page on recordings is one example, which tests/recordings/test_recording.py runs
     for page in (p for p in PAGES if p.name != "recording.md"):
         found = re.findall(rf"```{language}\n(.*?)```", page.read_text("utf-8"), re.S)
         for k, code in enumerate(found):
@@ -43,11 +43,10 @@ def blocks(language):
 def test_python_snippet_runs(code, tmp_path, monkeypatch, capsys):
     (tmp_path / "hand.xml").write_text(FINGER.format(""))
     monkeypatch.chdir(tmp_path)
-    spec = mujoco.MjSpec.from_file("hand.xml")
-    model = tendon_mj.add_friction(spec, "flexor", friction=0.1).compile()
-    names = {"tendon_mj": tendon_mj, "model": model, "data": mujoco.MjData(model), "np": np}
+    names = {}
     exec(compile(code, "snippet", "exec"), names)  # our own documentation, not input
-    assert mujoco.MjData(names["model"]).plugin_state.size > 0
+    if "model" in names:
+        assert mujoco.MjData(names["model"]).plugin_state.size > 0
 
 
 @pytest.mark.parametrize("code", list(blocks("py")))

@@ -102,7 +102,7 @@ def _add_phalanges(spec: mujoco.MjSpec, finger: Finger) -> None:
 
 
 def _add_object(spec: mujoco.MjSpec, finger: Finger) -> None:
-    """A block on a spring k_e, which gives way as the face is pressed; its weight is borne."""
+    """A block on a spring k_e, which gives way as the face is pressed; its weight is carried."""
     tilt = 0.5 * (0.5 * np.pi - finger.object_angle)
     inwards = -np.cos(finger.object_angle) * FORWARD - np.sin(finger.object_angle) * UP
     face = finger.object_x * FORWARD + finger.object_z * UP

@@ -99,10 +99,10 @@ def _say(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> N
             f" the model said {short(value.before)}",
             soft_wrap=True,
         )
-    for label, gap in (("train", diagnosis.train), ("held out", diagnosis.held_out)):
+    for label, errors in (("train", diagnosis.train), ("held out", diagnosis.held_out)):
         console.print(
-            f"{label}: rms error {gap.before:.2f} before, {gap.after:.2f} after,"
-            f" floor {gap.noise_floor:.2f} [noise]"
+            f"{label}: rms error {errors.before:.2f} before, {errors.after:.2f} after,"
+            f" noise floor {errors.noise_floor:.2f} [noise]"
         )
     if compared:
         console.print(f"mujoco.sysid alone: {compared.held_out_rms:.2f} held out, in noise")

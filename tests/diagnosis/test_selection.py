@@ -53,6 +53,16 @@ def test_the_second_best_choice_is_tried_in_the_second_round_too() -> None:
     assert selected(shapes, truth, [A, B, C, W]) == {"a", "b", "w"}
 
 
+@pytest.mark.parametrize(("unknown", "tried"), [(1.95, True), (2.15, False)])
+def test_the_second_best_choice_is_tried_where_less_than_a_tenth_remains(
+    unknown: float, tried: bool
+) -> None:
+    """As above, beside an unknown error: {c} leaves 9.5 % of 55.8, or 10.8 % of 56.6."""
+    truth = {"a": 6.0, "b": 4.0, "w": unknown}
+    found = selected(imitator(1.2, 0.8, 0.25), truth, [A, B, C])
+    assert found == ({"a", "b"} if tried else {"c"})
+
+
 def test_an_effect_that_others_made_idle_is_eliminated() -> None:
     """{c}, then {c, a}, then {c, a, b}, in which c does nothing."""
     shapes, truth = imitator(1.0, 1.0, 0.3), {"a": 5.0, "b": 3.0}

@@ -6,12 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from tendon_mj.diagnosis.data.problem import Problem, all_samples
 from tendon_mj.diagnosis.effects.effect import Candidate, Term
 from tendon_mj.diagnosis.model_selection.cross_validation import cross_validate
-from tendon_mj.diagnosis.model_selection.fit import Fit
+from tendon_mj.diagnosis.model_selection.fit import Fit, fit
 from tendon_mj.diagnosis.model_selection.intervals import beyond_range, intervals
+from tendon_mj.diagnosis.result.entries import parameters_beyond_range
+from tests.diagnosis.linear_rig import BLOCKS, Shape, context, effect
 from tests.diagnosis.toy import Toy, recording
 
 TERM = Term(("sheath.constant_friction",), "N", 0.0, -50.0, 50.0, 1.0)
@@ -109,3 +112,53 @@ def test_values_that_compensate_each_other_have_no_interval() -> None:
     both = np.column_stack([column, 1.001 * column])
     ranges = intervals(data, linear(data, both, random.normal(size=size)))
     assert ranges.tolist() == [[-50.0, 50.0], [-50.0, 50.0]]
+
+
+SAMPLES = 200 * BLOCKS  # of the linear rig
+QUANTILE = float(stats.t.ppf(0.975, 2 * BLOCKS - 1))
+
+
+def interval(unmodelled: float, correction: float = 0.0) -> tuple[float, float]:
+    """95 % interval of w = 3 beside an error of that rms, with a correction for the step."""
+    given = context({"w": {"w": 1.0}}, {"w": 3.0, "a": unmodelled}, [])
+    fitted = given.fit_model([effect("w")], [3.0]).fit
+    fitted = replace(fitted, correction=np.full(SAMPLES, correction))
+    low, high = intervals(given.problem, fitted)[0]
+    return float(low), float(high)
+
+
+@pytest.mark.parametrize("unmodelled", [0.0, 0.5, 5.0])
+def test_an_unmodelled_error_widens_intervals_by_the_bias_that_it_may_cause(
+    unmodelled: float,
+) -> None:
+    """Of a correlation of 0.2 with a waveform of rms 1 it would shift the value by 0.2 rms."""
+    low, high = interval(unmodelled)
+    assert 0.5 * (low + high) == pytest.approx(3.0, abs=1e-6)
+    deviation = np.hypot(1.0 / np.sqrt(SAMPLES), 0.2 * unmodelled)
+    assert 0.5 * (high - low) == pytest.approx(QUANTILE * deviation, rel=1e-3)
+
+
+def test_the_error_of_the_step_widens_intervals_as_an_unmodelled_one_does() -> None:
+    """Halving the step changes the residual by half of the correction."""
+    assert interval(0.0, correction=4.0) == pytest.approx(interval(2.0), rel=1e-4)
+
+
+@pytest.mark.parametrize("end", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("unmodelled", "half"),
+    [(0.0, QUANTILE / np.sqrt(SAMPLES)), (5.0, QUANTILE * np.hypot(1.0 / np.sqrt(SAMPLES), 1.0))],
+    ids=["noise", "unmodelled"],
+)
+def test_a_parameter_is_beyond_its_range_by_more_than_half_of_its_interval(
+    end: float, unmodelled: float, half: float
+) -> None:
+    """Within that the data allow the end of its range itself."""
+
+    def beyond(distance: float) -> list[str]:
+        truth: Shape = {"w": end * (4.0 + distance), "a": unmodelled}
+        problem = context({"w": {"w": 1.0}}, truth, []).problem
+        term = Term(("w",), "-", 0.0, -4.0, 4.0, 0.1)
+        return parameters_beyond_range(problem, fit(problem, {}, [term], (), np.array([4.0 * end])))
+
+    assert beyond(0.7 * half) == []
+    assert beyond(1.7 * half) == ["w"]

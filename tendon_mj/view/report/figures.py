@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from tendon_mj.diagnosis import BeforeAfter, Diagnosis
 from tendon_mj.view.figures.before_after import before_after_figure
-from tendon_mj.view.figures.gap import gap_figure
+from tendon_mj.view.figures.error_bars import error_bars_figure
 from tendon_mj.view.figures.misfit_map import misfit_figure, proof_figure
 
 
@@ -34,7 +34,7 @@ def diagnosis_figures(
     if diagnosis.verdict != "nothing missing":
         remaining = diagnosis.remaining if changed else None
         figures["misfit"] = misfit_figure(diagnosis.located, remaining)
-    figures["gap"] = gap_figure(diagnosis.train, diagnosis.held_out, sysid, changed=changed)
+    figures["gap"] = error_bars_figure(diagnosis.train, diagnosis.held_out, sysid, changed=changed)
     if changed:
         figures["proof"] = proof_figure(*diagnosis.proof)
     figures["before_after"] = before_after_figure(measured, before, after if changed else None)

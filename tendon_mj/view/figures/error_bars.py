@@ -27,7 +27,7 @@ _COLOURS = {_CALIBRATED: _HATCHED, _BEFORE: _HATCHED, _SYSID: (PURPLE, "...."), 
 _AXIS_SPAN = 1.5  # over the longest bar, for the label behind it
 
 
-def gap_figure(
+def error_bars_figure(
     train: ErrorReduction,
     held_out: ErrorReduction,
     sysid: Mapping[str, float] | None = None,
@@ -42,7 +42,7 @@ def gap_figure(
         changed: whether the model was changed, so that there is an after.
 
     Returns:
-        A figure with a row for each signal, and a panel each for the two gaps.
+        A figure with a row for each signal, and a panel each for training and held-out data.
     """
     columns = list(held_out.signals)
     with print_style():
@@ -50,8 +50,8 @@ def gap_figure(
         grid = figure.subplots(len(columns), 2, squeeze=False, sharex=True)
         longest = 1.0
         for row, column in zip(grid, columns, strict=True):
-            for axes, gap, extra in zip(row, (train, held_out), (None, sysid), strict=True):
-                before, after, noise = gap.signals.get(column, (0.0, 0.0, 1.0))
+            for axes, errors, extra in zip(row, (train, held_out), (None, sysid), strict=True):
+                before, after, noise = errors.signals.get(column, (0.0, 0.0, 1.0))
                 bars = {_BEFORE if changed else _CALIBRATED: before}
                 if extra and column in extra:
                     bars[_SYSID] = extra[column]
