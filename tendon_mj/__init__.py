@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from tendon_mj.recordings import Uncertain as Uncertain
     from tendon_mj.recordings import read_recording as read_recording
     from tendon_mj.recordings import write_recording as write_recording
+    from tendon_mj.replay import Parameter as Parameter
+    from tendon_mj.replay import Simulates as Simulates
     from tendon_mj.replay import Simulator as Simulator
     from tendon_mj.replay import patch_model as patch_model
     from tendon_mj.replay import read_intervals as read_intervals
@@ -69,6 +71,8 @@ _LAZY = {
     "Uncertain": "recordings",
     "read_recording": "recordings",
     "write_recording": "recordings",
+    "Parameter": "replay",
+    "Simulates": "replay",
     "Simulator": "replay",
     "patch_model": "replay",
     "replay_error": "replay",
@@ -82,9 +86,11 @@ __all__ = [
     "Diagnosis",
     "Effect",
     "Measured",
+    "Parameter",
     "ParameterSpecification",
     "Parameters",
     "Recording",
+    "Simulates",
     "Simulator",
     "TendonError",
     "Uncertain",

@@ -11,7 +11,7 @@ import mujoco
 
 from tendon_mj.attach.elasticity import own_elasticity
 from tendon_mj.attach.instance import add_instance
-from tendon_mj.attach.keywords import check_names, takes
+from tendon_mj.attach.keywords import as_number, check_names, takes
 from tendon_mj.attach.sensor import add_sensor, check_kinds, free_name
 from tendon_mj.engine import NAME
 from tendon_mj.errors import InvalidValueError, UnknownNameError
@@ -128,14 +128,7 @@ def _parameter(name: str, value: SupportsFloat | None) -> float | None:
     """A parameter of the law as a number; None where the law allows it."""
     if value is None and not LAW[name].required and LAW[name].default is None:
         return None
-    return _number(name, value)
-
-
-def _number(name: str, value: SupportsFloat | None) -> float:
-    try:
-        return float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        raise InvalidValueError(f"{name} = {value!r} is not a number") from None
+    return as_number(name, value)
 
 
 def _spool(
@@ -149,7 +142,7 @@ def _spool(
     known = [j.name for j in spec.joints]
     if joint not in known:
         raise UnknownNameError("joint", joint, known, f"{end}_joint")
-    arm = _number(f"{end}_radius", radius)
+    arm = as_number(f"{end}_radius", radius)
     if not math.isfinite(arm) or arm == 0.0:
         raise InvalidValueError(f"{end}_radius = {arm:g} [m] must be finite and not 0")
     return {f"{end}_joint": joint, f"{end}_radius": repr(arm)}

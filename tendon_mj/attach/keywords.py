@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from typing import TypeVar
+from typing import SupportsFloat, TypeVar
 
-from tendon_mj.errors import UnknownNameError
+import numpy as np
+
+from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.sheath.parameter_metadata import Parameter
 
 _F = TypeVar("_F", bound=Callable[..., object])
@@ -58,3 +60,20 @@ def check_names(known: Mapping[str, Parameter], values: Mapping[str, object], wh
     for name in values:
         if name not in known:
             raise UnknownNameError("parameter", name, known, where)
+
+
+def as_number(name: str, value: object, unit: str = "") -> float:
+    """A keyword's value as a number; ``unit``: as a message ends, such as `` [N]``.
+
+    Raises:
+        InvalidValueError: a bool, text, several numbers, or one that no float can hold.
+    """
+    no_numbers = bool | np.bool_ | str | bytes  # NumPy's text converts itself
+    if isinstance(value, no_numbers) or not isinstance(value, SupportsFloat):
+        raise InvalidValueError(f"{name} = {value!r} is not a number{unit}")
+    try:
+        return float(value)
+    except OverflowError:  # an integer, perhaps of more digits than can be shown
+        raise InvalidValueError(f"{name} is beyond the range of a float{unit}") from None
+    except (TypeError, ValueError):  # an array of several
+        raise InvalidValueError(f"{name} = {value!r} is not one number{unit}") from None

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import SupportsFloat, Unpack
+from typing import Unpack
 
 import mujoco
 import numpy as np
 
 from tendon_mj.attach.instance import add_instance
-from tendon_mj.attach.keywords import check_names, takes
+from tendon_mj.attach.keywords import as_number, check_names, takes
 from tendon_mj.engine import FEEDBACKS, GAINS, NAME, SERVO, OptionalGains, check_gain
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 
@@ -76,13 +76,6 @@ def add_servo(
 
 def _gain(name: str, value: object, where: str) -> float:
     """A gain as a number, within its range."""
-    if isinstance(value, bool | np.bool_) or not isinstance(value, SupportsFloat):
-        raise InvalidValueError(f"{where}: {name} = {value!r} is not a number [{GAINS[name].unit}]")
-    try:
-        number = float(value)
-    except (TypeError, ValueError, OverflowError):  # an array of several; beyond any float
-        raise InvalidValueError(
-            f"{where}: {name} = {value!r} is not one number [{GAINS[name].unit}]"
-        ) from None
+    number = as_number(f"{where}: {name}", value, f" [{GAINS[name].unit}]")
     check_gain(name, number, where)
     return number

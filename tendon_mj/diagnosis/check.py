@@ -1,4 +1,4 @@
-"""Checks that refuse recordings from which no diagnosis can come."""
+"""Checks that refuse recordings and simulators from which no diagnosis can come."""
 
 from __future__ import annotations
 
@@ -9,12 +9,20 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.diagnosis.data.problem import Problem, all_samples, training_samples
+from tendon_mj.diagnosis.data.problem import (
+    MakeSimulator,
+    Problem,
+    all_samples,
+    training_samples,
+)
 from tendon_mj.diagnosis.data.regimes import motion
-from tendon_mj.errors import RecordingError
+from tendon_mj.errors import InvalidValueError, RecordingError
 from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.parameters import Parameter
+from tendon_mj.replay.simulator_protocol import Simulates
 
 _FEWEST = 50  # samples
+_MEMBERS = ("parameters", "__call__", "joints", "steps", "in_steps")  # of `Simulates`
 
 
 def check_recordings(train: Sequence[Recording], held_out: Sequence[Recording]) -> None:
@@ -90,6 +98,42 @@ def _same_data(one: Recording, other: Recording) -> bool:
         all(np.array_equal(other.columns[c][k : k + size], one.columns[c]) for c in one.measured)
         for k in np.flatnonzero(begins)
     )
+
+
+def make_simulator(make: MakeSimulator, recordings: Sequence[Recording]) -> Simulates:
+    """Make a simulator of recordings, and refuse one that does not have what a diagnosis asks for.
+
+    Raises:
+        InvalidValueError: names the members that it lacks, or the parameter that is none.
+    """
+    if not isinstance(make, type) and hasattr(make, "parameters"):
+        raise InvalidValueError(
+            f"simulator: {type(make).__name__!r} object is a simulator already; give what makes one"
+            " of recordings, such as its class"
+        )
+    abstract = sorted(getattr(make, "__abstractmethods__", ()))  # else Python raises a TypeError
+    made = None if abstract else make(recordings)
+    missing = abstract or [member for member in _MEMBERS if not hasattr(made, member)]
+    kind = make if isinstance(make, type) else type(made)
+    if made is None or missing:
+        raise InvalidValueError(
+            f"simulator {kind.__name__!r} lacks {', '.join(map(repr, missing))}; derive it from"
+            " tendon_mj.Simulates, set 'parameters' and define '__call__': the other members then"
+            " have defaults"
+        )
+    parameters: object = made.parameters  # of whatever type: it is a user's own
+    if not isinstance(parameters, Mapping):
+        raise InvalidValueError(
+            f"simulator {kind.__name__!r}: parameters = {parameters!r} must be a mapping of names"
+            " to tendon_mj.Parameter"
+        )
+    for name, parameter in parameters.items():
+        if not isinstance(parameter, Parameter):
+            raise InvalidValueError(
+                f"simulator {kind.__name__!r}: parameters[{name!r}] = {parameter!r} must be a"
+                " tendon_mj.Parameter, which has value, unit and kind"
+            )
+    return made
 
 
 def check_simulation(problem: Problem) -> None:

@@ -16,7 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_mj.diagnosis.check import check_recordings, check_simulation
+from tendon_mj.diagnosis.check import check_recordings, check_simulation, make_simulator
 from tendon_mj.diagnosis.data.problem import (
     MakeSimulator,
     Problem,
@@ -24,7 +24,13 @@ from tendon_mj.diagnosis.data.problem import (
     training_samples,
 )
 from tendon_mj.diagnosis.data.step_size import search_step, step_error, with_step
-from tendon_mj.diagnosis.effects.catalogue import CATALOGUE, Effects, by_identifier, candidates
+from tendon_mj.diagnosis.effects.catalogue import (
+    CATALOGUE,
+    Effects,
+    by_identifier,
+    candidates,
+    check_bindings,
+)
 from tendon_mj.diagnosis.effects.effect import SystemDescription, Term
 from tendon_mj.diagnosis.model_selection.context import CONVERGED, SelectionContext
 from tendon_mj.diagnosis.model_selection.select import Selection, select_effects
@@ -55,7 +61,7 @@ def diagnose(
         train: recordings of one model, for selection and fits.
         held_out: recordings for the proof alone; without any, the last quarter of each of
             ``train`` is held out.
-        simulator: makes the simulator of recordings; see `tendon_mj.replay.simulator_protocol`.
+        simulator: makes the simulator of recordings; see `tendon_mj.Simulates`.
         catalogue: effects that can be named, in place of the package's own or beside them:
             ``[*CATALOGUE.values(), mine]``.
         exclude: identifiers of effects that are not to be considered.
@@ -67,21 +73,25 @@ def diagnose(
             both in training and held out, or data under which the model becomes unstable.
         UnknownNameError: ``exclude`` names no effect of the catalogue, or a recording calls a
             parameter uncertain that the simulator does not know.
-        InvalidValueError: two effects of the catalogue have the same identifier.
+        InvalidValueError: a catalogue without effects or with two of one identifier, none of which
+            binds on the model, or a simulator that lacks a member.
     """
     began = time.perf_counter()
     exclude = {exclude} if isinstance(exclude, str) else exclude
     effects = by_identifier(catalogue)
     check_recordings(train, held_out)
-    own = Problem(tuple(train), simulator(train), training_samples(train, held_out))
-    base = {name: p.value for name, p in own.simulate.parameters.items()}
+    simulate = make_simulator(simulator, train)
+    own = Problem(tuple(train), simulate, training_samples(train, held_out))
+    system = describe_system(own)
+    base = system.values
     for name in train[0].uncertain:
         if name not in base:
             raise UnknownNameError("parameter", name, base)
+    check_bindings(system, exclude, effects)
+    bound = tuple(candidates(system, exclude, effects))
     check_simulation(own)
     step = search_step(own)
     problem = with_step(own, step)
-    bound = tuple(candidates(describe_system(problem), exclude, effects))
 
     progress("calibrate", 0, 1)
     context = SelectionContext(problem, base, _uncertain_terms(problem), (), 0.0, 0.0, progress)

@@ -60,6 +60,12 @@ class Simulator:
     Attributes:
         recordings: as given.
         model: compiled, with none of the recordings' parameters applied; not to be changed.
+        parameters: every parameter, at its value in the first recording that says one, else the
+            model's.
+        joints: hinges and slides that have a name, and whether a driven column prescribes their
+            motion. A motor's torque or force prescribes none; an actuator with a gain on the
+            joint's place or rate does, unless what came of it was measured.
+        steps: time steps of one simulation of all recordings.
 
     Raises:
         RecordingError: there are none, they name several models, one does not fit its model, or
@@ -89,28 +95,17 @@ class Simulator:
         self._described = [described_values(r) if described else {} for r in self.recordings]
         self._threads = threads or os.cpu_count() or 1
         self._strict = strict
-        self._parameters = self._described_parameters()
-
-    @property
-    def parameters(self) -> Mapping[str, Parameter]:
-        """Every parameter: its value in the first recording that says one, else the model's."""
-        return self._parameters
+        self.parameters: Mapping[str, Parameter] = self._described_parameters()
+        self.joints: Mapping[str, bool] = self._prescribed_joints()
+        self.steps = self._count_steps()
 
     @property
     def sheaths(self) -> list[str]:
         """Names of the model's sheaths."""
         return list(sheaths(self.model))
 
-    @property
-    def joints(self) -> dict[str, bool]:
-        """Hinges and slides that have a name, and whether a driven column prescribes their motion.
-
-        A motor's torque or force prescribes none; an actuator with a gain on the joint's place or
-        rate does, unless what came of it was measured.
-        """
-        names = {
-            name.rsplit(".", 1)[0] for name, p in self._parameters.items() if p.kind == "joint"
-        }
+    def _prescribed_joints(self) -> dict[str, bool]:
+        names = {name.rsplit(".", 1)[0] for name, p in self.parameters.items() if p.kind == "joint"}
         driven = {
             joint
             for channel in self.inputs.values()
@@ -157,9 +152,7 @@ class Simulator:
             for column, measured in recording.measured.items()
         }
 
-    @property
-    def steps(self) -> int:
-        """Time steps of one simulation of all recordings."""
+    def _count_steps(self) -> int:
         return sum(schedule.steps for schedule in self._schedules)
 
     def in_steps(self, factor: float) -> Simulator:
@@ -172,6 +165,7 @@ class Simulator:
             Schedule(schedule.recording, self.model, self._settle, factor * schedule.clock.timestep)
             for schedule in self._schedules
         ]
+        other.steps = other._count_steps()
         return other
 
     def __call__(self, parameter_sets: Sequence[Values]) -> list[list[Series]]:
@@ -234,11 +228,11 @@ class Simulator:
         groups: dict[tuple[int, frozenset[tuple[str, float]]], _Job] = {}
         for row, given in enumerate(parameter_sets):
             for name in given:
-                if name not in self._parameters:
-                    raise UnknownNameError("parameter", name, self._parameters)
+                if name not in self.parameters:
+                    raise UnknownNameError("parameter", name, self.parameters)
             for k, described in enumerate(self._described):
                 values = {**described, **given}
-                reads = {n: v for n, v in values.items() if self._parameters[n].kind == "sensor"}
+                reads = {n: v for n, v in values.items() if self.parameters[n].kind == "sensor"}
                 acts = {n: v for n, v in values.items() if n not in reads}
                 job = groups.setdefault((k, frozenset(acts.items())), _Job(k, acts, []))
                 job.readouts.append((row, reads))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
@@ -17,38 +19,32 @@ Series = dict[str, NDArray[np.float64]]
 class Simulates(Protocol):
     """Simulator of recordings, with parameters by name.
 
-    A class of one's own either has all these members, or is derived from this one and has
-    ``parameters`` and ``__call__``; the others then answer as for a simulator that knows neither
-    joints nor steps.
+    A class of one's own either has all these members, or is derived from this one, sets
+    ``parameters`` and defines ``__call__``; the others then answer as for a simulator that knows
+    neither joints nor steps.
+
+    Attributes:
+        parameters: every parameter that it knows, at the value that it has when a set does not
+            name it.
+        joints: joint → whether a driven column prescribes its motion, so that no effect can be on
+            it. Joints are the elements of the parameters of kind "joint"; one that is not named
+            here is free.
+        steps: time steps of one simulation of all recordings; 0 where it makes no error of steps.
+            With 0 its answers are taken as exact; else a diagnosis searches in longer steps, if
+            these change little, and takes the error of the steps out by Richardson's
+            extrapolation.
     """
 
-    @property
-    def parameters(self) -> Mapping[str, Parameter]:
-        """Every parameter that it knows, at the value that it has when a set does not name it."""
+    parameters: Mapping[str, Parameter]
+    joints: Mapping[str, bool] = MappingProxyType({})
+    steps: int = 0
 
+    @abstractmethod
     def __call__(self, parameter_sets: Sequence[Values]) -> list[list[Series]]:
         """For every set, for every recording: measured column → (n,) at the samples.
 
         A simulation that failed has NaN in its series.
         """
-
-    @property
-    def joints(self) -> Mapping[str, bool]:
-        """Joint → whether a driven column prescribes its motion, so that no effect can be on it.
-
-        Joints are the elements of the parameters of kind "joint"; one that is not named here is
-        free.
-        """
-        return {}
-
-    @property
-    def steps(self) -> int:
-        """Time steps of one simulation of all recordings; 0 where it makes no error of steps.
-
-        With 0 its answers are taken as exact; else a diagnosis searches in longer steps, if these
-        change little, and takes the error of the steps out by Richardson's extrapolation.
-        """
-        return 0
 
     def in_steps(self, factor: float) -> Simulates:
         """This simulator in steps ``factor`` > 0 times as long; itself where ``steps`` is 0.

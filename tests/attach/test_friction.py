@@ -1,5 +1,7 @@
 """Friction for a tendon that a model already has."""
 
+from fractions import Fraction
+
 import mujoco
 import numpy as np
 import pytest
@@ -220,7 +222,7 @@ def test_an_attached_model_survives_being_written_and_read():
     assert mujoco.MjSpec.from_string(text).to_xml() == text
 
 
-@pytest.mark.parametrize("kind", [np.float64, np.float32, np.int64, str])
+@pytest.mark.parametrize("kind", [np.float64, np.float32, np.int64, Fraction])
 def test_numbers_of_any_make_are_numbers(kind):
     spec = finger()
     add_friction(spec, "flexor", friction=kind(1), axial_stiffness=kind(5000), pretension=kind(2))

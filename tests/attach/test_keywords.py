@@ -3,12 +3,13 @@
 import dataclasses
 import inspect
 
+import numpy as np
 import pytest
 
 import tendon_mj
 from tendon_mj.engine import GAINS, OptionalGains
 from tendon_mj.engine.servo_plugin.gains import Gains
-from tendon_mj.errors import UnknownNameError
+from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.sheath.law import LAW, Law, OptionalParameters
 from tests.attach.test_friction import finger
 
@@ -58,3 +59,42 @@ def test_a_type_checker_knows_every_parameter(typed, dataclass, explicit):
     names = {field.name for field in dataclasses.fields(dataclass)}
     assert set(typed.__annotations__) | explicit == names
     assert not set(typed.__annotations__) & explicit
+
+
+def with_servo(spec, value):
+    tendon_mj.add_friction(spec, "flexor", friction=0.1, reel_joint="mcp", reel_radius=0.01)
+    tendon_mj.add_servo(spec, "flexor", tension_gain=value, velocity_gain=1.0)
+
+
+SETTERS = {
+    "friction": lambda spec, value: tendon_mj.add_friction(spec, "flexor", friction=value),
+    "reel_radius": lambda spec, value: tendon_mj.add_friction(
+        spec, "flexor", friction=0.1, reel_joint="mcp", reel_radius=value
+    ),
+    "tension_gain": with_servo,
+}
+
+
+@pytest.mark.parametrize("name", SETTERS)
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (True, "= True is not a number"),
+        (np.True_, "= .*True.* is not a number"),
+        ("0.15", r"= '0\.15' is not a number"),
+        (np.str_("0.15"), r"= .*'0\.15'.* is not a number"),
+        ([0.1], r"= \[0\.1\] is not a number"),
+        (np.array([0.1, 0.2]), "= .* is not one number"),
+        (10**400, "is beyond the range of a float"),
+        pytest.param(-(10**5000), "is beyond the range of a float", id="too long to show"),
+    ],
+)
+def test_what_is_no_number_is_refused_by_one_rule(name, value, message):
+    with pytest.raises(InvalidValueError, match=f"{name} {message}"):
+        SETTERS[name](finger(), value)
+
+
+@pytest.mark.parametrize("name", SETTERS)
+@pytest.mark.parametrize("value", [1, np.float32(0.5), np.int64(1), np.array(0.5)])
+def test_what_is_a_number_is_taken_whatever_its_type(name, value):
+    SETTERS[name](finger(), value)

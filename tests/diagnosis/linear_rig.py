@@ -40,11 +40,7 @@ class LinearRig(Simulates):
 
     def __init__(self, recordings: Sequence[Recording], shapes: Mapping[str, Shape]) -> None:
         self.recordings, self.shapes = recordings, shapes
-
-    @property
-    def parameters(self) -> dict[str, Parameter]:
-        """Parameters of the rig, all 0."""
-        return {name: Parameter(0.0, "-", "live") for name in self.shapes}
+        self.parameters = {name: Parameter(0.0, "-", "live") for name in shapes}
 
     def __call__(
         self, parameter_sets: Sequence[Mapping[str, float]]

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tendon_mj.diagnosis import diagnose
-from tendon_mj.errors import RecordingError
+from tendon_mj.diagnosis.check import make_simulator
+from tendon_mj.errors import InvalidValueError, RecordingError
 from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay import Parameter, Simulates
 from tests.diagnosis.toy import COLUMNS, FloatArray, Toy, recording, rig
 
 COLUMN = next(iter(COLUMNS))
@@ -92,6 +95,82 @@ def test_a_model_that_becomes_unstable_is_refused_with_the_range_of_the_drive() 
     train, held_out = rig(1, {})
     with pytest.raises(RecordingError, match=r"unstable .*'input_displacement_m' from .* to "):
         diagnose(train, held_out, Unstable)
+
+
+class Bare:
+    """Simulator that is not derived from the protocol, and has but two of its members."""
+
+    def __init__(self, recordings: object) -> None:
+        self.parameters = {"sheath.friction": Parameter(0.15, "-", "live")}
+
+    def __call__(self, parameter_sets: object) -> list[list[dict[str, FloatArray]]]:
+        return []
+
+
+class Mute(Simulates):
+    """Simulator that forgets what simulates."""
+
+    def __init__(self, recordings: object) -> None:
+        self.parameters = {}
+
+
+class Nameless(Simulates):
+    """Simulator that forgets its parameters."""
+
+    def __init__(self, recordings: object) -> None: ...
+
+    def __call__(self, parameter_sets: object) -> list[list[dict[str, FloatArray]]]:
+        return []
+
+
+class Plain(Bare, Simulates):
+    """Simulator whose parameters are what a test says."""
+
+    given: object = None
+
+    def __init__(self, recordings: object) -> None:
+        self.parameters = self.given  # type: ignore[assignment]
+
+
+class Unnamed(Plain):
+    given = {"sheath.friction": 0.15}  # noqa: RUF012
+
+
+@pytest.mark.parametrize(
+    ("simulator", "message"),
+    [
+        (Bare, "'Bare' lacks 'joints', 'steps', 'in_steps'; derive it from tendon_mj.Simulates"),
+        (Mute, "'Mute' lacks '__call__'; derive it from tendon_mj.Simulates"),
+        (Nameless, "'Nameless' lacks 'parameters'; derive it from tendon_mj.Simulates"),
+        (lambda recordings: None, "'NoneType' lacks 'parameters', '__call__', 'joints'"),
+        (Plain, "'Plain': parameters = None must be a mapping"),
+        (Unnamed, r"parameters\['sheath\.friction'\] = 0\.15 must be a tendon_mj\.Parameter"),
+        (Toy([]), "'Toy' object is a simulator already; give what makes one"),
+    ],
+)
+def test_a_simulator_that_lacks_a_member_is_refused_by_its_name(
+    simulator: Any, message: str
+) -> None:
+    train, held_out = rig(1, {})
+    with pytest.raises(InvalidValueError, match=message):
+        diagnose(train, held_out, simulator)
+
+
+@pytest.mark.parametrize("member", ["parameters", "__call__", "joints", "steps", "in_steps"])
+def test_every_member_of_the_protocol_is_asked_for(member: str) -> None:
+    assert hasattr(Simulates, member) or member in Simulates.__annotations__
+    members = {"parameters", "__call__", "joints", "steps", "in_steps"} - {member}
+    lacking = type("Lacking", (), {name: lambda *_: None for name in members})
+    with pytest.raises(InvalidValueError, match=f"'Lacking' lacks '{member}'; derive"):
+        make_simulator(lambda _: lacking(), [])  # type: ignore[arg-type]
+
+
+def test_derived_from_the_protocol_a_simulator_needs_two_members() -> None:
+    class Derived(Bare, Simulates):
+        pass
+
+    made = make_simulator(Derived, [])
+    assert (dict(made.joints), made.steps, made.in_steps(2.0)) == ({}, 0, made)
 
 
 def test_what_never_moves_is_refused_with_its_column() -> None:

@@ -6,6 +6,7 @@ import pickle
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,11 +16,12 @@ from tendon_mj.diagnosis import (
     CATALOGUE,
     Effect,
     ParameterSpecification,
+    SystemDescription,
     diagnose,
     on_joints,
     on_sheaths,
 )
-from tendon_mj.diagnosis.effects.catalogue import by_identifier
+from tendon_mj.diagnosis.effects.catalogue import by_identifier, check_bindings
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.recordings.recording import Measured, Recording
 from tendon_mj.replay.parameters import Kind
@@ -27,13 +29,14 @@ from tendon_mj.replay.replay_recording import replay_recording
 from tendon_mj.replay.simulator import Parameter, Simulator
 from tests.diagnosis.toy import COLUMNS, NOISE, WEIGHTS, FloatArray, Toy, recording, waveform
 
+SPECIFICATION = ParameterSpecification("wear", "1/m", 0.0, 100.0, 0.5)
 WEAR = Effect(
     identifier="wear",
     name="friction that grows with the distance slid",
     equation="μ (1 + w s)",
     signature="loops widen with every stroke",
     source="a test",
-    binding=on_sheaths(ParameterSpecification("wear", "1/m", 0.0, 100.0, 0.5)),
+    binding=on_sheaths(SPECIFICATION),
     next_experiment="a thousand strokes",
 )
 
@@ -43,10 +46,10 @@ class Longer(Toy):
 
     parameter, kind = "sheath.wear", "live"
 
-    @property
-    def parameters(self) -> dict[str, Parameter]:
+    def __init__(self, recordings: Sequence[Recording]) -> None:
+        super().__init__(recordings)
         kind: Kind = self.kind  # type: ignore[assignment]
-        return {**super().parameters, self.parameter: Parameter(0.0, "SI", kind)}
+        self.parameters = {**self.parameters, self.parameter: Parameter(0.0, "SI", kind)}
 
     def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
         toy = {name: value for name, value in changed.items() if name in WEIGHTS}
@@ -60,9 +63,9 @@ class Jointed(Longer):
     parameter, kind = "elbow.damping", "joint"
     prescribed = False
 
-    @property
-    def joints(self) -> dict[str, bool]:
-        return {"elbow": self.prescribed}
+    def __init__(self, recordings: Sequence[Recording]) -> None:
+        super().__init__(recordings)
+        self.joints = {"elbow": self.prescribed}
 
 
 class Prescribed(Jointed):
@@ -74,15 +77,12 @@ class Prescribed(Jointed):
 class Stepped(Toy):
     """The toy rig with an error, proportional to its step, that looks like less friction."""
 
-    step = 1.0
-
-    @property
-    def steps(self) -> int:
-        return round(1000.0 / self.step)
+    step, steps = 1.0, 1000
 
     def in_steps(self, factor: float) -> Stepped:
         other = type(self)(self.recordings)
         other.step = factor * self.step
+        other.steps = round(1000.0 / other.step)
         return other
 
     def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
@@ -134,6 +134,47 @@ def test_names_of_another_catalogue_are_not_excluded() -> None:
 def test_two_effects_of_one_name_are_refused() -> None:
     with pytest.raises(InvalidValueError, match="two effects are called 'wear'"):
         by_identifier([WEAR, replace(WEAR, name="another")])
+
+
+def test_an_effect_of_ones_own_that_binds_nowhere_is_warned_of_with_near_names() -> None:
+    rig = SystemDescription(
+        {"sheath.wear": 0.0, "elbow.damping": 0.1}, frozenset(), frozenset(), {}, (), ()
+    )
+    binding = on_sheaths(replace(SPECIFICATION, parameter="waer"))
+    misspelt = replace(WEAR, identifier="misspelt", binding=binding)
+    damping = ParameterSpecification("damping", "SI", 0.0, 1.0, 0.1)
+    elsewhere = replace(WEAR, identifier="elsewhere", binding=on_joints(damping))
+    with pytest.warns(RuntimeWarning, match="'misspelt' .*'waer'; did you mean 'wear'") as said:
+        check_bindings(rig, (), by_identifier([*CATALOGUE.values(), WEAR, misspelt]))
+    assert len(said) == 1
+    with pytest.warns(RuntimeWarning, match=r"'elsewhere' .*no place among 'elbow\.damping'"):
+        check_bindings(rig, (), by_identifier([WEAR, elsewhere]))
+    check_bindings(rig, ["misspelt"], by_identifier([WEAR, misspelt]))
+
+
+def test_a_catalogue_of_which_nothing_binds_is_refused() -> None:
+    misspelt = replace(WEAR, binding=on_sheaths(replace(SPECIFICATION, parameter="waer")))
+    made = measured(Longer, {})
+    with pytest.raises(InvalidValueError, match=r"no effect .* binds .*did you mean 'wear'"):
+        diagnose(made[:3], made[3:], Longer, catalogue=[misspelt])
+    with pytest.raises(InvalidValueError, match="'creep': unknown parameter 'creep'"):
+        diagnose(made[:3], made[3:], Longer, catalogue=[CATALOGUE["creep"]])
+
+
+@pytest.mark.parametrize(
+    ("catalogue", "message"),
+    [
+        (WEAR, "'wear' is no list of effects"),
+        ("backlash", "'backlash' is no list of effects"),
+        (None, "None is no list of effects"),
+        (["backlash"], r"'backlash' is no tendon_mj\.Effect; .*CATALOGUE\['backlash'\]"),
+        ({"wear": "wear"}, r"'wear' is no tendon_mj\.Effect"),
+        ([], "the catalogue is empty"),
+    ],
+)
+def test_what_is_no_catalogue_is_refused(catalogue: Any, message: str) -> None:
+    with pytest.raises(InvalidValueError, match=message):
+        diagnose([], catalogue=catalogue)
 
 
 @pytest.mark.parametrize(("simulator", "effects"), [(Jointed, ["joint_damping"]), (Prescribed, [])])

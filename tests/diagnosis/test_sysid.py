@@ -24,10 +24,7 @@ class Toy(Simulates):
 
     def __init__(self, recordings: Sequence[Recording]) -> None:
         self.recordings = recordings
-
-    @property
-    def parameters(self) -> dict[str, Parameter]:
-        return {name: Parameter(u.value, "", "live") for name, u in UNCERTAIN.items()}
+        self.parameters = {n: Parameter(u.value, "", "live") for n, u in UNCERTAIN.items()}
 
     def __call__(self, sets: Sequence[Mapping[str, float]]) -> list[list[dict[str, np.ndarray]]]:
         return [

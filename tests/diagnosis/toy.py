@@ -47,11 +47,7 @@ class Toy(Simulates):
     def __init__(self, recordings: Sequence[Recording]) -> None:
         self.recordings = list(recordings)
         self.calls = 0
-
-    @property
-    def parameters(self) -> dict[str, Parameter]:
-        """Parameters of the toy rig as the model has them."""
-        return {name: Parameter(v, "SI", "live") for name, (v, _) in WEIGHTS.items()}
+        self.parameters = {name: Parameter(v, "SI", "live") for name, (v, _) in WEIGHTS.items()}
 
     def __call__(
         self, parameter_sets: Sequence[Mapping[str, float]]

@@ -279,9 +279,8 @@ def test_every_live_parameter_has_a_unit(name):
 
 def test_anything_of_its_shape_can_stand_in_for_it():
     class Line(Simulates):
-        @property
-        def parameters(self):
-            return {"line.slope": Parameter(1.0, "N", "live")}
+        def __init__(self):
+            self.parameters = {"line.slope": Parameter(1.0, "N", "live")}
 
         def __call__(self, parameter_sets):
             return [[{"force_N": s.get("line.slope", 1.0) * np.ones(3)}] for s in parameter_sets]

@@ -98,9 +98,8 @@ def diagnosis(verdict="named", rivals=(), closest=(), train=None):
 class Still(Simulates):
     """Simulator of which nothing is asked."""
 
-    @property
-    def parameters(self):
-        return {}
+    def __init__(self):
+        self.parameters = {}
 
     def __call__(self, parameter_sets):
         return []

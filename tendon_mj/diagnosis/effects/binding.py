@@ -112,6 +112,15 @@ def together(*bindings: Binding) -> Binding:
     return partial(_together, bindings)
 
 
+def parameters_of(binding: Binding) -> set[str]:
+    """Names of the parameters that a binding of this module looks for; none of another function."""
+    if not isinstance(binding, partial):
+        return set()
+    parts = [part for argument in binding.args if isinstance(argument, tuple) for part in argument]
+    found = {part.parameter for part in parts if isinstance(part, ParameterSpecification)}
+    return found.union(*(parameters_of(part) for part in parts))
+
+
 # Functions of modules, bound by `partial`, and no closures: effects can be sent to processes.
 
 
