@@ -8,6 +8,7 @@ from tendon_mj.engine.instances import segment_tensions as segment_tensions
 from tendon_mj.engine.instances import sensor_kind as sensor_kind
 from tendon_mj.engine.instances import servo_estimate as servo_estimate
 from tendon_mj.engine.instances import servos as servos
+from tendon_mj.engine.instances import sheath_arrays as sheath_arrays
 from tendon_mj.engine.instances import sheaths as sheaths
 from tendon_mj.engine.instances import unsolved_evaluations as unsolved_evaluations
 from tendon_mj.engine.plugin import register as register

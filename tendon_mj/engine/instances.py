@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from tendon_mj.engine.abi.library import C
 from tendon_mj.engine.servo_plugin.state import view as servo_view
 from tendon_mj.engine.servo_plugin.validate import SERVO
+from tendon_mj.engine.sheath_plugin.state import STATE, View, size
 from tendon_mj.engine.sheath_plugin.state import view as sheath_view
 from tendon_mj.engine.sheath_plugin.validate import NAME
-from tendon_mj.errors import UnknownNameError
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.sheath.records import GUIDE, SEGMENT
 
 
 class Instance(NamedTuple):
@@ -100,3 +102,39 @@ def segment_tensions(
         raise UnknownNameError("sheath", sheath, known)
     found = sheath_view(data.plugin_state, known[sheath].state)
     return found.path.copy(), found.state.law.axial_stiffness * found.segments["tension"]
+
+
+def sheath_arrays(model: mujoco.MjModel, plugin_states: NDArray[np.float64], sheath: str) -> View:
+    """State of a sheath in many simulations at once, their axes before those of `View`.
+
+    Args:
+        model: that has the sheath.
+        plugin_states: (..., npluginstate).
+        sheath: its name.
+
+    Raises:
+        UnknownNameError: no such sheath.
+        InvalidValueError: numbers that are no states of this model.
+    """
+    known = sheaths(model)
+    if sheath not in known:
+        raise UnknownNameError("sheath", sheath, known)
+    start = known[sheath].state
+    states = np.ascontiguousarray(plugin_states, np.float64)
+    counts = states[..., start + STATE.fields["guides"][1] // 8]
+    n = int(counts.flat[0]) if counts.size and np.isfinite(counts).all() else -1
+    room = int(model.plugin_statenum[np.flatnonzero(model.plugin_stateadr == start)].max())
+    if n < 0 or (counts != n).any() or size(n) > room:
+        raise InvalidValueError(
+            f"sheath {sheath!r}: these are no plugin states of this model, or none at all"
+        )
+
+    def take(dtype: np.dtype[np.void], count: int) -> NDArray[np.void]:
+        nonlocal start
+        begin, start = start, start + count * dtype.itemsize // 8
+        return states[..., begin:start].view(dtype)
+
+    state = take(STATE, 1)[..., 0]
+    segments, guides = take(SEGMENT, n + 1), take(GUIDE, n)
+    path = states[..., start : start + 3 * (n + 2)]
+    return View(state, segments, guides, path.reshape(*path.shape[:-1], n + 2, 3))

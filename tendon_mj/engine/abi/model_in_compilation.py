@@ -68,6 +68,24 @@ class Draft:
         slots = self.ints("plugin")
         return [k for k in range(self.fields.nplugin) if slots[k] == slots[instance]]
 
+    def is_first(self, instance: int) -> bool:
+        """Whether no instance of the same plugin comes before this one.
+
+        MuJoCo asks about every instance in turn. A check that looks at all of them when it is asked
+        about the first looks at each once, and has nothing to keep from one call to the next.
+        """
+        slots = self.ints("plugin")
+        # backwards, so that all calls together pass every instance about once
+        return all(slots[k] != slots[instance] for k in range(instance - 1, -1, -1))
+
+    def actuators(self) -> dict[int, list[int]]:
+        """Plugin instance to its actuators, in their order."""
+        owners = self.ints("actuator_plugin")
+        found: dict[int, list[int]] = {}
+        for k in range(int(self.fields.nactuator)):
+            found.setdefault(owners[k], []).append(k)
+        return found
+
     def where(self, instance: int) -> str:
         """Name of an instance in error messages."""
         name = self.name(mujoco.mjtObj.mjOBJ_PLUGIN, instance)
@@ -81,10 +99,10 @@ def find(model: Draft, kind: Any, count: int, what: str, name: str, where: str) 
     Raises:
         UnknownNameError: there is none.
     """
-    names = model.names(kind, count)
-    if not name or name not in names:
-        raise UnknownNameError(what, name, names, where)
-    return names.index(name)
+    index: int = C.mj_name2id(model.address, kind.value, name.encode()) if name else -1
+    if index < 0:
+        raise UnknownNameError(what, name, model.names(kind, count), where)
+    return index
 
 
 def read_number(config: dict[str, str], name: str, where: str) -> float | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 
 import mujoco
 
@@ -10,6 +10,7 @@ from tendon_mj.engine.abi.model_in_compilation import Draft, find, read_number
 from tendon_mj.engine.servo_plugin import state as sv
 from tendon_mj.engine.servo_plugin.gains import GAINS, check_gain
 from tendon_mj.engine.servo_plugin.stability import largest_damping
+from tendon_mj.engine.sheath_plugin.sheath_of_tendon import sheath_on, sheathed_tendons
 from tendon_mj.engine.sheath_plugin.validate import NAME as SHEATH
 from tendon_mj.engine.sheath_plugin.validate import SPOOL_ATTRIBUTES
 from tendon_mj.errors import InvalidValueError, UnknownNameError
@@ -28,16 +29,10 @@ def _sheath_of(model: Draft, tendon: str, where: str) -> dict[str, str]:
     """Configuration of the sheath on a tendon."""
     count = int(model.fields.ntendon)
     find(model, _OBJ.mjOBJ_TENDON, count, "tendon", tendon, where)
-    reader = Draft(model.address, SPOOL_ATTRIBUTES)
-    found = {}
-    for k in range(int(model.fields.nplugin)):
-        if model.plugin(k) == SHEATH:
-            config = reader.config(k)
-            if not config["sensor"]:
-                found[config["tendon"]] = config
-    if tendon not in found:
-        raise UnknownNameError("sheathed tendon", tendon, found, where)
-    return found[tendon]
+    sheath = sheath_on(model, tendon, SHEATH)
+    if sheath is None:
+        raise UnknownNameError("sheathed tendon", tendon, sheathed_tendons(model, SHEATH), where)
+    return Draft(model.address, SPOOL_ATTRIBUTES).config(sheath)
 
 
 def state_size(address: int, instance: int) -> int:
@@ -73,23 +68,37 @@ def state_size(address: int, instance: int) -> int:
 
 
 def check_joint(address: int, instance: int) -> int:
-    """Check that a servo drives the motor of its tendon, now that the model is complete.
+    """Check, at the first servo, that each drives its tendon's motor; the model is complete.
 
     Raises:
-        InvalidValueError: what is wrong with its actuator or joint.
+        InvalidValueError: what is wrong with an actuator or joint.
     """
     model = Draft(address, sv.ATTRIBUTES)
+    if model.is_first(instance):
+        actuators = model.actuators()
+        servos: dict[str, list[int]] = {}  # that have an actuator, of each tendon
+        instances = model.siblings(instance)
+        for k in sorted(instances, key=lambda k: actuators.get(k, [0])[0]):
+            if k in actuators:
+                servos.setdefault(model.config(k)["tendon"], []).append(k)
+        for k in instances:
+            _check_servo(model, k, actuators.get(k, []), servos)
+    return 0
+
+
+def _check_servo(
+    model: Draft, instance: int, mine: Sequence[int], servos: Mapping[str, Sequence[int]]
+) -> None:
+    """Check a servo; ``mine`` are its actuators, ``servos`` those of each tendon."""
     where, config = model.where(instance), model.config(instance)
     wanted = _sheath_of(model, config["tendon"], where)["reel_joint"]
-    owners = model.ints("actuator_plugin")
-    mine = [k for k in range(int(model.fields.nactuator)) if owners[k] == instance]
     if len(mine) > 1:
         raise InvalidValueError(
             f"{where}: {len(mine)} actuators share it; a servo drives one motor"
         )
     for actuator in mine:
         _check_actuator(model, actuator, wanted, where)
-        _check_rivals(model, instance, where)
+        _check_rivals(model, instance, config["tendon"], servos, where)
     joints = int(model.fields.njnt)
     joint = find(model, _OBJ.mjOBJ_JOINT, joints, "joint", wanted, where)
     armature = model.doubles("dof_armature")[model.ints("jnt_dofadr")[joint]]
@@ -99,7 +108,6 @@ def check_joint(address: int, instance: int) -> int:
             "to take its place"
         )
     _check_damping(model, instance, read_number(config, "motor_inertia", where) or armature)
-    return 0
 
 
 def _check_damping(model: Draft, instance: int, inertia: float) -> None:
@@ -119,15 +127,12 @@ def _check_damping(model: Draft, instance: int, inertia: float) -> None:
             )
 
 
-def _check_rivals(model: Draft, instance: int, where: str) -> None:
+def _check_rivals(
+    model: Draft, instance: int, tendon: str, servos: Mapping[str, Sequence[int]], where: str
+) -> None:
     """Two servos would both hold the gear, and the tension with it."""
-    owners = model.ints("actuator_plugin")
-    tendon = model.config(instance)["tendon"]
-    for k in range(int(model.fields.nactuator)):
-        other = owners[k]
-        if other < 0 or other == instance or model.plugin(other) != model.plugin(instance):
-            continue
-        if model.config(other)["tendon"] == tendon:
+    for other in servos[tendon]:
+        if other != instance:
             raise InvalidValueError(
                 f"{where}: tendon {tendon!r} already has servo "
                 f"{model.name(_OBJ.mjOBJ_PLUGIN, other)!r}; a motor has one"

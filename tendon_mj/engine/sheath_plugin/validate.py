@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping, Sequence
 
 import mujoco
 
@@ -14,6 +15,7 @@ from tendon_mj.engine.abi.library import C
 from tendon_mj.engine.abi.model_in_compilation import Draft, find, read_number
 from tendon_mj.engine.sheath_plugin.attributes import ATTRIBUTES
 from tendon_mj.engine.sheath_plugin.sensors import ENDS, KINDS, width
+from tendon_mj.engine.sheath_plugin.sheath_of_tendon import by_tendon, sheath_on
 from tendon_mj.engine.sheath_plugin.state import PARAMETERS, SENSOR_SIZE, size
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.sheath.law import LAW, check_range, check_scales, check_static
@@ -74,18 +76,31 @@ def _find_spool(model: Draft, name: str, where: str) -> None:
 
 
 def state_size(address: int, instance: int) -> int:
-    """Check an instance and say how many numbers of state it needs.
+    """Number of numbers of state that an instance needs; the first of all has all checked.
 
     Raises:
         InvalidValueError, UnknownNameError: what is wrong, where, and the nearest valid choice.
     """
     model = Draft(address, ATTRIBUTES)
-    where = model.where(instance)
+    if model.is_first(instance):
+        configs = {k: model.config(k) for k in model.siblings(instance)}
+        sheaths = by_tendon(configs)
+        for k, config in configs.items():
+            _check_instance(model, k, config, sheaths)
     config = model.config(instance)
+    if config["sensor"]:
+        return SENSOR_SIZE
+    return size(_capacity(model, config, model.where(instance)))
+
+
+def _check_instance(
+    model: Draft, instance: int, config: dict[str, str], sheaths: Mapping[str, Sequence[int]]
+) -> None:
+    """Check the configuration of one instance; ``sheaths`` are those of each tendon."""
+    where = model.where(instance)
     tendons = int(model.fields.ntendon)
     find(model, _OBJ.mjOBJ_TENDON, tendons, "tendon", config["tendon"], where)
-    others = {k: model.config(k) for k in model.siblings(instance) if k != instance}
-    rivals = [k for k, c in others.items() if c["tendon"] == config["tendon"] and not c["sensor"]]
+    rivals = [k for k in sheaths.get(config["tendon"], ()) if k != instance]
     if config["sensor"]:
         if config["sensor"] not in KINDS:
             raise UnknownNameError("sensor", config["sensor"], KINDS, where)
@@ -93,9 +108,8 @@ def state_size(address: int, instance: int) -> int:
         if extra:
             raise InvalidValueError(f"{where}: a sensor takes no {extra[0]}; the sheath has it")
         if not rivals:
-            sheathed = {c["tendon"] for c in others.values() if not c["sensor"]}
-            raise UnknownNameError("sheathed tendon", config["tendon"], sheathed, where)
-        return SENSOR_SIZE
+            raise UnknownNameError("sheathed tendon", config["tendon"], sheaths, where)
+        return
     if rivals:
         raise InvalidValueError(
             f"{where}: tendon {config['tendon']!r} already runs in sheath "
@@ -107,7 +121,7 @@ def state_size(address: int, instance: int) -> int:
             _find_spool(model, config[f"{end}_joint"], f"{where}: {end}_joint")
     if C.strtod(b"0.5", None) != 0.5:
         raise InvalidValueError(f"{where}: the process's LC_NUMERIC has no decimal point")
-    return size(_capacity(model, config, where))
+    _capacity(model, config, where)
 
 
 def sensor_size(address: int, instance: int, sensor: int) -> int:
@@ -116,26 +130,35 @@ def sensor_size(address: int, instance: int, sensor: int) -> int:
     config = model.config(instance)
     if not config["sensor"]:
         return ENDS
-    for other in model.siblings(instance):
-        sheath = model.config(other)
-        if sheath["tendon"] == config["tendon"] and not sheath["sensor"]:
-            return width(config["sensor"], _capacity(model, sheath, model.where(other)))
-    return 1
+    sheath = sheath_on(model, config["tendon"], NAME)
+    if sheath is None:
+        return 1
+    return width(config["sensor"], _capacity(model, model.config(sheath), model.where(sheath)))
 
 
 def check_tendon(address: int, instance: int) -> int:
-    """Check that a sheath can act on its tendon, now that the model is complete.
+    """Check, at the first instance, that all act on what they can, now that the model is complete.
 
     Raises:
-        InvalidValueError: what is wrong with the tendon.
+        InvalidValueError: what is wrong with a tendon or a reel.
     """
     model = Draft(address, ATTRIBUTES)
+    if model.is_first(instance):
+        reels = model.actuators()
+        for k in model.siblings(instance):
+            _check_complete(model, k, reels.get(k, []))
+    return 0
+
+
+def _check_complete(model: Draft, instance: int, reels: Sequence[int]) -> None:
+    """Check that a sheath can act on its tendon."""
     config = model.config(instance)
-    _check_reels(model, instance, bool(config["sensor"]))
+    _check_reels(model, instance, config, reels)
     if config["sensor"]:
-        return 0
+        return
     where, name = model.where(instance), config["tendon"]
-    tendon = model.names(_OBJ.mjOBJ_TENDON, int(model.fields.ntendon)).index(name)
+    tendons = int(model.fields.ntendon)
+    tendon = find(model, _OBJ.mjOBJ_TENDON, tendons, "tendon", name, where)
     start, count = model.ints("tendon_adr")[tendon], model.ints("tendon_num")[tendon]
     for k in range(start, start + count):
         problem = _unsuited(model, model.ints("wrap_type")[k], model.ints("wrap_objid")[k])
@@ -154,15 +177,12 @@ def check_tendon(address: int, instance: int) -> int:
             f"{where}: guides = {config['guides']}, but tendon {name!r} runs over {count - 2} "
             "between its ends; remove the attribute or correct it"
         )
-    return 0
 
 
-def _check_reels(model: Draft, instance: int, sensor: bool) -> None:
+def _check_reels(model: Draft, instance: int, config: dict[str, str], reels: Sequence[int]) -> None:
     """One reel at most, on the sheath and on its tendon."""
-    owners = model.ints("actuator_plugin")
-    reels = [k for k in range(model.fields.nactuator) if owners[k] == instance]
     names = ", ".join(repr(model.name(_OBJ.mjOBJ_ACTUATOR, k)) for k in reels)
-    if sensor and reels:
+    if config["sensor"] and reels:
         raise InvalidValueError(
             f"{model.where(instance)}: actuator {names} belongs on the sheath's instance, not on "
             "that of a sensor"
@@ -175,10 +195,10 @@ def _check_reels(model: Draft, instance: int, sensor: bool) -> None:
         if model.ints("actuator_trntype")[reel] != mujoco.mjtTrn.mjTRN_TENDON.value:
             continue
         acts_on = model.name(_OBJ.mjOBJ_TENDON, model.ints("actuator_trnid")[2 * reel])
-        if acts_on != model.config(instance)["tendon"]:
+        if acts_on != config["tendon"]:
             raise InvalidValueError(
                 f"{model.where(instance)}: reel {names} acts on tendon {acts_on!r}, the sheath "
-                f"on {model.config(instance)['tendon']!r}; a config is not renamed when its model "
+                f"on {config['tendon']!r}; a config is not renamed when its model "
                 "is attached to another: attach first, then add friction"
             )
 
