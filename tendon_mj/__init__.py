@@ -18,6 +18,7 @@ from tendon_mj.attach import add_servo as add_servo
 from tendon_mj.attach import add_sites as add_sites
 from tendon_mj.attach import add_tendon as add_tendon
 from tendon_mj.attach import arc_points as arc_points
+from tendon_mj.attach import view_sheath as view_sheath
 from tendon_mj.engine import register as _register
 from tendon_mj.errors import TendonError as TendonError
 
@@ -115,6 +116,7 @@ __all__ = [
     "render_clip",
     "replay_error",
     "replay_recording",
+    "view_sheath",
     "write_recording",
     "write_report",
 ]

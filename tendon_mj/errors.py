@@ -23,6 +23,10 @@ class UnknownKeyError(UnknownNameError, KeyError):
     __str__ = Exception.__str__  # a KeyError would show the message in quotes
 
 
+class UnknownAttributeError(UnknownNameError, AttributeError):
+    """An unknown name as an attribute of an object, so that ``hasattr`` works."""
+
+
 class InvalidValueError(TendonError, ValueError):
     """A value outside its range; the message names the thing, the value and the range."""
 

@@ -12,6 +12,22 @@ from tendon_mj.engine import GAINS, PARAMETERS, check_gain, servos, sheaths
 from tendon_mj.errors import InvalidValueError, UnknownKeyError
 from tendon_mj.sheath.law import LAW, check_range
 
+
+def check_live(name: str, value: float) -> None:
+    """Refuse a value of ``<sheath>.<parameter>`` or ``<servo>.<gain>`` outside its range.
+
+    Raises:
+        InvalidValueError: names the parameter, the value and the range.
+    """
+    owner, kind = name.rsplit(".", 1)
+    if kind in LAW:
+        check_range(kind, value, name)
+    elif kind in GAINS:
+        check_gain(kind, value, owner)
+    elif not np.isfinite(value):
+        raise InvalidValueError(f"{name} = {value} must be finite")
+
+
 _FIXED = ("period", "delay")  # they say how much memory a servo has
 
 
@@ -61,13 +77,7 @@ class Parameters(MutableMapping[str, float]):
 
     def __setitem__(self, name: str, value: float) -> None:
         address = self._find(name)
-        kind = name.rsplit(".", 1)[1]
-        if kind in LAW:
-            check_range(kind, float(value), name)
-        elif kind in GAINS:
-            check_gain(kind, float(value), name.rsplit(".", 1)[0])
-        elif not np.isfinite(value):
-            raise InvalidValueError(f"{name} = {value} must be finite")
+        check_live(name, float(value))
         self._state[address] = value
 
     def __delitem__(self, name: str) -> None:

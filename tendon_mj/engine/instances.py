@@ -121,7 +121,8 @@ def sheath_arrays(model: mujoco.MjModel, plugin_states: NDArray[np.float64], she
         raise UnknownNameError("sheath", sheath, known)
     start = known[sheath].state
     states = np.ascontiguousarray(plugin_states, np.float64)
-    counts = states[..., start + STATE.fields["guides"][1] // 8]
+    scalars: NDArray[np.void] = states[..., start : start + STATE.itemsize // 8].view(STATE)
+    counts: NDArray[np.float64] = scalars["guides"]
     n = int(counts.flat[0]) if counts.size and np.isfinite(counts).all() else -1
     room = int(model.plugin_statenum[np.flatnonzero(model.plugin_stateadr == start)].max())
     if n < 0 or (counts != n).any() or size(n) > room:

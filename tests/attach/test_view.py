@@ -1,0 +1,145 @@
+"""Views of sheaths by name, in one simulation and in the states of many."""
+
+import mujoco
+import numpy as np
+import pytest
+from mujoco import rollout
+
+from tendon_mj import Parameters, add_friction, add_sensor, view_sheath
+from tendon_mj.engine import KINDS, PARAMETERS
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+
+FINGER = """
+<mujoco>
+  <default><geom type="box" size=".1 .02 .02" pos=".1 0 0" contype="0" conaffinity="0"/></default>
+  <worldbody>
+    <site name="a" pos="-.1 0 .04"/><site name="d" pos="-.1 0 -.04"/>
+    <geom name="peg" type="cylinder" size=".01 .1"/>
+    <body>
+      <joint name="mcp" axis="0 1 0" damping=".002"/><geom/>
+      <site name="b" pos=".05 0 .03"/><site name="e" pos=".05 0 -.03"/>
+      <body pos=".2 0 0">
+        <joint name="pip" axis="0 1 0" damping=".002"/><geom/>
+        <site name="c" pos=".05 0 .03"/><site name="f" pos=".05 0 -.03"/>
+      </body>
+    </body>
+  </worldbody>
+  <tendon>
+    <spatial name="extensor" stiffness="400" springlength="0 .29">
+      <site site="a"/><site site="b"/><site site="c"/>
+    </spatial>
+    <spatial name="flexor" stiffness="300">
+      <site site="d"/><site site="e"/><site site="f"/>
+    </spatial>
+  </tendon>
+</mujoco>
+"""
+SHOWN = [kind for kind in KINDS if kind != "reel_displacement"]
+FULL = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)
+
+
+@pytest.fixture(scope="module")
+def model():
+    """Model with a sheath on each tendon, named like it, as are its sensors."""
+    spec = mujoco.MjSpec.from_string(FINGER)
+    for tendon in ("extensor", "flexor"):
+        name = f"{tendon}_sheath"
+        add_friction(spec, tendon, friction=0.2, name=name, sensors=())
+        for kind in SHOWN:
+            add_sensor(spec, name, kind, name=f"{tendon}_{kind}")
+    return spec.compile()
+
+
+@pytest.fixture(scope="module")
+def states(model):
+    """States of three simulations of different speeds over forty steps."""
+    data = mujoco.MjData(model)
+    start = np.empty((3, mujoco.mj_stateSize(model, FULL)))
+    for k in range(3):
+        mujoco.mj_resetData(model, data)
+        data.qvel[:] = [k, -2.0 * k]
+        mujoco.mj_forward(model, data)
+        mujoco.mj_getState(model, data, start[k], FULL)
+    found, _ = rollout.rollout(model, [data], start, nstep=40)
+    return found
+
+
+@pytest.mark.parametrize("kind", SHOWN)
+@pytest.mark.parametrize("tendon", ["flexor", "extensor"])
+def test_a_view_shows_what_the_sensors_show(model, kind, tendon):
+    data = mujoco.MjData(model)
+    data.qvel[:] = [3.0, -1.0]
+    mujoco.mj_step(model, data, 30)
+    mujoco.mj_forward(model, data)
+    shown = getattr(view_sheath(model, data, tendon), kind)
+    np.testing.assert_array_equal(np.atleast_1d(shown), data.sensor(f"{tendon}_{kind}").data)
+
+
+def test_a_tendon_and_its_sheath_are_the_same_view(model):
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    by_tendon, by_sheath = (view_sheath(model, data, n) for n in ("flexor", "flexor_sheath"))
+    assert (by_tendon.name, by_tendon.tendon) == (by_sheath.name, by_sheath.tendon)
+    np.testing.assert_array_equal(by_tendon.tension, by_sheath.tension)
+    assert by_tendon.positions.shape == (3, 3)
+    np.testing.assert_array_equal(by_tendon.positions[0], data.site("d").xpos)
+
+
+@pytest.mark.parametrize("part", ["full state", "plugin state"])
+def test_states_of_many_read_as_each_of_them_does(model, states, part):
+    given = states if part == "full state" else states[..., -model.npluginstate :]
+    many = view_sheath(model, given, "flexor")
+    for kind in (*SHOWN, "positions", "friction"):
+        shown = getattr(many, kind)
+        assert shown.shape[:2] == states.shape[:2]
+        for k in np.ndindex(3, 40):
+            one = view_sheath(model, given[k], "flexor")
+            np.testing.assert_array_equal(shown[k], getattr(one, kind))
+    assert np.ptp(many.input_tension) > 0.0
+
+
+def test_a_parameter_is_live_and_its_own_in_each_simulation(model, states):
+    data = mujoco.MjData(model)
+    view = view_sheath(model, data, "flexor")
+    view.friction = 0.5
+    assert view.friction == Parameters(model, data)["flexor_sheath.friction"] == 0.5
+    assert view_sheath(model, data, "extensor").friction == 0.2
+    many = states.copy()
+    view_sheath(model, many, "flexor").friction = np.array([[0.1], [0.2], [0.3]])
+    changed = np.argwhere((many != states).any(axis=(0, 1)))
+    assert len(changed) == 1
+    np.testing.assert_array_equal(
+        view_sheath(model, many, "flexor").friction[:, 7], [0.1, 0.2, 0.3]
+    )
+    assert set(PARAMETERS) <= set(dir(view))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda v: setattr(v, "friction", -0.1), r"flexor_sheath.friction: friction = -0\.1"),
+        (lambda v: setattr(v, "friction", np.nan), "friction = nan"),
+        (lambda v: setattr(v, "frictoin", 0.1), "unknown parameter 'frictoin'; did you mean 'fric"),
+        (lambda v: v.tensoin, "unknown parameter 'tensoin'"),
+        (lambda v: setattr(v, "reel_radius", np.inf), "must be finite"),
+    ],
+)
+def test_what_cannot_be_set_is_refused_and_changes_nothing(model, change, message):
+    data = mujoco.MjData(model)
+    before = data.plugin_state.copy()
+    with pytest.raises((InvalidValueError, UnknownNameError), match=message):
+        change(view_sheath(model, data, "flexor"))
+    np.testing.assert_array_equal(data.plugin_state, before)
+    assert not hasattr(view_sheath(model, data, "flexor"), "frictoin")
+
+
+def test_other_sheaths_and_other_states_are_refused_by_name(model, states):
+    with pytest.raises(UnknownNameError, match="sheathed tendon 'flexr'; did you"):
+        view_sheath(model, mujoco.MjData(model), "flexr")
+    with pytest.raises(InvalidValueError, match="none of this model"):
+        view_sheath(model, states[..., :-1], "flexor")
+    with pytest.raises(InvalidValueError, match="no plugin states of this model"):
+        _ = view_sheath(model, np.full((2, model.npluginstate), np.nan), "flexor").tension
+    one_sheath = add_friction(mujoco.MjSpec.from_string(FINGER), "flexor", friction=0.2).compile()
+    with pytest.raises(InvalidValueError, match="data of another model"):
+        view_sheath(one_sheath, mujoco.MjData(model), "flexor")
