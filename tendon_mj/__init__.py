@@ -8,7 +8,6 @@ SciPy or matplotlib are loaded when they are first used.
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 from tendon_mj.attach import Parameters as Parameters
@@ -138,9 +137,10 @@ if not TYPE_CHECKING:  # a type checker reads the imports above, and sees what i
 
 def _version() -> str:
     """Version of the installed package, "unknown" where its sources are used without installing."""
+    metadata = import_module("importlib.metadata")  # not before it is asked for
     try:
-        return version("tendon-mj")
-    except PackageNotFoundError:
+        return str(metadata.version("tendon-mj"))
+    except metadata.PackageNotFoundError:
         return "unknown"
 
 

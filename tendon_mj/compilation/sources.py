@@ -11,8 +11,8 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
+from importlib import import_module
 from importlib.machinery import SourceFileLoader
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import CodeType
 from typing import Any, NamedTuple
@@ -44,10 +44,8 @@ def _stamp(path: str) -> tuple[str, int, int]:
 
 
 def _version(tool: str) -> str:
-    try:
-        return version(tool)
-    except PackageNotFoundError:
-        return "none"
+    # these modules are imported in any case
+    return str(getattr(import_module(tool), "__version__", "none"))
 
 
 def _code(path: Path) -> CodeType:
