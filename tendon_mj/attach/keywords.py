@@ -37,9 +37,10 @@ def takes(known: Mapping[str, Parameter]) -> Callable[[_F], _F]:
         shown = signature.replace(parameters=[*own[:split], *keywords])
         vars(function)["__signature__"] = shown
         if function.__doc__:  # python -OO has none
-            lines = [f"{' ' * 8}{name}: {known[name].line()}" for name in known]
-            head, _, tail = function.__doc__.partition(f"{' ' * 8}{MARK}")
-            function.__doc__ = head + "\n".join(lines) + tail
+            head, _, tail = function.__doc__.partition(MARK)
+            indent = head[head.rfind("\n") + 1 :]  # Python 3.13 takes some of it away
+            lines = [f"{name}: {known[name].line()}" for name in known]
+            function.__doc__ = head + f"\n{indent}".join(lines) + tail
         return function
 
     return decorate
