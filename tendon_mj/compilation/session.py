@@ -132,10 +132,12 @@ def _announcement() -> str:
     candidate = folders.writable()
     what = "tendon_mj: compiling its plugins for this machine"
     if candidate is None:
-        return f"{what}, in every process (about a minute): no cache folder can be written"
+        return f"{what}, in every process (about two minutes): no cache folder can be written"
     if not candidate.lasting:
-        return f"{what} (about a minute): kept in {candidate.base}, the only folder to be written"
-    return f"{what}, once (about a minute)"
+        return (
+            f"{what} (about two minutes): kept in {candidate.base}, the only folder to be written"
+        )
+    return f"{what}, once (about two minutes)"
 
 
 def _is_terminal() -> bool:

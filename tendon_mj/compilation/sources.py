@@ -18,7 +18,8 @@ from types import CodeType
 from typing import Any, NamedTuple
 
 PACKAGE = Path(__file__).parents[1]
-COMPILED = ("compilation", "engine", "reference", "sheath")  # packages with compiled functions
+# packages with compiled functions
+COMPILED = ("abi", "compilation", "engine", "reference", "sheath")
 TOOLS = ("llvmlite", "mujoco", "numba", "numpy")  # whose versions the machine code depends on
 
 

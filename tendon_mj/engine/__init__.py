@@ -1,7 +1,4 @@
-"""The engine plugins and the C ABI: the only package that knows a struct offset.
-
-`abi` reads and writes MuJoCo's memory, `sheath_plugin` uses it, `servo_plugin` uses both.
-"""
+"""The engine plugins: `sheath_plugin`, and `servo_plugin`, which uses it."""
 
 from tendon_mj.engine.instances import Instance as Instance
 from tendon_mj.engine.instances import segment_tensions as segment_tensions
@@ -17,6 +14,7 @@ from tendon_mj.engine.servo_plugin.gains import OptionalGains as OptionalGains
 from tendon_mj.engine.servo_plugin.gains import check_gain as check_gain
 from tendon_mj.engine.servo_plugin.state import FEEDBACKS as FEEDBACKS
 from tendon_mj.engine.servo_plugin.validate import SERVO as SERVO
+from tendon_mj.engine.sheath_plugin.binding.own_names import prefix_and_suffix as prefix_and_suffix
 from tendon_mj.engine.sheath_plugin.sensors import KINDS as KINDS
 from tendon_mj.engine.sheath_plugin.state import PARAMETERS as PARAMETERS
 from tendon_mj.engine.sheath_plugin.validate import NAME as NAME

@@ -9,9 +9,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.engine.abi.library import C
+from tendon_mj.abi.library import C
+from tendon_mj.abi.model_in_compilation import Draft
 from tendon_mj.engine.servo_plugin.state import view as servo_view
 from tendon_mj.engine.servo_plugin.validate import SERVO
+from tendon_mj.engine.sheath_plugin.binding.own_config import own_config
 from tendon_mj.engine.sheath_plugin.state import STATE, View, size
 from tendon_mj.engine.sheath_plugin.state import view as sheath_view
 from tendon_mj.engine.sheath_plugin.validate import NAME
@@ -61,9 +63,10 @@ def servos(model: mujoco.MjModel) -> dict[str, Instance]:
 
 
 def _instances(model: mujoco.MjModel, plugin: str) -> Iterator[tuple[int, Instance]]:
+    draft = Draft(model._address, ("tendon",))
     for k in range(model.nplugin):
         if C.mjp_getPluginAtSlot(int(model.plugin[k])).contents.name == plugin.encode():
-            yield k, Instance(_config(model, k, "tendon"), int(model.plugin_stateadr[k]))
+            yield k, Instance(own_config(draft, k)["tendon"], int(model.plugin_stateadr[k]))
 
 
 def unsolved_evaluations(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, int]:

@@ -10,10 +10,12 @@ from typing import NamedTuple
 
 import mujoco
 
+from tendon_mj.abi.checks import Check
+from tendon_mj.abi.layout import Layout, read_layout, verify, verify_state
+from tendon_mj.abi.library import PATH, C
 from tendon_mj.compilation import announced
-from tendon_mj.engine.abi.checks import Check
-from tendon_mj.engine.abi.layout import Layout, read_layout, verify, verify_state
-from tendon_mj.engine.abi.library import PATH, C
+from tendon_mj.engine.other_engines import guard_engines
+from tendon_mj.engine.pickles import register_pickles
 from tendon_mj.engine.servo_plugin import callbacks as servo_callbacks
 from tendon_mj.engine.servo_plugin import validate as servo_validate
 from tendon_mj.engine.servo_plugin.state import ATTRIBUTES as SERVO_ATTRIBUTES
@@ -179,5 +181,7 @@ def register() -> tuple[str, ...]:
         with announced():
             for definition in DEFINITIONS:
                 _register(definition, layout)
+        register_pickles(NAMES)
+        guard_engines(NAMES)
         verify_state(layout, mujoco.MjData(mujoco.MjModel.from_xml_string(_SMALLEST)))
     return NAMES

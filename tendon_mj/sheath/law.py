@@ -40,7 +40,9 @@ class Law:
     """
 
     axial_stiffness: float = field(
-        metadata=described("EA", "N", "tension per unit strain", POSITIVE)
+        metadata=described(
+            "EA", "N", "tension per unit strain; a tendon that MuJoCo drives does without", POSITIVE
+        )
     )
     friction: float = field(metadata=described("μ_d", "-", "friction coefficient while sliding"))
     static_friction: float | None = field(

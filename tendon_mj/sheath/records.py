@@ -40,6 +40,14 @@ class Segment:
     trial_creep_strain: float  # [-]
     previous_tension: float  # τ after the step before, from which the solver starts [-]
     trial_tension: float  # [-]
+    # its one straight span, and what that does to the bodies at its ends
+    point: float  # of the tendon's path, where the span begins; −1 without one
+    near_body: float
+    far_body: float
+    divisor: float  # of the pulley before this branch [-]
+    first_entry: float  # of the span's Jacobian, among the tendon's
+    entries: float
+    unshifted: float  # unstretched length before the arcs' guides moved along the tendon [m]
 
 
 class Guide:
@@ -69,6 +77,32 @@ class Guide:
     trial_flow: float  # [m]
     trial_slip: float
     trial_friction_work: float  # [J]
+    shift: float  # tendon that its own motion along the tendon hands to the input side [m]
+    trial_shift: float  # [m]
+    is_pulley: float  # 1 for no guide, but the end of a branch
+    fed_by: float  # segment whose tension the branch behind a pulley takes over, −1: the input's
+
+
+class Arc:
+    """A stretch of tendon on a sphere or cylinder, between two tangent points.
+
+    The points are in the frame of the geom: what moves against it there has moved along the drum.
+    """
+
+    touches: float  # whether the tendon lay on it after the last finished step
+    x1: float  # [m]
+    y1: float
+    z1: float
+    x2: float
+    y2: float
+    z2: float
+    trial_touches: float
+    trial_x1: float
+    trial_y1: float
+    trial_z1: float
+    trial_x2: float
+    trial_y2: float
+    trial_z2: float
 
 
 class Segments(Protocol):
@@ -78,6 +112,8 @@ class Segments(Protocol):
     def __getitem__(self, index: int) -> Segment: ...
     @overload
     def __getitem__(self, index: str) -> Array: ...
+    @overload
+    def __getitem__(self, index: slice) -> Segments: ...
     def __setitem__(self, index: str, values: ArrayLike) -> None: ...
     def __len__(self) -> int: ...
 
@@ -89,7 +125,16 @@ class Guides(Protocol):
     def __getitem__(self, index: int) -> Guide: ...
     @overload
     def __getitem__(self, index: str) -> Array: ...
+    @overload
+    def __getitem__(self, index: slice) -> Guides: ...
     def __setitem__(self, index: str, values: ArrayLike) -> None: ...
+    def __len__(self) -> int: ...
+
+
+class Arcs(Protocol):
+    """An array of arcs."""
+
+    def __getitem__(self, index: int) -> Arc: ...
     def __len__(self) -> int: ...
 
 
@@ -104,6 +149,7 @@ def record_type(described: type) -> np.dtype[Any]:
 
 SEGMENT = record_type(Segment)
 GUIDE = record_type(Guide)
+ARC = record_type(Arc)
 
 # What rounding leaves uncertain of a strain, and so of τ, when it is the difference ℓ/s − 1.
 ROUNDING = 5e-16

@@ -33,12 +33,13 @@ def held(segments: Segments, j: int, tau: float) -> tuple[float, float, float]:
 
 @compiled
 def tension_of(segments: Segments, j: int) -> float:
-    """τ of a segment that keeps what it has stored; 0 when slack, inf when nothing is stored."""
+    """τ of a segment that keeps what it has stored; 0 when slack, inf where nothing can yield."""
     stored = segments[j].stored
-    if stored <= 0.0:
+    softness = segments[j].strain_slope * stored + segments[j].support_compliance
+    if softness <= 0.0:
         return float("inf")
     pull = segments[j].length - stored * (1.0 + segments[j].strain_offset)
-    return max(0.0, pull / (segments[j].strain_slope * stored + segments[j].support_compliance))
+    return max(0.0, pull / softness)
 
 
 @compiled

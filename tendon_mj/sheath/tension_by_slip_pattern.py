@@ -5,6 +5,9 @@ conserves its tendon: one unknown, solved by Halley's method. What comes out say
 were wrongly taken to slide or to rest; the next pass corrects them. From the pattern of the step
 before this takes one or two passes, each linear in the guides.
 
+Where the input tension is given, the run that begins at the input has no unknown: its tensions
+follow from one end, the flows from the other, and what it lacks comes in at the input.
+
 Equations: docs/theory.md, section 4.
 """
 
@@ -75,6 +78,41 @@ def _finish_run(segments: Segments, guides: Guides, first: int, last: int, tau: 
 
 
 @compiled
+def _follow_input(segments: Segments, guides: Guides, last: int) -> bool:
+    """Tensions and flows of the run from the input, whose tension is given, to segment ``last``."""
+    tau = segments[0].tension
+    for k in range(last):
+        if guides[k].slip > 0.0:
+            tau = (tau - guides[k].constant_friction) * (1.0 / guides[k].input_ratio)
+        else:
+            tau = guides[k].output_ratio * tau + guides[k].constant_friction
+        if not tau >= 0.0:
+            return False
+        segments[k + 1].tension = tau
+    passed = 0.0
+    for k in range(last - 1, -1, -1):
+        passed += segments[k + 1].stored - held(segments, k + 1, segments[k + 1].tension)[0]
+        guides[k].flow = passed
+    return True
+
+
+@compiled
+def guess_from_motion(segments: Segments, guides: Guides) -> None:
+    """Let every guide slide as the motion takes the tendon over it, where the input is given.
+
+    A stiff tendon whose path changes by more than it can stretch slides wherever it rubs. Segments
+    have the tensions of the step before.
+    """
+    passed = 0.0
+    for k in range(len(guides) - 1, -1, -1):
+        segment = segments[k + 1]
+        passed += segment.stored - held(segments, k + 1, segment.tension)[0]
+        ratio = max(guides[k].input_ratio, guides[k].output_ratio)
+        if abs(passed) > 4.0 * (ratio - 1.0) * segment.tension * segment.length:
+            guides[k].slip = 1.0 if passed > 0.0 else -1.0
+
+
+@compiled
 def _correct(segments: Segments, guides: Guides) -> int:
     """Count and correct the guides whose slip the solution denies by more than rounding.
 
@@ -103,8 +141,12 @@ def _correct(segments: Segments, guides: Guides) -> int:
 
 
 @compiled
-def try_pattern(segments: Segments, guides: Guides) -> int:
+def try_pattern(segments: Segments, guides: Guides, given: bool = False) -> int:
     """Solve with the guides' slip as the pattern, and correct it where the solution denies it.
+
+    Args:
+        segments, guides: see ``records``.
+        given: whether the tension of the first segment is.
 
     Returns:
         How many guides changed (0: solved), or UNSOLVED where a tension would not be positive.
@@ -115,11 +157,16 @@ def try_pattern(segments: Segments, guides: Guides) -> int:
         last = first
         while last < last_guide and guides[last].slip != 0.0:
             last += 1
-        if last == first:
+        if given and first == 0:
+            if not _follow_input(segments, guides, last):
+                return UNSOLVED
+        elif last == first:
             segments[first].tension = tension_of(segments, first)
         elif not _solve_run(segments, guides, first, last):
             return UNSOLVED
-        if not 0.0 < segments[last].tension < 1e300:
+        tau = segments[last].tension
+        # a slack segment between guides that hold is no contradiction where the input is given
+        if not (0.0 < tau < 1e300 or (given and tau == 0.0)):
             return UNSOLVED
         first = last + 1
     return _correct(segments, guides)

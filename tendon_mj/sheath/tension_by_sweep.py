@@ -7,6 +7,9 @@ missing length of the prefix, G_j(τ) = Σ_{k≤j} (s_k(τ_k) − stored_k), fal
 it is bracketed and cannot be missed. This is the argument by which fused regression problems are
 solved by dynamic programming, with friction bounds in the place of a fusion penalty.
 
+Where the input tension is given, the first segment takes any length at it, so that no τ*_j leaves
+what the guides before it allow against it.
+
 Equations: docs/theory.md, section 4.
 """
 
@@ -19,6 +22,7 @@ from tendon_mj.sheath.records import ROUNDING, Guides, Segments
 from tendon_mj.sheath.segment_law import held, tension_of
 
 _TOUCHING = 1e-12  # relative distance at which a tension counts as being at its bound
+_ROUNDED = 16 * ROUNDING  # and where the input is given, which stiffer tendons have: τ is smaller
 _SLACK = 1e-14  # normalised tension below which a prefix counts as slack
 _ITERATIONS = 200  # Newton needs about 4; bisection from the widest bracket about 110
 
@@ -40,14 +44,16 @@ def lowest(guides: Guides, i: int, right: float) -> float:
 
 
 @compiled
-def _missing(segments: Segments, guides: Guides, j: int, tau: float) -> tuple[float, float]:
-    """G_j(τ) [m] and its slope: what the prefix up to segment j lacks when j is at τ."""
+def _missing(
+    segments: Segments, guides: Guides, j: int, tau: float, first: int
+) -> tuple[float, float]:
+    """G_j(τ) [m] and its slope: what segments ``first`` to j lack when j is at τ."""
     total, slope, gain = 0.0, 0.0, 1.0
     for k in range(j, -1, -1):
         holds, falls, _ = held(segments, k, tau)
         total += holds - segments[k].stored
         slope += gain * falls
-        if k == 0:
+        if k == first:
             break
         low, high = lowest(guides, k - 1, tau), highest(guides, k - 1, tau)
         if segments[k - 1].prefix_tension > high:
@@ -73,16 +79,22 @@ def _prefix_tension(segments: Segments, guides: Guides, j: int) -> float:
     if total <= 0.0:
         return np.inf
     low = _SLACK  # not 0: only above it do the slack segments before this one spare tendon
-    if _missing(segments, guides, j, low)[0] <= 0.0:
+    if _missing(segments, guides, j, low, 0)[0] <= 0.0:
         return 0.0
     high = own if np.isfinite(own) and own > 0.0 else 1.0
-    while _missing(segments, guides, j, high)[0] > 0.0:
+    while _missing(segments, guides, j, high, 0)[0] > 0.0:
         low, high = high, 4.0 * high
         if high > 1e300:
             return np.inf
+    return _root(segments, guides, j, low, high, 0)
+
+
+@compiled
+def _root(segments: Segments, guides: Guides, j: int, low: float, high: float, first: int) -> float:
+    """Root of G_j between two tensions, from above by Newton's method."""
     tau = high
     for _ in range(_ITERATIONS):
-        value, slope = _missing(segments, guides, j, tau)
+        value, slope = _missing(segments, guides, j, tau, first)
         if value > 0.0:
             low = tau
         else:
@@ -95,6 +107,38 @@ def _prefix_tension(segments: Segments, guides: Guides, j: int) -> float:
             return low if high - low <= 1e-14 * high + 2.0 * ROUNDING else step
         tau = step
     return tau
+
+
+@apart
+def _prefix_tension_within(
+    segments: Segments, guides: Guides, j: int, low: float, high: float
+) -> float:
+    """τ*_j where the input tension is given, which all guides together allow from low to high."""
+    own = tension_of(segments, j)
+    before = segments[j - 1].prefix_tension
+    if lowest(guides, j - 1, own) <= before <= highest(guides, j - 1, own):
+        return own
+    if _missing(segments, guides, j, low, 1)[0] <= 0.0:
+        return low
+    if _missing(segments, guides, j, high, 1)[0] >= 0.0:
+        return high
+    return _root(segments, guides, j, low, high, 1)
+
+
+@apart
+def _fill_prefix_tensions(segments: Segments, guides: Guides, given: bool) -> None:
+    """Walk forward: τ*_j of every segment."""
+    low = high = segments[0].tension
+    for j in range(len(segments)):
+        if not given:
+            segments[j].prefix_tension = _prefix_tension(segments, guides, j)
+        elif j == 0:
+            segments[0].prefix_tension = low
+        else:
+            constant = guides[j - 1].constant_friction
+            low = max(0.0, low - constant) / guides[j - 1].input_ratio
+            high = guides[j - 1].output_ratio * high + constant
+            segments[j].prefix_tension = _prefix_tension_within(segments, guides, j, low, high)
 
 
 @compiled
@@ -116,34 +160,37 @@ def _set_slack(segments: Segments, guides: Guides) -> bool:
 
 
 @compiled
-def _flow_at(segments: Segments, guides: Guides, j: int, beyond: float) -> float:
+def _flow_at(segments: Segments, guides: Guides, j: int, beyond: float, rounded: float) -> float:
     """Length that passes guide j towards the input, ``beyond`` being what passes the next one."""
     right = segments[j + 1].tension
     passed = segments[j + 1].stored + beyond - held(segments, j + 1, right)[0]
     high, low = highest(guides, j, right), lowest(guides, j, right)
     if right == 0.0:  # slack: it keeps what it holds, unless a neighbour needs it
         if segments[j].prefix_tension > high * (1.0 + _TOUCHING):
-            passed = _missing(segments, guides, j, high)[0]
+            passed = _missing(segments, guides, j, high, 0)[0]
         else:
             passed = min(0.0, passed)
     tau = segments[j].tension
-    if passed > 0.0 and tau >= high * (1.0 - _TOUCHING):
+    if passed > 0.0 and tau >= high * (1.0 - _TOUCHING) - rounded:
         return passed
-    if passed < 0.0 and tau <= low * (1.0 + _TOUCHING):
+    if passed < 0.0 and tau <= low * (1.0 + _TOUCHING) + rounded:
         return passed
     return 0.0
 
 
 @compiled
-def _holds(segments: Segments, guides: Guides) -> bool:
+def _holds(segments: Segments, guides: Guides, first: int) -> bool:
     """Whether every segment ends with what its tension says, a slack one with at least that."""
-    passed, last = 0.0, len(guides)
-    for j in range(last + 1):
+    last = len(guides)
+    passed = guides[0].flow if first > 0 and last > 0 else 0.0
+    for j in range(first, last + 1):
         beyond = guides[j].flow if j < last else 0.0
         kept = segments[j].stored + beyond - passed
         passed = beyond
-        needed = held(segments, j, segments[j].tension)[0]
-        tolerance = _TOUCHING * (needed + abs(beyond) + abs(kept - segments[j].stored))
+        needed, slope, _ = held(segments, j, segments[j].tension)
+        tolerance = _TOUCHING * (abs(needed) + abs(beyond) + abs(kept - segments[j].stored))
+        if first > 0:
+            tolerance -= _ROUNDED * slope
         if kept < needed - tolerance:
             return False
         if kept > needed + tolerance and segments[j].tension > 0.0:
@@ -152,18 +199,21 @@ def _holds(segments: Segments, guides: Guides) -> bool:
 
 
 @apart
-def sweep(segments: Segments, guides: Guides) -> bool:
+def sweep(segments: Segments, guides: Guides, given: bool = False) -> bool:
     """Tensions, flows and slip of the whole tendon by the walk forward and back.
+
+    Args:
+        segments, guides: see ``records``.
+        given: whether the tension of the first segment is.
 
     Returns:
         False if no solution was found: no tendon is left between the ends, or tension-independent
         friction keeps a stretch of it slack that its neighbours then ask too much of.
     """
-    if _set_slack(segments, guides):
+    if not given and _set_slack(segments, guides):
         return True
     last = len(guides)
-    for j in range(last + 1):
-        segments[j].prefix_tension = _prefix_tension(segments, guides, j)
+    _fill_prefix_tensions(segments, guides, given)
     segments[last].tension = segments[last].prefix_tension
     if not np.isfinite(segments[last].tension):
         return False
@@ -172,7 +222,7 @@ def sweep(segments: Segments, guides: Guides) -> bool:
         right = segments[j + 1].tension
         low, high = lowest(guides, j, right), highest(guides, j, right)
         segments[j].tension = min(max(segments[j].prefix_tension, low), high)
-        beyond = _flow_at(segments, guides, j, beyond)
+        beyond = _flow_at(segments, guides, j, beyond, _ROUNDED if given else 0.0)
         guides[j].flow = beyond
         guides[j].slip = np.sign(beyond)
-    return _holds(segments, guides)
+    return _holds(segments, guides, 1 if given else 0)

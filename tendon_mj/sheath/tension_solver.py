@@ -14,7 +14,7 @@ import math
 
 from tendon_mj.compilation import compiled
 from tendon_mj.sheath.records import Guides, Segments
-from tendon_mj.sheath.tension_by_slip_pattern import try_pattern
+from tendon_mj.sheath.tension_by_slip_pattern import guess_from_motion, try_pattern
 from tendon_mj.sheath.tension_by_sweep import sweep
 from tendon_mj.sheath.tension_with_drag import balance_dragged
 
@@ -23,17 +23,17 @@ _PASSES = 16
 
 
 @compiled
-def _balance(segments: Segments, guides: Guides, dragged: bool) -> bool:
+def _balance(segments: Segments, guides: Guides, dragged: bool, given: bool) -> bool:
     """Equilibrium for given holding ratios: the known pattern if it serves, else the sweep."""
     if dragged:
         return balance_dragged(segments, guides)
     for _ in range(_PASSES + len(guides)):
-        changed = try_pattern(segments, guides)
+        changed = try_pattern(segments, guides, given)
         if changed == 0:
             return True
         if changed < 0:
             break
-    return sweep(segments, guides)
+    return sweep(segments, guides, given)
 
 
 @compiled
@@ -50,12 +50,15 @@ def _release(guides: Guides) -> bool:
 
 
 @compiled
-def solve_flow(segments: Segments, guides: Guides, dragged: bool = False) -> bool:
+def solve_flow(
+    segments: Segments, guides: Guides, dragged: bool = False, given: bool = False
+) -> bool:
     """Solve for tensions and flows such that every guide either holds or slides by its law.
 
     Args:
         segments, guides: see ``records``; ``tension``, ``flow`` and ``slip`` receive the result.
-        dragged: whether ``drag`` > 0 and ``momentum`` count.
+        dragged: whether ``drag`` > 0 and ``momentum`` count; not where the input tension is given.
+        given: whether the tension of the first segment is; it takes or spares any length.
 
     Returns:
         False where the result is not the solution. The flow is then the best that was found, or 0
@@ -70,9 +73,11 @@ def solve_flow(segments: Segments, guides: Guides, dragged: bool = False) -> boo
         free = guide.constant_friction == 0.0 and guide.static_ratio == 1.0
         guide.slip = 1.0 if free else slip
         stiction |= guide.static_ratio != guide.dynamic_ratio
+    if given:
+        guess_from_motion(segments, guides)
     solved = False
     for _ in range(1 + 2 * len(guides)):
-        solved = _balance(segments, guides, dragged)
+        solved = _balance(segments, guides, dragged, given)
         if not (stiction and solved and _release(guides)):
             break
     if not math.isfinite(segments[len(segments) - 1].tension):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
+from tendon_mj.abi.control import control
+from tendon_mj.abi.layout import Layout
+from tendon_mj.abi.memory import double, doubles, integer, pointer
+from tendon_mj.abi.runge_kutta import RK4, is_stage
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.abi.control import control
-from tendon_mj.engine.abi.layout import Layout
-from tendon_mj.engine.abi.memory import double, doubles, integer, pointer
-from tendon_mj.engine.abi.runge_kutta import RK4, is_stage
 from tendon_mj.engine.servo_plugin.control_law import backlash_ahead, limited, play, stiffness_ahead
 from tendon_mj.engine.servo_plugin.motor_load import known_torque
 from tendon_mj.engine.servo_plugin.state import (

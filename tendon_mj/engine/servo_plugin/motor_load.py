@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from tendon_mj.abi.layout import Layout
+from tendon_mj.abi.memory import byte, double, doubles, integer, pointer, size
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.abi.layout import Layout
-from tendon_mj.engine.abi.memory import byte, double, doubles, integer, pointer, size
 
 
 @compiled

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from tendon_mj.engine.abi.runge_kutta import RK4
+from tendon_mj.abi.runge_kutta import RK4
 
 _RUNGE_KUTTA = 2.785293563405282  # where |1 + z + z²/2 + z³/6 + z⁴/24| = 1 on the negative axis
 

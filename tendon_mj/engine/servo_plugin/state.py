@@ -13,13 +13,13 @@ from typing import Any, Final, Protocol
 import numpy as np
 from numba import carray
 
+from tendon_mj.abi.memory import doubles, record_at, records_pointer
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.abi.memory import doubles, record_at, records_pointer
 from tendon_mj.engine.servo_plugin.gains import GAINS, Gains
 from tendon_mj.sheath.records import Array, record_type
 
-ATTRIBUTES: Final = (*GAINS, "tendon", "feedback", "backdrive")
-TENDON, FEEDBACK, BACKDRIVE = range(len(GAINS), len(ATTRIBUTES))
+ATTRIBUTES: Final = (*GAINS, "tendon", "feedback", "backdrive", "instance")
+TENDON, FEEDBACK, BACKDRIVE, INSTANCE = range(len(GAINS), len(ATTRIBUTES))
 FEEDBACKS: Final = ("sensor", "observer")
 SWITCH: Final = ("false", "true")
 
@@ -50,6 +50,9 @@ class State:
 
     gains: LiveGains
     # what it is attached to
+    config_signature: float  # of its attributes and of its sheath's
+    servo_signature: float  # of what the following are bound to, 0 where that failed
+    instance: float  # of the sheath, −1 for none
     sheath: float  # where the sheath's state begins in plugin_state
     actuator: float
     observes: float  # whether the feedback is the observer's

@@ -6,11 +6,12 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import mujoco
 
-from tendon_mj.engine.abi.model_in_compilation import Draft, find, read_number
+from tendon_mj.abi.model_in_compilation import Draft, find, read_number
 from tendon_mj.engine.servo_plugin import state as sv
 from tendon_mj.engine.servo_plugin.gains import GAINS, check_gain
 from tendon_mj.engine.servo_plugin.stability import largest_damping
-from tendon_mj.engine.sheath_plugin.sheath_of_tendon import sheath_on, sheathed_tendons
+from tendon_mj.engine.sheath_plugin.binding.own_config import check_own_names, own_config
+from tendon_mj.engine.sheath_plugin.binding.sheath_of_tendon import sheath_on, sheathed_tendons
 from tendon_mj.engine.sheath_plugin.validate import NAME as SHEATH
 from tendon_mj.engine.sheath_plugin.validate import SPOOL_ATTRIBUTES
 from tendon_mj.errors import InvalidValueError, UnknownNameError
@@ -32,7 +33,7 @@ def _sheath_of(model: Draft, tendon: str, where: str) -> dict[str, str]:
     sheath = sheath_on(model, tendon, SHEATH)
     if sheath is None:
         raise UnknownNameError("sheathed tendon", tendon, sheathed_tendons(model, SHEATH), where)
-    return Draft(model.address, SPOOL_ATTRIBUTES).config(sheath)
+    return own_config(Draft(model.address, SPOOL_ATTRIBUTES), sheath)
 
 
 def state_size(address: int, instance: int) -> int:
@@ -42,7 +43,7 @@ def state_size(address: int, instance: int) -> int:
         InvalidValueError, UnknownNameError: what is wrong, where, and the nearest valid choice.
     """
     model = Draft(address, sv.ATTRIBUTES)
-    where, config = model.where(instance), model.config(instance)
+    where, config = model.where(instance), own_config(model, instance)
     values = {name: read_number(config, name, where) for name in GAINS}
     for name, value in values.items():
         if value is not None:
@@ -78,9 +79,10 @@ def check_joint(address: int, instance: int) -> int:
         actuators = model.actuators()
         servos: dict[str, list[int]] = {}  # that have an actuator, of each tendon
         instances = model.siblings(instance)
+        check_own_names(model, instances)
         for k in sorted(instances, key=lambda k: actuators.get(k, [0])[0]):
             if k in actuators:
-                servos.setdefault(model.config(k)["tendon"], []).append(k)
+                servos.setdefault(own_config(model, k)["tendon"], []).append(k)
         for k in instances:
             _check_servo(model, k, actuators.get(k, []), servos)
     return 0
@@ -90,7 +92,7 @@ def _check_servo(
     model: Draft, instance: int, mine: Sequence[int], servos: Mapping[str, Sequence[int]]
 ) -> None:
     """Check a servo; ``mine`` are its actuators, ``servos`` those of each tendon."""
-    where, config = model.where(instance), model.config(instance)
+    where, config = model.where(instance), own_config(model, instance)
     wanted = _sheath_of(model, config["tendon"], where)["reel_joint"]
     if len(mine) > 1:
         raise InvalidValueError(

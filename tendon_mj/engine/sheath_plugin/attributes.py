@@ -12,10 +12,10 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_mj.abi.layout import Layout
+from tendon_mj.abi.library import strtod
+from tendon_mj.abi.memory import byte, integer, pointer
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.abi.layout import Layout
-from tendon_mj.engine.abi.library import strtod
-from tendon_mj.engine.abi.memory import byte, integer, pointer
 from tendon_mj.engine.sheath_plugin.sensors import KINDS
 from tendon_mj.engine.sheath_plugin.state import PARAMETERS
 
@@ -35,9 +35,14 @@ ATTACHMENT: Final = {
     "output_joint": Attachment("the same at the output, such as a joint's pulley", "name", "none"),
     "sensor": Attachment("quantity that a sensor's instance shows, see below", "word", "none"),
     "guides": Attachment("number of guides; give it with several tendons", "1", "counted"),
+    "arc_guides": Attachment("guides on each geom that the tendon wraps around", "1", "1"),
+    "inner_guides": Attachment("guides at its first site, for `extra_bend`", "1", "0"),
+    "instance": Attachment("name of the instance where this is written", "name", "none"),
 }
 ATTRIBUTES: Final = (*PARAMETERS, *ATTACHMENT)
-TENDON, REEL_JOINT, OUTPUT_JOINT, SENSOR, _GUIDES = range(len(PARAMETERS), len(ATTRIBUTES))
+TENDON, REEL_JOINT, OUTPUT_JOINT, SENSOR, _GUIDES, ARC_GUIDES, INNER_GUIDES, INSTANCE = range(
+    len(PARAMETERS), len(ATTRIBUTES)
+)
 
 
 def as_rows(known: Iterable[str]) -> NDArray[np.uint8]:

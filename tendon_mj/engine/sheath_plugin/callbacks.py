@@ -8,106 +8,55 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import mujoco
 from numba import types
 
+from tendon_mj.abi.layout import Layout
+from tendon_mj.abi.memory import doubles, integer, pointer, size
 from tendon_mj.compilation import callback, compiled
-from tendon_mj.engine.abi.layout import Layout
-from tendon_mj.engine.abi.library import mj_name2id
-from tendon_mj.engine.abi.memory import doubles, integer, pointer, size
-from tendon_mj.engine.sheath_plugin import attributes as at
-from tendon_mj.engine.sheath_plugin.evaluate import evaluate
-from tendon_mj.engine.sheath_plugin.sensors import measure, measure_ends
-from tendon_mj.engine.sheath_plugin.state import (
-    SENSOR_SIZE,
-    parameters_at,
-    sensor_state_at,
-    state_at,
+from tendon_mj.engine.sheath_plugin.binding.bind import (
+    ensure_bound,
+    ensure_shown,
+    is_bound,
+    is_sensor,
+    reset_sensor,
+    reset_sheath,
+    room_of,
+    state_of,
 )
+from tendon_mj.engine.sheath_plugin.evaluate import evaluate
+from tendon_mj.engine.sheath_plugin.sensors import measure, measure_ends, numbers_of
+from tendon_mj.engine.sheath_plugin.state import fits, sensor_state_at, state_at
 from tendon_mj.engine.sheath_plugin.subtree_velocities import READERS, skip_subtree_velocities
 from tendon_mj.engine.sheath_plugin.trial import commit
 
 _ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
-_JOINT, _TENDON = 3, 18  # mjtObj
+_PASSIVE_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value | mujoco.mjtDisableBit.mjDSBL_DAMPER.value
 
 
 @compiled
-def state_of(layout: Layout, m: int, d: int, instance: int) -> int:
-    """Address of an instance's state."""
-    start = integer(pointer(m + layout.m_plugin_stateadr), instance)
-    return pointer(d + layout.d_plugin_state) + 8 * start
-
-
-@compiled
-def _is_sensor(layout: Layout, m: int, instance: int) -> bool:
-    return integer(pointer(m + layout.m_plugin_statenum), instance) == SENSOR_SIZE
-
-
-@compiled
-def _find_sheath(layout: Layout, m: int, sensor: int) -> int:
-    """The sheath on the tendon that a sensor's instance names, −1 if there is none."""
-    slots = pointer(m + layout.m_plugin)
-    tendon = at.text_at(layout, m, sensor, at.TENDON)
-    for other in range(size(m + layout.m_nplugin)):
-        if (
-            integer(slots, other) == integer(slots, sensor)
-            and at.sensor_kind_at(at.text_at(layout, m, other, at.SENSOR)) < 0
-            and at.are_equal(tendon, at.text_at(layout, m, other, at.TENDON))
-        ):
-            return other
-    return -1
-
-
-@compiled
-def range_of(owners: int, count: int, instance: int) -> tuple[int, int]:
-    """First and last element that belongs to an instance, (0, −1) if none does."""
-    first, last = 0, -1
-    for k in range(count):
-        if integer(owners, k) == instance:
-            first = k if last < 0 else first
-            last = k
-    return first, last
-
-
-@compiled
-def _reset(layout: Layout, m: int, address: int, instance: int) -> None:
-    """Write the configured parameters; the tendon is laid at the first evaluation."""
-    sensors = pointer(m + layout.m_sensor_plugin)
-    first, last = range_of(sensors, size(m + layout.m_nsensor), instance)
-    kind = at.sensor_kind_at(at.text_at(layout, m, instance, at.SENSOR))
-    if kind >= 0:
-        shown = sensor_state_at(address)
-        shown.sheath = _find_sheath(layout, m, instance)
-        shown.kind = kind
-        shown.first_sensor, shown.last_sensor = first, last
-        return
-    doubles(address, integer(pointer(m + layout.m_plugin_statenum), instance))[:] = 0.0
-    values = parameters_at(address)
-    for parameter in range(len(values)):
-        values[parameter] = at.number_at(at.text_at(layout, m, instance, parameter))
-    tendon = mj_name2id(m, _TENDON, at.text_at(layout, m, instance, at.TENDON))
-    reels = pointer(m + layout.m_actuator_plugin)
-    state = state_at(address)
-    state.tendon = tendon
-    state.guides = integer(pointer(m + layout.m_tendon_num), tendon) - 2
-    state.reel_joint = mj_name2id(m, _JOINT, at.text_at(layout, m, instance, at.REEL_JOINT))
-    state.output_joint = mj_name2id(m, _JOINT, at.text_at(layout, m, instance, at.OUTPUT_JOINT))
-    state.first_sensor, state.last_sensor = first, last
-    state.reel_actuator = range_of(reels, size(m + layout.m_nactuator), instance)[1]
+def _is_skipped(layout: Layout, m: int) -> bool:
+    """Whether MuJoCo leaves all passive forces out, those of plugins too."""
+    return integer(m + layout.o_disableflags, 0) & _PASSIVE_OFF == _PASSIVE_OFF
 
 
 @compiled
 def _show(layout: Layout, m: int, d: int, instance: int) -> None:
     """Fill the sensors of an instance that shows something of a sheath."""
+    if not ensure_shown(layout, m, d, instance):
+        return
     shown = sensor_state_at(state_of(layout, m, d, instance))
     if shown.sheath < 0.0:
         return
-    sheath = state_of(layout, m, d, int(shown.sheath))
-    owners = pointer(m + layout.m_sensor_plugin)
+    source, kind = int(shown.sheath), int(shown.kind)
+    sheath = state_of(layout, m, d, source)
+    known = fits(sheath, room_of(layout, m, source))
+    count = numbers_of(kind, int(state_at(sheath).guides)) if known else 0
+    owners, widths = pointer(m + layout.m_sensor_plugin), pointer(m + layout.m_sensor_dim)
     for sensor in range(int(shown.first_sensor), int(shown.last_sensor) + 1):
-        if integer(owners, sensor) != instance:
-            continue
-        adr = integer(pointer(m + layout.m_sensor_adr), sensor)
-        measure(sheath, int(shown.kind), pointer(d + layout.d_sensordata) + 8 * adr)
+        if integer(owners, sensor) == instance and 0 < count <= integer(widths, sensor):
+            adr = integer(pointer(m + layout.m_sensor_adr), sensor)
+            measure(sheath, kind, pointer(d + layout.d_sensordata) + 8 * adr)
 
 
 @compiled
@@ -115,37 +64,40 @@ def _show_ends(layout: Layout, m: int, d: int, instance: int) -> None:
     """Fill the sensors on the sheath's own instance."""
     sheath = state_of(layout, m, d, instance)
     state = state_at(sheath)
+    first, last = state.first_sensor, state.last_sensor
+    if not (0.0 <= first <= last < size(m + layout.m_nsensor)):
+        return
+    if not fits(sheath, room_of(layout, m, instance)):
+        return
     owners = pointer(m + layout.m_sensor_plugin)
-    for sensor in range(int(state.first_sensor), int(state.last_sensor) + 1):
+    for sensor in range(int(first), int(last) + 1):
         if integer(owners, sensor) == instance:
             adr = integer(pointer(m + layout.m_sensor_adr), sensor)
             measure_ends(sheath, pointer(d + layout.d_sensordata) + 8 * adr)
 
 
 @compiled
-def _compute(
-    layout: Layout, readers: tuple[int, ...], m: int, d: int, instance: int, capability: int
-) -> None:
-    sensor = _is_sensor(layout, m, instance)
-    if capability == _PASSIVE and not sensor:
-        evaluate(layout, m, d, state_of(layout, m, d, instance))
-        skip_subtree_velocities(layout, readers, m, d, instance)
-    elif capability == _SENSOR and sensor:
-        _show(layout, m, d, instance)
-    elif capability == _SENSOR:
-        _show_ends(layout, m, d, instance)
-    elif capability == _ACTUATOR and not sensor:
-        # a reel acts through the tendon's length, not through a force of its own
-        reel = int(state_at(state_of(layout, m, d, instance)).reel_actuator)
-        if reel >= 0:
-            adr = integer(pointer(m + layout.m_actuator_outadr), reel)
-            doubles(pointer(d + layout.d_actuator_force) + 8 * adr, 1)[0] = 0.0
+def _quiet_reel(layout: Layout, m: int, d: int, instance: int) -> None:
+    """A reel acts through the tendon's length, not through a force of its own."""
+    reel = state_at(state_of(layout, m, d, instance)).reel_actuator
+    if not 0.0 <= reel < size(m + layout.m_nactuator):
+        return
+    if integer(pointer(m + layout.m_actuator_plugin), int(reel)) == instance:
+        adr = integer(pointer(m + layout.m_actuator_outadr), int(reel))
+        doubles(pointer(d + layout.d_actuator_force) + 8 * adr, 1)[0] = 0.0
 
 
 @compiled
 def _advance(layout: Layout, m: int, d: int, instance: int) -> None:
-    if not _is_sensor(layout, m, instance):
-        commit(state_of(layout, m, d, instance))
+    if is_sensor(layout, m, instance):
+        return
+    address = state_of(layout, m, d, instance)
+    state = state_at(address)
+    if state.has_trial == 0.0:
+        if _is_skipped(layout, m):
+            state.unsolved += 1.0  # it was not evaluated at all
+    elif is_bound(layout, m, d, instance):
+        commit(address)
 
 
 class Callbacks(NamedTuple):
@@ -160,18 +112,39 @@ def make_callbacks(layout: Layout) -> Callbacks:
     """Bind the functions to the offsets of the running MuJoCo.
 
     The offsets are closed over, so the compiler sees constants and keeps one compilation on disk
-    for each set of them.
+    for each set of them. What is inlined is optimised anew in each function that it is inlined
+    into, which takes most of the time, so nothing stands between these functions and `evaluate`.
     """
     readers = READERS
     void, ptr, i32 = types.void, types.intp, types.int32
 
     @callback(void(ptr, ptr, ptr, i32))
     def reset(m: int, state: int, unused: int, instance: int) -> None:
-        _reset(layout, m, state, instance)
+        if is_sensor(layout, m, instance):
+            reset_sensor(layout, m, state, instance)
+        else:
+            reset_sheath(layout, m, state, instance)
 
     @callback(void(ptr, ptr, i32, i32))
     def compute(m: int, d: int, instance: int, capability: int) -> None:
-        _compute(layout, readers, m, d, instance, capability)
+        sensor = is_sensor(layout, m, instance)
+        # where MuJoCo leaves passive forces out, a sheath acts after the actuators
+        late = capability == _ACTUATOR and not sensor and _is_skipped(layout, m)
+        if (late or (capability == _PASSIVE and not sensor)) and (
+            ensure_bound(layout, m, d, instance)
+        ):
+            address = state_of(layout, m, d, instance)
+            # one that is driven needs what all actuators do, which is not there yet
+            if not late or state_at(address).driven == 0.0:
+                evaluate(layout, m, d, address)
+        if capability == _PASSIVE and not sensor:
+            skip_subtree_velocities(layout, readers, m, d, instance)
+        elif capability == _SENSOR and sensor:
+            _show(layout, m, d, instance)
+        elif capability == _SENSOR:
+            _show_ends(layout, m, d, instance)
+        elif capability == _ACTUATOR and not sensor:
+            _quiet_reel(layout, m, d, instance)
 
     @callback(void(ptr, ptr, i32))
     def advance(m: int, d: int, instance: int) -> None:

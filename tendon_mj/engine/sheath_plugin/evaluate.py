@@ -1,21 +1,25 @@
 """Evaluation of a sheath within a time step: tensions for the pose at hand, and their forces.
 
-Equations: docs/theory.md, sections 4 and 7.
+Equations: docs/theory.md, sections 4, 7 and 8.
 """
 
 from __future__ import annotations
 
 import math
 
+from tendon_mj.abi.control import control
+from tendon_mj.abi.layout import Layout
+from tendon_mj.abi.library import mj_freeStack, mj_markStack, mj_stackAllocNum
+from tendon_mj.abi.memory import coordinates, double, integer, pointer, size
+from tendon_mj.abi.runge_kutta import is_stage
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.abi.control import control
-from tendon_mj.engine.abi.layout import Layout
-from tendon_mj.engine.abi.memory import coordinates, double, integer, pointer
-from tendon_mj.engine.abi.runge_kutta import is_stage
-from tendon_mj.engine.sheath_plugin.forces import apply_forces
+from tendon_mj.engine.sheath_plugin.driven import choose_stiffness, lay_at_rest, solve_branches
+from tendon_mj.engine.sheath_plugin.forces import apply_forces, fill_spans
 from tendon_mj.engine.sheath_plugin.holding_ratios import update_ratios
 from tendon_mj.engine.sheath_plugin.initial_state import lay_tendon
-from tendon_mj.engine.sheath_plugin.path_geometry import update_path
+from tendon_mj.engine.sheath_plugin.input_force import input_force
+from tendon_mj.engine.sheath_plugin.path.over_geoms import trace_path
+from tendon_mj.engine.sheath_plugin.path.over_sites import update_path, update_spans
 from tendon_mj.engine.sheath_plugin.sliding_resistance import fill_drag
 from tendon_mj.engine.sheath_plugin.spools import (
     flank_stiffness,
@@ -23,10 +27,10 @@ from tendon_mj.engine.sheath_plugin.spools import (
     torque_on_drive,
     wound_by,
 )
-from tendon_mj.engine.sheath_plugin.state import State, state_at, unpack
+from tendon_mj.engine.sheath_plugin.state import State, state_at, unpack, unpack_arcs
 from tendon_mj.engine.sheath_plugin.strain_law import fill_strain, move_tangents, store_new_strain
 from tendon_mj.engine.sheath_plugin.trial import store_trial
-from tendon_mj.sheath.records import Guides, Segments
+from tendon_mj.sheath.records import Array, Guides, Segments
 from tendon_mj.sheath.tension_solver import solve_flow
 
 _TANGENTS = 8  # to a strain law that is no line; about 2 are needed
@@ -39,31 +43,102 @@ def _solve(state: State, segments: Segments, guides: Guides, elapsed: float) -> 
     tangents = _TANGENTS if state.law.stiffening > 0.0 else 0
     solved = False
     for tried in range(tangents + 1):
-        solved = solve_flow(segments, guides, dragged)
+        if state.driven != 0.0:
+            solved = solve_branches(state, segments, guides)
+        else:
+            solved = solve_flow(segments, guides, dragged, False)
         if not (solved and tried < tangents and move_tangents(state, segments, elapsed)):
             break
     return solved
 
 
 @compiled
-def evaluate(layout: Layout, m: int, d: int, address: int) -> None:
-    """Solve the tendon for the pose at hand, from the committed state, and apply its forces."""
+def _update_path(layout: Layout, m: int, d: int, address: int, fresh: bool, stage: bool) -> None:
+    """Bring lengths, bends and spans up to date."""
     state = state_at(address)
     segments, guides, path = unpack(address)
-    last = len(guides)
-    time = double(d + layout.d_time, 0)
+    if state.arcs > 0.0 or state.pulleys > 0.0 or state.inner_guides > 0.0:
+        arcs = unpack_arcs(address)
+        trace_path(layout, m, d, state, segments, guides, arcs, coordinates(path), stage)
+        return
     start = integer(pointer(d + layout.d_ten_wrapadr), int(state.tendon))
     points = coordinates(pointer(d + layout.d_wrap_xpos) + 24 * start)
-    fresh = state.started == 0.0
     update_path(points, coordinates(path), segments, guides, fresh)
-    update_ratios(address, state, guides, time)
-    if fresh:
-        lay_tendon(layout, m, d, state, segments)
+    update_spans(layout, m, int(state.tendon), segments)  # bodies are others in another model
 
-    stage = is_stage(layout, m, time, state.has_trial, state.trial_time)
-    elapsed = time - state.commit_time
-    if not elapsed > 0.0:
-        elapsed = double(m + layout.o_timestep, 0)
+
+@compiled
+def _allocate_entries(layout: Layout, m: int, d: int, segments: Segments) -> Array:
+    """Room on MuJoCo's stack for (dof, J_i) of all spans."""
+    count = 2 * len(segments) * size(m + layout.m_nv)
+    return coordinates(mj_stackAllocNum(d, count))
+
+
+@compiled
+def _shift_guides(segments: Segments, guides: Guides) -> None:
+    """Hand over, for this evaluation only, the tendon that guides on arcs have moved past."""
+    for j in range(len(segments)):
+        segments[j].unshifted = segments[j].stored
+    for i in range(len(guides)):
+        segments[i].stored += guides[i].shift
+        segments[i + 1].stored -= guides[i].shift
+
+
+@compiled
+def _evaluate_driven(
+    layout: Layout, m: int, d: int, address: int, time: float, elapsed: float, stage: bool
+) -> None:
+    """Solve a tendon whose input tension is given, and apply what friction makes of it."""
+    state = state_at(address)
+    segments, guides, _ = unpack(address)
+    state.input_force = input_force(layout, m, d, address, state)
+    if not math.isfinite(state.input_force):
+        state.unsolved += 1.0
+        state.has_trial = 0.0  # an earlier evaluation's result must not be committed instead
+        return
+    mj_markStack(d)
+    entries = _allocate_entries(layout, m, d, segments)
+    fill_spans(layout, m, d, state, segments, entries)
+    if state.started == 0.0:
+        if state.law.axial_stiffness == 0.0:
+            inverse = coordinates(pointer(m + layout.m_dof_invweight0))
+            choose_stiffness(state, segments, entries, inverse, elapsed)
+            update_ratios(address, state, guides, time)
+        lay_at_rest(state, segments)
+        state.started = 1.0
+    strained = fill_strain(state, segments, elapsed)
+    if state.arcs > 0.0:
+        _shift_guides(segments, guides)
+    for j in range(len(segments)):  # start from the committed step, not an earlier evaluation
+        segments[j].tension = segments[j].previous_tension
+    if not _solve(state, segments, guides, elapsed):
+        state.unsolved += 1.0
+    if strained:
+        store_new_strain(state, segments, guides, elapsed)
+    if state.arcs > 0.0:
+        for j in range(len(segments)):
+            segments[j].stored = segments[j].unshifted
+    apply_forces(layout, m, d, state, segments, entries)
+    if not stage:
+        state.trial_elapsed = elapsed
+        store_trial(state, segments, guides, 0.0, 0.0, time)
+    mj_freeStack(d)
+
+
+@compiled
+def _evaluate_wound(
+    layout: Layout, m: int, d: int, address: int, time: float, elapsed: float, stage: bool
+) -> None:
+    """Solve a tendon of given length between its ends, and apply its forces."""
+    state = state_at(address)
+    segments, guides, _ = unpack(address)
+    last = len(guides)
+    if not state.law.axial_stiffness > 0.0:  # it was driven, and what drove it is gone
+        state.unsolved += 1.0
+        state.has_trial = 0.0
+        return
+    if state.started == 0.0:
+        lay_tendon(layout, m, d, state, segments)
     drive = wound_by(layout, m, d, state.reel_joint, state.reel_radius)
     drive += control(layout, m, d, int(state.reel_actuator))
     flank = flank_stiffness(layout, m, state, elapsed)
@@ -72,7 +147,10 @@ def evaluate(layout: Layout, m: int, d: int, address: int) -> None:
     strained = fill_strain(state, segments, elapsed)
 
     # for this evaluation only: wound tendon leaves the two end segments, the sheath's mount yields
-    input_stored, output_stored = segments[0].stored, segments[last].stored
+    if state.arcs > 0.0:
+        _shift_guides(segments, guides)
+    else:
+        segments[0].unshifted, segments[last].unshifted = segments[0].stored, segments[last].stored
     segments[0].stored -= wound_in - state.wound_in
     segments[last].stored -= wound_out - state.wound_out
     input_length = segments[0].length
@@ -85,15 +163,43 @@ def evaluate(layout: Layout, m: int, d: int, address: int) -> None:
     if strained:
         store_new_strain(state, segments, guides, elapsed)
     segments[0].length = input_length
-    segments[last].stored = output_stored
-    segments[0].stored = input_stored
+    if state.arcs > 0.0:
+        for j in range(1, last):
+            segments[j].stored = segments[j].unshifted
+    segments[last].stored = segments[last].unshifted
+    segments[0].stored = segments[0].unshifted
     if not solved:
         state.unsolved += 1.0
     state.reel_torque = torque_on_drive(state, segments, drive - wound_in, flank)
     if not possible or not math.isfinite(segments[last].tension):
         state.has_trial = 0.0  # an earlier evaluation's result must not be committed instead
         return
-    apply_forces(layout, m, d, state, segments, points)
+    mj_markStack(d)
+    entries = _allocate_entries(layout, m, d, segments)
+    fill_spans(layout, m, d, state, segments, entries)
+    apply_forces(layout, m, d, state, segments, entries)
+    mj_freeStack(d)
     if not stage:
         state.trial_elapsed = elapsed
         store_trial(state, segments, guides, wound_in, wound_out, time)
+
+
+@compiled
+def evaluate(layout: Layout, m: int, d: int, address: int) -> None:
+    """Solve the tendon for the pose at hand, from the committed state, and apply its forces."""
+    state = state_at(address)
+    _, guides, _ = unpack(address)
+    time = double(d + layout.d_time, 0)
+    stage = is_stage(layout, m, time, state.has_trial, state.trial_time)
+    _update_path(layout, m, d, address, state.started == 0.0, stage)
+    if state.started == 0.0:
+        state.commit_time = time - double(m + layout.o_timestep, 0)
+    elapsed = time - state.commit_time
+    if not elapsed > 0.0:
+        elapsed = double(m + layout.o_timestep, 0)
+    if state.law.axial_stiffness > 0.0:
+        update_ratios(address, state, guides, time)
+    if state.driven != 0.0:
+        _evaluate_driven(layout, m, d, address, time, elapsed, stage)
+    else:
+        _evaluate_wound(layout, m, d, address, time, elapsed, stage)

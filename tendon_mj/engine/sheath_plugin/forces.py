@@ -1,44 +1,105 @@
-"""Forces of the tendon on sites and spools, in generalised coordinates.
+"""Forces of the tendon on bodies and spools, in generalised coordinates.
 
-A force f at p on body b adds, for each degree of freedom i that moves b, the power per unit speed
-qfrc_i += cdof_i · (τ, f) with τ = (p − c) × f, where `mjData.cdof` is the spatial velocity of dof i
-about c, the centre of mass of the kinematic tree.
+A straight span of length ℓ under tension T pulls its two ends together, which is −T J with
+J = ∂ℓ/∂q. With u its direction and `mjData.cdof` the spatial velocity (ω, v) of dof i about c, the
+centre of mass of the kinematic tree,
+
+    J_i = ±(v · u + ω · ((p − c) × u))
+
++ where the dof moves the far end p, − where it moves the near one. A dof that moves both does not
+change the length.
+
+MuJoCo's actuators and the tendon's own spring act with one tension along the whole tendon. A sheath
+that they drive adds what friction makes of it, T − T_in for each span, and nothing where nothing
+rubs.
 """
 
 from __future__ import annotations
 
+import math
+
+from tendon_mj.abi.layout import Layout
+from tendon_mj.abi.memory import coordinates, doubles, integer, pointer
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.abi.layout import Layout
-from tendon_mj.engine.abi.memory import coordinates, doubles, integer, pointer
+from tendon_mj.engine.sheath_plugin.input_force import input_strain
 from tendon_mj.engine.sheath_plugin.state import State
 from tendon_mj.engine.sheath_plugin.strain_law import spool_torque
-from tendon_mj.sheath.records import Array, Segments
+from tendon_mj.sheath.records import Array, Segment, Segments
 
 
 @compiled
-def _add_force(
-    layout: Layout, m: int, d: int, body: int, p: Array, at: int, fx: float, fy: float, fz: float
-) -> None:
-    """Add force (fx, fy, fz) [N] at ``p[at:at+3]`` [m] of ``body`` to `mjData.qfrc_passive`."""
-    if integer(pointer(m + layout.m_body_weldid), body) == 0:
-        return  # fixed to the world
-    root = integer(pointer(m + layout.m_body_rootid), body)
-    centre = coordinates(pointer(d + layout.d_subtree_com) + 24 * root)
-    rx, ry, rz = p[at] - centre[0], p[at + 1] - centre[1], p[at + 2] - centre[2]
-    tx, ty, tz = ry * fz - rz * fy, rz * fx - rx * fz, rx * fy - ry * fx
-    while integer(pointer(m + layout.m_body_dofnum), body) == 0:
+def _last_dof(layout: Layout, m: int, body: int) -> int:
+    """The last degree of freedom that moves a body, −1 without one."""
+    body = integer(pointer(m + layout.m_body_weldid), body)
+    while body > 0 and integer(pointer(m + layout.m_body_dofnum), body) == 0:
         body = integer(pointer(m + layout.m_body_parentid), body)
-        if body == 0:
-            return
-    dof = integer(pointer(m + layout.m_body_dofadr), body)
-    dof += integer(pointer(m + layout.m_body_dofnum), body) - 1
-    parents = pointer(m + layout.m_dof_parentid)
-    motion, passive = pointer(d + layout.d_cdof), coordinates(pointer(d + layout.d_qfrc_passive))
-    while dof >= 0:
-        c = coordinates(motion + 48 * dof)
-        force = c[0] * tx + c[1] * ty + c[2] * tz + c[3] * fx + c[4] * fy + c[5] * fz
-        passive[dof] += force
-        dof = integer(parents, dof)
+    if body == 0:
+        return -1
+    count = integer(pointer(m + layout.m_body_dofnum), body)
+    return integer(pointer(m + layout.m_body_dofadr), body) + count - 1
+
+
+@compiled
+def _fill_span(
+    layout: Layout, m: int, d: int, p: Array, at: int, segment: Segment, entries: Array, first: int
+) -> int:
+    """Write J of the span from point ``at`` to the next as pairs (dof, J_i); return their end."""
+    near = _last_dof(layout, m, int(segment.near_body))
+    far = _last_dof(layout, m, int(segment.far_body))
+    segment.first_entry = first
+    k = 3 * at
+    ux, uy, uz = p[k + 3] - p[k], p[k + 4] - p[k + 1], p[k + 5] - p[k + 2]
+    length = math.sqrt(ux * ux + uy * uy + uz * uz)
+    if length == 0.0:
+        return first
+    ux, uy, uz = ux / length, uy / length, uz / length
+    roots, parents = pointer(m + layout.m_body_rootid), pointer(m + layout.m_dof_parentid)
+    centres, motions = pointer(d + layout.d_subtree_com), pointer(d + layout.d_cdof)
+    last = first
+    for end in range(2):
+        # the dofs of one end that are not the other's too: from the leaf to the common ancestor
+        dof, other = (near, far) if end == 0 else (far, near)
+        if dof < 0:
+            continue
+        body = int(segment.near_body) if end == 0 else int(segment.far_body)
+        sign, at_end = (-1.0, k) if end == 0 else (1.0, k + 3)
+        c = coordinates(centres + 24 * integer(roots, body))
+        rx, ry, rz = p[at_end] - c[0], p[at_end + 1] - c[1], p[at_end + 2] - c[2]
+        tx, ty, tz = ry * uz - rz * uy, rz * ux - rx * uz, rx * uy - ry * ux
+        while dof != other and dof >= 0:
+            if other > dof:
+                other = integer(parents, other)
+                continue
+            s = coordinates(motions + 48 * dof)
+            value = s[0] * tx + s[1] * ty + s[2] * tz + s[3] * ux + s[4] * uy + s[5] * uz
+            value *= sign
+            entries[2 * last], entries[2 * last + 1] = dof, value
+            last += 1
+            dof = integer(parents, dof)
+    segment.entries = last - first
+    return last
+
+
+@compiled
+def fill_spans(
+    layout: Layout, m: int, d: int, state: State, segments: Segments, entries: Array
+) -> None:
+    """Jacobian of every span that connects two bodies.
+
+    Args:
+        layout, m, d: where things are, `mjModel`, `mjData`.
+        state, segments: of the sheath.
+        entries: receives (dof, J_i) of all spans in a row.
+    """
+    points = coordinates(pointer(d + layout.d_wrap_xpos))
+    start = integer(pointer(d + layout.d_ten_wrapadr), int(state.tendon))
+    last = 0
+    for j in range(len(segments)):
+        segment = segments[j]
+        segment.entries = 0.0
+        if segment.point >= 0.0 and segment.near_body != segment.far_body:
+            at = start + int(segment.point)
+            last = _fill_span(layout, m, d, points, at, segment, entries, last)
 
 
 @compiled
@@ -51,25 +112,21 @@ def _add_torque(layout: Layout, m: int, d: int, joint: float, torque: float) -> 
 
 @compiled
 def apply_forces(
-    layout: Layout, m: int, d: int, state: State, segments: Segments, p: Array
+    layout: Layout, m: int, d: int, state: State, segments: Segments, entries: Array
 ) -> None:
     """Apply the tendon's forces to the bodies along the path and to the spools."""
     ea, last = state.law.axial_stiffness, len(segments) - 1
-    first = integer(pointer(m + layout.m_tendon_adr), int(state.tendon))
-    sites = pointer(m + layout.m_wrap_objid)
-    bodies = pointer(m + layout.m_site_bodyid)
-    # a segment pulls its two ends together; on one body that does nothing
-    body = integer(bodies, integer(sites, first))
+    driven = state.driven != 0.0
+    given = input_strain(state) if driven else 0.0
+    passive = coordinates(pointer(d + layout.d_qfrc_passive))
     for j in range(last + 1):
-        other = integer(bodies, integer(sites, first + j + 1))
-        if body != other and segments[j].tension > 0.0:
-            pull = ea * segments[j].tension / segments[j].length
-            fx = pull * (p[3 * j + 3] - p[3 * j])
-            fy = pull * (p[3 * j + 4] - p[3 * j + 1])
-            fz = pull * (p[3 * j + 5] - p[3 * j + 2])
-            _add_force(layout, m, d, body, p, 3 * j, fx, fy, fz)
-            _add_force(layout, m, d, other, p, 3 * j + 3, -fx, -fy, -fz)
-        body = other
+        segment = segments[j]
+        pull = ea * (segment.tension - given / segment.divisor)
+        first = int(segment.first_entry)
+        for k in range(first, first + int(segment.entries)):
+            passive[int(entries[2 * k])] -= entries[2 * k + 1] * pull
+    if driven:
+        return
     _add_torque(layout, m, d, state.reel_joint, -state.reel_torque)
     torque = spool_torque(state, segments, last, state.output_radius)
     _add_torque(layout, m, d, state.output_joint, -torque)

@@ -54,6 +54,7 @@ def update_ratios(address: int, state: State, guides: Guides, time: float) -> No
     """
     current = _are_current(address, state)
     law, n = state.law, len(guides)
+    shared = max(1.0, n - state.pulleys)  # by how many guides
     sliding = law.friction
     static = max(sliding, law.static_friction)  # below: as where it is not given
     asymmetry = law.direction_asymmetry
@@ -65,7 +66,7 @@ def update_ratios(address: int, state: State, guides: Guides, time: float) -> No
         guide.ratio_angle = angle
         bend = angle
         if law.extra_bend != 0.0:
-            bend = max(0.0, angle + law.extra_bend / n)
+            bend = max(0.0, angle + law.extra_bend / shared)
         grown, more = 1.0, 0.0
         if state.ratios_vary != 0.0:
             grown, more = _growth(law, guide, time), _stribeck(law, guide)
@@ -79,4 +80,4 @@ def update_ratios(address: int, state: State, guides: Guides, time: float) -> No
             back = grown * (1.0 - asymmetry)
             guide.dynamic_ratio_back = math.exp((sliding * back + more) * bend)
             guide.static_ratio_back = math.exp((static * back + more) * bend)
-        guide.constant_friction = law.constant_friction / (n * law.axial_stiffness)
+        guide.constant_friction = law.constant_friction / (shared * law.axial_stiffness)

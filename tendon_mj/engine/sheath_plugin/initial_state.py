@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from tendon_mj.abi.layout import Layout
+from tendon_mj.abi.memory import double, pointer
 from tendon_mj.compilation import apart
-from tendon_mj.engine.abi.layout import Layout
-from tendon_mj.engine.abi.memory import double, pointer
 from tendon_mj.engine.sheath_plugin.spools import wound_by
 from tendon_mj.engine.sheath_plugin.state import State
 from tendon_mj.engine.sheath_plugin.strain_law import reset_to_linear, rest_strain
@@ -34,5 +34,4 @@ def lay_tendon(layout: Layout, m: int, d: int, state: State, segments: Segments)
     reset_to_linear(segments)
     state.strain_kept = 1.0  # so that the strains just written count
     state.laid_pretension = state.law.pretension
-    state.commit_time = double(d + layout.d_time, 0) - double(m + layout.o_timestep, 0)
     state.started = 1.0

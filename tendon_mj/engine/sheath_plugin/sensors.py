@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from tendon_mj.abi.memory import doubles
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.abi.memory import doubles
 from tendon_mj.engine.sheath_plugin.state import state_at, unpack
 
 # kind -> (quantity, unit, whether one number per "segment" or "guide" or one in all)
@@ -35,6 +35,14 @@ ENDS = 2  # numbers of a sensor on the sheath's own instance: T_in and T_out
 def width(kind: str, guides: int) -> int:
     """How many numbers a sensor of this kind has on a sheath with so many guides."""
     return {"one": 1, "segment": guides + 1, "guide": guides}[KINDS[kind][2]]
+
+
+@compiled
+def numbers_of(kind: int, guides: int) -> int:
+    """How many numbers ``measure`` writes."""
+    if kind == TENSION:
+        return guides + 1
+    return guides if kind in (BEND_ANGLE, SLIP, FRICTION_WORK) else 1
 
 
 @compiled

@@ -10,9 +10,9 @@ Equations: docs/theory.md, section 7.
 
 from __future__ import annotations
 
+from tendon_mj.abi.layout import Layout
+from tendon_mj.abi.memory import double, integer, pointer
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.abi.layout import Layout
-from tendon_mj.engine.abi.memory import double, integer, pointer
 from tendon_mj.engine.sheath_plugin.state import State
 from tendon_mj.engine.sheath_plugin.strain_law import spool_torque
 from tendon_mj.sheath.records import Segments

@@ -1,7 +1,7 @@
 """State of a sheath in `mjData.plugin_state`: parameters, committed state, the step on trial.
 
 Everything is there, so copying, saving, resetting and threads need nothing from us. One record of
-scalars comes first, then the n+1 segments, the n guides, and the points of the path.
+scalars comes first, then the n+1 segments, the n guides, the points of the path, and the arcs.
 
 The *committed* state is what the last finished step left; every evaluation starts from it and
 leaves its result on *trial*; only `advance` makes the trial the committed state.
@@ -15,11 +15,20 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numba import carray
 
+from tendon_mj.abi.memory import doubles, record_at, records_pointer
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.abi.memory import doubles, record_at, records_pointer
 from tendon_mj.sheath.law import LAW, Law
 from tendon_mj.sheath.parameter_metadata import ANY, Parameter
-from tendon_mj.sheath.records import GUIDE, SEGMENT, Array, Guides, Segments, record_type
+from tendon_mj.sheath.records import (
+    ARC,
+    GUIDE,
+    SEGMENT,
+    Arcs,
+    Array,
+    Guides,
+    Segments,
+    record_type,
+)
 
 RADII: Final = {
     "reel_radius": Parameter(
@@ -34,6 +43,7 @@ PARAMETERS: Final = {**LAW, **RADII}
 class LiveLaw(Law):
     """The law as the state keeps it: a number for each parameter, 0 where none is given."""
 
+    axial_stiffness: float
     static_friction: float
 
 
@@ -44,8 +54,21 @@ class State:
     reel_radius: float  # [m]
     output_radius: float  # [m]
     # what the sheath is attached to
+    config_signature: float  # of the attributes that the parameters were read from
+    sheath_signature: float  # of what the following are bound to, 0 where that failed
     tendon: float
-    guides: float  # number of guides
+    guides: float  # number of guides, with one for each pulley
+    arcs: float  # number of geoms that the tendon may wrap around
+    arc_guides: float  # number of guides on each of them
+    inner_guides: float  # number of guides before the first site
+    pulleys: float
+    driven: float  # whether actuators and the tendon's own spring give the input tension
+    first_actuator: float  # that acts on the tendon, −1 without one
+    last_actuator: float
+    leads: float  # whether this is the model's first sheath that is driven
+    input_force: float  # by which these push along the tendon [N], pulling where negative
+    damping_poly_1: float  # work space for MuJoCo
+    damping_poly_2: float
     reel_joint: float
     output_joint: float
     reel_actuator: float
@@ -57,6 +80,7 @@ class State:
     wound_out: float  # tendon on the output's spool [m]
     commit_time: float  # [s]
     unsolved: float  # evaluations without a solution
+    rebound: float  # times that the state was found to be another model's, or none
     laid_pretension: float  # under which the tendon was laid [N]
     ratios_vary: float  # whether the ratios were computed for one moment only
     strain_kept: float  # whether the strain law of the step before was another than Hooke's
@@ -74,17 +98,43 @@ class State:
 STATE = record_type(State)
 _COUNT = STATE.itemsize // 8
 _SEGMENT_COUNT, _GUIDE_COUNT = SEGMENT.itemsize // 8, GUIDE.itemsize // 8
+_ARC_COUNT = ARC.itemsize // 8
+DAMPING_POLY: Final[int] = STATE.fields["damping_poly_1"][1]  # type: ignore[index]
 _PARAMETER_COUNT, _LAW_COUNT = len(PARAMETERS), len(LAW)
 _RATIO_LAW = _COUNT - _LAW_COUNT  # where the last member begins
 
 state_at: Callable[[int], State] = record_at(STATE)
 _segments_at, _guides_at = records_pointer(SEGMENT), records_pointer(GUIDE)
+_arcs_at = records_pointer(ARC)
 
 
-def size(guides: int) -> int:
-    """Numbers that a sheath with so many guides keeps."""
+def size(guides: int, arcs: int = 0) -> int:
+    """Numbers that a sheath with so many guides and arcs keeps."""
     tables = _SEGMENT_COUNT * (guides + 1) + _GUIDE_COUNT * guides
-    return _COUNT + tables + 3 * (guides + 2)
+    return _COUNT + tables + 3 * (guides + 2) + _ARC_COUNT * arcs
+
+
+@compiled
+def fits(address: int, room: int) -> bool:
+    """Whether the guides and arcs that a state says it has fit into so many numbers."""
+    state = state_at(address)
+    n, arcs = state.guides, state.arcs
+    if not (0.0 <= n <= room and 0.0 <= arcs <= room):
+        return False
+    tables = _SEGMENT_COUNT * (n + 1.0) + _GUIDE_COUNT * n
+    return _COUNT + tables + 3.0 * (n + 2.0) + _ARC_COUNT * arcs <= room
+
+
+@compiled
+def clear_step(address: int, room: int) -> None:
+    """Forget how the tendon lay: parameters and what the sheath is attached to stay."""
+    doubles(address + 8 * _COUNT, room - _COUNT)[:] = 0.0
+    state = state_at(address)
+    state.started = state.wound_in = state.wound_out = state.commit_time = 0.0
+    state.laid_pretension = state.ratios_vary = state.strain_kept = state.speed_kept = 0.0
+    state.has_trial = state.trial_wound_in = state.trial_wound_out = 0.0
+    state.trial_time = state.trial_elapsed = state.reel_torque = state.input_force = 0.0
+    state.ratio_law.axial_stiffness = 0.0  # the ratios are those of no law
 
 
 @compiled
@@ -95,6 +145,15 @@ def unpack(address: int) -> tuple[Segments, Guides, int]:
     guides = segments + 8 * _SEGMENT_COUNT * (n + 1)
     path = guides + 8 * _GUIDE_COUNT * n
     return carray(_segments_at(segments), n + 1), carray(_guides_at(guides), n), path
+
+
+@compiled
+def unpack_arcs(address: int) -> Arcs:
+    """Arcs of a sheath, sharing its memory."""
+    state = state_at(address)
+    n = int(state.guides)
+    before = _COUNT + _SEGMENT_COUNT * (n + 1) + _GUIDE_COUNT * n + 3 * (n + 2)
+    return carray(_arcs_at(address + 8 * before), int(state.arcs))
 
 
 @compiled
@@ -121,6 +180,7 @@ class SensorState:
     kind: float
     first_sensor: float
     last_sensor: float
+    signature: float
 
 
 SENSOR_STATE = record_type(SensorState)

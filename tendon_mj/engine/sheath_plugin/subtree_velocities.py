@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import mujoco
 
+from tendon_mj.abi.layout import Layout
+from tendon_mj.abi.memory import byte, integer, pointer, set_byte, size
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.abi.layout import Layout
-from tendon_mj.engine.abi.memory import byte, integer, pointer, set_byte, size
 
 _SENSOR = mujoco.mjtSensor
 READERS = tuple(

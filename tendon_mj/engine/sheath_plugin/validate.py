@@ -5,17 +5,20 @@ This is the plugin's only Python, and it never runs in a step.
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Mapping, Sequence
 
 import mujoco
 
-from tendon_mj.engine.abi.library import C
-from tendon_mj.engine.abi.model_in_compilation import Draft, find, read_number
+from tendon_mj.abi.library import C
+from tendon_mj.abi.model_in_compilation import Draft, find, read_number
 from tendon_mj.engine.sheath_plugin.attributes import ATTRIBUTES
+from tendon_mj.engine.sheath_plugin.binding.own_config import check_own_names, own_config
+from tendon_mj.engine.sheath_plugin.binding.sheath_of_tendon import by_tendon, sheath_on
+from tendon_mj.engine.sheath_plugin.binding.sleep import check_awake, sleeps
 from tendon_mj.engine.sheath_plugin.sensors import ENDS, KINDS, width
-from tendon_mj.engine.sheath_plugin.sheath_of_tendon import by_tendon, sheath_on
 from tendon_mj.engine.sheath_plugin.state import PARAMETERS, SENSOR_SIZE, size
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.sheath.law import LAW, check_range, check_scales, check_static
@@ -23,6 +26,11 @@ from tendon_mj.sheath.law import LAW, check_range, check_scales, check_static
 NAME = "tendon_mj.sheath"
 _OBJ, _WRAP, _JNT = mujoco.mjtObj, mujoco.mjtWrap, mujoco.mjtJoint
 _COUNT = re.compile(r"[0-9]+")
+# What all but the first check of an instance reads.
+_PLACE = ("tendon", "sensor", "guides", "arc_guides", "inner_guides")
+# Parameters that a sheath whose input tension is given has no use for.
+_OF_A_REEL = ("pretension", "backlash", "sheath_compliance", "viscous_friction", "tendon_mass")
+_COMPLETE = (*_PLACE, "reel_joint", "output_joint", "axial_stiffness", *_OF_A_REEL)
 SPOOL_ATTRIBUTES = ("tendon", "reel_joint", "sensor")  # what a servo asks about
 
 
@@ -40,7 +48,8 @@ def _read_number(config: dict[str, str], name: str, where: str) -> float | None:
 def _check_numbers(config: dict[str, str], where: str) -> None:
     numbers = {name: _read_number(config, name, where) for name in PARAMETERS}
     for name, parameter in LAW.items():
-        if parameter.required and numbers[name] is None:
+        # a sheath that is driven does without a stiffness; which are is not known yet
+        if parameter.required and numbers[name] is None and name != "axial_stiffness":
             raise InvalidValueError(f"{where}: {name} is missing (its unit is {parameter.unit})")
     friction, static = numbers["friction"], numbers["static_friction"]
     if friction is not None and static is not None:
@@ -53,19 +62,31 @@ def _check_numbers(config: dict[str, str], where: str) -> None:
             )
 
 
-def _capacity(model: Draft, config: dict[str, str], where: str) -> int:
-    """Number of guides to allocate.
+def _count(config: dict[str, str], name: str, default: int, where: str) -> int:
+    if not config[name]:
+        return default
+    if not _COUNT.fullmatch(config[name]):
+        raise InvalidValueError(f"{where}: {name} = {config[name]!r} is not a count")
+    if len(config[name]) > 6:
+        raise InvalidValueError(f"{where}: {name} = {config[name]} is more than 999999")
+    return int(config[name])
+
+
+def _capacity(model: Draft, config: dict[str, str], where: str) -> tuple[int, int]:
+    """Numbers of guides and of arcs to allocate.
 
     MuJoCo asks before it has told its tendons which points they run through, so without `guides`
     all points of the model that other tendons need not have are counted.
     """
+    points = max(0, int(model.fields.nwrap) - int(model.fields.ntendon) - 1)
+    each = _count(config, "arc_guides", 1, where)
+    inner = _count(config, "inner_guides", 0, where)
+    if each < 1:
+        raise InvalidValueError(f"{where}: arc_guides = {each} must be 1 or more")
     if not config["guides"]:
-        return max(0, int(model.fields.nwrap) - int(model.fields.ntendon) - 1)
-    if not _COUNT.fullmatch(config["guides"]):
-        raise InvalidValueError(f"{where}: guides = {config['guides']!r} is not a count")
-    if len(config["guides"]) > 6:
-        raise InvalidValueError(f"{where}: guides = {config['guides']} is more than 999999")
-    return int(config["guides"])
+        return points * each + inner, points
+    guides = _count(config, "guides", 0, where)
+    return guides, guides // each if config["arc_guides"] else 0
 
 
 def _find_spool(model: Draft, name: str, where: str) -> None:
@@ -83,14 +104,15 @@ def state_size(address: int, instance: int) -> int:
     """
     model = Draft(address, ATTRIBUTES)
     if model.is_first(instance):
-        configs = {k: model.config(k) for k in model.siblings(instance)}
+        configs = {k: own_config(model, k) for k in model.siblings(instance)}
         sheaths = by_tendon(configs)
         for k, config in configs.items():
             _check_instance(model, k, config, sheaths)
+    model = Draft(address, _PLACE)
     config = model.config(instance)
     if config["sensor"]:
         return SENSOR_SIZE
-    return size(_capacity(model, config, model.where(instance)))
+    return size(*_capacity(model, config, model.where(instance)))
 
 
 def _check_instance(
@@ -104,7 +126,7 @@ def _check_instance(
     if config["sensor"]:
         if config["sensor"] not in KINDS:
             raise UnknownNameError("sensor", config["sensor"], KINDS, where)
-        extra = [k for k, v in config.items() if v and k not in ("sensor", "tendon")]
+        extra = [k for k, v in config.items() if v and k not in ("sensor", "tendon", "instance")]
         if extra:
             raise InvalidValueError(f"{where}: a sensor takes no {extra[0]}; the sheath has it")
         if not rivals:
@@ -126,14 +148,15 @@ def _check_instance(
 
 def sensor_size(address: int, instance: int, sensor: int) -> int:
     """Size of a sensor's reading; one on a sheath's own instance has T_in and T_out."""
-    model = Draft(address, ATTRIBUTES)
-    config = model.config(instance)
+    model = Draft(address, _PLACE)
+    config = own_config(model, instance)
     if not config["sensor"]:
         return ENDS
     sheath = sheath_on(model, config["tendon"], NAME)
     if sheath is None:
         return 1
-    return width(config["sensor"], _capacity(model, model.config(sheath), model.where(sheath)))
+    guides, _ = _capacity(model, model.config(sheath), model.where(sheath))
+    return width(config["sensor"], guides)
 
 
 def check_tendon(address: int, instance: int) -> int:
@@ -142,9 +165,10 @@ def check_tendon(address: int, instance: int) -> int:
     Raises:
         InvalidValueError: what is wrong with a tendon or a reel.
     """
-    model = Draft(address, ATTRIBUTES)
+    model = Draft(address, _COMPLETE)
     if model.is_first(instance):
         reels = model.actuators()
+        check_own_names(model, model.siblings(instance))
         for k in model.siblings(instance):
             _check_complete(model, k, reels.get(k, []))
     return 0
@@ -152,31 +176,88 @@ def check_tendon(address: int, instance: int) -> int:
 
 def _check_complete(model: Draft, instance: int, reels: Sequence[int]) -> None:
     """Check that a sheath can act on its tendon."""
-    config = model.config(instance)
+    config = own_config(model, instance)
     _check_reels(model, instance, config, reels)
     if config["sensor"]:
         return
     where, name = model.where(instance), config["tendon"]
     tendons = int(model.fields.ntendon)
     tendon = find(model, _OBJ.mjOBJ_TENDON, tendons, "tendon", name, where)
-    start, count = model.ints("tendon_adr")[tendon], model.ints("tendon_num")[tendon]
-    for k in range(start, start + count):
-        problem = _unsuited(model, model.ints("wrap_type")[k], model.ints("wrap_objid")[k])
-        if problem:
-            raise InvalidValueError(f"{where}: tendon {name!r} {problem}")
     stiffness = model.doubles("tendon_stiffness")[tendon]
     higher = model.doubles("tendon_stiffnesspoly")[2 * tendon : 2 * tendon + 2]
-    if stiffness != 0.0 or any(higher):
+    has_spring = stiffness != 0.0 or any(higher)
+    spooled = bool(reels or config["reel_joint"] or config["output_joint"])
+    pullers = [k for k in _on_tendon(model, tendon) if k not in reels]
+    driven = not spooled and (has_spring or bool(pullers))
+    _check_drive(config, driven, where, name)
+    start, count = model.ints("tendon_adr")[tendon], model.ints("tendon_num")[tendon]
+    kinds = model.ints("wrap_type")[start : start + count]
+    problem = _unsuited(kinds, driven)
+    if problem:
+        raise InvalidValueError(f"{where}: tendon {name!r} {problem}")
+    if spooled and has_spring:
         raise InvalidValueError(
             f"{where}: tendon {name!r} has a stiffness of its own, "
             f"{' '.join(f'{k:g}' for k in (stiffness, *higher))}, which would "
             "act beside the sheath's axial_stiffness; remove it"
         )
-    if config["guides"] and int(config["guides"]) != count - 2:
+    if spooled and pullers:
+        names = ", ".join(repr(model.name(_OBJ.mjOBJ_ACTUATOR, k)) for k in pullers)
         raise InvalidValueError(
-            f"{where}: guides = {config['guides']}, but tendon {name!r} runs over {count - 2} "
+            f"{where}: actuator {names} pulls on tendon {name!r} as a whole, past the reel that "
+            "winds it; remove one of them"
+        )
+    _check_counts(config, kinds, where, name)
+    if sleeps(model):
+        check_awake(model, tendon, (config["reel_joint"], config["output_joint"]), where)
+
+
+def _check_drive(config: dict[str, str], driven: bool, where: str, tendon: str) -> None:
+    """Check that the parameters go with what pulls on the tendon."""
+    if not driven and not config["axial_stiffness"]:
+        raise InvalidValueError(
+            f"{where}: axial_stiffness is missing (its unit is N); only a tendon that an actuator "
+            "or a spring of its own pulls on does without"
+        )
+    useless = [k for k in _OF_A_REEL if driven and config[k] and float(config[k]) != 0.0]
+    if useless:
+        raise InvalidValueError(
+            f"{where}: {useless[0]} = {config[useless[0]]} has no meaning where an actuator or a "
+            f"spring gives the input tension of tendon {tendon!r}; remove it, or wind the tendon "
+            "in by a reel or a reel_joint"
+        )
+
+
+def _check_counts(config: dict[str, str], kinds: Sequence[int], where: str, tendon: str) -> None:
+    """Check that the counts, where they are given, are those of the path."""
+    arcs = sum(k in (_WRAP.mjWRAP_SPHERE.value, _WRAP.mjWRAP_CYLINDER.value) for k in kinds)
+    pulleys = sum(k == _WRAP.mjWRAP_PULLEY.value for k in kinds)
+    each = int(config["arc_guides"] or 1)
+    sites = len(kinds) - arcs - pulleys - 2 * (1 + pulleys)
+    guides = sites + arcs * each + pulleys + int(config["inner_guides"] or 0)
+    if config["guides"] and int(config["guides"]) != guides:
+        raise InvalidValueError(
+            f"{where}: guides = {config['guides']}, but tendon {tendon!r} runs over {guides} "
             "between its ends; remove the attribute or correct it"
         )
+    if arcs and config["guides"] and not config["arc_guides"]:
+        raise InvalidValueError(
+            f"{where}: tendon {tendon!r} wraps around geoms: beside guides, arc_guides has to be "
+            "given too, the number of guides on each of them"
+        )
+
+
+def _on_tendon(model: Draft, tendon: int) -> list[int]:
+    """Actuators that act on a tendon; what a servo may drive, its own plugin checks."""
+    kinds, targets = model.ints("actuator_trntype"), model.ints("actuator_trnid")
+    owners = model.ints("actuator_plugin")
+    return [
+        k
+        for k in range(int(model.fields.nactuator))
+        if kinds[k] == mujoco.mjtTrn.mjTRN_TENDON.value
+        and targets[2 * k] == tendon
+        and (owners[k] < 0 or model.plugin(owners[k]) != "tendon_mj.servo")
+    ]
 
 
 def _check_reels(model: Draft, instance: int, config: dict[str, str], reels: Sequence[int]) -> None:
@@ -198,18 +279,22 @@ def _check_reels(model: Draft, instance: int, config: dict[str, str], reels: Seq
         if acts_on != config["tendon"]:
             raise InvalidValueError(
                 f"{model.where(instance)}: reel {names} acts on tendon {acts_on!r}, the sheath "
-                f"on {config['tendon']!r}; a config is not renamed when its model "
-                "is attached to another: attach first, then add friction"
+                f"on {config['tendon']!r}"
             )
 
 
-def _unsuited(model: Draft, kind: int, index: int) -> str:
-    """Why a tendon with such a point on its path cannot run in a sheath; empty if it can."""
-    if kind == _WRAP.mjWRAP_SITE.value:
-        return ""
-    if kind == _WRAP.mjWRAP_JOINT.value:
+def _unsuited(kinds: Sequence[int], driven: bool) -> str:
+    """Why a tendon with such elements on its path cannot run in a sheath; empty if it can."""
+    if _WRAP.mjWRAP_JOINT.value in kinds:
         return "is a fixed tendon; only a spatial one runs in a sheath"
-    if kind == _WRAP.mjWRAP_PULLEY.value:
-        return "branches at a pulley; give each branch a tendon of its own"
-    geom = model.name(_OBJ.mjOBJ_GEOM, index)
-    return f"wraps around geom {geom!r}, which a sheath does not support yet; route it over sites"
+    pulley = _WRAP.mjWRAP_PULLEY.value
+    if pulley in kinds and not driven:
+        return (
+            "branches at a pulley, which only a tendon that an actuator pulls on may; give each "
+            "branch a tendon of its own"
+        )
+    if pulley in (kinds[0], kinds[-1]) or any(
+        one == other == pulley for one, other in itertools.pairwise(kinds)
+    ):
+        return "has a pulley without a branch before and behind it"
+    return ""

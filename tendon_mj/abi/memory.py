@@ -8,9 +8,24 @@ import numba
 import numpy as np
 from numba import carray, types
 from numba.extending import intrinsic
+from numpy.typing import NDArray
 
 from tendon_mj.compilation import compiled
-from tendon_mj.sheath.records import Array
+
+Array = NDArray[np.float64]
+
+
+@intrinsic
+def word(typing_context: Any, address: Any) -> Any:
+    """The eight bytes at ``address`` as an int64; they may begin anywhere."""
+
+    def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        kind = context.get_value_type(signature.return_type)
+        found = builder.load(builder.inttoptr(arguments[0], kind.as_pointer()))
+        found.align = 1
+        return found
+
+    return numba.int64(address), build
 
 
 def _as_pointer(item: Any) -> Any:

@@ -34,10 +34,12 @@ class Layout(NamedTuple):
     """Byte offsets in `mjModel` (m_), its `opt` (o_) and `mjData` (d_)."""
 
     m_nsensor: int
+    m_nv: int
     m_nactuator: int
     m_nplugin: int
     o_timestep: int
     o_integrator: int
+    o_disableflags: int
     m_qpos0: int
     m_jnt_qposadr: int
     m_jnt_dofadr: int
@@ -50,10 +52,23 @@ class Layout(NamedTuple):
     m_body_dofadr: int
     m_dof_parentid: int
     m_site_bodyid: int
+    m_geom_bodyid: int
+    m_geom_size: int
     m_tendon_adr: int
     m_tendon_num: int
     m_tendon_length0: int
+    m_tendon_lengthspring: int
+    m_tendon_stiffness: int
+    m_tendon_stiffnesspoly: int
+    m_tendon_damping: int
+    m_tendon_dampingpoly: int
+    m_tendon_actuatorid: int
+    m_wrap_type: int
     m_wrap_objid: int
+    m_wrap_prm: int
+    m_actuator_trntype: int
+    m_actuator_trnid: int
+    m_actuator_gear: int
     m_actuator_plugin: int
     m_actuator_ctrladr: int
     m_actuator_outadr: int
@@ -65,17 +80,26 @@ class Layout(NamedTuple):
     m_sensor_type: int
     m_sensor_plugin: int
     m_sensor_adr: int
+    m_sensor_dim: int
     m_plugin: int
     m_plugin_stateadr: int
     m_plugin_statenum: int
     m_plugin_attr: int
     m_plugin_attradr: int
+    m_ntendon: int
+    m_njnt: int
+    m_npluginattr: int
     d_time: int
     d_qpos: int
     d_qvel: int
     d_ctrl: int
     d_plugin_state: int
+    d_geom_xpos: int
+    d_geom_xmat: int
+    d_ten_length: int
+    d_ten_velocity: int
     d_ten_wrapadr: int
+    d_wrap_obj: int
     d_wrap_xpos: int
     d_subtree_com: int
     d_cdof: int

@@ -1,26 +1,39 @@
 """From a check in Python to a C function that MuJoCo can call while it compiles a model.
 
 MuJoCo leaves a failed check by a long jump, which must not cross a Python frame: the check leaves a
-message behind, and compiled code raises it after Python has returned.
+message behind, and compiled code raises it after Python has returned. Python may let another thread
+compile its model in between, so every thread has a message of its own.
 """
 
 from __future__ import annotations
 
 import ctypes
+import threading
 from collections.abc import Callable
 from typing import Any
 
 import llvmlite.binding as llvm
 from numba import types
 
+from tendon_mj.abi.library import mju_error
 from tendon_mj.compilation import callback
-from tendon_mj.engine.abi.library import mju_error
 from tendon_mj.errors import TendonError
 
-_MESSAGE = ctypes.create_string_buffer(2048)
+_SIZE = 2048
+_messages: dict[int, Any] = {}  # by thread; kept, as a thread that C started has no Python object
+
+
+def _message_of_thread() -> Any:
+    """The calling thread's message."""
+    thread = threading.get_ident()
+    if thread not in _messages:
+        _messages[thread] = ctypes.create_string_buffer(_SIZE)
+    return _messages[thread]
+
+
 _i32, _ptr = types.int32, types.intp
 # By name, not by address, so that compiled code holds in every process.
-_address = ctypes.CFUNCTYPE(ctypes.c_void_p)(lambda: ctypes.addressof(_MESSAGE))
+_address = ctypes.CFUNCTYPE(ctypes.c_void_p)(lambda: ctypes.addressof(_message_of_thread()))
 llvm.add_symbol("tendon_mj.message", ctypes.cast(_address, ctypes.c_void_p).value)
 _message = types.ExternalFunction("tendon_mj.message", _ptr())
 
@@ -34,7 +47,7 @@ def _guarded(plugin: str, function: Callable[..., int]) -> Callable[..., int]:
         except Exception as error:
             said = str(error) if isinstance(error, TendonError) else f"{plugin}: {error!r}"
             text = said.replace("%", "%%").encode()
-            _MESSAGE.value = text[: len(_MESSAGE) - 1]
+            _message_of_thread().value = text[: _SIZE - 1]
             return -1
 
     return call

@@ -1,11 +1,13 @@
-"""The tendon's path: segment lengths and bend angles from the points it runs through."""
+"""The path of a tendon over sites alone: segment lengths and bends from its points."""
 
 from __future__ import annotations
 
 import math
 
+from tendon_mj.abi.arctangent import arctangent
+from tendon_mj.abi.layout import Layout
+from tendon_mj.abi.memory import integer, pointer
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.abi.arctangent import arctangent
 from tendon_mj.sheath.records import Array, Guides, Segments
 
 _SHORTEST = 1e-9  # two sites on one spot still have a segment between them [m]
@@ -66,3 +68,15 @@ def update_path(
             guides[j - 1].angle = _bend(points, j)
         # behind a segment without length the bend depends on what lies before it
         before = moved or (before and segments[j].length == _SHORTEST)
+
+
+@compiled
+def update_spans(layout: Layout, m: int, tendon: int, segments: Segments) -> None:
+    """Note which bodies each segment pulls together."""
+    first = integer(pointer(m + layout.m_tendon_adr), tendon)
+    sites, bodies = pointer(m + layout.m_wrap_objid), pointer(m + layout.m_site_bodyid)
+    for j in range(len(segments)):
+        segment = segments[j]
+        segment.point, segment.divisor = j, 1.0
+        segment.near_body = integer(bodies, integer(sites, first + j))
+        segment.far_body = integer(bodies, integer(sites, first + j + 1))

@@ -9,8 +9,8 @@ from typing import Any
 
 import mujoco
 
-from tendon_mj.engine.abi.layout import mirror
-from tendon_mj.engine.abi.library import C
+from tendon_mj.abi.layout import mirror
+from tendon_mj.abi.library import C
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 
 # Text that Python and the C library read alike as a number.

@@ -45,7 +45,19 @@ C.mjp_getPluginAtSlot.argtypes = [ctypes.c_int]
 # Compiled code finds its external functions by name: those of MuJoCo and of the C library.
 llvm.load_library_permanently(str(PATH))
 _char_p = types.intp  # pointers travel as integers
+mj_id2name = types.ExternalFunction("mj_id2name", types.intp(types.intp, types.int32, types.int32))
 mj_name2id = types.ExternalFunction("mj_name2id", types.int32(types.intp, types.int32, _char_p))
 mjp_getPluginAtSlot = types.ExternalFunction("mjp_getPluginAtSlot", types.intp(types.int32))
+mj_markStack = types.ExternalFunction("mj_markStack", types.void(types.intp))
+mj_freeStack = types.ExternalFunction("mj_freeStack", types.void(types.intp))
+mj_stackAllocNum = types.ExternalFunction("mj_stackAllocNum", types.intp(types.intp, types.uintp))
+mj_fwdActuation = types.ExternalFunction("mj_fwdActuation", types.void(types.intp, types.intp))
+mj_actuatorDamping = types.ExternalFunction(
+    "mj_actuatorDamping", types.float64(types.intp, types.int32, types.int32, types.intp)
+)
+mju_polyForce = types.ExternalFunction(
+    "mju_polyForce",
+    types.float64(types.float64, types.intp, types.float64, types.int32, types.int32),
+)
 mju_error = types.ExternalFunction("mju_error", types.void(_char_p))
 strtod = types.ExternalFunction("strtod", types.float64(_char_p, types.intp))

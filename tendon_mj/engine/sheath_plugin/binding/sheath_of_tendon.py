@@ -5,7 +5,8 @@ from __future__ import annotations
 import threading
 from collections.abc import Mapping
 
-from tendon_mj.engine.abi.model_in_compilation import Draft
+from tendon_mj.abi.model_in_compilation import Draft
+from tendon_mj.engine.sheath_plugin.binding.own_config import own_config
 
 _ATTRIBUTES = ("tendon", "sensor")
 
@@ -41,7 +42,7 @@ def sheath_on(model: Draft, tendon: str, plugin: str) -> int | None:
         if instance < count and _is_sheath_on(reader, instance, tendon, plugin):
             return instance
     _found.sheaths = by_tendon(
-        {k: reader.config(k) for k in range(count) if reader.plugin(k) == plugin}
+        {k: own_config(reader, k) for k in range(count) if reader.plugin(k) == plugin}
     )
     return next(iter(_found.sheaths.get(tendon, ())), None)
 
@@ -50,9 +51,11 @@ def sheathed_tendons(model: Draft, plugin: str) -> list[str]:
     """Tendons that have a sheath."""
     reader = Draft(model.address, _ATTRIBUTES)
     instances = (k for k in range(int(reader.fields.nplugin)) if reader.plugin(k) == plugin)
-    return list(by_tendon({k: reader.config(k) for k in instances}))
+    return list(by_tendon({k: own_config(reader, k) for k in instances}))
 
 
 def _is_sheath_on(reader: Draft, instance: int, tendon: str, plugin: str) -> bool:
-    config = reader.config(instance)
-    return reader.plugin(instance) == plugin and config["tendon"] == tendon and not config["sensor"]
+    if reader.plugin(instance) != plugin:
+        return False
+    config = own_config(reader, instance)
+    return config["tendon"] == tendon and not config["sensor"]

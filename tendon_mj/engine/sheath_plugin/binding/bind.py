@@ -1,0 +1,263 @@
+"""Binding of a state to the model that it is used with, and the proof that it still is.
+
+A state outlives its model and may hold anything: `mj_setState`, `mujoco.rollout` and
+`MjSpec.recompile` write it without asking the plugin. Nothing in it is used as an index before the
+two signatures that it carries are found to be those of this model. Where only that of the binding
+differs, the indices are found anew and the tendon stays; where that of the configuration does, or
+the numbers are none of ours, the state begins as after a reset.
+"""
+
+from __future__ import annotations
+
+import mujoco
+
+from tendon_mj.abi.layout import Layout
+from tendon_mj.abi.memory import byte, doubles, integer, pointer, size
+from tendon_mj.compilation import apart, compiled
+from tendon_mj.engine.sheath_plugin import attributes as at
+from tendon_mj.engine.sheath_plugin.binding.own_names import resolve
+from tendon_mj.engine.sheath_plugin.binding.signature import (
+    NONE,
+    binding_signature,
+    config_signature,
+    is_signature,
+    sensor_signature,
+)
+from tendon_mj.engine.sheath_plugin.input_force import acts_on, has_spring
+from tendon_mj.engine.sheath_plugin.path.branches import count_wraps, mark_branches
+from tendon_mj.engine.sheath_plugin.sensors import KINDS
+from tendon_mj.engine.sheath_plugin.state import (
+    SENSOR_SIZE,
+    State,
+    clear_step,
+    fits,
+    parameters_at,
+    sensor_state_at,
+    state_at,
+)
+
+_JOINT, _TENDON = mujoco.mjtObj.mjOBJ_JOINT.value, mujoco.mjtObj.mjOBJ_TENDON.value
+_KIND_COUNT = len(KINDS)
+_MOST = 2.0**53  # up to which every whole number is one
+
+
+@compiled
+def state_of(layout: Layout, m: int, d: int, instance: int) -> int:
+    """Address of an instance's state."""
+    start = integer(pointer(m + layout.m_plugin_stateadr), instance)
+    return pointer(d + layout.d_plugin_state) + 8 * start
+
+
+@compiled
+def room_of(layout: Layout, m: int, instance: int) -> int:
+    """How many numbers of state an instance has."""
+    return integer(pointer(m + layout.m_plugin_statenum), instance)
+
+
+@compiled
+def is_sensor(layout: Layout, m: int, instance: int) -> bool:
+    """Whether an instance shows something of a sheath, and is none itself."""
+    return room_of(layout, m, instance) == SENSOR_SIZE
+
+
+@compiled
+def range_of(owners: int, count: int, instance: int) -> tuple[int, int]:
+    """First and last element that belongs to an instance, (0, −1) if none does."""
+    first, last = 0, -1
+    for k in range(count):
+        if integer(owners, k) == instance:
+            first = k if last < 0 else first
+            last = k
+    return first, last
+
+
+@apart
+def _find_sheath(layout: Layout, m: int, sensor: int) -> int:
+    """The sheath on the tendon that a sensor's instance names, −1 if there is none."""
+    slots = pointer(m + layout.m_plugin)
+    tendon = resolve(layout, m, sensor, at.TENDON, _TENDON)
+    count = size(m + layout.m_nplugin)
+    # backwards, as `add_friction` puts the sheath just before its sensors
+    for step in range(count):
+        other = (sensor - step + count) % count
+        if (
+            integer(slots, other) == integer(slots, sensor)
+            and at.sensor_kind_at(at.text_at(layout, m, other, at.SENSOR)) < 0
+            and tendon == resolve(layout, m, other, at.TENDON, _TENDON)
+        ):
+            return other
+    return -1
+
+
+@compiled
+def _count_guides(layout: Layout, m: int, instance: int, state: State) -> None:
+    """Count what the path of the tendon has."""
+    tendon = int(state.tendon)
+    inner = at.number_at(at.text_at(layout, m, instance, at.INNER_GUIDES))
+    each = at.number_at(at.text_at(layout, m, instance, at.ARC_GUIDES))
+    state.inner_guides, state.arc_guides = inner, max(1.0, each)
+    state.arcs, state.pulleys = count_wraps(layout, m, tendon)
+    elements = integer(pointer(m + layout.m_tendon_num), tendon)
+    sites = elements - state.arcs - state.pulleys - 2 * (1 + state.pulleys)  # within branches
+    state.guides = inner + sites + state.arcs * state.arc_guides + state.pulleys
+
+
+@compiled
+def _bind_drive(layout: Layout, m: int, instance: int, state: State) -> None:
+    """Find what pulls along the tendon, for a sheath without a reel or spools."""
+    tendon = int(state.tendon)
+    state.first_actuator, state.last_actuator = -1.0, -1.0
+    state.driven, state.leads = 0.0, 0.0
+    if state.reel_joint >= 0.0 or state.output_joint >= 0.0 or state.reel_actuator >= 0.0:
+        return
+    for actuator in range(size(m + layout.m_nactuator)):
+        if acts_on(layout, m, actuator, tendon):
+            if state.first_actuator < 0.0:
+                state.first_actuator = actuator
+            state.last_actuator = actuator
+    if state.first_actuator < 0.0 and not has_spring(layout, m, tendon):
+        return
+    state.driven = 1.0
+    state.leads = not _is_led(layout, m, instance)
+
+
+@apart
+def _is_led(layout: Layout, m: int, instance: int) -> bool:
+    """Whether a sheath before this one is driven too."""
+    slots, reels = pointer(m + layout.m_plugin), pointer(m + layout.m_actuator_plugin)
+    actuators = size(m + layout.m_nactuator)
+    for other in range(instance):
+        if integer(slots, other) != integer(slots, instance) or is_sensor(layout, m, other):
+            continue
+        spooled = byte(at.text_at(layout, m, other, at.REEL_JOINT), 0) != 0
+        spooled |= byte(at.text_at(layout, m, other, at.OUTPUT_JOINT), 0) != 0
+        if spooled or range_of(reels, actuators, other)[1] >= 0:
+            continue
+        tendon = resolve(layout, m, other, at.TENDON, _TENDON)
+        if has_spring(layout, m, tendon):
+            return True
+        for actuator in range(actuators):
+            if acts_on(layout, m, actuator, tendon):
+                return True
+    return False
+
+
+@apart
+def _bind(layout: Layout, m: int, instance: int, address: int, keep: bool) -> None:
+    """Find what a sheath is attached to, and sign it.
+
+    Args:
+        layout, m: where things are, `mjModel`.
+        instance: the sheath's.
+        address: of its state.
+        keep: the tendon as it lies, where the path has as many guides and arcs as before.
+    """
+    state = state_at(address)
+    before = (state.guides, state.arcs, state.arc_guides, state.inner_guides, state.pulleys)
+    was_driven = state.driven
+    sensors, reels = pointer(m + layout.m_sensor_plugin), pointer(m + layout.m_actuator_plugin)
+    state.sheath_signature = NONE
+    state.tendon = resolve(layout, m, instance, at.TENDON, _TENDON)
+    state.reel_joint = resolve(layout, m, instance, at.REEL_JOINT, _JOINT)
+    state.output_joint = resolve(layout, m, instance, at.OUTPUT_JOINT, _JOINT)
+    first, last = range_of(sensors, size(m + layout.m_nsensor), instance)
+    state.first_sensor, state.last_sensor = first, last
+    state.reel_actuator = range_of(reels, size(m + layout.m_nactuator), instance)[1]
+    if state.tendon < 0.0:
+        return
+    _count_guides(layout, m, instance, state)
+    room = room_of(layout, m, instance)
+    if not fits(address, room):
+        state.guides, state.arcs = 0.0, 0.0
+        return
+    _bind_drive(layout, m, instance, state)
+    now = (state.guides, state.arcs, state.arc_guides, state.inner_guides, state.pulleys)
+    if not keep or now != before or was_driven != state.driven:
+        clear_step(address, room)
+    state.has_trial = 0.0
+    mark_branches(layout, m, address)
+    state.sheath_signature = binding_signature(layout, m, instance, address)
+
+
+@apart
+def reset_sheath(layout: Layout, m: int, address: int, instance: int) -> None:
+    """Write the configured parameters; the tendon is laid at the first evaluation."""
+    doubles(address, room_of(layout, m, instance))[:] = 0.0
+    values = parameters_at(address)
+    for parameter in range(len(values)):
+        values[parameter] = at.number_at(at.text_at(layout, m, instance, parameter))
+    _bind(layout, m, instance, address, False)
+    state_at(address).config_signature = config_signature(layout, m, instance)
+
+
+@apart
+def reset_sensor(layout: Layout, m: int, address: int, instance: int) -> None:
+    """Find the sheath that a sensor's instance shows."""
+    shown = sensor_state_at(address)
+    shown.sheath = _find_sheath(layout, m, instance)
+    shown.kind = at.sensor_kind_at(at.text_at(layout, m, instance, at.SENSOR))
+    sensors = pointer(m + layout.m_sensor_plugin)
+    first, last = range_of(sensors, size(m + layout.m_nsensor), instance)
+    shown.first_sensor, shown.last_sensor = first, last
+    shown.signature = sensor_signature(layout, m, instance, shown.sheath, (first, last))
+
+
+@apart
+def is_bound(layout: Layout, m: int, d: int, instance: int) -> bool:
+    """Whether a sheath's state is one of this model and this sheath."""
+    address = state_of(layout, m, d, instance)
+    state = state_at(address)
+    return (
+        is_signature(state.sheath_signature)
+        and config_signature(layout, m, instance) == state.config_signature
+        and binding_signature(layout, m, instance, address) == state.sheath_signature
+    )
+
+
+@compiled
+def _count(number: float) -> float:
+    """A count that a state had, 0 where it is none."""
+    return number if 0.0 <= number < _MOST and number == float(int(number)) else 0.0
+
+
+@apart
+def _rebind(layout: Layout, m: int, d: int, instance: int) -> None:
+    address = state_of(layout, m, d, instance)
+    state = state_at(address)
+    unsolved = rebound = 0.0
+    if is_signature(state.config_signature):
+        unsolved, rebound = _count(state.unsolved), _count(state.rebound)
+    if config_signature(layout, m, instance) == state.config_signature:
+        _bind(layout, m, instance, address, state.started == 1.0)
+    else:
+        reset_sheath(layout, m, address, instance)
+    state.unsolved, state.rebound = unsolved, rebound + 1.0
+
+
+@compiled
+def ensure_bound(layout: Layout, m: int, d: int, instance: int) -> bool:
+    """Bind a sheath's state to the model unless it is; return whether it now is."""
+    if is_bound(layout, m, d, instance):
+        return True
+    _rebind(layout, m, d, instance)
+    state = state_at(state_of(layout, m, d, instance))
+    if state.sheath_signature != NONE:
+        return True
+    state.unsolved += 1.0
+    return False
+
+
+@apart
+def ensure_shown(layout: Layout, m: int, d: int, instance: int) -> bool:
+    """Bind the state of a sensor's instance to the model unless it is; return whether it now is."""
+    address = state_of(layout, m, d, instance)
+    shown = sensor_state_at(address)
+    sensors = (shown.first_sensor, shown.last_sensor)
+    if (
+        is_signature(shown.signature)
+        and sensor_signature(layout, m, instance, shown.sheath, sensors) == shown.signature
+        and 0.0 <= shown.kind < _KIND_COUNT
+    ):
+        return True
+    reset_sensor(layout, m, address, instance)
+    return shown.signature != NONE

@@ -1,0 +1,1 @@
+"""The path of a tendon: over sites, around geoms, in branches."""

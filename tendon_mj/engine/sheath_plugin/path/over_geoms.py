@@ -1,0 +1,233 @@
+"""The path of a tendon that wraps around geoms, or branches at pulleys.
+
+MuJoCo gives the points of the path. A site within it bends the tendon and is a guide. A geom that
+the tendon touches turns it by φ along an arc of length L, which its n guides share: they sit at
+(k + ½)/n of the arc. A geom that the tendon does not touch keeps its guides, in the middle of the
+straight line, where they turn nothing.
+
+Tendon rubs on the drum, not on the place where it leaves the drum. A tangent point that moves along
+the drum by δ takes tendon from one side to the other without any slip, δ/(1 + ε) of it: that is the
+guide's ``shift``.
+"""
+
+from __future__ import annotations
+
+from tendon_mj.abi.layout import Layout
+from tendon_mj.abi.memory import coordinates, double, integer, pointer
+from tendon_mj.abi.vectors import (
+    Vector,
+    angle_between,
+    dot,
+    into,
+    minus,
+    norm,
+    vector,
+)
+from tendon_mj.compilation import compiled
+from tendon_mj.engine.sheath_plugin.path.arc import PULLEY, SITE, arc_of
+from tendon_mj.engine.sheath_plugin.state import State
+from tendon_mj.sheath.records import Arc, Arcs, Array, Guides, Segments
+
+_SHORTEST = 1e-9  # [m]
+_ONE_POINT = 1e-9  # distance of two tangent points over the radius at which they are one
+
+
+@compiled
+def _shift(now: Vector, before: Vector, u: Vector) -> float:
+    """Way of a tangent point along the drum in the direction u [m]; positive to the output."""
+    return dot(minus(now, before), u) / max(_SHORTEST, norm(u))
+
+
+@compiled
+def _span(segments: Segments, j: int, at: int, near: int, far: int, divisor: float) -> None:
+    """Note the straight span of segment j."""
+    segment = segments[j]
+    segment.point, segment.divisor = at, divisor
+    segment.near_body, segment.far_body = near, far
+
+
+@compiled
+def _wrap(
+    layout: Layout,
+    m: int,
+    d: int,
+    geom: int,
+    kind: int,
+    points: Array,
+    at: int,
+    arc: Arc,
+    state: State,
+    segments: Segments,
+    guides: Guides,
+    j: int,
+    stage: bool,
+) -> float:
+    """Fill in the guides and segments on a geom that the tendon touches, from segment j on.
+
+    Returns:
+        Length of the arc before the first guide [m], and behind the last.
+    """
+    frame = coordinates(pointer(d + layout.d_geom_xmat) + 72 * geom)
+    centre = vector(coordinates(pointer(d + layout.d_geom_xpos) + 24 * geom), 0)
+    radius = double(pointer(m + layout.m_geom_size), 3 * geom)
+    first, second = vector(points, at + 1), vector(points, at + 2)
+    before = minus(first, vector(points, at))
+    behind = minus(vector(points, at + 3), second)
+    length = turn = 0.0
+    p, q = into(frame, minus(first, centre)), into(frame, minus(second, centre))
+    u, v = into(frame, before), into(frame, behind)
+    if norm(minus(q, p)) <= _ONE_POINT * radius:
+        turn = angle_between(before, behind)  # inside the geom, or just touching
+    else:
+        length, turn = arc_of(kind, radius, p, q, u)
+    count = int(state.arc_guides)
+    there = back = 0.0
+    if arc.touches != 0.0:
+        there = _shift(p, (arc.x1, arc.y1, arc.z1), u)
+        back = _shift(q, (arc.x2, arc.y2, arc.z2), v)
+    else:
+        turn = 0.0  # its guides move to it without friction
+    if not stage:
+        arc.trial_touches = 1.0
+        arc.trial_x1, arc.trial_y1, arc.trial_z1 = p
+        arc.trial_x2, arc.trial_y2, arc.trial_z2 = q
+    for k in range(count):
+        guide = guides[j + k]
+        guide.angle = turn / count
+        part = (k + 0.5) / count
+        moved = (1.0 - part) * there + part * back
+        source = segments[j + k + 1] if moved > 0.0 else segments[j + k]
+        guide.shift = moved / (1.0 + source.previous_tension)
+        if k > 0:
+            segments[j + k].length = max(_SHORTEST, length / count)
+            segments[j + k].point = -1.0
+    return 0.5 * length / count
+
+
+@compiled
+def _pass_by(
+    state: State, segments: Segments, guides: Guides, j: int, arc: Arc, stage: bool
+) -> None:
+    """Fill in the guides of a geom that the tendon does not touch, from segment j on."""
+    if not stage:
+        arc.trial_touches = 0.0
+    for k in range(int(state.arc_guides)):
+        guides[j + k].angle, guides[j + k].shift = 0.0, 0.0
+        segments[j + k + 1].point = -1.0
+        segments[j + k + 1].length = _SHORTEST
+
+
+@compiled
+def trace_path(
+    layout: Layout,
+    m: int,
+    d: int,
+    state: State,
+    segments: Segments,
+    guides: Guides,
+    arcs: Arcs,
+    path: Array,
+    stage: bool,
+) -> None:
+    """Lengths, bends and spans of a tendon on any path, and the points of its guides.
+
+    Args:
+        layout, m, d: where things are, `mjModel`, `mjData`.
+        state, segments, guides, arcs: of the sheath.
+        path: receives a point for each guide and end, coordinates in a row [m].
+        stage: whether this is an inner stage of the integrator, which must leave no trace.
+    """
+    tendon = int(state.tendon)
+    element = integer(pointer(m + layout.m_tendon_adr), tendon)
+    end = element + integer(pointer(m + layout.m_tendon_num), tendon) - 1
+    kinds, objects = pointer(m + layout.m_wrap_type), pointer(m + layout.m_wrap_objid)
+    bodies, of_geoms = pointer(m + layout.m_site_bodyid), pointer(m + layout.m_geom_bodyid)
+    at = integer(pointer(d + layout.d_ten_wrapadr), tendon)
+    touched = pointer(d + layout.d_wrap_obj)
+    points = coordinates(pointer(d + layout.d_wrap_xpos))
+    j, divisor, arc = 0, 1.0, 0
+    bends = False  # whether the site at hand is a guide: guide j − 1
+    came = (0.0, 0.0, 0.0)  # direction of the last span of the branch that has one
+    _note(path, 0, points, at)
+    for _ in range(int(state.inner_guides)):
+        segments[j].length, segments[j].point = _SHORTEST, -1.0
+        segments[j].divisor = divisor
+        guides[j].angle = 0.0
+        j += 1
+        _note(path, j, points, at)
+    while element < end:
+        kind = integer(kinds, element + 1)
+        near = integer(bodies, integer(objects, element))
+        if kind == PULLEY:
+            # the site at hand ended its branch; the next branch begins at the site that follows
+            divisor = double(pointer(m + layout.m_wrap_prm), element + 1)
+            guides[j].angle = 0.0
+            j += 1
+            element += 2
+            at += 2
+            came, bends = (0.0, 0.0, 0.0), False
+            _note(path, j, points, at)
+            continue
+        goes = minus(vector(points, at + 1), vector(points, at))
+        if bends:
+            guides[j - 1].angle = angle_between(came, goes)
+        came = goes if goes != (0.0, 0.0, 0.0) else came
+        if kind == SITE:
+            far = integer(bodies, integer(objects, element + 1))
+            segments[j].length = max(_SHORTEST, norm(goes))
+            _span(segments, j, at, near, far, divisor)
+            element += 1
+            at += 1
+        else:
+            geom, count = integer(objects, element + 1), int(state.arc_guides)
+            far = integer(bodies, integer(objects, element + 2))
+            if integer(touched, at + 1) == geom:
+                drum = integer(of_geoms, geom)
+                half = _wrap(
+                    layout,
+                    m,
+                    d,
+                    geom,
+                    kind,
+                    points,
+                    at,
+                    arcs[arc],
+                    state,
+                    segments,
+                    guides,
+                    j,
+                    stage,
+                )
+                for k in range(count):
+                    _note(path, j + k + 1, points, at + (1 if 2 * k < count else 2))
+                segments[j].length = max(_SHORTEST, norm(goes) + half)
+                _span(segments, j, at, near, drum, divisor)
+                j += count
+                left = minus(vector(points, at + 3), vector(points, at + 2))
+                segments[j].length = max(_SHORTEST, norm(left) + half)
+                _span(segments, j, at + 2, drum, far, divisor)
+                came = left if left != (0.0, 0.0, 0.0) else came
+                at += 3
+            else:
+                _pass_by(state, segments, guides, j, arcs[arc], stage)
+                for k in range(count):
+                    _note(path, j + k + 1, points, at)
+                half = 0.5 * norm(goes)
+                segments[j].length = max(_SHORTEST, half)
+                _span(segments, j, at, near, far, divisor)
+                j += count
+                segments[j].length = max(_SHORTEST, half)
+                segments[j].divisor = divisor
+                at += 1
+            arc += 1
+            element += 2
+        _note(path, j + 1, points, at)
+        bends = element < end and integer(kinds, element + 1) != PULLEY
+        if bends:
+            j += 1
+
+
+@compiled
+def _note(path: Array, k: int, points: Array, at: int) -> None:
+    """Keep a point of the path for those who look at it."""
+    path[3 * k], path[3 * k + 1], path[3 * k + 2] = vector(points, at)
