@@ -17,9 +17,11 @@ from tendon_mj.attach import add_servo as add_servo
 from tendon_mj.attach import add_sites as add_sites
 from tendon_mj.attach import add_tendon as add_tendon
 from tendon_mj.attach import arc_points as arc_points
+from tendon_mj.attach import remove_friction as remove_friction
 from tendon_mj.attach import view_sheath as view_sheath
 from tendon_mj.engine import register as _register
 from tendon_mj.errors import TendonError as TendonError
+from tendon_mj.errors import TendonWarning as TendonWarning
 
 if TYPE_CHECKING:
     __version__: str
@@ -93,6 +95,7 @@ __all__ = [
     "Simulates",
     "Simulator",
     "TendonError",
+    "TendonWarning",
     "Uncertain",
     "__version__",
     "add_friction",
@@ -112,6 +115,7 @@ __all__ = [
     "patch_model",
     "read_intervals",
     "read_recording",
+    "remove_friction",
     "render_clip",
     "replay_error",
     "replay_recording",

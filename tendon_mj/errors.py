@@ -31,6 +31,10 @@ class InvalidValueError(TendonError, ValueError):
     """A value outside its range; the message names the thing, the value and the range."""
 
 
+class UnsuitedTendonError(InvalidValueError):
+    """A tendon that cannot run in a sheath as it was asked for; a pattern leaves it out."""
+
+
 class RecordingError(TendonError, ValueError):
     """A recording that cannot be read; the message names file, row and column."""
 
@@ -39,8 +43,16 @@ class EngineError(TendonError, RuntimeError):
     """The running MuJoCo does not fit the plugin, or cannot do what was asked of it."""
 
 
+class NoPluginsError(EngineError, NotImplementedError):
+    """Another engine than MuJoCo's, which runs no plugins."""
+
+
 class MissingPackageError(TendonError, ImportError):
     """A package that is not installed; the message says what needs it and how to install it."""
+
+
+class TendonWarning(UserWarning):
+    """Something that was done otherwise than a user may expect; the message names what and why."""
 
 
 def unknown(kind: str, name: str, valid: Iterable[str]) -> str:

@@ -2,6 +2,7 @@
 
 from tendon_mj.attach.friction import add_friction as add_friction
 from tendon_mj.attach.parameters import Parameters as Parameters
+from tendon_mj.attach.removal import remove_friction as remove_friction
 from tendon_mj.attach.route import add_sites as add_sites
 from tendon_mj.attach.route import add_tendon as add_tendon
 from tendon_mj.attach.route import arc_points as arc_points

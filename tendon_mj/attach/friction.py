@@ -1,33 +1,46 @@
-"""Gives a tendon of a model a sheath with friction."""
+"""Gives tendons of a model sheaths with friction."""
 
 from __future__ import annotations
 
-import dataclasses
+import functools
 import math
-from collections.abc import Sequence
-from typing import SupportsFloat, Unpack
+import operator
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple, SupportsFloat, SupportsIndex, Unpack
 
 import mujoco
 
-from tendon_mj.attach.elasticity import own_elasticity
 from tendon_mj.attach.instance import add_instance
 from tendon_mj.attach.keywords import as_number, check_names, takes
-from tendon_mj.attach.sensor import add_sensor, check_kinds, free_name
+from tendon_mj.attach.names import SheathNames, TakenNames
+from tendon_mj.attach.sensor import check_kinds, show
+from tendon_mj.attach.sheath_design import Design, Request, design_sheath
+from tendon_mj.attach.sheathed import actuators_by_tendon, sheaths_by_tendon
+from tendon_mj.attach.spring import keep_spring, spring_of
+from tendon_mj.attach.tendon_choice import Chosen, asks_for_several, choose_tendons
 from tendon_mj.engine import NAME
-from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.sheath.law import LAW, Law, OptionalParameters
+from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError, UnsuitedTendonError
+from tendon_mj.sheath.law import LAW, OptionalParameters
 
-_SITE = mujoco.mjtWrap.mjWRAP_SITE
+
+class _Sheath(NamedTuple):
+    tendon: mujoco.MjsTendon
+    tendon_name: str
+    spring: list[float]  # of the tendon, as it was
+    design: Design
+    names: SheathNames
 
 
 @takes(LAW)
 def add_friction(
     spec: mujoco.MjSpec,
-    tendon: str,
+    tendon: str | Sequence[str],
     *,
     friction: float,
     axial_stiffness: float | None = None,
     pretension: float | None = None,
+    arc_guides: int = 1,
     name: str | None = None,
     reel: str | None = None,
     reel_joint: str | None = None,
@@ -37,98 +50,176 @@ def add_friction(
     sensors: Sequence[str] = ("input_tension", "output_tension"),
     **parameters: Unpack[OptionalParameters],
 ) -> mujoco.MjSpec:
-    """Let a spatial tendon run through a sheath with Coulomb friction.
+    """Let spatial tendons run through sheaths with Coulomb friction.
 
-    The tendon's own stiffness moves into the sheath: EA and T_0 default to its stiffness times its
-    spring length and the pull of its spring at `qpos0`, and it is set to 0 on the tendon.
+    Where an actuator pulls a tendon, its force is the input tension; EA is then by default the
+    stiffest that the step resolves, and there is no T_0. Elsewhere the tendon's own spring moves
+    into the sheath: EA and T_0 default to its stiffness times its spring length and its pull at
+    `qpos0`, and it is set to 0 on the tendon. A spring that is no such one (slack, with a dead
+    band, a polynomial, over pulleys) stays, and its force is the input tension.
 
     Args:
-        spec: changed in place and returned.
-        tendon: name of a spatial tendon over sites; its first site is the input end.
+        spec: changed in place and returned; not at all where the call is refused.
+        tendon: name of a spatial tendon, whose first site is the input end; several names; or a
+            pattern with ``*``, ``?`` or ``[…]``. A pattern leaves out tendons that run in a sheath
+            or that nothing pulls, and names tendons that have no name; a warning says which.
         <parameters>
-        name: of the sheath, default ``sheath`` or, where that is taken, ``<tendon>_sheath``.
+        arc_guides: inner guides on each geom that a tendon may wrap around.
+        name: of the sheath. By default that of a tendon asked for alone is ``sheath`` or, where
+            that is taken, ``<tendon>_sheath``; of one among several always ``<tendon>_sheath``.
         reel: name of an actuator to add that winds tendon in at the input, control in metres.
             Without one, a sensor named like the sheath is added, which shows T_in and T_out.
         reel_joint, reel_radius: joint [rad] or slide whose motion winds tendon in, and radius [m].
         output_joint, output_radius: the same at the output end.
-        sensors: kinds to add, named like the kind, or ``<name>_<kind>`` where that is taken.
+        sensors: kinds to add. Those of a tendon asked for alone are named like the kind, or
+            ``<name>_<kind>`` where that is taken; of one among several ``<tendon>_<kind>``.
 
     Returns:
         ``spec``.
 
     Raises:
         UnknownNameError: no such tendon, parameter or sensor kind, with the nearest name.
-        InvalidValueError: a parameter outside its range, or a second sheath on the tendon.
+        InvalidValueError: a parameter outside its range, a tendon asked for by its name that cannot
+            run in a sheath or already does, or a pattern that means no other.
+
+    Warns:
+        TendonWarning: of tendons that were named, left out, or have nothing to rub on.
     """
     check_names(LAW, parameters, "add_friction")
-    element = _find_tendon(spec, tendon)
     check_kinds(sensors)
-    if axial_stiffness is None or pretension is None:
-        own_stiffness, own_pretension = own_elasticity(spec, tendon)
-        axial_stiffness = own_stiffness if axial_stiffness is None else axial_stiffness
-        pretension = own_pretension if pretension is None else pretension
-    values = parameters | {
+    several = asks_for_several(spec, tendon)
+    own = {"name": name, "reel": reel, "reel_joint": reel_joint, "output_joint": output_joint}
+    if several:
+        _refuse_for_several(own, tendon)
+    if reel is not None and reel in [actuator.name for actuator in spec.actuators]:
+        raise InvalidValueError(f"the model already has an actuator {reel!r}")
+    ends = _spool(spec, "reel", reel_joint, reel_radius)
+    ends |= _spool(spec, "output", output_joint, output_radius)
+    law = {
         "friction": friction,
         "axial_stiffness": axial_stiffness,
         "pretension": pretension,
+        **parameters,
     }
-    law = Law(**{k: _parameter(k, v) for k, v in values.items()})  # type: ignore[arg-type]
-    config = {"tendon": tendon, "guides": str(len(element.path) - 2)}
-    config |= {k: repr(v) for k, v in dataclasses.asdict(law).items() if v}
-    config |= {k: repr(getattr(law, k)) for k in ("axial_stiffness", "friction", "pretension")}
-    config |= _spool(spec, "reel", reel_joint, reel_radius)
-    config |= _spool(spec, "output", output_joint, output_radius)
-    if reel is not None and reel in [actuator.name for actuator in spec.actuators]:
-        raise InvalidValueError(f"the model already has an actuator {reel!r}")
-    if name is None:
-        taken = [plugin.name for plugin in spec.plugins]
-        name = "sheath" if "sheath" not in taken else f"{tendon}_sheath"
+    request = Request(law, _count(arc_guides), ends, bool(ends) or reel is not None)  # type: ignore[arg-type]
+    taken = TakenNames(spec)
+    if name is not None and (not name or name in taken.instances):
+        raise InvalidValueError(f"{name!r} cannot be the name of a plugin instance: empty or taken")
+    chosen = choose_tendons(spec, tendon)
+    designs, left_out = _design(spec, chosen, request)
+    if not designs:
+        raise InvalidValueError(
+            f"none of the tendons that {tendon!r} means can be given a sheath: {_reasons(left_out)}"
+        )
+    sheaths = []
+    for one, spring, design in designs:
+        names = (
+            taken.of_several(one.name, sensors)
+            if several
+            else taken.of_one(one.name, sensors, name)
+        )
+        sheaths.append(_Sheath(one.element, one.name, spring, design, names))
+    unnamed = [sheath.tendon_name for sheath in sheaths if not sheath.tendon.name]
     spec.activate_plugin(NAME)
-    sheath = add_instance(spec, name, config, NAME)
-    element.stiffness[:] = 0.0
-    element.springlength[:] = -1.0
-    _refer(spec, sheath, name, tendon, reel)
-    for kind in sensors:
-        add_sensor(spec, name, kind)
+    for sheath in sheaths:
+        _add(spec, sheath, reel)
+    _say(unnamed, left_out, [s.tendon_name for s in sheaths if not s.design.can_rub])
     return spec
 
 
-def _refer(
-    spec: mujoco.MjSpec, sheath: mujoco.MjsPlugin, name: str, tendon: str, reel: str | None
-) -> None:
-    """Let its reel or a sensor refer to a sheath, which `MjSpec.copy` and attach would lose."""
-    if reel is not None:
+def _refuse_for_several(own: Mapping[str, str | None], tendon: str | Sequence[str]) -> None:
+    for keyword, value in own.items():
+        if value is not None:
+            raise InvalidValueError(
+                f"{keyword} = {value!r} belongs to one tendon, and {tendon!r} may mean several: "
+                "call add_friction for each by its name"
+            )
+
+
+def _design(
+    spec: mujoco.MjSpec, chosen: Sequence[Chosen], request: Request
+) -> tuple[list[tuple[Chosen, list[float], Design]], dict[str, str]]:
+    """Sheaths to be added, with their tendons' springs; tendons that a pattern leaves out → why.
+
+    Raises:
+        InvalidValueError: a tendon asked for by its name cannot have a sheath.
+    """
+    compiled = functools.cache(spec.compile)  # not a copy: it would drop what nothing refers to
+    sheathed = sheaths_by_tendon(spec)
+    actuators = actuators_by_tendon(spec)
+    springs = [spring_of(one.element) for one in chosen]  # before it is compiled
+    designs, left_out = [], {}
+    for one, spring in zip(chosen, springs, strict=True):
+        try:
+            if one.name in sheathed:
+                raise UnsuitedTendonError(
+                    f"tendon {one.name!r} already runs in sheath {sheathed[one.name].name!r}"
+                )
+            pulling = actuators.get(one.name, [])
+            design = design_sheath(one.element, one.name, request, pulling, compiled)
+        except UnsuitedTendonError as error:
+            if one.by_name:
+                raise
+            left_out[one.name] = str(error)
+            continue
+        designs.append((one, spring, design))
+    return designs, left_out
+
+
+def _add(spec: mujoco.MjSpec, sheath: _Sheath, reel: str | None) -> None:
+    """Add a sheath with what refers to it, without which `MjSpec.copy` and attach would lose it."""
+    tendon, names = sheath.tendon_name, sheath.names
+    sheath.tendon.name = tendon
+    plugin = add_instance(spec, names.sheath, {"tendon": tendon, **sheath.design.config}, NAME)
+    if sheath.design.takes_spring:
+        keep_spring(spec, sheath.tendon, sheath.spring)
+    if reel is None:
+        ends = spec.add_sensor(name=names.ends, type=mujoco.mjtSensor.mjSENS_PLUGIN)
+        ends.plugin = plugin
+    else:
         actuator = spec.add_actuator(name=reel, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon)
-        actuator.plugin = sheath
-        return
-    ends = spec.add_sensor(
-        name=free_name(spec, name, f"{name}_ends"), type=mujoco.mjtSensor.mjSENS_PLUGIN
-    )
-    ends.plugin = sheath
+        actuator.plugin = plugin
+    for kind, (sensor, instance) in names.sensors.items():
+        show(spec, tendon, kind, sensor, instance)
 
 
-def _find_tendon(spec: mujoco.MjSpec, name: str) -> mujoco.MjsTendon:
-    """A tendon that can run in a sheath and does not yet."""
-    known = [t.name for t in spec.tendons]
-    if name not in known:
-        raise UnknownNameError("tendon", name, known)
-    for plugin in spec.plugins:
-        if plugin.plugin_name == NAME and plugin.config.get("tendon") == name:
-            raise InvalidValueError(f"tendon {name!r} already runs in sheath {plugin.name!r}")
-    element = spec.tendon(name)
-    if any(point.type != _SITE for point in element.path):
-        raise InvalidValueError(
-            f"tendon {name!r} does not run over sites alone, which is what a sheath needs: "
-            "no joints, geoms or pulleys"
+def _say(unnamed: Sequence[str], left_out: Mapping[str, str], idle: Sequence[str]) -> None:
+    """Warn of tendons that were named or left as they are, and of friction without effect."""
+    said = []
+    if unnamed:
+        said.append(f"tendons without a name are now {_listed(unnamed)}")
+    if left_out:
+        said.append(f"left as they are: {_reasons(left_out)}")
+    if idle:
+        said.append(
+            f"friction can do nothing on {_listed(idle)}, with two sites and nothing to bend over: "
+            "give extra_bend [rad], or route it over more sites"
         )
-    return element
+    for one in said:
+        warnings.warn(f"add_friction: {one}", TendonWarning, stacklevel=3)
 
 
-def _parameter(name: str, value: SupportsFloat | None) -> float | None:
-    """A parameter of the law as a number; None where the law allows it."""
-    if value is None and not LAW[name].required and LAW[name].default is None:
-        return None
-    return as_number(name, value)
+def _reasons(left_out: Mapping[str, str]) -> str:
+    """Tendons by the reason why they have no sheath."""
+    by_reason: dict[str, list[str]] = {}
+    for name, why in left_out.items():
+        by_reason.setdefault(why.removeprefix(f"tendon {name!r} "), []).append(name)
+    return "; ".join(f"{_listed(names)}: {why}" for why, names in by_reason.items())
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(map(repr, names))
+
+
+def _count(arc_guides: SupportsIndex) -> int:
+    """Number of guides on an arc."""
+    try:
+        count = -1 if isinstance(arc_guides, bool) else operator.index(arc_guides)
+    except TypeError:
+        count = -1
+    if count < 1:
+        raise InvalidValueError(f"arc_guides = {arc_guides!r} must be a whole number ≥ 1")
+    return count
 
 
 def _spool(

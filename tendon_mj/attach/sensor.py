@@ -7,6 +7,8 @@ from collections.abc import Sequence
 import mujoco
 
 from tendon_mj.attach.instance import add_instance
+from tendon_mj.attach.names import TakenNames, free_name
+from tendon_mj.attach.sheathed import sheaths_by_tendon
 from tendon_mj.engine import KINDS, NAME
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 
@@ -24,10 +26,12 @@ def check_kinds(kinds: Sequence[str]) -> None:
             raise InvalidValueError(f"sensor {kind!r} is asked for more than once")
 
 
-def free_name(spec: mujoco.MjSpec, *candidates: str) -> str:
-    """The first candidate that no sensor of the model has."""
-    taken = [sensor.name for sensor in spec.sensors]
-    return next((name for name in candidates if name not in taken), candidates[-1])
+def show(spec: mujoco.MjSpec, tendon: str, kind: str, name: str, instance: str) -> mujoco.MjsSensor:
+    """Add a sensor of a known kind, and its plugin instance, under names that are free."""
+    view = add_instance(spec, instance, {"tendon": tendon, "sensor": kind}, NAME)
+    sensor = spec.add_sensor(name=name, type=mujoco.mjtSensor.mjSENS_PLUGIN)
+    sensor.plugin = view
+    return sensor
 
 
 def add_sensor(
@@ -43,21 +47,15 @@ def add_sensor(
 
     Raises:
         UnknownNameError: no such sheath or kind.
+        InvalidValueError: the name is another sensor's.
     """
-    sheaths = {
-        p.name: p for p in spec.plugins if p.plugin_name == NAME and "sensor" not in p.config
-    }
+    sheaths = {plugin.name: tendon for tendon, plugin in sheaths_by_tendon(spec).items()}
     if sheath not in sheaths:
         raise UnknownNameError("sheath", sheath, sheaths)
     check_kinds([kind])
-    if name is None:
-        name = free_name(spec, kind, f"{sheath}_{kind}")
-    view = add_instance(
-        spec,
-        f"{sheath}.{kind}",
-        {"tendon": sheaths[sheath].config["tendon"], "sensor": kind},
-        NAME,
-    )
-    sensor = spec.add_sensor(name=name, type=mujoco.mjtSensor.mjSENS_PLUGIN)
-    sensor.plugin = view
-    return sensor
+    taken = TakenNames(spec)
+    if name is not None and name in taken.sensors:
+        raise InvalidValueError(f"the model already has a sensor {name!r}")
+    free = free_name(taken.sensors, kind, f"{sheath}_{kind}")
+    instance = free_name(taken.instances, f"{sheath}.{kind}")
+    return show(spec, sheaths[sheath], kind, free if name is None else name, instance)

@@ -7,7 +7,7 @@ from typing import Unpack
 import mujoco
 import numpy as np
 
-from tendon_mj.attach.instance import add_instance
+from tendon_mj.attach.instance import add_instance, own_configs
 from tendon_mj.attach.keywords import as_number, check_names, takes
 from tendon_mj.engine import FEEDBACKS, GAINS, NAME, SERVO, OptionalGains, check_gain
 from tendon_mj.errors import InvalidValueError, UnknownNameError
@@ -46,11 +46,8 @@ def add_servo(
             sheath without a reel joint. What depends on the whole model, such as how much damping
             a `period` allows, is checked when it is compiled.
     """
-    sheaths = {
-        p.config["tendon"]: p.config
-        for p in spec.plugins
-        if p.plugin_name == NAME and "sensor" not in p.config
-    }
+    configs = own_configs(spec, NAME).values()
+    sheaths = {config["tendon"]: config for config in configs if "sensor" not in config}
     if not isinstance(tendon, str) or tendon not in sheaths:
         raise UnknownNameError("sheathed tendon", str(tendon), sheaths, f"servo {name!r}")
     joint = sheaths[tendon].get("reel_joint")

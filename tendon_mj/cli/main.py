@@ -8,6 +8,7 @@ from importlib.metadata import version
 
 import tyro
 
+from tendon_mj.cli.attach import attach
 from tendon_mj.cli.compare import compare
 from tendon_mj.cli.demo import demo
 from tendon_mj.cli.diagnose import diagnose
@@ -18,6 +19,7 @@ from tendon_mj.cli.view import view
 from tendon_mj.errors import TendonError
 
 COMMANDS: dict[str, Callable[..., object]] = {
+    "attach": attach,
     "compare": compare,
     "replay": replay,
     "diagnose": diagnose,
@@ -41,6 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             args=None if arguments is None else list(arguments),
         )
     except (TendonError, OSError) as error:
-        print(f"tendon-mj: {error}", file=sys.stderr)
+        line = "; ".join(str(error).splitlines())  # MuJoCo's messages have several
+        print(f"tendon-mj: {line}", file=sys.stderr)
         return 2
     return 0

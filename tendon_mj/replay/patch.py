@@ -22,9 +22,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_mj.attach.mjcf import Mjcf, number, numbers, set_first
 from tendon_mj.builders.load import load_model, load_spec, model_path
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
-from tendon_mj.replay.mjcf import Mjcf, number, numbers, set_first
 from tendon_mj.replay.parameters import Adjustable
 
 FloatArray = NDArray[np.float64]

@@ -35,6 +35,7 @@ class Mjcf:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.root = _parse(path)
+        self._files = [path]  # this one and all that it includes
         self._before = _COMMENT.findall(_BEFORE_ROOT.match(path.read_text("utf-8-sig"))[0])  # type: ignore[index]
         self._include(self.root)
 
@@ -89,12 +90,22 @@ class Mjcf:
         here, there = self.path.resolve().parent, folder.resolve()
         for model in self.root.iterfind("asset/model"):
             model.set("file", os.path.relpath(here / str(model.get("file")), there))
-        if any(e.get("file") and e.tag != "model" for e in self.root.iter()):
+        if any(_files_of(e) for e in self.root.iter() if e.tag != "model"):
             for compiler in self.root.iterfind("compiler"):
                 compiler.attrib.pop("assetdir", None)
             for attribute in ("meshdir", "texturedir"):
                 at = os.path.relpath(here / str(getattr(spec, attribute)), there)
                 self.section("compiler", attribute).set(attribute, at)
+
+    def reads(self, path: Path, spec: mujoco.MjSpec) -> bool:
+        """Whether a file is this one, included in it, or an asset; ``spec`` is the file's."""
+        if not path.exists():
+            return False
+        here = self.path.parent
+        folders = {here, here / spec.meshdir, here / spec.texturedir}
+        folders |= {here / str(c.get("assetdir", "")) for c in self.root.iter("compiler")}
+        assets = [folder / f for e in self.root.iter() for f in _files_of(e) for folder in folders]
+        return any(file.exists() and file.samefile(path) for file in [*self._files, *assets])
 
     def write(self, path: Path) -> None:
         """Write it as one file."""
@@ -108,7 +119,9 @@ class Mjcf:
                 self._include(child)
                 continue
             # MuJoCo looks beside the main file, whichever file includes
-            included = _parse(self.path.parent / str(child.get("file")))
+            file = self.path.parent / str(child.get("file"))
+            included = _parse(file)
+            self._files.append(file)
             self._include(included)
             at = list(parent).index(child)
             parent[at : at + 1] = list(included)
@@ -128,6 +141,11 @@ def number(value: float) -> str:
 def numbers(values: Iterable[float]) -> str:
     """As the text of an attribute with several numbers."""
     return " ".join(map(number, values))
+
+
+def _files_of(element: Element) -> list[str]:
+    """Files that an element names: a mesh has one, a cube's texture up to six."""
+    return [value for key, value in element.attrib.items() if key.startswith("file")]
 
 
 def _parse(path: Path) -> Element:

@@ -1,0 +1,35 @@
+"""What a spec has on its tendons: sheaths, and actuators that pull."""
+
+from __future__ import annotations
+
+import mujoco
+
+from tendon_mj.attach.instance import own_configs
+from tendon_mj.engine import NAME
+
+
+def instances(spec: mujoco.MjSpec) -> list[tuple[mujoco.MjsPlugin, dict[str, str]]]:
+    """Plugin instances of sheaths and of their sensors, each with its configuration.
+
+    Names are those that the elements have now; of an instance without a name they are as written.
+    """
+    own = own_configs(spec, NAME)
+    return [
+        (plugin, own[plugin.name] if plugin.name else plugin.config)
+        for plugin in spec.plugins
+        if plugin.plugin_name == NAME
+    ]
+
+
+def sheaths_by_tendon(spec: mujoco.MjSpec) -> dict[str, mujoco.MjsPlugin]:
+    """Tendon → the plugin instance of the sheath that it runs in."""
+    return {c.get("tendon", ""): plugin for plugin, c in instances(spec) if "sensor" not in c}
+
+
+def actuators_by_tendon(spec: mujoco.MjSpec) -> dict[str, list[str]]:
+    """Tendon → names of the actuators on it."""
+    found: dict[str, list[str]] = {}
+    for actuator in spec.actuators:
+        if actuator.trntype == mujoco.mjtTrn.mjTRN_TENDON:
+            found.setdefault(actuator.target, []).append(actuator.name)
+    return found

@@ -1,0 +1,82 @@
+"""Choice of tendons by name, by several names or by pattern."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fnmatch import fnmatchcase
+from typing import NamedTuple
+
+import mujoco
+
+from tendon_mj.attach.names import free_name
+from tendon_mj.attach.tendon_path import path_of
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+
+
+class Chosen(NamedTuple):
+    """A tendon that was asked for.
+
+    Attributes:
+        element: of the spec.
+        name: of the tendon; the one that it is to be given where it has none.
+        by_name: whether its name was given, and not a pattern.
+    """
+
+    element: mujoco.MjsTendon
+    name: str
+    by_name: bool
+
+
+def asks_for_several(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> bool:
+    """Whether this is a list of names or a pattern, and not the name of a tendon."""
+    return not isinstance(tendon, str) or (is_pattern(tendon) and spec.tendon(tendon) is None)
+
+
+def is_pattern(tendon: str) -> bool:
+    """Whether a string has characters that stand for others: ``*``, ``?`` or ``[…]``."""
+    return any(character in tendon for character in "*?[")
+
+
+def choose_tendons(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> list[Chosen]:
+    """Tendons that a name, several names or patterns mean, in the model's order.
+
+    A name that a tendon has is that tendon's, even with characters of a pattern. A pattern means
+    spatial tendons; one that matches any name, such as ``*``, also those without a name, which are
+    to be called ``tendon_<k>``, k being the tendon's place in the model.
+
+    Raises:
+        UnknownNameError: a name that no tendon has, or a pattern that matches none.
+        InvalidValueError: no name at all.
+    """
+    wanted = [tendon] if isinstance(tendon, str) else list(tendon)
+    if not wanted:
+        raise InvalidValueError("no tendon is named: give a name, several, or a pattern")
+    elements = list(spec.tendons)
+    known = {element.name: k for k, element in enumerate(elements) if element.name}
+    chosen: dict[int, bool] = {}  # place in the model → by its name
+    for one in wanted:
+        if not isinstance(one, str):
+            raise InvalidValueError(f"{one!r} is not the name of a tendon")
+        if one in known:
+            chosen[known[one]] = True
+            continue
+        found = _matching(elements, one) if is_pattern(one) else []
+        if not found:
+            raise UnknownNameError("tendon", one, known)
+        for k in found:
+            chosen.setdefault(k, False)
+    taken = set(known)
+    names = {}
+    for k in sorted(chosen):
+        names[k] = elements[k].name or free_name(taken, f"tendon_{k}")
+        taken.add(names[k])
+    return [Chosen(elements[k], names[k], chosen[k]) for k in names]
+
+
+def _matching(elements: Sequence[mujoco.MjsTendon], pattern: str) -> list[int]:
+    """Places of the spatial tendons whose name matches."""
+    return [
+        k
+        for k, element in enumerate(elements)
+        if fnmatchcase(element.name, pattern) and path_of(element).is_spatial
+    ]

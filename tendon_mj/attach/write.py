@@ -1,0 +1,138 @@
+"""Writes a model's MJCF with the sheaths that its spec was given, all else as it was written."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from xml.etree import ElementTree
+
+import mujoco
+import numpy as np
+
+from tendon_mj.attach.mjcf import Element, Mjcf, numbers
+from tendon_mj.attach.spring import spring_note
+from tendon_mj.engine import NAME
+from tendon_mj.errors import InvalidValueError, TendonError
+
+_AGREE = 1e-12  # relative; degrees and radians are not the same to the last bit
+# what follows from the order of names and instances, or from where the file lies
+_BESIDES = ("_", "name", "path", "plugin", "sensor_plugin", "actuator_plugin", "text")
+
+
+def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
+    """Write the MJCF of a model with the sheaths that its spec has, and hold it against the spec.
+
+    `MjSpec.to_xml` writes six digits; here each number that `add_friction` does not change stays as
+    it is written, with the comments; included files are put in their places. What is at ``path``
+    is replaced once the new file has been compiled, and stays where it cannot be.
+
+    Args:
+        source: MJCF file that ``spec`` was read from.
+        spec: changed by `add_friction` without a reel, and nothing else.
+        path: file to write, in an existing folder.
+
+    Returns:
+        The path.
+
+    Raises:
+        InvalidValueError: a path that is no place for a file, or a file that the model is made of.
+        TendonError: a tendon that `attach` or `replicate` makes, which is not in the text; or the
+            written file is not the model.
+    """
+    text, before = Mjcf(source), mujoco.MjSpec.from_file(str(source))
+    if not path.parent.is_dir() or path.is_dir():
+        raise InvalidValueError(f"{path} must be a file in a folder that exists")
+    if text.reads(path, before):
+        raise InvalidValueError(f"{path} is a file that {source} is made of: choose another")
+    _write_tendons(text, before, spec)
+    _write_notes(text, before, spec)
+    _write_instances(text, before, spec)
+    _write_sensors(text, before, spec)
+    text.move_to(path.parent, before)
+    beside = path.with_name(f".{path.stem}.{os.getpid()}.xml")
+    try:
+        text.write(beside)
+        _check(beside, path, spec)
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)
+    return path
+
+
+def _section(text: Mjcf, tag: str) -> Element:
+    """The last element of the file with this tag; made at its end if there is none."""
+    found = text.root.findall(tag)
+    return found[-1] if found else ElementTree.SubElement(text.root, tag)
+
+
+def _write_tendons(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
+    """Names of the tendons that had none, and no spring where a sheath has its place."""
+    written = [e for part in text.root.findall("tendon") for e in part if _is_tendon(e)]
+    by_name = {e.get("name"): e for e in written if e.get("name")}
+    for k, (old, new) in enumerate(zip(before.tendons, spec.tendons, strict=True)):
+        lost_spring = _spring(old) != _spring(new)
+        if new.name == old.name and not lost_spring:
+            continue
+        element = by_name.get(old.name)
+        if not old.name and len(written) == len(before.tendons):
+            element = written[k]
+        if element is None:
+            raise TendonError(
+                f"{text.path}: tendon {new.name!r} is not in the text, as one that `attach` or "
+                "`replicate` makes; give it friction in Python and write it with MjSpec.to_xml"
+            )
+        element.set("name", new.name)
+        if lost_spring:
+            stiffness, length = _spring(new)
+            element.set("stiffness", numbers(stiffness))
+            element.set("springlength", numbers(length))
+
+
+def _is_tendon(element: Element) -> bool:
+    return element.tag in ("spatial", "fixed")
+
+
+def _spring(tendon: mujoco.MjsTendon) -> tuple[list[float], list[float]]:
+    return list(map(float, tendon.stiffness)), list(map(float, tendon.springlength))
+
+
+def _write_notes(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
+    """The springs that were taken, for `remove_friction`."""
+    known = {note.name for note in before.texts}
+    ours = {spring_note(tendon.name) for tendon in spec.tendons} - known
+    for note in [t for t in spec.texts if t.name in ours]:
+        ElementTree.SubElement(_section(text, "custom"), "text", name=note.name, data=note.data)
+
+
+def _write_instances(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
+    known = {plugin.name for plugin in before.plugins}
+    extension = _section(text, "extension")
+    holders = [p for p in text.root.iterfind("extension/plugin") if p.get("plugin") == NAME]
+    holder = holders[-1] if holders else ElementTree.SubElement(extension, "plugin", plugin=NAME)
+    for plugin in spec.plugins:
+        if plugin.name in known or plugin.plugin_name != NAME:
+            continue
+        instance = ElementTree.SubElement(holder, "instance", name=plugin.name)
+        for key, value in plugin.config.items():
+            ElementTree.SubElement(instance, "config", key=key, value=value)
+
+
+def _write_sensors(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
+    for sensor in list(spec.sensors)[len(before.sensors) :]:
+        attributes = {"name": sensor.name, "plugin": NAME, "instance": sensor.plugin.name}
+        ElementTree.SubElement(_section(text, "sensor"), "plugin", attributes)
+
+
+def _check(written: Path, path: Path, spec: mujoco.MjSpec) -> None:
+    """Hold a file, as MuJoCo compiles it, against the model that was to be written."""
+    again = mujoco.MjSpec.from_file(str(written))
+    meant, got = spec.compile(), again.compile()
+    for field in dir(meant):
+        one, other = getattr(meant, field), getattr(got, field)
+        if not isinstance(one, np.ndarray) or field.startswith(_BESIDES) or "path" in field:
+            continue
+        if one.shape != other.shape or not np.allclose(one, other, rtol=_AGREE, atol=_AGREE):
+            raise TendonError(f"{path}: {field} of mjModel is not what was to be written")
+    configs = [{p.name: p.config for p in s.plugins if p.name} for s in (spec, again)]
+    if configs[0] != configs[1]:
+        raise TendonError(f"{path}: the plugins are not what was to be written")

@@ -1,0 +1,72 @@
+"""`tendon-mj attach`: friction for the tendons of an MJCF file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+from rich.table import Table
+
+from tendon_mj.cli.output import console
+from tendon_mj.verification.attachment import Attached, Row, attach_friction
+
+_HEAD = ("tendon", "bend [rad]", "over ranges", "e^(-μφ), least", "EA [N]", "drive", "done")
+
+
+def attach(
+    model: Annotated[str, tyro.conf.Positional],
+    tendon: tuple[str, ...],
+    friction: float,
+    out: Path,
+    axial_stiffness: float | None = None,
+    pretension: float | None = None,
+    arc_guides: int = 1,
+    extra_bend: float = 0.0,
+) -> Attached:
+    """Write a model with sheaths on its tendons, and print what each bends by and got.
+
+    Args:
+        model: MJCF file, or a model of the package.
+        tendon: names of spatial tendons, or patterns such as "*" or "flex*", in quotes.
+        friction: mu of the sheaths.
+        out: MJCF file to write.
+        axial_stiffness: EA in N; by default as stiff as the step resolves where an actuator pulls
+            the tendon, elsewhere that of its own spring.
+        pretension: T_0 in N, where no actuator pulls; by default the pull of its own spring.
+        arc_guides: inner guides on each geom that a tendon may wrap around.
+        extra_bend: bend in rad that the drawn path does not show.
+    """
+    attached = attach_friction(
+        model,
+        tendon,
+        out,
+        friction=friction,
+        axial_stiffness=axial_stiffness,
+        pretension=pretension,
+        arc_guides=arc_guides,
+        extra_bend=extra_bend,
+    )
+    table = Table(*_HEAD)
+    for row in attached.rows:
+        table.add_row(*_cells(row))
+    console.print(table)
+    if any(row.sheath and row.axial_stiffness is None for row in attached.rows):
+        console.print("the step's EA: as stiff as the model's step resolves", soft_wrap=True)
+    for said in attached.said:
+        console.print(said, soft_wrap=True)
+    console.print(f"wrote {attached.path}", soft_wrap=True)
+    return attached
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    left_out = "the step's" if row.sheath else "-"
+    return (
+        row.tendon,
+        f"{row.bend:.2f}",
+        f"{row.least_bend:.2f} … {row.most_bend:.2f}",
+        f"{row.transmission:.3f}, {row.least_transmission:.3f}",
+        left_out if row.axial_stiffness is None else f"{row.axial_stiffness:.4g}",
+        row.drives,
+        row.done,
+    )
