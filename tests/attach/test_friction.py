@@ -171,7 +171,7 @@ def test_a_tendon_without_stiffness_must_be_given_one():
 
 
 def test_a_fixed_tendon_is_refused():
-    with pytest.raises(ValueError, match="'sum' does not run over sites alone"):
+    with pytest.raises(ValueError, match="tendon 'sum' is a fixed one, over joints"):
         add_friction(finger(), "sum", friction=0.1, axial_stiffness=1.0, pretension=0.0)
 
 
@@ -198,13 +198,6 @@ def test_a_refusal_leaves_the_model_as_it_was():
     with pytest.raises(ValueError, match="did you mean 'slip'"):
         add_friction(spec, "flexor", friction=0.1, sensors=("slipp",))
     assert spec.to_xml() == before
-
-
-def test_a_spring_of_no_length_is_no_strain():
-    spec = finger()
-    spec.tendon("flexor").springlength = [0.0, 0.0]
-    with pytest.raises(ValueError, match="springlength = 0"):
-        add_friction(spec, "flexor", friction=0.1)
 
 
 def test_an_attached_model_survives_being_written_and_read():
@@ -236,23 +229,48 @@ def test_what_is_no_number_is_refused_as_such(value):
         add_friction(finger(), "flexor", friction=value)
 
 
-def test_a_slack_spring_is_not_taken_over_in_silence():
-    spec = finger()
-    spec.tendon("flexor").springlength = [0.0, 9.0]
-    with pytest.raises(ValueError, match="slack at qpos0"):
-        add_friction(spec, "flexor", friction=0.1)
+def slack(tendon):
+    tendon.springlength = [0.0, 9.0]
 
 
-def test_a_dead_band_and_a_polynomial_are_not_taken_over_in_silence():
+def of_no_length(tendon):
+    tendon.springlength = [0.0, 0.0]
+
+
+def dead_band(tendon):
+    tendon.springlength = [0.1, 0.2]
+
+
+def polynomial(tendon):
+    tendon.stiffness[1] = 10.0
+
+
+FORMS = {
+    slack: "slack at qpos0",
+    of_no_length: "springlength = 0",
+    dead_band: "dead band",
+    polynomial: "polynomial",
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_spring_that_no_sheath_can_be_stays_and_drives_the_tendon(form):
     spec = finger()
-    length = spec.compile().tendon_length0[spec.compile().tendon("flexor").id]
-    spec.tendon("flexor").springlength = [0.5 * length, 0.9 * length]
-    with pytest.raises(ValueError, match="dead band"):
-        add_friction(spec, "flexor", friction=0.1)
+    form(spec.tendon("flexor"))
+    before = [*spec.tendon("flexor").stiffness, *spec.tendon("flexor").springlength]
+    config = add_friction(spec, "flexor", friction=0.1).plugin("sheath").config
+    assert not {"axial_stiffness", "pretension"} & set(config)
+    assert [*spec.tendon("flexor").stiffness, *spec.tendon("flexor").springlength] == before
+    assert not spec.texts
+
+
+@pytest.mark.parametrize("more", [{"pretension": 1.0}, {"reel": "reel"}])
+@pytest.mark.parametrize(("form", "message"), FORMS.items())
+def test_such_a_spring_is_not_replaced_in_silence(form, message, more):
     spec = finger()
-    spec.tendon("flexor").stiffness[1] = 10.0
-    with pytest.raises(ValueError, match="polynomial"):
-        add_friction(spec, "flexor", friction=0.1)
+    form(spec.tendon("flexor"))
+    with pytest.raises(InvalidValueError, match=message):
+        add_friction(spec, "flexor", friction=0.1, **more)
 
 
 @pytest.mark.parametrize(
@@ -278,12 +296,3 @@ def test_parameters_of_another_model_are_refused():
     other = both(finger(), 0.1).compile()
     with pytest.raises(ValueError, match="belongs to another model"):
         Parameters(one, mujoco.MjData(other))
-
-
-def test_a_sheath_that_followed_its_model_into_another_says_what_it_acts_on():
-    child = add_friction(finger(), "flexor", friction=0.1, reel="reel")
-    parent = finger()
-    frame = parent.worldbody.add_frame()
-    parent.attach(child, prefix="left_", frame=frame)
-    with pytest.raises(ValueError, match="acts on tendon 'left_flexor', the sheath on 'flexor'"):
-        parent.compile()

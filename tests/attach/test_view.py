@@ -8,32 +8,8 @@ from mujoco import rollout
 from tendon_mj import Parameters, add_friction, add_sensor, view_sheath
 from tendon_mj.engine import KINDS, PARAMETERS
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tests.attach.finger import finger
 
-FINGER = """
-<mujoco>
-  <default><geom type="box" size=".1 .02 .02" pos=".1 0 0" contype="0" conaffinity="0"/></default>
-  <worldbody>
-    <site name="a" pos="-.1 0 .04"/><site name="d" pos="-.1 0 -.04"/>
-    <geom name="peg" type="cylinder" size=".01 .1"/>
-    <body>
-      <joint name="mcp" axis="0 1 0" damping=".002"/><geom/>
-      <site name="b" pos=".05 0 .03"/><site name="e" pos=".05 0 -.03"/>
-      <body pos=".2 0 0">
-        <joint name="pip" axis="0 1 0" damping=".002"/><geom/>
-        <site name="c" pos=".05 0 .03"/><site name="f" pos=".05 0 -.03"/>
-      </body>
-    </body>
-  </worldbody>
-  <tendon>
-    <spatial name="extensor" stiffness="400" springlength="0 .29">
-      <site site="a"/><site site="b"/><site site="c"/>
-    </spatial>
-    <spatial name="flexor" stiffness="300">
-      <site site="d"/><site site="e"/><site site="f"/>
-    </spatial>
-  </tendon>
-</mujoco>
-"""
 SHOWN = [kind for kind in KINDS if kind != "reel_displacement"]
 FULL = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)
 
@@ -41,7 +17,7 @@ FULL = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)
 @pytest.fixture(scope="module")
 def model():
     """Model with a sheath on each tendon, named like it, as are its sensors."""
-    spec = mujoco.MjSpec.from_string(FINGER)
+    spec = finger()
     for tendon in ("extensor", "flexor"):
         name = f"{tendon}_sheath"
         add_friction(spec, tendon, friction=0.2, name=name, sensors=())
@@ -140,6 +116,6 @@ def test_other_sheaths_and_other_states_are_refused_by_name(model, states):
         view_sheath(model, states[..., :-1], "flexor")
     with pytest.raises(InvalidValueError, match="no plugin states of this model"):
         _ = view_sheath(model, np.full((2, model.npluginstate), np.nan), "flexor").tension
-    one_sheath = add_friction(mujoco.MjSpec.from_string(FINGER), "flexor", friction=0.2).compile()
+    one_sheath = add_friction(finger(), "flexor", friction=0.2).compile()
     with pytest.raises(InvalidValueError, match="data of another model"):
         view_sheath(one_sheath, mujoco.MjData(model), "flexor")

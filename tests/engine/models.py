@@ -151,13 +151,23 @@ def snapshot(model, data):
     return state
 
 
+def unsigned(numbers):
+    """A state without its signatures, which tell models apart that do the same."""
+    return np.where(numbers >= 2.0**52, 0.0, numbers)
+
+
 def restore(model, data, state):
     mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
+def sheath_view(model, data, sheath="s"):
+    """State of a sheath by name, as views on `plugin_state`."""
+    return view(data.plugin_state, sheaths(model)[sheath].state)
+
+
 def unpacked(model, data, sheath="sheath"):
     """Scalars, segments and guides of a sheath, as views on `plugin_state`."""
-    return view(data.plugin_state, sheaths(model)[sheath].state)[:3]
+    return sheath_view(model, data, sheath)[:3]
 
 
 def tendon_total(model, data, sheath="sheath"):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendon_mj.engine.abi.arctangent import arctangent
+from tendon_mj.abi.arctangent import arctangent
 
 DIRECTIONS = np.concatenate(
     [

@@ -3,9 +3,9 @@
 import mujoco
 import pytest
 
+from tendon_mj.abi import layout as layouts
+from tendon_mj.abi.layout import read_layout, verify
 from tendon_mj.engine import plugin
-from tendon_mj.engine.abi import layout as layouts
-from tendon_mj.engine.abi.layout import read_layout, verify
 from tendon_mj.errors import EngineError
 
 LAYOUT = read_layout()

@@ -4,8 +4,8 @@ import mujoco
 import pytest
 
 from tendon_mj import add_friction, add_sites, add_tendon
+from tendon_mj.abi.model_in_compilation import Draft
 from tendon_mj.engine import sheaths
-from tendon_mj.engine.abi.model_in_compilation import Draft
 
 
 def rig(count):

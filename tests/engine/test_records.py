@@ -3,8 +3,8 @@
 import numpy as np
 from numba import carray
 
+from tendon_mj.abi.memory import record_at, records_pointer
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.abi.memory import record_at, records_pointer
 from tendon_mj.sheath.law import LAW, Law
 from tendon_mj.sheath.records import SEGMENT, record_type
 

@@ -78,9 +78,18 @@ CASES = [
     ({"stribeck_friction": "0.1"}, r"stribeck_friction = 0\.1 needs stribeck_velocity > 0 \[m/s\]"),
     ({"creep": "0.1", "creep_time": "0"}, r"creep = 0\.1 needs creep_time > 0 \[s\]"),
     ({"tendon": "coupling"}, r"tendon 'coupling' is a fixed tendon; only a spatial one"),
-    ({"tendon": "wrapped"}, r"tendon 'wrapped' wraps around geom 'peg', which .* not support yet"),
+    (
+        {"tendon": "wrapped", "guides": "1"},
+        r"'wrapped' wraps around geoms: .* arc_guides has to be",
+    ),
+    ({"arc_guides": "0"}, r"arc_guides = 0 must be 1 or more"),
+    ({"inner_guides": "some"}, r"inner_guides = 'some' is not a count"),
     ({"tendon": "forked"}, r"tendon 'forked' branches at a pulley"),
-    ({"tendon": "stiff"}, r"tendon 'stiff' has a stiffness of its own, 40 0 0"),
+    (
+        {"tendon": "stiff", "reel_joint": "knuckle", "reel_radius": "0.01"},
+        r"tendon 'stiff' has a stiffness of its own, 40 0 0",
+    ),
+    ({"tendon": "stiff", "pretension": "3"}, r"pretension = 3 has no meaning where"),
     ({"reel_joint": "knuckle"}, r"reel_joint and reel_radius go together"),
     ({"reel_radius": "0.01"}, r"reel_joint and reel_radius go together"),
     ({"output_joint": "knuckle"}, r"output_joint and output_radius go together"),
@@ -163,3 +172,9 @@ def test_a_sheath_without_guides_or_name_is_no_mistake():
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data)
     assert np.isfinite(data.plugin_state).all()
+
+
+def test_a_reel_on_another_tendon():
+    reel = '<plugin name="r" plugin="tendon_mj.sheath" instance="bad" tendon="extensor"/>'
+    pattern = WHERE + r"reel 'r' acts on tendon 'extensor', the sheath on 'flexor'"
+    refused(pattern, instance("bad", **LAW), actuators=reel)

@@ -62,7 +62,7 @@ CASES = [
     ({"backdrive": "yes"}, r"unknown backdrive 'yes' .*'false', 'true'"),
     ({"armature": ""}, r"motor_inertia \[kg m²\] is missing, and joint 'motor' has no armature"),
     ({"target": 'joint="other"'}, r"'pull' drives joint 'other', but .* by joint 'motor'"),
-    ({"target": 'tendon="flexor"'}, r"'pull' drives no joint, but"),
+    ({"target": 'site="a"'}, r"'pull' drives no joint, but"),
     ({"target": 'joint="motor" gear="2"'}, r"gear = 2; it must be 1"),
     ({"target": 'joint="motor" forcerange="-1 1"'}, r"forcerange, .*; use torque_limit"),
 ]

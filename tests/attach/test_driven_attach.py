@@ -1,0 +1,157 @@
+"""Friction on tendons that actuators pull, that wrap or that branch; on models of others."""
+
+import math
+import os
+import warnings
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj import TendonWarning, add_friction, remove_friction
+from tendon_mj.cli import main
+from tendon_mj.cli.output import console
+from tendon_mj.engine import sheaths
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.verification.attachment import attach_friction
+from tests.attach.test_removal import assert_equal
+
+ARM = """
+<mujoco>
+  <worldbody>
+    <site name="a" pos="-.1 0 .03"/><geom name="drum" type="cylinder" size=".02 .1" zaxis="0 1 0"/>
+    <site name="side" pos="0 0 .05"/>
+    <body>
+      <joint name="elbow" axis="0 1 0" range="-60 60" damping=".01"/>
+      <geom type="capsule" size=".01" fromto="0 0 0 .2 0 0" contype="0" conaffinity="0"/>
+      <site name="b" pos=".1 0 .02"/><site name="c" pos=".2 0 .03"/>
+    </body>
+  </worldbody>
+  <tendon>
+    <spatial name="wrapped"><site site="a"/><geom geom="drum" sidesite="side"/><site site="b"/>
+      <site site="c"/></spatial>
+    <spatial name="sprung" stiffness="50" springlength=".1 .2"><site site="a"/><site site="b"/>
+      <site site="c"/></spatial>
+    <spatial name="branched" stiffness="60"><site site="a"/><site site="b"/><pulley divisor="2"/>
+      <site site="a"/><site site="b"/><site site="c"/></spatial>
+    <spatial name="stiff" stiffness="70" damping=".1"><site site="a"/><site site="b"/>
+      <site site="c"/></spatial>
+  </tendon>
+  <actuator>
+    <motor name="motor" tendon="wrapped"/><position name="servo" tendon="wrapped" kp="1"/>
+    <motor name="stiff_motor" tendon="stiff"/><motor name="elbow_motor" joint="elbow"/>
+  </actuator>
+</mujoco>
+"""
+GIVEN = Path(os.environ.get("TENDON_MJ_MODELS", "/nowhere"))
+MODELS = sorted(GIVEN.glob("*.xml"))
+
+
+def arm():
+    return mujoco.MjSpec.from_string(ARM)
+
+
+def config(spec, tendon):
+    return spec.plugin(f"{tendon}_sheath").config
+
+
+def test_what_an_actuator_pulls_is_driven_by_it_and_needs_no_elasticity():
+    spec = add_friction(arm(), "*", friction=0.1, arc_guides=3)
+    for tendon in ("wrapped", "stiff"):
+        assert not {"axial_stiffness", "pretension"} & set(config(spec, tendon))
+    given = {"tendon": "wrapped", "friction": "0.1", "guides": "4", "arc_guides": "3"}
+    assert config(spec, "wrapped").items() >= given.items()
+    assert "arc_guides" not in config(spec, "stiff"), "it wraps around nothing"
+    assert spec.compile().nplugin == 12
+
+
+def test_elements_of_a_driven_tendon_stay_as_they_are():
+    spec, plain = add_friction(arm(), "*", friction=0.1), arm().compile()
+    model = spec.compile()
+    for field in ("tendon_stiffness", "tendon_damping", "tendon_lengthspring", "actuator_gainprm"):
+        np.testing.assert_array_equal(getattr(model, field), getattr(plain, field), err_msg=field)
+    assert not spec.texts
+
+
+def test_a_spring_without_an_actuator_drives_where_it_cannot_move_into_the_sheath():
+    spec = add_friction(arm(), ["sprung", "branched"], friction=0.1)
+    assert [config(spec, t)["guides"] for t in ("sprung", "branched")] == ["1", "2"]
+    for tendon in ("sprung", "branched"):
+        assert "pretension" not in config(spec, tendon)
+        assert spec.tendon(tendon).stiffness[0] > 0.0
+    spec.compile()
+
+
+def test_an_axial_stiffness_that_is_given_is_that_of_a_driven_tendon():
+    spec = add_friction(arm(), ["wrapped", "sprung"], friction=0.1, axial_stiffness=5e3)
+    assert config(spec, "wrapped")["axial_stiffness"] == "5000.0"
+    assert config(spec, "sprung")["axial_stiffness"] == "5000.0"
+    spec.compile()
+
+
+@pytest.mark.parametrize("tendon", ["wrapped", ["wrapped"], "*"])
+def test_a_pretension_of_a_driven_tendon_is_refused(tendon):
+    spec = arm()
+    before = spec.to_xml()
+    with pytest.raises(InvalidValueError, match=r"'wrapped' is driven by 'motor' and 'servo'.*out"):
+        add_friction(spec, tendon, friction=0.1, pretension=1.0)
+    assert spec.to_xml() == before
+
+
+def test_what_is_wound_besides_takes_its_elasticity_as_before():
+    with pytest.raises(InvalidValueError, match="'wrapped' has no stiffness to take over"):
+        add_friction(arm(), "wrapped", friction=0.1, output_joint="elbow", output_radius=0.01)
+    spec = add_friction(arm(), "stiff", friction=0.1, output_joint="elbow", output_radius=0.01)
+    assert "pretension" in spec.plugin("sheath").config
+    assert not spec.tendon("stiff").stiffness.any()
+
+
+def test_without_its_friction_a_driven_model_is_what_it_was():
+    spec = add_friction(arm(), "*", friction=0.3, arc_guides=2)
+    spec.compile()
+    assert_equal(arm().compile(), remove_friction(spec, "*").compile())
+
+
+def test_the_command_says_what_drives_and_that_the_step_decides(tmp_path, monkeypatch):
+    monkeypatch.setattr(console, "width", 200)
+    path, out = tmp_path / "arm.xml", tmp_path / "new.xml"
+    path.write_text(ARM)
+    arguments = ["attach", str(path), "--tendon", "w*", "sprung", "--friction", "0.1"]
+    with console.capture() as capture:
+        assert main([*arguments, "--arc-guides", "4", "--out", str(out)]) == 0
+    for word in ("motor, servo", "its spring", "the step's", "sheath 'wrapped_sheath'"):
+        assert word in capture.get()
+    model = mujoco.MjModel.from_xml_path(str(out))
+    assert {found.tendon for found in sheaths(model).values()} == {"wrapped", "sprung"}
+
+
+@pytest.mark.skipif(not MODELS, reason="TENDON_MJ_MODELS names no folder with models")
+@pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
+def test_a_pattern_accepts_every_tendon_that_something_pulls_on_a_model_of_others(path):
+    spec = mujoco.MjSpec.from_file(str(path))
+    plain = spec.compile()
+    on = plain.actuator_trntype == mujoco.mjtTrn.mjTRN_TENDON.value
+    pulled = {plain.tendon(int(k)).name for k in plain.actuator_trnid[on, 0]}
+    pulled |= {plain.tendon(k).name for k in np.flatnonzero(plain.tendon_stiffness)}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", TendonWarning)
+        add_friction(spec, "*", friction=0.1)
+    model = spec.compile()
+    assert {found.tendon for found in sheaths(model).values()} == pulled
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 20)
+    assert np.isfinite(data.qpos).all()
+    assert_equal(plain, remove_friction(spec, "*").compile())
+
+
+@pytest.mark.skipif(not MODELS, reason="TENDON_MJ_MODELS names no folder with models")
+@pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
+def test_a_model_of_others_is_written_with_friction(path, tmp_path):
+    attached = attach_friction(str(path), "*", tmp_path / "new.xml", friction=0.1)
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "new.xml"))
+    sheathed = {row.tendon for row in attached.rows if row.sheath}
+    assert {found.tendon for found in sheaths(model).values()} == sheathed
+    for row in attached.rows:
+        assert 0.0 <= row.least_bend <= row.bend <= row.most_bend
+        assert row.transmission == pytest.approx(math.exp(-0.1 * row.bend))

@@ -1,0 +1,193 @@
+"""Friction on several tendons at once: choice, names, and what is said."""
+
+import time
+import warnings
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj import (
+    TendonWarning,
+    add_friction,
+    add_sensor,
+    add_sites,
+    add_tendon,
+    remove_friction,
+)
+from tendon_mj.engine import sheaths
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tests.attach.finger import LIMP, finger
+from tests.engine.models import unsigned
+
+WAYS = {
+    "one list": ["flexor", "extensor"],
+    "the other way round": ["extensor", "flexor"],
+    "pattern": "?*or",
+    "brackets": "[fe]*or",
+    "all": "*",
+    "twice": ["flexor", "*", "flexor"],
+}
+UNNAMED = LIMP.replace('name="limp"', 'stiffness="9"')
+SHORT = '<spatial name="short" stiffness="9"><site site="a"/><site site="e"/></spatial>'
+FIXED = '<fixed name="sum"><joint joint="mcp" coef="1"/></fixed>'
+
+
+def named(spec):
+    """Names by (tendon, what it is) of sheaths and of their sensors."""
+    configs = {plugin.name: plugin.config for plugin in spec.plugins}
+    found = {(c["tendon"], "sheath"): n for n, c in configs.items() if "sensor" not in c}
+    for sensor in spec.sensors:
+        config = configs[sensor.plugin.name]
+        found[config["tendon"], config.get("sensor", "ends")] = sensor.name
+    return found
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_names_follow_from_the_tendon_in_whatever_way_several_are_asked_for(way):
+    spec = add_friction(finger(), WAYS[way], friction=0.1)
+    assert named(spec) == {
+        (tendon, what): f"{tendon}_{'sheath' if what == 'ends' else what}"
+        for tendon in ("flexor", "extensor")
+        for what in ("sheath", "ends", "input_tension", "output_tension")
+    }
+    assert spec.compile().nplugin == 6
+
+
+def test_names_do_not_depend_on_the_order_of_the_calls():
+    one, other = finger(), finger()
+    for tendon in ("flexor", "extensor"):
+        add_friction(one, [tendon], friction=0.1)
+    for tendon in ("e*", "f*"):
+        add_friction(other, tendon, friction=0.1)
+    assert named(one) == named(other)
+
+
+@pytest.mark.parametrize("first", ["flexor", ["flexor"]])
+@pytest.mark.parametrize("second", ["extensor", ["extensor"], "e*"])
+def test_a_second_sheath_renames_nothing(first, second):
+    spec = add_friction(finger(), first, friction=0.1)
+    before = named(spec)
+    add_friction(spec, second, friction=0.1)
+    assert named(spec).items() >= before.items()
+    assert len(set(named(spec).values())) == 6, "the ends go by their sheath's name"
+
+
+def test_automatic_names_are_free_ones():
+    spec = finger()
+    taken = ("flexor_sheath", "flexor_sheath_ends", "flexor_input_tension", "output_tension")
+    for name in taken:
+        spec.add_sensor(
+            name=name, type=mujoco.mjtSensor.mjSENS_JOINTPOS, objtype=mujoco.mjtObj.mjOBJ_JOINT,
+            objname="mcp",
+        )  # fmt: skip
+    add_friction(spec, "extensor", friction=0.1, name="flexor_sheath.input_tension")
+    add_friction(spec, ["flexor"], friction=0.1)
+    add_sensor(spec, "flexor_sheath", "input_tension")
+    names = [sensor.name for sensor in spec.sensors]
+    assert len(set(names)) == len(names)
+    assert spec.compile().nsensor == len(names) == 4 + 3 + 3 + 1
+    with pytest.raises(InvalidValueError, match="already has a sensor 'output_tension'"):
+        add_sensor(spec, "flexor_sheath", "slip", name="output_tension")
+
+
+def test_a_pattern_does_what_the_calls_one_by_one_do():
+    spec, other = finger(), finger()
+    add_friction(spec, "*", friction=0.2, static_friction=0.3)
+    for tendon in ("extensor", "flexor"):
+        add_friction(other, tendon, friction=0.2, static_friction=0.3)
+    one, two = spec.compile(), other.compile()
+    data = [mujoco.MjData(one), mujoco.MjData(two)]
+    for model, simulation in zip((one, two), data, strict=True):
+        simulation.qvel[:] = [1.0, -2.0]
+        mujoco.mj_step(model, simulation, 100)
+    np.testing.assert_array_equal(data[0].sensordata, data[1].sensordata)
+    np.testing.assert_array_equal(unsigned(data[0].plugin_state), unsigned(data[1].plugin_state))
+    np.testing.assert_array_equal(one.tendon_lengthspring, two.tendon_lengthspring)
+
+
+def test_a_name_with_the_characters_of_a_pattern_is_that_tendon_s():
+    more = UNNAMED.replace("<spatial", '<spatial name="f*"')
+    spec = add_friction(finger(more), "f*", friction=0.1)
+    assert named(spec)["f*", "sheath"] == "sheath"
+    assert {tendon for tendon, _ in named(spec)} == {"f*"}
+
+
+def test_a_pattern_leaves_out_what_cannot_be_and_says_so_once():
+    spec = add_friction(finger(LIMP + FIXED), "flexor", friction=0.1)
+    with pytest.warns(TendonWarning, match="left as they are") as caught:
+        add_friction(spec, "*", friction=0.1)
+    (said,) = caught
+    assert said.filename == __file__
+    assert "'limp': has no stiffness to take over" in str(said.message)
+    assert "give axial_stiffness [N] and pretension [N]" in str(said.message)
+    assert "'flexor': already runs in sheath 'sheath'" in str(said.message)
+    assert "'sum'" not in str(said.message), "a pattern means spatial tendons"
+    assert {s.tendon for s in sheaths(spec.compile()).values()} == {"flexor", "extensor"}
+
+
+def test_tendons_without_a_name_are_given_a_free_one_and_it_is_said():
+    spec = finger(UNNAMED + UNNAMED.replace("<spatial", '<spatial name="tendon_2"'))
+    with pytest.warns(TendonWarning, match=r"without a name are now 'tendon_2_2'$"):
+        add_friction(spec, "*", friction=0.1)
+    tendons = {s.tendon for s in sheaths(spec.compile()).values()}
+    assert tendons == {"flexor", "extensor", "tendon_2", "tendon_2_2"}
+    spec = finger(UNNAMED)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        add_friction(spec, "f*", friction=0.1)
+    assert spec.tendons[2].name == ""
+
+
+@pytest.mark.parametrize("tendon", ["short", ["short"], "sh*"])
+def test_a_tendon_without_bend_is_said_to_be_one_with_the_remedy(tendon):
+    with pytest.warns(TendonWarning, match=r"nothing on 'short'.*extra_bend \[rad\], or route it"):
+        add_friction(finger(SHORT), tendon, friction=0.1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        add_friction(finger(SHORT), tendon, friction=0.1, extra_bend=1.0)
+
+
+REFUSED = [
+    (["flexor", "extensr"], {}, "unknown tendon 'extensr'; did you mean 'extensor'"),
+    ("thumb*", {}, r"unknown tendon 'thumb\*'"),
+    ("s*m", {}, r"unknown tendon 's\*m'"),
+    ("", {}, "unknown tendon ''"),
+    ([], {}, "no tendon is named"),
+    ([3], {}, "3 is not the name of a tendon"),
+    (["flexor", "sum"], {}, "tendon 'sum' is a fixed one, over joints"),
+    (["flexor", "limp"], {}, "'limp' has no stiffness to take over"),
+    ("l*", {}, r"none of the tendons that 'l\*' means can be given a sheath: 'limp': has no"),
+    ("*", {"reel": "motor"}, "reel = 'motor' belongs to one tendon"),
+    ("*", {"reel_joint": "mcp", "reel_radius": 0.1}, "reel_joint = 'mcp' belongs to one tendon"),
+    (["flexor"], {"name": "tube"}, "name = 'tube' belongs to one tendon"),
+    ("*", {"pretension": -1.0}, "pretension = -1"),
+    ("*", {"axial_stiffness": "much"}, "axial_stiffness = 'much' is not a number"),
+    ("*", {"sensors": ("slipp",)}, "unknown sensor 'slipp'"),
+    *[("*", {"arc_guides": n}, r"arc_guides = .* whole number ≥ 1") for n in (0, 1.5, True, "2")],
+]
+
+
+@pytest.mark.parametrize(("tendon", "more", "message"), REFUSED)
+def test_a_refusal_leaves_the_model_as_it_was(tendon, more, message):
+    spec = finger(FIXED + LIMP + UNNAMED)
+    spec.compile()
+    before = spec.to_xml()
+    with pytest.raises((UnknownNameError, InvalidValueError), match=message):
+        add_friction(spec, tendon, friction=0.1, **more)
+    assert spec.to_xml() == before
+
+
+def test_two_hundred_are_added_and_removed_in_seconds():
+    spec = mujoco.MjSpec()
+    sites = add_sites(spec, "site", [[0, 0, 0], [1, 0, 0], [1, 1, 0]])
+    for k in range(200):
+        add_tendon(spec, f"t{k}", sites).stiffness[0] = 100.0
+    start = time.process_time()
+    add_friction(spec, "*", friction=0.1)
+    added = time.process_time() - start
+    assert len(sheaths(spec.compile())) == 200
+    start = time.process_time()
+    remove_friction(spec, "*")
+    assert added < 2.0
+    assert time.process_time() - start < 2.0

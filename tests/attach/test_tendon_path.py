@@ -1,0 +1,58 @@
+"""What a spec says that a tendon runs over, against what MuJoCo compiles it to."""
+
+import mujoco
+import pytest
+
+from tendon_mj.attach.tendon_path import Branch, path_of
+
+RIG = """
+<mujoco>
+  <worldbody>
+    <geom name="ball" size=".01"/><geom name="drum" type="cylinder" size=".01 .1"/>
+    <site name="a"/><site name="b" pos=".1 0 0"/><site name="c" pos=".1 .1 0"/>
+    <body><joint name="j"/><geom size=".01"/></body>
+  </worldbody>
+  <tendon>{}</tendon>
+</mujoco>
+"""
+SITES = [f'<site site="{name}"/>' for name in "abc"]
+BALL, DRUM = '<geom geom="ball"/>', '<geom geom="drum" sidesite="c"/>'
+PULLEY = '<pulley divisor="2"/>'
+A, B, C = SITES
+
+PATHS = {
+    A + B: ((Branch(2, 0),), 0),
+    A + B + C: ((Branch(3, 0),), 1),
+    A + BALL + B: ((Branch(2, 1),), 3),
+    A + BALL + B + DRUM + C: ((Branch(3, 2),), 7),
+    A + B + PULLEY + B + C: ((Branch(2, 0), Branch(2, 0)), 1),
+    A + DRUM + B + PULLEY + B + C + A: ((Branch(2, 1), Branch(3, 0)), 5),
+}
+
+
+def tendon(path):
+    spec = mujoco.MjSpec.from_string(RIG.format(f'<spatial name="t">{path}</spatial>'))
+    return spec.tendon("t"), spec
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_guides_are_inner_sites_arcs_and_pulleys_before_and_after_compiling(path):
+    branches, guides = PATHS[path]
+    element, spec = tendon(path)
+    found = path_of(element)
+    assert found.is_spatial
+    assert (found.branches, found.guides(3)) == (branches, guides)
+    model = spec.compile()
+    assert path_of(element) == found
+    assert model.nwrap == sum(sum(branch) for branch in branches) + len(branches) - 1
+
+
+def test_more_guides_on_an_arc_are_more_for_every_wrap():
+    found = path_of(tendon(A + BALL + B + DRUM + C)[0])
+    assert [found.guides(n) for n in (1, 2, 5)] == [3, 5, 11]
+
+
+def test_a_fixed_tendon_is_not_spatial():
+    fixed = '<fixed name="t"><joint joint="j" coef="1"/></fixed>'
+    spec = mujoco.MjSpec.from_string(RIG.format(fixed))
+    assert not path_of(spec.tendon("t")).is_spatial

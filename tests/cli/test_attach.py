@@ -1,0 +1,71 @@
+"""The command that writes a model with friction."""
+
+import mujoco
+import pytest
+
+from tendon_mj.cli import main
+from tendon_mj.cli.output import console
+from tendon_mj.engine import sheaths
+from tests.attach.finger import FINGER, LIMP
+
+
+@pytest.fixture
+def finger(tmp_path):
+    path = tmp_path / "finger.xml"
+    path.write_text(FINGER.format(more=LIMP))
+    return path
+
+
+def test_a_model_with_friction_is_written_and_its_tendons_are_shown(finger, tmp_path, monkeypatch):
+    monkeypatch.setattr(console, "width", 200)
+    out = tmp_path / "new.xml"
+    arguments = ["attach", str(finger), "--tendon", "flex*", "extensor", "--friction", "0.15"]
+    with console.capture() as capture:
+        assert main([*arguments, "--out", str(out)]) == 0
+    shown = capture.get()
+    for word in ("flexor", "extensor_sheath", "its spring", "e^(-μφ)", f"wrote {out}"):
+        assert word in shown
+    model = mujoco.MjModel.from_xml_path(str(out))
+    assert {s.tendon for s in sheaths(model).values()} == {"flexor", "extensor"}
+
+
+def test_what_is_left_out_is_said_with_the_reason(finger, tmp_path, monkeypatch):
+    monkeypatch.setattr(console, "width", 200)
+    arguments = ["attach", str(finger), "--tendon", "*", "--friction", "0.15"]
+    with console.capture() as capture:
+        assert main([*arguments, "--out", str(tmp_path / "new.xml")]) == 0
+    assert "left as they are: 'limp': has no stiffness to take over" in capture.get()
+    assert "left as it was" in capture.get()
+
+
+BROKEN = FINGER.format(more="").replace('site="f"', 'site="nowhere"')
+
+
+@pytest.mark.parametrize(
+    ("text", "tendon", "said"),
+    [
+        (None, "flexr", "did you mean 'flexor'"),
+        (None, "limp", "'limp' has no stiffness to take over"),
+        (BROKEN, "flexor", "nowhere"),
+        ("<mujoco><nothing/></mujoco>", "flexor", "Schema violation"),
+        ("no XML", "flexor", "XML"),
+    ],
+)
+def test_a_refusal_is_one_line_and_writes_nothing(finger, tmp_path, capsys, text, tendon, said):
+    if text is not None:
+        finger.write_text(text)
+    out = tmp_path / "new.xml"
+    arguments = ["attach", str(finger), "--tendon", tendon, "--friction", "0.15"]
+    assert main([*arguments, "--out", str(out)]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+    assert not out.exists()
+
+
+def test_the_input_is_not_written_over(finger, capsys):
+    before = finger.read_text()
+    arguments = ["attach", str(finger), "--tendon", "*", "--friction", "0.1", "--out", str(finger)]
+    assert main(arguments) == 2
+    assert "is made of" in capsys.readouterr().err
+    assert finger.read_text() == before

@@ -1,0 +1,76 @@
+"""Sheaths on tendons that branch at pulleys."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from tests.engine.models import sheath_view
+
+PULLEYS = """<mujoco><option timestep="0.001" gravity="0 0 0"/>{extension}<worldbody>
+  <site name="a" pos="-0.2 0 0"/><site name="b" pos="0 0 0.05"/><site name="k" pos="0.1 0 0"/>
+  <site name="p" pos="0.2 0.05 0.05"/><site name="q" pos="0.2 -0.05 0.05"/>
+  <body pos="0.3 0.05 0"><joint name="one" type="slide" axis="1 0 0" damping="20"/>
+    <geom size="0.01" mass="0.3"/><site name="e"/></body>
+  <body pos="0.3 -0.05 0"><joint name="two" type="slide" axis="1 0 0" damping="20"/>
+    <geom size="0.01" mass="0.3"/><site name="f"/></body></worldbody>
+  <tendon><spatial name="t"><site site="a"/><site site="b"/><site site="k"/>
+    <pulley divisor="2"/><site site="{start}"/><site site="p"/><site site="e"/>
+    <pulley divisor="4"/><site site="{start}"/><site site="q"/><site site="f"/></spatial></tendon>
+  <actuator><motor tendon="t" ctrlrange="-50 0"/></actuator>{sensor}</mujoco>"""
+
+
+def pulleys(friction=None, start="k"):
+    """A tendon with three branches; two begin at a site, where the first one may end."""
+    extension = sensor = ""
+    if friction is not None:
+        extension = f"""<extension><plugin plugin="tendon_mj.sheath"><instance name="s">
+          <config key="tendon" value="t"/><config key="friction" value="{friction}"/>
+          </instance></plugin></extension>"""
+        sensor = '<sensor><plugin plugin="tendon_mj.sheath" instance="s"/></sensor>'
+    text = PULLEYS.format(extension=extension, sensor=sensor, start=start)
+    return mujoco.MjModel.from_xml_string(text)
+
+
+def test_without_friction_branches_pull_as_mujocos_own():
+    runs = []
+    for model in (pulleys(), pulleys(0.0)):
+        data = mujoco.MjData(model)
+        data.ctrl[:] = -12.0
+        mujoco.mj_step(model, data, nstep=300)
+        runs.append(data.qpos.copy())
+    assert np.array_equal(*runs)
+
+
+@pytest.mark.parametrize("start", ["k", "b"])
+def test_each_branch_has_a_friction_state_of_its_own(start):
+    model = pulleys(0.3, start)
+    data = mujoco.MjData(model)
+    data.ctrl[:] = -12.0
+    mujoco.mj_step(model, data, nstep=50)
+    mujoco.mj_forward(model, data)
+    state = sheath_view(model, data)
+    stiffness = float(state.state.law.axial_stiffness)
+    found = stiffness * state.segments["tension"]
+    angles, divided = state.guides["angle"], state.guides["is_pulley"]
+    assert list(divided) == [0.0, 1.0, 0.0, 1.0, 0.0]
+    # the first branch does not move: it holds; the others slide
+    first = found[1] if start == "k" else 12.0
+    assert found[0] == pytest.approx(12.0)
+    assert found[2] == pytest.approx(first / 2.0)
+    assert found[4] == pytest.approx(first / 4.0)
+    assert found[2] / found[3] == pytest.approx(np.exp(0.3 * angles[2]), rel=1e-9)
+    assert found[4] / found[5] == pytest.approx(np.exp(0.3 * angles[4]), rel=1e-9)
+
+
+def test_the_force_on_a_joint_is_that_of_its_branch():
+    model = pulleys(0.3)
+    data = mujoco.MjData(model)
+    data.ctrl[:] = -12.0
+    mujoco.mj_step(model, data, nstep=50)
+    mujoco.mj_forward(model, data)
+    state = sheath_view(model, data)
+    tension = float(state.state.law.axial_stiffness) * state.segments["tension"]
+    own = data.qfrc_passive - (-20.0) * data.qvel + data.qfrc_actuator
+    for dof, (site, end, segment) in enumerate([("p", "e", 3), ("q", "f", 5)]):
+        to = data.site(site).xpos - data.site(end).xpos
+        assert own[dof] == pytest.approx(tension[segment] * to[0] / np.linalg.norm(to), rel=1e-9)

@@ -1,0 +1,98 @@
+"""Laws of a step's flow where the input tension is given, as it is where MuJoCo pulls."""
+
+import numpy as np
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from tendon_mj.sheath.tension_by_sweep import sweep
+from tendon_mj.sheath.tension_solver import solve_flow
+from tests.sheath.tendons import random_tendons
+
+EXACT = 1e-9  # relative
+EVERY = settings(max_examples=400, deadline=None, derandomize=True)
+PULLS = st.just(0.0) | st.floats(1e-5, 2e-2)
+
+
+def solved_for(tables, pull):
+    """The tables with the tension ``pull`` at the input, where that has a solution."""
+    segments, guides = tables
+    segments["tension"][0] = pull
+    assume(solve_flow(segments, guides, False, True))
+    return segments, guides
+
+
+def after(segments, guides):
+    """Unstretched lengths of all segments but the first once the flow has passed."""
+    return segments["stored"][1:] + np.diff(np.concatenate([guides["flow"], [0.0]]))
+
+
+@EVERY
+@given(random_tendons(slack=False), st.floats(1e-4, 2e-2))
+def test_a_tendon_that_is_pulled_always_has_a_solution(tables, pull):
+    segments, guides = tables
+    guides["constant_friction"] = 0.0
+    segments["tension"][0] = pull
+    assert solve_flow(segments, guides, False, True)
+
+
+@EVERY
+@given(random_tendons(), PULLS)
+def test_the_input_tension_stays_and_the_others_obey_hooke(tables, pull):
+    segments, guides = solved_for(tables, pull)
+    assert segments["tension"][0] == pull
+    strain = np.maximum(segments["length"][1:] / after(segments, guides) - 1.0, 0.0)
+    scale = max(strain.max(initial=0.0), 1e-6)
+    np.testing.assert_allclose(segments["tension"][1:], strain, rtol=0, atol=EXACT * scale + 2e-12)
+
+
+@EVERY
+@given(random_tendons(), PULLS)
+def test_no_tension_leaves_what_all_guides_together_hold(tables, pull):
+    segments, guides = solved_for(tables, pull)
+    assume(not guides["constant_friction"].any())
+    reach = np.concatenate([[1.0], np.cumprod(guides["static_ratio"])])
+    tension = segments["tension"]
+    assert (tension <= pull * reach * (1 + EXACT) + 1e-14).all()
+    assert (tension >= pull / reach * (1 - EXACT) - 1e-14).all()
+
+
+@EVERY
+@given(random_tendons(), PULLS)
+def test_friction_only_takes_energy(tables, pull):
+    segments, guides = solved_for(tables, pull)
+    work = (segments["tension"][:-1] - segments["tension"][1:]) * guides["flow"]
+    assert work.min(initial=0.0) >= -1e-13 * max(segments["tension"].max(), 1e-6)
+
+
+@EVERY
+@given(random_tendons(), PULLS)
+def test_a_guide_that_slides_is_at_its_bound(tables, pull):
+    segments, guides = solved_for(tables, pull)
+    left, right, flow = segments["tension"][:-1], segments["tension"][1:], guides["flow"]
+    tolerance = EXACT * segments["tension"].max() + 1e-13
+    up, down = (flow > 0.0) & (right > 0.0), (flow < 0.0) & (left > 0.0) & (right > 0.0)
+    ratio, rubs = guides["dynamic_ratio"], guides["constant_friction"]
+    assert (np.abs(left - ratio * right - rubs)[up] <= tolerance).all()
+    assert (np.abs(right - ratio * left - rubs)[down] <= tolerance).all()
+
+
+@EVERY
+@given(random_tendons(slack=False), st.floats(1e-4, 2e-2))
+def test_the_fast_way_and_the_sure_way_agree(tables, pull):
+    segments, guides = solved_for(tables, pull)
+    other, held = segments.copy(), guides.copy()
+    other["tension"][0] = pull
+    assume(sweep(other, held, True))
+    np.testing.assert_allclose(other["tension"], segments["tension"], rtol=1e-7, atol=1e-12)
+
+
+@EVERY
+@given(random_tendons(), PULLS)
+def test_without_friction_every_tension_is_the_given_one(tables, pull):
+    segments, guides = tables
+    guides["static_ratio"] = guides["dynamic_ratio"] = 1.0
+    guides["static_ratio_back"] = guides["dynamic_ratio_back"] = 1.0
+    guides["constant_friction"] = 0.0
+    segments["tension"][0] = pull
+    assert solve_flow(segments, guides, False, True)
+    assert (segments["tension"] == pull).all()
