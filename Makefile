@@ -14,6 +14,10 @@ PIP    := -m pip --quiet --quiet --disable-pip-version-check
 ifneq ($(wildcard ../shared/data),)
 export TENDON_MJ_DATA ?= $(abspath ../shared/data)
 endif
+# Nor are models of others, on which friction is tried.
+ifneq ($(wildcard ../shared/models),)
+export TENDON_MJ_MODELS ?= $(abspath ../shared/models)
+endif
 
 .PHONY: demo kaneko1991 force_servo test check format test-wheel test-mujoco4 clean
 
