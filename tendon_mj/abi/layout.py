@@ -86,6 +86,11 @@ class Layout(NamedTuple):
     m_plugin_statenum: int
     m_plugin_attr: int
     m_plugin_attradr: int
+    m_names: int
+    m_name_jntadr: int
+    m_name_tendonadr: int
+    m_nnames: int
+    m_nwrap: int
     m_ntendon: int
     m_njnt: int
     m_npluginattr: int

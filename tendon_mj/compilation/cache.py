@@ -16,6 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import llvmlite.binding
 from numba import types
 from numba.core.compiler import CompileResult
 from numba.core.errors import NumbaWarning
@@ -77,7 +78,8 @@ class Cache:
             )
             return
         key = self._key(signature, result.library.codegen)
-        body = dumps((key, result._reduce()))
+        reduced = result._reduce()
+        body = dumps((key, reduced if self._wrapped else _unlinked(reduced)))
         with contextlib.suppress(OSError):  # a full disk, or a folder deleted in the meantime
             _write(candidate.folder / self._name(key), hashlib.sha256(body).digest() + body)
 
@@ -121,6 +123,18 @@ class Cache:
                 if found == key:
                     return CompileResult._rebuild(target, *reduced)
         return None
+
+
+def _unlinked(reduced: tuple[Any, ...]) -> tuple[Any, ...]:
+    """What is kept of a function that only C calls: none of its bitcode, but for its entry's name.
+
+    Numba keeps bitcode beside the machine code, for other functions to be linked with it, and takes
+    longer to parse it than for all else when the package is imported.
+    """
+    (name, kind, (machine_code, _)), described, *rest = reduced
+    entry = f'define void @"{described.llvm_cfunc_wrapper_name}"() {{ ret void }}'
+    bitcode = llvmlite.binding.parse_assembly(entry).as_bitcode()
+    return (name, kind, (machine_code, bitcode)), described, *rest
 
 
 def _constant(value: Any) -> Any:

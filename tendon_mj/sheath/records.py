@@ -45,8 +45,6 @@ class Segment:
     near_body: float
     far_body: float
     divisor: float  # of the pulley before this branch [-]
-    first_entry: float  # of the span's Jacobian, among the tendon's
-    entries: float
     unshifted: float  # unstretched length before the arcs' guides moved along the tendon [m]
 
 

@@ -13,7 +13,7 @@ from tendon_mj.engine.servo_plugin.evaluate import commit, evaluate
 from tendon_mj.engine.servo_plugin.gains import GAINS
 from tendon_mj.engine.sheath_plugin import attributes as at
 from tendon_mj.engine.sheath_plugin.attributes import ATTRIBUTES
-from tendon_mj.engine.sheath_plugin.binding.bind import is_bound, range_of, room_of, state_of
+from tendon_mj.engine.sheath_plugin.binding.bind import is_bound, range_of
 from tendon_mj.engine.sheath_plugin.binding.own_names import resolve, resolve_from
 from tendon_mj.engine.sheath_plugin.binding.signature import (
     NONE,
@@ -22,6 +22,7 @@ from tendon_mj.engine.sheath_plugin.binding.signature import (
     servo_signature,
 )
 from tendon_mj.engine.sheath_plugin.callbacks import Callbacks
+from tendon_mj.engine.sheath_plugin.state import room_of, state_of
 
 _JOINT, _TENDON = 3, 18  # mjtObj
 _SHEATH_PLUGIN = at.as_rows(("tendon_mj.sheath",))

@@ -18,15 +18,19 @@ from tendon_mj.engine.sheath_plugin.binding.bind import (
     ensure_bound,
     ensure_shown,
     is_bound,
-    is_sensor,
     reset_sensor,
     reset_sheath,
-    room_of,
-    state_of,
 )
 from tendon_mj.engine.sheath_plugin.evaluate import evaluate
 from tendon_mj.engine.sheath_plugin.sensors import measure, measure_ends, numbers_of
-from tendon_mj.engine.sheath_plugin.state import fits, sensor_state_at, state_at
+from tendon_mj.engine.sheath_plugin.state import (
+    fits,
+    is_sensor,
+    room_of,
+    sensor_state_at,
+    state_at,
+    state_of,
+)
 from tendon_mj.engine.sheath_plugin.subtree_velocities import READERS, skip_subtree_velocities
 from tendon_mj.engine.sheath_plugin.trial import commit
 
@@ -46,14 +50,15 @@ def _show(layout: Layout, m: int, d: int, instance: int) -> None:
     if not ensure_shown(layout, m, d, instance):
         return
     shown = sensor_state_at(state_of(layout, m, d, instance))
-    if shown.sheath < 0.0:
+    first, last = shown.first_sensor, shown.last_sensor
+    if shown.sheath < 0.0 or not 0.0 <= first <= last < size(m + layout.m_nsensor):
         return
     source, kind = int(shown.sheath), int(shown.kind)
     sheath = state_of(layout, m, d, source)
     known = fits(sheath, room_of(layout, m, source))
     count = numbers_of(kind, int(state_at(sheath).guides)) if known else 0
     owners, widths = pointer(m + layout.m_sensor_plugin), pointer(m + layout.m_sensor_dim)
-    for sensor in range(int(shown.first_sensor), int(shown.last_sensor) + 1):
+    for sensor in range(int(first), int(last) + 1):
         if integer(owners, sensor) == instance and 0 < count <= integer(widths, sensor):
             adr = integer(pointer(m + layout.m_sensor_adr), sensor)
             measure(sheath, kind, pointer(d + layout.d_sensordata) + 8 * adr)

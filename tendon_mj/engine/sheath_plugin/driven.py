@@ -18,11 +18,15 @@ over the spans j that joints lengthen, in the pose of the first evaluation.
 
 from __future__ import annotations
 
+from tendon_mj.abi.layout import Layout
+from tendon_mj.abi.library import mj_freeStack, mj_markStack, mj_stackAllocNum
+from tendon_mj.abi.memory import coordinates, pointer, size
 from tendon_mj.compilation import apart, compiled
+from tendon_mj.engine.sheath_plugin.forces import pull_segment
 from tendon_mj.engine.sheath_plugin.input_force import input_strain
 from tendon_mj.engine.sheath_plugin.state import State
 from tendon_mj.engine.sheath_plugin.strain_law import reset_to_linear
-from tendon_mj.sheath.records import Array, Guides, Segments
+from tendon_mj.sheath.records import Guides, Segments
 from tendon_mj.sheath.segment_law import held, strain_at
 from tendon_mj.sheath.tension_solver import solve_flow
 
@@ -32,24 +36,29 @@ _RESOLVED = 0.02  # h² a EA/ℓ of it; tendons on one joint add up, explicit st
 
 @apart
 def choose_stiffness(
-    state: State, segments: Segments, entries: Array, inverse: Array, h: float
+    layout: Layout, m: int, d: int, state: State, segments: Segments, h: float
 ) -> None:
     """Choose the axial stiffness that a step of h resolves.
 
     Args:
+        layout, m, d: where things are, `mjModel`, `mjData`.
         state, segments: of the sheath.
-        entries: (dof, J_i) of all spans.
-        inverse: diagonal of M⁻¹ in `qpos0`.
         h: time step [s].
     """
-    found = _STIFFEST
+    found, nv = _STIFFEST, size(m + layout.m_nv)
+    inverse = coordinates(pointer(m + layout.m_dof_invweight0))  # diagonal of M⁻¹ in `qpos0`
+    mj_markStack(d)
+    jacobian = coordinates(mj_stackAllocNum(d, nv))
     for j in range(len(segments)):
-        first, mobility = int(segments[j].first_entry), 0.0
-        for k in range(first, first + int(segments[j].entries)):
-            value = entries[2 * k + 1]
-            mobility += value * value * inverse[int(entries[2 * k])]
+        mobility = 0.0
+        for dof in range(nv):
+            jacobian[dof] = 0.0
+        pull_segment(layout, m, d, state, segments[j], -1.0, jacobian)
+        for dof in range(nv):
+            mobility += jacobian[dof] * jacobian[dof] * inverse[dof]
         if mobility > 0.0:
             found = min(found, _RESOLVED * segments[j].length / (h * h * mobility))
+    mj_freeStack(d)
     state.law.axial_stiffness = max(_SOFTEST, found)
 
 

@@ -9,12 +9,11 @@ import math
 
 from tendon_mj.abi.control import control
 from tendon_mj.abi.layout import Layout
-from tendon_mj.abi.library import mj_freeStack, mj_markStack, mj_stackAllocNum
-from tendon_mj.abi.memory import coordinates, double, integer, pointer, size
+from tendon_mj.abi.memory import coordinates, double, integer, pointer
 from tendon_mj.abi.runge_kutta import is_stage
 from tendon_mj.compilation import compiled
 from tendon_mj.engine.sheath_plugin.driven import choose_stiffness, lay_at_rest, solve_branches
-from tendon_mj.engine.sheath_plugin.forces import apply_forces, fill_spans
+from tendon_mj.engine.sheath_plugin.forces import apply_forces
 from tendon_mj.engine.sheath_plugin.holding_ratios import update_ratios
 from tendon_mj.engine.sheath_plugin.initial_state import lay_tendon
 from tendon_mj.engine.sheath_plugin.input_force import input_force
@@ -30,7 +29,7 @@ from tendon_mj.engine.sheath_plugin.spools import (
 from tendon_mj.engine.sheath_plugin.state import State, state_at, unpack, unpack_arcs
 from tendon_mj.engine.sheath_plugin.strain_law import fill_strain, move_tangents, store_new_strain
 from tendon_mj.engine.sheath_plugin.trial import store_trial
-from tendon_mj.sheath.records import Array, Guides, Segments
+from tendon_mj.sheath.records import Guides, Segments
 from tendon_mj.sheath.tension_solver import solve_flow
 
 _TANGENTS = 8  # to a strain law that is no line; about 2 are needed
@@ -68,13 +67,6 @@ def _update_path(layout: Layout, m: int, d: int, address: int, fresh: bool, stag
 
 
 @compiled
-def _allocate_entries(layout: Layout, m: int, d: int, segments: Segments) -> Array:
-    """Room on MuJoCo's stack for (dof, J_i) of all spans."""
-    count = 2 * len(segments) * size(m + layout.m_nv)
-    return coordinates(mj_stackAllocNum(d, count))
-
-
-@compiled
 def _shift_guides(segments: Segments, guides: Guides) -> None:
     """Hand over, for this evaluation only, the tendon that guides on arcs have moved past."""
     for j in range(len(segments)):
@@ -96,13 +88,9 @@ def _evaluate_driven(
         state.unsolved += 1.0
         state.has_trial = 0.0  # an earlier evaluation's result must not be committed instead
         return
-    mj_markStack(d)
-    entries = _allocate_entries(layout, m, d, segments)
-    fill_spans(layout, m, d, state, segments, entries)
     if state.started == 0.0:
         if state.law.axial_stiffness == 0.0:
-            inverse = coordinates(pointer(m + layout.m_dof_invweight0))
-            choose_stiffness(state, segments, entries, inverse, elapsed)
+            choose_stiffness(layout, m, d, state, segments, elapsed)
             update_ratios(address, state, guides, time)
         lay_at_rest(state, segments)
         state.started = 1.0
@@ -118,11 +106,10 @@ def _evaluate_driven(
     if state.arcs > 0.0:
         for j in range(len(segments)):
             segments[j].stored = segments[j].unshifted
-    apply_forces(layout, m, d, state, segments, entries)
+    apply_forces(layout, m, d, state, segments)
     if not stage:
         state.trial_elapsed = elapsed
         store_trial(state, segments, guides, 0.0, 0.0, time)
-    mj_freeStack(d)
 
 
 @compiled
@@ -174,11 +161,7 @@ def _evaluate_wound(
     if not possible or not math.isfinite(segments[last].tension):
         state.has_trial = 0.0  # an earlier evaluation's result must not be committed instead
         return
-    mj_markStack(d)
-    entries = _allocate_entries(layout, m, d, segments)
-    fill_spans(layout, m, d, state, segments, entries)
-    apply_forces(layout, m, d, state, segments, entries)
-    mj_freeStack(d)
+    apply_forces(layout, m, d, state, segments)
     if not stage:
         state.trial_elapsed = elapsed
         store_trial(state, segments, guides, wound_in, wound_out, time)

@@ -40,22 +40,27 @@ def _last_dof(layout: Layout, m: int, body: int) -> int:
 
 
 @compiled
-def _fill_span(
-    layout: Layout, m: int, d: int, p: Array, at: int, segment: Segment, entries: Array, first: int
-) -> int:
-    """Write J of the span from point ``at`` to the next as pairs (dof, J_i); return their end."""
+def _pull(
+    layout: Layout,
+    m: int,
+    d: int,
+    p: Array,
+    at: int,
+    segment: Segment,
+    tension: float,
+    force: Array,
+) -> None:
+    """Add −T J of the span from point ``at`` to the next to ``force``."""
     near = _last_dof(layout, m, int(segment.near_body))
     far = _last_dof(layout, m, int(segment.far_body))
-    segment.first_entry = first
     k = 3 * at
     ux, uy, uz = p[k + 3] - p[k], p[k + 4] - p[k + 1], p[k + 5] - p[k + 2]
     length = math.sqrt(ux * ux + uy * uy + uz * uz)
     if length == 0.0:
-        return first
+        return
     ux, uy, uz = ux / length, uy / length, uz / length
     roots, parents = pointer(m + layout.m_body_rootid), pointer(m + layout.m_dof_parentid)
     centres, motions = pointer(d + layout.d_subtree_com), pointer(d + layout.d_cdof)
-    last = first
     for end in range(2):
         # the dofs of one end that are not the other's too: from the leaf to the common ancestor
         dof, other = (near, far) if end == 0 else (far, near)
@@ -72,34 +77,26 @@ def _fill_span(
                 continue
             s = coordinates(motions + 48 * dof)
             value = s[0] * tx + s[1] * ty + s[2] * tz + s[3] * ux + s[4] * uy + s[5] * uz
-            value *= sign
-            entries[2 * last], entries[2 * last + 1] = dof, value
-            last += 1
+            force[dof] -= sign * value * tension
             dof = integer(parents, dof)
-    segment.entries = last - first
-    return last
 
 
 @compiled
-def fill_spans(
-    layout: Layout, m: int, d: int, state: State, segments: Segments, entries: Array
+def pull_segment(
+    layout: Layout, m: int, d: int, state: State, segment: Segment, tension: float, force: Array
 ) -> None:
-    """Jacobian of every span that connects two bodies.
+    """Add the generalised force of a segment's span under a tension [N].
 
     Args:
         layout, m, d: where things are, `mjModel`, `mjData`.
-        state, segments: of the sheath.
-        entries: receives (dof, J_i) of all spans in a row.
+        state, segment: of the sheath.
+        tension: −1 adds J itself.
+        force: of every dof, added to; nothing for a segment that connects no two bodies.
     """
-    points = coordinates(pointer(d + layout.d_wrap_xpos))
-    start = integer(pointer(d + layout.d_ten_wrapadr), int(state.tendon))
-    last = 0
-    for j in range(len(segments)):
-        segment = segments[j]
-        segment.entries = 0.0
-        if segment.point >= 0.0 and segment.near_body != segment.far_body:
-            at = start + int(segment.point)
-            last = _fill_span(layout, m, d, points, at, segment, entries, last)
+    if segment.point >= 0.0 and segment.near_body != segment.far_body:
+        points = coordinates(pointer(d + layout.d_wrap_xpos))
+        at = integer(pointer(d + layout.d_ten_wrapadr), int(state.tendon)) + int(segment.point)
+        _pull(layout, m, d, points, at, segment, tension, force)
 
 
 @compiled
@@ -111,9 +108,7 @@ def _add_torque(layout: Layout, m: int, d: int, joint: float, torque: float) -> 
 
 
 @compiled
-def apply_forces(
-    layout: Layout, m: int, d: int, state: State, segments: Segments, entries: Array
-) -> None:
+def apply_forces(layout: Layout, m: int, d: int, state: State, segments: Segments) -> None:
     """Apply the tendon's forces to the bodies along the path and to the spools."""
     ea, last = state.law.axial_stiffness, len(segments) - 1
     driven = state.driven != 0.0
@@ -121,10 +116,9 @@ def apply_forces(
     passive = coordinates(pointer(d + layout.d_qfrc_passive))
     for j in range(last + 1):
         segment = segments[j]
-        pull = ea * (segment.tension - given / segment.divisor)
-        first = int(segment.first_entry)
-        for k in range(first, first + int(segment.entries)):
-            passive[int(entries[2 * k])] -= entries[2 * k + 1] * pull
+        tension = ea * (segment.tension - given / segment.divisor)
+        if tension != 0.0:
+            pull_segment(layout, m, d, state, segment, tension, passive)
     if driven:
         return
     _add_torque(layout, m, d, state.reel_joint, -state.reel_torque)

@@ -15,7 +15,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numba import carray
 
-from tendon_mj.abi.memory import doubles, record_at, records_pointer
+from tendon_mj.abi.layout import Layout
+from tendon_mj.abi.memory import doubles, integer, pointer, record_at, records_pointer
 from tendon_mj.compilation import compiled
 from tendon_mj.sheath.law import LAW, Law
 from tendon_mj.sheath.parameter_metadata import ANY, Parameter
@@ -66,14 +67,17 @@ class State:
     first_actuator: float  # that acts on the tendon, −1 without one
     last_actuator: float
     leads: float  # whether this is the model's first sheath that is driven
-    input_force: float  # by which these push along the tendon [N], pulling where negative
-    damping_poly_1: float  # work space for MuJoCo
-    damping_poly_2: float
     reel_joint: float
     output_joint: float
     reel_actuator: float
     first_sensor: float
     last_sensor: float
+    first_sheath: float  # instance of the model's first sheath
+    model_signature: float  # which that one has, of what all sheaths are bound to
+    seal: float  # of the words from `config_signature` to `first_sheath`
+    input_force: float  # of what drives the tendon [N], pulling where negative
+    damping_poly_1: float  # work space for MuJoCo
+    damping_poly_2: float
     # committed
     started: float  # whether the tendon has been laid along its path
     wound_in: float  # tendon on the reel [m]
@@ -99,6 +103,8 @@ STATE = record_type(State)
 _COUNT = STATE.itemsize // 8
 _SEGMENT_COUNT, _GUIDE_COUNT = SEGMENT.itemsize // 8, GUIDE.itemsize // 8
 _ARC_COUNT = ARC.itemsize // 8
+BOUND_BEGIN: Final[int] = STATE.fields["config_signature"][1]  # type: ignore[index]
+BOUND_SIZE: Final[int] = STATE.fields["model_signature"][1] - BOUND_BEGIN  # type: ignore[index]
 DAMPING_POLY: Final[int] = STATE.fields["damping_poly_1"][1]  # type: ignore[index]
 _PARAMETER_COUNT, _LAW_COUNT = len(PARAMETERS), len(LAW)
 _RATIO_LAW = _COUNT - _LAW_COUNT  # where the last member begins
@@ -169,7 +175,8 @@ def keep_ratio_law(address: int) -> bool:
     same = True
     for k in range(_LAW_COUNT):
         same &= kept[k] == law[k]
-        kept[k] = law[k]
+    if not same:
+        kept[:] = law
     return same
 
 
@@ -181,11 +188,32 @@ class SensorState:
     first_sensor: float
     last_sensor: float
     signature: float
+    seal: float  # of the numbers above
 
 
 SENSOR_STATE = record_type(SensorState)
 SENSOR_SIZE: Final = SENSOR_STATE.itemsize // 8
+SENSOR_BOUND_SIZE: Final[int] = SENSOR_STATE.fields["seal"][1]  # type: ignore[index]
 sensor_state_at: Callable[[int], SensorState] = record_at(SENSOR_STATE)
+
+
+@compiled
+def state_of(layout: Layout, m: int, d: int, instance: int) -> int:
+    """Address of an instance's state."""
+    start = integer(pointer(m + layout.m_plugin_stateadr), instance)
+    return pointer(d + layout.d_plugin_state) + 8 * start
+
+
+@compiled
+def room_of(layout: Layout, m: int, instance: int) -> int:
+    """How many numbers of state an instance has."""
+    return integer(pointer(m + layout.m_plugin_statenum), instance)
+
+
+@compiled
+def is_sensor(layout: Layout, m: int, instance: int) -> bool:
+    """Whether an instance shows something of a sheath, and is none itself."""
+    return room_of(layout, m, instance) == SENSOR_SIZE
 
 
 class View(NamedTuple):

@@ -16,6 +16,13 @@ from tendon_mj.abi.memory import byte, doubles, integer, pointer, size
 from tendon_mj.compilation import apart, compiled
 from tendon_mj.engine.sheath_plugin import attributes as at
 from tendon_mj.engine.sheath_plugin.binding.own_names import resolve
+from tendon_mj.engine.sheath_plugin.binding.seal import (
+    is_sealed,
+    is_sensor_sealed,
+    renew_signature,
+    seal_sensor,
+    seal_sheath,
+)
 from tendon_mj.engine.sheath_plugin.binding.signature import (
     NONE,
     binding_signature,
@@ -27,37 +34,20 @@ from tendon_mj.engine.sheath_plugin.input_force import acts_on, has_spring
 from tendon_mj.engine.sheath_plugin.path.branches import count_wraps, mark_branches
 from tendon_mj.engine.sheath_plugin.sensors import KINDS
 from tendon_mj.engine.sheath_plugin.state import (
-    SENSOR_SIZE,
     State,
     clear_step,
     fits,
+    is_sensor,
     parameters_at,
+    room_of,
     sensor_state_at,
     state_at,
+    state_of,
 )
 
 _JOINT, _TENDON = mujoco.mjtObj.mjOBJ_JOINT.value, mujoco.mjtObj.mjOBJ_TENDON.value
 _KIND_COUNT = len(KINDS)
 _MOST = 2.0**53  # up to which every whole number is one
-
-
-@compiled
-def state_of(layout: Layout, m: int, d: int, instance: int) -> int:
-    """Address of an instance's state."""
-    start = integer(pointer(m + layout.m_plugin_stateadr), instance)
-    return pointer(d + layout.d_plugin_state) + 8 * start
-
-
-@compiled
-def room_of(layout: Layout, m: int, instance: int) -> int:
-    """How many numbers of state an instance has."""
-    return integer(pointer(m + layout.m_plugin_statenum), instance)
-
-
-@compiled
-def is_sensor(layout: Layout, m: int, instance: int) -> bool:
-    """Whether an instance shows something of a sheath, and is none itself."""
-    return room_of(layout, m, instance) == SENSOR_SIZE
 
 
 @compiled
@@ -200,11 +190,12 @@ def reset_sensor(layout: Layout, m: int, address: int, instance: int) -> None:
     first, last = range_of(sensors, size(m + layout.m_nsensor), instance)
     shown.first_sensor, shown.last_sensor = first, last
     shown.signature = sensor_signature(layout, m, instance, shown.sheath, (first, last))
+    shown.seal = NONE
 
 
 @apart
-def is_bound(layout: Layout, m: int, d: int, instance: int) -> bool:
-    """Whether a sheath's state is one of this model and this sheath."""
+def _is_proven(layout: Layout, m: int, d: int, instance: int) -> bool:
+    """Whether the signatures of a sheath's state are those of this model and this sheath."""
     address = state_of(layout, m, d, instance)
     state = state_at(address)
     return (
@@ -212,6 +203,12 @@ def is_bound(layout: Layout, m: int, d: int, instance: int) -> bool:
         and config_signature(layout, m, instance) == state.config_signature
         and binding_signature(layout, m, instance, address) == state.sheath_signature
     )
+
+
+@compiled
+def is_bound(layout: Layout, m: int, d: int, instance: int) -> bool:
+    """Whether a sheath's state is one of this model and this sheath."""
+    return is_sealed(layout, m, d, instance) or _is_proven(layout, m, d, instance)
 
 
 @compiled
@@ -234,30 +231,50 @@ def _rebind(layout: Layout, m: int, d: int, instance: int) -> None:
     state.unsolved, state.rebound = unsolved, rebound + 1.0
 
 
+@apart
+def _prove(layout: Layout, m: int, d: int, instance: int) -> bool:
+    """Prove that a sheath's state is bound, or bind it; seal it; return whether it now is bound."""
+    if not _is_proven(layout, m, d, instance):
+        _rebind(layout, m, d, instance)
+        state = state_at(state_of(layout, m, d, instance))
+        if state.sheath_signature == NONE:
+            state.first_sheath = -1.0  # so that no other trusts what it has
+            state.unsolved += 1.0
+            return False
+    seal_sheath(layout, m, d, instance)
+    return True
+
+
 @compiled
 def ensure_bound(layout: Layout, m: int, d: int, instance: int) -> bool:
     """Bind a sheath's state to the model unless it is; return whether it now is."""
-    if is_bound(layout, m, d, instance):
+    renew_signature(layout, m, d, instance)
+    if is_sealed(layout, m, d, instance):
         return True
-    _rebind(layout, m, d, instance)
-    state = state_at(state_of(layout, m, d, instance))
-    if state.sheath_signature != NONE:
-        return True
-    state.unsolved += 1.0
-    return False
+    return _prove(layout, m, d, instance)
 
 
 @apart
-def ensure_shown(layout: Layout, m: int, d: int, instance: int) -> bool:
-    """Bind the state of a sensor's instance to the model unless it is; return whether it now is."""
+def _prove_sensor(layout: Layout, m: int, d: int, instance: int) -> bool:
+    """As of a sheath, of an instance that shows something of one."""
     address = state_of(layout, m, d, instance)
     shown = sensor_state_at(address)
     sensors = (shown.first_sensor, shown.last_sensor)
-    if (
+    if not (
         is_signature(shown.signature)
         and sensor_signature(layout, m, instance, shown.sheath, sensors) == shown.signature
         and 0.0 <= shown.kind < _KIND_COUNT
     ):
+        reset_sensor(layout, m, address, instance)
+        if shown.signature == NONE:
+            return False
+    seal_sensor(layout, m, d, instance)
+    return True
+
+
+@compiled
+def ensure_shown(layout: Layout, m: int, d: int, instance: int) -> bool:
+    """Bind the state of a sensor's instance to the model unless it is; return whether it now is."""
+    if is_sensor_sealed(layout, m, d, instance):
         return True
-    reset_sensor(layout, m, address, instance)
-    return shown.signature != NONE
+    return _prove_sensor(layout, m, d, instance)

@@ -25,7 +25,10 @@ from tendon_mj.engine.sheath_plugin.state import fits, state_at
 _OBJ = mujoco.mjtObj
 _JOINT, _TENDON = _OBJ.mjOBJ_JOINT.value, _OBJ.mjOBJ_TENDON.value
 _PLUGIN = _OBJ.mjOBJ_PLUGIN.value
-_FACTOR = -7046029254386353131  # 2⁶⁴ divided by the golden ratio, as an int64
+FACTOR = -7046029254386353131  # 2⁶⁴ divided by the golden ratio, as an int64
+_FACTOR_2, _FACTOR_3, _FACTOR_4 = (  # its powers, as int64s
+    (FACTOR**k + 2**63) % 2**64 - 2**63 for k in (2, 3, 4)
+)
 _MIXER = -4417276706812531889
 _BITS = (1 << 52) - 1
 _LEAST = 1 << 52  # from which every double, up to twice that, is a whole number
@@ -33,24 +36,31 @@ NONE = 0.0  # of what does not belong to the model at all; no signature
 
 
 @compiled
-def _hashed(text: int, count: int) -> int:
+def hashed(text: int, count: int) -> int:
     """h of ``count`` bytes, by words that do not wait for each other."""
     total, power = count * _MIXER, 1
     start = 0
+    while start + 32 <= count:
+        total += word(text + start) * power * FACTOR
+        total += word(text + start + 8) * power * _FACTOR_2
+        total += word(text + start + 16) * power * _FACTOR_3
+        power *= _FACTOR_4
+        total += word(text + start + 24) * power
+        start += 32
     while start + 8 <= count:
-        power *= _FACTOR
+        power *= FACTOR
         total += word(text + start) * power
         start += 8
     if start < count and count >= 8:  # the last word overlaps the one before
-        return total + word(text + count - 8) * power * _FACTOR
+        return total + word(text + count - 8) * power * FACTOR
     for k in range(start, count):
-        power *= _FACTOR
+        power *= FACTOR
         total += byte(text, k) * power
     return total
 
 
 @compiled
-def _hashed_name(m: int, kind: int, index: int) -> int:
+def hashed_name(m: int, kind: int, index: int) -> int:
     """h of an element's name, 0 for what has none."""
     name = mj_id2name(m, kind, index)
     if name == 0:
@@ -58,11 +68,12 @@ def _hashed_name(m: int, kind: int, index: int) -> int:
     count = 0
     while byte(name, count) != 0:
         count += 1
-    return _hashed(name, count)
+    return hashed(name, count)
 
 
 @compiled
-def _as_number(h: int) -> float:
+def as_number(h: int) -> float:
+    """The whole number that stands for h."""
     h ^= h >> 32
     h *= _MIXER
     h ^= h >> 29
@@ -83,23 +94,23 @@ def _configured(layout: Layout, m: int, instance: int) -> int:
     end = size(m + layout.m_npluginattr)
     if instance + 1 < size(m + layout.m_nplugin):
         end = integer(starts, instance + 1)
-    return _hashed(pointer(m + layout.m_plugin_attr) + start, end - start)
+    return hashed(pointer(m + layout.m_plugin_attr) + start, end - start)
 
 
 @compiled
 def config_signature(layout: Layout, m: int, instance: int) -> float:
     """Signature of the attributes of an instance, numbers and names as they are written."""
-    return _as_number(_configured(layout, m, instance))
+    return as_number(_configured(layout, m, instance))
 
 
 @compiled
 def _sizes(layout: Layout, m: int, instance: int) -> int:
     """h of an instance's number and of how many there are of what indices count."""
     h = instance * _MIXER + size(m + layout.m_nplugin)
-    h = h * _FACTOR + size(m + layout.m_ntendon)
-    h = h * _FACTOR + size(m + layout.m_njnt)
-    h = h * _FACTOR + size(m + layout.m_nactuator)
-    return h * _FACTOR + size(m + layout.m_nsensor)
+    h = h * FACTOR + size(m + layout.m_ntendon)
+    h = h * FACTOR + size(m + layout.m_njnt)
+    h = h * FACTOR + size(m + layout.m_nactuator)
+    return h * FACTOR + size(m + layout.m_nsensor)
 
 
 @compiled
@@ -142,21 +153,21 @@ def sheath_signature(
         for sensor in sensors:
             if not _owns(shown, sensor, total, instance) or sensor == -1.0:
                 return NONE
-    h = _sizes(layout, m, instance) * _FACTOR + _hashed_name(m, _TENDON, int(tendon))
-    h = h * _FACTOR + integer(pointer(m + layout.m_tendon_num), int(tendon))
+    h = _sizes(layout, m, instance) * FACTOR + hashed_name(m, _TENDON, int(tendon))
+    h = h * FACTOR + integer(pointer(m + layout.m_tendon_num), int(tendon))
     for joint in joints:
-        h *= _FACTOR
+        h *= FACTOR
         if joint != -1.0:
             if not 0.0 <= joint < size(m + layout.m_njnt):
                 return NONE
-            h += _hashed_name(m, _JOINT, int(joint))
-    return _as_number(h)
+            h += hashed_name(m, _JOINT, int(joint))
+    return as_number(h)
 
 
 @compiled
 def _with_index(h: int, index: float, count: int) -> int:
     """h with an index that is −1 or below ``count``; where it is neither, with none."""
-    return h * _FACTOR + (int(index) + 1 if -1.0 <= index < count else count + 1)
+    return h * FACTOR + (int(index) + 1 if -1.0 <= index < count else count + 1)
 
 
 @apart
@@ -193,18 +204,18 @@ def binding_signature(layout: Layout, m: int, instance: int, address: int) -> fl
         h = _with_index(h, count, room)
     first = integer(pointer(m + layout.m_tendon_adr), tendon)
     path = 4 * integer(pointer(m + layout.m_tendon_num), tendon)
-    h = h * _FACTOR + _hashed(pointer(m + layout.m_wrap_type) + 4 * first, path)
+    h = h * FACTOR + hashed(pointer(m + layout.m_wrap_type) + 4 * first, path)
     if joints[0] == -1.0 and joints[1] == -1.0 and actuator == -1.0:
         ends = state.first_actuator, state.last_actuator
         for end in ends:
             if not -1.0 <= end < actuators:
                 return NONE
             h = _with_index(h, end, actuators)
-        h = h * _FACTOR + _hashed(pointer(m + layout.m_actuator_trntype), 4 * actuators)
-        h = h * _FACTOR + _hashed(pointer(m + layout.m_actuator_trnid), 8 * actuators)
+        h = h * FACTOR + hashed(pointer(m + layout.m_actuator_trntype), 4 * actuators)
+        h = h * FACTOR + hashed(pointer(m + layout.m_actuator_trnid), 8 * actuators)
         if ends[0] == -1.0:
-            h = h * _FACTOR + int(has_spring(layout, m, tendon))
-    return _as_number(h)
+            h = h * FACTOR + int(has_spring(layout, m, tendon))
+    return as_number(h)
 
 
 @compiled
@@ -227,21 +238,21 @@ def sensor_signature(
             return NONE
         if integer(slots, int(sheath)) != integer(slots, instance):
             return NONE
-        h = h * _FACTOR + _configured(layout, m, int(sheath))
-        h = h * _FACTOR + _hashed_name(m, _PLUGIN, int(sheath))
+        h = h * FACTOR + _configured(layout, m, int(sheath))
+        h = h * FACTOR + hashed_name(m, _PLUGIN, int(sheath))
     if sensors[1] != -1.0:
         shown, total = pointer(m + layout.m_sensor_plugin), size(m + layout.m_nsensor)
         for sensor in sensors:
             if not _owns(shown, sensor, total, instance) or sensor == -1.0:
                 return NONE
-    return _as_number(h * _FACTOR + _configured(layout, m, instance))
+    return as_number(h * FACTOR + _configured(layout, m, instance))
 
 
 @compiled
 def pair_signature(layout: Layout, m: int, instance: int, other: int) -> float:
     """Signature of the attributes of an instance and of another that it depends on, −1 for none."""
-    h = _configured(layout, m, instance) * _FACTOR
-    return _as_number(h + _configured(layout, m, other) if other >= 0 else h)
+    h = _configured(layout, m, instance) * FACTOR
+    return as_number(h + _configured(layout, m, other) if other >= 0 else h)
 
 
 @compiled
@@ -258,7 +269,7 @@ def servo_signature(layout: Layout, m: int, instance: int, sheath: int, actuator
     actuators = pointer(m + layout.m_actuator_plugin)
     if not _owns(actuators, actuator, size(m + layout.m_nactuator), instance):
         return NONE
-    h = _sizes(layout, m, instance) * _FACTOR + sheath
+    h = _sizes(layout, m, instance) * FACTOR + sheath
     if sheath >= 0:
-        h = h * _FACTOR + _hashed_name(m, _PLUGIN, sheath)
-    return _as_number(h)
+        h = h * FACTOR + hashed_name(m, _PLUGIN, sheath)
+    return as_number(h)

@@ -1,0 +1,162 @@
+"""Seals: the short proof that a state still belongs to its model.
+
+The signatures of each state are proof enough, but to compute them for each takes a fifth of what a
+sheath costs in a step. The first sheath of a model therefore computes, whenever it is evaluated,
+one signature of all that those of sheaths and sensors are made of. The others, evaluated after it,
+compare with that. What a state is sealed with is this number and the words that bind it, so that a
+word which is not as it was breaks the seal. Then the long proof decides.
+"""
+
+from __future__ import annotations
+
+import mujoco
+
+from tendon_mj.abi.layout import Layout
+from tendon_mj.abi.memory import integer, pointer, size
+from tendon_mj.compilation import apart, compiled
+from tendon_mj.engine.sheath_plugin.binding.signature import (
+    FACTOR,
+    NONE,
+    as_number,
+    hashed,
+    hashed_name,
+    is_signature,
+)
+from tendon_mj.engine.sheath_plugin.input_force import has_spring
+from tendon_mj.engine.sheath_plugin.state import (
+    BOUND_BEGIN,
+    BOUND_SIZE,
+    SENSOR_BOUND_SIZE,
+    SENSOR_SIZE,
+    fits,
+    sensor_state_at,
+    state_at,
+    state_of,
+)
+
+_JOINT = mujoco.mjtObj.mjOBJ_JOINT.value
+
+
+@apart
+def model_signature(layout: Layout, m: int) -> float:
+    """Signature of all that the signatures of a model's sheaths and sensors are made of."""
+    tendons, joints = size(m + layout.m_ntendon), size(m + layout.m_njnt)
+    actuators, sensors = size(m + layout.m_nactuator), size(m + layout.m_nsensor)
+    instances, elements = size(m + layout.m_nplugin), size(m + layout.m_nwrap)
+    h = joints
+    for start, count in (
+        (m + layout.m_plugin, 4 * instances),
+        (m + layout.m_plugin_statenum, 4 * instances),
+        (m + layout.m_plugin_stateadr, 4 * instances),
+        (m + layout.m_plugin_attradr, 4 * instances),
+        (m + layout.m_plugin_attr, size(m + layout.m_npluginattr)),
+        (m + layout.m_tendon_adr, 4 * tendons),
+        (m + layout.m_tendon_num, 4 * tendons),
+        (m + layout.m_wrap_type, 4 * elements),
+        (m + layout.m_actuator_trntype, 4 * actuators),
+        (m + layout.m_actuator_trnid, 8 * actuators),
+        (m + layout.m_actuator_plugin, 4 * actuators),
+        (m + layout.m_sensor_plugin, 4 * sensors),
+        (m + layout.m_sensor_dim, 4 * sensors),
+    ):
+        h = h * FACTOR + hashed(pointer(start), count)
+    names = pointer(m + layout.m_names)
+    first = integer(pointer(m + layout.m_name_tendonadr), 0)
+    h = h * FACTOR + hashed(names + first, size(m + layout.m_nnames) - first)
+    if joints > 0:  # but for the last their names lie in a row
+        starts = pointer(m + layout.m_name_jntadr)
+        first, last = integer(starts, 0), integer(starts, joints - 1)
+        h = h * FACTOR + hashed(names + first, last - first)
+        h = h * FACTOR + hashed_name(m, _JOINT, joints - 1)
+    for tendon in range(tendons):
+        h = h * FACTOR + int(has_spring(layout, m, tendon))
+    return as_number(h)
+
+
+@compiled
+def _is_sheath(layout: Layout, m: int, other: int, instance: int) -> bool:
+    """Whether an instance is a sheath, as ``instance`` is one or shows one."""
+    slots = pointer(m + layout.m_plugin)
+    if integer(slots, other) != integer(slots, instance):
+        return False
+    return integer(pointer(m + layout.m_plugin_statenum), other) != SENSOR_SIZE
+
+
+@compiled
+def _signature_of_first(layout: Layout, m: int, d: int, instance: int) -> float:
+    """Signature that the first sheath has computed for the sheath ``instance``, else `NONE`."""
+    first = state_at(state_of(layout, m, d, instance)).first_sheath
+    if not 0.0 <= first <= instance or not _is_sheath(layout, m, int(first), instance):
+        return NONE
+    state = state_at(state_of(layout, m, d, int(first)))
+    return state.model_signature if state.first_sheath == first else NONE
+
+
+@compiled
+def _sheath_seal(layout: Layout, m: int, d: int, instance: int) -> float:
+    """The seal of a sheath's state as it now is, `NONE` where it cannot have one."""
+    signature = _signature_of_first(layout, m, d, instance)
+    if not is_signature(signature):
+        return NONE
+    address = state_of(layout, m, d, instance)
+    return as_number(hashed(address + BOUND_BEGIN, BOUND_SIZE) * FACTOR + int(signature))
+
+
+@compiled
+def is_sealed(layout: Layout, m: int, d: int, instance: int) -> bool:
+    """Whether the seal of a sheath is whole."""
+    address = state_of(layout, m, d, instance)
+    seal = _sheath_seal(layout, m, d, instance)
+    if seal == NONE or seal != state_at(address).seal:
+        return False
+    return fits(address, integer(pointer(m + layout.m_plugin_statenum), instance))
+
+
+@compiled
+def renew_signature(layout: Layout, m: int, d: int, instance: int) -> None:
+    """Compute the model's signature anew, if the sheath is its first."""
+    state = state_at(state_of(layout, m, d, instance))
+    if state.first_sheath == instance:
+        state.model_signature = model_signature(layout, m)
+
+
+@apart
+def seal_sheath(layout: Layout, m: int, d: int, instance: int) -> None:
+    """Seal the state of a sheath that is proven to be bound."""
+    state = state_at(state_of(layout, m, d, instance))
+    first = 0
+    while not _is_sheath(layout, m, first, instance):
+        first += 1
+    state.first_sheath = first
+    renew_signature(layout, m, d, instance)
+    state.seal = _sheath_seal(layout, m, d, instance)
+
+
+@compiled
+def _sensor_seal(layout: Layout, m: int, d: int, instance: int) -> float:
+    """As of a sheath, of an instance that shows something of one."""
+    shown = sensor_state_at(state_of(layout, m, d, instance))
+    if not 0.0 <= shown.sheath < size(m + layout.m_nplugin):
+        return NONE
+    sheath = int(shown.sheath)
+    if not _is_sheath(layout, m, sheath, instance):
+        return NONE
+    signature = _signature_of_first(layout, m, d, sheath)
+    if not is_signature(signature):
+        return NONE
+    words = hashed(state_of(layout, m, d, instance), SENSOR_BOUND_SIZE)
+    return as_number(words * FACTOR + int(signature))
+
+
+@compiled
+def is_sensor_sealed(layout: Layout, m: int, d: int, instance: int) -> bool:
+    """Whether the seal of an instance that shows something of a sheath is whole."""
+    seal = _sensor_seal(layout, m, d, instance)
+    return seal != NONE and sensor_state_at(state_of(layout, m, d, instance)).seal == seal
+
+
+@apart
+def seal_sensor(layout: Layout, m: int, d: int, instance: int) -> None:
+    """Seal the state of an instance that is proven to be bound to its sheath."""
+    shown = sensor_state_at(state_of(layout, m, d, instance))
+    shown.seal = _sensor_seal(layout, m, d, instance)
