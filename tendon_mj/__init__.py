@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from tendon_mj.replay import read_intervals as read_intervals
     from tendon_mj.replay import replay_error as replay_error
     from tendon_mj.replay import replay_recording as replay_recording
+    from tendon_mj.verification import largest_stiffness as largest_stiffness
     from tendon_mj.view import render_clip as render_clip
     from tendon_mj.view import write_report as write_report
 
@@ -79,6 +80,7 @@ _LAZY = {
     "patch_model": "replay",
     "replay_error": "replay",
     "replay_recording": "replay",
+    "largest_stiffness": "verification",
     "render_clip": "view",
     "write_report": "view",
 }
@@ -106,6 +108,7 @@ __all__ = [
     "arc_points",
     "diagnose",
     "fit_with_sysid",
+    "largest_stiffness",
     "load_model",
     "load_spec",
     "on_inputs",

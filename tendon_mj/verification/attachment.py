@@ -17,6 +17,7 @@ from tendon_mj.attach.tendon_choice import choose_tendons
 from tendon_mj.attach.write import write_sheaths
 from tendon_mj.builders.load import load_spec, model_path
 from tendon_mj.errors import TendonError, TendonWarning
+from tendon_mj.verification.largest_stiffness import largest_stiffness
 from tendon_mj.verification.tendon_bend import bend_at, sampled_poses
 
 
@@ -29,6 +30,7 @@ class Row(NamedTuple):
         least_bend, most_bend: over poses in the joints' ranges [rad].
         friction: μ.
         axial_stiffness: EA [N]; None without a sheath, or as stiff as the step resolves.
+        largest_stiffness: that a step carries [N].
         drives: what pulls it, in words.
         done: what was done to it, in words.
         sheath: its name, empty without one.
@@ -40,9 +42,15 @@ class Row(NamedTuple):
     most_bend: float
     friction: float
     axial_stiffness: float | None
+    largest_stiffness: float
     drives: str
     done: str
     sheath: str
+
+    @property
+    def is_too_stiff(self) -> bool:
+        """Whether EA is more than a step carries."""
+        return self.axial_stiffness is not None and self.axial_stiffness > self.largest_stiffness
 
     @property
     def transmission(self) -> float:
@@ -123,7 +131,8 @@ def attach_friction(
     pulling, sheaths = actuators_by_tendon(spec), sheaths_by_tendon(spec)
     bends = _bends(before, [one.element.id for one in asked])
     rows = []
-    for (_, name, _), (rest, least, most) in zip(asked, bends, strict=True):
+    for one, (rest, least, most) in zip(asked, bends, strict=True):
+        name = one.name
         sheath = sheaths.get(name)
         config = sheath.config if sheath else {}
         more = float(config.get("extra_bend", extra_bend if not sheath else 0.0))
@@ -137,6 +146,7 @@ def attach_friction(
                 most_bend=max(most + more, 0.0),
                 friction=float(config.get("friction", friction)),
                 axial_stiffness=float(stiffness) if stiffness else None,
+                largest_stiffness=largest_stiffness(before, one.element.id),
                 drives=", ".join(pulling.get(name, []))
                 or ("its spring" if name in had_spring else "nothing"),
                 done=_done(sheath, name in sheathed, name in unnamed, moved),

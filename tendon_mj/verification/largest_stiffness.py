@@ -1,0 +1,91 @@
+"""Largest axial stiffness that a time step of a model carries."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.errors import UnknownNameError
+
+FloatArray = NDArray[np.float64]
+_SITE = mujoco.mjtWrap.mjWRAP_SITE.value
+_ON_SITE = -1  # in `mjData.wrap_obj`; below it is a pulley
+
+
+def largest_stiffness(model: mujoco.MjModel, tendon: str | int) -> float:
+    """Largest EA of a sheath on a tendon that a time step of the model carries [N].
+
+        EA = min_j ℓ_j / (h² a_j),   a_j = J_j M⁻¹ J_jᵀ
+
+    A stretch j of tendon that its guides hold, of length ℓ_j between two bodies, is a spring EA/ℓ_j
+    on the inertia 1/a_j, with J_j = ∂ℓ_j/∂q. MuJoCo's integrators carry ω² = a_j EA/ℓ_j up to 4/h²
+    where it is alone; a quarter of that leaves room for the tendons beside it. A tendon that is
+    stiffer can ring at the pace of the steps, or friction changes its sense from step to step.
+
+    Args:
+        model: compiled, in its pose `qpos0`.
+        tendon: name of a spatial tendon, or its id.
+
+    Returns:
+        The stiffness; ``inf`` for a tendon that moves no joint.
+
+    Raises:
+        UnknownNameError: no such tendon, with the nearest name.
+    """
+    names = [model.tendon(k).name for k in range(model.ntendon)]
+    if isinstance(tendon, str):
+        if tendon not in names:
+            raise UnknownNameError("tendon", tendon, names, "largest_stiffness")
+        tendon = names.index(tendon)
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    inverse = np.zeros((1, model.nv))
+    found = np.inf
+    for length, jacobian in _spans(model, data, tendon):
+        mujoco.mj_solveM(model, data, inverse, jacobian[None])
+        mobility = float(jacobian @ inverse[0])
+        if mobility > 0.0:
+            found = min(found, length / (model.opt.timestep**2 * mobility))
+    return found
+
+
+def _spans(
+    model: mujoco.MjModel, data: mujoco.MjData, tendon: int
+) -> list[tuple[float, FloatArray]]:
+    """ℓ and ∂ℓ/∂q of the straight stretches of a path between two bodies."""
+    points, bodies = _points(model, data, tendon)
+    found = []
+    for k in range(len(points) - 1):
+        near, far = bodies[k], bodies[k + 1]
+        way = points[k + 1] - points[k]
+        length = float(np.linalg.norm(way))
+        if near < 0 or far < 0 or near == far or length == 0.0:
+            continue
+        moves = np.zeros((2, 3, model.nv))
+        for end, body in enumerate((near, far)):
+            mujoco.mj_jac(model, data, moves[end], None, points[k + end], body)
+        found.append((length, way @ (moves[1] - moves[0]) / length))
+    return found
+
+
+def _points(
+    model: mujoco.MjModel, data: mujoco.MjData, tendon: int
+) -> tuple[FloatArray, list[int]]:
+    """Points of a path, and the body of each; −1 for a pulley, where the path breaks off."""
+    start, count = data.ten_wrapadr[tendon], data.ten_wrapnum[tendon]
+    points = data.wrap_xpos.reshape(-1, 3)[start : start + count]
+    objects = data.wrap_obj.ravel()[start : start + count]
+    first, elements = model.tendon_adr[tendon], model.tendon_num[tendon]
+    sites = iter(
+        int(model.site_bodyid[model.wrap_objid[k]])
+        for k in range(first, first + elements)
+        if model.wrap_type[k] == _SITE
+    )
+    bodies = []
+    for on in objects:
+        if on >= 0:
+            bodies.append(int(model.geom_bodyid[on]))
+        else:
+            bodies.append(next(sites) if on == _ON_SITE else -1)
+    return points, bodies
