@@ -53,15 +53,18 @@ def attach(
     console.print(table)
     if any(row.sheath and row.axial_stiffness is None for row in attached.rows):
         console.print("the step's EA: as stiff as the model's step resolves", soft_wrap=True)
-    for row in attached.rows:
-        if row.is_too_stiff:
-            console.print(
-                f"{row.tendon}: EA = {row.axial_stiffness:.4g} N is more than the "
-                f"{row.largest_stiffness:.2g} N that a step carries: it may ring at the pace of "
-                "the steps, or friction change its sense with each; take a shorter step or, where "
-                "an actuator pulls the tendon, leave axial_stiffness out",
-                soft_wrap=True,
-            )
+    too_stiff = [
+        f"{row.tendon} ({row.axial_stiffness:.4g} N, where {row.largest_stiffness:.2g} N would do)"
+        for row in attached.rows
+        if row.is_too_stiff
+    ]
+    if too_stiff:
+        console.print(
+            f"more EA than a time step carries: {', '.join(too_stiff)}. These may ring at the pace "
+            "of the steps, or their friction change its sense with each; take a shorter step or, "
+            "where an actuator pulls the tendon, leave axial_stiffness out",
+            soft_wrap=True,
+        )
     for said in attached.said:
         console.print(said, soft_wrap=True)
     console.print(f"wrote {attached.path}", soft_wrap=True)

@@ -7,7 +7,7 @@ from tendon_mj.verification.first_motion import BenchReadings as BenchReadings
 from tendon_mj.verification.first_motion import FirstMotion as FirstMotion
 from tendon_mj.verification.first_motion import first_motion as first_motion
 from tendon_mj.verification.first_motion import run_bench as run_bench
-from tendon_mj.verification.largest_stiffness import largest_stiffness as largest_stiffness
 from tendon_mj.verification.step_cost import StepCost as StepCost
 from tendon_mj.verification.step_cost import bench_step_cost as bench_step_cost
 from tendon_mj.verification.step_cost import finger_step_cost as finger_step_cost
+from tendon_mj.verification.stiffness_limit import largest_stiffness as largest_stiffness

@@ -17,7 +17,7 @@ from tendon_mj.attach.tendon_choice import choose_tendons
 from tendon_mj.attach.write import write_sheaths
 from tendon_mj.builders.load import load_spec, model_path
 from tendon_mj.errors import TendonError, TendonWarning
-from tendon_mj.verification.largest_stiffness import largest_stiffness
+from tendon_mj.verification.stiffness_limit import largest_stiffness
 from tendon_mj.verification.tendon_bend import bend_at, sampled_poses
 
 

@@ -3,6 +3,7 @@
 import mujoco
 import pytest
 
+from tendon_mj import largest_stiffness
 from tendon_mj.cli import main
 from tendon_mj.cli.output import console
 from tendon_mj.engine import sheaths
@@ -69,3 +70,16 @@ def test_the_input_is_not_written_over(finger, capsys):
     assert main(arguments) == 2
     assert "is made of" in capsys.readouterr().err
     assert finger.read_text() == before
+
+
+def test_a_tendon_stiffer_than_the_step_carries_is_named_with_what_it_carries(finger, tmp_path):
+    arguments = ["attach", str(finger), "--tendon", "flexor", "extensor", "--friction", "0.15"]
+    out = ["--out", str(tmp_path / "new.xml")]
+    largest = largest_stiffness(mujoco.MjModel.from_xml_path(str(finger)), "flexor")
+    for stiffness, warned in ((0.9 * largest, False), (1.1 * largest, True)):
+        (tmp_path / "new.xml").unlink(missing_ok=True)
+        with console.capture() as capture:
+            assert main([*arguments, "--axial-stiffness", str(stiffness), *out]) == 0
+        said = [line for line in capture.get().splitlines() if "more EA than" in line]
+        assert bool(said) == warned
+        assert not warned or f"flexor ({stiffness:.4g} N" in said[0]
