@@ -6,21 +6,22 @@ from pathlib import Path
 from typing import Annotated
 
 import tyro
-from rich.table import Table
+from rich.table import Column, Table
 
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.verification.benchmark import Benchmark, run_benchmark
+from tendon_mj.verification.benchmark.scaling import FAST, SLOW
 from tendon_mj.verification.timing import Spread
 from tendon_mj.view.figures.benchmark import CostSeries, cost_figure, scaling_figure
 
-_HEAD = ("model", "sheaths", "a step [µs]", "without [µs]", "ratio", "quartiles", "memory [kB]")
+_HEAD = ("model", "sheaths", "step [µs]", "without", "ratio", "quartiles", "state [kB]")
 _PARTS = {
-    "empty_plugin": "empty plugin of MuJoCo's: the floor",
-    "idle_instance": "an instance with nothing to do",
-    "first_guide": "a sheath of one guide, at rest",
-    "more_guides": "15 more guides, at rest",
-    "sliding": "sliding to and fro",
-    "sensors": "three sensors",
+    "empty_plugin": "floor: an empty plugin",
+    "idle_instance": "+ an idle instance of this one",
+    "first_guide": "+ a sheath of one guide, at rest",
+    "more_guides": "+ the other guides, at rest",
+    "sliding": "+ sliding to and fro",
+    "sensors": "+ three sensors",
 }
 
 
@@ -44,7 +45,11 @@ def bench(
     slow, fast = found.guides.slow, found.guides.fast
     scaled = [
         CostSeries(label, one.counts, one.added, one.exponent)
-        for label, one in (("slow", slow), ("fast", fast), ("sheaths", found.sheaths))
+        for label, one in (
+            (f"reel at {SLOW:g} Hz", slow),
+            (f"reel at {FAST:g} Hz", fast),
+            ("benches", found.sheaths),
+        )
     ]
     output.figure("scaling", scaling_figure(scaled[:2], scaled[2]))
     ratios = {name: _bars(model.cost.ratios) for name, model in found.models.items()}
@@ -67,7 +72,7 @@ def _parts(found: Benchmark) -> dict[str, Spread]:
 
 
 def _print_summary(found: Benchmark) -> None:
-    table = Table(*_HEAD)
+    table = Table(*(Column(head, no_wrap=True) for head in _HEAD))
     for name, model in found.models.items():
         cost, ratios = model.cost, model.cost.ratios
         table.add_row(
@@ -77,21 +82,21 @@ def _print_summary(found: Benchmark) -> None:
             f"{cost.reference_step * 1e6:.2f}",
             f"{ratios.median:.2f}",
             f"{ratios.low:.2f} … {ratios.high:.2f}",
-            f"{model.memory.plugin_state / 1e3:.1f} of {model.memory.total / 1e3:.0f}",
+            f"{model.memory.plugin_state / 1e3:.1f}",
         )
     console.print(table)
-    console.print("memory: the sheaths' state, of a simulation's buffer and arena")
+    console.print("state: of the sheaths, in each simulation; result.json has all of an MjData")
     for name, model in found.models.items():
-        if model.unseen:
+        if model.unsensed:
             console.print(
-                f"{name} without the sensors of tension: {_ratio(model.unseen.ratios)}",
+                f"{name} without the sensors of tension: {_ratio(model.unsensed.ratios)}",
                 soft_wrap=True,
             )
     for label, spread in _parts(found).items():
         console.print(f"{label}: {spread.median * 1e9:.0f} ns ({_range(spread, 1e9, '.0f')})")
     console.print(
-        f"added cost ∝ guides^{found.guides.slow.exponent:.2f} in slow motion, "
-        f"^{found.guides.fast.exponent:.2f} in fast motion; "
+        f"added cost ∝ guides^{found.guides.slow.exponent:.2f} with the reel at {SLOW:g} Hz, "
+        f"^{found.guides.fast.exponent:.2f} at {FAST:g} Hz; "
         f"∝ sheaths^{found.sheaths.exponent:.2f}",
         soft_wrap=True,
     )

@@ -89,7 +89,7 @@ def bench_cost(rounds: int) -> ModelCost:
     bench = Bench()
     return ModelCost(
         cost=bench_step_cost(bench, rounds=rounds),
-        unseen=None,
+        unsensed=None,
         sheaths=1,
         memory=Memory.of(without_tension_sensors(build_bench(bench)).compile()),
         reference_memory=Memory.of(mujoco_tendon_bench(bench).compile()),
@@ -101,7 +101,7 @@ def finger_cost(rounds: int) -> ModelCost:
     finger = Finger()
     return ModelCost(
         cost=finger_step_cost(tap(), finger, rounds=rounds),
-        unseen=None,
+        unsensed=None,
         sheaths=2,
         memory=Memory.of(without_tension_sensors(build_finger(finger)).compile()),
         reference_memory=Memory.of(mujoco_tendon_finger(finger).compile()),

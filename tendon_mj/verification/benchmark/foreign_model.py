@@ -15,6 +15,7 @@ from tendon_mj.builders.load import load_spec, model_path
 from tendon_mj.engine import sheaths
 from tendon_mj.errors import InvalidValueError, TendonError, TendonWarning
 from tendon_mj.replay.rollout import Array, full_state, rollout_sensors
+from tendon_mj.replay.silenced_warnings import suppress_mujoco_log
 from tendon_mj.verification.benchmark.memory import Memory
 from tendon_mj.verification.step_cost import StepCost, TimedRun, step_times
 
@@ -31,14 +32,14 @@ class ForeignModel:
 
     Attributes:
         name: stem of its file.
-        plain, sheathed, unseen: the three, to be run with the same controls.
+        plain, sheathed, unsensed: the three, to be run with the same controls.
         sheaths: that it was given.
     """
 
     name: str
     plain: TimedRun
     sheathed: TimedRun
-    unseen: TimedRun
+    unsensed: TimedRun
     sheaths: int
 
 
@@ -48,13 +49,13 @@ class ModelCost:
 
     Attributes:
         cost: of a step with sheaths, over one without.
-        unseen: the same, the sheaths without sensors of their tensions; None where `cost` is that.
+        unsensed: the same without sensors of tension; None where `cost` has none either.
         sheaths: in the model.
         memory, reference_memory: of a simulation with sheaths, and without.
     """
 
     cost: StepCost
-    unseen: StepCost | None
+    unsensed: StepCost | None
     sheaths: int
     memory: Memory
     reference_memory: Memory
@@ -63,7 +64,7 @@ class ModelCost:
         """Plain numbers for `result.json`."""
         return {
             **self.cost.result(),
-            "without_tension_sensors": self.unseen.result() if self.unseen else None,
+            "without_tension_sensors": self.unsensed.result() if self.unsensed else None,
             "sheaths": self.sheaths,
             "memory_bytes": self.memory.result(),
             "reference_memory_bytes": self.reference_memory.result(),
@@ -104,7 +105,8 @@ def prepare_model(name: str, steps: int = _STEPS) -> ForeignModel:
     runs = [TimedRun(model, mujoco.MjData(model), controls) for model in models]
     for run in runs:
         _check_stable(run, path)
-    return ForeignModel(path.stem, *runs, sheaths=len(sheaths(models[1])))
+    bare, sheathed, unsensed = runs
+    return ForeignModel(path.stem, bare, sheathed, unsensed, len(sheaths(sheathed.model)))
 
 
 def _compiled(path: Path, sensors: Sequence[str] | None) -> mujoco.MjModel:
@@ -121,22 +123,24 @@ def _compiled(path: Path, sensors: Sequence[str] | None) -> mujoco.MjModel:
 
 
 def _check_stable(run: TimedRun, path: Path) -> None:
+    what = f"with friction {FRICTION:g}" if sheaths(run.model) else "without friction"
     start = full_state(run.model, run.data)[None]
-    rollout_sensors(run.model, [run.data], start, run.controls[None])
+    with suppress_mujoco_log():
+        rollout_sensors(run.model, [run.data], start, run.controls[None])
     if run.data.warning.number.any() or not np.isfinite(run.data.qpos).all():
         raise TendonError(
-            f"{path}: the simulation became unstable within {len(run.controls)} steps of "
-            f"{run.model.opt.timestep:g} s, {sheaths(run.model) and 'with' or 'without'} friction"
+            f"{path}: the simulation became unstable, {what}, within {len(run.controls)} steps of "
+            f"{run.model.opt.timestep:g} s"
         )
 
 
 def model_cost(model: ForeignModel, rounds: int = 7) -> ModelCost:
     """Time the model's three runs in turns."""
-    runs = (model.plain, model.sheathed, model.unseen)
-    plain, sheathed, unseen = step_times(runs, rounds).T
+    runs = (model.plain, model.sheathed, model.unsensed)
+    plain, sheathed, unsensed = step_times(runs, rounds).T
     return ModelCost(
         cost=StepCost(sheathed, plain),
-        unseen=StepCost(unseen, plain),
+        unsensed=StepCost(unsensed, plain),
         sheaths=model.sheaths,
         memory=Memory.of(model.sheathed.model),
         reference_memory=Memory.of(model.plain.model),

@@ -168,15 +168,14 @@ def compare_frictionloss(bench: Bench, *, rounds: int = 7) -> Frictionloss:
     )
     free, lossy, sheathed = step_times([run_along(spec, pulled) for spec in specs], rounds).T
 
-    def error(**friction: float) -> Deviation:
-        spec = motor_bench(bench, **friction)
+    def error(spec: mujoco.MjSpec) -> Deviation:
         return deviation(pulled, output_tension(spec, pulled), bench)
 
     return Frictionloss(
         force=force,
         cost=StepCost(lossy, free),
         sheath_cost=StepCost(sheathed, free),
-        error=error(frictionloss=force, stiff=True),
-        default_error=error(frictionloss=force),
-        sheath_error=error(friction=bench.friction),
+        error=error(motor_bench(bench, frictionloss=force, stiff=True)),
+        default_error=error(motor_bench(bench, frictionloss=force)),
+        sheath_error=error(motor_bench(bench, friction=bench.friction)),
     )

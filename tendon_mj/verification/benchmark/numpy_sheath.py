@@ -23,11 +23,12 @@ from tendon_mj.errors import EngineError
 
 Array = NDArray[np.float64]
 _NO_TORQUE = np.zeros(3)
-_PASSES = 100  # corrections of the slip pattern
+_PASSES = 1000  # corrections of the slip pattern
+_TOGETHER = 20  # of which so many correct all guides at once, which may go in circles
 _NEWTON = 20
 _CLOSE = 1e-9  # last step of Newton's method in T/EA, whose square is the error that it leaves
 _TOLERANCE = 1e-14  # of flows [m]
-_ROUNDING = 1e-12  # of exponents
+_ROUNDING = 1e-12  # of ratios of tensions
 
 
 class NumpySheath:
@@ -105,16 +106,19 @@ class NumpySheath:
             exponents: μφ of each guide [-].
         """
         slip, tau = self._slip, self._tau
-        for _ in range(_PASSES):
+        most = np.exp(exponents) * (1.0 + _ROUNDING)  # of the two tensions' ratio where it holds
+        for done in range(_PASSES):
             holds, tau = _tension(lengths, stored, exponents, slip, tau)
             flow = (holds - stored).cumsum()[:-1]
-            excess = np.log(tau[:-1] / tau[1:])  # within ±μφ a guide holds
-            rests = slip == 0.0
-            denied = flow * slip < -_TOLERANCE
-            breaks = rests & (np.abs(excess) > exponents + _ROUNDING)
-            if not (denied | breaks).any():
+            before, after = tau[:-1], tau[1:]
+            pulled = 1.0 * (before > after * most) - 1.0 * (after > before * most)
+            right = np.where(slip == 0.0, pulled, np.where(flow * slip < -_TOLERANCE, 0.0, slip))
+            wrong = right != slip
+            if not wrong.any():
                 break
-            slip = np.where(breaks, np.sign(excess), np.where(denied, 0.0, slip))
+            if done >= _TOGETHER:
+                wrong = wrong & (wrong.cumsum() == 1)
+            slip = np.where(wrong, right, slip)
         else:
             self.unsolved += 1
         self._slip, self._tau = slip, tau

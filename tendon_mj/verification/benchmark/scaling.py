@@ -13,16 +13,16 @@ from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.progress import Progress, silent
 from tendon_mj.replay.rollout import Array
 from tendon_mj.verification.mujoco_tendon import mujoco_tendon_bench, without_tension_sensors
-from tendon_mj.verification.step_cost import StepCost, run_along, step_cost
+from tendon_mj.verification.step_cost import StepCost, TimedRun, run_along, step_cost
 
 GUIDES = (4, 8, 16, 32, 64, 128, 256, 512)
 FITTED_GUIDES = 16  # and more
 SHEATHS = (1, 2, 5, 10, 20, 50, 100, 200)
+SLOW, FAST = 0.5, 2.0  # of the reel, for the guides [Hz]
 # The output's last span is half a segment long. Stuck, it is a spring on the carriage that the step
 # must resolve (heavy carriages), and the output may not travel that far (stiff tendon and springs).
 _STIFF, _HEAVY = 100.0, 25.0
 _TRAVEL = 1e-3  # of the reel [m]; less by _STIFF on the stiff bench
-_SLOW, _FAST = 0.5, 2.0  # of the reel [Hz]
 _SHEATH_STEPS = 500
 
 
@@ -74,8 +74,8 @@ class GuideScaling:
         """Plain numbers for `result.json`."""
         return {
             "exponent_beyond_the_first_guide": self.marginal,
-            "slow": {"frequency_Hz": _SLOW, **self.slow.result()},
-            "fast": {"frequency_Hz": _FAST, **self.fast.result()},
+            "slow": {"frequency_Hz": SLOW, **self.slow.result()},
+            "fast": {"frequency_Hz": FAST, **self.fast.result()},
         }
 
 
@@ -86,21 +86,20 @@ def exponent(counts: Sequence[int], added: Sequence[float]) -> float:
     return float(np.polyfit(np.log(counts), np.log(added), 1)[0])
 
 
-def guide_cost(bench: Bench, guides: int, frequency: float, rounds: int) -> StepCost:
-    """Cost of a step with so many guides, all of which slide to and fro in one cycle of the reel.
+def guide_runs(bench: Bench, guides: int, frequency: float) -> tuple[TimedRun, TimedRun]:
+    """The bench with so many guides, and with MuJoCo's own tendon, along one cycle of the reel.
 
     Args:
         bench: its parameters but for the guides.
         guides: their number.
         frequency: of the reel [Hz].
-        rounds: of which each times both models.
     """
     heavy = dataclasses.replace(bench, guides=guides, mass=_HEAVY * bench.mass)
     stiff = heavy.stiffened(_STIFF)
     steps = round(1.0 / (frequency * bench.timestep))
     wave = _TRAVEL / _STIFF * np.sin(np.linspace(0.0, 2.0 * np.pi, steps))
-    specs = (without_tension_sensors(build_bench(stiff)), mujoco_tendon_bench(stiff))
-    return step_cost(*(run_along(spec, wave) for spec in specs), rounds=rounds)
+    sheathed = without_tension_sensors(build_bench(stiff))
+    return run_along(sheathed, wave), run_along(mujoco_tendon_bench(stiff), wave)
 
 
 def guide_scaling(
@@ -120,18 +119,19 @@ def guide_scaling(
     """
     fitted = [k for k, n in enumerate(guides) if n >= FITTED_GUIDES]
     numbers = [guides[k] for k in fitted]
-    one = guide_cost(bench, 1, _SLOW, rounds).added.median
+    one = step_cost(*guide_runs(bench, 1, SLOW), rounds=rounds).added.median
     scalings = []
-    for done, frequency in enumerate((_SLOW, _FAST)):
+    for done, frequency in enumerate((SLOW, FAST)):
         costs = []
         for k, count in enumerate(guides):
             progress("guides", done * len(guides) + k, 2 * len(guides))
-            costs.append(guide_cost(bench, count, frequency, rounds))
+            costs.append(step_cost(*guide_runs(bench, count, frequency), rounds=rounds))
         added = [costs[k].added.median for k in fitted]
         scalings.append(Scaling(tuple(guides), tuple(costs), exponent(numbers, added)))
     progress("guides", 2 * len(guides), 2 * len(guides))
     beyond = [scalings[0].costs[k].added.median - one for k in fitted]
-    return GuideScaling(*scalings, marginal=exponent([n - 1 for n in numbers], beyond))
+    slow, fast = scalings
+    return GuideScaling(slow, fast, exponent([n - 1 for n in numbers], beyond))
 
 
 def several_benches(build: Callable[[], mujoco.MjSpec], count: int) -> mujoco.MjSpec:

@@ -28,7 +28,7 @@ class CostSeries(NamedTuple):
     Attributes:
         label: in the legend.
         counts: (k,) how many.
-        added: (k, 3) lower quartile, median and upper quartile, each > 0 [s].
+        added: (k, 3) lower quartile, median and upper quartile [s].
         exponent: fitted p of added cost ∝ count^p [-].
     """
 
@@ -53,8 +53,8 @@ def scaling_figure(guides: Sequence[CostSeries], sheaths: CostSeries) -> Figure:
         left, right = figure.subplots(1, 2)
         _draw_series(left, guides, first=0)
         _draw_series(right, [sheaths], first=len(guides))
-        left.set(title="one sheath", xlabel="guides [–]", ylabel="added to a step [µs]")
-        right.set(title="many sheaths of 16 guides", xlabel="sheaths [–]")
+        left.set(title="one sheath", xlabel="guides $n$ [–]", ylabel="added to a step [µs]")
+        right.set(title="several sheaths in one model", xlabel="sheaths $n$ [–]")
         for axes in (left, right):
             axes.legend(loc="upper left")
     return figure
@@ -63,7 +63,8 @@ def scaling_figure(guides: Sequence[CostSeries], sheaths: CostSeries) -> Figure:
 def _draw_series(axes: Axes, series: Sequence[CostSeries], first: int) -> None:
     for k, (label, counts, added, exponent) in enumerate(series):
         colour, _, marker = SERIES[first + k]
-        x, (low, median, high) = np.asarray(counts, float), 1e6 * np.asarray(added, float).T
+        x, costs = np.asarray(counts, float), 1e6 * np.asarray(added, float).T
+        low, median, high = np.where(costs > 0.0, costs, np.nan)  # noise may exceed little
         axes.errorbar(
             x,
             median,
@@ -71,7 +72,7 @@ def _draw_series(axes: Axes, series: Sequence[CostSeries], first: int) -> None:
             color=colour,
             marker=marker,
             capsize=2.0,
-            label=f"{label}: exponent {exponent:.2f}",
+            label=f"{label}: $\\propto n^{{{exponent:.2f}}}$",
         )
         if k == 0:
             axes.plot(x, median[-1] * x / x[-1], ":", color=GREY, label="proportional")
@@ -101,7 +102,9 @@ def cost_figure(
         left.set(title="a step of each model", xlabel="cost with sheaths over cost without [–]")
         nanoseconds = {part: [1e9 * value for value in spread] for part, spread in parts.items()}
         _draw_bars(right, nanoseconds, "{:.0f} ns")
-        right.set(title="parts of one sheath's cost", xlabel="added to a step of the bench [ns]")
+        right.set(
+            title="what each part of a sheath adds", xlabel="added to a step of the bench [ns]"
+        )
         legend_below(figure, left, columns=1)
     return figure
 
