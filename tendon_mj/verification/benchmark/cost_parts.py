@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import mujoco
@@ -19,7 +19,8 @@ from tendon_mj.verification.timing import Spread
 # MuJoCo's own, in its wheel; an instance that no body has does nothing when it is called
 EMPTY_PLUGIN = "mujoco.elasticity.cable"
 _COPIES = 100  # of an instance that costs too little to be timed alone
-_STEPS = 4000
+_STEPS = 1000
+_SHORT_ROUNDS = 4  # for each round asked for: differences are small, so runs are short
 _TRAVEL = 1e-3  # of the reel [m]
 
 
@@ -91,11 +92,12 @@ def cost_parts(bench: Bench, *, rounds: int = 7) -> CostParts:
 
     Args:
         bench: its parameters.
-        rounds: of which each times every model.
+        rounds: of each of which four shorter ones time every model.
     """
+    rounds *= _SHORT_ROUNDS
     one = dataclasses.replace(bench, guides=1)
     rest = np.zeros(_STEPS)
-    motion = _TRAVEL * np.sin(np.linspace(0.0, 4.0 * np.pi, _STEPS))
+    motion = _TRAVEL * np.sin(np.linspace(0.0, 2.0 * np.pi, _STEPS))
 
     def sheathed(which: Bench) -> mujoco.MjSpec:
         return without_tension_sensors(build_bench(which))
@@ -112,8 +114,16 @@ def cost_parts(bench: Bench, *, rounds: int = 7) -> CostParts:
     if has_empty_plugin():
         models["empty"] = (_with_empty_plugins, bench, rest)
     runs = [run_along(build(which), wave) for build, which, wave in models.values()]
-    spent = dict(zip(models, step_times(runs, rounds).T, strict=True))
-    empty = (spent["empty"] - spent["plain"]) / _COPIES if "empty" in spent else np.zeros(rounds)
+    return parts_of(dict(zip(models, step_times(runs, rounds).T, strict=True)))
+
+
+def parts_of(spent: Mapping[str, Array]) -> CostParts:
+    """Parts from the (rounds,) times of a step of each model [s]; see `cost_parts`."""
+    empty = (
+        (spent["empty"] - spent["plain"]) / _COPIES
+        if "empty" in spent
+        else np.zeros_like(spent["plain"])
+    )
     idle = (spent["idle"] - spent["rest"]) / _COPIES
     first = spent["one"] - spent["plain one"]
     at_rest = spent["rest"] - spent["plain"]

@@ -102,9 +102,7 @@ def cost_figure(
         left.set(title="a step of each model", xlabel="cost with sheaths over cost without [–]")
         nanoseconds = {part: [1e9 * value for value in spread] for part, spread in parts.items()}
         _draw_bars(right, nanoseconds, "{:.0f} ns")
-        right.set(
-            title="what each part of a sheath adds", xlabel="added to a step of the bench [ns]"
-        )
+        right.set(title="parts of one sheath", xlabel="added to a step of the bench [ns]")
         legend_below(figure, left, columns=1)
     return figure
 

@@ -7,7 +7,11 @@ import pytest
 from tendon_mj import view_sheath
 from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.engine import sheaths
-from tendon_mj.verification.benchmark.cost_parts import cost_parts, with_instances
+from tendon_mj.verification.benchmark.cost_parts import (
+    cost_parts,
+    parts_of,
+    with_instances,
+)
 from tendon_mj.verification.benchmark.memory import Memory
 from tendon_mj.verification.benchmark.scaling import (
     FAST,
@@ -64,7 +68,10 @@ def test_scalings_have_a_cost_for_each_count():
 
 
 def test_the_parts_add_up():
-    parts = cost_parts(Bench(guides=3), rounds=1)
+    assert cost_parts(Bench(guides=3), rounds=1).empty_plugin is not None
+    times = {"plain": 2.0, "plain one": 1.8, "idle": 13.0, "one": 2.3, "rest": 3.0, "sliding": 3.2}
+    parts = parts_of({k: np.full(3, t) for k, t in {**times, "sensors": 3.6, "empty": 6.0}.items()})
+    assert parts.sensors.median == pytest.approx(0.4)
     steps = ("empty_plugin", "idle_instance", "first_guide", "more_guides", "sliding")
     total = sum(getattr(parts, name).median for name in steps)
     assert total == pytest.approx(parts.total.median, rel=1e-9)
