@@ -19,8 +19,7 @@ from tendon_mj.verification.timing import Spread
 # MuJoCo's own, in its wheel; an instance that no body has does nothing when it is called
 EMPTY_PLUGIN = "mujoco.elasticity.cable"
 _COPIES = 100  # of an instance that costs too little to be timed alone
-_STEPS = 1000
-_SHORT_ROUNDS = 4  # for each round asked for: differences are small, so runs are short
+_STEPS = 4000  # so many that the caches, cold after another model, do not count
 _TRAVEL = 1e-3  # of the reel [m]
 
 
@@ -92,12 +91,11 @@ def cost_parts(bench: Bench, *, rounds: int = 7) -> CostParts:
 
     Args:
         bench: its parameters.
-        rounds: of each of which four shorter ones time every model.
+        rounds: of which each times every model.
     """
-    rounds *= _SHORT_ROUNDS
     one = dataclasses.replace(bench, guides=1)
     rest = np.zeros(_STEPS)
-    motion = _TRAVEL * np.sin(np.linspace(0.0, 2.0 * np.pi, _STEPS))
+    motion = _TRAVEL * np.sin(np.linspace(0.0, 4.0 * np.pi, _STEPS))
 
     def sheathed(which: Bench) -> mujoco.MjSpec:
         return without_tension_sensors(build_bench(which))
