@@ -313,6 +313,7 @@ def test_a_view_that_steps_is_seen(code, found):
         "finger.control.simulate_finger",
         "verification.first_motion.sweep",
         "verification.rollout_speedup.rollout_speedup",
+        "verification.benchmark.benchmark.run_benchmark",
         "sheath.drive_tension",
         "diagnosis.diagnose",
         "diagnosis.fit_with_sysid",

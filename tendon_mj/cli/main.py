@@ -9,6 +9,7 @@ from importlib.metadata import version
 import tyro
 
 from tendon_mj.cli.attach import attach
+from tendon_mj.cli.bench import bench
 from tendon_mj.cli.compare import compare
 from tendon_mj.cli.demo import demo
 from tendon_mj.cli.diagnose import diagnose
@@ -20,6 +21,7 @@ from tendon_mj.errors import TendonError
 
 COMMANDS: dict[str, Callable[..., object]] = {
     "attach": attach,
+    "bench": bench,
     "compare": compare,
     "replay": replay,
     "diagnose": diagnose,

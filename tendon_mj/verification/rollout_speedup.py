@@ -1,6 +1,9 @@
-"""Speedup of rollouts by a second thread, on the bench."""
+"""Speedup of rollouts by more threads, on the bench."""
 
 from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
@@ -8,7 +11,46 @@ import numpy as np
 from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.errors import EngineError
 from tendon_mj.replay.rollout import Array, full_state, rollout_sensors
-from tendon_mj.verification.timing import time_in_turns
+from tendon_mj.verification.timing import Spread, times_in_turns
+
+
+def thread_speedups(
+    bench: Bench,
+    threads: Sequence[int] = (2,),
+    *,
+    rounds: int = 5,
+    runs: int = 8,
+    steps: int = 6000,
+) -> dict[int, Spread]:
+    """Threads → wall time of the same rollouts on one over that on so many, in turns [-].
+
+    Args:
+        bench: its parameters.
+        threads: numbers of threads to compare with one.
+        rounds: in each of which every number of threads does all rollouts.
+        runs: rollouts.
+        steps: of a rollout.
+
+    Raises:
+        EngineError: two numbers of threads do not agree bit by bit.
+    """
+    model = build_bench(bench).compile()
+    pool = [mujoco.MjData(model) for _ in range(max(threads))]
+    start = np.tile(full_state(model, pool[0]), (runs, 1))
+    wave = 1e-3 * np.sin(np.linspace(0.0, 4.0 * np.pi, steps))
+    # each run another amplitude, so that an exchange of two would show
+    control = np.linspace(1.0, 0.5, runs)[:, None, None] * wave[None, :, None]
+    readings: dict[int, Array] = {}
+
+    def roll(count: int) -> None:
+        readings[count] = rollout_sensors(model, pool[:count], start, control)
+
+    counts = (1, *threads)
+    spent = times_in_turns([functools.partial(roll, count) for count in counts], rounds)
+    for count in threads:
+        if not np.array_equal(readings[1], readings[count]):
+            raise EngineError(f"rollouts differ between one thread and {count}")
+    return {n: Spread.of(spent[:, 0] / spent[:, k + 1]) for k, n in enumerate(threads)}
 
 
 def rollout_speedup(bench: Bench, *, rounds: int = 5, runs: int = 8, steps: int = 6000) -> float:
@@ -17,17 +59,4 @@ def rollout_speedup(bench: Bench, *, rounds: int = 5, runs: int = 8, steps: int 
     Raises:
         EngineError: the two do not agree bit by bit.
     """
-    model = build_bench(bench).compile()
-    pool = [mujoco.MjData(model) for _ in range(2)]
-    start = np.tile(full_state(model, pool[0]), (runs, 1))
-    wave = 1e-3 * np.sin(np.linspace(0.0, 4.0 * np.pi, steps))
-    control = np.broadcast_to(wave[None, :, None], (runs, steps, 1))
-    readings: dict[int, Array] = {}
-
-    def roll(threads: int) -> None:
-        readings[threads] = rollout_sensors(model, pool[:threads], start, control)
-
-    one, two = time_in_turns([lambda: roll(1), lambda: roll(2)], rounds)
-    if not np.array_equal(readings[1], readings[2]):
-        raise EngineError("rollouts differ between one and two threads")
-    return one / two
+    return thread_speedups(bench, rounds=rounds, runs=runs, steps=steps)[2].median

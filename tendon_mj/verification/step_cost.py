@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -18,7 +20,7 @@ from tendon_mj.verification.mujoco_tendon import (
     mujoco_tendon_finger,
     without_tension_sensors,
 )
-from tendon_mj.verification.timing import time_in_turns
+from tendon_mj.verification.timing import Spread, processor_time, times_in_turns
 
 _BENCH_STEPS = 8000
 _TRAVEL = 1e-3  # of the reel [m]
@@ -26,20 +28,51 @@ _TRAVEL = 1e-3  # of the reel [m]
 
 @dataclass(frozen=True)
 class StepCost:
-    """Wall time of a step, median over several rounds.
+    """Processor time of a step, in rounds that each time both models.
 
     Attributes:
-        step: with sheaths [s].
-        reference_step: of the same model with MuJoCo's own tendons [s].
+        steps: (rounds,) with sheaths [s].
+        reference_steps: (rounds,) of the same model without [s].
     """
 
-    step: float
-    reference_step: float
+    steps: Array
+    reference_steps: Array
+
+    @property
+    def step(self) -> float:
+        """Median with sheaths [s]."""
+        return float(np.median(self.steps))
+
+    @property
+    def reference_step(self) -> float:
+        """Median without sheaths [s]."""
+        return float(np.median(self.reference_steps))
+
+    @property
+    def ratios(self) -> Spread:
+        """Cost of a step over that of the reference, of each round [-]."""
+        return Spread.of(self.steps / self.reference_steps)
 
     @property
     def ratio(self) -> float:
-        """Cost of a step over that of the reference [-]."""
-        return self.step / self.reference_step
+        """Median of the ratios [-]."""
+        return self.ratios.median
+
+    @property
+    def added(self) -> Spread:
+        """What the sheaths add to a step, of each round [s]."""
+        return Spread.of(self.steps - self.reference_steps)
+
+    def result(self) -> dict[str, object]:
+        """Plain numbers for `result.json`."""
+        return {
+            "ratio": self.ratio,
+            "quartiles": self.ratios.result()["quartiles"],
+            "step_s": self.step,
+            "reference_step_s": self.reference_step,
+            "added_s": self.added.result(),
+            "rounds": len(self.steps),
+        }
 
 
 @dataclass(frozen=True)
@@ -51,16 +84,28 @@ class TimedRun:
     controls: Array
 
 
-def step_cost(run: TimedRun, reference: TimedRun, *, rounds: int = 7) -> StepCost:
-    """Time two runs in turns, and divide by their steps."""
-    runs = (run, reference)
-    starts = [full_state(r.model, r.data)[None] for r in runs]
+def run_along(spec: mujoco.MjSpec, wave: Array) -> TimedRun:
+    """A run in which every actuator of a model follows ``wave``, (steps,)."""
+    model = spec.compile()
+    return TimedRun(model, mujoco.MjData(model), np.tile(wave[:, None], (1, model.nu)))
+
+
+def step_times(runs: Sequence[TimedRun], rounds: int) -> Array:
+    """(rounds, runs) processor time of a step [s]; every round makes each run once."""
+    starts = [full_state(run.model, run.data)[None] for run in runs]
 
     def roll(k: int) -> None:
         rollout_sensors(runs[k].model, [runs[k].data], starts[k], runs[k].controls[None])
 
-    spent = time_in_turns([lambda: roll(0), lambda: roll(1)], rounds)
-    return StepCost(*(time / len(r.controls) for time, r in zip(spent, runs, strict=True)))
+    tasks = [functools.partial(roll, k) for k in range(len(runs))]
+    spent = times_in_turns(tasks, rounds, processor_time)
+    return spent / [len(run.controls) for run in runs]
+
+
+def step_cost(run: TimedRun, reference: TimedRun, *, rounds: int = 7) -> StepCost:
+    """Time two runs in turns, and divide by their steps."""
+    spent = step_times((run, reference), rounds)
+    return StepCost(spent[:, 0], spent[:, 1])
 
 
 def bench_step_cost(bench: Bench, *, rounds: int = 7) -> StepCost:
@@ -71,12 +116,8 @@ def bench_step_cost(bench: Bench, *, rounds: int = 7) -> StepCost:
         rounds: of which the median counts.
     """
     wave = _TRAVEL * np.sin(np.linspace(0.0, 4.0 * np.pi, _BENCH_STEPS))
-    runs = []
-    for spec in (without_tension_sensors(build_bench(bench)), mujoco_tendon_bench(bench)):
-        model = spec.compile()
-        controls = np.tile(wave[:, None], (1, model.nu))
-        runs.append(TimedRun(model, mujoco.MjData(model), controls))
-    return step_cost(*runs, rounds=rounds)
+    specs = (without_tension_sensors(build_bench(bench)), mujoco_tendon_bench(bench))
+    return step_cost(*(run_along(spec, wave) for spec in specs), rounds=rounds)
 
 
 def finger_step_cost(

@@ -68,6 +68,7 @@ def test_help_names_the_commands():
     script = "from tendon_mj.cli import main; main(['--help'])"
     shown = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True).stdout
     for command in (
+        "bench",
         "compare",
         "replay",
         "diagnose",

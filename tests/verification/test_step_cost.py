@@ -19,7 +19,7 @@ from tendon_mj.verification.mujoco_tendon import (
     without_tension_sensors,
 )
 from tendon_mj.verification.step_cost import StepCost, bench_step_cost, finger_step_cost
-from tendon_mj.verification.timing import time_in_turns
+from tendon_mj.verification.timing import Spread, times_in_turns
 
 
 def tapping_angles(spec, finger):
@@ -71,15 +71,22 @@ def test_a_step_cost_is_positive_and_its_ratio_that_of_the_times():
     cost = bench_step_cost(Bench(guides=4), rounds=1)
     assert cost.step > 0.0
     assert cost.reference_step > 0.0
-    assert StepCost(3e-6, 2e-6).ratio == pytest.approx(1.5)
+    cost = StepCost(np.array([3e-6, 5e-6, 4e-6]), np.array([2e-6, 2e-6, 1e-6]))
+    assert cost.ratio == pytest.approx(2.5)
+    assert cost.added.median == pytest.approx(3e-6)
     short = dataclasses.replace(tap(), time=tap().time / 10.0)
     assert finger_step_cost(short, friction=0.3, rounds=1).ratio > 0.0
 
 
 def test_tasks_are_timed_in_turns():
     order = []
-    slow, fast = time_in_turns(
+    spent = times_in_turns(
         [lambda: order.append("slow") or time.sleep(0.02), lambda: order.append("fast")], rounds=3
     )
     assert order == ["slow", "fast"] * 3
-    assert slow >= 0.02 > fast
+    assert spent.shape == (3, 2)
+    assert (spent[:, 0] >= 0.02).all()
+
+
+def test_a_spread_is_the_median_between_its_quartiles():
+    assert Spread.of(np.array([4.0, 0.0, 3.0, 1.0, 2.0])) == Spread(2.0, 1.0, 3.0)
