@@ -41,6 +41,7 @@ def add_friction(
     axial_stiffness: float | None = None,
     pretension: float | None = None,
     arc_guides: int = 1,
+    inner_guides: int | None = None,
     name: str | None = None,
     reel: str | None = None,
     reel_joint: str | None = None,
@@ -64,7 +65,9 @@ def add_friction(
             pattern with ``*``, ``?`` or ``[…]``. A pattern leaves out tendons that run in a sheath
             or that nothing pulls, and names tendons that have no name; a warning says which.
         <parameters>
-        arc_guides: inner guides on each geom that a tendon may wrap around.
+        arc_guides: guides on each geom that a tendon may wrap around.
+        inner_guides: guides at the first site, for bend that is not drawn (``extra_bend``), as of a
+            cable outside the model; by default one where there is no other, else none.
         name: of the sheath. By default that of a tendon asked for alone is ``sheath`` or, where
             that is taken, ``<tendon>_sheath``; of one among several always ``<tendon>_sheath``.
         reel: name of an actuator to add that winds tendon in at the input, control in metres.
@@ -101,7 +104,14 @@ def add_friction(
         "pretension": pretension,
         **parameters,
     }
-    request = Request(law, _count(arc_guides), ends, bool(ends) or reel is not None)  # type: ignore[arg-type]
+    request = Request(
+        law=law,  # type: ignore[arg-type]
+        arc_guides=_count("arc_guides", arc_guides, 1),
+        inner_guides=None if inner_guides is None else _count("inner_guides", inner_guides, 0),
+        ends=ends,
+        is_wound=bool(ends) or reel is not None,
+        is_wound_in=reel_joint is not None or reel is not None,
+    )
     taken = TakenNames(spec)
     if name is not None and (not name or name in taken.instances):
         raise InvalidValueError(f"{name!r} cannot be the name of a plugin instance: empty or taken")
@@ -123,7 +133,7 @@ def add_friction(
     spec.activate_plugin(NAME)
     for sheath in sheaths:
         _add(spec, sheath, reel)
-    _say(unnamed, left_out, [s.tendon_name for s in sheaths if not s.design.can_rub])
+    _say(unnamed, left_out, {s.tendon_name: s.design.idle for s in sheaths if s.design.idle})
     return spec
 
 
@@ -183,18 +193,16 @@ def _add(spec: mujoco.MjSpec, sheath: _Sheath, reel: str | None) -> None:
         show(spec, tendon, kind, sensor, instance)
 
 
-def _say(unnamed: Sequence[str], left_out: Mapping[str, str], idle: Sequence[str]) -> None:
+def _say(unnamed: Sequence[str], left_out: Mapping[str, str], idle: Mapping[str, str]) -> None:
     """Warn of tendons that were named or left as they are, and of friction without effect."""
     said = []
     if unnamed:
         said.append(f"tendons without a name are now {_listed(unnamed)}")
     if left_out:
         said.append(f"left as they are: {_reasons(left_out)}")
-    if idle:
-        said.append(
-            f"friction can do nothing on {_listed(idle)}, with two sites and nothing to bend over: "
-            "give extra_bend [rad], or route it over more sites"
-        )
+    for why in dict.fromkeys(idle.values()):
+        names = [name for name, reason in idle.items() if reason == why]
+        said.append(f"friction can do nothing on {_listed(names)}, {why}")
     for one in said:
         warnings.warn(f"add_friction: {one}", TendonWarning, stacklevel=3)
 
@@ -211,14 +219,14 @@ def _listed(names: Iterable[str]) -> str:
     return ", ".join(map(repr, names))
 
 
-def _count(arc_guides: SupportsIndex) -> int:
-    """Number of guides on an arc."""
+def _count(name: str, value: SupportsIndex, least: int) -> int:
+    """A keyword's value as a number of guides."""
     try:
-        count = -1 if isinstance(arc_guides, bool) else operator.index(arc_guides)
+        count = -1 if isinstance(value, bool) else operator.index(value)
     except TypeError:
         count = -1
-    if count < 1:
-        raise InvalidValueError(f"arc_guides = {arc_guides!r} must be a whole number ≥ 1")
+    if count < least:
+        raise InvalidValueError(f"{name} = {value!r} must be a whole number ≥ {least}")
     return count
 
 
