@@ -17,6 +17,7 @@ from tendon_mj.attach.names import SheathNames, TakenNames
 from tendon_mj.attach.sensor import check_kinds, show
 from tendon_mj.attach.sheath_design import Design, Request, design_sheath
 from tendon_mj.attach.sheathed import actuators_by_tendon, sheaths_by_tendon
+from tendon_mj.attach.spool import Spool, SpoolDesign, add_spools, design_spool, spool_names
 from tendon_mj.attach.spring import keep_spring, spring_of
 from tendon_mj.attach.tendon_choice import Chosen, asks_for_several, choose_tendons
 from tendon_mj.engine import NAME
@@ -29,7 +30,7 @@ class _Sheath(NamedTuple):
     tendon_name: str
     spring: list[float]  # of the tendon, as it was
     design: Design
-    names: SheathNames
+    spool: SpoolDesign | None
 
 
 @takes(LAW)
@@ -48,6 +49,7 @@ def add_friction(
     reel_radius: float | None = None,
     output_joint: str | None = None,
     output_radius: float | None = None,
+    spool: Spool | None = None,
     sensors: Sequence[str] = ("input_tension", "output_tension"),
     **parameters: Unpack[OptionalParameters],
 ) -> mujoco.MjSpec:
@@ -74,6 +76,10 @@ def add_friction(
             Without one, a sensor named like the sheath is added, which shows T_in and T_out.
         reel_joint, reel_radius: joint [rad] or slide whose motion winds tendon in, and radius [m].
         output_joint, output_radius: the same at the output end.
+        spool: that the actuators of a tendon are to turn instead of pulling it: a body
+            ``<tendon>_spool`` on a hinge of that name, at the first site and on its body. At rest
+            their force is T_in + T_in²/2EA. ``axial_stiffness`` is required; T_0 is 0 by default,
+            and ``axial_damping`` EA times the time step, against ringing.
         sensors: kinds to add. Those of a tendon asked for alone are named like the kind, or
             ``<name>_<kind>`` where that is taken; of one among several ``<tendon>_<kind>``.
 
@@ -83,7 +89,8 @@ def add_friction(
     Raises:
         UnknownNameError: no such tendon, parameter or sensor kind, with the nearest name.
         InvalidValueError: a parameter outside its range, a tendon asked for by its name that cannot
-            run in a sheath or already does, or a pattern that means no other.
+            run in a sheath or already does, or a pattern that means no other; an actuator that
+            would not pull through a spool as before, such as a muscle.
 
     Warns:
         TendonWarning: of tendons that were named, left out, or have nothing to rub on.
@@ -94,6 +101,8 @@ def add_friction(
     own = {"name": name, "reel": reel, "reel_joint": reel_joint, "output_joint": output_joint}
     if several:
         _refuse_for_several(own, tendon)
+    if spool is not None and (reel is not None or reel_joint is not None):
+        raise InvalidValueError("give one of spool, reel and reel_joint, not more")
     if reel is not None and reel in [actuator.name for actuator in spec.actuators]:
         raise InvalidValueError(f"the model already has an actuator {reel!r}")
     ends = _spool(spec, "reel", reel_joint, reel_radius)
@@ -109,31 +118,35 @@ def add_friction(
         arc_guides=_count("arc_guides", arc_guides, 1),
         inner_guides=None if inner_guides is None else _count("inner_guides", inner_guides, 0),
         ends=ends,
-        is_wound=bool(ends) or reel is not None,
-        is_wound_in=reel_joint is not None or reel is not None,
+        is_wound=bool(ends) or reel is not None or spool is not None,
+        is_wound_in=reel_joint is not None or reel is not None or spool is not None,
+        spool=spool,
+        timestep=float(spec.option.timestep),
     )
     taken = TakenNames(spec)
     if name is not None and (not name or name in taken.instances):
         raise InvalidValueError(f"{name!r} cannot be the name of a plugin instance: empty or taken")
     chosen = choose_tendons(spec, tendon)
-    designs, left_out = _design(spec, chosen, request)
-    if not designs:
+    sheaths, left_out = _design(spec, chosen, request)
+    if not sheaths:
         raise InvalidValueError(
             f"none of the tendons that {tendon!r} means can be given a sheath: {_reasons(left_out)}"
         )
-    sheaths = []
-    for one, spring, design in designs:
-        names = (
-            taken.of_several(one.name, sensors)
-            if several
-            else taken.of_one(one.name, sensors, name)
-        )
-        sheaths.append(_Sheath(one.element, one.name, spring, design, names))
     unnamed = [sheath.tendon_name for sheath in sheaths if not sheath.tendon.name]
+    spools = {sheath.tendon_name: sheath.spool for sheath in sheaths if sheath.spool}
+    joints = spool_names(spec, spools)
+    add_spools(spec, {joints[one]: design for one, design in spools.items()})
     spec.activate_plugin(NAME)
     for sheath in sheaths:
-        _add(spec, sheath, reel)
-    _say(unnamed, left_out, {s.tendon_name: s.design.idle for s in sheaths if s.design.idle})
+        one = sheath.tendon_name
+        given = taken.of_several(one, sensors) if several else taken.of_one(one, sensors, name)
+        _add(spec, sheath, given, reel, joints.get(one))
+    _say(
+        unnamed,
+        left_out,
+        {s.tendon_name: s.design.idle for s in sheaths if s.design.idle},
+        [design.warning for design in spools.values() if design.warning],
+    )
     return spec
 
 
@@ -148,8 +161,8 @@ def _refuse_for_several(own: Mapping[str, str | None], tendon: str | Sequence[st
 
 def _design(
     spec: mujoco.MjSpec, chosen: Sequence[Chosen], request: Request
-) -> tuple[list[tuple[Chosen, list[float], Design]], dict[str, str]]:
-    """Sheaths to be added, with their tendons' springs; tendons that a pattern leaves out → why.
+) -> tuple[list[_Sheath], dict[str, str]]:
+    """Sheaths to be added; tendons that a pattern leaves out → why.
 
     Raises:
         InvalidValueError: a tendon asked for by its name cannot have a sheath.
@@ -158,29 +171,41 @@ def _design(
     sheathed = sheaths_by_tendon(spec)
     actuators = actuators_by_tendon(spec)
     springs = [spring_of(one.element) for one in chosen]  # before it is compiled
-    designs, left_out = [], {}
-    for one, spring in zip(chosen, springs, strict=True):
+    sheaths, left_out = [], {}
+    for (tendon, name, by_name), spring in zip(chosen, springs, strict=True):
         try:
-            if one.name in sheathed:
+            if name in sheathed:
                 raise UnsuitedTendonError(
-                    f"tendon {one.name!r} already runs in sheath {sheathed[one.name].name!r}"
+                    f"tendon {name!r} already runs in sheath {sheathed[name].name!r}"
                 )
-            pulling = actuators.get(one.name, [])
-            design = design_sheath(one.element, one.name, request, pulling, compiled)
+            pulling = actuators.get(name, [])
+            design = design_sheath(tendon, name, request, pulling, compiled)
+            spool = None
+            if request.spool is not None:
+                stiffness = float(design.config["axial_stiffness"])
+                strain = float(design.config["pretension"]) / stiffness
+                spool = design_spool(
+                    spec, tendon, name, request.spool, stiffness, strain, pulling, compiled
+                )
         except UnsuitedTendonError as error:
-            if one.by_name:
+            if by_name:
                 raise
-            left_out[one.name] = str(error)
+            left_out[name] = str(error)
             continue
-        designs.append((one, spring, design))
-    return designs, left_out
+        sheaths.append(_Sheath(tendon, name, spring, design, spool))
+    return sheaths, left_out
 
 
-def _add(spec: mujoco.MjSpec, sheath: _Sheath, reel: str | None) -> None:
+def _add(
+    spec: mujoco.MjSpec, sheath: _Sheath, names: SheathNames, reel: str | None, spool: str | None
+) -> None:
     """Add a sheath with what refers to it, without which `MjSpec.copy` and attach would lose it."""
-    tendon, names = sheath.tendon_name, sheath.names
+    tendon = sheath.tendon_name
     sheath.tendon.name = tendon
-    plugin = add_instance(spec, names.sheath, {"tendon": tendon, **sheath.design.config}, NAME)
+    config = {"tendon": tendon, **sheath.design.config}
+    if sheath.spool is not None and spool is not None:
+        config |= {"reel_joint": spool, "reel_radius": repr(sheath.spool.radius)}
+    plugin = add_instance(spec, names.sheath, config, NAME)
     if sheath.design.takes_spring:
         keep_spring(spec, sheath.tendon, sheath.spring)
     if reel is None:
@@ -193,7 +218,12 @@ def _add(spec: mujoco.MjSpec, sheath: _Sheath, reel: str | None) -> None:
         show(spec, tendon, kind, sensor, instance)
 
 
-def _say(unnamed: Sequence[str], left_out: Mapping[str, str], idle: Mapping[str, str]) -> None:
+def _say(
+    unnamed: Sequence[str],
+    left_out: Mapping[str, str],
+    idle: Mapping[str, str],
+    more: Sequence[str],
+) -> None:
     """Warn of tendons that were named or left as they are, and of friction without effect."""
     said = []
     if unnamed:
@@ -203,7 +233,7 @@ def _say(unnamed: Sequence[str], left_out: Mapping[str, str], idle: Mapping[str,
     for why in dict.fromkeys(idle.values()):
         names = [name for name, reason in idle.items() if reason == why]
         said.append(f"friction can do nothing on {_listed(names)}, {why}")
-    for one in said:
+    for one in [*said, *more]:
         warnings.warn(f"add_friction: {one}", TendonWarning, stacklevel=3)
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, SupportsFloat
 
 import mujoco
 
 from tendon_mj.attach.elasticity import own_elasticity
 from tendon_mj.attach.keywords import as_number
+from tendon_mj.attach.spool import Spool
 from tendon_mj.attach.spring import has_spring
 from tendon_mj.attach.tendon_path import TendonPath, path_of
 from tendon_mj.errors import InvalidValueError, UnsuitedTendonError
@@ -32,6 +33,8 @@ class Request(NamedTuple):
         ends: attributes of spools.
         is_wound: whether a reel or a spool winds tendon in or out.
         is_wound_in: whether one does so at the input.
+        spool: that the tendon's actuators are to turn.
+        timestep: of the model [s].
     """
 
     law: Mapping[str, SupportsFloat | None]
@@ -40,6 +43,8 @@ class Request(NamedTuple):
     ends: Mapping[str, str]
     is_wound: bool
     is_wound_in: bool
+    spool: Spool | None
+    timestep: float
 
 
 class Design(NamedTuple):
@@ -60,7 +65,7 @@ def design_sheath(
     tendon: mujoco.MjsTendon,
     name: str,
     request: Request,
-    actuators: list[str],
+    actuators: Sequence[mujoco.MjsActuator],
     compiled: Callable[[], mujoco.MjModel],
 ) -> Design:
     """The sheath that a request means for a tendon.
@@ -74,7 +79,7 @@ def design_sheath(
         tendon: of a spec.
         name: of the tendon, or the one that it will have.
         request: what is asked for.
-        actuators: names of those on the tendon.
+        actuators: on the tendon.
         compiled: returns the compiled spec.
 
     Raises:
@@ -90,13 +95,21 @@ def design_sheath(
         None if request.law[key] is None else as_number(key, request.law[key])
         for key in ("axial_stiffness", "pretension")
     )
+    if request.spool is not None:
+        if stiffness is None:
+            raise InvalidValueError(
+                f"tendon {name!r} is to be wound by a spool: give axial_stiffness [N]"
+            )
+        pretension = 0.0 if pretension is None else pretension
+        damping = {"axial_damping": stiffness * request.timestep}
+        request = request._replace(law=damping | dict(request.law))
     inner = _inner_guides(path, _law(request, stiffness, pretension), request.inner_guides)
     only_inner = inner > 0 and path.bends() == 0
     if actuators and not request.is_wound:
         if pretension is not None:
             raise InvalidValueError(
-                f"tendon {name!r} is driven by {' and '.join(map(repr, actuators))}, whose force "
-                "is its input tension: leave pretension out"
+                f"tendon {name!r} is driven by {' and '.join(repr(a.name) for a in actuators)}, "
+                "whose force is its input tension: leave pretension out"
             )
         is_driven = True
     else:

@@ -140,7 +140,7 @@ def attach_friction(
                 most_bend=max(most + more, 0.0),
                 friction=float(config.get("friction", friction)),
                 axial_stiffness=float(stiffness) if stiffness else None,
-                drives=", ".join(pulling.get(name, []))
+                drives=", ".join(actuator.name for actuator in pulling.get(name, []))
                 or ("its spring" if name in had_spring else "nothing"),
                 done=_done(sheath, name in sheathed, name in unnamed, moved),
                 sheath=sheath.name if sheath else "",
