@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from tendon_mj.attach import Parameters as Parameters
+from tendon_mj.attach import Spool as Spool
 from tendon_mj.attach import add_friction as add_friction
 from tendon_mj.attach import add_sensor as add_sensor
 from tendon_mj.attach import add_servo as add_servo
@@ -96,6 +97,7 @@ __all__ = [
     "Recording",
     "Simulates",
     "Simulator",
+    "Spool",
     "TendonError",
     "TendonWarning",
     "Uncertain",

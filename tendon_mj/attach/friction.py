@@ -17,6 +17,7 @@ from tendon_mj.attach.names import SheathNames, TakenNames
 from tendon_mj.attach.sensor import check_kinds, show
 from tendon_mj.attach.sheath_design import Design, Request, design_sheath
 from tendon_mj.attach.sheathed import actuators_by_tendon, sheaths_by_tendon
+from tendon_mj.attach.spool import Spool, SpoolDesign, add_spools, design_spool, spool_names
 from tendon_mj.attach.spring import keep_spring, spring_of
 from tendon_mj.attach.tendon_choice import Chosen, asks_for_several, choose_tendons
 from tendon_mj.engine import NAME
@@ -29,7 +30,7 @@ class _Sheath(NamedTuple):
     tendon_name: str
     spring: list[float]  # of the tendon, as it was
     design: Design
-    names: SheathNames
+    spool: SpoolDesign | None
 
 
 @takes(LAW)
@@ -41,12 +42,14 @@ def add_friction(
     axial_stiffness: float | None = None,
     pretension: float | None = None,
     arc_guides: int = 1,
+    inner_guides: int | None = None,
     name: str | None = None,
     reel: str | None = None,
     reel_joint: str | None = None,
     reel_radius: float | None = None,
     output_joint: str | None = None,
     output_radius: float | None = None,
+    spool: Spool | None = None,
     sensors: Sequence[str] = ("input_tension", "output_tension"),
     **parameters: Unpack[OptionalParameters],
 ) -> mujoco.MjSpec:
@@ -64,13 +67,19 @@ def add_friction(
             pattern with ``*``, ``?`` or ``[…]``. A pattern leaves out tendons that run in a sheath
             or that nothing pulls, and names tendons that have no name; a warning says which.
         <parameters>
-        arc_guides: inner guides on each geom that a tendon may wrap around.
+        arc_guides: guides on each geom that a tendon may wrap around.
+        inner_guides: guides at the first site, for bend that is not drawn (``extra_bend``), as of a
+            cable outside the model; by default one where there is no other, else none.
         name: of the sheath. By default that of a tendon asked for alone is ``sheath`` or, where
             that is taken, ``<tendon>_sheath``; of one among several always ``<tendon>_sheath``.
         reel: name of an actuator to add that winds tendon in at the input, control in metres.
             Without one, a sensor named like the sheath is added, which shows T_in and T_out.
         reel_joint, reel_radius: joint [rad] or slide whose motion winds tendon in, and radius [m].
         output_joint, output_radius: the same at the output end.
+        spool: that the actuators of a tendon are to turn instead of pulling it: a body
+            ``<tendon>_spool`` on a hinge of that name, at the first site and on its body. At rest
+            their force is T_in + T_in²/2EA. ``axial_stiffness`` is required; T_0 is 0 by default,
+            and ``axial_damping`` EA times the time step, against ringing.
         sensors: kinds to add. Those of a tendon asked for alone are named like the kind, or
             ``<name>_<kind>`` where that is taken; of one among several ``<tendon>_<kind>``.
 
@@ -80,7 +89,8 @@ def add_friction(
     Raises:
         UnknownNameError: no such tendon, parameter or sensor kind, with the nearest name.
         InvalidValueError: a parameter outside its range, a tendon asked for by its name that cannot
-            run in a sheath or already does, or a pattern that means no other.
+            run in a sheath or already does, or a pattern that means no other; an actuator that
+            would not pull through a spool as before, such as a muscle.
 
     Warns:
         TendonWarning: of tendons that were named, left out, or have nothing to rub on.
@@ -91,6 +101,8 @@ def add_friction(
     own = {"name": name, "reel": reel, "reel_joint": reel_joint, "output_joint": output_joint}
     if several:
         _refuse_for_several(own, tendon)
+    if spool is not None and (reel is not None or reel_joint is not None):
+        raise InvalidValueError("give one of spool, reel and reel_joint, not more")
     if reel is not None and reel in [actuator.name for actuator in spec.actuators]:
         raise InvalidValueError(f"the model already has an actuator {reel!r}")
     ends = _spool(spec, "reel", reel_joint, reel_radius)
@@ -101,29 +113,40 @@ def add_friction(
         "pretension": pretension,
         **parameters,
     }
-    request = Request(law, _count(arc_guides), ends, bool(ends) or reel is not None)  # type: ignore[arg-type]
+    request = Request(
+        law=law,  # type: ignore[arg-type]
+        arc_guides=_count("arc_guides", arc_guides, 1),
+        inner_guides=None if inner_guides is None else _count("inner_guides", inner_guides, 0),
+        ends=ends,
+        is_wound=bool(ends) or reel is not None or spool is not None,
+        is_wound_in=reel_joint is not None or reel is not None or spool is not None,
+        spool=spool,
+        timestep=float(spec.option.timestep),
+    )
     taken = TakenNames(spec)
     if name is not None and (not name or name in taken.instances):
         raise InvalidValueError(f"{name!r} cannot be the name of a plugin instance: empty or taken")
     chosen = choose_tendons(spec, tendon)
-    designs, left_out = _design(spec, chosen, request)
-    if not designs:
+    sheaths, left_out = _design(spec, chosen, request)
+    if not sheaths:
         raise InvalidValueError(
             f"none of the tendons that {tendon!r} means can be given a sheath: {_reasons(left_out)}"
         )
-    sheaths = []
-    for one, spring, design in designs:
-        names = (
-            taken.of_several(one.name, sensors)
-            if several
-            else taken.of_one(one.name, sensors, name)
-        )
-        sheaths.append(_Sheath(one.element, one.name, spring, design, names))
     unnamed = [sheath.tendon_name for sheath in sheaths if not sheath.tendon.name]
+    spools = {sheath.tendon_name: sheath.spool for sheath in sheaths if sheath.spool}
+    joints = spool_names(spec, spools)
+    add_spools(spec, {joints[one]: design for one, design in spools.items()})
     spec.activate_plugin(NAME)
     for sheath in sheaths:
-        _add(spec, sheath, reel)
-    _say(unnamed, left_out, [s.tendon_name for s in sheaths if not s.design.can_rub])
+        one = sheath.tendon_name
+        given = taken.of_several(one, sensors) if several else taken.of_one(one, sensors, name)
+        _add(spec, sheath, given, reel, joints.get(one))
+    _say(
+        unnamed,
+        left_out,
+        {s.tendon_name: s.design.idle for s in sheaths if s.design.idle},
+        [design.warning for design in spools.values() if design.warning],
+    )
     return spec
 
 
@@ -138,8 +161,8 @@ def _refuse_for_several(own: Mapping[str, str | None], tendon: str | Sequence[st
 
 def _design(
     spec: mujoco.MjSpec, chosen: Sequence[Chosen], request: Request
-) -> tuple[list[tuple[Chosen, list[float], Design]], dict[str, str]]:
-    """Sheaths to be added, with their tendons' springs; tendons that a pattern leaves out → why.
+) -> tuple[list[_Sheath], dict[str, str]]:
+    """Sheaths to be added; tendons that a pattern leaves out → why.
 
     Raises:
         InvalidValueError: a tendon asked for by its name cannot have a sheath.
@@ -148,29 +171,41 @@ def _design(
     sheathed = sheaths_by_tendon(spec)
     actuators = actuators_by_tendon(spec)
     springs = [spring_of(one.element) for one in chosen]  # before it is compiled
-    designs, left_out = [], {}
-    for one, spring in zip(chosen, springs, strict=True):
+    sheaths, left_out = [], {}
+    for (tendon, name, by_name), spring in zip(chosen, springs, strict=True):
         try:
-            if one.name in sheathed:
+            if name in sheathed:
                 raise UnsuitedTendonError(
-                    f"tendon {one.name!r} already runs in sheath {sheathed[one.name].name!r}"
+                    f"tendon {name!r} already runs in sheath {sheathed[name].name!r}"
                 )
-            pulling = actuators.get(one.name, [])
-            design = design_sheath(one.element, one.name, request, pulling, compiled)
+            pulling = actuators.get(name, [])
+            design = design_sheath(tendon, name, request, pulling, compiled)
+            spool = None
+            if request.spool is not None:
+                stiffness = float(design.config["axial_stiffness"])
+                strain = float(design.config["pretension"]) / stiffness
+                spool = design_spool(
+                    spec, tendon, name, request.spool, stiffness, strain, pulling, compiled
+                )
         except UnsuitedTendonError as error:
-            if one.by_name:
+            if by_name:
                 raise
-            left_out[one.name] = str(error)
+            left_out[name] = str(error)
             continue
-        designs.append((one, spring, design))
-    return designs, left_out
+        sheaths.append(_Sheath(tendon, name, spring, design, spool))
+    return sheaths, left_out
 
 
-def _add(spec: mujoco.MjSpec, sheath: _Sheath, reel: str | None) -> None:
+def _add(
+    spec: mujoco.MjSpec, sheath: _Sheath, names: SheathNames, reel: str | None, spool: str | None
+) -> None:
     """Add a sheath with what refers to it, without which `MjSpec.copy` and attach would lose it."""
-    tendon, names = sheath.tendon_name, sheath.names
+    tendon = sheath.tendon_name
     sheath.tendon.name = tendon
-    plugin = add_instance(spec, names.sheath, {"tendon": tendon, **sheath.design.config}, NAME)
+    config = {"tendon": tendon, **sheath.design.config}
+    if sheath.spool is not None and spool is not None:
+        config |= {"reel_joint": spool, "reel_radius": repr(sheath.spool.radius)}
+    plugin = add_instance(spec, names.sheath, config, NAME)
     if sheath.design.takes_spring:
         keep_spring(spec, sheath.tendon, sheath.spring)
     if reel is None:
@@ -183,19 +218,22 @@ def _add(spec: mujoco.MjSpec, sheath: _Sheath, reel: str | None) -> None:
         show(spec, tendon, kind, sensor, instance)
 
 
-def _say(unnamed: Sequence[str], left_out: Mapping[str, str], idle: Sequence[str]) -> None:
+def _say(
+    unnamed: Sequence[str],
+    left_out: Mapping[str, str],
+    idle: Mapping[str, str],
+    more: Sequence[str],
+) -> None:
     """Warn of tendons that were named or left as they are, and of friction without effect."""
     said = []
     if unnamed:
         said.append(f"tendons without a name are now {_listed(unnamed)}")
     if left_out:
         said.append(f"left as they are: {_reasons(left_out)}")
-    if idle:
-        said.append(
-            f"friction can do nothing on {_listed(idle)}, with two sites and nothing to bend over: "
-            "give extra_bend [rad], or route it over more sites"
-        )
-    for one in said:
+    for why in dict.fromkeys(idle.values()):
+        names = [name for name, reason in idle.items() if reason == why]
+        said.append(f"friction can do nothing on {_listed(names)}, {why}")
+    for one in [*said, *more]:
         warnings.warn(f"add_friction: {one}", TendonWarning, stacklevel=3)
 
 
@@ -211,14 +249,14 @@ def _listed(names: Iterable[str]) -> str:
     return ", ".join(map(repr, names))
 
 
-def _count(arc_guides: SupportsIndex) -> int:
-    """Number of guides on an arc."""
+def _count(name: str, value: SupportsIndex, least: int) -> int:
+    """A keyword's value as a number of guides."""
     try:
-        count = -1 if isinstance(arc_guides, bool) else operator.index(arc_guides)
+        count = -1 if isinstance(value, bool) else operator.index(value)
     except TypeError:
         count = -1
-    if count < 1:
-        raise InvalidValueError(f"arc_guides = {arc_guides!r} must be a whole number ≥ 1")
+    if count < least:
+        raise InvalidValueError(f"{name} = {value!r} must be a whole number ≥ {least}")
     return count
 
 

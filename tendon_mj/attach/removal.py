@@ -9,6 +9,7 @@ import mujoco
 
 from tendon_mj.attach.instance import own_configs
 from tendon_mj.attach.sheathed import instances, sheaths_by_tendon
+from tendon_mj.attach.spool import remove_spools, spools_by_tendon
 from tendon_mj.attach.spring import give_spring_back
 from tendon_mj.attach.tendon_choice import choose_tendons
 from tendon_mj.engine import NAME, SERVO
@@ -16,11 +17,11 @@ from tendon_mj.errors import InvalidValueError
 
 
 def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.MjSpec:
-    """Take the sheaths off tendons, with their sensors and the reels that wind them.
+    """Take the sheaths off tendons, with their sensors and the reels and spools that wind them.
 
     A tendon gets the stiffness and spring length back that `add_friction` moved into its sheath,
-    so that the model compiles to what it was before. From one whose sheath was written in MJCF
-    nothing was taken: it stays as it is.
+    and its actuators from a spool that it added, so that the model compiles to what it was before.
+    From one whose sheath was written in MJCF nothing was taken: it stays as it is.
 
     Args:
         spec: changed in place and returned; not at all where the call is refused.
@@ -31,8 +32,8 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
 
     Raises:
         UnknownNameError: no such tendon.
-        InvalidValueError: a tendon asked for by its name runs in no sheath, or a servo or a sensor
-            needs what would go.
+        InvalidValueError: a tendon asked for by its name runs in no sheath, or a servo, a sensor
+            or whatever else needs what would go.
     """
     sheaths = sheaths_by_tendon(spec)
     chosen = choose_tendons(spec, tendon)
@@ -43,6 +44,9 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
     configs = {plugin.name: config for plugin, config in instances(spec) if plugin.name}
     actuators = [a for a in spec.actuators if _is_on(a, removed, configs)]
     _check_needed(spec, removed, {actuator.name for actuator in actuators})
+    reel_joints = {c["tendon"]: c["reel_joint"] for c in configs.values() if c.get("reel_joint")}
+    spools = spools_by_tendon(spec, {t: joint for t, joint in reel_joints.items() if t in removed})
+    remove_spools(spec, spools)
     for element in [*actuators, *(s for s in spec.sensors if _is_on(s, removed, configs))]:
         spec.delete(element)  # an instance without a name goes with it
     for plugin in [p for p in spec.plugins if p.name in configs]:

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, SupportsFloat
 
 import mujoco
 
 from tendon_mj.attach.elasticity import own_elasticity
 from tendon_mj.attach.keywords import as_number
+from tendon_mj.attach.spool import Spool
 from tendon_mj.attach.spring import has_spring
-from tendon_mj.attach.tendon_path import path_of
+from tendon_mj.attach.tendon_path import TendonPath, path_of
 from tendon_mj.errors import InvalidValueError, UnsuitedTendonError
 from tendon_mj.sheath.law import LAW, Law
+
+_UNBENT = "with nothing to bend over: give extra_bend [rad], or route it over more sites"
+_HELD = (
+    "all of whose guides are at its first site, where nothing winds it in: route it over more "
+    "sites, or let a reel, a reel_joint or an actuator pull there"
+)
 
 
 class Request(NamedTuple):
@@ -21,15 +28,23 @@ class Request(NamedTuple):
 
     Attributes:
         law: parameters of `Law` by name; EA and T_0 may be None.
-        arc_guides: inner guides on each geom that a tendon may wrap around.
+        arc_guides: guides on each geom that a tendon may wrap around.
+        inner_guides: guides at its first site; None for as many as what is asked for needs.
         ends: attributes of spools.
         is_wound: whether a reel or a spool winds tendon in or out.
+        is_wound_in: whether one does so at the input.
+        spool: that the tendon's actuators are to turn.
+        timestep: of the model [s].
     """
 
     law: Mapping[str, SupportsFloat | None]
     arc_guides: int
+    inner_guides: int | None
     ends: Mapping[str, str]
     is_wound: bool
+    is_wound_in: bool
+    spool: Spool | None
+    timestep: float
 
 
 class Design(NamedTuple):
@@ -38,32 +53,33 @@ class Design(NamedTuple):
     Attributes:
         config: of the plugin instance, but for the tendon's name.
         takes_spring: whether the tendon's own spring moves into the sheath.
-        can_rub: whether there is a guide, or bend that is not drawn.
+        idle: why friction can do nothing, and the remedy; empty where it can.
     """
 
     config: dict[str, str]
     takes_spring: bool
-    can_rub: bool
+    idle: str
 
 
 def design_sheath(
     tendon: mujoco.MjsTendon,
     name: str,
     request: Request,
-    actuators: list[str],
+    actuators: Sequence[mujoco.MjsActuator],
     compiled: Callable[[], mujoco.MjModel],
 ) -> Design:
     """The sheath that a request means for a tendon.
 
     A tendon that an actuator pulls is *driven*: the force on it is its input tension, and its own
     spring stays where it is. Any other is *wound*: its own spring moves into the sheath where it
-    can, and where it cannot it drives the tendon.
+    can, and where it cannot it drives the tendon. So does the spring of a tendon that has no guide
+    but at its first site: friction there acts only on what comes in.
 
     Args:
         tendon: of a spec.
         name: of the tendon, or the one that it will have.
         request: what is asked for.
-        actuators: names of those on the tendon.
+        actuators: on the tendon.
         compiled: returns the compiled spec.
 
     Raises:
@@ -79,29 +95,43 @@ def design_sheath(
         None if request.law[key] is None else as_number(key, request.law[key])
         for key in ("axial_stiffness", "pretension")
     )
-    is_driven = False
+    if request.spool is not None:
+        if stiffness is None:
+            raise InvalidValueError(
+                f"tendon {name!r} is to be wound by a spool: give axial_stiffness [N]"
+            )
+        pretension = 0.0 if pretension is None else pretension
+        damping = {"axial_damping": stiffness * request.timestep}
+        request = request._replace(law=damping | dict(request.law))
+    inner = _inner_guides(path, _law(request, stiffness, pretension), request.inner_guides)
+    only_inner = inner > 0 and path.bends() == 0
     if actuators and not request.is_wound:
         if pretension is not None:
             raise InvalidValueError(
-                f"tendon {name!r} is driven by {' and '.join(map(repr, actuators))}, whose force "
-                "is its input tension: leave pretension out"
+                f"tendon {name!r} is driven by {' and '.join(repr(a.name) for a in actuators)}, "
+                "whose force is its input tension: leave pretension out"
             )
         is_driven = True
-    elif stiffness is None or pretension is None:
-        try:
-            own = own_elasticity(tendon, name, compiled, len(path.branches))
-        except UnsuitedTendonError:
-            is_driven = has_spring(tendon) and pretension is None and not request.is_wound
-            if not is_driven:
-                raise
-        else:
-            stiffness = own[0] if stiffness is None else stiffness
-            pretension = own[1] if pretension is None else pretension
+    else:
+        may_be_driven = has_spring(tendon) and pretension is None and not request.is_wound
+        is_driven = may_be_driven and only_inner
+        if not is_driven and (stiffness is None or pretension is None):
+            try:
+                own = own_elasticity(tendon, name, compiled, len(path.branches))
+            except UnsuitedTendonError:
+                if not may_be_driven:
+                    raise
+                is_driven = True
+            else:
+                stiffness = own[0] if stiffness is None else stiffness
+                pretension = own[1] if pretension is None else pretension
     law = _law(request, stiffness, pretension)
-    guides = path.guides(request.arc_guides)
-    config = {"guides": str(guides)}
+    counts = {"guides": path.guides(request.arc_guides) + inner}
     if path.wraps:
-        config["arc_guides"] = str(request.arc_guides)
+        counts["arc_guides"] = request.arc_guides
+    if inner:
+        counts["inner_guides"] = inner
+    config = {k: str(count) for k, count in counts.items()}
     config |= {k: repr(v) for k, v in dataclasses.asdict(law).items() if v or k == "friction"}
     if is_driven:
         del config["axial_stiffness"]
@@ -109,8 +139,24 @@ def design_sheath(
         config["axial_stiffness"] = repr(stiffness)
     if pretension is not None:
         config["pretension"] = repr(pretension)
-    can_rub = guides > 0 or law.extra_bend != 0.0
-    return Design(config | dict(request.ends), not is_driven, can_rub)
+    idle = ""
+    if path.bends() == 0 and not (inner and _rubs_unbent(law)):
+        idle = _UNBENT
+    elif only_inner and not is_driven and not request.is_wound_in:
+        idle = _HELD
+    return Design(config | dict(request.ends), not is_driven, idle)
+
+
+def _inner_guides(path: TendonPath, law: Law, asked: int | None) -> int:
+    """Guides at the first site: as many as asked for, or one where nothing else could rub."""
+    if asked is not None:
+        return asked
+    return int(path.bends() == 0 and _rubs_unbent(law))
+
+
+def _rubs_unbent(law: Law) -> bool:
+    """Whether there is friction at a guide at which the drawn path does not bend."""
+    return law.extra_bend > 0.0 or law.constant_friction > 0.0 or law.viscous_friction > 0.0
 
 
 def _law(request: Request, stiffness: float | None, pretension: float | None) -> Law:

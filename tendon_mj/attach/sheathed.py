@@ -26,10 +26,10 @@ def sheaths_by_tendon(spec: mujoco.MjSpec) -> dict[str, mujoco.MjsPlugin]:
     return {c.get("tendon", ""): plugin for plugin, c in instances(spec) if "sensor" not in c}
 
 
-def actuators_by_tendon(spec: mujoco.MjSpec) -> dict[str, list[str]]:
-    """Tendon → names of the actuators on it."""
-    found: dict[str, list[str]] = {}
+def actuators_by_tendon(spec: mujoco.MjSpec) -> dict[str, list[mujoco.MjsActuator]]:
+    """Tendon → the actuators on it."""
+    found: dict[str, list[mujoco.MjsActuator]] = {}
     for actuator in spec.actuators:
         if actuator.trntype == mujoco.mjtTrn.mjTRN_TENDON:
-            found.setdefault(actuator.target, []).append(actuator.name)
+            found.setdefault(actuator.target, []).append(actuator)
     return found

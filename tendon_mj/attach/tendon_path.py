@@ -37,10 +37,14 @@ class TendonPath(NamedTuple):
         """Number of geoms that it may wrap around."""
         return sum(branch.wraps for branch in self.branches)
 
+    def bends(self, arc_guides: int = 1) -> int:
+        """Guides that can bend: the inner sites of each branch, `arc_guides` a geom."""
+        within = sum(max(branch.sites - 2, 0) for branch in self.branches)
+        return within + self.wraps * arc_guides
+
     def guides(self, arc_guides: int = 1) -> int:
-        """Number of guides: the inner sites of each branch, `arc_guides` a geom, one a pulley."""
-        inner = sum(max(branch.sites - 2, 0) for branch in self.branches)
-        return inner + self.wraps * arc_guides + len(self.branches) - 1
+        """Number of guides of the path: those that can bend, and one a pulley."""
+        return self.bends(arc_guides) + len(self.branches) - 1
 
 
 def path_of(tendon: mujoco.MjsTendon) -> TendonPath:

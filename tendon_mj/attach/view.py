@@ -88,8 +88,11 @@ class SheathView:
     @property
     def friction_work(self) -> FloatArray:
         """(…, n) friction work at each guide since the reset [J]."""
-        guides = self._read().guides
-        return np.asarray(guides["friction_work"] + guides["trial_friction_work"])
+        found = self._read()
+        not_counted = found.state["has_trial"][..., None] != 0.0  # by a finished step
+        guides = found.guides
+        latest = np.where(not_counted, guides["trial_friction_work"], 0.0)
+        return np.asarray(guides["friction_work"] + latest)
 
     @property
     def unsolved(self) -> Any:

@@ -22,6 +22,7 @@ def attach(
     axial_stiffness: float | None = None,
     pretension: float | None = None,
     arc_guides: int = 1,
+    inner_guides: int | None = None,
     extra_bend: float = 0.0,
 ) -> Attached:
     """Write a model with sheaths on its tendons, and print what each bends by and got.
@@ -34,7 +35,9 @@ def attach(
         axial_stiffness: EA in N; by default as stiff as the step resolves where an actuator pulls
             the tendon, elsewhere that of its own spring.
         pretension: T_0 in N, where no actuator pulls; by default the pull of its own spring.
-        arc_guides: inner guides on each geom that a tendon may wrap around.
+        arc_guides: guides on each geom that a tendon may wrap around.
+        inner_guides: guides at the first site, for extra-bend; by default one where the drawn path
+            has none, else none.
         extra_bend: bend in rad that the drawn path does not show.
     """
     attached = attach_friction(
@@ -45,6 +48,7 @@ def attach(
         axial_stiffness=axial_stiffness,
         pretension=pretension,
         arc_guides=arc_guides,
+        inner_guides=inner_guides,
         extra_bend=extra_bend,
     )
     table = Table(*_HEAD)

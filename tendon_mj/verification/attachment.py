@@ -86,6 +86,7 @@ def attach_friction(
     axial_stiffness: float | None = None,
     pretension: float | None = None,
     arc_guides: int = 1,
+    inner_guides: int | None = None,
     extra_bend: float = 0.0,
 ) -> Attached:
     """Give tendons of a model friction, and write the model as a new file.
@@ -97,7 +98,8 @@ def attach_friction(
         friction: μ.
         axial_stiffness: EA [N].
         pretension: T_0 [N].
-        arc_guides: inner guides on each geom that a tendon may wrap around.
+        arc_guides: guides on each geom that a tendon may wrap around.
+        inner_guides: guides at the first site, for ``extra_bend``.
         extra_bend: bend that the drawn path does not show [rad].
 
     Raises:
@@ -121,6 +123,7 @@ def attach_friction(
                 axial_stiffness=axial_stiffness,
                 pretension=pretension,
                 arc_guides=arc_guides,
+                inner_guides=inner_guides,
                 extra_bend=extra_bend,
             )
         write_sheaths(source, spec, path)
@@ -147,7 +150,7 @@ def attach_friction(
                 friction=float(config.get("friction", friction)),
                 axial_stiffness=float(stiffness) if stiffness else None,
                 largest_stiffness=largest_stiffness(before, one.element.id),
-                drives=", ".join(pulling.get(name, []))
+                drives=", ".join(actuator.name for actuator in pulling.get(name, []))
                 or ("its spring" if name in had_spring else "nothing"),
                 done=_done(sheath, name in sheathed, name in unnamed, moved),
                 sheath=sheath.name if sheath else "",

@@ -119,3 +119,18 @@ def test_other_sheaths_and_other_states_are_refused_by_name(model, states):
     one_sheath = add_friction(finger(), "flexor", friction=0.2).compile()
     with pytest.raises(InvalidValueError, match="data of another model"):
         view_sheath(one_sheath, mujoco.MjData(model), "flexor")
+
+
+def test_friction_work_counts_a_step_once_whether_it_is_finished_or_not():
+    model = add_friction(finger(), "flexor", friction=0.2, sensors=("friction_work",)).compile()
+    data = mujoco.MjData(model)
+    data.qvel[:] = [3.0, -2.0]
+    view, before = view_sheath(model, data, "flexor"), 0.0
+    for _ in range(50):
+        mujoco.mj_step(model, data)
+        finished = float(view.friction_work[0])
+        assert finished == data.sensor("friction_work").data[0] >= before
+        mujoco.mj_forward(model, data)
+        before = float(view.friction_work[0])
+        assert before == data.sensor("friction_work").data[0] >= finished
+    assert before > 0.0

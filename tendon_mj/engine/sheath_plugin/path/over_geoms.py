@@ -142,7 +142,8 @@ def trace_path(
     end = element + integer(pointer(m + layout.m_tendon_num), tendon) - 1
     kinds, objects = pointer(m + layout.m_wrap_type), pointer(m + layout.m_wrap_objid)
     bodies, of_geoms = pointer(m + layout.m_site_bodyid), pointer(m + layout.m_geom_bodyid)
-    at = integer(pointer(d + layout.d_ten_wrapadr), tendon)
+    start = integer(pointer(d + layout.d_ten_wrapadr), tendon)
+    at = start
     touched = pointer(d + layout.d_wrap_obj)
     points = coordinates(pointer(d + layout.d_wrap_xpos))
     j, divisor, arc = 0, 1.0, 0
@@ -175,7 +176,7 @@ def trace_path(
         if kind == SITE:
             far = integer(bodies, integer(objects, element + 1))
             segments[j].length = max(_SHORTEST, norm(goes))
-            _span(segments, j, at, near, far, divisor)
+            _span(segments, j, at - start, near, far, divisor)
             element += 1
             at += 1
         else:
@@ -201,11 +202,11 @@ def trace_path(
                 for k in range(count):
                     _note(path, j + k + 1, points, at + (1 if 2 * k < count else 2))
                 segments[j].length = max(_SHORTEST, norm(goes) + half)
-                _span(segments, j, at, near, drum, divisor)
+                _span(segments, j, at - start, near, drum, divisor)
                 j += count
                 left = minus(vector(points, at + 3), vector(points, at + 2))
                 segments[j].length = max(_SHORTEST, norm(left) + half)
-                _span(segments, j, at + 2, drum, far, divisor)
+                _span(segments, j, at - start + 2, drum, far, divisor)
                 came = left if left != (0.0, 0.0, 0.0) else came
                 at += 3
             else:
@@ -214,7 +215,7 @@ def trace_path(
                     _note(path, j + k + 1, points, at)
                 half = 0.5 * norm(goes)
                 segments[j].length = max(_SHORTEST, half)
-                _span(segments, j, at, near, far, divisor)
+                _span(segments, j, at - start, near, far, divisor)
                 j += count
                 segments[j].length = max(_SHORTEST, half)
                 segments[j].divisor = divisor

@@ -1,0 +1,180 @@
+"""Bend that the drawn path does not show: tendons whose guides are at their first site."""
+
+import math
+import warnings
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj import TendonWarning, add_friction, view_sheath
+from tendon_mj.errors import InvalidValueError
+
+MU, BEND = 0.2, 2.0
+RATIO = math.exp(MU * BEND)
+PULLED = {
+    "motor": '<motor tendon="t"/>',
+    "muscle": '<muscle tendon="t" force="60" lengthrange=".1 .5"/>',
+}
+PATHS = {
+    "two sites": '<site site="a"/><site site="b"/>',
+    "a site between": '<site site="a"/><site site="k"/><site site="b"/>',
+    "a drum": '<site site="a"/><geom geom="drum"/><site site="b"/>',
+}
+PULLEY = '<site site="a"/><site site="k"/><pulley divisor="2"/><site site="k"/><site site="b"/>'
+
+
+def rig(actuators=PULLED["motor"], path=PATHS["two sites"], tendon=""):
+    """A mass on a slide at the end of a tendon, pulled by a motor of its own besides."""
+    return mujoco.MjSpec.from_string(f"""<mujoco><option timestep="0.001" gravity="0 0 0"/>
+      <worldbody><site name="a"/><site name="k" pos=".1 0 .05"/>
+        <geom name="drum" type="cylinder" size=".02" fromto=".15 -.1 .01 .15 .1 .01"/>
+        <body pos=".3 0 0"><joint name="x" type="slide" axis="1 0 0" damping="40"/>
+          <geom size=".01" mass=".3" contype="0" conaffinity="0"/><site name="b"/></body>
+      </worldbody>
+      <tendon><spatial name="t" {tendon}>{path}</spatial></tendon>
+      <actuator>{actuators}<motor name="load" joint="x"/></actuator></mujoco>""")
+
+
+def sliding(spec, pull, load, steps=40):
+    """View of the sheath as it slides steadily."""
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.ctrl[:] = pull, load
+    mujoco.mj_step(model, data, steps)
+    mujoco.mj_forward(model, data)
+    return view_sheath(model, data, "t"), data
+
+
+@pytest.mark.parametrize("inner", [None, 1, 2, 16])
+@pytest.mark.parametrize(("pull", "load", "sense"), [(-20.0, 0.0, 1.0), (-5.0, 20.0, -1.0)])
+def test_a_motor_over_two_sites_loses_what_the_bend_says(pull, load, sense, inner):
+    spec = add_friction(rig(), "t", friction=MU, extra_bend=BEND, inner_guides=inner)
+    view, data = sliding(spec, pull, load)
+    assert view.input_tension == -pull
+    assert view.input_tension / view.output_tension == pytest.approx(RATIO**sense, rel=1e-9)
+    assert (view.slip == sense).all()
+    assert view.slip.size == (inner or 1)
+    felt = data.qfrc_actuator[0] - load + data.qfrc_passive[0] + 40.0 * data.qvel[0]
+    assert felt == pytest.approx(-view.output_tension, rel=1e-9)
+
+
+@pytest.mark.parametrize("inner", [None, 0, 3])
+@pytest.mark.parametrize("path", ["a site between", "a drum"])
+@pytest.mark.parametrize(("pull", "load", "sense"), [(-20.0, 0.0, 1.0), (-5.0, 20.0, -1.0)])
+def test_drawn_guides_share_it_with_those_at_the_first_site(pull, load, sense, path, inner):
+    spec = rig(path=PATHS[path])
+    add_friction(spec, "t", friction=MU, extra_bend=BEND, inner_guides=inner)
+    assert ("inner_guides" in spec.plugin("sheath").config) == bool(inner)
+    view, _ = sliding(spec, pull, load)
+    bend = BEND + view.bend_angle.sum()
+    assert bend > BEND + 0.05
+    ratio = math.exp(sense * MU * bend)
+    assert view.input_tension / view.output_tension == pytest.approx(ratio, rel=1e-9)
+
+
+def test_a_muscle_over_two_sites_loses_it_too():
+    view, _ = sliding(
+        add_friction(rig(PULLED["muscle"]), "t", friction=MU, extra_bend=BEND), 1.0, 0.0
+    )
+    assert view.input_tension > 1.0
+    assert view.input_tension / view.output_tension == pytest.approx(RATIO, rel=1e-9)
+
+
+@pytest.mark.parametrize(("sense", "way"), [(1.0, 1e-5), (-1.0, -1e-5)])
+@pytest.mark.parametrize("inner", [None, 4])
+def test_a_reel_over_two_sites_feels_it(sense, way, inner):
+    spec = rig("", tendon='stiffness="40" springlength="0 .2"')
+    spec.joint("x").stiffness[0], spec.joint("x").springref = 500.0, 0.01
+    add_friction(spec, "t", friction=MU, extra_bend=BEND, inner_guides=inner, reel="reel")
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    for k in range(300):
+        data.actuator("reel").ctrl[0] = way * k
+        mujoco.mj_step(model, data)
+    mujoco.mj_forward(model, data)
+    view = view_sheath(model, data, "t")
+    assert view.output_tension > 1.0
+    assert view.input_tension / view.output_tension == pytest.approx(RATIO**sense, rel=1e-9)
+
+
+def test_a_spring_over_two_sites_stays_and_its_pull_is_the_input_tension():
+    """The spring moved into the sheath would lie behind the friction, which did nothing then."""
+    spring = 'stiffness="40" springlength="0 .2"'
+    spec = add_friction(rig("", tendon=spring), "t", friction=MU, extra_bend=BEND)
+    model = spec.compile()
+    assert model.tendon_stiffness[0] == 40.0
+    data = mujoco.MjData(model)
+    ratios = []
+    for load in (0.0, 12.0):
+        data.ctrl[:] = load
+        mujoco.mj_step(model, data, 40)
+        mujoco.mj_forward(model, data)
+        view = view_sheath(model, data, "t")
+        assert view.input_tension == pytest.approx(40.0 * (data.ten_length[0] - 0.2), rel=1e-9)
+        ratios.append(view.input_tension / view.output_tension)
+    assert ratios == pytest.approx([RATIO, 1.0 / RATIO], rel=1e-9)
+
+
+def test_tension_independent_friction_alone_is_enough_too():
+    view, _ = sliding(add_friction(rig(), "t", friction=0.0, constant_friction=3.0), -20.0, 0.0)
+    assert view.input_tension - view.output_tension == pytest.approx(3.0, rel=1e-9)
+
+
+def test_a_branch_that_begins_where_the_first_one_ends_takes_over_what_arrives_there():
+    spec = rig(path=PULLEY)
+    add_friction(spec, "t", friction=MU, extra_bend=BEND)
+    assert spec.plugin("sheath").config["guides"] == "2"
+    view, _ = sliding(spec, -20.0, 0.0)
+    # the first branch is between fixed sites: its guide holds, with what it was laid with
+    assert view.tension[2] == pytest.approx(view.tension[1] / 2.0, rel=1e-9)
+
+
+NOTHING = r"friction can do nothing on 't', with nothing to bend over: give extra_bend \[rad\]"
+HELD = r"friction can do nothing on 't', all of whose guides are at its first site.*or let a reel"
+IDLE = [
+    (PATHS["two sites"], {}, NOTHING),
+    (PATHS["two sites"], {"inner_guides": 2}, NOTHING),
+    (PATHS["two sites"], {"extra_bend": -1.0}, NOTHING),
+    (PATHS["two sites"], {"extra_bend": 1.0, "inner_guides": 0}, NOTHING),
+    (PULLEY, {}, NOTHING),
+]
+
+
+@pytest.mark.parametrize(("path", "given", "said"), IDLE)
+def test_a_driven_tendon_on_which_nothing_rubs_is_said_to_be_one(path, given, said):
+    with pytest.warns(TendonWarning, match=said):
+        add_friction(rig(path=path), "t", friction=MU, **given).compile()
+
+
+@pytest.mark.parametrize("more", [{}, {"output_joint": "x", "output_radius": 1.0}])
+def test_a_tendon_held_at_its_only_guide_is_said_to_be_idle(more):
+    given = {"axial_stiffness": 1e4, "pretension": 5.0, "extra_bend": BEND}
+    with pytest.warns(TendonWarning, match=HELD):
+        add_friction(rig(""), "t", friction=MU, **given, **more).compile()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        add_friction(rig(""), "t", friction=MU, **given, reel="reel").compile()
+
+
+@pytest.mark.parametrize("count", [-1, 1.5, True, "2"])
+def test_inner_guides_are_a_whole_number(count):
+    spec = rig()
+    before = spec.to_xml()
+    with pytest.raises(InvalidValueError, match=r"inner_guides = .* whole number ≥ 0"):
+        add_friction(spec, "t", friction=MU, inner_guides=count)
+    assert spec.to_xml() == before
+
+
+def test_holding_and_reversing_the_ratio_stays_within_what_the_bend_allows():
+    model = add_friction(rig(), "t", friction=MU, extra_bend=BEND, inner_guides=8).compile()
+    data = mujoco.MjData(model)
+    ratios = []
+    for k in range(2000):
+        data.ctrl[:] = -20.0 - 10.0 * np.sin(k / 100.0), 18.0 + 5.0 * np.sin(k / 170.0)
+        mujoco.mj_step(model, data)
+        view = view_sheath(model, data, "t")
+        ratios.append(math.log(view.input_tension / view.output_tension))
+    assert min(ratios) == pytest.approx(-MU * BEND, rel=1e-9)
+    assert max(ratios) == pytest.approx(MU * BEND, rel=1e-9)
+    assert view.unsolved == 0
