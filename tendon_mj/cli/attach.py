@@ -64,9 +64,9 @@ def attach(
     ]
     if too_stiff:
         console.print(
-            f"more EA than a time step carries: {', '.join(too_stiff)}. These may ring at the pace "
-            "of the steps, or their friction change its sense with each; take a shorter step or, "
-            "where an actuator pulls the tendon, leave axial_stiffness out",
+            f"more EA than a time step carries: {', '.join(too_stiff)}. Where an actuator pulls it "
+            "acts as that or as 100 kN, any other may ring at the pace of the steps: take a "
+            "shorter step",
             soft_wrap=True,
         )
     for said in attached.said:

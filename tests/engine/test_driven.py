@@ -179,17 +179,21 @@ def test_friction_only_ever_takes_energy(actuator, stiffness):
     assert before.sum() > 1e-3
 
 
-def test_the_default_stiffness_is_what_the_step_resolves():
-    def chosen(step):
-        model = arm(ACTUATORS["motor"], friction=0.3, option=f'timestep="{step}"')
+def test_the_stiffness_that_acts_is_what_the_step_resolves():
+    def acting(step, given=""):
+        extra = f'<config key="axial_stiffness" value="{given}"/>' if given else ""
+        model = arm(ACTUATORS["motor"], 0.3, extra=extra, option=f'timestep="{step}"')
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
         return float(sheath_view(model, data).state.law.axial_stiffness)
 
-    assert chosen(1e-5) == 1e6
-    assert chosen(0.02) == 1e4
-    assert 1e4 < chosen(2e-4) < 1e6
-    assert chosen(1e-4) == pytest.approx(4.0 * chosen(2e-4))
+    assert acting(1e-5) == 1e6
+    assert acting(0.02) == 1e5
+    assert 1e5 < acting(5e-4) < 1e6
+    assert acting(4e-4) == pytest.approx(25.0 / 16.0 * acting(5e-4))
+    assert acting(5e-4, 1e7) == acting(5e-4)
+    assert acting(1e-5, 1e7) == 1e7
+    assert acting(0.02, 3e4) == 3e4
 
 
 def test_it_converges_to_the_same_motion_from_any_stiffness_above():

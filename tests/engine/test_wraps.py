@@ -7,6 +7,7 @@ import pytest
 from tests.engine.models import sheath_view
 
 RADIUS = 0.03
+MAJOR = int(mujoco.__version__.split(".")[0])
 
 
 def drum_model(
@@ -68,11 +69,12 @@ def test_the_capstan_law_holds_on_a_drum(degrees, pull, arc_guides):
     data.ctrl[:] = (-20.0, 0.0) if pull < 0.0 else (-5.0, 20.0)
     mujoco.mj_step(model, data, nstep=40 if degrees < 180 else 3)
     mujoco.mj_forward(model, data)
-    wrapped = arc_on_drum(model, data) / RADIUS
+    goes_straight = data.ten_wrapnum[0] == 2
+    wrapped = 0.0 if goes_straight else arc_on_drum(model, data) / RADIUS
     if degrees < 180:
         assert wrapped == pytest.approx(np.radians(degrees), rel=1e-6)
-    else:  # MuJoCo chooses between the two ways around, both of more than half a turn
-        assert wrapped > np.pi
+    else:  # MuJoCo chooses between the two ways around; from 4.0 on it may leave the drum
+        assert wrapped > np.pi or (goes_straight and MAJOR >= 4)
     assert sheath_view(model, data).guides["angle"].sum() == pytest.approx(wrapped, rel=1e-9)
     tension_in, tension_out = data.sensordata
     slip = sheath_view(model, data).guides["slip"]

@@ -7,16 +7,20 @@ arrived there.
 
 Whatever the tendon's stiffness, its tensions stay within T_in e^{±Σμφ}, so that no step is too
 large to be stable. A stretch of tendon that its guides hold is a spring EA/ℓ on the inertia that it
-meets, 1/a with a = J M⁻¹ Jᵀ. Where h² a EA/ℓ is not small the step does not resolve how the tendon
-comes to rest there: friction then changes its sense from step to step instead of holding. Where no
-stiffness is given it is
+meets, 1/a with a = J M⁻¹ Jᵀ. Where h² a EA/ℓ is far above 1 the step does not resolve how the
+tendon comes to rest there: friction then changes its sense from step to step instead of holding. A
+stiffness beyond
 
-    EA = 0.02 min_j ℓ_j / (h² a_j),   from 10 kN to 1 MN
+    EA = max(100 kN, min_j ℓ_j / (h² a_j))
 
-over the spans j that joints lengthen, in the pose of the first evaluation.
+over the spans j that joints lengthen, in the pose of the first evaluation, therefore acts as this.
+The tendon hardly stretches under it, so that it is nearer to one of any greater stiffness than what
+the step would make of that one. Where none is given it is this, 1 MN at most.
 """
 
 from __future__ import annotations
+
+import math
 
 from tendon_mj.abi.layout import Layout
 from tendon_mj.abi.library import mj_freeStack, mj_markStack, mj_stackAllocNum
@@ -30,22 +34,22 @@ from tendon_mj.sheath.records import Guides, Segments
 from tendon_mj.sheath.segment_law import held, strain_at
 from tendon_mj.sheath.tension_solver import solve_flow
 
-_SOFTEST, _STIFFEST = 1e4, 1e6  # EA where none is given [N]
-_RESOLVED = 0.02  # h² a EA/ℓ of it; tendons on one joint add up, explicit steps carry 4
+_INEXTENSIBLE = 1e5  # EA under which the pull of muscles and motors stretches a tendon little [N]
+_STIFFEST = 1e6  # EA where none is given [N]
 
 
 @apart
-def choose_stiffness(
+def limit_stiffness(
     layout: Layout, m: int, d: int, state: State, segments: Segments, h: float
 ) -> None:
-    """Choose the axial stiffness that a step of h resolves.
+    """Limit the axial stiffness to what a step of h resolves; choose it where none is given.
 
     Args:
         layout, m, d: where things are, `mjModel`, `mjData`.
         state, segments: of the sheath.
         h: time step [s].
     """
-    found, nv = _STIFFEST, size(m + layout.m_nv)
+    resolved, nv = math.inf, size(m + layout.m_nv)
     inverse = coordinates(pointer(m + layout.m_dof_invweight0))  # diagonal of M⁻¹ in `qpos0`
     mj_markStack(d)
     jacobian = coordinates(mj_stackAllocNum(d, nv))
@@ -57,9 +61,10 @@ def choose_stiffness(
         for dof in range(nv):
             mobility += jacobian[dof] * jacobian[dof] * inverse[dof]
         if mobility > 0.0:
-            found = min(found, _RESOLVED * segments[j].length / (h * h * mobility))
+            resolved = min(resolved, segments[j].length / (h * h * mobility))
     mj_freeStack(d)
-    state.law.axial_stiffness = max(_SOFTEST, found)
+    given = state.law.axial_stiffness if state.law.axial_stiffness > 0.0 else _STIFFEST
+    state.law.axial_stiffness = min(given, max(_INEXTENSIBLE, resolved))
 
 
 @compiled

@@ -1,0 +1,63 @@
+"""Runs at a model's own step and at a finer one, as the experiment compares them."""
+
+import json
+
+import mujoco
+import numpy as np
+import pytest
+
+from experiments.step_convergence import controls, differences, simulate, step_convergence
+from tendon_mj import add_friction
+from tendon_mj.errors import InvalidValueError
+from tests.attach.finger import FINGER
+
+TENDONS = ["flexor"]
+ARM = FINGER.format(more="").replace(
+    "</mujoco>", '<actuator><motor name="pull" tendon="flexor"/></actuator></mujoco>'
+)
+
+
+@pytest.fixture
+def runs():
+    spec = mujoco.MjSpec.from_string(ARM)
+    model = add_friction(spec, TENDONS, friction=0.2).compile()
+    inputs = 2.0 * controls(model, 100, 1.0, seed=1) - 2.0
+    return [simulate(model, TENDONS, inputs, refinement) for refinement in (1, 1, 4, 16)]
+
+
+def test_the_same_run_differs_by_nothing(runs):
+    for found in differences(runs[0], runs[1], np.array([0, 1])).values():
+        assert found == [0.0] * len(found)
+
+
+def test_a_finer_run_is_nearer_to_the_finest(runs):
+    own, _, finer, finest = runs
+    far, near = (differences(run, finest, np.array([0, 1])) for run in (own, finer))
+    for what in ("angle", "output_tension", "total_heat"):
+        assert max(near[what]) < 0.5 * max(far[what]) < 0.05
+
+
+def test_controls_grow_from_rest_and_stay_in_their_range():
+    model = mujoco.MjModel.from_xml_string(
+        ARM.replace('tendon="flexor"/>', 'tendon="flexor" ctrlrange="-3 1"/>')
+    )
+    inputs = controls(model, 500, 1.0, seed=0)
+    assert (inputs[0] == 0.0).all()
+    assert inputs.min() >= -3.0
+    assert inputs.max() <= 1.0
+
+
+def test_result_has_a_row_for_each_stiffness(tmp_path):
+    path = tmp_path / "arm.xml"
+    path.write_text(ARM)
+    step_convergence((path,), out=tmp_path / "out", stiffness=(1e4, 1e5), duration=0.1)
+    found = json.loads((tmp_path / "out" / "result.json").read_text())["arm"]
+    assert [row["axial_stiffness"] for row in found["rows"]] == [None, 1e4, 1e5]
+    assert not any(row["unstable"] for row in found["rows"])
+
+
+def test_a_model_without_a_driven_tendon_is_refused(tmp_path):
+    path = tmp_path / "arm.xml"
+    path.write_text(ARM.replace('<motor name="pull" tendon="flexor"/>', ""))
+    with pytest.raises(InvalidValueError, match="no actuator"):
+        step_convergence((path,), out=tmp_path / "out")
