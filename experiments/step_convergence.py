@@ -39,13 +39,13 @@ class Run(NamedTuple):
     Attributes:
         qpos: (n, nq) [rad or m].
         output_tension: (n, sheaths) [N].
-        heat: (sheaths,) friction work of each sheath by the end [J].
+        friction_work: (sheaths,) of each sheath by the end [J].
         unstable: whether MuJoCo warned, or something is not finite.
     """
 
     qpos: Array
     output_tension: Array
-    heat: Array
+    friction_work: Array
     unstable: bool
 
 
@@ -75,9 +75,9 @@ def simulate(model: mujoco.MjModel, sheathed: list[str], inputs: Array, refineme
         qpos[k] = data.qpos
         tension[k] = [float(view.output_tension) for view in views]
     model.opt.timestep *= refinement
-    heat = np.array([view.friction_work.sum() for view in views])
+    work = np.array([view.friction_work.sum() for view in views])
     unstable = bool(data.warning.number.any()) or not np.isfinite(qpos).all()
-    return Run(qpos, tension, heat, unstable)
+    return Run(qpos, tension, work, unstable)
 
 
 def rms(x: Array) -> Array:
@@ -94,13 +94,19 @@ def differences(coarse: Run, fine: Run, joints: NDArray[np.intp]) -> dict[str, l
     """
     travel = np.ptp(fine.qpos, axis=0)[joints]
     pulled = rms(fine.output_tension) > _PULLS * max(rms(fine.output_tension), default=0.0)
-    rubs = fine.heat > _PULLS * max(fine.heat, default=0.0)
+    rubs = fine.friction_work > _PULLS * max(fine.friction_work, default=0.0)
     tension = rms(coarse.output_tension - fine.output_tension)[pulled]
     return {
         "angle": list(rms(coarse.qpos - fine.qpos)[joints] / travel),
         "output_tension": list(tension / rms(fine.output_tension)[pulled]),
-        "heat": list(np.abs(coarse.heat - fine.heat)[rubs] / fine.heat[rubs]),
-        "total_heat": [float(abs(coarse.heat.sum() / fine.heat.sum() - 1.0))] if rubs.any() else [],
+        "friction_work": list(
+            np.abs(coarse.friction_work - fine.friction_work)[rubs] / fine.friction_work[rubs]
+        ),
+        "total_friction_work": [
+            float(abs(coarse.friction_work.sum() / fine.friction_work.sum() - 1.0))
+        ]
+        if rubs.any()
+        else [],
     }
 
 
@@ -171,7 +177,7 @@ def _converge(
     converged = rms(coarse.qpos - fine.qpos) <= _CONVERGED * travel
     joints = np.flatnonzero(converged & (travel > _MOVES * travel.max()))
     carried = [largest_stiffness(stock, name) for name in driven]
-    table = Table("EA [N]", "angle", "T_out", "heat", "total heat", "", title=path.stem)
+    table = Table("EA [N]", "angle", "T_out", "friction work", "in all", "", title=path.stem)
     rows: list[dict[str, object]] = []
     for number, stiffness in enumerate((None, *stiffnesses)):
         model = _sheathed(path, driven, friction, stiffness)

@@ -24,7 +24,7 @@ _HELD = (
 
 
 class Request(NamedTuple):
-    """What a call asks for, of each of its tendons.
+    """Request of a call, for each of its tendons.
 
     Attributes:
         law: parameters of `Law` by name; EA and T_0 may be None.

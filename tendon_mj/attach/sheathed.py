@@ -1,4 +1,4 @@
-"""What a spec has on its tendons: sheaths, and actuators that pull."""
+"""Sheaths and actuators on the tendons of a spec."""
 
 from __future__ import annotations
 

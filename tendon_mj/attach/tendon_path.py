@@ -17,7 +17,7 @@ class Branch(NamedTuple):
 
 
 class TendonPath(NamedTuple):
-    """What a tendon runs over.
+    """Path of a tendon: all that it runs over.
 
     Attributes:
         branches: one, and one more for each pulley.

@@ -95,6 +95,11 @@ class SheathView:
         return np.asarray(guides["friction_work"] + latest)
 
     @property
+    def rebound(self) -> Any:
+        """How often the state was found to be another model's, or none, and bound anew."""
+        return self._read().state["rebound"].astype(int)[()]
+
+    @property
     def unsolved(self) -> Any:
         """Evaluations whose flow was not solved since the reset."""
         return self._read().state["unsolved"].astype(int)[()]

@@ -64,9 +64,9 @@ def attach(
     ]
     if too_stiff:
         console.print(
-            f"more EA than a time step carries: {', '.join(too_stiff)}. Where an actuator pulls it "
-            "acts as that or as 100 kN, any other may ring at the pace of the steps: take a "
-            "shorter step",
+            f"more EA than a time step carries: {', '.join(too_stiff)}. Where an actuator pulls, "
+            "the guides yield instead; any other tendon may ring at the pace of the steps: take "
+            "a shorter step",
             soft_wrap=True,
         )
     for said in attached.said:

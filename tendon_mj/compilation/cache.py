@@ -131,7 +131,10 @@ def _unlinked(reduced: tuple[Any, ...]) -> tuple[Any, ...]:
     Numba keeps bitcode beside the machine code, for other functions to be linked with it, and takes
     longer to parse it than for all else when the package is imported.
     """
-    (name, kind, (machine_code, _)), described, *rest = reduced
+    (name, kind, data), described, *rest = reduced
+    if kind != "object":
+        return reduced
+    machine_code, _ = data
     entry = f'define void @"{described.llvm_cfunc_wrapper_name}"() {{ ret void }}'
     bitcode = llvmlite.binding.parse_assembly(entry).as_bitcode()
     return (name, kind, (machine_code, bitcode)), described, *rest

@@ -108,7 +108,8 @@ def guess_from_motion(segments: Segments, guides: Guides) -> None:
         segment = segments[k + 1]
         passed += segment.stored - held(segments, k + 1, segment.tension)[0]
         ratio = max(guides[k].input_ratio, guides[k].output_ratio)
-        if abs(passed) > 4.0 * (ratio - 1.0) * segment.tension * segment.length:
+        yields = segment.length + segment.support_compliance
+        if abs(passed) > 4.0 * (ratio - 1.0) * segment.tension * yields:
             guides[k].slip = 1.0 if passed > 0.0 else -1.0
 
 

@@ -22,7 +22,7 @@ from tendon_mj.verification.tendon_bend import bend_at, sampled_poses
 
 
 class Row(NamedTuple):
-    """What is known of a tendon after friction was added to a model.
+    """A tendon after friction was added to a model.
 
     Attributes:
         tendon: its name.

@@ -60,7 +60,7 @@ class StepCost:
 
     @property
     def added(self) -> Spread:
-        """What the sheaths add to a step, of each round [s]."""
+        """Cost that the sheaths add to a step, of each round [s]."""
         return Spread.of(self.steps - self.reference_steps)
 
     def result(self) -> dict[str, object]:

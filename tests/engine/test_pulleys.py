@@ -53,8 +53,10 @@ def test_each_branch_has_a_friction_state_of_its_own(start):
     found = stiffness * state.segments["tension"]
     angles, divided = state.guides["angle"], state.guides["is_pulley"]
     assert list(divided) == [0.0, 1.0, 0.0, 1.0, 0.0]
-    # the first branch does not move: it holds; the others slide
+    # the first branch slides as the others draw their tendon through it; else it holds
     first = found[1] if start == "k" else 12.0
+    if start == "k":
+        assert found[1] == pytest.approx(12.0 * np.exp(-0.3 * angles[0]))
     assert found[0] == pytest.approx(12.0)
     assert found[2] == pytest.approx(first / 2.0)
     assert found[4] == pytest.approx(first / 4.0)
@@ -74,3 +76,43 @@ def test_the_force_on_a_joint_is_that_of_its_branch():
     for dof, (site, end, segment) in enumerate([("p", "e", 3), ("q", "f", 5)]):
         to = data.site(site).xpos - data.site(end).xpos
         assert own[dof] == pytest.approx(tension[segment] * to[0] / np.linalg.norm(to), rel=1e-9)
+
+
+FED = """<mujoco><option timestep="0.002" gravity="0 0 0"/>
+  <extension><plugin plugin="tendon_mj.sheath"><instance name="s">
+    <config key="tendon" value="t"/><config key="friction" value="0.3"/>
+  </instance></plugin></extension><worldbody>
+    <site name="a" pos="0 0 .2"/><site name="b" pos="0 0 0"/><site name="c" pos=".1 0 0"/>
+    <site name="end" pos=".1 0 .1"/>
+    <body pos=".1 0 .3"><joint name="z" type="slide" axis="0 0 1"/><geom size=".01" mass="5"/>
+      <site name="e"/></body></worldbody>
+  <tendon><spatial name="t"><site site="a"/><site site="b"/><site site="c"/><site site="end"/>
+    {pulley}<site site="e"/></spatial></tendon>
+  <actuator><motor tendon="t"/><position joint="z" kp="5000" kv="200"/></actuator>
+  <sensor><plugin plugin="tendon_mj.sheath" instance="s"/></sensor></mujoco>"""
+
+
+@pytest.mark.parametrize("divisor", [None, 1, 2, 3])
+@pytest.mark.parametrize("outwards", [1.0, -1.0])
+def test_a_branch_draws_its_tendon_through_the_one_that_feeds_it(divisor, outwards):
+    """Two quarter turns before a pulley rub as they do without it, and nothing makes energy."""
+    pulley = f'<pulley divisor="{divisor}"/><site site="end"/>' if divisor else ""
+    model = mujoco.MjModel.from_xml_string(FED.format(pulley=pulley))
+    data = mujoco.MjData(model)
+    data.ctrl[0] = -10.0
+    mujoco.mj_step(model, data)
+    work = before = 0.0
+    for k in range(1500):
+        data.ctrl[1] = outwards * 0.05 * min(1.0, k / 1000)
+        mujoco.mj_step(model, data)
+        if k == 500:
+            before = sheath_view(model, data).guides["friction_work"].sum()
+        if 500 < k <= 900:
+            power = data.actuator_force[0] * data.ten_velocity[0]
+            work += (power + data.actuator_force[1] * data.qvel[0]) * model.opt.timestep
+        if k == 900:
+            tension_in, tension_out = data.sensordata
+            ratio = tension_out * (divisor or 1) / tension_in
+            rubbed = sheath_view(model, data).guides["friction_work"].sum() - before
+    assert ratio == pytest.approx(np.exp(outwards * 0.3 * np.pi), rel=1e-9)
+    assert rubbed == pytest.approx(work, rel=0.02)

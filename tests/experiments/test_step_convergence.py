@@ -33,7 +33,7 @@ def test_the_same_run_differs_by_nothing(runs):
 def test_a_finer_run_is_nearer_to_the_finest(runs):
     own, _, finer, finest = runs
     far, near = (differences(run, finest, np.array([0, 1])) for run in (own, finer))
-    for what in ("angle", "output_tension", "total_heat"):
+    for what in ("angle", "output_tension", "total_friction_work"):
         assert max(near[what]) < 0.5 * max(far[what]) < 0.05
 
 

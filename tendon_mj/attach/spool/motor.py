@@ -31,7 +31,7 @@ _DYNAMICS = (
 
 
 class Drive(NamedTuple):
-    """What an actuator is set to.
+    """Settings of an actuator.
 
     Attributes:
         gear: g.
@@ -51,7 +51,7 @@ class Drive(NamedTuple):
 
 
 def drive_of(actuator: mujoco.MjsActuator) -> Drive:
-    """What an actuator is set to."""
+    """Settings of an actuator as they are."""
     return Drive(
         float(actuator.gear[0]),
         float(actuator.gainprm[0]),
@@ -97,7 +97,7 @@ def check_movable(actuator: mujoco.MjsActuator, tendon: str) -> None:
 
 
 def on_spool(actuator: mujoco.MjsActuator, model: mujoco.MjModel, radius: float) -> Drive:
-    """What a tendon's actuator is to be set to on the hinge of a spool.
+    """Settings of a tendon's actuator on the hinge of a spool.
 
     Args:
         actuator: on the tendon.

@@ -26,7 +26,7 @@ def keep_drives(spec: mujoco.MjSpec, tendon: str, drives: Sequence[Drive]) -> No
 
 
 def kept_drives(spec: mujoco.MjSpec, tendon: str) -> list[Drive]:
-    """What was noted; nothing for a tendon on whose spool there is no note."""
+    """Read the note; nothing for a tendon on whose spool there is no note."""
     note = _note(spec, tendon)
     if note is None:
         return []

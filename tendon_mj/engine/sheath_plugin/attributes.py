@@ -73,17 +73,6 @@ def number_at(address: int) -> float:
 
 
 @compiled
-def are_equal(one: int, other: int) -> bool:
-    """Whether two strings are equal."""
-    k = 0
-    while byte(one, k) == byte(other, k):
-        if byte(one, k) == 0:
-            return True
-        k += 1
-    return False
-
-
-@compiled
 def index_of(address: int, known: NDArray[np.uint8]) -> int:
     """Index of a string among the known words, −1 for none."""
     for word in range(known.shape[0]):

@@ -12,7 +12,7 @@ from tendon_mj.abi.layout import Layout
 from tendon_mj.abi.memory import coordinates, double, integer, pointer
 from tendon_mj.abi.runge_kutta import is_stage
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.sheath_plugin.driven import lay_at_rest, limit_stiffness, solve_branches
+from tendon_mj.engine.sheath_plugin.driven import lay_at_rest, let_guides_yield, solve_branches
 from tendon_mj.engine.sheath_plugin.forces import apply_forces
 from tendon_mj.engine.sheath_plugin.holding_ratios import update_ratios
 from tendon_mj.engine.sheath_plugin.initial_state import lay_tendon
@@ -89,7 +89,7 @@ def _evaluate_driven(
         state.has_trial = 0.0  # an earlier evaluation's result must not be committed instead
         return
     if state.started == 0.0:
-        limit_stiffness(layout, m, d, state, segments, elapsed)
+        let_guides_yield(layout, m, d, state, segments, elapsed)
         update_ratios(address, state, guides, time)
         lay_at_rest(state, segments)
         state.started = 1.0

@@ -27,7 +27,8 @@ def store_trial(
         guide.trial_flow = flow
         guide.trial_slip = guide.slip if flow != 0.0 else 0.0
         guide.trial_shift = guide.shift
-        guide.trial_friction_work = ea * friction_work(left, right, flow)
+        rubs = guide.is_pulley == 0.0
+        guide.trial_friction_work = ea * friction_work(left, right, flow) if rubs else 0.0
     if state.law.tendon_mass > 0.0 or state.law.stiffening > 0.0:
         store_trial_friction_work(state, segments, guides)
     for j in range(len(segments)):

@@ -20,7 +20,7 @@ TRAVEL = 1e-3  # of the reel [m]
 
 @dataclass(frozen=True)
 class CallbackCost:
-    """What a callback in Python adds to a step, over what the plugin adds.
+    """Cost that a callback in Python adds to a step, over that of the plugin.
 
     Attributes:
         ratio: of what the two add, of each round [-].

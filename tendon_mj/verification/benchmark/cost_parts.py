@@ -1,4 +1,4 @@
-"""What a sheath adds to a step of the bench, part by part: from an empty plugin to the sensors."""
+"""Cost of a sheath in a step of the bench, part by part: from an empty plugin to the sensors."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _TRAVEL = 1e-3  # of the reel [m]
 
 @dataclass(frozen=True)
 class CostParts:
-    """What each part adds to a step, on top of those before it.
+    """Cost that each part adds to a step, on top of those before it.
 
     Attributes:
         empty_plugin: an instance of a plugin of MuJoCo's that does nothing; None where MuJoCo came

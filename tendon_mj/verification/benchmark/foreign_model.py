@@ -45,7 +45,7 @@ class ForeignModel:
 
 @dataclass(frozen=True)
 class ModelCost:
-    """What friction costs a model.
+    """Cost of friction in a model.
 
     Attributes:
         cost: of a step with sheaths, over one without.

@@ -202,6 +202,7 @@ def _is_proven(layout: Layout, m: int, d: int, instance: int) -> bool:
         is_signature(state.sheath_signature)
         and config_signature(layout, m, instance) == state.config_signature
         and binding_signature(layout, m, instance, address) == state.sheath_signature
+        and (state.driven == 0.0 or (state.leads == 0.0) == _is_led(layout, m, instance))
     )
 
 

@@ -3,8 +3,9 @@
 The signatures of each state are proof enough, but to compute them for each takes a fifth of what a
 sheath costs in a step. The first sheath of a model therefore computes, whenever it is evaluated,
 one signature of all that those of sheaths and sensors are made of. The others, evaluated after it,
-compare with that. What a state is sealed with is this number and the words that bind it, so that a
-word which is not as it was breaks the seal. Then the long proof decides.
+compare with that. A state is sealed with this number, that of its instance, and the words that bind
+it, so that a word which is not as it was breaks the seal. Then the long proof decides. What is used
+as an index is compared with the model's sizes each time, whatever the seal.
 """
 
 from __future__ import annotations
@@ -15,12 +16,12 @@ from tendon_mj.abi.layout import Layout
 from tendon_mj.abi.memory import integer, pointer, size
 from tendon_mj.compilation import apart, compiled
 from tendon_mj.engine.sheath_plugin.binding.signature import (
-    FACTOR,
     NONE,
     as_number,
     hashed,
     hashed_name,
     is_signature,
+    mixed,
 )
 from tendon_mj.engine.sheath_plugin.input_force import has_spring
 from tendon_mj.engine.sheath_plugin.state import (
@@ -53,23 +54,24 @@ def model_signature(layout: Layout, m: int) -> float:
         (m + layout.m_tendon_adr, 4 * tendons),
         (m + layout.m_tendon_num, 4 * tendons),
         (m + layout.m_wrap_type, 4 * elements),
+        (m + layout.m_wrap_objid, 4 * elements),
         (m + layout.m_actuator_trntype, 4 * actuators),
         (m + layout.m_actuator_trnid, 8 * actuators),
         (m + layout.m_actuator_plugin, 4 * actuators),
         (m + layout.m_sensor_plugin, 4 * sensors),
         (m + layout.m_sensor_dim, 4 * sensors),
     ):
-        h = h * FACTOR + hashed(pointer(start), count)
+        h = mixed(h, hashed(pointer(start), count))
     names = pointer(m + layout.m_names)
     first = integer(pointer(m + layout.m_name_tendonadr), 0)
-    h = h * FACTOR + hashed(names + first, size(m + layout.m_nnames) - first)
+    h = mixed(h, hashed(names + first, size(m + layout.m_nnames) - first))
     if joints > 0:  # but for the last their names lie in a row
         starts = pointer(m + layout.m_name_jntadr)
         first, last = integer(starts, 0), integer(starts, joints - 1)
-        h = h * FACTOR + hashed(names + first, last - first)
-        h = h * FACTOR + hashed_name(m, _JOINT, joints - 1)
+        h = mixed(h, hashed(names + first, last - first))
+        h = mixed(h, hashed_name(m, _JOINT, joints - 1))
     for tendon in range(tendons):
-        h = h * FACTOR + int(has_spring(layout, m, tendon))
+        h = mixed(h, int(has_spring(layout, m, tendon)))
     return as_number(h)
 
 
@@ -99,7 +101,29 @@ def _sheath_seal(layout: Layout, m: int, d: int, instance: int) -> float:
     if not is_signature(signature):
         return NONE
     address = state_of(layout, m, d, instance)
-    return as_number(hashed(address + BOUND_BEGIN, BOUND_SIZE) * FACTOR + int(signature))
+    h = mixed(hashed(address + BOUND_BEGIN, BOUND_SIZE), int(signature))
+    return as_number(mixed(h, instance))
+
+
+@compiled
+def _is_index(number: float, count: int) -> bool:
+    """Whether a number is −1 or an index below ``count``."""
+    return -1.0 <= number < count
+
+
+@compiled
+def _has_indices(layout: Layout, m: int, address: int) -> bool:
+    """Whether what a sheath's state has as indices are some of this model."""
+    state = state_at(address)
+    joints, actuators = size(m + layout.m_njnt), size(m + layout.m_nactuator)
+    return (
+        0.0 <= state.tendon < size(m + layout.m_ntendon)
+        and _is_index(state.reel_joint, joints)
+        and _is_index(state.output_joint, joints)
+        and _is_index(state.reel_actuator, actuators)
+        and _is_index(state.first_actuator, actuators)
+        and _is_index(state.last_actuator, actuators)
+    )
 
 
 @compiled
@@ -109,7 +133,8 @@ def is_sealed(layout: Layout, m: int, d: int, instance: int) -> bool:
     seal = _sheath_seal(layout, m, d, instance)
     if seal == NONE or seal != state_at(address).seal:
         return False
-    return fits(address, integer(pointer(m + layout.m_plugin_statenum), instance))
+    room = integer(pointer(m + layout.m_plugin_statenum), instance)
+    return fits(address, room) and _has_indices(layout, m, address)
 
 
 @compiled
@@ -144,8 +169,8 @@ def _sensor_seal(layout: Layout, m: int, d: int, instance: int) -> float:
     signature = _signature_of_first(layout, m, d, sheath)
     if not is_signature(signature):
         return NONE
-    words = hashed(state_of(layout, m, d, instance), SENSOR_BOUND_SIZE)
-    return as_number(words * FACTOR + int(signature))
+    h = mixed(hashed(state_of(layout, m, d, instance), SENSOR_BOUND_SIZE), int(signature))
+    return as_number(mixed(h, instance))
 
 
 @compiled

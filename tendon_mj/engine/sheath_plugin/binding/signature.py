@@ -6,9 +6,11 @@ the two signatures that it was written with. Where that of the *configuration* d
 parameters are no longer what the model says; where that of the *binding* differs, its indices are
 no longer those of its tendon, joints, actuator and sensors, and must not be used.
 
-A signature is h = Σ_k w_k c^k mod 2⁶⁴ over the words w_k of a text, its bits mixed, of which 52
-become a whole number from 2⁵² to 2⁵³. It depends on what a model says, not on where it lies in
-memory.
+A signature is made of h = Σ_k (w_k ⊕ w_k/2³²) c^k mod 2⁶⁴ over the words w_k of each text, of which
+52 bits become a whole number from 2⁵² to 2⁵³. Within words and between texts bits are mixed: two
+changes of the highest bits, such as those of signs, would cancel otherwise, as would one at the end
+of a text and one at the beginning of the next. It depends on what a model says, not on where it
+lies in memory.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ import mujoco
 from tendon_mj.abi.layout import Layout
 from tendon_mj.abi.library import mj_id2name
 from tendon_mj.abi.memory import byte, integer, pointer, size, word
+from tendon_mj.abi.wrapping_arithmetic import plus, times
 from tendon_mj.compilation import apart, compiled
 from tendon_mj.engine.sheath_plugin.input_force import has_spring
 from tendon_mj.engine.sheath_plugin.state import fits, state_at
@@ -25,37 +28,57 @@ from tendon_mj.engine.sheath_plugin.state import fits, state_at
 _OBJ = mujoco.mjtObj
 _JOINT, _TENDON = _OBJ.mjOBJ_JOINT.value, _OBJ.mjOBJ_TENDON.value
 _PLUGIN = _OBJ.mjOBJ_PLUGIN.value
-FACTOR = -7046029254386353131  # 2⁶⁴ divided by the golden ratio, as an int64
+_FACTOR = -7046029254386353131  # 2⁶⁴ divided by the golden ratio, as an int64
 _FACTOR_2, _FACTOR_3, _FACTOR_4 = (  # its powers, as int64s
-    (FACTOR**k + 2**63) % 2**64 - 2**63 for k in (2, 3, 4)
+    (_FACTOR**k + 2**63) % 2**64 - 2**63 for k in (2, 3, 4)
 )
 _MIXER = -4417276706812531889
 _BITS = (1 << 52) - 1
+_HALF = (1 << 32) - 1
 _LEAST = 1 << 52  # from which every double, up to twice that, is a whole number
 NONE = 0.0  # of what does not belong to the model at all; no signature
 
 
 @compiled
+def _folded(w: int) -> int:
+    """A word with its upper half in the lower one too."""
+    return w ^ ((w >> 32) & _HALF)
+
+
+@compiled
+def mixed(h: int, more: int) -> int:
+    """h of a text and, after it, of ``more``."""
+    return plus(times(_folded(h), _MIXER), more)
+
+
+@compiled
+def _weighed(text: int, power: int, factor: int) -> int:
+    """Share of the word at ``text`` in h."""
+    return times(_folded(word(text)), times(power, factor))
+
+
+@compiled
 def hashed(text: int, count: int) -> int:
     """h of ``count`` bytes, by words that do not wait for each other."""
-    total, power = count * _MIXER, 1
+    total, power = times(count, _MIXER), 1
     start = 0
     while start + 32 <= count:
-        total += word(text + start) * power * FACTOR
-        total += word(text + start + 8) * power * _FACTOR_2
-        total += word(text + start + 16) * power * _FACTOR_3
-        power *= _FACTOR_4
-        total += word(text + start + 24) * power
+        one = plus(_weighed(text + start, power, _FACTOR), total)
+        two = _weighed(text + start + 8, power, _FACTOR_2)
+        three = _weighed(text + start + 16, power, _FACTOR_3)
+        four = _weighed(text + start + 24, power, _FACTOR_4)
+        total = plus(plus(one, two), plus(three, four))
+        power = times(power, _FACTOR_4)
         start += 32
     while start + 8 <= count:
-        power *= FACTOR
-        total += word(text + start) * power
+        total = plus(total, _weighed(text + start, power, _FACTOR))
+        power = times(power, _FACTOR)
         start += 8
     if start < count and count >= 8:  # the last word overlaps the one before
-        return total + word(text + count - 8) * power * FACTOR
+        return plus(total, _weighed(text + count - 8, power, _FACTOR))
     for k in range(start, count):
-        power *= FACTOR
-        total += byte(text, k) * power
+        power = times(power, _FACTOR)
+        total = plus(total, times(byte(text, k), power))
     return total
 
 
@@ -74,10 +97,8 @@ def hashed_name(m: int, kind: int, index: int) -> int:
 @compiled
 def as_number(h: int) -> float:
     """The whole number that stands for h."""
-    h ^= h >> 32
-    h *= _MIXER
-    h ^= h >> 29
-    return float((h & _BITS) + _LEAST)
+    h = mixed(mixed(h, 0), 0)
+    return float((_folded(h) & _BITS) + _LEAST)
 
 
 @compiled
@@ -106,11 +127,11 @@ def config_signature(layout: Layout, m: int, instance: int) -> float:
 @compiled
 def _sizes(layout: Layout, m: int, instance: int) -> int:
     """h of an instance's number and of how many there are of what indices count."""
-    h = instance * _MIXER + size(m + layout.m_nplugin)
-    h = h * FACTOR + size(m + layout.m_ntendon)
-    h = h * FACTOR + size(m + layout.m_njnt)
-    h = h * FACTOR + size(m + layout.m_nactuator)
-    return h * FACTOR + size(m + layout.m_nsensor)
+    h = mixed(instance, size(m + layout.m_nplugin))
+    h = mixed(h, size(m + layout.m_ntendon))
+    h = mixed(h, size(m + layout.m_njnt))
+    h = mixed(h, size(m + layout.m_nactuator))
+    return mixed(h, size(m + layout.m_nsensor))
 
 
 @compiled
@@ -153,21 +174,22 @@ def sheath_signature(
         for sensor in sensors:
             if not _owns(shown, sensor, total, instance) or sensor == -1.0:
                 return NONE
-    h = _sizes(layout, m, instance) * FACTOR + hashed_name(m, _TENDON, int(tendon))
-    h = h * FACTOR + integer(pointer(m + layout.m_tendon_num), int(tendon))
+    h = mixed(_sizes(layout, m, instance), hashed_name(m, _TENDON, int(tendon)))
+    h = mixed(h, integer(pointer(m + layout.m_tendon_num), int(tendon)))
     for joint in joints:
-        h *= FACTOR
+        named = 0
         if joint != -1.0:
             if not 0.0 <= joint < size(m + layout.m_njnt):
                 return NONE
-            h += hashed_name(m, _JOINT, int(joint))
+            named = hashed_name(m, _JOINT, int(joint))
+        h = mixed(h, named)
     return as_number(h)
 
 
 @compiled
 def _with_index(h: int, index: float, count: int) -> int:
     """h with an index that is −1 or below ``count``; where it is neither, with none."""
-    return h * FACTOR + (int(index) + 1 if -1.0 <= index < count else count + 1)
+    return mixed(h, int(index) + 1 if -1.0 <= index < count else count + 1)
 
 
 @apart
@@ -204,17 +226,19 @@ def binding_signature(layout: Layout, m: int, instance: int, address: int) -> fl
         h = _with_index(h, count, room)
     first = integer(pointer(m + layout.m_tendon_adr), tendon)
     path = 4 * integer(pointer(m + layout.m_tendon_num), tendon)
-    h = h * FACTOR + hashed(pointer(m + layout.m_wrap_type) + 4 * first, path)
+    h = mixed(h, hashed(pointer(m + layout.m_wrap_type) + 4 * first, path))
+    if state.pulleys > 0.0:  # which branch feeds which follows from the sites
+        h = mixed(h, hashed(pointer(m + layout.m_wrap_objid) + 4 * first, path))
     if joints[0] == -1.0 and joints[1] == -1.0 and actuator == -1.0:
         ends = state.first_actuator, state.last_actuator
         for end in ends:
             if not -1.0 <= end < actuators:
                 return NONE
             h = _with_index(h, end, actuators)
-        h = h * FACTOR + hashed(pointer(m + layout.m_actuator_trntype), 4 * actuators)
-        h = h * FACTOR + hashed(pointer(m + layout.m_actuator_trnid), 8 * actuators)
+        h = mixed(h, hashed(pointer(m + layout.m_actuator_trntype), 4 * actuators))
+        h = mixed(h, hashed(pointer(m + layout.m_actuator_trnid), 8 * actuators))
         if ends[0] == -1.0:
-            h = h * FACTOR + int(has_spring(layout, m, tendon))
+            h = mixed(h, int(has_spring(layout, m, tendon)))
     return as_number(h)
 
 
@@ -238,21 +262,21 @@ def sensor_signature(
             return NONE
         if integer(slots, int(sheath)) != integer(slots, instance):
             return NONE
-        h = h * FACTOR + _configured(layout, m, int(sheath))
-        h = h * FACTOR + hashed_name(m, _PLUGIN, int(sheath))
+        h = mixed(h, _configured(layout, m, int(sheath)))
+        h = mixed(h, hashed_name(m, _PLUGIN, int(sheath)))
     if sensors[1] != -1.0:
         shown, total = pointer(m + layout.m_sensor_plugin), size(m + layout.m_nsensor)
         for sensor in sensors:
             if not _owns(shown, sensor, total, instance) or sensor == -1.0:
                 return NONE
-    return as_number(h * FACTOR + _configured(layout, m, instance))
+    return as_number(mixed(h, _configured(layout, m, instance)))
 
 
 @compiled
 def pair_signature(layout: Layout, m: int, instance: int, other: int) -> float:
     """Signature of the attributes of an instance and of another that it depends on, −1 for none."""
-    h = _configured(layout, m, instance) * FACTOR
-    return as_number(h + _configured(layout, m, other) if other >= 0 else h)
+    h = _configured(layout, m, instance)
+    return as_number(mixed(h, _configured(layout, m, other) if other >= 0 else 0))
 
 
 @compiled
@@ -269,7 +293,7 @@ def servo_signature(layout: Layout, m: int, instance: int, sheath: int, actuator
     actuators = pointer(m + layout.m_actuator_plugin)
     if not _owns(actuators, actuator, size(m + layout.m_nactuator), instance):
         return NONE
-    h = _sizes(layout, m, instance) * FACTOR + sheath
+    h = mixed(_sizes(layout, m, instance), sheath)
     if sheath >= 0:
-        h = h * FACTOR + hashed_name(m, _PLUGIN, sheath)
+        h = mixed(h, hashed_name(m, _PLUGIN, sheath))
     return as_number(h)

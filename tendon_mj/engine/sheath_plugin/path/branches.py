@@ -35,6 +35,8 @@ def mark_branches(layout: Layout, m: int, address: int) -> None:
     count = integer(pointer(m + layout.m_tendon_num), int(state.tendon))
     for j in range(len(segments)):
         segments[j].divisor, segments[j].point = 1.0, -1.0
+    for i in range(len(guides)):
+        guides[i].is_pulley, guides[i].fed_by = 0.0, -1.0
     j, divisor = int(state.inner_guides), 1.0
     for element in range(first, first + count):
         kind = integer(kinds, element)
