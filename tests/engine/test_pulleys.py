@@ -19,13 +19,18 @@ PULLEYS = """<mujoco><option timestep="0.001" gravity="0 0 0"/>{extension}<world
   <actuator><motor tendon="t" ctrlrange="-50 0"/></actuator>{sensor}</mujoco>"""
 
 
+def pulleys_extension(friction):
+    """The sheath of that tendon."""
+    return f"""<extension><plugin plugin="tendon_mj.sheath"><instance name="s">
+      <config key="tendon" value="t"/><config key="friction" value="{friction}"/>
+      </instance></plugin></extension>"""
+
+
 def pulleys(friction=None, start="k"):
     """A tendon with three branches; two begin at a site, where the first one may end."""
     extension = sensor = ""
     if friction is not None:
-        extension = f"""<extension><plugin plugin="tendon_mj.sheath"><instance name="s">
-          <config key="tendon" value="t"/><config key="friction" value="{friction}"/>
-          </instance></plugin></extension>"""
+        extension = pulleys_extension(friction)
         sensor = '<sensor><plugin plugin="tendon_mj.sheath" instance="s"/></sensor>'
     text = PULLEYS.format(extension=extension, sensor=sensor, start=start)
     return mujoco.MjModel.from_xml_string(text)
@@ -116,3 +121,38 @@ def test_a_branch_draws_its_tendon_through_the_one_that_feeds_it(divisor, outwar
             rubbed = sheath_view(model, data).guides["friction_work"].sum() - before
     assert ratio == pytest.approx(np.exp(outwards * 0.3 * np.pi), rel=1e-9)
     assert rubbed == pytest.approx(work, rel=0.02)
+
+
+def bound_again(before, after):
+    """A step of ``after`` from a state of ``before``, and from none; their sheaths' guides."""
+    old = mujoco.MjData(before)
+    old.ctrl[:] = -12.0
+    mujoco.mj_step(before, old, 5)
+    guides = []
+    for state in (old.plugin_state, np.zeros(after.npluginstate)):
+        data = mujoco.MjData(after)
+        data.ctrl[:] = -12.0
+        data.plugin_state[:] = state
+        mujoco.mj_step(after, data)
+        guides.append(sheath_view(after, data).guides)
+    return guides
+
+
+@pytest.mark.parametrize("mark", ["is_pulley", "fed_by"])
+def test_a_state_of_other_branches_is_bound_to_these(mark):
+    kept, fresh = bound_again(pulleys(0.3, "b"), pulleys(0.3, "k"))
+    assert np.array_equal(kept[mark], fresh[mark])
+    moved = '<pulley divisor="2"/><site site="k"/><site site="p"/><site site="e"/>'
+    first = '<site site="p"/><pulley divisor="2"/><site site="k"/><site site="e"/>'
+    text = PULLEYS.replace(moved.replace('"k"', '"{start}"'), "{moved}")
+    assert text != PULLEYS
+    models = []
+    for path in (moved, first):
+        extension = pulleys_extension(0.3)
+        models.append(
+            mujoco.MjModel.from_xml_string(
+                text.format(extension=extension, sensor="", start="k", moved=path)
+            )
+        )
+    kept, fresh = bound_again(*models)
+    assert np.array_equal(kept[mark], fresh[mark])
