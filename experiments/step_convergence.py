@@ -23,18 +23,19 @@ from experiments.command import run_experiment
 from tendon_mj import TendonWarning, add_friction, largest_stiffness, load_spec, view_sheath
 from tendon_mj.cli import Output, console, progress_bar
 from tendon_mj.errors import InvalidValueError
+from tendon_mj.progress import Progress
+from tendon_mj.verification import smooth_controls
 
 Array = NDArray[np.float64]
 
 _REFINEMENT = 16
-_WAVES = 3
 _MOVES = 0.01  # travel over which a joint counts as moving, over that of the joint that moves most
 _PULLS = 0.01  # tension beyond which a tendon counts as pulled, over that of the strongest
 _CONVERGED = 0.01  # rms by which stock MuJoCo's angle may differ between the steps, over its travel
 
 
 class Run(NamedTuple):
-    """What a simulation did, at the ends of the coarse steps.
+    """Motion, tensions and friction work at the ends of the coarse steps.
 
     Attributes:
         qpos: (n, nq) [rad or m].
@@ -50,16 +51,10 @@ class Run(NamedTuple):
 
 
 def controls(model: mujoco.MjModel, steps: int, amplitude: float, seed: int) -> Array:
-    """(steps, nu) sums of sines around the middle of the control ranges, growing from rest."""
-    random = np.random.default_rng(seed)
+    """(steps, nu) smooth controls around the middle of their ranges, growing from rest."""
     time = model.opt.timestep * np.arange(steps)
-    shape = (model.nu, _WAVES)
-    phase, rate = random.uniform(0.0, 2.0 * np.pi, shape), random.uniform(0.2, 1.5, shape)
-    share = np.sin(2.0 * np.pi * rate * time[:, None, None] + phase).mean(axis=-1)
-    limited = model.actuator_ctrllimited.astype(bool)
-    low, high = np.where(limited[:, None], model.actuator_ctrlrange, (-1.0, 1.0)).T
     grown = np.minimum(1.0, time / 0.3)[:, None]
-    return np.asarray(grown * (0.5 * (low + high) + 0.5 * (high - low) * amplitude * share))
+    return np.asarray(grown * smooth_controls(model, steps, seed, amplitude))
 
 
 def simulate(model: mujoco.MjModel, sheathed: list[str], inputs: Array, refinement: int) -> Run:
@@ -164,7 +159,7 @@ def _converge(
     duration: float,
     amplitude: float,
     seed: int,
-    progress: object,
+    progress: Progress,
 ) -> dict[str, object]:
     """Differences of one model."""
     stock = load_spec(str(path)).compile()
@@ -188,7 +183,7 @@ def _converge(
         cells = (f"{np.median(d):.1%} ({max(d):.1%})" if d else "-" for d in differs.values())
         label = "chosen" if stiffness is None else f"{stiffness:g}"
         table.add_row(label, *cells, "unstable" if unstable else "")
-        progress(path.stem, number + 1, 1 + len(stiffnesses))  # type: ignore[operator]
+        progress(path.stem, number + 1, 1 + len(stiffnesses))
     console.print(table)
     console.print(
         f"median (largest); {len(joints)} of {stock.nq} coordinates move and converge in MuJoCo "

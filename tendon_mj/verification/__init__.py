@@ -3,6 +3,7 @@
 from tendon_mj.verification.comparison import Comparison as Comparison
 from tendon_mj.verification.comparison import compare_bench as compare_bench
 from tendon_mj.verification.comparison import slow_loop as slow_loop
+from tendon_mj.verification.controls import smooth_controls as smooth_controls
 from tendon_mj.verification.first_motion import BenchReadings as BenchReadings
 from tendon_mj.verification.first_motion import FirstMotion as FirstMotion
 from tendon_mj.verification.first_motion import first_motion as first_motion

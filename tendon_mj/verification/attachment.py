@@ -17,7 +17,7 @@ from tendon_mj.attach.tendon_choice import choose_tendons
 from tendon_mj.attach.write import write_sheaths
 from tendon_mj.builders.load import load_spec, model_path
 from tendon_mj.errors import TendonError, TendonWarning
-from tendon_mj.verification.stiffness_limit import largest_stiffness
+from tendon_mj.verification.stiffness_limit import stiffness_limits
 from tendon_mj.verification.tendon_bend import bend_at, sampled_poses
 
 
@@ -132,9 +132,10 @@ def attach_friction(
     except ValueError as error:  # MuJoCo's
         raise TendonError(f"{source}: {error}") from error
     pulling, sheaths = actuators_by_tendon(spec), sheaths_by_tendon(spec)
-    bends = _bends(before, [one.element.id for one in asked])
+    ids = [one.element.id for one in asked]
+    bends, limits = _bends(before, ids), stiffness_limits(before, ids)
     rows = []
-    for one, (rest, least, most) in zip(asked, bends, strict=True):
+    for one, (rest, least, most), limit in zip(asked, bends, limits, strict=True):
         name = one.name
         sheath = sheaths.get(name)
         config = sheath.config if sheath else {}
@@ -149,7 +150,7 @@ def attach_friction(
                 most_bend=max(most + more, 0.0),
                 friction=float(config.get("friction", friction)),
                 axial_stiffness=float(stiffness) if stiffness else None,
-                largest_stiffness=largest_stiffness(before, one.element.id),
+                largest_stiffness=limit,
                 drives=", ".join(actuator.name for actuator in pulling.get(name, []))
                 or ("its spring" if name in had_spring else "nothing"),
                 done=_done(sheath, name in sheathed, name in unnamed, moved),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -13,19 +15,19 @@ _SITE = mujoco.mjtWrap.mjWRAP_SITE.value
 _ON_SITE = -1  # in `mjData.wrap_obj`; below it is a pulley
 
 
-def largest_stiffness(model: mujoco.MjModel, tendon: str | int) -> float:
+def largest_stiffness(model: mujoco.MjModel, tendon: str) -> float:
     """Largest EA of a sheath on a tendon that a time step of the model carries [N].
 
         EA = min_j ℓ_j / (h² a_j),   a_j = J_j M⁻¹ J_jᵀ
 
     A stretch j of tendon that its guides hold, of length ℓ_j between two bodies, is a spring EA/ℓ_j
     on the inertia 1/a_j, with J_j = ∂ℓ_j/∂q. MuJoCo's integrators carry ω² = a_j EA/ℓ_j up to 4/h²
-    where it is alone; a quarter of that leaves room for the tendons beside it. A tendon that is
-    stiffer can ring at the pace of the steps, or friction changes its sense from step to step.
+    where it is alone; a quarter of that leaves room for the tendons beside it. A stiffer tendon can
+    ring at the pace of the steps; where an actuator pulls it, its guides yield instead.
 
     Args:
         model: compiled, in its pose `qpos0`.
-        tendon: name of a spatial tendon, or its id.
+        tendon: name of a spatial tendon.
 
     Returns:
         The stiffness; ``inf`` for a tendon that moves no joint.
@@ -34,20 +36,26 @@ def largest_stiffness(model: mujoco.MjModel, tendon: str | int) -> float:
         UnknownNameError: no such tendon, with the nearest name.
     """
     names = [model.tendon(k).name for k in range(model.ntendon)]
-    if isinstance(tendon, str):
-        if tendon not in names:
-            raise UnknownNameError("tendon", tendon, names, "largest_stiffness")
-        tendon = names.index(tendon)
+    if tendon not in names:
+        raise UnknownNameError("tendon", tendon, names, "largest_stiffness")
+    return stiffness_limits(model, [names.index(tendon)])[0]
+
+
+def stiffness_limits(model: mujoco.MjModel, tendons: Sequence[int]) -> list[float]:
+    """`largest_stiffness` of several spatial tendons, by their ids."""
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
     inverse = np.zeros((1, model.nv))
-    found = np.inf
-    for length, jacobian in _spans(model, data, tendon):
-        mujoco.mj_solveM(model, data, inverse, jacobian[None])
-        mobility = float(jacobian @ inverse[0])
-        if mobility > 0.0:
-            found = min(found, length / (model.opt.timestep**2 * mobility))
-    return found
+    limits = []
+    for tendon in tendons:
+        found = np.inf
+        for length, jacobian in _spans(model, data, tendon):
+            mujoco.mj_solveM(model, data, inverse, jacobian[None])
+            mobility = float(jacobian @ inverse[0])
+            if mobility > 0.0:
+                found = min(found, length / (model.opt.timestep**2 * mobility))
+        limits.append(found)
+    return limits
 
 
 def _spans(

@@ -14,16 +14,14 @@ from tendon_mj.attach import add_friction
 from tendon_mj.builders.load import load_spec, model_path
 from tendon_mj.engine import sheaths
 from tendon_mj.errors import InvalidValueError, TendonError, TendonWarning
-from tendon_mj.replay.rollout import Array, full_state, rollout_sensors
+from tendon_mj.replay.rollout import full_state, rollout_sensors
 from tendon_mj.replay.silenced_warnings import suppress_mujoco_log
 from tendon_mj.verification.benchmark.memory import Memory
+from tendon_mj.verification.controls import smooth_controls
 from tendon_mj.verification.step_cost import StepCost, TimedRun, step_times
 
 FRICTION = 0.1  # μ of every sheath
 _STEPS = 500
-_WAVES = 3  # sines in the control of an actuator
-_FREQUENCIES = (0.2, 1.5)  # among which these are drawn [Hz]
-_SEED = 0
 
 
 @dataclass(frozen=True)
@@ -69,19 +67,6 @@ class ModelCost:
             "memory_bytes": self.memory.result(),
             "reference_memory_bytes": self.reference_memory.result(),
         }
-
-
-def smooth_controls(model: mujoco.MjModel, steps: int, seed: int = _SEED) -> Array:
-    """(steps, nu) sums of sines within the control ranges; ±1 where an actuator has none."""
-    random = np.random.default_rng(seed)
-    time = model.opt.timestep * np.arange(steps)
-    shape = (model.nu, _WAVES)
-    phase, rate = random.uniform(0.0, 2.0 * np.pi, shape), random.uniform(*_FREQUENCIES, shape)
-    share = np.sin(2.0 * np.pi * rate * time[:, None, None] + phase).mean(axis=-1)
-    limited = model.actuator_ctrllimited.astype(bool)
-    low, high = model.actuator_ctrlrange.T
-    centre = np.where(limited, 0.5 * (low + high), 0.0)
-    return np.asarray(centre + np.where(limited, 0.5 * (high - low), 1.0) * share)
 
 
 def prepare_model(name: str, steps: int = _STEPS) -> ForeignModel:

@@ -5,11 +5,11 @@ import pytest
 
 from tendon_mj.engine import sheaths
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
+from tendon_mj.verification import smooth_controls
 from tendon_mj.verification.benchmark import run_benchmark
 from tendon_mj.verification.benchmark.foreign_model import (
     model_cost,
     prepare_model,
-    smooth_controls,
 )
 
 ARM = """
