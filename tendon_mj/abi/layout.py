@@ -78,6 +78,8 @@ class Layout(NamedTuple):
     m_actuator_forcelimited: int
     m_actuator_forcerange: int
     m_sensor_type: int
+    m_sensor_objtype: int
+    m_sensor_objid: int
     m_sensor_plugin: int
     m_sensor_adr: int
     m_sensor_dim: int

@@ -14,7 +14,7 @@ import mujoco
 from tendon_mj.attach.instance import add_instance
 from tendon_mj.attach.keywords import as_number, check_names, takes
 from tendon_mj.attach.names import SheathNames, TakenNames
-from tendon_mj.attach.sensor import check_kinds, show
+from tendon_mj.attach.sensor import Sensors, check_kinds
 from tendon_mj.attach.sheath_design import Design, Request, design_sheath
 from tendon_mj.attach.sheathed import actuators_by_tendon, sheaths_by_tendon
 from tendon_mj.attach.spool import Spool, SpoolDesign, add_spools, design_spool, spool_names
@@ -137,10 +137,11 @@ def add_friction(
     joints = spool_names(spec, spools)
     add_spools(spec, {joints[one]: design for one, design in spools.items()})
     spec.activate_plugin(NAME)
+    shown = Sensors(spec)
     for sheath in sheaths:
         one = sheath.tendon_name
         given = taken.of_several(one, sensors) if several else taken.of_one(one, sensors, name)
-        _add(spec, sheath, given, reel, joints.get(one))
+        _add(spec, sheath, given, reel, joints.get(one), shown)
     _say(
         unnamed,
         left_out,
@@ -197,7 +198,12 @@ def _design(
 
 
 def _add(
-    spec: mujoco.MjSpec, sheath: _Sheath, names: SheathNames, reel: str | None, spool: str | None
+    spec: mujoco.MjSpec,
+    sheath: _Sheath,
+    names: SheathNames,
+    reel: str | None,
+    spool: str | None,
+    shown: Sensors,
 ) -> None:
     """Add a sheath with what refers to it, without which `MjSpec.copy` and attach would lose it."""
     tendon = sheath.tendon_name
@@ -215,7 +221,7 @@ def _add(
         actuator = spec.add_actuator(name=reel, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon)
         actuator.plugin = plugin
     for kind, (sensor, instance) in names.sensors.items():
-        show(spec, tendon, kind, sensor, instance)
+        shown.add(tendon, kind, sensor, instance)
 
 
 def _say(

@@ -49,8 +49,10 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
     remove_spools(spec, spools)
     for element in [*actuators, *(s for s in spec.sensors if _is_on(s, removed, configs))]:
         spec.delete(element)  # an instance without a name goes with it
+    used = {sensor.plugin.name for sensor in spec.sensors if sensor.plugin.active}
     for plugin in [p for p in spec.plugins if p.name in configs]:
-        if configs[plugin.name].get("tendon") in removed:
+        shows = configs[plugin.name].get("tendon")  # or else the tendons of its sensors
+        if shows in removed or (shows is None and plugin.name not in used):
             spec.delete(plugin)
     for element in removed.values():
         give_spring_back(spec, element)
@@ -66,6 +68,8 @@ def _is_on(holder: Any, tendons: Collection[str], configs: dict[str, dict[str, s
     if not plugin.active or plugin.plugin_name not in ("", NAME):
         return False
     config = configs.get(plugin.name, {}) if plugin.name else plugin.config
+    if "sensor" in config and "tendon" not in config:
+        return holder.objtype == mujoco.mjtObj.mjOBJ_TENDON and holder.objname in tendons
     return config.get("tendon") in tendons
 
 

@@ -9,7 +9,7 @@ import mujoco
 from tendon_mj.attach.instance import add_instance
 from tendon_mj.attach.names import TakenNames, free_name
 from tendon_mj.attach.sheathed import sheaths_by_tendon
-from tendon_mj.engine import KINDS, NAME
+from tendon_mj.engine import KINDS, NAME, is_one_number
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 
 
@@ -26,12 +26,47 @@ def check_kinds(kinds: Sequence[str]) -> None:
             raise InvalidValueError(f"sensor {kind!r} is asked for more than once")
 
 
-def show(spec: mujoco.MjSpec, tendon: str, kind: str, name: str, instance: str) -> mujoco.MjsSensor:
-    """Add a sensor of a known kind, and its plugin instance, under names that are free."""
-    view = add_instance(spec, instance, {"tendon": tendon, "sensor": kind}, NAME)
-    sensor = spec.add_sensor(name=name, type=mujoco.mjtSensor.mjSENS_PLUGIN)
-    sensor.plugin = view
-    return sensor
+class Sensors:
+    """Adds sensors of sheaths to a model.
+
+    Those with one number share an instance of their kind, and have the tendon as their object: in
+    each step MuJoCo goes through all sensors for every instance. One with as many numbers as its
+    sheath has guides has an instance of its own, as MuJoCo asks for their number before it knows
+    the object.
+
+    Args:
+        spec: read once, changed in place.
+    """
+
+    def __init__(self, spec: mujoco.MjSpec) -> None:
+        self._spec = spec
+        self._shared = {
+            config["sensor"]: plugin
+            for plugin in spec.plugins
+            if plugin.plugin_name == NAME and plugin.name
+            if "sensor" in (config := plugin.config) and "tendon" not in config
+        }
+
+    def add(self, tendon: str, kind: str, name: str, instance: str) -> mujoco.MjsSensor:
+        """Add a sensor of a known kind.
+
+        Args:
+            tendon: that runs in the sheath.
+            kind: one of ``tendon_mj.engine.KINDS``.
+            name, instance: that are free, of the sensor and of a plugin instance of its own.
+        """
+        sensor = self._spec.add_sensor(name=name, type=mujoco.mjtSensor.mjSENS_PLUGIN)
+        if not is_one_number(kind):
+            config = {"tendon": tendon, "sensor": kind}
+            sensor.plugin = add_instance(self._spec, instance, config, NAME)
+            return sensor
+        sensor.objtype, sensor.objname = mujoco.mjtObj.mjOBJ_TENDON, tendon
+        if kind not in self._shared:
+            taken = {plugin.name for plugin in self._spec.plugins}
+            shared = free_name(taken, kind, f"{kind}_sensors")
+            self._shared[kind] = add_instance(self._spec, shared, {"sensor": kind}, NAME)
+        sensor.plugin = self._shared[kind]
+        return sensor
 
 
 def add_sensor(
@@ -58,4 +93,4 @@ def add_sensor(
         raise InvalidValueError(f"the model already has a sensor {name!r}")
     free = free_name(taken.sensors, kind, f"{sheath}_{kind}")
     instance = free_name(taken.instances, f"{sheath}.{kind}")
-    return show(spec, sheaths[sheath], kind, free if name is None else name, instance)
+    return Sensors(spec).add(sheaths[sheath], kind, free if name is None else name, instance)

@@ -120,6 +120,8 @@ def _write_instances(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> 
 def _write_sensors(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
     for sensor in list(spec.sensors)[len(before.sensors) :]:
         attributes = {"name": sensor.name, "plugin": NAME, "instance": sensor.plugin.name}
+        if sensor.objtype == mujoco.mjtObj.mjOBJ_TENDON:
+            attributes |= {"objtype": "tendon", "objname": sensor.objname}
         ElementTree.SubElement(_section(text, "sensor"), "plugin", attributes)
 
 

@@ -16,5 +16,6 @@ from tendon_mj.engine.servo_plugin.state import FEEDBACKS as FEEDBACKS
 from tendon_mj.engine.servo_plugin.validate import SERVO as SERVO
 from tendon_mj.engine.sheath_plugin.binding.own_names import prefix_and_suffix as prefix_and_suffix
 from tendon_mj.engine.sheath_plugin.sensors import KINDS as KINDS
+from tendon_mj.engine.sheath_plugin.sensors import is_one_number as is_one_number
 from tendon_mj.engine.sheath_plugin.state import PARAMETERS as PARAMETERS
 from tendon_mj.engine.sheath_plugin.validate import NAME as NAME

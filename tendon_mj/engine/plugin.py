@@ -107,7 +107,7 @@ DEFINITIONS = (
         validate.state_size,
         validate.check_tendon,
         make_callbacks,
-        validate.sensor_size,
+        validate.reading_size,
     ),
     Definition(
         servo_validate.SERVO,

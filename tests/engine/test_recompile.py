@@ -37,8 +37,9 @@ def plugin(spec, name):
 
 def remove(spec, sheath):
     """Remove a sheath and what shows it."""
+    tendon = plugin(spec, sheath).config["tendon"]
     for sensor in list(spec.sensors):
-        if sensor.plugin.name.startswith(sheath):
+        if sensor.plugin.name == sheath or sensor.objname == tendon:
             spec.delete(sensor)
     for instance in list(spec.plugins):
         if instance.name.startswith(sheath):

@@ -143,6 +143,7 @@ def test_equal_models_have_equal_signatures():
     "array",
     [
         *("actuator_trntype", "actuator_trnid", "actuator_plugin", "sensor_plugin", "sensor_dim"),
+        *("sensor_objtype", "sensor_objid"),
         *("plugin", "plugin_attradr", "plugin_statenum", "plugin_stateadr"),
         *("tendon_adr", "tendon_num", "wrap_type"),
     ],

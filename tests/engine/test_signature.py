@@ -81,7 +81,3 @@ def test_sensors_and_actuators_are_those_of_the_instance():
     model = rig(reel="reel")
     assert bound(model, actuator=0.0) != sg.NONE
     assert bound(rig(), sensors=(0.0, 0.0)) != sg.NONE
-    other = rig()
-    assert sg.sensor_signature(LAYOUT, other._address, 0, 0.0, (0.0, 0.0)) != sg.NONE
-    for sheath in (1.0, np.nan, -2.0):
-        assert sg.sensor_signature(LAYOUT, other._address, 0, sheath, (0.0, 0.0)) == sg.NONE

@@ -48,7 +48,7 @@ def _find_sheath(layout: Layout, m: int, servo: int) -> int:
         name = pointer(mjp_getPluginAtSlot(integer(slots, other)))
         if (
             at.index_of(name, _SHEATH_PLUGIN) == 0
-            and at.sensor_kind_at(at.text_at(layout, m, other, at.SENSOR)) < 0
+            and not at.is_sensor(layout, m, other)
             and tendon == resolve(layout, m, other, at.TENDON, _TENDON)
         ):
             return other

@@ -28,21 +28,23 @@ class Attachment(NamedTuple):
     default: str
 
 
-# How a sheath is attached to its model; with PARAMETERS, all attributes in their order.
+# How a sheath is attached to its model; with PARAMETERS, all attributes in their order. The first,
+# which tells sheaths from sensors, is read in every step.
 ATTACHMENT: Final = {
+    "sensor": Attachment("quantity that a sensor's instance shows, see below", "word", "none"),
     "tendon": Attachment("spatial tendon that runs in the sheath", "name", "required"),
     "reel_joint": Attachment("hinge or slide that winds tendon in at the input", "name", "none"),
     "output_joint": Attachment("the same at the output, such as a joint's pulley", "name", "none"),
-    "sensor": Attachment("quantity that a sensor's instance shows, see below", "word", "none"),
     "guides": Attachment("number of guides; give it with several tendons", "1", "counted"),
     "arc_guides": Attachment("guides on each geom that the tendon wraps around", "1", "1"),
     "inner_guides": Attachment("guides at its first site, for `extra_bend`", "1", "0"),
     "instance": Attachment("name of the instance where this is written", "name", "none"),
 }
-ATTRIBUTES: Final = (*PARAMETERS, *ATTACHMENT)
-TENDON, REEL_JOINT, OUTPUT_JOINT, SENSOR, _GUIDES, ARC_GUIDES, INNER_GUIDES, INSTANCE = range(
-    len(PARAMETERS), len(ATTRIBUTES)
+ATTRIBUTES: Final = (*ATTACHMENT, *PARAMETERS)
+SENSOR, TENDON, REEL_JOINT, OUTPUT_JOINT, _GUIDES, ARC_GUIDES, INNER_GUIDES, INSTANCE = range(
+    len(ATTACHMENT)
 )
+FIRST_PARAMETER: Final = len(ATTACHMENT)
 
 
 def as_rows(known: Iterable[str]) -> NDArray[np.uint8]:
@@ -64,6 +66,12 @@ def text_at(layout: Layout, m: int, instance: int, attribute: int) -> int:
             address += 1
         address += 1
     return address
+
+
+@compiled
+def is_sensor(layout: Layout, m: int, instance: int) -> bool:
+    """Whether an instance shows something of sheaths, and is none itself."""
+    return byte(text_at(layout, m, instance, SENSOR), 0) != 0
 
 
 @compiled

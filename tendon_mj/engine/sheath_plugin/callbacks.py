@@ -1,7 +1,7 @@
 """The functions of `mjpPlugin` that MuJoCo calls while it runs; no Python among them.
 
-An instance is either a sheath, which acts on its tendon, or one with a `sensor` attribute, which
-shows something of the sheath on the same tendon and keeps in its state which sheath that is.
+An instance is either a sheath, which acts on its tendon, or one with a `sensor` attribute, whose
+sensors show something of sheaths and which keeps in its state which sheaths these are.
 """
 
 from __future__ import annotations
@@ -14,20 +14,17 @@ from numba import types
 from tendon_mj.abi.layout import Layout
 from tendon_mj.abi.memory import doubles, integer, pointer, size
 from tendon_mj.compilation import callback, compiled
-from tendon_mj.engine.sheath_plugin.binding.bind import (
-    ensure_bound,
-    ensure_shown,
-    is_bound,
-    reset_sensor,
-    reset_sheath,
-)
+from tendon_mj.engine.sheath_plugin.attributes import is_sensor
+from tendon_mj.engine.sheath_plugin.binding.bind import ensure_bound, is_bound, reset_sheath
+from tendon_mj.engine.sheath_plugin.binding.bind_sensor import ensure_shown, reset_sensor
+from tendon_mj.engine.sheath_plugin.binding.seal import is_sheath
 from tendon_mj.engine.sheath_plugin.evaluate import evaluate
 from tendon_mj.engine.sheath_plugin.sensors import measure, measure_ends, numbers_of
 from tendon_mj.engine.sheath_plugin.state import (
     fits,
-    is_sensor,
     room_of,
     sensor_state_at,
+    shown_at,
     state_at,
     state_of,
 )
@@ -46,20 +43,26 @@ def _is_skipped(layout: Layout, m: int) -> bool:
 
 @compiled
 def _show(layout: Layout, m: int, d: int, instance: int) -> None:
-    """Fill the sensors of an instance that shows something of a sheath."""
-    if not ensure_shown(layout, m, d, instance):
+    """Fill the sensors of an instance that shows something of sheaths."""
+    ensure_shown(layout, m, d, instance)
+    address = state_of(layout, m, d, instance)
+    state, shown = sensor_state_at(address), shown_at(address, room_of(layout, m, instance))
+    first, last, kind = state.first_sensor, state.last_sensor, int(state.kind)
+    if not 0.0 <= first <= last < size(m + layout.m_nsensor):
         return
-    shown = sensor_state_at(state_of(layout, m, d, instance))
-    first, last = shown.first_sensor, shown.last_sensor
-    if shown.sheath < 0.0 or not 0.0 <= first <= last < size(m + layout.m_nsensor):
-        return
-    source, kind = int(shown.sheath), int(shown.kind)
-    sheath = state_of(layout, m, d, source)
-    known = fits(sheath, room_of(layout, m, source))
-    count = numbers_of(kind, int(state_at(sheath).guides)) if known else 0
     owners, widths = pointer(m + layout.m_sensor_plugin), pointer(m + layout.m_sensor_dim)
     for sensor in range(int(first), int(last) + 1):
-        if integer(owners, sensor) == instance and 0 < count <= integer(widths, sensor):
+        if integer(owners, sensor) != instance:
+            continue
+        source = shown[0] if state.is_of_one != 0.0 else shown[sensor]
+        if not 0.0 <= source < size(m + layout.m_nplugin):
+            continue
+        if not is_sheath(layout, m, int(source), instance):
+            continue
+        sheath = state_of(layout, m, d, int(source))
+        known = fits(sheath, room_of(layout, m, int(source)))
+        count = numbers_of(kind, int(state_at(sheath).guides)) if known else 0
+        if 0 < count <= integer(widths, sensor):
             adr = integer(pointer(m + layout.m_sensor_adr), sensor)
             measure(sheath, kind, pointer(d + layout.d_sensordata) + 8 * adr)
 

@@ -32,6 +32,11 @@ KINDS: dict[str, tuple[str, str, str]] = {
 ENDS = 2  # numbers of a sensor on the sheath's own instance: T_in and T_out
 
 
+def is_one_number(kind: str) -> bool:
+    """Whether a sensor of this kind has one number, whatever its sheath."""
+    return KINDS[kind][2] == "one"
+
+
 def width(kind: str, guides: int) -> int:
     """How many numbers a sensor of this kind has on a sheath with so many guides."""
     return {"one": 1, "segment": guides + 1, "guide": guides}[KINDS[kind][2]]

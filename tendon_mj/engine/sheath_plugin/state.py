@@ -181,20 +181,35 @@ def keep_ratio_law(address: int) -> bool:
 
 
 class SensorState:
-    """State of an instance that shows something of a sheath."""
+    """State of an instance that shows something of sheaths; behind it lies which ones."""
 
-    sheath: float  # instance of the sheath, −1 without one
+    seal: float  # of all that follows
+    first_sheath: float  # instance of the model's first sheath, −1 without one
     kind: float
     first_sensor: float
     last_sensor: float
-    signature: float
-    seal: float  # of the numbers above
+    is_of_one: float  # whether all its sensors show the same sheath
 
 
-SENSOR_STATE = record_type(SensorState)
-SENSOR_SIZE: Final = SENSOR_STATE.itemsize // 8
-SENSOR_BOUND_SIZE: Final[int] = SENSOR_STATE.fields["seal"][1]  # type: ignore[index]
-sensor_state_at: Callable[[int], SensorState] = record_at(SENSOR_STATE)
+_SENSOR_STATE = record_type(SensorState)
+_SENSOR_COUNT = _SENSOR_STATE.itemsize // 8
+sensor_state_at: Callable[[int], SensorState] = record_at(_SENSOR_STATE)
+
+
+def sensor_size(sensors: int) -> int:
+    """Numbers that an instance keeps whose sensors show so many sheaths."""
+    return _SENSOR_COUNT + sensors
+
+
+@compiled
+def shown_at(address: int, room: int) -> Array:
+    """Sheath that an instance shows, or, of each sensor of the model, that it shows; −1 for none.
+
+    Args:
+        address: of the instance's state.
+        room: how many numbers it has.
+    """
+    return doubles(address + 8 * _SENSOR_COUNT, room - _SENSOR_COUNT)
 
 
 @compiled
@@ -208,12 +223,6 @@ def state_of(layout: Layout, m: int, d: int, instance: int) -> int:
 def room_of(layout: Layout, m: int, instance: int) -> int:
     """How many numbers of state an instance has."""
     return integer(pointer(m + layout.m_plugin_statenum), instance)
-
-
-@compiled
-def is_sensor(layout: Layout, m: int, instance: int) -> bool:
-    """Whether an instance shows something of a sheath, and is none itself."""
-    return room_of(layout, m, instance) == SENSOR_SIZE
 
 
 class View(NamedTuple):

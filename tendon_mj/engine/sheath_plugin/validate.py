@@ -16,11 +16,15 @@ from tendon_mj.abi.library import C
 from tendon_mj.abi.model_in_compilation import Draft, find, read_number
 from tendon_mj.engine.sheath_plugin.attributes import ATTRIBUTES
 from tendon_mj.engine.sheath_plugin.binding.own_config import check_own_names, own_config
-from tendon_mj.engine.sheath_plugin.binding.sheath_of_tendon import by_tendon, sheath_on
+from tendon_mj.engine.sheath_plugin.binding.sheath_of_tendon import by_tendon
 from tendon_mj.engine.sheath_plugin.binding.sleep import check_awake, sleeps
-from tendon_mj.engine.sheath_plugin.sensors import ENDS, KINDS, width
-from tendon_mj.engine.sheath_plugin.state import PARAMETERS, SENSOR_SIZE, size
-from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.engine.sheath_plugin.state import PARAMETERS, sensor_size, size
+from tendon_mj.engine.sheath_plugin.validate_sensor import (
+    check_objects,
+    check_sensor,
+    reading_width,
+)
+from tendon_mj.errors import InvalidValueError
 from tendon_mj.sheath.law import LAW, check_range, check_scales, check_static
 
 NAME = "tendon_mj.sheath"
@@ -111,7 +115,7 @@ def state_size(address: int, instance: int) -> int:
     model = Draft(address, _PLACE)
     config = model.config(instance)
     if config["sensor"]:
-        return SENSOR_SIZE
+        return sensor_size(1 if config["tendon"] else int(model.fields.nsensor))
     return size(*_capacity(model, config, model.where(instance)))
 
 
@@ -121,16 +125,11 @@ def _check_instance(
     """Check the configuration of one instance; ``sheaths`` are those of each tendon."""
     where = model.where(instance)
     tendons = int(model.fields.ntendon)
-    find(model, _OBJ.mjOBJ_TENDON, tendons, "tendon", config["tendon"], where)
+    if config["tendon"] or not config["sensor"]:
+        find(model, _OBJ.mjOBJ_TENDON, tendons, "tendon", config["tendon"], where)
     rivals = [k for k in sheaths.get(config["tendon"], ()) if k != instance]
     if config["sensor"]:
-        if config["sensor"] not in KINDS:
-            raise UnknownNameError("sensor", config["sensor"], KINDS, where)
-        extra = [k for k, v in config.items() if v and k not in ("sensor", "tendon", "instance")]
-        if extra:
-            raise InvalidValueError(f"{where}: a sensor takes no {extra[0]}; the sheath has it")
-        if not rivals:
-            raise UnknownNameError("sheathed tendon", config["tendon"], sheaths, where)
+        check_sensor(config, sheaths, where)
         return
     if rivals:
         raise InvalidValueError(
@@ -146,17 +145,14 @@ def _check_instance(
     _capacity(model, config, where)
 
 
-def sensor_size(address: int, instance: int, sensor: int) -> int:
-    """Size of a sensor's reading; one on a sheath's own instance has T_in and T_out."""
+def reading_size(address: int, instance: int, sensor: int) -> int:
+    """Size of a sensor's reading."""
     model = Draft(address, _PLACE)
-    config = own_config(model, instance)
-    if not config["sensor"]:
-        return ENDS
-    sheath = sheath_on(model, config["tendon"], NAME)
-    if sheath is None:
-        return 1
-    guides, _ = _capacity(model, model.config(sheath), model.where(sheath))
-    return width(config["sensor"], guides)
+
+    def guides(sheath: int) -> int:
+        return _capacity(model, model.config(sheath), model.where(sheath))[0]
+
+    return reading_width(model, instance, NAME, guides)
 
 
 def check_tendon(address: int, instance: int) -> int:
@@ -175,10 +171,11 @@ def check_tendon(address: int, instance: int) -> int:
 
 
 def _check_complete(model: Draft, instance: int, reels: Sequence[int]) -> None:
-    """Check that a sheath can act on its tendon."""
+    """Check that a sheath can act on its tendon, and that a sensor has a sheath."""
     config = own_config(model, instance)
     _check_reels(model, instance, config, reels)
     if config["sensor"]:
+        check_objects(model, instance, config, NAME)
         return
     where, name = model.where(instance), config["tendon"]
     tendons = int(model.fields.ntendon)

@@ -18,9 +18,7 @@ from tendon_mj.engine.sheath_plugin import attributes as at
 from tendon_mj.engine.sheath_plugin.binding.own_names import resolve
 from tendon_mj.engine.sheath_plugin.binding.seal import (
     is_sealed,
-    is_sensor_sealed,
     renew_signature,
-    seal_sensor,
     seal_sheath,
 )
 from tendon_mj.engine.sheath_plugin.binding.signature import (
@@ -28,25 +26,20 @@ from tendon_mj.engine.sheath_plugin.binding.signature import (
     binding_signature,
     config_signature,
     is_signature,
-    sensor_signature,
 )
 from tendon_mj.engine.sheath_plugin.input_force import acts_on, has_spring
 from tendon_mj.engine.sheath_plugin.path.branches import count_wraps, mark_branches
-from tendon_mj.engine.sheath_plugin.sensors import KINDS
 from tendon_mj.engine.sheath_plugin.state import (
     State,
     clear_step,
     fits,
-    is_sensor,
     parameters_at,
     room_of,
-    sensor_state_at,
     state_at,
     state_of,
 )
 
 _JOINT, _TENDON = mujoco.mjtObj.mjOBJ_JOINT.value, mujoco.mjtObj.mjOBJ_TENDON.value
-_KIND_COUNT = len(KINDS)
 _MOST = 2.0**53  # up to which every whole number is one
 
 
@@ -59,24 +52,6 @@ def range_of(owners: int, count: int, instance: int) -> tuple[int, int]:
             first = k if last < 0 else first
             last = k
     return first, last
-
-
-@apart
-def _find_sheath(layout: Layout, m: int, sensor: int) -> int:
-    """The sheath on the tendon that a sensor's instance names, −1 if there is none."""
-    slots = pointer(m + layout.m_plugin)
-    tendon = resolve(layout, m, sensor, at.TENDON, _TENDON)
-    count = size(m + layout.m_nplugin)
-    # backwards, as `add_friction` puts the sheath just before its sensors
-    for step in range(count):
-        other = (sensor - step + count) % count
-        if (
-            integer(slots, other) == integer(slots, sensor)
-            and at.sensor_kind_at(at.text_at(layout, m, other, at.SENSOR)) < 0
-            and tendon == resolve(layout, m, other, at.TENDON, _TENDON)
-        ):
-            return other
-    return -1
 
 
 @compiled
@@ -117,7 +92,7 @@ def _is_led(layout: Layout, m: int, instance: int) -> bool:
     slots, reels = pointer(m + layout.m_plugin), pointer(m + layout.m_actuator_plugin)
     actuators = size(m + layout.m_nactuator)
     for other in range(instance):
-        if integer(slots, other) != integer(slots, instance) or is_sensor(layout, m, other):
+        if integer(slots, other) != integer(slots, instance) or at.is_sensor(layout, m, other):
             continue
         spooled = byte(at.text_at(layout, m, other, at.REEL_JOINT), 0) != 0
         spooled |= byte(at.text_at(layout, m, other, at.OUTPUT_JOINT), 0) != 0
@@ -175,22 +150,11 @@ def reset_sheath(layout: Layout, m: int, address: int, instance: int) -> None:
     doubles(address, room_of(layout, m, instance))[:] = 0.0
     values = parameters_at(address)
     for parameter in range(len(values)):
-        values[parameter] = at.number_at(at.text_at(layout, m, instance, parameter))
+        values[parameter] = at.number_at(
+            at.text_at(layout, m, instance, at.FIRST_PARAMETER + parameter)
+        )
     _bind(layout, m, instance, address, False)
     state_at(address).config_signature = config_signature(layout, m, instance)
-
-
-@apart
-def reset_sensor(layout: Layout, m: int, address: int, instance: int) -> None:
-    """Find the sheath that a sensor's instance shows."""
-    shown = sensor_state_at(address)
-    shown.sheath = _find_sheath(layout, m, instance)
-    shown.kind = at.sensor_kind_at(at.text_at(layout, m, instance, at.SENSOR))
-    sensors = pointer(m + layout.m_sensor_plugin)
-    first, last = range_of(sensors, size(m + layout.m_nsensor), instance)
-    shown.first_sensor, shown.last_sensor = first, last
-    shown.signature = sensor_signature(layout, m, instance, shown.sheath, (first, last))
-    shown.seal = NONE
 
 
 @apart
@@ -253,29 +217,3 @@ def ensure_bound(layout: Layout, m: int, d: int, instance: int) -> bool:
     if is_sealed(layout, m, d, instance):
         return True
     return _prove(layout, m, d, instance)
-
-
-@apart
-def _prove_sensor(layout: Layout, m: int, d: int, instance: int) -> bool:
-    """As of a sheath, of an instance that shows something of one."""
-    address = state_of(layout, m, d, instance)
-    shown = sensor_state_at(address)
-    sensors = (shown.first_sensor, shown.last_sensor)
-    if not (
-        is_signature(shown.signature)
-        and sensor_signature(layout, m, instance, shown.sheath, sensors) == shown.signature
-        and 0.0 <= shown.kind < _KIND_COUNT
-    ):
-        reset_sensor(layout, m, address, instance)
-        if shown.signature == NONE:
-            return False
-    seal_sensor(layout, m, d, instance)
-    return True
-
-
-@compiled
-def ensure_shown(layout: Layout, m: int, d: int, instance: int) -> bool:
-    """Bind the state of a sensor's instance to the model unless it is; return whether it now is."""
-    if is_sensor_sealed(layout, m, d, instance):
-        return True
-    return _prove_sensor(layout, m, d, instance)

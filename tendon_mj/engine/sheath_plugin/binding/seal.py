@@ -15,6 +15,7 @@ import mujoco
 from tendon_mj.abi.layout import Layout
 from tendon_mj.abi.memory import integer, pointer, size
 from tendon_mj.compilation import apart, compiled
+from tendon_mj.engine.sheath_plugin.attributes import is_sensor
 from tendon_mj.engine.sheath_plugin.binding.signature import (
     NONE,
     as_number,
@@ -27,10 +28,8 @@ from tendon_mj.engine.sheath_plugin.input_force import has_spring
 from tendon_mj.engine.sheath_plugin.state import (
     BOUND_BEGIN,
     BOUND_SIZE,
-    SENSOR_BOUND_SIZE,
-    SENSOR_SIZE,
     fits,
-    sensor_state_at,
+    room_of,
     state_at,
     state_of,
 )
@@ -59,6 +58,8 @@ def model_signature(layout: Layout, m: int) -> float:
         (m + layout.m_actuator_trnid, 8 * actuators),
         (m + layout.m_actuator_plugin, 4 * actuators),
         (m + layout.m_sensor_plugin, 4 * sensors),
+        (m + layout.m_sensor_objtype, 4 * sensors),
+        (m + layout.m_sensor_objid, 4 * sensors),
         (m + layout.m_sensor_dim, 4 * sensors),
     ):
         h = mixed(h, hashed(pointer(start), count))
@@ -76,19 +77,18 @@ def model_signature(layout: Layout, m: int) -> float:
 
 
 @compiled
-def _is_sheath(layout: Layout, m: int, other: int, instance: int) -> bool:
+def is_sheath(layout: Layout, m: int, other: int, instance: int) -> bool:
     """Whether an instance is a sheath, as ``instance`` is one or shows one."""
     slots = pointer(m + layout.m_plugin)
-    if integer(slots, other) != integer(slots, instance):
-        return False
-    return integer(pointer(m + layout.m_plugin_statenum), other) != SENSOR_SIZE
+    return integer(slots, other) == integer(slots, instance) and not is_sensor(layout, m, other)
 
 
 @compiled
-def _signature_of_first(layout: Layout, m: int, d: int, instance: int) -> float:
-    """Signature that the first sheath has computed for the sheath ``instance``, else `NONE`."""
-    first = state_at(state_of(layout, m, d, instance)).first_sheath
-    if not 0.0 <= first <= instance or not _is_sheath(layout, m, int(first), instance):
+def signature_by(layout: Layout, m: int, d: int, first: float, instance: int) -> float:
+    """Signature that the first sheath has computed for ``instance``, `NONE` if it is not that."""
+    if not 0.0 <= first < size(m + layout.m_nplugin):
+        return NONE
+    if not is_sheath(layout, m, int(first), instance):
         return NONE
     state = state_at(state_of(layout, m, d, int(first)))
     return state.model_signature if state.first_sheath == first else NONE
@@ -97,10 +97,11 @@ def _signature_of_first(layout: Layout, m: int, d: int, instance: int) -> float:
 @compiled
 def _sheath_seal(layout: Layout, m: int, d: int, instance: int) -> float:
     """The seal of a sheath's state as it now is, `NONE` where it cannot have one."""
-    signature = _signature_of_first(layout, m, d, instance)
-    if not is_signature(signature):
-        return NONE
     address = state_of(layout, m, d, instance)
+    first = state_at(address).first_sheath
+    signature = signature_by(layout, m, d, first, instance)
+    if first > instance or not is_signature(signature):
+        return NONE
     h = mixed(hashed(address + BOUND_BEGIN, BOUND_SIZE), int(signature))
     return as_number(mixed(h, instance))
 
@@ -133,8 +134,7 @@ def is_sealed(layout: Layout, m: int, d: int, instance: int) -> bool:
     seal = _sheath_seal(layout, m, d, instance)
     if seal == NONE or seal != state_at(address).seal:
         return False
-    room = integer(pointer(m + layout.m_plugin_statenum), instance)
-    return fits(address, room) and _has_indices(layout, m, address)
+    return fits(address, room_of(layout, m, instance)) and _has_indices(layout, m, address)
 
 
 @compiled
@@ -150,38 +150,8 @@ def seal_sheath(layout: Layout, m: int, d: int, instance: int) -> None:
     """Seal the state of a sheath that is proven to be bound."""
     state = state_at(state_of(layout, m, d, instance))
     first = 0
-    while not _is_sheath(layout, m, first, instance):
+    while not is_sheath(layout, m, first, instance):
         first += 1
     state.first_sheath = first
     renew_signature(layout, m, d, instance)
     state.seal = _sheath_seal(layout, m, d, instance)
-
-
-@compiled
-def _sensor_seal(layout: Layout, m: int, d: int, instance: int) -> float:
-    """As of a sheath, of an instance that shows something of one."""
-    shown = sensor_state_at(state_of(layout, m, d, instance))
-    if not 0.0 <= shown.sheath < size(m + layout.m_nplugin):
-        return NONE
-    sheath = int(shown.sheath)
-    if not _is_sheath(layout, m, sheath, instance):
-        return NONE
-    signature = _signature_of_first(layout, m, d, sheath)
-    if not is_signature(signature):
-        return NONE
-    h = mixed(hashed(state_of(layout, m, d, instance), SENSOR_BOUND_SIZE), int(signature))
-    return as_number(mixed(h, instance))
-
-
-@compiled
-def is_sensor_sealed(layout: Layout, m: int, d: int, instance: int) -> bool:
-    """Whether the seal of an instance that shows something of a sheath is whole."""
-    seal = _sensor_seal(layout, m, d, instance)
-    return seal != NONE and sensor_state_at(state_of(layout, m, d, instance)).seal == seal
-
-
-@apart
-def seal_sensor(layout: Layout, m: int, d: int, instance: int) -> None:
-    """Seal the state of an instance that is proven to be bound to its sheath."""
-    shown = sensor_state_at(state_of(layout, m, d, instance))
-    shown.seal = _sensor_seal(layout, m, d, instance)

@@ -243,36 +243,6 @@ def binding_signature(layout: Layout, m: int, instance: int, address: int) -> fl
 
 
 @compiled
-def sensor_signature(
-    layout: Layout, m: int, instance: int, sheath: float, sensors: tuple[float, float]
-) -> float:
-    """Signature of what an instance with a `sensor` is bound to, as of a sheath.
-
-    Args:
-        layout: offsets.
-        m: the model.
-        instance: the sensor's.
-        sheath: instance of the sheath that it shows, −1 for none.
-        sensors: first and last on the instance, (0, −1) for none.
-    """
-    h = _sizes(layout, m, instance)
-    if sheath != -1.0:
-        slots = pointer(m + layout.m_plugin)
-        if not 0.0 <= sheath < size(m + layout.m_nplugin):
-            return NONE
-        if integer(slots, int(sheath)) != integer(slots, instance):
-            return NONE
-        h = mixed(h, _configured(layout, m, int(sheath)))
-        h = mixed(h, hashed_name(m, _PLUGIN, int(sheath)))
-    if sensors[1] != -1.0:
-        shown, total = pointer(m + layout.m_sensor_plugin), size(m + layout.m_nsensor)
-        for sensor in sensors:
-            if not _owns(shown, sensor, total, instance) or sensor == -1.0:
-                return NONE
-    return as_number(mixed(h, _configured(layout, m, instance)))
-
-
-@compiled
 def pair_signature(layout: Layout, m: int, instance: int, other: int) -> float:
     """Signature of the attributes of an instance and of another that it depends on, −1 for none."""
     h = _configured(layout, m, instance)
