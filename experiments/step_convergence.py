@@ -32,6 +32,12 @@ _REFINEMENT = 16
 _MOVES = 0.01  # travel over which a joint counts as moving, over that of the joint that moves most
 _PULLS = 0.01  # tension beyond which a tendon counts as pulled, over that of the strongest
 _CONVERGED = 0.01  # rms by which stock MuJoCo's angle may differ between the steps, over its travel
+_COLUMNS = {  # of the table, by what they show
+    "angle": "angle",
+    "output_tension": "T_out",
+    "friction_work": "friction work",
+    "total_friction_work": "in all",
+}
 
 
 class Run(NamedTuple):
@@ -80,19 +86,26 @@ def rms(x: Array) -> Array:
     return np.asarray(np.sqrt(np.mean(x * x, axis=0)))
 
 
-def differences(coarse: Run, fine: Run, joints: NDArray[np.intp]) -> dict[str, list[float]]:
+def differences(
+    coarse: Run, fine: Run, joints: NDArray[np.intp], travel: Array
+) -> dict[str, list[float]]:
     """How far the coarse run is from the fine one, over what the fine one does.
+
+    Angles are over what the joint travels without friction, as one that friction holds travels next
+    to nothing; ``angle_over_own_travel`` is over that.
 
     Args:
         coarse, fine: runs of one model.
         joints: columns of qpos.
+        travel: (nq,) of the model without friction [rad or m].
     """
-    travel = np.ptp(fine.qpos, axis=0)[joints]
+    angle = rms(coarse.qpos - fine.qpos)[joints]
     pulled = rms(fine.output_tension) > _PULLS * max(rms(fine.output_tension), default=0.0)
     rubs = fine.friction_work > _PULLS * max(fine.friction_work, default=0.0)
     tension = rms(coarse.output_tension - fine.output_tension)[pulled]
     return {
-        "angle": list(rms(coarse.qpos - fine.qpos)[joints] / travel),
+        "angle": list(angle / travel[joints]),
+        "angle_over_own_travel": list(angle / np.ptp(fine.qpos, axis=0)[joints]),
         "output_tension": list(tension / rms(fine.output_tension)[pulled]),
         "friction_work": list(
             np.abs(coarse.friction_work - fine.friction_work)[rubs] / fine.friction_work[rubs]
@@ -172,15 +185,16 @@ def _converge(
     converged = rms(coarse.qpos - fine.qpos) <= _CONVERGED * travel
     joints = np.flatnonzero(converged & (travel > _MOVES * travel.max()))
     carried = [largest_stiffness(stock, name) for name in driven]
-    table = Table("EA [N]", "angle", "T_out", "friction work", "in all", "", title=path.stem)
+    table = Table("EA [N]", *_COLUMNS.values(), "", title=path.stem)
     rows: list[dict[str, object]] = []
     for number, stiffness in enumerate((None, *stiffnesses)):
         model = _sheathed(path, driven, friction, stiffness)
         coarse, fine = (simulate(model, driven, inputs, r) for r in (1, _REFINEMENT))
-        differs = differences(coarse, fine, joints)
+        differs = differences(coarse, fine, joints, travel)
         unstable = coarse.unstable or fine.unstable
         rows.append({"axial_stiffness": stiffness, "unstable": unstable, **differs})
-        cells = (f"{np.median(d):.1%} ({max(d):.1%})" if d else "-" for d in differs.values())
+        shown = (differs[column] for column in _COLUMNS)
+        cells = (f"{np.median(d):.1%} ({max(d):.1%})" if d else "-" for d in shown)
         label = "chosen" if stiffness is None else f"{stiffness:g}"
         table.add_row(label, *cells, "unstable" if unstable else "")
         progress(path.stem, number + 1, 1 + len(stiffnesses))

@@ -26,14 +26,16 @@ def runs():
 
 
 def test_the_same_run_differs_by_nothing(runs):
-    for found in differences(runs[0], runs[1], np.array([0, 1])).values():
+    travel = np.ptp(runs[0].qpos, axis=0)
+    for found in differences(runs[0], runs[1], np.array([0, 1]), travel).values():
         assert found == [0.0] * len(found)
 
 
 def test_a_finer_run_is_nearer_to_the_finest(runs):
     own, _, finer, finest = runs
-    far, near = (differences(run, finest, np.array([0, 1])) for run in (own, finer))
-    for what in ("angle", "output_tension", "total_friction_work"):
+    travel = np.ptp(finest.qpos, axis=0)
+    far, near = (differences(run, finest, np.array([0, 1]), travel) for run in (own, finer))
+    for what in ("angle", "angle_over_own_travel", "output_tension", "total_friction_work"):
         assert max(near[what]) < 0.5 * max(far[what]) < 0.05
 
 
