@@ -106,6 +106,7 @@ class Layout(NamedTuple):
     d_ten_length: int
     d_ten_velocity: int
     d_ten_wrapadr: int
+    d_ten_wrapnum: int
     d_wrap_obj: int
     d_wrap_xpos: int
     d_subtree_com: int

@@ -7,7 +7,7 @@ import math
 import operator
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from typing import NamedTuple, SupportsFloat, SupportsIndex, Unpack
+from typing import Literal, NamedTuple, SupportsFloat, SupportsIndex, Unpack
 
 import mujoco
 
@@ -20,7 +20,7 @@ from tendon_mj.attach.sheathed import actuators_by_tendon, sheaths_by_tendon
 from tendon_mj.attach.spool import Spool, SpoolDesign, add_spools, design_spool, spool_names
 from tendon_mj.attach.spring import keep_spring, spring_of
 from tendon_mj.attach.tendon_choice import Chosen, asks_for_several, choose_tendons
-from tendon_mj.engine import NAME
+from tendon_mj.engine import INPUT_ENDS, NAME
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError, UnsuitedTendonError
 from tendon_mj.sheath.law import LAW, OptionalParameters
 
@@ -43,6 +43,7 @@ def add_friction(
     pretension: float | None = None,
     arc_guides: int = 1,
     inner_guides: int | None = None,
+    input_end: Literal["first", "last"] = "first",
     name: str | None = None,
     reel: str | None = None,
     reel_joint: str | None = None,
@@ -63,13 +64,15 @@ def add_friction(
 
     Args:
         spec: changed in place and returned; not at all where the call is refused.
-        tendon: name of a spatial tendon, whose first site is the input end; several names; or a
-            pattern with ``*``, ``?`` or ``[…]``. A pattern leaves out tendons that run in a sheath
-            or that nothing pulls, and names tendons that have no name; a warning says which.
+        tendon: name of a spatial tendon; several names; or a pattern with ``*``, ``?`` or ``[…]``.
+            A pattern leaves out tendons that run in a sheath or that nothing pulls, and names
+            tendons that have no name; a warning says which.
         <parameters>
         arc_guides: guides on each geom that a tendon may wrap around.
-        inner_guides: guides at the first site, for bend that is not drawn (``extra_bend``), as of a
+        inner_guides: guides at the input end, for bend that is not drawn (``extra_bend``), as of a
             cable outside the model; by default one where there is no other, else none.
+        input_end: site of the path, ``first`` or ``last``, at which a tendon is pulled or wound in.
+            ``last`` is for one that is drawn from its insertion to its muscle or motor.
         name: of the sheath. By default that of a tendon asked for alone is ``sheath`` or, where
             that is taken, ``<tendon>_sheath``; of one among several always ``<tendon>_sheath``.
         reel: name of an actuator to add that winds tendon in at the input, control in metres.
@@ -77,7 +80,7 @@ def add_friction(
         reel_joint, reel_radius: joint [rad] or slide whose motion winds tendon in, and radius [m].
         output_joint, output_radius: the same at the output end.
         spool: that the actuators of a tendon are to turn instead of pulling it: a body
-            ``<tendon>_spool`` on a hinge of that name, at the first site and on its body. At rest
+            ``<tendon>_spool`` on a hinge of that name, at the input end and on its body. At rest
             their force is T_in + T_in²/2EA. ``axial_stiffness`` is required; T_0 is 0 by default,
             and ``axial_damping`` EA times the time step, against ringing.
         sensors: kinds to add. Those of a tendon asked for alone are named like the kind, or
@@ -101,6 +104,8 @@ def add_friction(
     own = {"name": name, "reel": reel, "reel_joint": reel_joint, "output_joint": output_joint}
     if several:
         _refuse_for_several(own, tendon)
+    if input_end not in INPUT_ENDS:
+        raise UnknownNameError("input_end", str(input_end), INPUT_ENDS, "add_friction")
     if spool is not None and (reel is not None or reel_joint is not None):
         raise InvalidValueError("give one of spool, reel and reel_joint, not more")
     if reel is not None and reel in [actuator.name for actuator in spec.actuators]:
@@ -117,6 +122,7 @@ def add_friction(
         law=law,  # type: ignore[arg-type]
         arc_guides=_count("arc_guides", arc_guides, 1),
         inner_guides=None if inner_guides is None else _count("inner_guides", inner_guides, 0),
+        input_end=input_end,
         ends=ends,
         is_wound=bool(ends) or reel is not None or spool is not None,
         is_wound_in=reel_joint is not None or reel is not None or spool is not None,
@@ -185,8 +191,9 @@ def _design(
             if request.spool is not None:
                 stiffness = float(design.config["axial_stiffness"])
                 strain = float(design.config["pretension"]) / stiffness
+                at_last = request.input_end == "last"
                 spool = design_spool(
-                    spec, tendon, name, request.spool, stiffness, strain, pulling, compiled
+                    spec, tendon, name, request.spool, at_last, stiffness, strain, pulling, compiled
                 )
         except UnsuitedTendonError as error:
             if by_name:

@@ -12,13 +12,13 @@ from tendon_mj.attach.elasticity import own_elasticity
 from tendon_mj.attach.keywords import as_number
 from tendon_mj.attach.spool import Spool
 from tendon_mj.attach.spring import has_spring
-from tendon_mj.attach.tendon_path import TendonPath, path_of
+from tendon_mj.attach.tendon_path import TendonPath, end_sites, path_of
 from tendon_mj.errors import InvalidValueError, UnsuitedTendonError
 from tendon_mj.sheath.law import LAW, Law
 
 _UNBENT = "with nothing to bend over: give extra_bend [rad], or route it over more sites"
 _HELD = (
-    "all of whose guides are at its first site, where nothing winds it in: route it over more "
+    "all of whose guides are at its {} site, where nothing winds it in: route it over more "
     "sites, or let a reel, a reel_joint or an actuator pull there"
 )
 
@@ -29,7 +29,8 @@ class Request(NamedTuple):
     Attributes:
         law: parameters of `Law` by name; EA and T_0 may be None.
         arc_guides: guides on each geom that a tendon may wrap around.
-        inner_guides: guides at its first site; None for as many as what is asked for needs.
+        inner_guides: guides at its input end; None for as many as what is asked for needs.
+        input_end: its site that is its input end, one of `INPUT_ENDS`.
         ends: attributes of spools.
         is_wound: whether a reel or a spool winds tendon in or out.
         is_wound_in: whether one does so at the input.
@@ -40,6 +41,7 @@ class Request(NamedTuple):
     law: Mapping[str, SupportsFloat | None]
     arc_guides: int
     inner_guides: int | None
+    input_end: str
     ends: Mapping[str, str]
     is_wound: bool
     is_wound_in: bool
@@ -73,7 +75,7 @@ def design_sheath(
     A tendon that an actuator pulls is *driven*: the force on it is its input tension, and its own
     spring stays where it is. Any other is *wound*: its own spring moves into the sheath where it
     can, and where it cannot it drives the tendon. So does the spring of a tendon that has no guide
-    but at its first site: friction there acts only on what comes in.
+    but at its input end: friction there acts only on what comes in.
 
     Args:
         tendon: of a spec.
@@ -90,6 +92,12 @@ def design_sheath(
     if not path.is_spatial:
         raise UnsuitedTendonError(
             f"tendon {name!r} is a fixed one, over joints; a sheath needs a spatial one"
+        )
+    if request.input_end == "last" and len(path.branches) > 1:
+        raise UnsuitedTendonError(
+            f"tendon {name!r} branches at a pulley, behind its site {end_sites(tendon)[0][1]!r}, "
+            "and every branch has its input where it begins: leave out input_end and draw each "
+            "branch from its input on, or give each a tendon of its own"
         )
     stiffness, pretension = (
         None if request.law[key] is None else as_number(key, request.law[key])
@@ -132,6 +140,8 @@ def design_sheath(
     if inner:
         counts["inner_guides"] = inner
     config = {k: str(count) for k, count in counts.items()}
+    if request.input_end != "first":
+        config["input_end"] = request.input_end
     config |= {k: repr(v) for k, v in dataclasses.asdict(law).items() if v or k == "friction"}
     if is_driven:
         del config["axial_stiffness"]
@@ -143,12 +153,12 @@ def design_sheath(
     if path.bends() == 0 and not (inner and _rubs_unbent(law)):
         idle = _UNBENT
     elif only_inner and not is_driven and not request.is_wound_in:
-        idle = _HELD
+        idle = _HELD.format(request.input_end)
     return Design(config | dict(request.ends), not is_driven, idle)
 
 
 def _inner_guides(path: TendonPath, law: Law, asked: int | None) -> int:
-    """Guides at the first site: as many as asked for, or one where nothing else could rub."""
+    """Guides at the input end: as many as asked for, or one where nothing else could rub."""
     if asked is not None:
         return asked
     return int(path.bends() == 0 and _rubs_unbent(law))

@@ -47,6 +47,17 @@ class TendonPath(NamedTuple):
         return self.bends(arc_guides) + len(self.branches) - 1
 
 
+def end_sites(tendon: mujoco.MjsTendon) -> list[tuple[str, str]]:
+    """Names of the first and the last site of each branch of a spatial tendon."""
+    branches: list[list[str]] = [[]]
+    for point in tendon.path:
+        if point.type == _WRAP.mjWRAP_PULLEY:
+            branches.append([])
+        elif point.type == _WRAP.mjWRAP_SITE:
+            branches[-1].append(point.target.name if point.target is not None else "")
+    return [(sites[0], sites[-1]) if sites else ("", "") for sites in branches]
+
+
 def path_of(tendon: mujoco.MjsTendon) -> TendonPath:
     """Path of a tendon."""
     branches, joints = [Branch(0, 0)], 0

@@ -71,12 +71,12 @@ class SheathView:
 
     @property
     def positions(self) -> FloatArray:
-        """(…, n+2, 3) points of the path: its ends and the guides between [m]."""
+        """(…, n+2, 3) points of the path, input end first: its ends and the guides between [m]."""
         return np.array(self._read().path)
 
     @property
     def bend_angle(self) -> FloatArray:
-        """(…, n) bend at each guide [rad]."""
+        """(…, n) bend at each guide, input side first [rad]."""
         return np.array(self._read().guides["angle"])
 
     @property

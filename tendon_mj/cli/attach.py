@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import tyro
 from rich.table import Table
@@ -11,7 +11,8 @@ from rich.table import Table
 from tendon_mj.cli.output import console
 from tendon_mj.verification.attachment import Attached, Row, attach_friction
 
-_HEAD = ("tendon", "bend [rad]", "over ranges", "e^(-μφ), least", "EA [N]", "drive", "done")
+_BENDS = ("bend [rad]", "over ranges", "e^(-μφ), least")
+_HEAD = ("tendon", *_BENDS, "EA [N]", "drive", "input end", "done")
 
 
 def attach(
@@ -23,6 +24,7 @@ def attach(
     pretension: float | None = None,
     arc_guides: int = 1,
     inner_guides: int | None = None,
+    input_end: Literal["first", "last"] = "first",
     extra_bend: float = 0.0,
 ) -> Attached:
     """Write a model with sheaths on its tendons, and print what each bends by and got.
@@ -36,8 +38,10 @@ def attach(
             the tendon, elsewhere that of its own spring.
         pretension: T_0 in N, where no actuator pulls; by default the pull of its own spring.
         arc_guides: guides on each geom that a tendon may wrap around.
-        inner_guides: guides at the first site, for extra-bend; by default one where the drawn path
+        inner_guides: guides at the input end, for extra-bend; by default one where the drawn path
             has none, else none.
+        input_end: site of each tendon at which it is pulled; last for tendons that are drawn from
+            their insertion to their muscle or motor.
         extra_bend: bend in rad that the drawn path does not show.
     """
     attached = attach_friction(
@@ -49,6 +53,7 @@ def attach(
         pretension=pretension,
         arc_guides=arc_guides,
         inner_guides=inner_guides,
+        input_end=input_end,
         extra_bend=extra_bend,
     )
     table = Table(*_HEAD)
@@ -84,5 +89,6 @@ def _cells(row: Row) -> tuple[str, ...]:
         f"{row.transmission:.3f}, {row.least_transmission:.3f}",
         left_out if row.axial_stiffness is None else f"{row.axial_stiffness:.4g}",
         row.drives,
+        row.input or "-",
         row.done,
     )

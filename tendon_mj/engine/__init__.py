@@ -14,6 +14,7 @@ from tendon_mj.engine.servo_plugin.gains import OptionalGains as OptionalGains
 from tendon_mj.engine.servo_plugin.gains import check_gain as check_gain
 from tendon_mj.engine.servo_plugin.state import FEEDBACKS as FEEDBACKS
 from tendon_mj.engine.servo_plugin.validate import SERVO as SERVO
+from tendon_mj.engine.sheath_plugin.attributes import INPUT_ENDS as INPUT_ENDS
 from tendon_mj.engine.sheath_plugin.binding.own_names import prefix_and_suffix as prefix_and_suffix
 from tendon_mj.engine.sheath_plugin.sensors import KINDS as KINDS
 from tendon_mj.engine.sheath_plugin.sensors import is_one_number as is_one_number

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import mujoco
 
@@ -14,6 +14,7 @@ from tendon_mj.attach.friction import add_friction
 from tendon_mj.attach.sheathed import actuators_by_tendon, sheaths_by_tendon
 from tendon_mj.attach.spring import has_spring
 from tendon_mj.attach.tendon_choice import choose_tendons
+from tendon_mj.attach.tendon_path import end_sites
 from tendon_mj.attach.write import write_sheaths
 from tendon_mj.builders.load import load_spec, model_path
 from tendon_mj.errors import TendonError, TendonWarning
@@ -31,6 +32,7 @@ class Row(NamedTuple):
         friction: μ.
         axial_stiffness: EA [N]; None without a sheath, or as stiff as the step resolves.
         largest_stiffness: that a step carries [N].
+        input: its input end, in words; empty without a sheath.
         drives: what pulls it, in words.
         done: what was done to it, in words.
         sheath: its name, empty without one.
@@ -43,6 +45,7 @@ class Row(NamedTuple):
     friction: float
     axial_stiffness: float | None
     largest_stiffness: float
+    input: str
     drives: str
     done: str
     sheath: str
@@ -87,6 +90,7 @@ def attach_friction(
     pretension: float | None = None,
     arc_guides: int = 1,
     inner_guides: int | None = None,
+    input_end: Literal["first", "last"] = "first",
     extra_bend: float = 0.0,
 ) -> Attached:
     """Give tendons of a model friction, and write the model as a new file.
@@ -99,7 +103,8 @@ def attach_friction(
         axial_stiffness: EA [N].
         pretension: T_0 [N].
         arc_guides: guides on each geom that a tendon may wrap around.
-        inner_guides: guides at the first site, for ``extra_bend``.
+        inner_guides: guides at the input end, for ``extra_bend``.
+        input_end: site at which the tendons are pulled, ``first`` or ``last``.
         extra_bend: bend that the drawn path does not show [rad].
 
     Raises:
@@ -124,6 +129,7 @@ def attach_friction(
                 pretension=pretension,
                 arc_guides=arc_guides,
                 inner_guides=inner_guides,
+                input_end=input_end,
                 extra_bend=extra_bend,
             )
         write_sheaths(source, spec, path)
@@ -151,6 +157,7 @@ def attach_friction(
                 friction=float(config.get("friction", friction)),
                 axial_stiffness=float(stiffness) if stiffness else None,
                 largest_stiffness=limit,
+                input=_input(one.element, config) if sheath else "",
                 drives=", ".join(actuator.name for actuator in pulling.get(name, []))
                 or ("its spring" if name in had_spring else "nothing"),
                 done=_done(sheath, name in sheathed, name in unnamed, moved),
@@ -159,6 +166,12 @@ def attach_friction(
         )
     said = (str(w.message) for w in caught if issubclass(w.category, TendonWarning))
     return Attached(path, tuple(rows), tuple(one.removeprefix("add_friction: ") for one in said))
+
+
+def _input(tendon: mujoco.MjsTendon, config: Mapping[str, str]) -> str:
+    """The input end of a tendon in a sheath: which of its ends, and the name of the site."""
+    branches, end = end_sites(tendon), config.get("input_end", "first")
+    return f"{end}, {branches[0][0] if end == 'first' else branches[-1][1]}"
 
 
 def _done(sheath: mujoco.MjsPlugin | None, was_there: bool, unnamed: bool, moved: bool) -> str:

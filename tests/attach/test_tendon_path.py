@@ -3,7 +3,7 @@
 import mujoco
 import pytest
 
-from tendon_mj.attach.tendon_path import Branch, path_of
+from tendon_mj.attach.tendon_path import Branch, end_sites, path_of
 
 RIG = """
 <mujoco>
@@ -56,3 +56,14 @@ def test_a_fixed_tendon_is_not_spatial():
     fixed = '<fixed name="t"><joint joint="j" coef="1"/></fixed>'
     spec = mujoco.MjSpec.from_string(RIG.format(fixed))
     assert not path_of(spec.tendon("t")).is_spatial
+
+
+def test_each_branch_has_a_first_and_a_last_site():
+    ends = {A + DRUM + B + C: [("a", "c")], A + B + PULLEY + B + C + A: [("a", "b"), ("b", "a")]}
+    for path, expected in ends.items():
+        spec = mujoco.MjSpec.from_string(RIG.format(f'<spatial name="t">{path}</spatial>'))
+        assert end_sites(spec.tendon("t")) == expected
+    fixed = mujoco.MjSpec.from_string(
+        RIG.format('<fixed name="t"><joint joint="j" coef="1"/></fixed>')
+    )
+    assert end_sites(fixed.tendon("t")) == [("", "")]

@@ -132,6 +132,7 @@ def test_a_branch_that_begins_where_the_first_one_ends_takes_over_what_arrives_t
 
 NOTHING = r"friction can do nothing on 't', with nothing to bend over: give extra_bend \[rad\]"
 HELD = r"friction can do nothing on 't', all of whose guides are at its first site.*or let a reel"
+HELD_AT_LAST = HELD.replace("first", "last")
 IDLE = [
     (PATHS["two sites"], {}, NOTHING),
     (PATHS["two sites"], {"inner_guides": 2}, NOTHING),
@@ -150,8 +151,9 @@ def test_a_driven_tendon_on_which_nothing_rubs_is_said_to_be_one(path, given, sa
 @pytest.mark.parametrize("more", [{}, {"output_joint": "x", "output_radius": 1.0}])
 def test_a_tendon_held_at_its_only_guide_is_said_to_be_idle(more):
     given = {"axial_stiffness": 1e4, "pretension": 5.0, "extra_bend": BEND}
-    with pytest.warns(TendonWarning, match=HELD):
-        add_friction(rig(""), "t", friction=MU, **given, **more).compile()
+    for end, said in (("first", HELD), ("last", HELD_AT_LAST)):
+        with pytest.warns(TendonWarning, match=said):
+            add_friction(rig(""), "t", friction=MU, input_end=end, **given, **more).compile()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         add_friction(rig(""), "t", friction=MU, **given, reel="reel").compile()

@@ -83,3 +83,20 @@ def test_a_tendon_stiffer_than_the_step_carries_is_named_with_what_it_carries(fi
         said = [line for line in capture.get().splitlines() if "more EA than" in line]
         assert bool(said) == warned
         assert not warned or f"flexor ({stiffness:.4g} N" in said[0]
+
+
+def test_the_input_end_is_shown_and_written(finger, tmp_path, monkeypatch):
+    monkeypatch.setattr(console, "width", 200)
+    one, both = tmp_path / "one.xml", tmp_path / "both.xml"
+    given = ["--friction", "0.15", "--tendon"]
+    assert main(["attach", str(finger), *given, "flexor", "--out", str(one)]) == 0
+    with console.capture() as capture:
+        last = ["--input-end", "last", "--out", str(both)]
+        assert main(["attach", str(one), *given, "*", *last]) == 0
+    rows = {row.split()[1]: row for row in capture.get().splitlines() if row.startswith("│")}
+    assert "first, d" in rows["flexor"], "it keeps the sheath that it had"
+    assert "last, c" in rows["extensor"]
+    assert not {"first", "last"} & set(rows["limp"].split())
+    configs = {p.name: p.config for p in mujoco.MjSpec.from_file(str(both)).plugins}
+    assert configs["extensor_sheath"]["input_end"] == "last"
+    assert "input_end" not in configs["flexor_sheath"]

@@ -14,6 +14,7 @@ from tendon_mj import add_friction, view_sheath
 from tendon_mj.engine import sheaths
 from tests.engine.drawn_spans import span_gradients
 from tests.engine.given_models import GIVEN, random_pose, sheathed, stock
+from tests.engine.models import sheath_view
 from tests.engine.test_driven import ACTUATORS, SPRING, arm
 
 POSES = 5
@@ -66,7 +67,8 @@ def spans_and_whole(model, data):
         if not is_smooth:  # a geom is touched on one side of the pose only
             smooth &= whole_row == 0.0
             continue
-        by_span -= view.tension @ rows
+        at_last = sheath_view(model, data, name).state.input_at_last
+        by_span -= (view.tension[::-1] if at_last else view.tension) @ rows
         whole -= view.input_tension * whole_row
         rubbed = max(rubbed, np.abs(view.tension - view.input_tension).max())
     return by_span, whole, smooth, rubbed
@@ -93,10 +95,12 @@ FRICTIONS = [0.0, 0.3]
 
 
 @pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")  # of muscles over two sites
+@pytest.mark.parametrize("input_end", ["first", "last"])
 @pytest.mark.parametrize("friction", FRICTIONS)
 @pytest.mark.parametrize("name", GIVEN)
-def test_on_models_of_others(name, friction):
-    worst, rubbed = check(sheathed(name, friction=friction), stock(name), seed=1)
+def test_on_models_of_others(name, friction, input_end):
+    model = sheathed(name, friction=friction, input_end=input_end)
+    worst, rubbed = check(model, stock(name), seed=1)
     assert worst < 1e-6
     assert rubbed > 0.1 if friction else rubbed == 0.0
 

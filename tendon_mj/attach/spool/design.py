@@ -22,7 +22,7 @@ class SpoolDesign(NamedTuple):
 
     Attributes:
         tendon: that it winds in.
-        body: that carries it, which is that of the tendon's first site.
+        body: that carries it, which is that of the site at its input end.
         pos, axis: of its hinge, in the frame of that body [m], [-].
         radius: [m].
         armature: [kg m²].
@@ -49,6 +49,7 @@ def design_spool(
     tendon: mujoco.MjsTendon,
     name: str,
     spool: Spool,
+    at_last: bool,
     axial_stiffness: float,
     strain: float,
     motors: Sequence[mujoco.MjsActuator],
@@ -61,6 +62,7 @@ def design_spool(
         tendon: of the spec.
         name: of the tendon, or the one that it will have.
         spool: its parameters.
+        at_last: whether the tendon's last site is its input end, and not its first.
         axial_stiffness: EA [N].
         strain: under T_0 [-].
         motors: the actuators on the tendon.
@@ -85,14 +87,16 @@ def design_spool(
     model = compiled()
     data = mujoco.MjData(model)
     _place(model, data)
-    start = int(data.ten_wrapadr[tendon.id])
-    points = data.wrap_xpos.reshape(-1, 3)[start : start + 2]
-    span = points[1] - points[0]
+    start, count = int(data.ten_wrapadr[tendon.id]), int(data.ten_wrapnum[tendon.id])
+    points = data.wrap_xpos.reshape(-1, 3)[start : start + count]
+    first, second = (-1, -2) if at_last else (0, 1)
+    span = points[second] - points[first]
     length = max(float(np.linalg.norm(span)), 1e-3)  # two sites on one spot
     stiffness, step = axial_stiffness / length, float(model.opt.timestep)
     armature = spool.inertia(stiffness, step)
     least = spool.least_inertia(stiffness, step)
-    site = int(model.wrap_objid[model.tendon_adr[tendon.id]])
+    element = model.tendon_num[tendon.id] - 1 if at_last else 0
+    site = int(model.wrap_objid[model.tendon_adr[tendon.id] + element])
     turn = data.xmat[model.site_bodyid[site]].reshape(3, 3)
     along = turn.T @ (span / np.linalg.norm(span) if span.any() else np.array([1.0, 0.0, 0.0]))
     across = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])

@@ -17,8 +17,8 @@ class Spool:
     Attributes:
         radius: r, of the drum [m].
         armature: J, inertia of drum, rotor and gear about the hinge [kg m²]; by default
-            4 r² h² EA/ℓ with h the time step and ℓ the length of the tendon's first straight span,
-            four times the least with which the spool does not ring on it.
+            4 r² h² EA/ℓ with h the time step and ℓ the length of the straight span at the input
+            end, four times the least with which the spool does not ring on it.
         damping: of the hinge [N m s/rad].
 
     Raises:
@@ -44,7 +44,7 @@ class Spool:
         """J, given or by default [kg m²].
 
         Args:
-            stiffness: EA/ℓ of the tendon's first straight span [N/m].
+            stiffness: EA/ℓ of the straight span at the input end [N/m].
             timestep: h [s].
         """
         if self.armature is not None:

@@ -37,14 +37,24 @@ ATTACHMENT: Final = {
     "output_joint": Attachment("the same at the output, such as a joint's pulley", "name", "none"),
     "guides": Attachment("number of guides; give it with several tendons", "1", "counted"),
     "arc_guides": Attachment("guides on each geom that the tendon wraps around", "1", "1"),
-    "inner_guides": Attachment("guides at its first site, for `extra_bend`", "1", "0"),
+    "inner_guides": Attachment("guides at its input end, for `extra_bend`", "1", "0"),
+    "input_end": Attachment("its site at which it is pulled: `first` or `last`", "word", "first"),
     "instance": Attachment("name of the instance where this is written", "name", "none"),
 }
 ATTRIBUTES: Final = (*ATTACHMENT, *PARAMETERS)
-SENSOR, TENDON, REEL_JOINT, OUTPUT_JOINT, _GUIDES, ARC_GUIDES, INNER_GUIDES, INSTANCE = range(
-    len(ATTACHMENT)
-)
+(
+    SENSOR,
+    TENDON,
+    REEL_JOINT,
+    OUTPUT_JOINT,
+    _GUIDES,
+    ARC_GUIDES,
+    INNER_GUIDES,
+    INPUT_END,
+    INSTANCE,
+) = range(len(ATTACHMENT))
 FIRST_PARAMETER: Final = len(ATTACHMENT)
+INPUT_ENDS: Final = ("first", "last")  # sites of the path as it is drawn
 
 
 def as_rows(known: Iterable[str]) -> NDArray[np.uint8]:
@@ -54,6 +64,7 @@ def as_rows(known: Iterable[str]) -> NDArray[np.uint8]:
 
 
 _KIND_NAMES = as_rows(KINDS)
+_END_NAMES = as_rows(INPUT_ENDS)
 
 
 @compiled
@@ -96,3 +107,9 @@ def index_of(address: int, known: NDArray[np.uint8]) -> int:
 def sensor_kind_at(address: int) -> int:
     """Index of the kind of sensor that a string names, −1 for none."""
     return index_of(address, _KIND_NAMES)
+
+
+@compiled
+def input_end_at(address: int) -> int:
+    """Index of the input end that a string names, that of the first site where it is empty."""
+    return max(0, index_of(address, _END_NAMES))

@@ -56,7 +56,8 @@ def _update_path(layout: Layout, m: int, d: int, address: int, fresh: bool, stag
     """Bring lengths, bends and spans up to date."""
     state = state_at(address)
     segments, guides, path = unpack(address)
-    if state.arcs > 0.0 or state.pulleys > 0.0 or state.inner_guides > 0.0:
+    plain = state.arcs == 0.0 and state.pulleys == 0.0 and state.inner_guides == 0.0
+    if not plain or state.input_at_last != 0.0:
         arcs = unpack_arcs(address)
         trace_path(layout, m, d, state, segments, guides, arcs, coordinates(path), stage)
         return

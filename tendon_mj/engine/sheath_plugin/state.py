@@ -61,7 +61,8 @@ class State:
     guides: float  # number of guides, with one for each pulley
     arcs: float  # number of geoms that the tendon may wrap around
     arc_guides: float  # number of guides on each of them
-    inner_guides: float  # number of guides before the first site
+    inner_guides: float  # number of guides at the input end
+    input_at_last: float  # whether that is the last site of the path as it is drawn
     pulleys: float
     driven: float  # whether actuators and the tendon's own spring give the input tension
     first_actuator: float  # that acts on the tendon, −1 without one
@@ -129,6 +130,19 @@ def fits(address: int, room: int) -> bool:
         return False
     tables = _SEGMENT_COUNT * (n + 1.0) + _GUIDE_COUNT * n
     return _COUNT + tables + 3.0 * (n + 2.0) + _ARC_COUNT * arcs <= room
+
+
+@compiled
+def path_counts(state: State) -> tuple[float, float, float, float, float, float]:
+    """What another path has to have in common with this one for the tendon to lie on it as here."""
+    return (
+        state.guides,
+        state.arcs,
+        state.arc_guides,
+        state.inner_guides,
+        state.pulleys,
+        state.input_at_last,
+    )
 
 
 @compiled

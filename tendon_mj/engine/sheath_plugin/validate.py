@@ -5,7 +5,6 @@ This is the plugin's only Python, and it never runs in a step.
 
 from __future__ import annotations
 
-import itertools
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -14,27 +13,34 @@ import mujoco
 
 from tendon_mj.abi.library import C
 from tendon_mj.abi.model_in_compilation import Draft, find, read_number
-from tendon_mj.engine.sheath_plugin.attributes import ATTRIBUTES
+from tendon_mj.engine.sheath_plugin.attributes import ATTRIBUTES, INPUT_ENDS
 from tendon_mj.engine.sheath_plugin.binding.own_config import check_own_names, own_config
 from tendon_mj.engine.sheath_plugin.binding.sheath_of_tendon import by_tendon
 from tendon_mj.engine.sheath_plugin.binding.sleep import check_awake, sleeps
+from tendon_mj.engine.sheath_plugin.path.checks import (
+    check_counts,
+    kinds_on,
+    misplaced_input,
+    unsuited,
+)
 from tendon_mj.engine.sheath_plugin.state import PARAMETERS, sensor_size, size
 from tendon_mj.engine.sheath_plugin.validate_sensor import (
     check_objects,
     check_sensor,
     reading_width,
 )
-from tendon_mj.errors import InvalidValueError
+from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.sheath.law import LAW, check_range, check_scales, check_static
 
 NAME = "tendon_mj.sheath"
-_OBJ, _WRAP, _JNT = mujoco.mjtObj, mujoco.mjtWrap, mujoco.mjtJoint
+_OBJ, _JNT = mujoco.mjtObj, mujoco.mjtJoint
 _COUNT = re.compile(r"[0-9]+")
 # What all but the first check of an instance reads.
 _PLACE = ("tendon", "sensor", "guides", "arc_guides", "inner_guides")
 # Parameters that a sheath whose input tension is given has no use for.
 _OF_A_REEL = ("pretension", "backlash", "sheath_compliance", "viscous_friction", "tendon_mass")
-_COMPLETE = (*_PLACE, "reel_joint", "output_joint", "axial_stiffness", *_OF_A_REEL)
+_ENDS = ("reel_joint", "output_joint", "input_end")
+_COMPLETE = (*_PLACE, *_ENDS, "axial_stiffness", *_OF_A_REEL)
 SPOOL_ATTRIBUTES = ("tendon", "reel_joint", "sensor")  # what a servo asks about
 
 
@@ -137,6 +143,8 @@ def _check_instance(
             f"{model.name(_OBJ.mjOBJ_PLUGIN, rivals[0])!r}; a tendon has one sheath"
         )
     _check_numbers(config, where)
+    if config["input_end"] not in ("", *INPUT_ENDS):
+        raise UnknownNameError("input_end", config["input_end"], INPUT_ENDS, where)
     for end in ("reel", "output"):
         if config[f"{end}_joint"]:
             _find_spool(model, config[f"{end}_joint"], f"{where}: {end}_joint")
@@ -187,9 +195,8 @@ def _check_complete(model: Draft, instance: int, reels: Sequence[int]) -> None:
     pullers = [k for k in _on_tendon(model, tendon) if k not in reels]
     driven = not spooled and (has_spring or bool(pullers))
     _check_drive(config, driven, where, name)
-    start, count = model.ints("tendon_adr")[tendon], model.ints("tendon_num")[tendon]
-    kinds = model.ints("wrap_type")[start : start + count]
-    problem = _unsuited(kinds, driven)
+    kinds = kinds_on(model, tendon)
+    problem = unsuited(kinds, driven) or misplaced_input(model, tendon, config["input_end"])
     if problem:
         raise InvalidValueError(f"{where}: tendon {name!r} {problem}")
     if spooled and has_spring:
@@ -204,7 +211,7 @@ def _check_complete(model: Draft, instance: int, reels: Sequence[int]) -> None:
             f"{where}: actuator {names} pulls on tendon {name!r} as a whole, past the reel that "
             "winds it; remove one of them"
         )
-    _check_counts(config, kinds, where, name)
+    check_counts(config, kinds, where, name)
     if sleeps(model):
         check_awake(model, tendon, (config["reel_joint"], config["output_joint"]), where)
 
@@ -222,25 +229,6 @@ def _check_drive(config: dict[str, str], driven: bool, where: str, tendon: str) 
             f"{where}: {useless[0]} = {config[useless[0]]} has no meaning where an actuator or a "
             f"spring gives the input tension of tendon {tendon!r}; remove it, or wind the tendon "
             "in by a reel or a reel_joint"
-        )
-
-
-def _check_counts(config: dict[str, str], kinds: Sequence[int], where: str, tendon: str) -> None:
-    """Check that the counts, where they are given, are those of the path."""
-    arcs = sum(k in (_WRAP.mjWRAP_SPHERE.value, _WRAP.mjWRAP_CYLINDER.value) for k in kinds)
-    pulleys = sum(k == _WRAP.mjWRAP_PULLEY.value for k in kinds)
-    each = int(config["arc_guides"] or 1)
-    sites = len(kinds) - arcs - pulleys - 2 * (1 + pulleys)
-    guides = sites + arcs * each + pulleys + int(config["inner_guides"] or 0)
-    if config["guides"] and int(config["guides"]) != guides:
-        raise InvalidValueError(
-            f"{where}: guides = {config['guides']}, but tendon {tendon!r} runs over {guides} "
-            "between its ends; remove the attribute or correct it"
-        )
-    if arcs and config["guides"] and not config["arc_guides"]:
-        raise InvalidValueError(
-            f"{where}: tendon {tendon!r} wraps around geoms: beside guides, arc_guides has to be "
-            "given too, the number of guides on each of them"
         )
 
 
@@ -278,20 +266,3 @@ def _check_reels(model: Draft, instance: int, config: dict[str, str], reels: Seq
                 f"{model.where(instance)}: reel {names} acts on tendon {acts_on!r}, the sheath "
                 f"on {config['tendon']!r}"
             )
-
-
-def _unsuited(kinds: Sequence[int], driven: bool) -> str:
-    """Why a tendon with such elements on its path cannot run in a sheath; empty if it can."""
-    if _WRAP.mjWRAP_JOINT.value in kinds:
-        return "is a fixed tendon; only a spatial one runs in a sheath"
-    pulley = _WRAP.mjWRAP_PULLEY.value
-    if pulley in kinds and not driven:
-        return (
-            "branches at a pulley, which only a tendon that an actuator pulls on may; give each "
-            "branch a tendon of its own"
-        )
-    if pulley in (kinds[0], kinds[-1]) or any(
-        one == other == pulley for one, other in itertools.pairwise(kinds)
-    ):
-        return "has a pulley without a branch before and behind it"
-    return ""

@@ -34,6 +34,7 @@ from tendon_mj.engine.sheath_plugin.state import (
     clear_step,
     fits,
     parameters_at,
+    path_counts,
     room_of,
     state_at,
     state_of,
@@ -61,6 +62,7 @@ def _count_guides(layout: Layout, m: int, instance: int, state: State) -> None:
     inner = at.number_at(at.text_at(layout, m, instance, at.INNER_GUIDES))
     each = at.number_at(at.text_at(layout, m, instance, at.ARC_GUIDES))
     state.inner_guides, state.arc_guides = inner, max(1.0, each)
+    state.input_at_last = at.input_end_at(at.text_at(layout, m, instance, at.INPUT_END))
     state.arcs, state.pulleys = count_wraps(layout, m, tendon)
     elements = integer(pointer(m + layout.m_tendon_num), tendon)
     sites = elements - state.arcs - state.pulleys - 2 * (1 + state.pulleys)  # within branches
@@ -118,7 +120,7 @@ def _bind(layout: Layout, m: int, instance: int, address: int, keep: bool) -> No
         keep: the tendon as it lies, where the path has as many guides and arcs as before.
     """
     state = state_at(address)
-    before = (state.guides, state.arcs, state.arc_guides, state.inner_guides, state.pulleys)
+    before = path_counts(state)
     was_driven = state.driven
     sensors, reels = pointer(m + layout.m_sensor_plugin), pointer(m + layout.m_actuator_plugin)
     state.sheath_signature = NONE
@@ -136,8 +138,7 @@ def _bind(layout: Layout, m: int, instance: int, address: int, keep: bool) -> No
         state.guides, state.arcs = 0.0, 0.0
         return
     _bind_drive(layout, m, instance, state)
-    now = (state.guides, state.arcs, state.arc_guides, state.inner_guides, state.pulleys)
-    if not keep or now != before or was_driven != state.driven:
+    if not keep or path_counts(state) != before or was_driven != state.driven:
         clear_step(address, room)
     state.has_trial = 0.0
     mark_branches(layout, m, address)

@@ -23,7 +23,7 @@ from tendon_mj.abi.memory import byte, integer, pointer, size, word
 from tendon_mj.abi.wrapping_arithmetic import plus, times
 from tendon_mj.compilation import apart, compiled
 from tendon_mj.engine.sheath_plugin.input_force import has_spring
-from tendon_mj.engine.sheath_plugin.state import fits, state_at
+from tendon_mj.engine.sheath_plugin.state import fits, path_counts, state_at
 
 _OBJ = mujoco.mjtObj
 _JOINT, _TENDON = _OBJ.mjOBJ_JOINT.value, _OBJ.mjOBJ_TENDON.value
@@ -214,16 +214,9 @@ def binding_signature(layout: Layout, m: int, instance: int, address: int) -> fl
     if number == NONE or not fits(address, room):
         return NONE
     h, tendon = int(number), int(state.tendon)
-    for count in (
-        state.guides,
-        state.arcs,
-        state.arc_guides,
-        state.inner_guides,
-        state.pulleys,
-        state.driven,
-        state.leads,
-    ):
+    for count in path_counts(state):
         h = _with_index(h, count, room)
+    h = _with_index(_with_index(h, state.driven, room), state.leads, room)
     first = integer(pointer(m + layout.m_tendon_adr), tendon)
     path = 4 * integer(pointer(m + layout.m_tendon_num), tendon)
     h = mixed(h, hashed(pointer(m + layout.m_wrap_type) + 4 * first, path))

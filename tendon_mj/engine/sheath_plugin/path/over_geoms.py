@@ -1,9 +1,13 @@
-"""The path of a tendon that wraps around geoms, or branches at pulleys.
+"""The path of a tendon that wraps around geoms, branches at pulleys, or is pulled at its last site.
 
 MuJoCo gives the points of the path. A site within it bends the tendon and is a guide. A geom that
 the tendon touches turns it by φ along an arc of length L, which its n guides share: they sit at
 (k + ½)/n of the arc. A geom that the tendon does not touch keeps its guides, in the middle of the
 straight line, where they turn nothing.
+
+The path is followed from the input end on. Where that is its last site, elements and points come in
+the reverse of their order: segments, guides and arcs are then those of the tendon drawn the other
+way round.
 
 Tendon rubs on the drum, not on the place where it leaves the drum. A tangent point that moves along
 the drum by δ takes tendon from one side to the other without any slip, δ/(1 + ε) of it: that is the
@@ -39,11 +43,16 @@ def _shift(now: Vector, before: Vector, u: Vector) -> float:
 
 
 @compiled
-def _span(segments: Segments, j: int, at: int, near: int, far: int, divisor: float) -> None:
-    """Note the straight span of segment j."""
+def _span(
+    segments: Segments, j: int, at: int, step: int, near: int, far: int, divisor: float
+) -> None:
+    """Note the straight span of segment j, from point ``at`` of the path to ``at`` + ``step``."""
     segment = segments[j]
-    segment.point, segment.divisor = at, divisor
-    segment.near_body, segment.far_body = near, far
+    segment.divisor = divisor
+    if step > 0:
+        segment.point, segment.near_body, segment.far_body = at, near, far
+    else:
+        segment.point, segment.near_body, segment.far_body = at - 1, far, near
 
 
 @compiled
@@ -55,6 +64,7 @@ def _wrap(
     kind: int,
     points: Array,
     at: int,
+    step: int,
     arc: Arc,
     state: State,
     segments: Segments,
@@ -70,9 +80,9 @@ def _wrap(
     frame = coordinates(pointer(d + layout.d_geom_xmat) + 72 * geom)
     centre = vector(coordinates(pointer(d + layout.d_geom_xpos) + 24 * geom), 0)
     radius = double(pointer(m + layout.m_geom_size), 3 * geom)
-    first, second = vector(points, at + 1), vector(points, at + 2)
+    first, second = vector(points, at + step), vector(points, at + 2 * step)
     before = minus(first, vector(points, at))
-    behind = minus(vector(points, at + 3), second)
+    behind = minus(vector(points, at + 3 * step), second)
     length = turn = 0.0
     p, q = into(frame, minus(first, centre)), into(frame, minus(second, centre))
     u, v = into(frame, before), into(frame, behind)
@@ -138,12 +148,16 @@ def trace_path(
         stage: whether this is an inner stage of the integrator, which must leave no trace.
     """
     tendon = int(state.tendon)
+    step = 1 if state.input_at_last == 0.0 else -1
     element = integer(pointer(m + layout.m_tendon_adr), tendon)
     end = element + integer(pointer(m + layout.m_tendon_num), tendon) - 1
     kinds, objects = pointer(m + layout.m_wrap_type), pointer(m + layout.m_wrap_objid)
     bodies, of_geoms = pointer(m + layout.m_site_bodyid), pointer(m + layout.m_geom_bodyid)
     start = integer(pointer(d + layout.d_ten_wrapadr), tendon)
     at = start
+    if step < 0:
+        element, end = end, element
+        at = start + integer(pointer(d + layout.d_ten_wrapnum), tendon) - 1
     touched = pointer(d + layout.d_wrap_obj)
     points = coordinates(pointer(d + layout.d_wrap_xpos))
     j, divisor, arc = 0, 1.0, 0
@@ -156,33 +170,34 @@ def trace_path(
         guides[j].angle = 0.0
         j += 1
         _note(path, j, points, at)
-    while element < end:
-        kind = integer(kinds, element + 1)
+    while step * (end - element) > 0:
+        kind = integer(kinds, element + step)
         near = integer(bodies, integer(objects, element))
         if kind == PULLEY:
             # the site at hand ended its branch; the next branch begins at the site that follows
-            divisor = double(pointer(m + layout.m_wrap_prm), element + 1)
+            # (a path with branches is followed as it is drawn, see `checks`)
+            divisor = double(pointer(m + layout.m_wrap_prm), element + step)
             guides[j].angle = 0.0
             j += 1
-            element += 2
-            at += 2
+            element += 2 * step
+            at += 2 * step
             came, bends = (0.0, 0.0, 0.0), False
             _note(path, j, points, at)
             continue
-        goes = minus(vector(points, at + 1), vector(points, at))
+        goes = minus(vector(points, at + step), vector(points, at))
         if bends:
             guides[j - 1].angle = angle_between(came, goes)
         came = goes if goes != (0.0, 0.0, 0.0) else came
         if kind == SITE:
-            far = integer(bodies, integer(objects, element + 1))
+            far = integer(bodies, integer(objects, element + step))
             segments[j].length = max(_SHORTEST, norm(goes))
-            _span(segments, j, at - start, near, far, divisor)
-            element += 1
-            at += 1
+            _span(segments, j, at - start, step, near, far, divisor)
+            element += step
+            at += step
         else:
-            geom, count = integer(objects, element + 1), int(state.arc_guides)
-            far = integer(bodies, integer(objects, element + 2))
-            if integer(touched, at + 1) == geom:
+            geom, count = integer(objects, element + step), int(state.arc_guides)
+            far = integer(bodies, integer(objects, element + 2 * step))
+            if integer(touched, at + step) == geom:
                 drum = integer(of_geoms, geom)
                 half = _wrap(
                     layout,
@@ -192,6 +207,7 @@ def trace_path(
                     kind,
                     points,
                     at,
+                    step,
                     arcs[arc],
                     state,
                     segments,
@@ -200,30 +216,30 @@ def trace_path(
                     stage,
                 )
                 for k in range(count):
-                    _note(path, j + k + 1, points, at + (1 if 2 * k < count else 2))
+                    _note(path, j + k + 1, points, at + (step if 2 * k < count else 2 * step))
                 segments[j].length = max(_SHORTEST, norm(goes) + half)
-                _span(segments, j, at - start, near, drum, divisor)
+                _span(segments, j, at - start, step, near, drum, divisor)
                 j += count
-                left = minus(vector(points, at + 3), vector(points, at + 2))
+                left = minus(vector(points, at + 3 * step), vector(points, at + 2 * step))
                 segments[j].length = max(_SHORTEST, norm(left) + half)
-                _span(segments, j, at - start + 2, drum, far, divisor)
+                _span(segments, j, at - start + 2 * step, step, drum, far, divisor)
                 came = left if left != (0.0, 0.0, 0.0) else came
-                at += 3
+                at += 3 * step
             else:
                 _pass_by(state, segments, guides, j, arcs[arc], stage)
                 for k in range(count):
                     _note(path, j + k + 1, points, at)
                 half = 0.5 * norm(goes)
                 segments[j].length = max(_SHORTEST, half)
-                _span(segments, j, at - start, near, far, divisor)
+                _span(segments, j, at - start, step, near, far, divisor)
                 j += count
                 segments[j].length = max(_SHORTEST, half)
                 segments[j].divisor = divisor
-                at += 1
+                at += step
             arc += 1
-            element += 2
+            element += 2 * step
         _note(path, j + 1, points, at)
-        bends = element < end and integer(kinds, element + 1) != PULLEY
+        bends = element != end and integer(kinds, element + step) != PULLEY
         if bends:
             j += 1
 
