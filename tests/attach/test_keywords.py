@@ -97,4 +97,7 @@ def test_what_is_no_number_is_refused_by_one_rule(name, value, message):
 @pytest.mark.parametrize("name", SETTERS)
 @pytest.mark.parametrize("value", [1, np.float32(0.5), np.int64(1), np.array(0.5)])
 def test_what_is_a_number_is_taken_whatever_its_type(name, value):
-    SETTERS[name](finger(), value)
+    spec = finger()
+    SETTERS[name](spec, value)
+    written = [plugin.config[name] for plugin in spec.plugins if name in plugin.config]
+    assert [float(text) for text in written] == [float(value)]
