@@ -126,7 +126,7 @@ class Cache:
 
 
 def _unlinked(reduced: tuple[Any, ...]) -> tuple[Any, ...]:
-    """What is kept of a function that only C calls: none of its bitcode, but for its entry's name.
+    """Cached part of a function that only C calls: none of its bitcode, but for its entry's name.
 
     Numba keeps bitcode beside the machine code, for other functions to be linked with it, and takes
     longer to parse it than for all else when the package is imported.

@@ -127,8 +127,8 @@ def sheath_arrays(model: mujoco.MjModel, plugin_states: NDArray[np.float64], she
     scalars: NDArray[np.void] = states[..., start : start + STATE.itemsize // 8].view(STATE)
     counts: NDArray[np.float64] = scalars["guides"]
     n = int(counts.flat[0]) if counts.size and np.isfinite(counts).all() else -1
-    room = int(model.plugin_statenum[np.flatnonzero(model.plugin_stateadr == start)].max())
-    if n < 0 or (counts != n).any() or size(n) > room:
+    state_size = int(model.plugin_statenum[np.flatnonzero(model.plugin_stateadr == start)].max())
+    if n < 0 or (counts != n).any() or size(n) > state_size:
         raise InvalidValueError(
             f"sheath {sheath!r}: these are no plugin states of this model, or none at all"
         )

@@ -1,6 +1,6 @@
 """Regimes of motion and load at every sample, in which a misfit is located.
 
-They are read from the recorded columns. The driven dispositionment gives direction, speed, distance
+They are read from the recorded columns. The driven displacement gives direction, speed, distance
 since the last reversal and time at rest; the first measured force or torque, or else the first
 measured column, is the load.
 """

@@ -22,7 +22,7 @@ from tendon_mj.engine.sheath_plugin.binding.signature import (
     servo_signature,
 )
 from tendon_mj.engine.sheath_plugin.callbacks import Callbacks
-from tendon_mj.engine.sheath_plugin.state import room_of, state_of
+from tendon_mj.engine.sheath_plugin.state import state_of, state_size_of
 
 _JOINT, _TENDON = 3, 18  # mjtObj
 _SHEATH_PLUGIN = at.as_rows(("tendon_mj.sheath",))
@@ -65,7 +65,7 @@ def _given(layout: Layout, m: int, instance: int, parameter: int, otherwise: flo
 def _bind(layout: Layout, m: int, address: int, instance: int) -> None:
     """Find the actuator and the sheath."""
     state = sv.state_at(address)
-    state.capacity = sv.capacity_of(room_of(layout, m, instance))
+    state.capacity = sv.capacity_of(state_size_of(layout, m, instance))
     actuators = pointer(m + layout.m_actuator_plugin)
     state.actuator = range_of(actuators, size(m + layout.m_nactuator), instance)[1]
     sheath = _find_sheath(layout, m, instance)
@@ -81,7 +81,7 @@ def _bind(layout: Layout, m: int, address: int, instance: int) -> None:
 def _servo_signature(layout: Layout, m: int, address: int, instance: int) -> float:
     """Signature of what a servo is bound to; `NONE` where an index cannot be one of this model."""
     state = sv.state_at(address)
-    if state.capacity != sv.capacity_of(room_of(layout, m, instance)):
+    if state.capacity != sv.capacity_of(state_size_of(layout, m, instance)):
         return NONE
     if not (0.0 <= state.count <= state.capacity and 0.0 <= state.head <= state.capacity):
         return NONE
@@ -101,7 +101,7 @@ def _servo_signature(layout: Layout, m: int, address: int, instance: int) -> flo
 @apart
 def _reset(layout: Layout, m: int, address: int, instance: int) -> None:
     """Write the configured gains; others follow from these and from the sheath."""
-    doubles(address, room_of(layout, m, instance))[:] = 0.0
+    doubles(address, state_size_of(layout, m, instance))[:] = 0.0
     values = sv.gains_at(address)
     for gain in range(len(values)):
         values[gain] = _given(layout, m, instance, gain, _DEFAULTS[gain])
@@ -139,7 +139,7 @@ def _rebind(layout: Layout, m: int, address: int, instance: int) -> None:
     """Find what a servo is bound to anew, and where its configuration is another, read that."""
     state = sv.state_at(address)
     known = is_signature(state.config_signature)
-    known &= state.capacity == sv.capacity_of(room_of(layout, m, instance))
+    known &= state.capacity == sv.capacity_of(state_size_of(layout, m, instance))
     known &= 0.0 <= state.count <= state.capacity and 0.0 <= state.head <= state.capacity
     if known:
         _bind(layout, m, address, instance)

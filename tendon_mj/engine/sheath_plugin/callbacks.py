@@ -22,11 +22,11 @@ from tendon_mj.engine.sheath_plugin.evaluate import evaluate
 from tendon_mj.engine.sheath_plugin.sensors import measure, measure_ends, numbers_of
 from tendon_mj.engine.sheath_plugin.state import (
     fits,
-    room_of,
     sensor_state_at,
     shown_at,
     state_at,
     state_of,
+    state_size_of,
 )
 from tendon_mj.engine.sheath_plugin.subtree_velocities import READERS, skip_subtree_velocities
 from tendon_mj.engine.sheath_plugin.trial import commit
@@ -46,7 +46,7 @@ def _show(layout: Layout, m: int, d: int, instance: int) -> None:
     """Fill the sensors of an instance that shows something of sheaths."""
     ensure_shown(layout, m, d, instance)
     address = state_of(layout, m, d, instance)
-    state, shown = sensor_state_at(address), shown_at(address, room_of(layout, m, instance))
+    state, shown = sensor_state_at(address), shown_at(address, state_size_of(layout, m, instance))
     first, last, kind = state.first_sensor, state.last_sensor, int(state.kind)
     if not 0.0 <= first <= last < size(m + layout.m_nsensor):
         return
@@ -60,7 +60,7 @@ def _show(layout: Layout, m: int, d: int, instance: int) -> None:
         if not is_sheath(layout, m, int(source), instance):
             continue
         sheath = state_of(layout, m, d, int(source))
-        known = fits(sheath, room_of(layout, m, int(source)))
+        known = fits(sheath, state_size_of(layout, m, int(source)))
         count = numbers_of(kind, int(state_at(sheath).guides)) if known else 0
         if 0 < count <= integer(widths, sensor):
             adr = integer(pointer(m + layout.m_sensor_adr), sensor)
@@ -75,7 +75,7 @@ def _show_ends(layout: Layout, m: int, d: int, instance: int) -> None:
     first, last = state.first_sensor, state.last_sensor
     if not (0.0 <= first <= last < size(m + layout.m_nsensor)):
         return
-    if not fits(sheath, room_of(layout, m, instance)):
+    if not fits(sheath, state_size_of(layout, m, instance)):
         return
     owners = pointer(m + layout.m_sensor_plugin)
     for sensor in range(int(first), int(last) + 1):

@@ -152,7 +152,7 @@ def solve_branches(state: State, segments: Segments, guides: Guides) -> bool:
 
 @compiled
 def refill_inputs(segments: Segments, guides: Guides) -> None:
-    """What came in at the input: each branch's first segment holds what its tension says."""
+    """Let tendon in at the input: each branch's first segment holds what its tension says."""
     for j in range(len(segments)):
         if j == 0 or guides[j - 1].is_pulley != 0.0:
             segments[j].stored = held(segments, j, segments[j].trial_tension)[0]

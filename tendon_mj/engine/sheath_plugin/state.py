@@ -122,19 +122,19 @@ def size(guides: int, arcs: int = 0) -> int:
 
 
 @compiled
-def fits(address: int, room: int) -> bool:
+def fits(address: int, state_size: int) -> bool:
     """Whether the guides and arcs that a state says it has fit into so many numbers."""
     state = state_at(address)
     n, arcs = state.guides, state.arcs
-    if not (0.0 <= n <= room and 0.0 <= arcs <= room):
+    if not (0.0 <= n <= state_size and 0.0 <= arcs <= state_size):
         return False
     tables = _SEGMENT_COUNT * (n + 1.0) + _GUIDE_COUNT * n
-    return _COUNT + tables + 3.0 * (n + 2.0) + _ARC_COUNT * arcs <= room
+    return _COUNT + tables + 3.0 * (n + 2.0) + _ARC_COUNT * arcs <= state_size
 
 
 @compiled
 def path_counts(state: State) -> tuple[float, float, float, float, float, float]:
-    """What another path has to have in common with this one for the tendon to lie on it as here."""
+    """Counts that two paths have in common where a tendon can lie on one as on the other."""
     return (
         state.guides,
         state.arcs,
@@ -146,9 +146,9 @@ def path_counts(state: State) -> tuple[float, float, float, float, float, float]
 
 
 @compiled
-def clear_step(address: int, room: int) -> None:
+def clear_step(address: int, state_size: int) -> None:
     """Forget how the tendon lay: parameters and what the sheath is attached to stay."""
-    doubles(address + 8 * _COUNT, room - _COUNT)[:] = 0.0
+    doubles(address + 8 * _COUNT, state_size - _COUNT)[:] = 0.0
     state = state_at(address)
     state.started = state.wound_in = state.wound_out = state.commit_time = 0.0
     state.laid_pretension = state.ratios_vary = state.strain_kept = state.speed_kept = 0.0
@@ -216,14 +216,14 @@ def sensor_size(sensors: int) -> int:
 
 
 @compiled
-def shown_at(address: int, room: int) -> Array:
+def shown_at(address: int, state_size: int) -> Array:
     """Sheath that an instance shows, or, of each sensor of the model, that it shows; −1 for none.
 
     Args:
         address: of the instance's state.
-        room: how many numbers it has.
+        state_size: how many numbers it has.
     """
-    return doubles(address + 8 * _SENSOR_COUNT, room - _SENSOR_COUNT)
+    return doubles(address + 8 * _SENSOR_COUNT, state_size - _SENSOR_COUNT)
 
 
 @compiled
@@ -234,7 +234,7 @@ def state_of(layout: Layout, m: int, d: int, instance: int) -> int:
 
 
 @compiled
-def room_of(layout: Layout, m: int, instance: int) -> int:
+def state_size_of(layout: Layout, m: int, instance: int) -> int:
     """How many numbers of state an instance has."""
     return integer(pointer(m + layout.m_plugin_statenum), instance)
 

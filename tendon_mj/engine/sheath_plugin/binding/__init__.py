@@ -1,1 +1,1 @@
-"""What a sheath and its sensors belong to in their model, by name, by index and by signature."""
+"""Binding of sheaths and sensors to their model, by name, by index and by signature."""

@@ -35,9 +35,9 @@ from tendon_mj.engine.sheath_plugin.state import (
     fits,
     parameters_at,
     path_counts,
-    room_of,
     state_at,
     state_of,
+    state_size_of,
 )
 
 _JOINT, _TENDON = mujoco.mjtObj.mjOBJ_JOINT.value, mujoco.mjtObj.mjOBJ_TENDON.value
@@ -133,13 +133,13 @@ def _bind(layout: Layout, m: int, instance: int, address: int, keep: bool) -> No
     if state.tendon < 0.0:
         return
     _count_guides(layout, m, instance, state)
-    room = room_of(layout, m, instance)
-    if not fits(address, room):
+    state_size = state_size_of(layout, m, instance)
+    if not fits(address, state_size):
         state.guides, state.arcs = 0.0, 0.0
         return
     _bind_drive(layout, m, instance, state)
     if not keep or path_counts(state) != before or was_driven != state.driven:
-        clear_step(address, room)
+        clear_step(address, state_size)
     state.has_trial = 0.0
     mark_branches(layout, m, address)
     state.sheath_signature = binding_signature(layout, m, instance, address)
@@ -148,7 +148,7 @@ def _bind(layout: Layout, m: int, instance: int, address: int, keep: bool) -> No
 @apart
 def reset_sheath(layout: Layout, m: int, address: int, instance: int) -> None:
     """Write the configured parameters; the tendon is laid at the first evaluation."""
-    doubles(address, room_of(layout, m, instance))[:] = 0.0
+    doubles(address, state_size_of(layout, m, instance))[:] = 0.0
     values = parameters_at(address)
     for parameter in range(len(values)):
         values[parameter] = at.number_at(

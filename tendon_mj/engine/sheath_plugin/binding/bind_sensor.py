@@ -24,11 +24,11 @@ from tendon_mj.engine.sheath_plugin.binding.signature import (
     mixed,
 )
 from tendon_mj.engine.sheath_plugin.state import (
-    room_of,
     sensor_state_at,
     shown_at,
     state_at,
     state_of,
+    state_size_of,
 )
 
 _TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
@@ -37,7 +37,7 @@ _TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
 @apart
 def reset_sensor(layout: Layout, m: int, address: int, instance: int) -> None:
     """Forget what the sensors show: the states of the sheaths may not be there yet."""
-    doubles(address, room_of(layout, m, instance))[:] = 0.0
+    doubles(address, state_size_of(layout, m, instance))[:] = 0.0
 
 
 @compiled
@@ -48,7 +48,7 @@ def _seal(layout: Layout, m: int, d: int, instance: int) -> float:
     signature = signature_by(layout, m, d, first, instance)
     if not is_signature(signature):
         return NONE
-    h = hashed(address + 8, 8 * (room_of(layout, m, instance) - 1))
+    h = hashed(address + 8, 8 * (state_size_of(layout, m, instance) - 1))
     return as_number(mixed(mixed(h, int(signature)), instance))
 
 
@@ -56,7 +56,7 @@ def _seal(layout: Layout, m: int, d: int, instance: int) -> float:
 def _find_shown(layout: Layout, m: int, d: int, instance: int) -> None:
     """Find the sheath that each sensor of the instance shows."""
     address = state_of(layout, m, d, instance)
-    state, shown = sensor_state_at(address), shown_at(address, room_of(layout, m, instance))
+    state, shown = sensor_state_at(address), shown_at(address, state_size_of(layout, m, instance))
     owners, objects = pointer(m + layout.m_sensor_plugin), pointer(m + layout.m_sensor_objid)
     types = pointer(m + layout.m_sensor_objtype)
     first, last = range_of(owners, size(m + layout.m_nsensor), instance)

@@ -1,4 +1,4 @@
-"""What the names in an instance's configuration mean after `attach`.
+"""Names in an instance's configuration, and the elements that they mean after `attach`.
 
 MuJoCo's `attach` puts a prefix and a suffix around the names of all that it attaches, plugin
 instances among them, and leaves the configurations as they are. An instance's own name tells both:
@@ -45,7 +45,7 @@ NONE = Affixes("", "")
 
 
 def around_written(own: str, written: str) -> list[Affixes]:
-    """What stands around each occurrence of the written name in the instance's own one."""
+    """Prefix and suffix around each occurrence of the written name in the instance's own one."""
     starts = (k for k in range(len(own)) if written and own.startswith(written, k))
     return [Affixes(own[:k], own[k + len(written) :]) for k in starts]
 
@@ -60,7 +60,7 @@ def possible(own: str) -> Iterator[Affixes]:
 def prefix_and_suffix(
     own: str, written: str, tendon: str, exists: Callable[[str], bool]
 ) -> list[Affixes]:
-    """What `attach` gave to an instance: one answer, or several between which nothing decides.
+    """Prefix and suffix that `attach` gave to an instance: one answer, or several equally good.
 
     Args:
         own: name of the instance now.

@@ -29,9 +29,9 @@ from tendon_mj.engine.sheath_plugin.state import (
     BOUND_BEGIN,
     BOUND_SIZE,
     fits,
-    room_of,
     state_at,
     state_of,
+    state_size_of,
 )
 
 _JOINT = mujoco.mjtObj.mjOBJ_JOINT.value
@@ -134,7 +134,7 @@ def is_sealed(layout: Layout, m: int, d: int, instance: int) -> bool:
     seal = _sheath_seal(layout, m, d, instance)
     if seal == NONE or seal != state_at(address).seal:
         return False
-    return fits(address, room_of(layout, m, instance)) and _has_indices(layout, m, address)
+    return fits(address, state_size_of(layout, m, instance)) and _has_indices(layout, m, address)
 
 
 @compiled

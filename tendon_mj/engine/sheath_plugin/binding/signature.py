@@ -210,13 +210,13 @@ def binding_signature(layout: Layout, m: int, instance: int, address: int) -> fl
     sensors = state.first_sensor, state.last_sensor
     actuator, actuators = state.reel_actuator, size(m + layout.m_nactuator)
     number = sheath_signature(layout, m, instance, state.tendon, joints, actuator, sensors)
-    room = integer(pointer(m + layout.m_plugin_statenum), instance)
-    if number == NONE or not fits(address, room):
+    state_size = integer(pointer(m + layout.m_plugin_statenum), instance)
+    if number == NONE or not fits(address, state_size):
         return NONE
     h, tendon = int(number), int(state.tendon)
     for count in path_counts(state):
-        h = _with_index(h, count, room)
-    h = _with_index(_with_index(h, state.driven, room), state.leads, room)
+        h = _with_index(h, count, state_size)
+    h = _with_index(_with_index(h, state.driven, state_size), state.leads, state_size)
     first = integer(pointer(m + layout.m_tendon_adr), tendon)
     path = 4 * integer(pointer(m + layout.m_tendon_num), tendon)
     h = mixed(h, hashed(pointer(m + layout.m_wrap_type) + 4 * first, path))
