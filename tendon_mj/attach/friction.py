@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import functools
 import math
-import operator
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Literal, NamedTuple, SupportsFloat, SupportsIndex, Unpack
+from typing import Literal, NamedTuple, SupportsFloat, Unpack
 
 import mujoco
 
 from tendon_mj.attach.instance import add_instance
-from tendon_mj.attach.keywords import as_number, check_names, takes
+from tendon_mj.attach.keywords import as_count, as_number, check_names, takes
 from tendon_mj.attach.names import SheathNames, TakenNames
 from tendon_mj.attach.sensor import Sensors, check_kinds
 from tendon_mj.attach.sheath_design import Design, Request, design_sheath
@@ -20,6 +19,7 @@ from tendon_mj.attach.sheathed import actuators_by_tendon, sheaths_by_tendon
 from tendon_mj.attach.spool import Spool, SpoolDesign, add_spools, design_spool, spool_names
 from tendon_mj.attach.spring import keep_spring, spring_of
 from tendon_mj.attach.tendon_choice import Chosen, asks_for_several, choose_tendons
+from tendon_mj.attach.tendon_path import limited_joints
 from tendon_mj.engine import INPUT_ENDS, NAME
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError, UnsuitedTendonError
 from tendon_mj.sheath.law import LAW, OptionalParameters
@@ -120,8 +120,8 @@ def add_friction(
     }
     request = Request(
         law=law,  # type: ignore[arg-type]
-        arc_guides=_count("arc_guides", arc_guides, 1),
-        inner_guides=None if inner_guides is None else _count("inner_guides", inner_guides, 0),
+        arc_guides=as_count("arc_guides", arc_guides, 1),
+        inner_guides=None if inner_guides is None else as_count("inner_guides", inner_guides, 0),
         input_end=input_end,
         ends=ends,
         is_wound=bool(ends) or reel is not None or spool is not None,
@@ -148,11 +148,16 @@ def add_friction(
         one = sheath.tendon_name
         given = taken.of_several(one, sensors) if several else taken.of_one(one, sensors, name)
         _add(spec, sheath, given, reel, joints.get(one), shown)
+    pulled = actuators_by_tendon(spec)
+    driven = [s.tendon_name for s in sheaths if s.design.is_driven and s.tendon_name in pulled]
     _say(
         unnamed,
         left_out,
         {s.tendon_name: s.design.idle for s in sheaths if s.design.idle},
-        [design.warning for design in spools.values() if design.warning],
+        [
+            *(design.warning for design in spools.values() if design.warning),
+            *_of_limited_joints(limited_joints(spec, driven)),
+        ],
     )
     return spec
 
@@ -250,6 +255,18 @@ def _say(
         warnings.warn(f"add_friction: {one}", TendonWarning, stacklevel=3)
 
 
+def _of_limited_joints(limited: Mapping[str, Sequence[str]]) -> list[str]:
+    """Warning of joints that limit what the actuators of a driven tendon do; none without."""
+    if not limited:
+        return []
+    joints = _listed(dict.fromkeys(joint for names in limited.values() for joint in names))
+    return [
+        f"actuatorfrcrange of joint {joints} limits what actuators do there, and the sheath on "
+        f"{_listed(limited)} rubs under their whole force: limit the tendon (its "
+        "actuatorfrcrange) or the actuator (its forcerange) instead"
+    ]
+
+
 def _reasons(left_out: Mapping[str, str]) -> str:
     """Tendons by the reason why they have no sheath."""
     by_reason: dict[str, list[str]] = {}
@@ -260,17 +277,6 @@ def _reasons(left_out: Mapping[str, str]) -> str:
 
 def _listed(names: Iterable[str]) -> str:
     return ", ".join(map(repr, names))
-
-
-def _count(name: str, value: SupportsIndex, least: int) -> int:
-    """A keyword's value as a number of guides."""
-    try:
-        count = -1 if isinstance(value, bool) else operator.index(value)
-    except TypeError:
-        count = -1
-    if count < least:
-        raise InvalidValueError(f"{name} = {value!r} must be a whole number ≥ {least}")
-    return count
 
 
 def _spool(

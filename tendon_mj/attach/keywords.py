@@ -6,8 +6,9 @@ A function takes them as ``**parameters``; its signature and its docstring name 
 from __future__ import annotations
 
 import inspect
+import operator
 from collections.abc import Callable, Mapping
-from typing import SupportsFloat, TypeVar
+from typing import SupportsFloat, SupportsIndex, TypeVar
 
 import numpy as np
 
@@ -78,3 +79,18 @@ def as_number(name: str, value: object, unit: str = "") -> float:
         raise InvalidValueError(f"{name} is beyond the range of a float{unit}") from None
     except (TypeError, ValueError):  # an array of several
         raise InvalidValueError(f"{name} = {value!r} is not one number{unit}") from None
+
+
+def as_count(name: str, value: SupportsIndex, least: int) -> int:
+    """A keyword's value as a whole number.
+
+    Raises:
+        InvalidValueError: it is none, or less than ``least``.
+    """
+    try:
+        count = -1 if isinstance(value, bool) else operator.index(value)
+    except TypeError:
+        count = -1
+    if count < least:
+        raise InvalidValueError(f"{name} = {value!r} must be a whole number ≥ {least}")
+    return count

@@ -66,6 +66,7 @@ class Sensors:
             shared = free_name(taken, kind, f"{kind}_sensors")
             self._shared[kind] = add_instance(self._spec, shared, {"sensor": kind}, NAME)
         sensor.plugin = self._shared[kind]
+        sensor.plugin.active = True  # which instances that were read from a file do not pass on
         return sensor
 
 

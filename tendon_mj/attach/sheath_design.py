@@ -56,11 +56,13 @@ class Design(NamedTuple):
         config: of the plugin instance, but for the tendon's name.
         takes_spring: whether the tendon's own spring moves into the sheath.
         idle: why friction can do nothing, and the remedy; empty where it can.
+        is_driven: whether an actuator or its own spring gives the input tension.
     """
 
     config: dict[str, str]
     takes_spring: bool
     idle: str
+    is_driven: bool
 
 
 def design_sheath(
@@ -154,7 +156,7 @@ def design_sheath(
         idle = _UNBENT
     elif only_inner and not is_driven and not request.is_wound_in:
         idle = _HELD.format(request.input_end)
-    return Design(config | dict(request.ends), not is_driven, idle)
+    return Design(config | dict(request.ends), not is_driven, idle, is_driven)
 
 
 def _inner_guides(path: TendonPath, law: Law, asked: int | None) -> int:

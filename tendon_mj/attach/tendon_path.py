@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import mujoco
@@ -56,6 +57,46 @@ def end_sites(tendon: mujoco.MjsTendon) -> list[tuple[str, str]]:
         elif point.type == _WRAP.mjWRAP_SITE:
             branches[-1].append(point.target.name if point.target is not None else "")
     return [(sites[0], sites[-1]) if sites else ("", "") for sites in branches]
+
+
+def limited_joints(spec: mujoco.MjSpec, tendons: Sequence[str]) -> dict[str, list[str]]:
+    """Tendon → the joints that it crosses and that limit the force of their actuators."""
+    limited = {joint.name for joint in spec.joints if _is_limited(joint)}
+    if not limited:
+        return {}
+    model = spec.compile()
+    found = {name: [j for j in _joints_crossed(model, name) if j in limited] for name in tendons}
+    return {name: joints for name, joints in found.items() if joints}
+
+
+def _is_limited(joint: mujoco.MjsJoint) -> bool:
+    limited, (low, high) = int(joint.actfrclimited), joint.actfrcrange
+    if limited == mujoco.mjtLimited.mjLIMITED_AUTO:
+        return bool(low < high)
+    return limited == int(mujoco.mjtLimited.mjLIMITED_TRUE)
+
+
+def _joints_crossed(model: mujoco.MjModel, tendon: str) -> list[str]:
+    """Joints between the bodies that a spatial tendon runs over."""
+    index = model.tendon(tendon).id
+    first, bodies = int(model.tendon_adr[index]), set[int]()
+    for element in range(first, first + int(model.tendon_num[index])):
+        kind, target = model.wrap_type[element], model.wrap_objid[element]
+        if kind != _WRAP.mjWRAP_PULLEY:
+            owners = model.site_bodyid if kind == _WRAP.mjWRAP_SITE else model.geom_bodyid
+            bodies.add(int(owners[target]))
+    above = [_above(model, body) for body in bodies]
+    crossed = above[0].union(*above) - above[0].intersection(*above)
+    return [model.joint(k).name for k in range(model.njnt) if model.jnt_bodyid[k] in crossed]
+
+
+def _above(model: mujoco.MjModel, body: int) -> set[int]:
+    """A body and all that carry it."""
+    chain = {0}
+    while body > 0:
+        chain.add(body)
+        body = int(model.body_parentid[body])
+    return chain
 
 
 def path_of(tendon: mujoco.MjsTendon) -> TendonPath:

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj import TendonWarning, add_friction, remove_friction
+from tendon_mj import TendonWarning, add_friction, remove_friction, view_sheath
 from tendon_mj.cli import main
 from tendon_mj.cli.output import console
 from tendon_mj.engine import sheaths
@@ -64,6 +64,47 @@ def test_what_an_actuator_pulls_is_driven_by_it_and_needs_no_elasticity():
     assert config(spec, "wrapped").items() >= given.items()
     assert "arc_guides" not in config(spec, "stiff"), "it wraps around nothing"
     assert spec.compile().nplugin == 4 + 2, "sensors of a kind share an instance"
+
+
+def limited_arm(joint="", tendon=""):
+    limits = ARM.replace('damping=".01"', f'damping=".01" {joint}')
+    return mujoco.MjSpec.from_string(limits.replace('name="stiff" ', f'name="stiff" {tendon} '))
+
+
+@pytest.mark.parametrize(
+    "limit",
+    ['actuatorfrcrange="-1 1"', 'actuatorfrcrange="-1 1" actuatorfrclimited="true"'],
+)
+def test_a_joint_that_limits_what_a_driven_tendon_does_there_is_warned_of(limit):
+    message = "actuatorfrcrange of joint 'elbow' .*sheath on 'stiff' .*actuatorfrcrange.*forcerange"
+    with pytest.warns(TendonWarning, match=message):
+        add_friction(limited_arm(limit), "stiff", friction=0.1)
+
+
+@pytest.mark.parametrize(
+    ("limits", "tendon"),
+    [
+        ({"joint": 'actuatorfrcrange="-1 1" actuatorfrclimited="false"'}, "stiff"),
+        ({"joint": 'actuatorfrcrange="-1 1"'}, "sprung"),  # wound, its spring no actuator
+        ({"tendon": 'actuatorfrcrange="-1 1"'}, "stiff"),
+        ({}, "stiff"),
+    ],
+)
+def test_of_no_other_limit(limits, tendon):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", TendonWarning)
+        add_friction(limited_arm(**limits), tendon, friction=0.1)
+
+
+def test_a_tendon_s_limit_is_its_input_tension():
+    model = add_friction(
+        limited_arm(tendon='actuatorfrcrange="-1 1"'), "stiff", friction=0.1
+    ).compile()
+    data = mujoco.MjData(model)
+    data.actuator("stiff_motor").ctrl = -5.0
+    mujoco.mj_forward(model, data)
+    spring = 70.0 * (model.tendon_lengthspring[3] - data.ten_length[3])[0]
+    assert view_sheath(model, data, "stiff").input_tension == pytest.approx(1.0 - spring)
 
 
 def test_elements_of_a_driven_tendon_stay_as_they_are():

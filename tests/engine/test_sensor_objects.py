@@ -142,6 +142,17 @@ def test_a_sensor_that_is_added_shares_the_instance_too(spec):
     assert model.sensor("slip").dim == 1
 
 
+@pytest.mark.parametrize("removed", ["one", "two", "*"])
+def test_instances_that_were_read_from_a_file_are_shared_as_well(removed):
+    spec = add_friction(finger(), "one", friction=0.2)
+    spec.compile()
+    spec = add_friction(mujoco.MjSpec.from_string(spec.to_xml()), "two", friction=0.2)
+    assert len(spec.plugins) == 4
+    assert all(sensor.plugin.active for sensor in spec.sensors)
+    remove_friction(spec, removed)
+    assert spec.compile().nplugin == (0 if removed == "*" else 3)
+
+
 def mjcf(sensor):
     return f"""
 <mujoco>
