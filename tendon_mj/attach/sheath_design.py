@@ -12,11 +12,15 @@ from tendon_mj.attach.elasticity import own_elasticity
 from tendon_mj.attach.keywords import as_number
 from tendon_mj.attach.spool import Spool
 from tendon_mj.attach.spring import has_spring
-from tendon_mj.attach.tendon_path import TendonPath, end_sites, path_of
+from tendon_mj.attach.tendon_path import TendonPath, end_sites, guides_are_beyond, path_of
 from tendon_mj.errors import InvalidValueError, UnsuitedTendonError
 from tendon_mj.sheath.law import LAW, Law
 
 _UNBENT = "with nothing to bend over: give extra_bend [rad], or route it over more sites"
+_BEYOND = (
+    "all of whose guides are on the body at which it ends, so that every joint feels its input "
+    "tension: route it over sites of other bodies, or give extra_bend [rad] and inner_guides"
+)
 _HELD = (
     "all of whose guides are at its {} site, where nothing winds it in: route it over more "
     "sites, or let a reel, a reel_joint or an actuator pull there"
@@ -156,14 +160,22 @@ def design_sheath(
         idle = _UNBENT
     elif only_inner and not is_driven and not request.is_wound_in:
         idle = _HELD.format(request.input_end)
+    elif is_driven and not inner and guides_are_beyond(tendon, request.input_end):
+        idle = _BEYOND
     return Design(config | dict(request.ends), not is_driven, idle, is_driven)
 
 
 def _inner_guides(path: TendonPath, law: Law, asked: int | None) -> int:
-    """Guides at the input end: as many as asked for, or one where nothing else could rub."""
+    """Guides at the input end: as many as asked for, or one for what is not drawn.
+
+    That needs a guide that is there in every pose, as those on geoms are not.
+    """
     if asked is not None:
         return asked
-    return int(path.bends() == 0 and _rubs_unbent(law))
+    if path.bends() == 0:
+        return int(_rubs_unbent(law))
+    undrawn = law.extra_bend > 0.0 or law.constant_friction > 0.0
+    return int(undrawn and not path.is_bent_at_sites)
 
 
 def _rubs_unbent(law: Law) -> bool:

@@ -45,8 +45,8 @@ def choose_tendons(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> list[Cho
     to be called ``tendon_<k>``, k being the tendon's place in the model.
 
     Raises:
-        UnknownNameError: a name that no tendon has, or a pattern that matches none.
-        InvalidValueError: no name at all.
+        UnknownNameError: a name that no tendon has.
+        InvalidValueError: a pattern that matches none, or no name at all.
     """
     wanted = [tendon] if isinstance(tendon, str) else list(tendon)
     if not wanted:
@@ -61,6 +61,11 @@ def choose_tendons(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> list[Cho
             chosen[known[one]] = True
             continue
         found = _matching(elements, one) if is_pattern(one) else []
+        if not found and is_pattern(one):
+            there = ", ".join(map(repr, known)) or "none with a name"
+            raise InvalidValueError(
+                f"pattern {one!r} means no spatial tendon of the model (its tendons: {there})"
+            )
         if not found:
             raise UnknownNameError("tendon", one, known)
         for k in found:

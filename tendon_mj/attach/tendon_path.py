@@ -43,6 +43,11 @@ class TendonPath(NamedTuple):
         within = sum(max(branch.sites - 2, 0) for branch in self.branches)
         return within + self.wraps * arc_guides
 
+    @property
+    def is_bent_at_sites(self) -> bool:
+        """Whether it has a guide at a site, which is there whatever the pose."""
+        return self.bends(0) > 0
+
     def guides(self, arc_guides: int = 1) -> int:
         """Number of guides of the path: those that can bend, and one a pulley."""
         return self.bends(arc_guides) + len(self.branches) - 1
@@ -57,6 +62,26 @@ def end_sites(tendon: mujoco.MjsTendon) -> list[tuple[str, str]]:
         elif point.type == _WRAP.mjWRAP_SITE:
             branches[-1].append(point.target.name if point.target is not None else "")
     return [(sites[0], sites[-1]) if sites else ("", "") for sites in branches]
+
+
+def guides_are_beyond(tendon: mujoco.MjsTendon, input_end: str) -> bool:
+    """Whether all guides of an unbranched tendon are on the body at which it ends.
+
+    Friction at a guide takes tension from what comes behind it, and that pulls on one body alone.
+    """
+    points = list(tendon.path)
+    if any(p.type == _WRAP.mjWRAP_PULLEY or p.target is None for p in points):
+        return False
+    bodies = [_moving(point.target.parent) for point in points]
+    beyond = bodies[1:] if input_end == "first" else bodies[:-1]
+    return len(set(beyond)) == 1
+
+
+def _moving(body: mujoco.MjsBody) -> mujoco.MjsBody:
+    """The nearest body with a joint, from this one up; the world where there is none."""
+    while body.parent is not None and not list(body.joints):
+        body = body.parent
+    return body
 
 
 def limited_joints(spec: mujoco.MjSpec, tendons: Sequence[str]) -> dict[str, list[str]]:

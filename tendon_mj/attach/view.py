@@ -128,7 +128,7 @@ class SheathView:
         return self._instance + list(PARAMETERS).index(parameter)
 
     def _read(self) -> Any:
-        return sheath_arrays(self._model, self._states, self.name)
+        return sheath_arrays(self._model, self._states, self.name, self._instance)
 
 
 def view_sheath(model: mujoco.MjModel, data: mujoco.MjData | FloatArray, sheath: str) -> SheathView:

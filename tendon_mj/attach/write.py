@@ -40,6 +40,8 @@ def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
             written file is not the model.
     """
     text, before = Mjcf(source), mujoco.MjSpec.from_file(str(source))
+    if path.suffix in (".mjb", ".txt"):
+        raise InvalidValueError(f"{path}: what is written is MJCF; choose a name that ends in .xml")
     if not path.parent.is_dir() or path.is_dir():
         raise InvalidValueError(f"{path} must be a file in a folder that exists")
     if text.reads(path, before):

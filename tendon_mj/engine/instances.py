@@ -107,22 +107,20 @@ def segment_tensions(
     return found.path.copy(), found.state.law.axial_stiffness * found.segments["tension"]
 
 
-def sheath_arrays(model: mujoco.MjModel, plugin_states: NDArray[np.float64], sheath: str) -> View:
+def sheath_arrays(
+    model: mujoco.MjModel, plugin_states: NDArray[np.float64], sheath: str, start: int
+) -> View:
     """State of a sheath in many simulations at once, their axes before those of `View`.
 
     Args:
         model: that has the sheath.
         plugin_states: (..., npluginstate).
         sheath: its name.
+        start: address of its first number in `mjData.plugin_state`, see `Instance`.
 
     Raises:
-        UnknownNameError: no such sheath.
         InvalidValueError: numbers that are no states of this model.
     """
-    known = sheaths(model)
-    if sheath not in known:
-        raise UnknownNameError("sheath", sheath, known)
-    start = known[sheath].state
     states = np.ascontiguousarray(plugin_states, np.float64)
     scalars: NDArray[np.void] = states[..., start : start + STATE.itemsize // 8].view(STATE)
     counts: NDArray[np.float64] = scalars["guides"]

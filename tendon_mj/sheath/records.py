@@ -78,6 +78,7 @@ class Guide:
     shift: float  # tendon that its own motion along the tendon hands to the input side [m]
     trial_shift: float  # [m]
     is_pulley: float  # 1 for no guide, but the end of a branch
+    is_on_arc: float  # 1 where it is on a geom, which the tendon may leave
     fed_by: float  # segment whose tension the branch behind a pulley takes over, −1: the input's
 
 

@@ -65,7 +65,12 @@ def test_a_motor_over_two_sites_loses_what_the_bend_says(pull, load, sense, inne
 def test_drawn_guides_share_it_with_those_at_the_first_site(pull, load, sense, path, inner):
     spec = rig(path=PATHS[path])
     add_friction(spec, "t", friction=MU, extra_bend=BEND, inner_guides=inner)
-    assert ("inner_guides" in spec.plugin("sheath").config) == bool(inner)
+    if inner == 0 and path == "a drum":
+        with pytest.raises(ValueError, match=r"extra_bend = 2\.0 .* give inner_guides"):
+            spec.compile()
+        return
+    by_default = inner is None and path == "a drum"  # which the tendon may leave
+    assert ("inner_guides" in spec.plugin("sheath").config) == bool(inner or by_default)
     view, _ = sliding(spec, pull, load)
     bend = BEND + view.bend_angle.sum()
     assert bend > BEND + 0.05
@@ -180,3 +185,55 @@ def test_holding_and_reversing_the_ratio_stays_within_what_the_bend_allows():
     assert min(ratios) == pytest.approx(-MU * BEND, rel=1e-9)
     assert max(ratios) == pytest.approx(MU * BEND, rel=1e-9)
     assert view.unsolved == 0
+
+
+BEYOND = "guides are on the body at which it ends.*extra_bend"
+LIMB = """<mujoco><worldbody><site name="a"/><site name="w" pos=".02 0 .05"/>
+  <body pos=".1 0 0"><joint axis="0 1 0"/><geom size=".01"/><site name="b" pos="0 0 .03"/>
+    <body><site name="c" pos=".05 0 .01"/><geom name="drum" pos=".06 0 0" size=".005"/></body>
+    <site name="d" pos=".09 0 .03"/></body></worldbody>
+  <tendon><spatial name="t">{}</spatial></tendon>
+  <actuator><motor tendon="t"/></actuator></mujoco>"""
+
+
+def over(*sites):
+    return "".join(
+        '<geom geom="drum"/>' if site == "drum" else f'<site site="{site}"/>' for site in sites
+    )
+
+
+@pytest.mark.parametrize(
+    ("sites", "input_end"),
+    [("abcd", "first"), ("bcd", "first"), ("dcba", "last"), (("a", "b", "drum", "d"), "first")],
+)
+def test_guides_that_pull_on_the_insertion_s_body_alone_are_said_to_do_nothing(sites, input_end):
+    moved = []
+    for friction in (0.0, 2.0):
+        spec = mujoco.MjSpec.from_string(LIMB.format(over(*sites)))
+        with pytest.warns(TendonWarning, match=BEYOND):
+            add_friction(spec, "t", friction=friction, input_end=input_end)
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        data.ctrl[:] = -3.0
+        mujoco.mj_step(model, data, 20)
+        moved.append(data.qpos.copy())
+    np.testing.assert_allclose(*moved, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("sites", "more"),
+    [("awbd", {}), ("awb", {}), ("abcd", {"input_end": "last"}),
+     ("abcd", {"extra_bend": 1.0, "inner_guides": 1})],
+)  # fmt: skip
+def test_others_are_not(sites, more):
+    moved = []
+    for friction in (0.0, 2.0):
+        spec = mujoco.MjSpec.from_string(LIMB.format(over(*sites)))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", TendonWarning)
+            model = add_friction(spec, "t", friction=friction, **more).compile()
+        data = mujoco.MjData(model)
+        data.ctrl[:] = -3.0
+        mujoco.mj_step(model, data, 20)
+        moved.append(data.qpos.copy())
+    assert abs(moved[0] - moved[1]).max() > 0.01 * abs(moved[0]).max()

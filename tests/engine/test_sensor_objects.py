@@ -218,6 +218,10 @@ def test_a_tendon_is_said_by_the_object_or_by_the_configuration(sensor):
             "'shown' has another object than tendon 'flexor'",
         ),
         (plugin_sensor(FLEXOR, sensor="slip"), "a sensor of slip .*tendon is missing"),
+        (
+            '<plugin plugin="tendon_mj.sheath" instance="sheath" objtype="tendon" objname="bare"/>',
+            "has another object than tendon 'flexor'",
+        ),
     ],
 )
 def test_a_sensor_of_no_tendon_or_of_two_is_refused(sensor, message):

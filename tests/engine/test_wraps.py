@@ -112,16 +112,16 @@ def test_a_sphere_turns_the_tendon_by_the_angle_of_its_great_circle():
     assert sheath_view(model, data).guides["angle"].sum() == pytest.approx(expected, rel=1e-3)
 
 
-def swinging(friction=None, arc_guides=1):
+def swinging(friction=None, arc_guides=1, extra=""):
     """A link whose tendon comes to lie on the joint's drum as it swings, and leaves it again.
 
-    Without a sheath where no friction is given.
+    Without a sheath where no friction is given; ``extra`` is more of its configuration.
     """
     plugin = sensor = ""
     if friction is not None:
         plugin = f"""<extension><plugin plugin="tendon_mj.sheath"><instance name="s">
           <config key="tendon" value="t"/><config key="friction" value="{friction}"/>
-          <config key="arc_guides" value="{arc_guides}"/></instance></plugin></extension>"""
+          <config key="arc_guides" value="{arc_guides}"/>{extra}</instance></plugin></extension>"""
         sensor = '<sensor><plugin plugin="tendon_mj.sheath" instance="s"/></sensor>'
     return mujoco.MjModel.from_xml_string(f"""<mujoco>
       <option timestep="0.001" gravity="0 0 0"/>{plugin}
@@ -213,6 +213,44 @@ def test_friction_takes_energy_on_a_drum():
         assert (work >= before).all()
         before = work
     assert before.sum() > 0.01
+
+
+@pytest.mark.parametrize("extra_bend", [0.0, 1.0, 6.0])
+@pytest.mark.parametrize("arc_guides", [1, 4])
+def test_friction_work_is_what_the_joint_does_not_get_where_a_wrap_comes_and_goes(
+    arc_guides, extra_bend
+):
+    bend = f'<config key="extra_bend" value="{extra_bend}"/><config key="inner_guides" value="2"/>'
+    model = swinging(0.3, arc_guides, bend)
+    model.opt.timestep = 2e-4
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    lost, put_in, wrapped = 0.0, 0.0, []
+    for step in range(10000):
+        data.ctrl[:] = -20.0, 1.2 * np.sin(2.0 * np.pi * step / 10000.0)
+        angle, length = data.qpos[0], data.ten_length[0]
+        damping = 0.3 * data.qvel[0]
+        mujoco.mj_step(model, data)
+        servo = data.actuator_force[1]
+        pull = data.qfrc_actuator[0] - servo + data.qfrc_passive[0] + damping
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_tendon(model, data)
+        wound_in = 20.0 * (length - data.ten_length[0])
+        lost += wound_in - pull * (data.qpos[0] - angle)
+        put_in += abs(wound_in)
+        wrapped.append(data.ten_wrapnum[0] > 2)
+    assert np.count_nonzero(np.diff(wrapped)) >= 2
+    work = sheath_view(model, data).guides["friction_work"].sum()
+    assert work > 0.02
+    assert work == pytest.approx(lost, abs=0.002 * put_in)
+
+
+@pytest.mark.parametrize("undrawn", ["extra_bend", "constant_friction"])
+def test_friction_that_is_not_drawn_needs_a_guide_that_stays(undrawn):
+    extra = f'<config key="{undrawn}" value="1"/>'
+    with pytest.raises(ValueError, match=f"{undrawn} = 1 is shared by guides at sites.*inner_guid"):
+        swinging(0.3, 2, extra)
+    swinging(0.3, 2, extra + '<config key="inner_guides" value="1"/>')
 
 
 def test_partial_slip_on_a_drum_converges_with_its_guides():

@@ -3,7 +3,8 @@
     μ_i = μ max(0, 1 + γ u_i) max(0, 1 + β t) (1 ± α) + Δμ e^{−v_i/v_s},   φ_i + φ_x/n ≥ 0
 
 u_i is the tendon that has passed guide i, v_i its sliding speed, seen through a short memory; both
-are as the last finished step left them.
+are as the last finished step left them. φ_x and F_c are shared by the n guides at sites and at the
+input end; those on geoms, which the tendon may leave, have no part in them.
 
 Equations: docs/theory.md, sections 4 and 7.
 """
@@ -54,7 +55,7 @@ def update_ratios(address: int, state: State, guides: Guides, time: float) -> No
     """
     current = _are_current(address, state)
     law, n = state.law, len(guides)
-    shared = max(1.0, n - state.pulleys)  # by how many guides
+    shared = max(1.0, n - state.pulleys - state.arcs * state.arc_guides)  # by how many guides
     sliding = law.friction
     static = max(sliding, law.static_friction)  # below: as where it is not given
     asymmetry = law.direction_asymmetry
@@ -64,8 +65,9 @@ def update_ratios(address: int, state: State, guides: Guides, time: float) -> No
         if current and angle == guide.ratio_angle:
             continue
         guide.ratio_angle = angle
+        shares = guide.is_on_arc == 0.0
         bend = angle
-        if law.extra_bend != 0.0:
+        if shares and law.extra_bend != 0.0:
             bend = max(0.0, angle + law.extra_bend / shared)
         grown, more = 1.0, 0.0
         if state.ratios_vary != 0.0:
@@ -80,4 +82,6 @@ def update_ratios(address: int, state: State, guides: Guides, time: float) -> No
             back = grown * (1.0 - asymmetry)
             guide.dynamic_ratio_back = math.exp((sliding * back + more) * bend)
             guide.static_ratio_back = math.exp((static * back + more) * bend)
-        guide.constant_friction = law.constant_friction / (shared * law.axial_stiffness)
+        guide.constant_friction = 0.0
+        if shares:
+            guide.constant_friction = law.constant_friction / (shared * law.axial_stiffness)

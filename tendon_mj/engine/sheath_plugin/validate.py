@@ -18,6 +18,7 @@ from tendon_mj.engine.sheath_plugin.binding.own_config import check_own_names, o
 from tendon_mj.engine.sheath_plugin.binding.sheath_of_tendon import by_tendon
 from tendon_mj.engine.sheath_plugin.binding.sleep import check_awake, sleeps
 from tendon_mj.engine.sheath_plugin.path.checks import (
+    UNDRAWN,
     check_counts,
     kinds_on,
     misplaced_input,
@@ -40,7 +41,7 @@ _PLACE = ("tendon", "sensor", "guides", "arc_guides", "inner_guides")
 # Parameters that a sheath whose input tension is given has no use for.
 _OF_A_REEL = ("pretension", "backlash", "sheath_compliance", "viscous_friction", "tendon_mass")
 _ENDS = ("reel_joint", "output_joint", "input_end")
-_COMPLETE = (*_PLACE, *_ENDS, "axial_stiffness", *_OF_A_REEL)
+_COMPLETE = (*_PLACE, *_ENDS, "axial_stiffness", *_OF_A_REEL, *UNDRAWN)
 SPOOL_ATTRIBUTES = ("tendon", "reel_joint", "sensor")  # what a servo asks about
 
 
@@ -182,8 +183,8 @@ def _check_complete(model: Draft, instance: int, reels: Sequence[int]) -> None:
     """Check that a sheath can act on its tendon, and that a sensor has a sheath."""
     config = own_config(model, instance)
     _check_reels(model, instance, config, reels)
+    check_objects(model, instance, config, NAME)
     if config["sensor"]:
-        check_objects(model, instance, config, NAME)
         return
     where, name = model.where(instance), config["tendon"]
     tendons = int(model.fields.ntendon)

@@ -10,6 +10,7 @@ import mujoco
 from tendon_mj.abi.model_in_compilation import Draft
 from tendon_mj.errors import InvalidValueError
 
+UNDRAWN = ("extra_bend", "constant_friction")  # friction that is not where the path bends
 _OBJ, _WRAP = mujoco.mjtObj, mujoco.mjtWrap
 _PULLEY = _WRAP.mjWRAP_PULLEY.value
 
@@ -61,6 +62,12 @@ def check_counts(config: dict[str, str], kinds: Sequence[int], where: str, tendo
         raise InvalidValueError(
             f"{where}: guides = {config['guides']}, but tendon {tendon!r} runs over {guides} "
             "between its ends; remove the attribute or correct it"
+        )
+    undrawn = [k for k in UNDRAWN if config[k] and float(config[k]) != 0.0]
+    if undrawn and arcs and guides == arcs * each + pulleys:
+        raise InvalidValueError(
+            f"{where}: {undrawn[0]} = {config[undrawn[0]]} is shared by guides at sites, as the "
+            f"tendon may leave a geom, and tendon {tendon!r} has none: give inner_guides"
         )
     if arcs and config["guides"] and not config["arc_guides"]:
         raise InvalidValueError(

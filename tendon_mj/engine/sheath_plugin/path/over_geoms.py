@@ -9,6 +9,9 @@ The path is followed from the input end on. Where that is its last site, element
 the reverse of their order: segments, guides and arcs are then those of the tendon drawn the other
 way round.
 
+Where a wrap comes or goes its guides move along the tendon without friction, and each stretch keeps
+its strain.
+
 Tendon rubs on the drum, not on the place where it leaves the drum. A tangent point that moves along
 the drum by δ takes tendon from one side to the other without any slip, δ/(1 + ε) of it: that is the
 guide's ``shift``.
@@ -103,6 +106,7 @@ def _wrap(
         arc.trial_x2, arc.trial_y2, arc.trial_z2 = q
     for k in range(count):
         guide = guides[j + k]
+        guide.is_on_arc = 1.0
         guide.angle = turn / count
         part = (k + 0.5) / count
         moved = (1.0 - part) * there + part * back
@@ -122,9 +126,21 @@ def _pass_by(
     if not stage:
         arc.trial_touches = 0.0
     for k in range(int(state.arc_guides)):
-        guides[j + k].angle, guides[j + k].shift = 0.0, 0.0
+        guides[j + k].angle, guides[j + k].shift, guides[j + k].is_on_arc = 0.0, 0.0, 1.0
         segments[j + k + 1].point = -1.0
         segments[j + k + 1].length = _SHORTEST
+
+
+@compiled
+def _hand_over(segments: Segments, guides: Guides, j: int, count: int) -> None:
+    """Move guides ``j`` and the following along the tendon to where they now are."""
+    moved = 0.0
+    for k in range(j, j + count):
+        segment = segments[k]
+        tau = segment.previous_tension
+        held = (segment.length - segment.support_compliance * tau) / (1.0 + tau)
+        moved += held - segment.stored
+        guides[k].shift = moved
 
 
 @compiled
@@ -195,9 +211,10 @@ def trace_path(
             element += step
             at += step
         else:
-            geom, count = integer(objects, element + step), int(state.arc_guides)
+            geom, count, begins = integer(objects, element + step), int(state.arc_guides), j
+            touches = integer(touched, at + step) == geom
             far = integer(bodies, integer(objects, element + 2 * step))
-            if integer(touched, at + step) == geom:
+            if touches:
                 drum = integer(of_geoms, geom)
                 half = _wrap(
                     layout,
@@ -236,6 +253,8 @@ def trace_path(
                 segments[j].length = max(_SHORTEST, half)
                 segments[j].divisor = divisor
                 at += step
+            if state.started != 0.0 and touches != (arcs[arc].touches != 0.0):
+                _hand_over(segments, guides, begins, count)
             arc += 1
             element += 2 * step
         _note(path, j + 1, points, at)
