@@ -18,12 +18,12 @@ from tendon_mj.errors import RecordingError
 
 
 def cable_tool(
-    data: Path | None = None, out: Path = Path("out/cable_tool"), resamples: int = 50
+    data: Path | None = None, out: Path = Path("out/cable_tool"), resamples: int = 100
 ) -> None:
     """Predict load and output angle of a driven surgical grasper from its input side.
 
     Fits eight numbers, leaves loads, wrist poses and the faster sine out in turn, and compares with
-    models without sheath friction. Takes about 3 min on one core.
+    models without sheath friction. Takes about 4 min on one core.
 
     Args:
         data: folder of the recordings; by default `cable_tool` in the folder that TENDON_MJ_DATA

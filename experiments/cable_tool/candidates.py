@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from experiments.cable_tool.fit import PER_RECORDING, fit_tool
+from experiments.cable_tool.fit import PER_RECORDING, PLAY_ALONE, fit_tool
 from experiments.cable_tool.recording import ToolRecording
 from experiments.cable_tool.rivals import fit_regression, fit_steady_load
 from experiments.cable_tool.strokes import Array
@@ -44,15 +44,31 @@ CANDIDATES = (
         lambda recordings: fit_tool(recordings, {**PER_RECORDING, "wrist_friction": 0.0}),
     ),
     Candidate(
+        "… play alone, without sliding",
+        5,
+        lambda recordings: fit_tool(recordings, {**PER_RECORDING, "take_up": PLAY_ALONE}),
+    ),
+    Candidate(
         "… with one opening offset for all recordings",
         6,
         lambda recordings: fit_tool(recordings, {"load_difference": None}),
     ),
     Candidate(
-        "constant friction alone (λ = 0)",
-        4,
+        "… with one opening offset, play alone",
+        5,
+        lambda recordings: fit_tool(recordings, {"load_difference": None, "take_up": PLAY_ALONE}),
+    ),
+    Candidate(
+        "constant friction alone (λ = 0), play alone",
+        3,
         lambda recordings: fit_tool(
-            recordings, {**PER_RECORDING, "friction_exponent": 0.0, "wrist_friction": 0.0}
+            recordings,
+            {
+                "load_difference": None,
+                "friction_exponent": 0.0,
+                "wrist_friction": 0.0,
+                "take_up": PLAY_ALONE,
+            },
         ),
     ),
     Candidate("regression by direction", 4, fit_regression),

@@ -13,19 +13,20 @@ from experiments.cable_tool.tool import Tool
 
 # number → (starts, size of a change that matters)
 TORQUE_NUMBERS: dict[str, tuple[tuple[float, ...], float]] = {
-    "friction_exponent": ((0.35, 0.45), 0.1),
-    "wrist_friction": ((0.0, 0.0), 0.1),
-    "closing_offset": ((0.025, 0.035), 0.01),
-    "load_difference": ((0.005, 0.0), 0.005),
-    "opening_offset": ((-0.055, -0.045), 0.01),
-    "stiffness": ((0.02, 0.01), 0.01),
-    "take_up": ((0.2, 0.4), 0.1),
+    "friction_exponent": ((0.35, 0.45, 0.35), 0.1),
+    "wrist_friction": ((0.0, 0.0, 0.0), 0.1),
+    "closing_offset": ((0.025, 0.035, 0.03), 0.01),
+    "load_difference": ((0.005, 0.0, 0.0), 0.005),
+    "opening_offset": ((-0.055, -0.045, -0.06), 0.01),
+    "stiffness": ((0.02, 0.01, 0.035), 0.01),
+    "take_up": ((0.2, 0.4, 0.8), 0.1),
 }
 PER_RECORDING: Mapping[str, float | None] = {"opening_offset": None}
-_STARTS = 2
+_STARTS = 3
 _SAMPLES = 700  # of every recording, so that all weigh the same
 _LARGE = 4e-3  # beyond this an error counts by its size, not its square [N m]
-_SHORTEST = 0.01  # take-up [rad]
+PLAY_ALONE = 1e6  # a take-up so long that the cable never comes to slide [rad]
+_TAKE_UP = (0.01, 1.0)  # shorter than a stroke, else the cable never slides [rad]
 
 
 def fit_tool(
@@ -47,7 +48,7 @@ def fit_tool(
     def tool_of(values: Array) -> Tool:
         numbers: dict[str, float] = dict(zip(names, values.tolist(), strict=True))
         if "take_up" in numbers:
-            numbers["take_up"] = max(abs(numbers["take_up"]), _SHORTEST)
+            numbers["take_up"] = float(np.clip(numbers["take_up"], *_TAKE_UP))
         return base.replaced(numbers)
 
     def errors(values: Array) -> Array:

@@ -51,7 +51,7 @@ class Study:
 
 
 def run_study(
-    recordings: Sequence[ToolRecording], resamples: int = 50, progress: Progress = silent
+    recordings: Sequence[ToolRecording], resamples: int = 100, progress: Progress = silent
 ) -> Study:
     """Run every part.
 

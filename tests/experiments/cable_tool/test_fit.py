@@ -7,7 +7,7 @@ import pytest
 
 from experiments.cable_tool.candidates import CANDIDATES, CHOSEN
 from experiments.cable_tool.cross_validation import cross_validate, root_mean_square
-from experiments.cable_tool.fit import PER_RECORDING, fit_tool
+from experiments.cable_tool.fit import fit_tool
 from experiments.cable_tool.load_share import load_share
 from experiments.cable_tool.rate import rate_ratios
 from tendon_mj.errors import InvalidValueError
@@ -64,9 +64,7 @@ def test_a_load_and_a_pose_that_were_left_out_are_predicted(recordings):
 
 
 def test_constant_friction_alone_does_not_explain_sheath_friction(recordings):
-    constant = fit_tool(
-        recordings, {**PER_RECORDING, "friction_exponent": 0.0, "wrist_friction": 0.0}
-    )
+    constant = next(c for c in CANDIDATES if "λ = 0" in c.name).fit(recordings)
     errors = [root_mean_square(constant.load(r) - r.load) for r in recordings]
     assert np.mean(errors) > 5e-3
 
