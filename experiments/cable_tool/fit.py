@@ -19,14 +19,14 @@ TORQUE_NUMBERS: dict[str, tuple[tuple[float, ...], float]] = {
     "load_difference": ((0.005, 0.0, 0.0), 0.005),
     "opening_offset": ((-0.055, -0.045, -0.06), 0.01),
     "stiffness": ((0.02, 0.01, 0.035), 0.01),
-    "take_up": ((0.2, 0.4, 0.8), 0.1),
+    "take_up": ((0.2, 0.4, 0.3), 0.1),
 }
 PER_RECORDING: Mapping[str, float | None] = {"opening_offset": None}
 _STARTS = 3
 _SAMPLES = 700  # of every recording, so that all weigh the same
 _LARGE = 4e-3  # beyond this an error counts by its size, not its square [N m]
 PLAY_ALONE = 1e6  # a take-up so long that the cable never comes to slide [rad]
-_TAKE_UP = (0.01, 1.0)  # shorter than a stroke, else the cable never slides [rad]
+_TAKE_UP = (0.01, 0.5)  # half a stroke at most, as mid-stroke is read as sliding [rad]
 
 
 def fit_tool(
