@@ -9,8 +9,8 @@ The path is followed from the input end on. Where that is its last site, element
 the reverse of their order: segments, guides and arcs are then those of the tendon drawn the other
 way round.
 
-Where a wrap comes or goes its guides move along the tendon without friction, and each stretch keeps
-its strain.
+Where a wrap comes, goes or changes sides its guides move along the tendon without friction, and
+each stretch keeps its strain.
 
 Tendon rubs on the drum, not on the place where it leaves the drum. A tangent point that moves along
 the drum by δ takes tendon from one side to the other without any slip, δ/(1 + ε) of it: that is the
@@ -24,6 +24,7 @@ from tendon_mj.abi.memory import coordinates, double, integer, pointer
 from tendon_mj.abi.vectors import (
     Vector,
     angle_between,
+    cross,
     dot,
     into,
     minus,
@@ -43,6 +44,14 @@ _ONE_POINT = 1e-9  # distance of two tangent points over the radius at which the
 def _shift(now: Vector, before: Vector, u: Vector) -> float:
     """Way of a tangent point along the drum in the direction u [m]; positive to the output."""
     return dot(minus(now, before), u) / max(_SHORTEST, norm(u))
+
+
+@compiled
+def _is_flipped(arc: Arc, p: Vector, q: Vector) -> bool:
+    """Whether the tendon has changed sides, so that an arc from p to q turns the other way."""
+    before, behind = (arc.x1, arc.y1, arc.z1), (arc.x2, arc.y2, arc.z2)
+    is_short = dot(p, q) > 0.0 and dot(before, behind) > 0.0  # of a long one it is not known
+    return is_short and dot(cross(p, q), cross(before, behind)) < 0.0
 
 
 @compiled
@@ -74,11 +83,12 @@ def _wrap(
     guides: Guides,
     j: int,
     stage: bool,
-) -> float:
+) -> tuple[float, bool]:
     """Fill in the guides and segments on a geom that the tendon touches, from segment j on.
 
     Returns:
-        Length of the arc before the first guide [m], and behind the last.
+        Length of the arc before the first guide [m], and behind the last; whether the guides are
+        where they have not slid to.
     """
     frame = coordinates(pointer(d + layout.d_geom_xmat) + 72 * geom)
     centre = vector(coordinates(pointer(d + layout.d_geom_xpos) + 24 * geom), 0)
@@ -95,10 +105,11 @@ def _wrap(
         length, turn = arc_of(kind, radius, p, q, u)
     count = int(state.arc_guides)
     there = back = 0.0
-    if arc.touches != 0.0:
+    jumped = arc.touches == 0.0 or _is_flipped(arc, p, q)
+    if not jumped:
         there = _shift(p, (arc.x1, arc.y1, arc.z1), u)
         back = _shift(q, (arc.x2, arc.y2, arc.z2), v)
-    else:
+    elif arc.touches == 0.0:
         turn = 0.0  # its guides move to it without friction
     if not stage:
         arc.trial_touches = 1.0
@@ -115,7 +126,7 @@ def _wrap(
         if k > 0:
             segments[j + k].length = max(_SHORTEST, length / count)
             segments[j + k].point = -1.0
-    return 0.5 * length / count
+    return 0.5 * length / count, jumped
 
 
 @compiled
@@ -212,11 +223,10 @@ def trace_path(
             at += step
         else:
             geom, count, begins = integer(objects, element + step), int(state.arc_guides), j
-            touches = integer(touched, at + step) == geom
             far = integer(bodies, integer(objects, element + 2 * step))
-            if touches:
+            if integer(touched, at + step) == geom:
                 drum = integer(of_geoms, geom)
-                half = _wrap(
+                half, jumped = _wrap(
                     layout,
                     m,
                     d,
@@ -243,6 +253,7 @@ def trace_path(
                 came = left if left != (0.0, 0.0, 0.0) else came
                 at += 3 * step
             else:
+                jumped = arcs[arc].touches != 0.0
                 _pass_by(state, segments, guides, j, arcs[arc], stage)
                 for k in range(count):
                     _note(path, j + k + 1, points, at)
@@ -253,7 +264,7 @@ def trace_path(
                 segments[j].length = max(_SHORTEST, half)
                 segments[j].divisor = divisor
                 at += step
-            if state.started != 0.0 and touches != (arcs[arc].touches != 0.0):
+            if jumped and state.started != 0.0:
                 _hand_over(segments, guides, begins, count)
             arc += 1
             element += 2 * step
