@@ -18,7 +18,7 @@ DRIVEN = """
   <option integrator="implicitfast"/>
   <worldbody>
     <site name="a" pos="-.1 0 .03"/><geom name="drum" type="cylinder" size=".02 .1" zaxis="0 1 0"/>
-    <site name="side" pos="0 0 .05"/>
+    <site name="side" pos="0 0 .05"/><site name="k" pos="-.02 0 .06"/>
     <body>
       <joint name="elbow" axis="0 1 0" range="-60 60" damping=".01" armature=".01"/>
       <geom type="capsule" size=".01" fromto="0 0 0 .2 0 0" contype="0" conaffinity="0"/>
@@ -28,7 +28,7 @@ DRIVEN = """
   <tendon>
     <spatial name="wrapped"><site site="a"/><geom geom="drum" sidesite="side"/><site site="b"/>
       <site site="c"/></spatial>
-    <spatial name="sprung" stiffness="50" springlength=".1 .2"><site site="a"/><site site="b"/>
+    <spatial name="sprung" stiffness="50" springlength=".1 .2"><site site="a"/><site site="k"/>
       <site site="c"/></spatial>
     <spatial name="branched" stiffness="60"><site site="a"/><site site="b"/><pulley divisor="2"/>
       <site site="a"/><site site="b"/><site site="c"/></spatial>
