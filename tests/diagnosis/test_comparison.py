@@ -91,3 +91,18 @@ def test_the_same_effect_elsewhere_is_a_rival_and_no_doubt_of_the_effect() -> No
 def test_more_terms_count_as_a_rival_only_where_they_gain() -> None:
     assert rate(A, [model(A, 0.1), model(LONG, 0.101)]).confidence == 1.0
     assert rate(A, [model(LONG, 0.0), model(A, 0.1)]).confidence == pytest.approx(0.5)
+
+
+def test_a_difference_that_is_uncertain_leaves_doubt_of_the_effect() -> None:
+    """b leaves 0.1 more, of which half of the blocks say the contrary by 0.4 each."""
+    uncertain = np.sqrt(2.0 * 5.0 * (0.04 - 0.01) ** 2)
+    assert uncertain > 2.0 * 0.02
+    rated = rate(A, [model(A, 0.0), model(B, 0.1, moved=0.2)])
+    assert rated.confidence == pytest.approx(1.0 / (1.0 + np.exp(-0.1 / uncertain)))
+    assert rated.rivals == (B,)
+
+
+def test_more_terms_that_gain_no_more_than_chance_are_no_rival() -> None:
+    better = model(LONG, 0.0, moved=0.2)
+    assert rate(A, [better, model(A, 0.05)]).confidence == 1.0
+    assert rate(A, [model(LONG, 0.0), model(A, 0.05)]).confidence < 1.0
