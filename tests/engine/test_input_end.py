@@ -93,7 +93,9 @@ def check_alike(models, steps=1000, rel=1e-12):
 @pytest.mark.parametrize("path", PATHS)
 def test_it_moves_as_the_tendon_drawn_the_other_way_round(path, arc_guides, integrator):
     models = twins(path, arc_guides=arc_guides, integrator=integrator)
-    positions, _, sensors = check_alike(models)
+    # stages of RK4 add up how MuJoCo rounds tangent points, which on 4.0 depends on the order
+    rel = SUMS if integrator == "RK4" else 1e-12
+    positions, _, sensors = check_alike(models, rel=rel)
     assert np.ptp(positions, axis=0)[:2].min() > 0.1
     assert np.abs(np.diff(sensors[:, :2])).max() > 1.0, "it rubs"
 
