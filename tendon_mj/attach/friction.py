@@ -149,14 +149,14 @@ def add_friction(
         given = taken.of_several(one, sensors) if several else taken.of_one(one, sensors, name)
         _add(spec, sheath, given, reel, joints.get(one), shown)
     pulled = actuators_by_tendon(spec)
-    driven = [s.tendon_name for s in sheaths if s.design.is_driven and s.tendon_name in pulled]
+    driven = [s for s in sheaths if s.design.is_driven and s.tendon_name in pulled]
     _say(
         unnamed,
         left_out,
         {s.tendon_name: s.design.idle for s in sheaths if s.design.idle},
         [
             *(design.warning for design in spools.values() if design.warning),
-            *_of_limited_joints(limited_joints(spec, driven)),
+            *_of_limited_joints({s.tendon_name: limited_joints(s.tendon) for s in driven}),
         ],
     )
     return spec
@@ -256,7 +256,8 @@ def _say(
 
 
 def _of_limited_joints(limited: Mapping[str, Sequence[str]]) -> list[str]:
-    """Warning of joints that limit what the actuators of a driven tendon do; none without."""
+    """Warning of the joints that limit what the actuators of driven tendons do; none without."""
+    limited = {tendon: joints for tendon, joints in limited.items() if joints}
     if not limited:
         return []
     joints = _listed(dict.fromkeys(joint for names in limited.values() for joint in names))

@@ -8,7 +8,7 @@ from typing import Any
 import mujoco
 
 from tendon_mj.attach.instance import own_configs
-from tendon_mj.attach.sheathed import instances, sheaths_by_tendon
+from tendon_mj.attach.sheathed import instances, is_shared, sheaths_by_tendon
 from tendon_mj.attach.spool import remove_spools, spools_by_tendon
 from tendon_mj.attach.spring import give_spring_back
 from tendon_mj.attach.tendon_choice import choose_tendons
@@ -51,8 +51,8 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
         spec.delete(element)  # an instance without a name goes with it
     used = {sensor.plugin.name for sensor in spec.sensors if sensor.plugin.active}
     for plugin in [p for p in spec.plugins if p.name in configs]:
-        shows = configs[plugin.name].get("tendon")  # or else the tendons of its sensors
-        if shows in removed or (shows is None and plugin.name not in used):
+        config = configs[plugin.name]
+        if config.get("tendon") in removed or (is_shared(config) and plugin.name not in used):
             spec.delete(plugin)
     for element in removed.values():
         give_spring_back(spec, element)
@@ -68,7 +68,7 @@ def _is_on(holder: Any, tendons: Collection[str], configs: dict[str, dict[str, s
     if not plugin.active or plugin.plugin_name not in ("", NAME):
         return False
     config = configs.get(plugin.name, {}) if plugin.name else plugin.config
-    if "sensor" in config and "tendon" not in config:
+    if is_shared(config):
         return holder.objtype == mujoco.mjtObj.mjOBJ_TENDON and holder.objname in tendons
     return config.get("tendon") in tendons
 

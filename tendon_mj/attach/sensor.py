@@ -8,7 +8,7 @@ import mujoco
 
 from tendon_mj.attach.instance import add_instance
 from tendon_mj.attach.names import TakenNames, free_name
-from tendon_mj.attach.sheathed import sheaths_by_tendon
+from tendon_mj.attach.sheathed import is_shared, sheaths_by_tendon
 from tendon_mj.engine import KINDS, NAME, is_one_number
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 
@@ -44,7 +44,7 @@ class Sensors:
             config["sensor"]: plugin
             for plugin in spec.plugins
             if plugin.plugin_name == NAME and plugin.name
-            if "sensor" in (config := plugin.config) and "tendon" not in config
+            if is_shared(config := plugin.config)
         }
 
     def add(self, tendon: str, kind: str, name: str, instance: str) -> mujoco.MjsSensor:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import mujoco
 
 from tendon_mj.attach.instance import own_configs
@@ -24,6 +26,11 @@ def instances(spec: mujoco.MjSpec) -> list[tuple[mujoco.MjsPlugin, dict[str, str
 def sheaths_by_tendon(spec: mujoco.MjSpec) -> dict[str, mujoco.MjsPlugin]:
     """Tendon → the plugin instance of the sheath that it runs in."""
     return {c.get("tendon", ""): plugin for plugin, c in instances(spec) if "sensor" not in c}
+
+
+def is_shared(config: Mapping[str, str]) -> bool:
+    """Whether an instance is one of sensors that say by their object whose sheath they show."""
+    return "sensor" in config and "tendon" not in config
 
 
 def actuators_by_tendon(spec: mujoco.MjSpec) -> dict[str, list[mujoco.MjsActuator]]:

@@ -61,13 +61,13 @@ def choose_tendons(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> list[Cho
             chosen[known[one]] = True
             continue
         found = _matching(elements, one) if is_pattern(one) else []
-        if not found and is_pattern(one):
+        if not found and not is_pattern(one):
+            raise UnknownNameError("tendon", one, known)
+        if not found:
             there = ", ".join(map(repr, known)) or "none with a name"
             raise InvalidValueError(
                 f"pattern {one!r} means no spatial tendon of the model (its tendons: {there})"
             )
-        if not found:
-            raise UnknownNameError("tendon", one, known)
         for k in found:
             chosen.setdefault(k, False)
     taken = set(known)

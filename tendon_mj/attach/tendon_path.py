@@ -72,26 +72,13 @@ def guides_are_beyond(tendon: mujoco.MjsTendon, input_end: str) -> bool:
     points = list(tendon.path)
     if any(p.type == _WRAP.mjWRAP_PULLEY or p.target is None for p in points):
         return False
-    bodies = [_moving(point.target.parent) for point in points]
-    beyond = bodies[1:] if input_end == "first" else bodies[:-1]
-    return len(set(beyond)) == 1
+    return not _joints_between(points[1:] if input_end == "first" else points[:-1])
 
 
-def _moving(body: mujoco.MjsBody) -> mujoco.MjsBody:
-    """The nearest body with a joint, from this one up; the world where there is none."""
-    while body.parent is not None and not list(body.joints):
-        body = body.parent
-    return body
-
-
-def limited_joints(spec: mujoco.MjSpec, tendons: Sequence[str]) -> dict[str, list[str]]:
-    """Tendon → the joints that it crosses and that limit the force of their actuators."""
-    limited = {joint.name for joint in spec.joints if _is_limited(joint)}
-    if not limited:
-        return {}
-    model = spec.compile()
-    found = {name: [j for j in _joints_crossed(model, name) if j in limited] for name in tendons}
-    return {name: joints for name, joints in found.items() if joints}
+def limited_joints(tendon: mujoco.MjsTendon) -> list[str]:
+    """Joints that a spatial tendon crosses and that limit the force of their actuators."""
+    points = [p for p in tendon.path if p.type != _WRAP.mjWRAP_PULLEY and p.target is not None]
+    return [joint.name for joint in _joints_between(points) if _is_limited(joint)]
 
 
 def _is_limited(joint: mujoco.MjsJoint) -> bool:
@@ -101,26 +88,23 @@ def _is_limited(joint: mujoco.MjsJoint) -> bool:
     return limited == int(mujoco.mjtLimited.mjLIMITED_TRUE)
 
 
-def _joints_crossed(model: mujoco.MjModel, tendon: str) -> list[str]:
-    """Joints between the bodies that a spatial tendon runs over."""
-    index = model.tendon(tendon).id
-    first, bodies = int(model.tendon_adr[index]), set[int]()
-    for element in range(first, first + int(model.tendon_num[index])):
-        kind, target = model.wrap_type[element], model.wrap_objid[element]
-        if kind != _WRAP.mjWRAP_PULLEY:
-            owners = model.site_bodyid if kind == _WRAP.mjWRAP_SITE else model.geom_bodyid
-            bodies.add(int(owners[target]))
-    above = [_above(model, body) for body in bodies]
-    crossed = above[0].union(*above) - above[0].intersection(*above)
-    return [model.joint(k).name for k in range(model.njnt) if model.jnt_bodyid[k] in crossed]
+def _joints_between(points: Sequence[mujoco.MjsWrap]) -> list[mujoco.MjsJoint]:
+    """Joints between the bodies of points on a path."""
+    chains = [_above(point.target.parent) for point in points]
+    bodies = dict.fromkeys(body for chain in chains for body in chain)
+    return [
+        joint
+        for body in bodies
+        if not all(body in chain for chain in chains)
+        for joint in body.joints
+    ]
 
 
-def _above(model: mujoco.MjModel, body: int) -> set[int]:
+def _above(body: mujoco.MjsBody) -> list[mujoco.MjsBody]:
     """A body and all that carry it."""
-    chain = {0}
-    while body > 0:
-        chain.add(body)
-        body = int(model.body_parentid[body])
+    chain = [body]
+    while chain[-1].parent is not None:
+        chain.append(chain[-1].parent)
     return chain
 
 
