@@ -7,10 +7,9 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-
 from experiments.cable_tool.strokes import Array, Strokes, find_strokes
 from tendon_mj.errors import RecordingError
+from tendon_mj.recordings import read_table
 
 COLUMNS = ("time_s", "input_rad", "input_torque_Nm", "output_rad", "output_torque_Nm")
 _NAMES = (
@@ -64,7 +63,7 @@ def read_recording(path: Path) -> ToolRecording:
     """Read one file; pose, load and rate are taken from its name.
 
     Raises:
-        RecordingError: a name or a header that is not of this rig, or values that are not finite.
+        RecordingError: a name or a header that is not of this rig, or what no table may hold.
     """
     found = next((m for m in (n.fullmatch(path.stem) for n in _NAMES) if m), None)
     if found is None:
@@ -73,14 +72,10 @@ def read_recording(path: Path) -> ToolRecording:
             "rollN_yawN_loadPERCENT"
         )
     given = found.groupdict()
-    with path.open(encoding="utf-8") as file:
-        header = tuple(file.readline().strip().split(","))
-        if header != COLUMNS:
-            raise RecordingError(f"{path}, row 1: columns are {header}, not {COLUMNS}")
-        values = np.loadtxt(file, delimiter=",", ndmin=2)
-    if len(values) < 2 or not np.all(np.isfinite(values)):
-        raise RecordingError(f"{path}: fewer than two rows, or a value that is not finite")
-    time, input_angle, input_torque, output_angle, output_torque = values.T.copy()
+    table = read_table(path)
+    if tuple(table) != COLUMNS:
+        raise RecordingError(f"{path}, row 1: columns are {tuple(table)}, not {COLUMNS}")
+    time, input_angle, input_torque, output_angle, output_torque = table.values()
     pitch, roll = int(given.get("pitch") or _MIDDLE), int(given.get("roll") or _MIDDLE)
     return ToolRecording(
         name=path.stem,

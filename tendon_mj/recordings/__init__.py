@@ -1,5 +1,6 @@
 """Recordings: a table of measured columns with a description of what they are."""
 
+from tendon_mj.recordings.csv_table import read_table as read_table
 from tendon_mj.recordings.description import Measured as Measured
 from tendon_mj.recordings.description import Uncertain as Uncertain
 from tendon_mj.recordings.recording import Recording as Recording
