@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from tendon_mj.diagnosis import on_sheaths as on_sheaths
     from tendon_mj.recordings import Measured as Measured
     from tendon_mj.recordings import Recording as Recording
+    from tendon_mj.recordings import Session as Session
     from tendon_mj.recordings import Uncertain as Uncertain
     from tendon_mj.recordings import read_recording as read_recording
     from tendon_mj.recordings import write_recording as write_recording
@@ -72,6 +73,7 @@ _LAZY = {
     "read_intervals": "replay",
     "Measured": "recordings",
     "Recording": "recordings",
+    "Session": "recordings",
     "Uncertain": "recordings",
     "read_recording": "recordings",
     "write_recording": "recordings",
@@ -95,6 +97,7 @@ __all__ = [
     "ParameterSpecification",
     "Parameters",
     "Recording",
+    "Session",
     "Simulates",
     "Simulator",
     "Spool",

@@ -10,6 +10,7 @@ from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording, write_recording
 from tendon_mj.replay.replay_recording import as_recording
 from tendon_mj.replay.schedule import described_values
+from tendon_mj.replay.session_names import values_for
 from tendon_mj.replay.simulator_protocol import Simulates
 
 
@@ -49,11 +50,21 @@ def simulate_before_after(
     return [
         BeforeAfter(
             recording,
-            as_recording(recording, first, {**described_values(recording), **before}),
-            as_recording(recording, second, {**described_values(recording), **after}),
+            as_recording(recording, first, _applied(recording, simulator, before)),
+            as_recording(recording, second, _applied(recording, simulator, after)),
         )
         for recording, first, second in zip(recordings, *answers, strict=True)
     ]
+
+
+def _applied(
+    recording: Recording, simulator: Simulates, values: Mapping[str, float]
+) -> dict[str, float]:
+    """Every parameter that a simulation of the recording was given."""
+    return {
+        **described_values(recording, simulator.parameters),
+        **values_for(recording.name, values),
+    }
 
 
 def write_before_after(simulated: Sequence[BeforeAfter], folder: Path) -> list[Path]:

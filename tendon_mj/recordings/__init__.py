@@ -2,6 +2,7 @@
 
 from tendon_mj.recordings.csv_table import read_table as read_table
 from tendon_mj.recordings.description import Measured as Measured
+from tendon_mj.recordings.description import Session as Session
 from tendon_mj.recordings.description import Uncertain as Uncertain
 from tendon_mj.recordings.recording import Recording as Recording
 from tendon_mj.recordings.recording import read_recording as read_recording

@@ -31,12 +31,15 @@ class Measured:
 class Uncertain:
     """A parameter's best guess and the range it may lie in [the parameter's own SI unit].
 
+    ``each``: where the name stands for several parameters, whether each has a value of its own.
+
     Raises `InvalidValueError` unless low ≤ value ≤ high, all finite.
     """
 
     value: float
     low: float
     high: float
+    each: bool = False
 
     def __post_init__(self) -> None:
         if not -math.inf < self.low <= self.value <= self.high < math.inf:
@@ -46,14 +49,34 @@ class Uncertain:
             )
 
 
+@dataclass(frozen=True)
+class Session:
+    """A parameter that was set anew for each recording: its mean and its standard deviation.
+
+    Both in the parameter's own SI unit. Raises `InvalidValueError` unless the value is finite and
+    the spread positive and finite.
+    """
+
+    value: float
+    spread: float
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.value):
+            raise InvalidValueError(f"value must be finite, got {self.value!r}")
+        if not 0.0 < self.spread < math.inf:
+            raise InvalidValueError(f"spread must be > 0 and finite, got {self.spread!r}")
+
+
 @dataclass(frozen=True, kw_only=True)
 class Description:
     """Description of a time series: the TOML beside the CSV.
 
     model: folder of models/, or path of an MJCF file; source: where the numbers come from;
     drive: column → actuator it prescribes; measured: column → the sensor that read it;
-    known: parameter → value, never fitted [SI]; uncertain: parameter → range to fit within [SI].
-    A parameter is named ``<element>.<parameter>``.
+    known: parameter → value, never fitted [SI]; uncertain: parameter → range to fit within [SI];
+    session: parameter → mean and spread of what was set anew for each recording [SI];
+    hold: driven columns that keep their value until the next sample; else linear between samples.
+    A parameter is named ``<element>.<parameter>``; `*`, `?` and `[…]` stand for several elements.
     """
 
     model: str
@@ -62,12 +85,14 @@ class Description:
     measured: Mapping[str, Measured] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
     uncertain: Mapping[str, Uncertain] = field(default_factory=dict)
+    session: Mapping[str, Session] = field(default_factory=dict)
+    hold: tuple[str, ...] = ()
 
     def check(self, columns: Collection[str], where: str) -> None:
         """Raise `RecordingError`, beginning with ``where``, unless it fits the CSV's ``columns``.
 
         Refused: empty or unwritable texts, unknown columns, a column both driven and measured,
-        an actuator driven twice, parameters misnamed, infinite, or both known and uncertain.
+        an actuator driven twice, parameters misnamed, infinite, or in two of the tables.
         """
         for key, text in (("model", self.model), ("source", self.source)):
             _check_text(text, f"{where}, {key}")
@@ -86,6 +111,11 @@ class Description:
             if actuator in driven:
                 raise RecordingError(f"{here}: {driven[actuator]!r} already drives {actuator!r}")
             driven[actuator] = column
+        for column in self.hold:
+            if column not in self.drive:
+                raise RecordingError(
+                    f"{where}, hold: {unknown('driven column', column, self.drive)}"
+                )
         for column, measured in self.measured.items():
             here = f"{where}, [measured] {column!r}"
             _check_text(measured.sensor, here)
@@ -96,11 +126,15 @@ class Description:
             _check_parameter(name, here)
             if not math.isfinite(value):
                 raise RecordingError(f"{here}: {value!r} is not finite")
-        for name in self.uncertain:
-            here = f"{where}, [uncertain] {name!r}"
-            _check_parameter(name, here)
-            if name in self.known:
-                raise RecordingError(f"{here}: is in [known] too; a parameter is one or the other")
+        for table, others in (("uncertain", ("known",)), ("session", ("known", "uncertain"))):
+            for name in getattr(self, table):
+                here = f"{where}, [{table}] {name!r}"
+                _check_parameter(name, here)
+                for other in others:
+                    if name in getattr(self, other):
+                        raise RecordingError(
+                            f"{here}: is in [{other}] too; a parameter is one or the other"
+                        )
 
 
 def _check_text(text: str, here: str) -> None:

@@ -9,9 +9,9 @@ from typing import Any
 import tomli_w
 
 from tendon_mj.errors import InvalidValueError, RecordingError, unknown
-from tendon_mj.recordings.description import Description, Measured, Uncertain
+from tendon_mj.recordings.description import Description, Measured, Session, Uncertain
 
-TABLES = ("drive", "measured", "known", "uncertain")
+TABLES = ("drive", "measured", "known", "uncertain", "session")
 KEYS = ("model", "source", *TABLES)
 
 _UNQUOTED = 'a name that has a dot is quoted, such as "sheath.friction" = …'
@@ -38,10 +38,12 @@ def parse_description(text: str, where: str) -> Description:
     return Description(
         model=_text(toml["model"], f"{where}, model"),
         source=_text(toml["source"], f"{where}, source"),
-        drive={name: _text(*entry) for name, entry in entries["drive"].items()},
+        drive={name: _driven(*entry)[0] for name, entry in entries["drive"].items()},
         measured={name: _measured(*entry) for name, entry in entries["measured"].items()},
         known={name: _number(*entry) for name, entry in entries["known"].items()},
         uncertain={name: _uncertain(*entry) for name, entry in entries["uncertain"].items()},
+        session={name: _session(*entry) for name, entry in entries["session"].items()},
+        hold=tuple(name for name, entry in entries["drive"].items() if _driven(*entry)[1]),
     )
 
 
@@ -53,13 +55,30 @@ def format_description(description: Description) -> str:
     }
     uncertain = {
         name: {"value": float(u.value), "low": float(u.low), "high": float(u.high)}
+        | ({"each": True} if u.each else {})
         for name, u in description.uncertain.items()
+    }
+    session = {
+        name: {"value": float(s.value), "spread": float(s.spread)}
+        for name, s in description.session.items()
+    }
+    drive = {
+        column: {"actuator": actuator, "hold": True} if column in description.hold else actuator
+        for column, actuator in description.drive.items()
     }
     known = {name: float(value) for name, value in description.known.items()}
     document: dict[str, Any] = {"model": description.model, "source": description.source}
-    tables = (dict(description.drive), measured, known, uncertain)
+    tables = (drive, measured, known, uncertain, session)
     document |= {title: table for title, table in zip(TABLES, tables, strict=True) if table}
     return tomli_w.dumps(document)
+
+
+def _driven(entry: Any, here: str) -> tuple[str, bool]:
+    """Actuator of a driven column, and whether it holds its value between samples."""
+    if not isinstance(entry, dict):
+        return _text(entry, here), False
+    _check_keys(entry, ("actuator", "hold"), ("actuator",), here)
+    return _text(entry["actuator"], here), _flag(entry.get("hold", False), f"{here}, hold")
 
 
 def _measured(entry: Any, here: str) -> Measured:
@@ -79,11 +98,32 @@ def _uncertain(entry: Any, here: str) -> Uncertain:
         raise RecordingError(f"{here}: write {{ value = …, low = …, high = … }}, got {entry!r}")
     if any(isinstance(value, dict) for value in entry.values()):
         raise RecordingError(f"{here}: {_UNQUOTED}")
-    _check_keys(entry, keys, keys, here)
+    _check_keys(entry, (*keys, "each"), keys, here)
+    each = _flag(entry.get("each", False), f"{here}, each")
     try:
-        return Uncertain(*(_number(entry[key], f"{here}, {key}") for key in keys))
+        value, low, high = (_number(entry[key], f"{here}, {key}") for key in keys)
+        return Uncertain(value, low, high, each)
     except InvalidValueError as error:
         raise RecordingError(f"{here}: {error}") from None
+
+
+def _session(entry: Any, here: str) -> Session:
+    keys = ("value", "spread")
+    if not isinstance(entry, dict):
+        raise RecordingError(f"{here}: write {{ value = …, spread = … }}, got {entry!r}")
+    if any(isinstance(value, dict) for value in entry.values()):
+        raise RecordingError(f"{here}: {_UNQUOTED}")
+    _check_keys(entry, keys, keys, here)
+    try:
+        return Session(*(_number(entry[key], f"{here}, {key}") for key in keys))
+    except InvalidValueError as error:
+        raise RecordingError(f"{here}: {error}") from None
+
+
+def _flag(entry: Any, here: str) -> bool:
+    if not isinstance(entry, bool):
+        raise RecordingError(f"{here}: must be true or false, got {entry!r}")
+    return entry
 
 
 def _number(entry: Any, here: str) -> float:

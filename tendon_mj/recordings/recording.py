@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -24,6 +24,7 @@ from tendon_mj.recordings.csv_table import (
 from tendon_mj.recordings.csv_table import UNITS as UNITS
 from tendon_mj.recordings.description import Description
 from tendon_mj.recordings.description import Measured as Measured
+from tendon_mj.recordings.description import Session as Session
 from tendon_mj.recordings.description import Uncertain as Uncertain
 from tendon_mj.recordings.description_toml import format_description, parse_description
 from tendon_mj.recordings.text_file import read_text
@@ -51,7 +52,7 @@ class Recording(Description):
         freeze = object.__setattr__
         freeze(self, "time", _frozen(self.time))
         freeze(self, "columns", MappingProxyType(columns))
-        for name in ("drive", "measured", "known", "uncertain"):
+        for name in ("drive", "measured", "known", "uncertain", "session"):
             freeze(self, name, MappingProxyType(dict(getattr(self, name))))
         if TIME in columns:
             raise RecordingError(f"{where}, column {TIME!r}: belongs in `time`, not in `columns`")
@@ -101,7 +102,8 @@ def read_recording(
 
     ``description`` is the TOML's path where it does not lie beside the CSV. Nothing in the files
     is evaluated. Raises `RecordingError`, naming file, row (the header is row 1), column and the
-    nearest valid name, for anything docs/recording.md does not allow.
+    nearest valid name, for anything docs/recording.md does not allow. A model's path is sought
+    beside the description first.
     """
     csv, toml = _files(Path(path))
     if description is not None:
@@ -110,7 +112,17 @@ def read_recording(
     hint = "" if description is not None else f"; it describes {csv.name}, or pass `description`"
     described = parse_description(read_text(toml, hint), str(toml))
     described.check(columns, str(toml))
+    described = replace(described, model=_model_beside(toml, described.model))
     return Recording(name=csv.stem, time=columns.pop(TIME), columns=columns, **vars(described))
+
+
+def _model_beside(toml: Path, model: str) -> str:
+    """Path of the MJCF file of that name beside the description; else the name as it is."""
+    beside = toml.parent / model
+    try:
+        return str(beside) if beside.is_file() else model
+    except (OSError, ValueError):  # a name that no file can have
+        return model
 
 
 def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:

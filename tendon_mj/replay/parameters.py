@@ -26,7 +26,7 @@ from tendon_mj.attach import Parameters
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.replay.readout import Readout, stored_commands, stored_readouts
 from tendon_mj.replay.units import JOINT, UNKNOWN, live_unit, rate
-from tendon_mj.sheath.law import check_static
+from tendon_mj.sheath.law import LAW, check_static
 
 _OBJ, _JNT, _TRN = mujoco.mjtObj, mujoco.mjtJoint, mujoco.mjtTrn
 _Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
@@ -37,12 +37,13 @@ Kind = Literal["live", "joint", "actuator", "sensor", "gravity"]
 class Parameter(NamedTuple):
     """A number of a model: its value, its unit, and what kind of element has it.
 
-    ``live``: of a sheath or servo, in `mjData.plugin_state`.
+    ``live``: of a sheath or servo, in `mjData.plugin_state`; ``low``: the least that it may be.
     """
 
     value: float
     unit: str
     kind: Kind
+    low: float = -math.inf
 
 
 class _Entry(NamedTuple):
@@ -82,10 +83,10 @@ class Adjustable:
     def parameters(self) -> dict[str, Parameter]:
         """Every parameter as it is now."""
         found = {
-            name: Parameter(value, live_unit(name.rsplit(".", 1)[1]), "live")
+            name: Parameter(value, live_unit(name.rsplit(".", 1)[1]), "live", _least(name))
             for name, value in self._live.items()
         }
-        found |= {n: Parameter(_value(e), e.unit, e.kind) for n, e in self._entries.items()}
+        found |= {n: Parameter(_value(e), e.unit, e.kind, e.low) for n, e in self._entries.items()}
         return dict(sorted(found.items()))
 
     def set(self, values: Mapping[str, float]) -> None:
@@ -182,6 +183,12 @@ class Adjustable:
             f"gravity.{axis}": _Entry("gravity", "m/s²", [(gravity, k, 1.0)])
             for k, axis in enumerate("xyz")
         }
+
+
+def _least(name: str) -> float:
+    """Least value that a live parameter may have."""
+    law = LAW.get(name.rsplit(".", 1)[1])
+    return 0.0 if law is not None and not law.range.admits(-1.0) else -math.inf
 
 
 def _value(entry: _Entry) -> float:

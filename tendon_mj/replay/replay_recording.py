@@ -43,8 +43,8 @@ def replay_recording(
         recording: what was driven and measured.
         model: to drive in place of the one that ``recording.model`` names; not changed.
         parameters: ``<element>.<parameter>`` to value (see `replay.parameters`), over
-            ``recording.known`` and the values of ``recording.uncertain``.
-        described: whether those two are applied; not where ``model`` knows better, as a patched
+            ``recording.known`` and the values of ``recording.uncertain`` and ``recording.session``.
+        described: whether those three are applied; not where ``model`` knows better, as a patched
             one does.
         settle: time before the first sample [s]; with 0 the model starts in its reference pose.
         progress: called with the share that is done, 0 … 1, every 2000 steps.
@@ -62,7 +62,8 @@ def replay_recording(
     """
     adjustable = Adjustable(copy.copy(model) if model is not None else load_model(recording.model))
     schedule = Schedule(recording, adjustable.model, settle)
-    values = {**(described_values(recording) if described else {}), **(parameters or {})}
+    stated = described_values(recording, adjustable.names()) if described else {}
+    values = {**stated, **(parameters or {})}
     adjustable.set(values)
     schedule.prepare(adjustable)
     control = schedule.control(adjustable)

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.errors import InvalidValueError, RecordingError
-from tendon_mj.recordings.recording import Recording
+from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
+from tendon_mj.recordings.recording import Recording, Session, Uncertain
 from tendon_mj.replay.clock import make_clock
+from tendon_mj.replay.grouped_names import expand
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.readout import Readout
 from tendon_mj.replay.units import column_unit, name_in, reading_unit
 
 _MOST_STEPS = 20_000_000  # some minutes
+_SAME_TIME = 1e-6  # of a step: a sample this little later is at the same time
 
 FloatArray = NDArray[np.float64]
 
@@ -64,7 +67,9 @@ class Schedule:
             )
         grid = self.clock.time
         self._drive = {
-            column: np.interp(grid, recording.time, recording.columns[column])
+            column: _held(grid, recording.time, recording.columns[column], self.clock.timestep)
+            if column in recording.hold
+            else np.interp(grid, recording.time, recording.columns[column])
             for column in recording.drive
         }
 
@@ -114,12 +119,30 @@ class Schedule:
         return f"replay of {self.recording.name!r} on model {self.recording.model!r}"
 
 
-def described_values(recording: Recording) -> dict[str, float]:
-    """Parameters of a recording's description: known values and guesses at the uncertain ones."""
-    return {
-        **recording.known,
-        **{name: uncertain.value for name, uncertain in recording.uncertain.items()},
-    }
+def _held(grid: FloatArray, time: FloatArray, series: FloatArray, timestep: float) -> FloatArray:
+    """Series at times of the grid, each sample kept until the next; a step's rounding is none."""
+    latest = np.searchsorted(time, grid + _SAME_TIME * timestep, side="right") - 1
+    return series[np.maximum(latest, 0)]
+
+
+def described_values(recording: Recording, names: Collection[str]) -> dict[str, float]:
+    """Parameters of a recording's description: known, and guesses at what is fitted.
+
+    Args:
+        recording: whose names may stand for several parameters.
+        names: of all parameters that there are.
+
+    Raises:
+        RecordingError: a name with wildcards that no parameter fits.
+    """
+    guesses: dict[str, Uncertain | Session] = {**recording.session, **recording.uncertain}
+    try:
+        return {
+            **{name: guess.value for name, guess in expand(guesses, names).items()},
+            **expand(recording.known, names),
+        }
+    except UnknownNameError as error:
+        raise RecordingError(f"recording {recording.name!r}: {error}") from error
 
 
 def _sensor_addresses(recording: Recording, model: mujoco.MjModel) -> dict[str, tuple[int, int]]:

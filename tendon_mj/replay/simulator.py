@@ -22,6 +22,7 @@ from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.parameters import Parameter as Parameter
 from tendon_mj.replay.schedule import Schedule, described_values
 from tendon_mj.replay.silenced_warnings import UNSOLVED_WARNING, suppress_mujoco_log
+from tendon_mj.replay.session_names import parameter_of, values_for
 from tendon_mj.replay.simulator_protocol import Series, Values
 from tendon_mj.replay.units import column_unit, rate
 
@@ -51,7 +52,7 @@ class Simulator:
         recordings: what was driven and measured, on one model, in any lengths.
         model: in place of the one that the recordings name; not changed.
         described: whether what a recording knows of its rig, [known] and the values of
-            [uncertain], is applied to its simulations below what a set says.
+            [uncertain] and [session], is applied to its simulations below what a set says.
         settle: time before the first sample [s], as in `replay_recording`.
         timestep: longest step allowed [s]; default: the model's.
         threads: simulations at a time; default: as many as there are cores.
@@ -66,12 +67,15 @@ class Simulator:
             motion. A motor's torque or force prescribes none; an actuator with a gain on the
             joint's place or rate does, unless what came of it was measured.
         steps: time steps of one simulation of all recordings.
+        sessions: True: a set may hold ``<parameter> @ <recording>``, which acts on that one alone.
 
     Raises:
         RecordingError: there are none, they name several models, one does not fit its model, or
             calls a parameter known or uncertain that the model cannot have.
         InvalidValueError: ``threads`` or ``timestep`` is not positive.
     """
+
+    sessions = True
 
     def __init__(
         self,
@@ -92,7 +96,10 @@ class Simulator:
             self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT.value
         self._schedules = [Schedule(r, self.model, settle, timestep) for r in self.recordings]
         self._settle = settle
-        self._described = [described_values(r) if described else {} for r in self.recordings]
+        names = Adjustable(copy.copy(self.model)).names()
+        self._described = [
+            described_values(r, names) if described else {} for r in self.recordings
+        ]
         self._threads = threads or os.cpu_count() or 1
         self._strict = strict
         self.parameters: Mapping[str, Parameter] = self._described_parameters()
@@ -211,7 +218,7 @@ class Simulator:
             try:
                 Adjustable(copy.copy(self.model)).set(values)
             except (UnknownNameError, InvalidValueError) as error:
-                place = f"recording {recording.name!r}, in [known] or [uncertain]"
+                place = f"recording {recording.name!r}, in [known], [uncertain] or [session]"
                 raise RecordingError(f"{place}: {error}") from error
             parameters |= {n: parameters[n]._replace(value=float(v)) for n, v in values.items()}
         for channel in self.sensors.values():
@@ -228,10 +235,10 @@ class Simulator:
         groups: dict[tuple[int, frozenset[tuple[str, float]]], _Job] = {}
         for row, given in enumerate(parameter_sets):
             for name in given:
-                if name not in self.parameters:
+                if parameter_of(name) not in self.parameters:
                     raise UnknownNameError("parameter", name, self.parameters)
             for k, described in enumerate(self._described):
-                values = {**described, **given}
+                values = {**described, **values_for(self.recordings[k].name, given)}
                 reads = {n: v for n, v in values.items() if self.parameters[n].kind == "sensor"}
                 acts = {n: v for n, v in values.items() if n not in reads}
                 job = groups.setdefault((k, frozenset(acts.items())), _Job(k, acts, []))

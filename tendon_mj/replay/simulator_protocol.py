@@ -33,11 +33,14 @@ class Simulates(Protocol):
             With 0 its answers are taken as exact; else a diagnosis searches in longer steps, if
             these change little, and takes the error of the steps out by Richardson's
             extrapolation.
+        sessions: whether it takes ``<parameter> @ <recording>``, a value for one recording alone;
+            without, recordings that have such in [session] are refused.
     """
 
     parameters: Mapping[str, Parameter]
     joints: Mapping[str, bool] = MappingProxyType({})
     steps: int = 0
+    sessions: bool = False
 
     @abstractmethod
     def __call__(self, parameter_sets: Sequence[Values]) -> list[list[Series]]:

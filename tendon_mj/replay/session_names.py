@@ -1,0 +1,29 @@
+"""Names of what was set anew for each recording: ``<parameter> @ <recording>``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+_AT = " @ "
+
+
+def name_in_session(parameter: str, recording: str) -> str:
+    """Name of a parameter's value in one recording."""
+    return f"{parameter}{_AT}{recording}"
+
+
+def parameter_of(name: str) -> str:
+    """The parameter that a name is of, in one recording or in all."""
+    return name.partition(_AT)[0]
+
+
+def values_for(recording: str, values: Mapping[str, float]) -> dict[str, float]:
+    """Parameter → value that holds in one recording, its own before what holds in all."""
+    common = {name: value for name, value in values.items() if _AT not in name}
+    ending = _AT + recording
+    own = {
+        parameter_of(name): value
+        for name, value in values.items()
+        if _AT in name and name[len(parameter_of(name)) :] == ending
+    }
+    return common | own
