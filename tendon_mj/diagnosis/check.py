@@ -39,7 +39,7 @@ def check_recordings(train: Sequence[Recording], held_out: Sequence[Recording]) 
         where = f"recording {recording.name!r}"
         if not recording.measured:
             raise RecordingError(f"{where}: no column is in [measured]: nothing to compare with")
-        for name in ("model", "known", "uncertain"):
+        for name in ("model", "uncertain"):
             mine, theirs = getattr(recording, name), getattr(first, name)
             if mine != theirs:
                 raise RecordingError(

@@ -5,6 +5,7 @@ Verdicts:
 * "nothing missing": calibrated, the model leaves no more than noise and numerical error.
 * "parameter": correcting a parameter that nobody called uncertain removes the error.
 * "named": effects that the model lacks remove the error, on held-out data too.
+* "partly": they remove much of it there, and nothing in the catalogue explains what remains.
 * "unknown": an error remains that nothing in the catalogue explains.
 """
 
@@ -23,6 +24,7 @@ from tendon_mj.diagnosis.data.problem import (
     all_samples,
     training_samples,
 )
+from tendon_mj.diagnosis.data.sessions import session_terms
 from tendon_mj.diagnosis.data.step_size import search_step, step_error, with_step
 from tendon_mj.diagnosis.effects.catalogue import (
     CATALOGUE,
@@ -34,12 +36,13 @@ from tendon_mj.diagnosis.effects.catalogue import (
 from tendon_mj.diagnosis.effects.effect import SystemDescription, Term
 from tendon_mj.diagnosis.model_selection.context import CONVERGED, SelectionContext
 from tendon_mj.diagnosis.model_selection.select import Selection, select_effects
-from tendon_mj.diagnosis.model_selection.thresholds import SMALLEST_EXCESS
+from tendon_mj.diagnosis.model_selection.thresholds import SMALLEST_EXCESS, reducible_excess
 from tendon_mj.diagnosis.proof import prove
 from tendon_mj.diagnosis.result.diagnosis import Diagnosis, Verdict
 from tendon_mj.errors import UnknownNameError
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.grouped_names import expand, matching
 from tendon_mj.replay.simulator import Simulator
 
 _SHORTEST = 0.5  # times the model's own step
@@ -68,7 +71,7 @@ def diagnose(
         progress: called with a label, how much is done, and of how much.
 
     Raises:
-        RecordingError: no recording, recordings of different models or of other known or uncertain
+        RecordingError: no recording, recordings of different models or of other uncertain
             parameters, nothing measured, nothing that moves back and forth, the same data twice or
             both in training and held out, or data under which the model becomes unstable.
         UnknownNameError: ``exclude`` names no effect of the catalogue, or a recording calls a
@@ -85,8 +88,9 @@ def diagnose(
     system = describe_system(own)
     base = system.values
     for name in train[0].uncertain:
-        if name not in base:
-            raise UnknownNameError("parameter", name, base)
+        for target in matching(name, base):
+            if target not in base:
+                raise UnknownNameError("parameter", target, base)
     check_bindings(system, exclude, effects)
     bound = tuple(candidates(system, exclude, effects))
     check_simulation(own)
@@ -94,7 +98,8 @@ def diagnose(
     problem = with_step(own, step)
 
     progress("calibrate", 0, 1)
-    context = SelectionContext(problem, base, _uncertain_terms(problem), (), 0.0, 0.0, progress)
+    terms = (*_uncertain_terms(problem), *session_terms(train, own.simulate))
+    context = SelectionContext(problem, base, terms, (), 0.0, 0.0, progress)
     start = [term.inert for term in context.calibrated]
     calibrated = context.fit_model((), start, evaluations=CONVERGED)
     progress("calibrate", 1, 1)
@@ -103,7 +108,7 @@ def diagnose(
         context,
         candidates=bound,
         step_error=step_error(calibrated.fit.correction[problem.in_train]),
-        initial_excess=calibrated.excess,
+        initial_excess=reducible_excess(problem, calibrated.fit.residual),
     )
     selection = select_effects(context, calibrated)
     proof = own
@@ -121,18 +126,16 @@ def diagnose(
 
 def _uncertain_terms(problem: Problem) -> tuple[Term, ...]:
     """Terms of the parameters that the recordings call uncertain."""
-    return tuple(
-        Term(
-            (name,),
-            problem.simulate.parameters[name].unit,
-            u.value,
-            u.low,
-            u.high,
-            (u.high - u.low) / 20.0,
-        )
-        for name, u in problem.recordings[0].uncertain.items()
-        if u.high > u.low
-    )
+    parameters, terms = problem.simulate.parameters, list[Term]()
+    for name, u in problem.recordings[0].uncertain.items():
+        if u.high > u.low:
+            targets = matching(name, parameters)
+            probe = (u.high - u.low) / 20.0
+            terms += [
+                Term(alike, parameters[alike[0]].unit, u.value, u.low, u.high, probe)
+                for alike in ([(t,) for t in targets] if u.each else [tuple(targets)])
+            ]
+    return tuple(terms)
 
 
 def _step_matters(context: SelectionContext, selection: Selection, verdict: Verdict) -> bool:
@@ -140,7 +143,7 @@ def _step_matters(context: SelectionContext, selection: Selection, verdict: Verd
     if not selection.effects:
         return False
     error = step_error(selection.final.fit.correction[context.problem.in_train])
-    if verdict == "unknown":
+    if verdict in ("unknown", "partly"):
         return selection.final.excess < _NEARLY * max(context.detection_limit, error)
     return error > SMALLEST_EXCESS
 
@@ -151,7 +154,8 @@ def _fit_again(
     """Fit the selected models to the same data with another step."""
     context = replace(context, problem=problem)
     calibrated = context.polish(selection.calibrated)
-    context = replace(context, initial_excess=calibrated.excess)
+    initial = reducible_excess(problem, calibrated.fit.residual)
+    context = replace(context, initial_excess=initial)
     final = context.optimise_nearby(selection.final)
     return context, replace(selection, calibrated=calibrated, final=final)
 
@@ -168,8 +172,10 @@ def describe_system(problem: Problem) -> SystemDescription:
     driven = [j for j, is_driven in problem.simulate.joints.items() if is_driven]
     return SystemDescription(
         values={name: parameter.value for name, parameter in parameters.items()},
-        known=frozenset(first.known),
-        uncertain=frozenset(first.uncertain),
+        known=frozenset(n for r in problem.recordings for n in expand(r.known, parameters)),
+        uncertain=frozenset(
+            n for r in problem.recordings for n in expand({**r.uncertain, **r.session}, parameters)
+        ),
         spans=spans,
         inputs=tuple(first.drive.values()),
         free_joints=tuple(joint for joint in joints if joint not in driven),

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tendon_mj.diagnosis.data.problem import Problem
-from tendon_mj.diagnosis.data.step_size import step_error, with_step
+from tendon_mj.diagnosis.data.sessions import spreads
+from tendon_mj.diagnosis.data.step_size import step_error
 from tendon_mj.diagnosis.effects.effect import Effect
+from tendon_mj.diagnosis.held_out import HeldOut, Unseen
 from tendon_mj.diagnosis.locate import locate
 from tendon_mj.diagnosis.model_selection.context import SelectionContext
 from tendon_mj.diagnosis.model_selection.fit import Fit
+from tendon_mj.diagnosis.model_selection.reproducibility import bar, reproducibility
 from tendon_mj.diagnosis.model_selection.select import Selection
 from tendon_mj.diagnosis.model_selection.thresholds import (
     detection_limit,
@@ -25,11 +30,13 @@ from tendon_mj.diagnosis.result.entries import (
     parameters_beyond_range,
     ranking,
 )
-from tendon_mj.diagnosis.result.error_reduction import ErrorReduction, measure_errors
-from tendon_mj.diagnosis.result.sentence import state, warn_of_ends
-from tendon_mj.diagnosis.verdict import decide
+from tendon_mj.diagnosis.result.error_reduction import measure_errors
+from tendon_mj.diagnosis.result.sentence import Statement, state, warn_of_ends
+from tendon_mj.diagnosis.verdict import Evidence, decide
 
-LARGEST = 8.0  # excess χ² (3 noise rms), above which a model is not proven whatever it explains
+FloatArray = NDArray[np.float64]
+
+LARGEST = 8.0  # excess χ² (3 rms), above which a model is not proven whatever it explains
 
 
 def prove(
@@ -44,79 +51,132 @@ def prove(
 ) -> Diagnosis:
     """Simulate the held-out data with the models of a selection, and decide.
 
-    The decision rests on extrapolated errors; stated are those that a replay with the model's own
-    step finds.
+    The decision rests on extrapolated errors, in units of noise and reproducibility together;
+    stated are those that a replay with the model's own step finds. Where part of the error remains,
+    an effect without which the held-out data are predicted as well is taken out.
 
     Args:
         context, selection: training data, and the models selected on it.
         own: training data with the model's own step.
-        proof: held-out recordings, likewise; ``own`` where only tails are held out.
+        proof: held-out recordings, likewise; ``own`` where there are none.
         step: of the selection, see `with_step`.
         catalogue: identifier → effect, of all that could have been named.
         excluded: identifiers of effects that were not considered.
         began: start of the diagnosis (`time.perf_counter`) [s].
     """
-    problem, base, held_out = context.problem, context.base, proof is not own
-    mask = np.ones(proof.in_train.size, bool) if held_out else ~own.in_train
-    fits = selection.calibrated.fit, selection.final.fit
-    sets = [fitted.parameters(base) for fitted in fits]
-    extrapolated, bounds = _extrapolate(problem, proof if held_out else None, step, fits, base)
-    seen = own.residuals(sets)
-    unseen = proof.residuals(sets) if held_out else seen
-    stated = measure_errors(proof, unseen[0], unseen[1], mask)
-    beyond = parameters_beyond_range(problem, fits[1])
-    verdict = decide(context, selection, extrapolated, stated, bounds, bool(beyond))
+    held_out = HeldOut(context.problem, own, proof, step, context.base)
+    before = held_out.simulate(selection.calibrated.fit)
+    while True:
+        after = held_out.simulate(selection.final.fit) if selection.effects else before
+        evidence, bars, deviations = _weigh(context, selection, held_out, (before, after))
+        verdict = decide(evidence)
+        if verdict != "partly":
+            break
+        fewer = _without_idle(context, selection, held_out, after, bars, evidence.limit)
+        if fewer is selection:
+            break
+        selection = fewer
 
+    problem, base, mask, fits = context.problem, context.base, held_out.mask, _fits(selection)
     findings = tuple(finding(selected, catalogue) for selected in selection.effects)
-    non_smooth = any(selected.candidate.non_smooth for selected in selection.effects)
-    excluded = sorted(excluded)
-    found = verdict in ("named", "parameter")
-    after = 1 if found else 0
-    calibrated = fitted_values(problem, base, fits[after], calibrated=True)
+    parameters = [fitted.parameters(base) for fitted in fits]
+    seen = own.residuals(parameters)
+    unseen = before.stated, after.stated
+    stated = measure_errors(proof, unseen[0], unseen[1], mask)
+    calibrated = fitted_values(problem, base, fits[1], calibrated=True)
+    proven = verdict in ("named", "parameter", "partly")
     sentence = state(
-        verdict, findings, stated, extrapolated.after, bounds[0], beyond, excluded, non_smooth
+        Statement(
+            verdict=verdict,
+            findings=findings,
+            errors=stated,
+            judged=evidence.extrapolated,
+            extrapolated=float(np.sqrt(np.mean(after.extrapolated[mask] ** 2))),
+            limit=evidence.limit,
+            beyond=parameters_beyond_range(problem, fits[1]),
+            excluded=sorted(excluded),
+            non_smooth=any(s.candidate.non_smooth for s in selection.effects),
+        )
     )
+    first = len(fits[1].calibrated)
     return Diagnosis(
         verdict=verdict,
         sentence=sentence + warn_of_ends(calibrated),
-        findings=findings if found else (),
-        closest=() if found else tuple(f.identifier for f in findings),
-        excluded=tuple(excluded),
+        findings=findings if proven else (),
+        closest=() if proven else tuple(f.identifier for f in findings),
+        excluded=tuple(sorted(excluded)),
         ranking=ranking(selection, problem.in_train),
         calibrated=calibrated,
-        parameters=fitted_values(problem, base, fits[after], calibrated=False),
-        train=measure_errors(own, seen[0], seen[after], own.in_train),
-        held_out=measure_errors(proof, unseen[0], unseen[after], mask),
+        parameters=fitted_values(problem, base, fits[1], calibrated=False),
+        sessions=spreads(fits[1].calibrated, fits[1].values[:first]),
+        reproducibility=deviations,
+        train=measure_errors(own, seen[0], seen[1], own.in_train),
+        held_out=stated,
         located=locate(own, seen[0], own.in_train),  # the held-out tails are left unseen
-        remaining=locate(own, seen[after], own.in_train),
-        proof=(locate(proof, unseen[0], mask), locate(proof, unseen[after], mask)),
-        before={**base, **sets[0]},
-        model={**base, **sets[after]},
+        remaining=locate(own, seen[1], own.in_train),
+        proof=(locate(proof, unseen[0], mask), locate(proof, unseen[1], mask)),
+        before={**base, **parameters[0], **before.sessions},
+        model={**base, **parameters[1], **after.sessions},
         seconds=time.perf_counter() - began,
         catalogue=catalogue,
         simulator=proof.simulate,
         recordings=own.recordings,
-        held_out_recordings=proof.recordings if held_out else (),
+        held_out_recordings=proof.recordings if held_out.has_recordings else (),
     )
 
 
-def _extrapolate(
-    problem: Problem,
-    proof: Problem | None,
-    step: float | None,
-    fits: tuple[Fit, Fit],
-    base: Mapping[str, float],
-) -> tuple[ErrorReduction, tuple[float, float]]:
-    """Errors on held-out data for a step of zero, and the bounds of `decide`."""
-    if proof is None:
-        judged, mask = problem, ~problem.in_train
-        residuals, correction = (fits[0].residual, fits[1].residual), fits[1].correction
-    else:
-        judged, mask = with_step(proof, step), np.ones(proof.in_train.size, bool)
-        sets = [fitted.parameters(base) for fitted in fits]
-        coarse = judged.residuals(sets)
-        residuals = judged.extrapolate(sets[0], coarse[0]), judged.extrapolate(sets[1], coarse[1])
-        correction = residuals[1] - coarse[1]
-    limit = detection_limit(judged, step_error(correction[mask]))
-    largest = max(LARGEST, discretisation_error(judged))
-    return measure_errors(judged, residuals[0], residuals[1], mask), (limit, largest)
+def _fits(selection: Selection) -> tuple[Fit, Fit]:
+    """Calibrated and final fit."""
+    return selection.calibrated.fit, selection.final.fit
+
+
+def _weigh(
+    context: SelectionContext,
+    selection: Selection,
+    held_out: HeldOut,
+    unseen: tuple[Unseen, Unseen],
+) -> tuple[Evidence, FloatArray, dict[str, float]]:
+    """Evidence of a selection; (m,) bars of the held-out residuals; and the reproducibility."""
+    before, after = unseen
+    judged, mask = held_out.proof, held_out.mask
+    deviations = reproducibility(context.problem, selection.final.fit)
+    bars = bar(judged, deviations)
+    limit = detection_limit(judged, step_error((after.correction / bars)[mask]), bars)
+    final, kinds = selection.final.fit, [s.candidate.kind for s in selection.effects]
+    evidence = Evidence(
+        kinds=kinds,
+        calibrated=selection.calibrated.excess <= context.detection_limit,
+        extrapolated=measure_errors(judged, before.extrapolated, after.extrapolated, mask, bars),
+        stated=measure_errors(judged, before.stated, after.stated, mask, bars),
+        limit=limit,
+        largest=max(LARGEST, discretisation_error(judged, bars)),
+        beyond=bool(parameters_beyond_range(context.problem, final)),
+    )
+    return evidence, bars, deviations
+
+
+def _without_idle(
+    context: SelectionContext,
+    selection: Selection,
+    held_out: HeldOut,
+    after: Unseen,
+    bars: FloatArray,
+    limit: float,
+) -> Selection:
+    """The selection without the effect that the held-out data can best do without, if any.
+
+    An effect holds if without it they are predicted worse, by more than the limit.
+    """
+    if len(selection.effects) < 2:
+        return selection
+    mask = held_out.mask
+    left = float(np.mean((after.extrapolated / bars)[mask] ** 2))
+    least, idle = limit, None
+    for selected in selection.effects:
+        reduced = context.polish(context.without(selection.final, selected.candidate))
+        unseen = held_out.simulate(reduced.fit)
+        lost = float(np.mean((unseen.extrapolated / bars)[mask] ** 2)) - left
+        if lost < least:
+            others = tuple(s for s in selection.effects if s is not selected)
+            least, idle = lost, replace(selection, final=reduced, effects=others)
+    return selection if idle is None else idle

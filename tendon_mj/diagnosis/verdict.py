@@ -2,39 +2,64 @@
 
 from __future__ import annotations
 
-from tendon_mj.diagnosis.model_selection.context import SelectionContext
-from tendon_mj.diagnosis.model_selection.select import Selection
+from collections.abc import Collection
+from dataclasses import dataclass
+
 from tendon_mj.diagnosis.model_selection.thresholds import CLOSED
 from tendon_mj.diagnosis.result.diagnosis import Verdict
 from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
 
+_MOST = 2.0 / 3.0  # of the error that could be removed: what removes less may be an imitation
+_WORSE = 1.05  # times the error before, from which a signal got worse
 
-def decide(
-    context: SelectionContext,
-    selection: Selection,
-    extrapolated: ErrorReduction,
-    stated: ErrorReduction,
-    bounds: tuple[float, float],
-    beyond: bool,
-) -> Verdict:
-    """Decide on the verdict from the errors on held-out data.
 
-    Args:
-        context, selection: see `prove`.
-        extrapolated: errors for a step of zero.
-        stated: errors with the model's own step.
-        bounds: excess χ² below which nothing is named, and above which nothing is proven [-].
-        beyond: whether the effects would take a calibrated parameter beyond its range.
+@dataclass(frozen=True)
+class Evidence:
+    """What a verdict rests on. Errors are in units of noise and reproducibility together.
+
+    Attributes:
+        kinds: of the findings, "missing" or "parameter"; none where nothing was selected.
+        calibrated: whether the calibrated model leaves no more than the detection limit on the
+            training data.
+        extrapolated: errors on held-out data for a step of zero.
+        stated: those with the model's own step.
+        limit: excess χ² below which nothing is named [-].
+        largest: excess χ² above which no model is proven [-].
+        beyond: whether the findings would take a calibrated parameter beyond its range.
     """
-    limit, largest = bounds
-    left = extrapolated.after**2 - extrapolated.noise_floor**2
-    if left > largest:
-        return "unknown"
-    if not selection.effects:
-        small = selection.calibrated.excess <= context.detection_limit and left <= limit
+
+    kinds: Collection[str]
+    calibrated: bool
+    extrapolated: ErrorReduction
+    stated: ErrorReduction
+    limit: float
+    largest: float
+    beyond: bool
+
+    @property
+    def left(self) -> float:
+        """Excess χ² that remains on held-out data."""
+        return self.extrapolated.after**2 - self.extrapolated.noise_floor**2
+
+
+def decide(evidence: Evidence) -> Verdict:
+    """Decide on the verdict from the errors on held-out data."""
+    if not evidence.kinds:
+        small = evidence.calibrated and evidence.left <= evidence.limit
         return "nothing missing" if small else "unknown"
-    closed = extrapolated.reducible_closed >= CLOSED or left <= limit
-    if not closed or beyond or stated.after >= stated.before:
+    errors = evidence.extrapolated
+    if evidence.beyond or evidence.stated.after >= evidence.stated.before:
         return "unknown"
-    missing = any(selected.candidate.kind == "missing" for selected in selection.effects)
-    return "named" if missing else "parameter"
+    closed = errors.reducible_closed >= CLOSED or evidence.left <= evidence.limit
+    if closed and evidence.left <= evidence.largest:
+        return "named" if "missing" in evidence.kinds else "parameter"
+    return "partly" if errors.reducible_closed >= _MOST and not _worsened(errors) else "unknown"
+
+
+def _worsened(errors: ErrorReduction) -> list[str]:
+    """Columns whose error grew to more than the bar."""
+    return [
+        column
+        for column, (before, after, bar) in errors.signals.items()
+        if after > _WORSE * max(before, bar)
+    ]

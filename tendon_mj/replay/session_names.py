@@ -17,13 +17,17 @@ def parameter_of(name: str) -> str:
     return name.partition(_AT)[0]
 
 
+def recording_of(name: str) -> str:
+    """The recording that a name is for; empty where it is for all."""
+    return name.partition(_AT)[2]
+
+
 def values_for(recording: str, values: Mapping[str, float]) -> dict[str, float]:
     """Parameter → value that holds in one recording, its own before what holds in all."""
     common = {name: value for name, value in values.items() if _AT not in name}
-    ending = _AT + recording
     own = {
         parameter_of(name): value
         for name, value in values.items()
-        if _AT in name and name[len(parameter_of(name)) :] == ending
+        if _AT in name and recording_of(name) == recording
     }
     return common | own

@@ -21,8 +21,8 @@ from tendon_mj.replay.open_loop import run_open_loop, try_open_loop, unsolved_sh
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.parameters import Parameter as Parameter
 from tendon_mj.replay.schedule import Schedule, described_values
-from tendon_mj.replay.silenced_warnings import UNSOLVED_WARNING, suppress_mujoco_log
 from tendon_mj.replay.session_names import parameter_of, values_for
+from tendon_mj.replay.silenced_warnings import UNSOLVED_WARNING, suppress_mujoco_log
 from tendon_mj.replay.simulator_protocol import Series, Values
 from tendon_mj.replay.units import column_unit, rate
 
@@ -97,9 +97,7 @@ class Simulator:
         self._schedules = [Schedule(r, self.model, settle, timestep) for r in self.recordings]
         self._settle = settle
         names = Adjustable(copy.copy(self.model)).names()
-        self._described = [
-            described_values(r, names) if described else {} for r in self.recordings
-        ]
+        self._described = [described_values(r, names) if described else {} for r in self.recordings]
         self._threads = threads or os.cpu_count() or 1
         self._strict = strict
         self.parameters: Mapping[str, Parameter] = self._described_parameters()

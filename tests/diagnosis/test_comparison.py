@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ from tendon_mj.diagnosis.model_selection.confidence import rate
 from tendon_mj.diagnosis.model_selection.cross_validation import CrossValidation, gain
 from tendon_mj.diagnosis.model_selection.fit import Fit
 from tendon_mj.diagnosis.model_selection.thresholds import detection_limit
-from tests.diagnosis.linear_rig import context, effect
+from tests.diagnosis.linear_rig import LinearRig, context, effect
 
 SAMPLES = 100  # in 10 blocks
 NOTHING = np.zeros(0)
@@ -60,11 +62,13 @@ def test_of_ties_the_simplest_goes_first_and_of_equals_the_best() -> None:
 
 
 def test_the_detection_limit_is_the_largest_error_of_the_simulation() -> None:
-    """Steps, lumping (0.25 % of the range), or 0.45 noise rms."""
+    """Steps, lumping (0.25 % of the range) where there is a sheath, or 0.45 noise rms."""
     small, large = (context({}, {"a": a}, []).problem for a in (1.0, 100.0 * np.sqrt(2.0)))
     assert detection_limit(small, 0.0) == 0.2
     assert detection_limit(small, 3.0) == 3.0
-    assert detection_limit(large, 0.0) == pytest.approx((0.0025 * 400.0) ** 2, rel=0.05)
+    assert detection_limit(large, 0.0) == 0.2
+    sheath = replace(large, simulate=LinearRig(large.recordings, {"sheath.friction": {}}))
+    assert detection_limit(sheath, 0.0) == pytest.approx((0.0025 * 400.0) ** 2, rel=0.05)
 
 
 def test_confidence_falls_with_every_effect_that_explains_as_much() -> None:

@@ -10,7 +10,7 @@ import pytest
 from tendon_mj.diagnosis import CATALOGUE, Finding, diagnose
 from tendon_mj.diagnosis.data.regimes import regimes
 from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
-from tendon_mj.diagnosis.result.sentence import state
+from tendon_mj.diagnosis.result.sentence import Statement, state
 from tendon_mj.errors import UnknownNameError
 from tendon_mj.recordings.recording import Measured, Recording, Uncertain
 from tendon_mj.replay.simulator import Simulator
@@ -81,20 +81,41 @@ def test_what_only_the_held_out_data_show_is_not_nothing() -> None:
     assert "On held-out data the model is off by" in found.sentence
 
 
+def said_of(found: list[Finding], errors: ErrorReduction, extrapolated: float) -> str:
+    """Sentence on effects that are named."""
+    return state(
+        Statement(
+            verdict="named",
+            findings=found,
+            errors=errors,
+            judged=errors,
+            extrapolated=extrapolated,
+            limit=0.2,
+        )
+    )
+
+
 def test_an_effect_and_a_wrong_number_are_not_called_the_same() -> None:
     found = [
         Finding("backlash", "play", "", "sheath", "missing", 1.0, ()),
         Finding("friction", "friction", "", "sheath", "parameter", 1.0, ("bend_angle",)),
     ]
-    said = state("named", found, ErrorReduction(5.0, 1.0, 1.0, {}), 1.0, 0.2, [])
+    said = said_of(found, ErrorReduction(5.0, 1.0, 1.0, {}), 1.0)
     assert said.startswith("Missing: play (sheath); a parameter was wrong: friction (sheath) – or")
 
 
 def test_steps_that_are_too_long_for_what_is_named_are_told() -> None:
     found = [Finding("backlash", "play", "", "sheath", "missing", 1.0, ())]
     gap = ErrorReduction(9.0, 3.0, 1.0, {})
-    assert "(1.10 in ever shorter steps: " in state("named", found, gap, 1.1, 0.2, [])
-    assert "steps" not in state("named", found, gap, 2.9, 0.2, [])
+    assert "(1.10 in ever shorter steps: " in said_of(found, gap, 1.1)
+    assert "steps" not in said_of(found, gap, 2.9)
+
+
+def test_every_signal_is_stated_in_its_own_unit_before_all_together() -> None:
+    found = [Finding("backlash", "play", "", "sheath", "missing", 1.0, ())]
+    signals = {"elbow_rad": (0.1, 0.02, 0.01), "input_tension_N": (3.0, 0.5, 0.2)}
+    said = said_of(found, ErrorReduction(9.0, 2.0, 1.0, signals), 2.0)
+    assert "elbow 0.1 to 0.02 rad; input_tension 3 to 0.5 N; over all from 9.00 to 2.00" in said
 
 
 def test_noise_that_is_said_too_large_is_told() -> None:
@@ -206,7 +227,7 @@ def test_what_was_excluded_is_said_beside_what_the_catalogue_lacks() -> None:
     train, held_out = rig(1, EFFECTS["friction_drift"], extra=1.0)
     found = diagnose(train, held_out, Toy, exclude="friction_drift")
     assert found.verdict == "unknown"
-    assert "the catalogue, without friction_drift, does not hold" in found.sentence
+    assert "Nothing in the catalogue, without friction_drift, explains" in found.sentence
     assert found.result()["excluded"] == ["friction_drift"]
 
 

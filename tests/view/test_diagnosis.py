@@ -85,6 +85,8 @@ def diagnosis(verdict="named", rivals=(), closest=(), train=None):
         located=located(10.0),
         remaining=located(1.02),
         proof=(located(9.0), located(1.05)),
+        sessions={},
+        reproducibility={},
         before={"sheath.friction": 0.18},
         model={"sheath.friction": 0.18},
         seconds=1.0,
@@ -144,9 +146,15 @@ def test_a_page_shows_the_fit_of_parameters_alone_beside_it():
 
 
 def test_where_nothing_was_added_no_after_is_claimed():
-    html = page(diagnosis("unknown", closest=("creep",)), sysid=SYSID)
+    html = page(diagnosis("unknown"), sysid=SYSID)
     assert "this diagnosis leaves 10.00" in words(html)
     assert '<th class="n">after</th>' not in html
+
+
+def test_what_is_closest_is_shown_and_called_not_proven():
+    html = page(diagnosis("unknown", closest=("creep",)), sysid=SYSID)
+    assert "this diagnosis leaves 1.02" in words(html)
+    assert "Fitted parameters, not proven" in words(html)
     assert CATALOGUE["creep"].next_experiment in words(html)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,7 @@ MakeSimulator = Callable[[Sequence[Recording]], Simulates]
 
 _BLOCK = 1.0  # typical length of a block [s]; several in each recording, and not too many
 _FEWEST_BLOCKS, _MOST_BLOCKS = 4, 12
+_FEWEST_RECORDINGS = 3
 _TAIL = 0.25  # of every recording, held out where no other recording is given
 
 
@@ -33,12 +34,14 @@ class Problem:
         simulate: parameter sets → a series for every set, recording and measured column.
         train: for every recording (samples,) mask of the training data; the rest is held out.
         half_step: ``simulate`` with half the step, see `extrapolate`; None where it has no steps.
+        fixed: parameters that every simulation has, below those of its own.
     """
 
     recordings: tuple[Recording, ...]
     simulate: Simulates
     train: tuple[NDArray[np.bool_], ...]
     half_step: Simulates | None = None
+    fixed: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def noise(self) -> tuple[dict[str, float], ...]:
@@ -73,6 +76,19 @@ class Problem:
             first += count
         return np.concatenate(labels)
 
+    @cached_property
+    def recording_of(self) -> NDArray[np.int64]:
+        """(m,) recording of each residual."""
+        return np.concatenate([np.full(size, k) for k, _, size in self.layout()])
+
+    @cached_property
+    def parts(self) -> NDArray[np.int64]:
+        """(m,) part of the data of each residual, which selection leaves out one at a time.
+
+        Recordings where there are enough of different states, else blocks.
+        """
+        return self.recording_of if by_recording(self.recordings) else self.blocks
+
     def residuals(self, parameter_sets: Sequence[Mapping[str, float]]) -> FloatArray:
         """(sets, m) residuals; a simulation that failed has infinite ones."""
         return self._residuals(self.simulate, parameter_sets)
@@ -94,7 +110,7 @@ class Problem:
         self, simulate: Simulates, parameter_sets: Sequence[Mapping[str, float]]
     ) -> FloatArray:
         rows = []
-        for answers in simulate(parameter_sets):
+        for answers in simulate([{**self.fixed, **values} for values in parameter_sets]):
             parts = []
             for recording, noise, series in zip(self.recordings, self.noise, answers, strict=True):
                 for column, level in noise.items():
@@ -102,6 +118,18 @@ class Problem:
             row = np.concatenate(parts)
             rows.append(row if np.isfinite(row).all() else np.full(row.shape, np.inf))
         return np.array(rows)
+
+
+def by_recording(recordings: Sequence[Recording]) -> bool:
+    """Whether whole recordings are left out: three or more, of different states of the rig.
+
+    Their states differ where what is [known] differs, or where something was set anew for each.
+    Where nothing does, recordings differ in what excites the rig, and one may be the only one that
+    shows an effect.
+    """
+    first = recordings[0]
+    differ = any(r.known != first.known or r.session for r in recordings)
+    return differ and len(recordings) >= _FEWEST_RECORDINGS
 
 
 def all_samples(recordings: Sequence[Recording]) -> tuple[NDArray[np.bool_], ...]:
@@ -112,7 +140,10 @@ def all_samples(recordings: Sequence[Recording]) -> tuple[NDArray[np.bool_], ...
 def training_samples(
     train: Sequence[Recording], held_out: Sequence[Recording]
 ) -> tuple[NDArray[np.bool_], ...]:
-    """For every recording (samples,) training mask, all but the tail if none is held out."""
-    if held_out:
+    """For every recording (samples,) training mask, all but the tail if none is held out.
+
+    Recordings of different states lose no tail: whole ones are left out for the proof.
+    """
+    if held_out or by_recording(train):
         return all_samples(train)
     return tuple(r.time <= r.time[0] + (1.0 - _TAIL) * (r.time[-1] - r.time[0]) for r in train)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.replay.readout import Readout
 
 Kind = Literal["missing", "parameter"]
 
@@ -56,6 +57,7 @@ class Term:
         relative_to: where given, a target on element e is (1 + number) × the parameter
             ``e.relative_to``.
         starts: values to begin from, for a number that shapes an effect and does nothing alone.
+        spread: standard deviation about inert that is expected of it; 0 where nothing is.
     """
 
     targets: tuple[str, ...]
@@ -66,6 +68,7 @@ class Term:
     probe: float
     relative_to: str = ""
     starts: tuple[float, ...] = ()
+    spread: float = 0.0
 
     def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
         """Parameter → value for the number, beside what the other parameters are."""
@@ -108,6 +111,11 @@ class Candidate:
     def label(self) -> str:
         """Identifier and place."""
         return f"{self.identifier} ({self.where})"
+
+    @property
+    def on_sensor(self) -> bool:
+        """Whether it changes no motion, only what a sensor makes of it."""
+        return all(t.rpartition(".")[2] in Readout._fields for t in self.targets)
 
     @property
     def targets(self) -> frozenset[str]:

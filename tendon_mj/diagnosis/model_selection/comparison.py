@@ -62,10 +62,16 @@ def tie_width(best: FittedCandidate) -> float:
 
 
 def simplest(ranked: Sequence[FittedCandidate]) -> FittedCandidate:
-    """Simplest model tied with the first: parameters before effects, few terms before many."""
+    """Simplest model tied with the first.
+
+    Parameters before effects, effects of the rig before those of its sensors, and few terms before
+    many.
+    """
     equal = [model for model in ranked if tied(ranked[0], model)]
     return min(equal, key=lambda model: (_complexity(model.candidate), model.excess))
 
 
-def _complexity(candidate: Candidate | None) -> tuple[bool, int]:
-    return (False, 0) if candidate is None else (candidate.kind == "missing", len(candidate.terms))
+def _complexity(candidate: Candidate | None) -> tuple[bool, bool, int]:
+    if candidate is None:
+        return (False, False, 0)
+    return (candidate.kind == "missing", candidate.on_sensor, len(candidate.terms))

@@ -19,14 +19,16 @@ from tendon_mj.diagnosis.model_selection.screening import ScreeningScore, screen
 from tendon_mj.diagnosis.model_selection.thresholds import (
     STANDARD_ERRORS,
     detection_limit,
+    least_share,
     unexplained_excess,
 )
 from tendon_mj.progress import Progress
 
 CONVERGED = 25  # evaluations: enough for a fit to converge
 _NEAR = 5  # evaluations: enough from where screening has led
-_MOST_FITS = 4
+_MOST_FITS, _MOST_LOOKED_AT = 4, 10
 _PROMISING = 0.6  # of what the best candidate explains, to be fitted
+_LEAST = 0.15  # likewise, where none of those improves the model
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +41,7 @@ class SelectionContext:
         calibrated: terms of what the recordings call uncertain.
         candidates: catalogue on this model.
         step_error: of the simulation, see `step_error`.
-        initial_excess: excess χ² of the calibrated model.
+        initial_excess: excess χ² of the calibrated model, see `reducible_excess`.
         progress: callback.
     """
 
@@ -75,15 +77,19 @@ class SelectionContext:
     def extend(self, model: FittedCandidate, share: float = _PROMISING) -> CandidateSet:
         """Screen all candidates for one more effect, and fit the best.
 
-        Fitted are those that explain, by screening, at least ``share`` of what the best does.
+        Fitted are those that explain, by screening, at least ``share`` of what the best does; where
+        none of them improves the model with a strength that the data determine, others down the
+        list, until one does.
         """
         taken = frozenset[str]().union(*(effect.targets for effect in model.fit.effects))
         others = [candidate for candidate in self.candidates if not candidate.targets & taken]
         scores = screen(self.problem, self.base, model.fit, others, self.progress)
-        shortlist = _promising(scores, share)
-        fitted = []
-        for k, score in enumerate(shortlist):
-            self.progress("fit", k, len(shortlist))
+        shortlist, others_down = _promising(scores, share)
+        fitted = list[FittedCandidate]()
+        for k, score in enumerate(shortlist + others_down):
+            if k >= len(shortlist) and any(self._is_better(model, found) for found in fitted):
+                break
+            self.progress("fit", min(k, len(shortlist)), len(shortlist))
             effects = (*model.fit.effects, score.candidate)
             fitted.append(self.fit_model(effects, score.start, score.candidate, near=model.fit))
         if shortlist:
@@ -95,6 +101,12 @@ class SelectionContext:
         return CandidateSet(
             tuple(scores), tuple(sorted(best.values(), key=lambda model: model.excess))
         )
+
+    def _is_better(self, model: FittedCandidate, extended: FittedCandidate) -> bool:
+        """Whether an effect improves a model with a strength that the data determine."""
+        candidate = extended.candidate
+        determined = candidate is not None and extended.fit.determines(candidate)
+        return determined and self.improves(model, extended)
 
     def without(self, model: FittedCandidate, candidate: Candidate) -> FittedCandidate:
         """Fit a model without one of its effects, from the values of the others."""
@@ -150,7 +162,8 @@ class SelectionContext:
     def improves(self, before: FittedCandidate, after: FittedCandidate) -> bool:
         """Whether the second model leaves significantly less than the first."""
         got = gain(before.validation, after.validation)
-        return got.mean > max(self.smallest_gain, STANDARD_ERRORS * got.standard_error)
+        least = max(self.smallest_gain, least_share(self.problem) * before.excess)
+        return got.mean > max(least, STANDARD_ERRORS * got.standard_error)
 
     @cached_property
     def detection_limit(self) -> float:
@@ -163,15 +176,20 @@ class SelectionContext:
         return max(self.detection_limit, unexplained_excess(self.initial_excess))
 
 
-def _promising(scores: Sequence[ScreeningScore], share: float) -> list[ScreeningScore]:
-    """Scores not far behind the best, at most two starts a candidate and three an effect."""
-    if not scores:
-        return []
-    least, starts = share * scores[0].explained, Counter[str]()
+def _promising(
+    scores: Sequence[ScreeningScore], share: float
+) -> tuple[list[ScreeningScore], list[ScreeningScore]]:
+    """Scores not far behind the best, and others down the list.
+
+    At most two starts a candidate and three an effect.
+    """
+    starts = Counter[str]()
     kept = []
     for score in scores:
         label, identifier = score.candidate.label, score.candidate.identifier
-        if score.explained >= least and starts[label] < 2 and starts[identifier] < 3:
+        if starts[label] < 2 and starts[identifier] < 3:
             starts.update((label, identifier))
             kept.append(score)
-    return kept[:_MOST_FITS]
+    near = [s for s in kept if s.explained >= share * scores[0].explained][:_MOST_FITS]
+    down = [s for s in kept[len(near) :] if s.explained >= _LEAST * scores[0].explained]
+    return near, down[: _MOST_LOOKED_AT - len(near)]

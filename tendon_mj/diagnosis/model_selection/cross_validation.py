@@ -1,10 +1,14 @@
-"""Leave-one-block-out cross-validation of a fitted model.
+"""Cross-validation of a fitted model.
 
-Blocks of time of a `Problem` are left out of the fit in turn. To first order the refit is one
-Gauss-Newton step from the common solution and needs no simulation: with J_b, r_b the rows of
-block b,
+The parts of a `Problem` are left out of the fit in turn: blocks of time, or whole recordings where
+these are of different states of the rig. To first order the refit is one Gauss-Newton step from the
+common solution and needs no simulation: with J_b, r_b the rows of part b and W the weights of terms
+with an expected spread,
 
-    Δ_b = (JᵀJ − J_bᵀJ_b)⁻¹ J_bᵀ r_b,     left-out residual r_b + J_b Δ_b.
+    Δ_b = (JᵀJ + W² − J_bᵀJ_b)⁻¹ J_bᵀ r_b,     left-out residual r_b + J_b Δ_b.
+
+What was set anew for a recording no other one can tell. With that recording left out, its own terms
+are therefore held in Δ_b, and then fitted to it.
 
 With an effect whose cost is non-smooth the linearisation does not hold, so no block is left out and
 the held-out data alone can refute the effect.
@@ -15,7 +19,7 @@ therefore compared block by block, never sample by sample.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,12 +35,14 @@ class CrossValidation:
     """Cross-validated χ² of a model.
 
     Attributes:
-        chi2: (blocks,) sum of squared left-out residuals in units of noise.
-        samples: number in all blocks.
+        chi2: (parts,) sum of squared left-out residuals in units of noise.
+        samples: number in all parts.
+        shifts: (parts, p) changes Δ_b of the scaled terms.
     """
 
     chi2: FloatArray
     samples: int
+    shifts: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def excess(self) -> float:
@@ -47,21 +53,30 @@ class CrossValidation:
 def cross_validate(problem: Problem, fit: Fit) -> CrossValidation:
     """Cross-validate a fit on the training data."""
     used = problem.in_train
-    residual, blocks = fit.residual[used], problem.blocks[used]
+    residual, parts = fit.residual[used], problem.parts[used]
     refitted = fit.free & (not any(effect.non_smooth for effect in fit.effects))
     jacobian = fit.jacobian[used][:, refitted]
-    names, block_of = np.unique(blocks, return_inverse=True)
+    names, part_of = np.unique(parts, return_inverse=True)
+    weights, shared = fit.weights[refitted] ** 2, fit.shared[refitted]
     normal = jacobian.T @ jacobian
-    chi2 = np.empty(names.size)
-    ridge = 1e-9 * np.diag(np.diag(normal))
+    chi2, shifts = np.empty(names.size), np.zeros((names.size, len(fit.terms)))
+    regular = np.diag(1e-9 * np.diag(normal) + weights)
     for b in range(names.size):
-        rows = block_of == b
+        rows = part_of == b
         j, r = jacobian[rows], residual[rows]
-        if j.shape[1]:
-            shift = np.linalg.lstsq(normal - j.T @ j + ridge, j.T @ r, rcond=None)[0]
-            r = r + j @ shift
+        own = ~shared & ~jacobian[~rows].any(axis=0)  # of this recording alone
+        kept = ~own
+        shift = np.zeros(j.shape[1])
+        if kept.any():
+            others = (normal + regular - j.T @ j)[np.ix_(kept, kept)]
+            shift[kept] = np.linalg.lstsq(others, j[:, kept].T @ r, rcond=None)[0]
+        if own.any():
+            alone = j[:, own].T @ j[:, own] + np.diag(weights[own])
+            shift[own] = -np.linalg.solve(alone, j[:, own].T @ (j @ shift))
+        r = r + j @ shift
         chi2[b] = float(r @ r)
-    return CrossValidation(chi2, int(used.sum()))
+        shifts[b, refitted] = shift
+    return CrossValidation(chi2, int(used.sum()), shifts)
 
 
 @dataclass(frozen=True)

@@ -61,6 +61,17 @@ class Fit:
         """All terms in the order of the values."""
         return (*self.calibrated, *(t for effect in self.effects for t in effect.terms))
 
+    @property
+    def weights(self) -> FloatArray:
+        """(p,) by which a scaled term's deviation from inert counts as a residual."""
+        return expected(self.terms)
+
+    @property
+    def shared(self) -> NDArray[np.bool_]:
+        """(p,) which terms hold in all recordings, and are not a session's own."""
+        shared: NDArray[np.bool_] = self.weights == 0.0
+        return shared
+
     @cached_property
     def free(self) -> NDArray[np.bool_]:
         """(p,) which terms are not held by a bound and change a residual."""
@@ -92,6 +103,11 @@ def _margin(bounds: FloatArray) -> FloatArray:
     """(p,) distance from (2, p) bounds within which a scaled term is held by them."""
     margin: FloatArray = np.minimum(_AT_END[0] * (bounds[1] - bounds[0]), _AT_END[1])
     return margin
+
+
+def expected(terms: Sequence[Term]) -> FloatArray:
+    """(p,) probes of terms over the spread that is expected of them; 0 where none is."""
+    return np.array([t.probe / t.spread if t.spread > 0.0 else 0.0 for t in terms])
 
 
 def natural(terms: Sequence[Term], scaled: Sequence[float] | FloatArray) -> FloatArray:
@@ -126,6 +142,8 @@ def fit(
 
     The solver works in rounds. Within a round the correction of `Problem.extrapolate` is held at
     its value where the round before ended: it depends on the step much and on the terms little.
+
+    A term with a `spread` adds its deviation from inert, over the spread, as one more residual.
 
     Args:
         problem, base: data, and parameter → value of the model.
@@ -189,6 +207,8 @@ class _Solver:
             [[t.scaled(t.low) for t in terms], [t.scaled(t.high) for t in terms]]
         ).reshape(2, -1)
         self.correction = np.zeros(problem.in_train.size) if correction is None else correction
+        self.weights = expected(terms)
+        self.own = self.weights > 0.0
         self._simulated: dict[bytes, FloatArray] = {}
         self._jacobian: dict[bytes, FloatArray] = {}
 
@@ -239,7 +259,9 @@ class _Solver:
 
     def _train_residual(self, point: FloatArray) -> FloatArray:
         rows = (self._residual(point) + self.correction)[self.problem.in_train]
-        return np.where(np.isfinite(rows), rows, _FAILED)
+        return np.append(
+            np.where(np.isfinite(rows), rows, _FAILED), (self.weights * point)[self.own]
+        )
 
     def _train_jacobian(self, point: FloatArray) -> FloatArray:
         """(training samples, p) by one-sided differences, away from the nearer bound."""
@@ -250,4 +272,5 @@ class _Solver:
             matrix = (self.problem.residuals(moved) - self._residual(point)).T / step
             self._jacobian.clear()  # a minute of recordings is megabytes
             self._jacobian[key] = np.nan_to_num(matrix, posinf=0.0, neginf=0.0)
-        return self._jacobian[key][self.problem.in_train]
+        rows = self._jacobian[key][self.problem.in_train]
+        return np.vstack([rows, np.diag(self.weights)[self.own]])

@@ -10,6 +10,10 @@ Unmodelled structure biases the values: an error of mean square g with correlati
 J shifts the value by ρ √(g m (A⁻¹)_kk). The fit has removed the correlated part from the residual,
 so ρ = 0.2 is assumed of what remains; the error of the simulation's step is added to g. A direction
 in which several values compensate each other has no interval.
+
+Where recordings are of different states of the rig, blocks of one recording repeat each other too.
+The interval is then no narrower than that of the jackknife over recordings, of variance
+(R−1)/R Σ_b Δ_b², with Δ_b the shift of the value when recording b is left out.
 """
 
 from __future__ import annotations
@@ -18,8 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from tendon_mj.diagnosis.data.problem import Problem
+from tendon_mj.diagnosis.data.problem import Problem, by_recording
 from tendon_mj.diagnosis.data.step_size import step_error
+from tendon_mj.diagnosis.model_selection.cross_validation import cross_validate
 from tendon_mj.diagnosis.model_selection.fit import Fit
 
 FloatArray = NDArray[np.float64]
@@ -74,7 +79,22 @@ def half_widths(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArr
     bias = _CORRELATION**2 * remains * residual.size * alone
     deviation = np.sqrt(np.maximum(np.diag(inverse @ clusters @ inverse), alone) + bias)
     quantile = stats.t.ppf(0.5 + _LEVEL / 2.0, max(names.size - int(free.sum()), 1))
-    widths: FloatArray = np.where(undetermined, np.inf, float(quantile) * deviation)
+    widths: FloatArray = np.where(
+        undetermined,
+        np.inf,
+        np.maximum(float(quantile) * deviation, _jackknife(problem, fit, free)),
+    )
+    return widths
+
+
+def _jackknife(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArray:
+    """(free terms,) half of the 95 % intervals from leaving out whole recordings; else 0."""
+    if not by_recording(problem.recordings):
+        return np.zeros(int(free.sum()))
+    shifts = cross_validate(problem, fit).shifts[:, free] * fit.shared[free]
+    count = len(shifts)
+    quantile = stats.t.ppf(0.5 + _LEVEL / 2.0, count - 1)
+    widths: FloatArray = quantile * np.sqrt((count - 1) / count * (shifts**2).sum(axis=0))
     return widths
 
 

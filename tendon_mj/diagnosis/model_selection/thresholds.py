@@ -3,32 +3,74 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tendon_mj.diagnosis.data.problem import Problem
+from tendon_mj.diagnosis.data.problem import Problem, by_recording
+from tendon_mj.replay.simulator_protocol import Simulates
+
+FloatArray = NDArray[np.float64]
 
 SMALLEST_EXCESS = 0.2  # 0.45 noise rms: less is not worth a name
 STANDARD_ERRORS = 2.0  # of a gain in χ²: less may be chance
 CLOSED = 0.985  # of the rms error above noise: a model that closes less does not explain it
 _DISCRETISATION = 0.0025  # of a signal's range: what lumping and stepping leave
+_SHARE = 0.05, 0.1  # of the excess left now, that an effect has to gain; across recordings
 
 
-def detection_limit(problem: Problem, step_error: float) -> float:
-    """Excess χ² below which nothing is named, for a simulation with that `step_error`."""
-    return max(SMALLEST_EXCESS, step_error, discretisation_error(problem))
+def detection_limit(problem: Problem, step_error: float, bars: FloatArray | None = None) -> float:
+    """Excess χ² below which nothing is named, for a simulation with that `step_error`.
+
+    ``bars`` (m,) of `reproducibility.bar`, where residuals are judged by more than noise.
+    """
+    return max(SMALLEST_EXCESS, step_error, discretisation_error(problem, bars))
 
 
-def discretisation_error(problem: Problem) -> float:
-    """Mean square error, over all residuals, of a sheath lumped into guides."""
+def discretisation_error(problem: Problem, bars: FloatArray | None = None) -> float:
+    """Mean square error, over all residuals, of a sheath lumped into guides; 0 without a sheath."""
+    if not has_sheath(problem.simulate):
+        return 0.0
+    first = np.cumsum([0, *(size for _, _, size in problem.layout())])
     powers = [
         (
             _DISCRETISATION
             * float(np.ptp(problem.recordings[k].columns[column]))
             / problem.noise[k][column]
+            / (1.0 if bars is None else float(bars[first[j]]))
         )
         ** 2
-        for k, column, _ in problem.layout()
+        for j, (k, column, _) in enumerate(problem.layout())
     ]
     return float(np.mean(powers))
+
+
+def has_sheath(simulate: Simulates) -> bool:
+    """Whether a simulator has a sheath, by its coefficient of friction."""
+    parameters = simulate.parameters.items()
+    return any(name.endswith(".friction") and p.kind == "live" for name, p in parameters)
+
+
+def reducible_excess(problem: Problem, residual: FloatArray) -> float:
+    """Excess χ² of training residuals (m,), of no signal more than its own variation.
+
+    Without friction a carriage drifts by metres where its signal spans centimetres; a share of
+    metres would be no measure of what a better model may leave.
+    """
+    edges = np.cumsum([0, *(size for _, _, size in problem.layout())])
+    total, count = 0.0, 0
+    for (k, column, _), first, last in zip(problem.layout(), edges, edges[1:], strict=False):
+        used = problem.in_train[first:last]
+        series = problem.recordings[k].columns[column][used] / problem.noise[k][column]
+        size = int(used.sum())
+        if size:
+            mean = float(np.mean(residual[first:last][used] ** 2))
+            total += size * min(mean, 1.0 + float(np.var(series)))
+            count += size
+    return total / count - 1.0
+
+
+def least_share(problem: Problem) -> float:
+    """Share of the excess χ² left now, below which a gain is not worth an effect."""
+    return _SHARE[1] if by_recording(problem.recordings) else _SHARE[0]
 
 
 def unexplained_excess(initial: float) -> float:

@@ -8,15 +8,18 @@ from pathlib import Path
 from typing import Any, Literal
 
 from tendon_mj.diagnosis.before_after import BeforeAfter, simulate_before_after
+from tendon_mj.diagnosis.data.sessions import Spread
 from tendon_mj.diagnosis.effects.effect import Effect
 from tendon_mj.diagnosis.locate import Located
 from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.grouped_names import expand
 from tendon_mj.replay.patch import patch_model
+from tendon_mj.replay.session_names import recording_of
 from tendon_mj.replay.simulator_protocol import Simulates
 
-Verdict = Literal["named", "parameter", "nothing missing", "unknown"]
+Verdict = Literal["named", "parameter", "partly", "nothing missing", "unknown"]
 
 
 @dataclass(frozen=True)
@@ -93,19 +96,22 @@ class Diagnosis:
         verdict: one of those of the module `tendon_mj.diagnosis.diagnose`.
         sentence: the verdict in words.
         findings: named effects and parameters, in the order of how much they explain. Empty
-            unless the verdict is "named" or "parameter".
-        closest: identifiers that explained most where the verdict is "unknown".
+            unless the verdict is "named", "parameter" or "partly".
+        closest: identifiers that explained most where the verdict is "unknown". They are not
+            proven; ``parameters``, ``model`` and the errors after are of the model with them.
         excluded: identifiers of effects that were not considered.
         ranking: every candidate for the first finding that explains anything, the fitted ones
             first.
         calibrated: fitted parameters that the recordings call uncertain.
-        parameters: fitted parameters of the findings.
+        parameters: fitted parameters of the findings, or of what is closest.
+        sessions: parameter → what was set anew for each recording, and its spread.
+        reproducibility: column → standard deviation between sessions, beyond noise [its unit].
         train, held_out: errors on training data and on held-out data.
         located, remaining: misfit of the calibrated and of the final model, on training data.
         proof: misfit of both on held-out data.
         before: every parameter → value of the calibrated model.
-        model: every parameter → value of the final model; of the calibrated one unless something
-            was found.
+        model: every parameter → value of the final model. In both, ``<parameter> @ <recording>`` is
+            what was set anew for a recording.
         seconds: duration of the diagnosis [s].
         catalogue: identifier → effect, of all that could have been named.
         simulator: of the held-out recordings; where there are none, of all.
@@ -121,6 +127,8 @@ class Diagnosis:
     ranking: tuple[Ranked, ...]
     calibrated: Mapping[str, Value]
     parameters: Mapping[str, Value]
+    sessions: Mapping[str, Spread]
+    reproducibility: Mapping[str, float]
     train: ErrorReduction
     held_out: ErrorReduction
     located: Located
@@ -152,6 +160,16 @@ class Diagnosis:
         return min((finding.confidence for finding in self.findings), default=1.0)
 
     @property
+    def proven(self) -> bool:
+        """Whether held-out data prove what was found, be it in part."""
+        return self.verdict != "unknown"
+
+    @property
+    def changed(self) -> bool:
+        """Whether the final model has more than what was uncertain fitted, proven or not."""
+        return bool(self.findings or self.closest)
+
+    @property
     def fitted(self) -> dict[str, float]:
         """Every parameter that was fitted, as the final model has it [its SI unit]."""
         return {name: self.model[name] for name in (*self.calibrated, *self.parameters)}
@@ -162,11 +180,20 @@ class Diagnosis:
         Before, only what was uncertain is fitted.
         """
         before = {name: self.before[name] for name in self.calibrated}
+        own = [
+            {name: value for name, value in values.items() if recording_of(name)}
+            for values in (self.before, self.model)
+        ]
         shown = self.held_out_recordings or self.recordings
-        return simulate_before_after(shown, self.simulator, before, self.fitted, progress)
+        return simulate_before_after(
+            shown, self.simulator, {**before, **own[0]}, {**self.fitted, **own[1]}, progress
+        )
 
     def write_model(self, path: str | Path) -> Path:
         """Write the recordings' model with what was found and what the rig is known to have.
+
+        What is known differently from recording to recording, or was set anew for each, is left as
+        the model has it. Where nothing is proven, it is the model with what is closest.
 
         Intervals that the data determine are in the file too. To replay it, do not let a
         recording's guesses overrule it:
@@ -180,20 +207,23 @@ class Diagnosis:
                 own, or does not have a parameter that was found.
             TendonError: see `tendon_mj.replay.patch.patch_model`.
         """
-        first, fitted = self.recordings[0], self.fitted
+        first, fitted, names = self.recordings[0], self.fitted, self.simulator.parameters
         intervals = {
             name: (value.low, value.high)
             for name, value in {**self.calibrated, **self.parameters}.items()
             if value.determined and value.low <= fitted[name] <= value.high
         }
-        stated = {name: uncertain.value for name, uncertain in first.uncertain.items()}
-        values = {**first.known, **stated, **fitted}
+        guesses = {n: u.value for n, u in expand(first.uncertain, names).items()}
+        known = [expand(recording.known, names) for recording in self.recordings]
+        alike = {n: v for n, v in known[0].items() if all(k.get(n) == v for k in known)}
+        values = {**alike, **guesses, **fitted}
         return patch_model(first.model, values, path, intervals=intervals)
 
     def result(self) -> dict[str, Any]:
         """Plain numbers and words, as in `result.json`."""
         return {
             "verdict": self.verdict,
+            "proven": self.proven,
             "sentence": self.sentence,
             "effects": self.effects,
             "confidence": self.confidence,
@@ -204,6 +234,8 @@ class Diagnosis:
             "ranking": [vars(ranked) for ranked in self.ranking],
             "parameters": {name: vars(value) for name, value in self.parameters.items()},
             "calibrated": {name: vars(value) for name, value in self.calibrated.items()},
+            "sessions": {name: vars(spread) for name, spread in self.sessions.items()},
+            "reproducibility": dict(self.reproducibility),
             "gap": {
                 "train": _errors(self.train),
                 "held_out": _errors(self.held_out) | {"regimes": _regimes(*self.proof)},

@@ -66,7 +66,7 @@ def fitted_values(
     first = len(fit.calibrated)
     values = {}
     for k, term in enumerate(fit.terms):
-        if (k < first) != calibrated:
+        if (k < first) != calibrated or term.spread > 0.0:
             continue
         at_end = calibrated and not _clear_of_ends(fit.values[k], term)
         narrower = bool(ranges[k][0] > term.low or ranges[k][1] < term.high)
@@ -86,7 +86,7 @@ def parameters_beyond_range(problem: Problem, fit: Fit) -> list[str]:
     count = len(fit.calibrated)
     near = np.array(
         [
-            k < count and not _clear_of_ends(value, term)
+            k < count and not term.spread and not _clear_of_ends(value, term)
             for k, (term, value) in enumerate(zip(fit.terms, fit.values, strict=True))
         ],
         dtype=bool,

@@ -17,9 +17,10 @@ class ErrorReduction:
     """Root mean square errors before and after effects were added.
 
     Attributes:
-        before, after: over all signals, each in units of its own noise [-].
+        before, after: over all signals, each in units of its own noise [-], or of noise and
+            reproducibility together.
         noise_floor: error of a perfect model, 1 by definition of the unit.
-        signals: column → (before, after, noise) [the column's unit].
+        signals: column → (before, after, that unit) [the column's unit].
     """
 
     before: float
@@ -35,9 +36,17 @@ class ErrorReduction:
 
 
 def measure_errors(
-    problem: Problem, before: FloatArray, after: FloatArray, mask: NDArray[np.bool_]
+    problem: Problem,
+    before: FloatArray,
+    after: FloatArray,
+    mask: NDArray[np.bool_],
+    bars: FloatArray | None = None,
 ) -> ErrorReduction:
-    """Errors over the residuals of ``mask`` (m,); ``before`` and ``after`` are (m,) in noise."""
+    """Errors over the residuals of ``mask`` (m,); ``before`` and ``after`` are (m,) in noise.
+
+    ``bars`` (m,) [noise] are the units of the result where they are not the noise.
+    """
+    bars = np.ones(mask.size) if bars is None else bars
     edges = np.cumsum([0, *(size for _, _, size in problem.layout())])
     sums: dict[str, list[float]] = {}
     for (k, column, _), first, last in zip(problem.layout(), edges, edges[1:], strict=False):
@@ -46,12 +55,12 @@ def measure_errors(
         entry = sums.setdefault(column, [0.0, 0.0, 0.0, 0.0])
         for slot, residual in enumerate((before, after)):
             entry[slot] += float(np.sum((residual[first:last][inside] * level) ** 2))
-        entry[2] += float(inside.sum()) * level**2
+        entry[2] += float(np.sum((bars[first:last][inside] * level) ** 2))
         entry[3] += float(inside.sum())
     signals = {
         column: tuple(float(np.sqrt(part / count)) for part in parts)
         for column, (*parts, count) in sums.items()
         if count > 0.0
     }
-    rms = [float(np.sqrt(np.mean(residual[mask] ** 2))) for residual in (before, after)]
+    rms = [float(np.sqrt(np.mean((r[mask] / bars[mask]) ** 2))) for r in (before, after)]
     return ErrorReduction(rms[0], rms[1], 1.0, {c: (b, a, n) for c, (b, a, n) in signals.items()})

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from tendon_mj.diagnosis.result.diagnosis import Finding, Value, Verdict
 from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
+from tendon_mj.replay.units import column_unit
 
 _SLIPS = (
     " Where a tendon sticks and slips it may also be its values that were not found, or the steps"
@@ -15,57 +17,53 @@ _SLIPS = (
 _TOO_SMALL = 0.7  # error [noise]: a smaller one means that the noise is stated too large
 _COARSE = 1.5  # error over the extrapolated one, from which the model's step is too long
 _NOTABLE = 1.05  # error [noise], from which the sentence says what the rest is put down to
+_SHOWN = 4  # signals in the sentence
 
 
-def state(
-    verdict: Verdict,
-    findings: Sequence[Finding],
-    errors: ErrorReduction,
-    extrapolated: float,
-    limit: float,
-    beyond: Sequence[str],
-    excluded: Sequence[str] = (),
-    non_smooth: bool = False,
-) -> str:
-    """State the verdict, its findings, and the error on held-out data.
+@dataclass(frozen=True, kw_only=True)
+class Statement:
+    """What a sentence says.
 
-    Args:
+    Attributes:
         verdict, findings: to state.
         errors: of calibrated and final model on held-out data, with the model's own step.
+        judged: the same for a step of zero, by which the verdict was decided.
         extrapolated: error of the final model for a step of zero [noise].
         limit: excess χ² that is put down to the simulation [-].
         beyond: uncertain parameters that the explanation would take beyond their ranges.
         excluded: effects of the catalogue that were not considered.
         non_smooth: whether one of the findings is of a non-smooth effect.
     """
-    if verdict == "nothing missing":
-        return _nothing(errors, limit)
-    shrank = (
-        f"on held-out data the error goes from {errors.before:.2f} to {errors.after:.2f} times the"
-        " noise"
-    )
-    if errors.after > _COARSE * extrapolated:
-        shrank += (
-            f" ({extrapolated:.2f} in ever shorter steps: the model's timestep is too long for it)"
-        )
-    if errors.reducible_closed > 0.0:
-        shrank += f", which closes {min(errors.reducible_closed, 1.0):.0%} of what could be closed"
-    if verdict == "unknown":
-        taken = f", and it would take {', '.join(beyond)} beyond its range" if beyond else ""
-        closest = f" The closest is {_list(findings)}, but {shrank}{taken}."
-        alone = f" On held-out data the model is off by {errors.before:.2f} times the noise."
-        without = f", without {', '.join(excluded)}," if excluded else ""
-        return (
-            f"Something is missing that the catalogue{without} does not hold."
-            + (closest if findings else alone)
-            + (_SLIPS if non_smooth else "")
-        )
-    missing = [finding for finding in findings if finding.kind == "missing"]
-    wrong = [finding for finding in findings if finding.kind != "missing"]
+
+    verdict: Verdict
+    findings: Sequence[Finding]
+    errors: ErrorReduction
+    judged: ErrorReduction
+    extrapolated: float
+    limit: float
+    beyond: Sequence[str] = ()
+    excluded: Sequence[str] = ()
+    non_smooth: bool = False
+
+
+def state(stated: Statement) -> str:
+    """State the verdict, its findings, and the error on held-out data."""
+    if stated.verdict == "nothing missing":
+        return _nothing(stated.errors, stated.limit)
+    if stated.verdict == "unknown":
+        return _unknown(stated)
+    missing = [finding for finding in stated.findings if finding.kind == "missing"]
+    wrong = [finding for finding in stated.findings if finding.kind != "missing"]
     parts = [f"Missing: {_list(missing)}"] if missing else []
     if wrong:
         parts.append(f"{'a' if parts else 'A'} parameter was wrong: {_list(wrong)}")
-    return f"{'; '.join(parts)}; {shrank}."
+    text = f"{'; '.join(parts)}; {_shrank(stated)}."
+    if stated.verdict == "partly":
+        text = (
+            f"In part: {text} Nothing in the catalogue{_without(stated)} explains what remains,"
+            f" {stated.judged.after:.2f} times noise and reproducibility."
+        )
+    return text
 
 
 def warn_of_ends(calibrated: Mapping[str, Value]) -> str:
@@ -76,6 +74,52 @@ def warn_of_ends(calibrated: Mapping[str, Value]) -> str:
         for name, value in calibrated.items()
         if value.at_end
     )
+
+
+def _unknown(stated: Statement) -> str:
+    text = f"Nothing in the catalogue{_without(stated)} explains the error."
+    if not stated.findings:
+        off = f"{stated.errors.before:.2f} times the noise"
+        return f"{text} On held-out data the model is off by {off}."
+    taken = (
+        f", and it would take {', '.join(stated.beyond)} beyond its range" if stated.beyond else ""
+    )
+    text += (
+        f" The closest, which is not proven, is {_list(stated.findings)}: {_shrank(stated)}{taken}."
+    )
+    return text + (_SLIPS if stated.non_smooth else "")
+
+
+def _shrank(stated: Statement) -> str:
+    """How far the errors on held-out data went, by signal and then over all."""
+    errors = stated.errors
+    signals = [
+        f"{column.removesuffix('_' + column_unit(column))} {before:.3g} to {after:.3g}"
+        f" {column_unit(column)}"
+        for column, (before, after, _) in errors.signals.items()
+    ]
+    shown = "; ".join(signals[:_SHOWN]) + ("; …" if len(signals) > _SHOWN else "")
+    text = (
+        f"on held-out data the error goes from {errors.before:.2f} to {errors.after:.2f} times the"
+        " noise"
+    )
+    if shown:
+        text = (
+            f"on held-out data the error goes from {shown}; over all from {errors.before:.2f} to"
+            f" {errors.after:.2f} times the noise"
+        )
+    if errors.after > _COARSE * stated.extrapolated:
+        text += (
+            f" ({stated.extrapolated:.2f} in ever shorter steps: the model's timestep is too long"
+            " for it)"
+        )
+    if errors.reducible_closed > 0.0:
+        text += f", which closes {min(errors.reducible_closed, 1.0):.0%} of what could be closed"
+    return text
+
+
+def _without(stated: Statement) -> str:
+    return f", without {', '.join(stated.excluded)}," if stated.excluded else ""
 
 
 def _nothing(errors: ErrorReduction, limit: float) -> str:

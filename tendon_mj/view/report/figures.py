@@ -28,7 +28,7 @@ def diagnosis_figures(
         "misfit" where there is one, "proof" where something was named, "gap", and
         "before_after".
     """
-    changed = bool(diagnosis.findings)
+    changed = diagnosis.changed
     measured, before, after = shown
     figures = {}
     if diagnosis.verdict != "nothing missing":

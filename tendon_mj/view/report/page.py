@@ -17,6 +17,7 @@ from tendon_mj.view.figures.labels import column_name
 from tendon_mj.view.figures.style import DPI
 from tendon_mj.view.report.advice import advise
 
+_KEPT = {False: "its last quarter", True: "left out in turn"}
 LEFT_OUT = "The comparison with mujoco.sysid was left out."
 
 
@@ -51,10 +52,10 @@ def report_page(
         "unit": lambda column: column_unit(column) or "–",
     }
     train, held_out = diagnosis.recordings, diagnosis.held_out_recordings
-    kept = "proof" if held_out else "selection and fit; its last quarter for proof"
+    kept = "proof" if held_out else f"selection and fit; {_KEPT[by_recording(train)]} for the proof"
     return environment.get_template("report.html").render(
         d=diagnosis,
-        changed=bool(diagnosis.findings),
+        changed=diagnosis.changed,
         model=train[0].model,
         catalogue=diagnosis.catalogue,
         pictures={name: _inline(figure) for name, figure in figures.items()},

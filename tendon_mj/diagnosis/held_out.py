@@ -1,0 +1,142 @@
+"""Held-out data as fitted models simulate them, in one of three ways.
+
+* Recordings that were held out: all of each.
+* None, and recordings of different states of the rig: each by a model that is fitted to the others.
+* None, and recordings of one state: the last quarter of each.
+
+What was set anew for a recording is fitted to it, by every model alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.diagnosis.data.problem import Problem, by_recording
+from tendon_mj.diagnosis.data.sessions import session_terms
+from tendon_mj.diagnosis.data.step_size import with_step
+from tendon_mj.diagnosis.effects.effect import Term
+from tendon_mj.diagnosis.model_selection.fit import Fit, fit
+from tendon_mj.replay.session_names import recording_of
+
+FloatArray = NDArray[np.float64]
+
+_REFIT = 6  # evaluations: a model changes little when one recording is left out
+_SESSION = 8  # evaluations, of a few numbers that hardly depend on each other
+
+
+@dataclass(frozen=True, eq=False)
+class Unseen:
+    """Held-out data as one model simulates them.
+
+    Attributes:
+        extrapolated: (m,) residual for a step of zero.
+        correction: (m,) extrapolated less simulated residual.
+        stated: (m,) residual with the model's own step.
+        sessions: what was set anew for each recording, ``<parameter> @ <recording>`` → value.
+    """
+
+    extrapolated: FloatArray
+    correction: FloatArray
+    stated: FloatArray
+    sessions: Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Data of a proof.
+
+    Attributes:
+        problem: training data, with the step of the search.
+        own: training data with the model's own step.
+        proof: held-out recordings with the model's own step; ``own`` where there are none.
+        step: of the search, see `with_step`.
+        base: parameter → value of the model.
+    """
+
+    problem: Problem
+    own: Problem
+    proof: Problem
+    step: float | None
+    base: Mapping[str, float]
+
+    @property
+    def has_recordings(self) -> bool:
+        """Whether recordings were held out."""
+        return self.proof is not self.own
+
+    @property
+    def leaves_one_out(self) -> bool:
+        """Whether each recording is held out in turn."""
+        return not self.has_recordings and by_recording(self.own.recordings)
+
+    @property
+    def mask(self) -> NDArray[np.bool_]:
+        """(m,) residuals of ``proof`` that are held out."""
+        if self.has_recordings or self.leaves_one_out:
+            return np.ones(self.proof.in_train.size, bool)
+        return ~self.own.in_train
+
+    def simulate(self, fitted: Fit) -> Unseen:
+        """Simulate the held-out data with a model that was fitted to the training data."""
+        if self.has_recordings:
+            return self._recordings(fitted)
+        if self.leaves_one_out:
+            return self._each_by_the_others(fitted)
+        parameters = fitted.parameters(self.base)
+        stated = self.own.residuals([parameters])[0]
+        sessions = {name: value for name, value in parameters.items() if recording_of(name)}
+        return Unseen(fitted.residual, fitted.correction, stated, sessions)
+
+    def _recordings(self, fitted: Fit) -> Unseen:
+        shared, judged = _shared(fitted, self.base), with_step(self.proof, self.step)
+        terms = session_terms(self.proof.recordings, self.proof.simulate)
+        alone = _fit_sessions(judged, shared, terms)
+        sessions = alone.parameters(self.base)
+        stated = self.proof.residuals([{**shared, **sessions}])[0]
+        return Unseen(alone.residual, alone.correction, stated, sessions)
+
+    def _each_by_the_others(self, fitted: Fit) -> Unseen:
+        rows = self.problem.recording_of
+        size = rows.size
+        parts = [np.empty(size), np.empty(size), np.empty(size)]
+        sessions: dict[str, float] = {}
+        for k, recording in enumerate(self.problem.recordings):
+            refitted = self._without(k, fitted)
+            shared = _shared(refitted, self.base)
+            terms = [t for t in fitted.calibrated if recording_of(t.targets[0]) == recording.name]
+            masks = [np.full(t.size, j == k) for j, t in enumerate(self.problem.train)]
+            alone = _fit_sessions(replace(self.problem, train=tuple(masks)), shared, terms)
+            own = alone.parameters(self.base)
+            sessions |= own
+            stated = self.own.residuals([{**shared, **own}])[0]
+            for part, found in zip(parts, (alone.residual, alone.correction, stated), strict=True):
+                part[rows == k] = found[rows == k]
+        return Unseen(parts[0], parts[1], parts[2], sessions)
+
+    def _without(self, left_out: int, fitted: Fit) -> Fit:
+        """The model fitted to all recordings but one."""
+        masks = [mask & (k != left_out) for k, mask in enumerate(self.problem.train)]
+        return fit(
+            replace(self.problem, train=tuple(masks)),
+            self.base,
+            fitted.calibrated,
+            fitted.effects,
+            fitted.values,
+            correction=fitted.correction,
+            evaluations=_REFIT,
+        )
+
+
+def _shared(fitted: Fit, base: Mapping[str, float]) -> dict[str, float]:
+    """Parameter → value that holds in all recordings."""
+    return {n: value for n, value in fitted.parameters(base).items() if not recording_of(n)}
+
+
+def _fit_sessions(problem: Problem, shared: Mapping[str, float], terms: Sequence[Term]) -> Fit:
+    """Fit what was set anew for recordings, with everything else as it is; or simulate them."""
+    start = np.array([term.inert for term in terms])
+    return fit(replace(problem, fixed=shared), {}, terms, (), start, evaluations=_SESSION)
