@@ -75,7 +75,9 @@ class Description:
     drive: column → actuator it prescribes; measured: column → the sensor that read it;
     known: parameter → value, never fitted [SI]; uncertain: parameter → range to fit within [SI];
     session: parameter → mean and spread of what was set anew for each recording [SI];
-    hold: driven columns that keep their value until the next sample; else linear between samples.
+    hold: driven columns that keep their value until the next sample; else linear between samples;
+    settle: time before the first sample [s], in which a replay brings the model to the first drive
+    value; 0: the model starts in its reference pose, as it must where a force drives what is free.
     A parameter is named ``<element>.<parameter>``; `*`, `?` and `[…]` stand for several elements.
     """
 
@@ -87,6 +89,7 @@ class Description:
     uncertain: Mapping[str, Uncertain] = field(default_factory=dict)
     session: Mapping[str, Session] = field(default_factory=dict)
     hold: tuple[str, ...] = ()
+    settle: float = 0.5
 
     def check(self, columns: Collection[str], where: str) -> None:
         """Raise `RecordingError`, beginning with ``where``, unless it fits the CSV's ``columns``.
@@ -96,6 +99,8 @@ class Description:
         """
         for key, text in (("model", self.model), ("source", self.source)):
             _check_text(text, f"{where}, {key}")
+        if not 0.0 <= self.settle < math.inf:
+            raise RecordingError(f"{where}, settle: {self.settle!r} [s] must be ≥ 0 and finite")
         series = [name for name in columns if name != TIME]
         for table in ("drive", "measured"):
             for column in getattr(self, table):

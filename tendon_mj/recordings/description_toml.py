@@ -12,7 +12,7 @@ from tendon_mj.errors import InvalidValueError, RecordingError, unknown
 from tendon_mj.recordings.description import Description, Measured, Session, Uncertain
 
 TABLES = ("drive", "measured", "known", "uncertain", "session")
-KEYS = ("model", "source", *TABLES)
+KEYS = ("model", "source", "settle", *TABLES)
 
 _UNQUOTED = 'a name that has a dot is quoted, such as "sheath.friction" = …'
 
@@ -38,6 +38,7 @@ def parse_description(text: str, where: str) -> Description:
     return Description(
         model=_text(toml["model"], f"{where}, model"),
         source=_text(toml["source"], f"{where}, source"),
+        settle=_number(toml.get("settle", Description.settle), f"{where}, settle"),
         drive={name: _driven(*entry)[0] for name, entry in entries["drive"].items()},
         measured={name: _measured(*entry) for name, entry in entries["measured"].items()},
         known={name: _number(*entry) for name, entry in entries["known"].items()},
@@ -68,6 +69,8 @@ def format_description(description: Description) -> str:
     }
     known = {name: float(value) for name, value in description.known.items()}
     document: dict[str, Any] = {"model": description.model, "source": description.source}
+    if description.settle != Description.settle:
+        document["settle"] = float(description.settle)
     tables = (drive, measured, known, uncertain, session)
     document |= {title: table for title, table in zip(TABLES, tables, strict=True) if table}
     return tomli_w.dumps(document)

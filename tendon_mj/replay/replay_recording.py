@@ -27,7 +27,7 @@ def replay_recording(
     *,
     parameters: Mapping[str, float] | None = None,
     described: bool = True,
-    settle: float = 0.5,
+    settle: float | None = None,
     progress: Progress | None = None,
     recorder: FrameRecorder | None = None,
 ) -> Recording:
@@ -47,6 +47,7 @@ def replay_recording(
         described: whether those three are applied; not where ``model`` knows better, as a patched
             one does.
         settle: time before the first sample [s]; with 0 the model starts in its reference pose.
+            Default: as the recording says.
         progress: called with the share that is done, 0 … 1, every 2000 steps.
         recorder: keeps frames of the run from the first sample on, to be drawn.
 

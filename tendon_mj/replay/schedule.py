@@ -30,6 +30,7 @@ class Schedule:
         recording: what was driven and measured.
         model: that has its actuators and sensors; not kept.
         settle: time before the first sample [s]; with 0 the model starts in its reference pose.
+            None: as the recording says.
         timestep: longest step allowed [s]; default: the model's.
 
     Attributes:
@@ -47,9 +48,10 @@ class Schedule:
         self,
         recording: Recording,
         model: mujoco.MjModel,
-        settle: float,
+        settle: float | None,
         timestep: float | None = None,
     ) -> None:
+        settle = recording.settle if settle is None else settle
         if not (math.isfinite(settle) and settle >= 0.0):
             raise InvalidValueError(f"settle = {settle} [s] must be finite and ≥ 0")
         longest = model.opt.timestep if timestep is None else timestep

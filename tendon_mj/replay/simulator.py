@@ -83,7 +83,7 @@ class Simulator:
         model: mujoco.MjModel | None = None,
         *,
         described: bool = True,
-        settle: float = 0.5,
+        settle: float | None = None,
         timestep: float | None = None,
         threads: int | None = None,
         strict: bool = False,

@@ -98,7 +98,7 @@ class Candidate:
         kind: "missing", an effect the model lacks, or "parameter", a number that may be wrong.
         where: the elements it is on, for the reader.
         terms: the first one is its strength, the others shape it.
-        non_smooth: see `Effect`.
+        non_smooth, changes: see `Effect`.
     """
 
     identifier: str
@@ -106,6 +106,7 @@ class Candidate:
     where: str
     terms: tuple[Term, ...]
     non_smooth: bool = False
+    changes: str = ""
 
     @property
     def label(self) -> str:
@@ -116,6 +117,11 @@ class Candidate:
     def on_sensor(self) -> bool:
         """Whether it changes no motion, only what a sensor makes of it."""
         return all(t.rpartition(".")[2] in Readout._fields for t in self.targets)
+
+    def acts_on(self, values: Mapping[str, float]) -> bool:
+        """Whether what it changes is there, with these values of the parameters."""
+        elements = {target.rsplit(".", 1)[0] for target in self.targets}
+        return not self.changes or any(values[f"{e}.{self.changes}"] != 0.0 for e in elements)
 
     @property
     def targets(self) -> frozenset[str]:
@@ -146,6 +152,8 @@ class Effect:
         non_smooth: whether the misfit has many local minima in its terms, as where it makes a
             sheath stick and slip. Where the linearisation does not hold, their whole ranges are
             searched.
+        changes: parameter of its elements that it changes; it is no candidate where that is 0 on
+            all of them. May be empty.
 
     Raises:
         InvalidValueError: the identifier is empty.
@@ -162,6 +170,7 @@ class Effect:
     kind: Kind = "missing"
     overrides_known: bool = False
     non_smooth: bool = False
+    changes: str = ""
 
     def __post_init__(self) -> None:
         if not self.identifier.strip():
@@ -174,7 +183,7 @@ class Effect:
         """Its candidates on a model, without those that fit what is known or fitted anyway."""
         taken = system.uncertain if self.overrides_known else system.known | system.uncertain
         return [
-            Candidate(self.identifier, self.kind, where, terms, self.non_smooth)
+            Candidate(self.identifier, self.kind, where, terms, self.non_smooth, self.changes)
             for where, terms in self.binding(system)
             if not any(target in taken for term in terms for target in term.targets)
         ]

@@ -37,6 +37,7 @@ TRANSMISSION: Final = (
         binding=on_sheaths(
             ParameterSpecification("static_friction", "-", 0.0, 3.0, 0.2, relative_to="friction")
         ),
+        changes="friction",
     ),
     Effect(
         identifier="velocity_weakening",
@@ -55,6 +56,7 @@ TRANSMISSION: Final = (
             ),
         ),
         non_smooth=True,
+        changes="friction",  # alone it would be friction of the sheath with one number more
     ),
     Effect(
         identifier="viscous_friction",
@@ -89,6 +91,7 @@ TRANSMISSION: Final = (
             "long steady pulls and long steady releases at one speed: their branches differ"
         ),
         binding=on_sheaths(ParameterSpecification("direction_asymmetry", "-", -0.9, 0.9, 0.05)),
+        changes="friction",
     ),
     Effect(
         identifier="position_dependent_friction",
@@ -98,6 +101,7 @@ TRANSMISSION: Final = (
         source="a worn or kinked stretch of tendon",
         next_experiment="short loops at different places along the stroke",
         binding=on_sheaths(ParameterSpecification("friction_gradient", "1/m", -2e3, 2e3, 30.0)),
+        changes="friction",
     ),
     Effect(
         identifier="friction_drift",
@@ -107,6 +111,7 @@ TRANSMISSION: Final = (
         source="running-in, lubricant and temperature",
         next_experiment="the same loop again at the end of an hour of motion",
         binding=on_sheaths(ParameterSpecification("friction_drift", "1/s", -0.2, 1.0, 0.01)),
+        changes="friction",
     ),
     Effect(
         identifier="backlash",

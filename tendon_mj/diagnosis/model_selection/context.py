@@ -82,7 +82,8 @@ class SelectionContext:
         list, until one does.
         """
         taken = frozenset[str]().union(*(effect.targets for effect in model.fit.effects))
-        others = [candidate for candidate in self.candidates if not candidate.targets & taken]
+        values = {**self.base, **model.fit.parameters(self.base)}
+        others = [c for c in self.candidates if not c.targets & taken and c.acts_on(values)]
         scores = screen(self.problem, self.base, model.fit, others, self.progress)
         shortlist, others_down = _promising(scores, share)
         fitted = list[FittedCandidate]()

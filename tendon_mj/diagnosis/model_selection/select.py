@@ -23,7 +23,7 @@ class Selection:
     Attributes:
         calibrated: model with only the uncertain parameters fitted.
         final: model with the selected effects.
-        effects: selected, in the order of selection.
+        effects: selected, those first without which the model leaves most.
         first: all candidates for the first of them; None where the calibrated model suffices.
     """
 
@@ -50,4 +50,12 @@ def select_effects(context: SelectionContext, calibrated: FittedCandidate) -> Se
     if len(model.fit.effects) > 1 and model.excess < near:
         model, rivals = swap(context, selection)
     effects = [rate(candidate, rivals[candidate.label]) for candidate in model.fit.effects]
+    if len(effects) > 1:
+        reduced = dict(selection.reduced) if model is selection.model else {}
+        for effect in effects:
+            candidate = effect.candidate
+            reduced[candidate.label] = reduced.get(candidate.label) or context.without(
+                model, candidate
+            )
+        effects.sort(key=lambda e: -reduced[e.candidate.label].excess)
     return Selection(calibrated, model, tuple(effects), first)

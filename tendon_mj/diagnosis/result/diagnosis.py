@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from tendon_mj.diagnosis.before_after import BeforeAfter, simulate_before_after
+from tendon_mj.diagnosis.data.problem import by_recording
 from tendon_mj.diagnosis.data.sessions import Spread
 from tendon_mj.diagnosis.effects.effect import Effect
 from tendon_mj.diagnosis.locate import Located
@@ -170,6 +171,11 @@ class Diagnosis:
         return bool(self.findings or self.closest)
 
     @property
+    def leaves_one_out(self) -> bool:
+        """Whether each recording was held out in turn, for a model fitted to the others."""
+        return not self.held_out_recordings and by_recording(self.recordings)
+
+    @property
     def fitted(self) -> dict[str, float]:
         """Every parameter that was fitted, as the final model has it [its SI unit]."""
         return {name: self.model[name] for name in (*self.calibrated, *self.parameters)}
@@ -236,6 +242,7 @@ class Diagnosis:
             "calibrated": {name: vars(value) for name, value in self.calibrated.items()},
             "sessions": {name: vars(spread) for name, spread in self.sessions.items()},
             "reproducibility": dict(self.reproducibility),
+            "leaves_one_out": self.leaves_one_out,
             "gap": {
                 "train": _errors(self.train),
                 "held_out": _errors(self.held_out) | {"regimes": _regimes(*self.proof)},
