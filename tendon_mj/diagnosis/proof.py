@@ -17,6 +17,7 @@ from tendon_mj.diagnosis.held_out import HeldOut, Unseen
 from tendon_mj.diagnosis.locate import locate
 from tendon_mj.diagnosis.model_selection.context import SelectionContext
 from tendon_mj.diagnosis.model_selection.fit import Fit
+from tendon_mj.diagnosis.model_selection.intervals import intervals
 from tendon_mj.diagnosis.model_selection.reproducibility import bar, reproducibility
 from tendon_mj.diagnosis.model_selection.select import Selection
 from tendon_mj.diagnosis.model_selection.thresholds import (
@@ -139,7 +140,7 @@ def _weigh(
     """Evidence of a selection; (m,) bars of the held-out residuals; and the reproducibility."""
     before, after = unseen
     judged, mask = held_out.proof, held_out.mask
-    deviations = reproducibility(context.problem, selection.final.fit)
+    deviations = reproducibility(context.problem, selection.final.fit.residual)
     bars = bar(judged, deviations)
     limit = detection_limit(judged, step_error((after.correction / bars)[mask]), bars)
     final, kinds = selection.final.fit, [s.candidate.kind for s in selection.effects]
@@ -165,17 +166,22 @@ def _without_idle(
 ) -> Selection:
     """The selection without the effect that the held-out data can best do without, if any.
 
-    An effect holds if without it they are predicted worse, by more than the limit.
+    An effect holds if the data determine that it is there, its interval being clear of what does
+    nothing, and if without it the held-out data are predicted worse, by more than the limit.
     """
     if len(selection.effects) < 2:
         return selection
-    mask = held_out.mask
+    mask, fitted = held_out.mask, selection.final.fit
+    ranges = intervals(context.problem, fitted)
     left = float(np.mean((after.extrapolated / bars)[mask] ** 2))
     least, idle = limit, None
     for selected in selection.effects:
         reduced = context.polish(context.without(selection.final, selected.candidate))
         unseen = held_out.simulate(reduced.fit)
         lost = float(np.mean((unseen.extrapolated / bars)[mask] ** 2)) - left
+        strength = fitted.terms_of(selected.candidate).start
+        if ranges[strength][0] <= fitted.terms[strength].inert <= ranges[strength][1]:
+            lost = min(lost, 0.0)
         if lost < least:
             others = tuple(s for s in selection.effects if s is not selected)
             least, idle = lost, replace(selection, final=reduced, effects=others)

@@ -3,12 +3,14 @@
 Two estimates, of which the larger counts, column by column:
 
 * repeats: of recordings in one state under one drive, half the mean square difference;
-* refits: fitted to recording k alone, the shared terms shift by
-  δ_k = −(J_kᵀJ_k + ridge)⁻¹ J_kᵀ r_k. What that changes in the recording, J_k δ_k, differs between
-  sessions as far as the model can say; with R recordings that share the terms, R/(R−1) of its mean
-  square is the variance.
+* zeros and scales: the residual of recording k is a_k + b_k y_k + rest, y the measured signal. What
+  all recordings of one state have in common, the means of a and b, is an error of the model; how
+  they scatter about it differs from session to session. Of R recordings in one state the variance
+  is R/(R−1) times the mean square of a_k − ā + (b_k − b̄) y_k.
 
-Recordings of one state and one session say nothing of it; it is 0 then, and noise is all there is.
+Where each state was recorded once, what differs between sessions cannot be told from what the model
+says wrongly of the state. It is then 0, as it is in a single session, and the stated noise is all
+there is.
 """
 
 from __future__ import annotations
@@ -20,21 +22,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.diagnosis.data.problem import Problem, by_recording
-from tendon_mj.diagnosis.model_selection.fit import Fit
 from tendon_mj.recordings.recording import Recording
 
 FloatArray = NDArray[np.float64]
 
 _SAME_DRIVE = 0.01  # of its range, rms difference
 _SAME_TIME = 1e-3  # of the duration
-_RIDGE = 1e-3  # of the shared normal matrix over the recordings: directions one cannot determine
 
 
-def reproducibility(problem: Problem, fit: Fit) -> dict[str, float]:
-    """Column → standard deviation between sessions, beyond noise [the column's unit]."""
+def reproducibility(problem: Problem, residual: FloatArray) -> dict[str, float]:
+    """Column → standard deviation between sessions, beyond noise [the column's unit].
+
+    Args:
+        problem: data, of which the training samples count.
+        residual: (m,) of a model, in units of noise.
+    """
     found = dict.fromkeys((column for _, column, _ in problem.layout()), 0.0)
     if by_recording(problem.recordings):
-        found |= _from_refits(problem, fit)
+        found |= _from_zeros_and_scales(problem, residual)
     for column, deviation in _from_repeats(problem).items():
         found[column] = max(found[column], deviation)
     return found
@@ -50,26 +55,29 @@ def bar(problem: Problem, deviations: Mapping[str, float]) -> FloatArray:
     )
 
 
-def _from_refits(problem: Problem, fit: Fit) -> dict[str, float]:
-    used = problem.in_train
-    free = fit.free & fit.shared
-    jacobian, residual = fit.jacobian[:, free], fit.residual
-    ridge = _RIDGE * np.diag(np.diag(jacobian[used].T @ jacobian[used]))
-    count = len(problem.recordings)
-    change = np.zeros(residual.size)
-    for k in range(count):
-        rows = used & (problem.recording_of == k)
-        j = jacobian[rows]
-        if j.size:
-            change[rows] = j @ np.linalg.solve(j.T @ j + ridge / count, j.T @ residual[rows])
-    powers: dict[str, list[float]] = {}
+def _from_zeros_and_scales(problem: Problem, residual: FloatArray) -> dict[str, float]:
+    lines: dict[tuple[str, int], list[tuple[FloatArray, FloatArray]]] = {}
+    states = [recording.known for recording in problem.recordings]
     edges = np.cumsum([0, *(size for _, _, size in problem.layout())])
     for (k, column, _), first, last in zip(problem.layout(), edges, edges[1:], strict=False):
-        inside = change[first:last][used[first:last]] * problem.noise[k][column]
-        if inside.size:
-            powers.setdefault(column, []).append(float(np.mean(inside**2)))
-    scale = count / (count - 1)
-    return {column: float(np.sqrt(scale * np.mean(power))) for column, power in powers.items()}
+        used = problem.in_train[first:last]
+        if not used.any():
+            continue
+        signal = problem.recordings[k].columns[column][used]
+        basis = np.column_stack([np.ones(signal.size), signal])
+        error = residual[first:last][used] * problem.noise[k][column]
+        line = np.asarray(np.linalg.lstsq(basis, error, rcond=None)[0], np.float64)
+        lines.setdefault((column, states.index(states[k])), []).append((basis, line))
+    powers: dict[str, list[float]] = {}
+    for (column, _), rows in lines.items():
+        count = len(rows)
+        if count > 1:
+            mean = np.mean([line for _, line in rows], axis=0)
+            powers.setdefault(column, []).extend(
+                count / (count - 1) * float(np.mean((basis @ (line - mean)) ** 2))
+                for basis, line in rows
+            )
+    return {column: float(np.sqrt(np.mean(power))) for column, power in powers.items()}
 
 
 def _from_repeats(problem: Problem) -> dict[str, float]:
