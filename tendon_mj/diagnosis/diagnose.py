@@ -34,6 +34,7 @@ from tendon_mj.diagnosis.effects.catalogue import (
     check_bindings,
 )
 from tendon_mj.diagnosis.effects.effect import SystemDescription, Term
+from tendon_mj.diagnosis.model_selection.comparison import FittedCandidate
 from tendon_mj.diagnosis.model_selection.context import CONVERGED, SelectionContext
 from tendon_mj.diagnosis.model_selection.select import Selection, select_effects
 from tendon_mj.diagnosis.model_selection.thresholds import SMALLEST_EXCESS, reducible_excess
@@ -46,6 +47,8 @@ from tendon_mj.replay.grouped_names import expand, matching
 from tendon_mj.replay.simulator import Simulator
 
 _SHORTEST = 0.5  # times the model's own step
+_RINGING = 0.1  # of the mean square residual, by which halving the step changes it
+_PROBE = 0.05  # of the range of what is uncertain
 _NEARLY = 2.0  # times the detection limit or the step's error: the rest may be the step's
 
 
@@ -94,16 +97,10 @@ def diagnose(
     check_bindings(system, exclude, effects)
     bound = tuple(candidates(system, exclude, effects))
     check_simulation(own)
-    step = search_step(own)
-    problem = with_step(own, step)
-
-    progress("calibrate", 0, 1)
-    terms = (*_uncertain_terms(problem), *session_terms(train, own.simulate))
-    context = SelectionContext(problem, base, terms, (), 0.0, 0.0, progress)
-    start = [term.inert for term in context.calibrated]
-    calibrated = context.fit_model((), start, evaluations=CONVERGED)
-    progress("calibrate", 1, 1)
-
+    terms = (*_uncertain_terms(own), *session_terms(train, own.simulate))
+    context = SelectionContext(own, base, terms, (), 0.0, 0.0, progress)
+    context, calibrated, step = _calibrate(context, search_step(own))
+    problem = context.problem
     context = replace(
         context,
         candidates=bound,
@@ -124,13 +121,37 @@ def diagnose(
     return found
 
 
+def _calibrate(
+    context: SelectionContext, step: float | None
+) -> tuple[SelectionContext, FittedCandidate, float | None]:
+    """Fit what is uncertain, in shorter steps where the model rings in longer ones."""
+    own, start = context.problem, [term.inert for term in context.calibrated]
+    while True:
+        context.progress("calibrate", 0, 1)
+        context = replace(context, problem=with_step(own, step))
+        calibrated = context.fit_model((), start, evaluations=CONVERGED)
+        context.progress("calibrate", 1, 1)
+        if step is None or step <= _SHORTEST or not _rings(context.problem, calibrated):
+            return context, calibrated, step
+        step *= 0.5
+
+
+def _rings(problem: Problem, model: FittedCandidate) -> bool:
+    """Whether halving the step changes a model by much of what it leaves."""
+    used = problem.in_train
+    left = float(np.mean(model.fit.residual[used] ** 2))
+    return not step_error(model.fit.correction[used]) <= max(1.0, _RINGING * left)
+
+
 def _uncertain_terms(problem: Problem) -> tuple[Term, ...]:
     """Terms of the parameters that the recordings call uncertain."""
     parameters, terms = problem.simulate.parameters, list[Term]()
     for name, u in problem.recordings[0].uncertain.items():
         if u.high > u.low:
             targets = matching(name, parameters)
-            probe = (u.high - u.low) / 20.0
+            probe = _PROBE * (u.high - u.low)
+            if 0.0 < abs(u.value) < probe:  # a range of decades
+                probe = 2.0 * _PROBE * abs(u.value)
             terms += [
                 Term(alike, parameters[alike[0]].unit, u.value, u.low, u.high, probe)
                 for alike in ([(t,) for t in targets] if u.each else [tuple(targets)])

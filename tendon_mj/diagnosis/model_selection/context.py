@@ -28,7 +28,8 @@ CONVERGED = 25  # evaluations: enough for a fit to converge
 _NEAR = 5  # evaluations: enough from where screening has led
 _MOST_FITS, _MOST_LOOKED_AT = 4, 10
 _PROMISING = 0.6  # of what the best candidate explains, to be fitted
-_LEAST = 0.15  # likewise, where none of those improves the model
+_LEAST = 0.03, 0.3  # likewise, where none of those explains enough; on a sensor
+_EXPLAINS = 0.5  # of the excess may be left by an effect, for no others to be looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,9 +78,10 @@ class SelectionContext:
     def extend(self, model: FittedCandidate, share: float = _PROMISING) -> CandidateSet:
         """Screen all candidates for one more effect, and fit the best.
 
-        Fitted are those that explain, by screening, at least ``share`` of what the best does; where
-        none of them improves the model with a strength that the data determine, others down the
-        list, until one does.
+        Fitted are those that explain, by screening, at least ``share`` of what the best does; and
+        others down the list, until one leaves less than half of the excess, with a strength that
+        the data determine. Screening is linear, and may see little of an effect that trades places
+        with what was fitted before.
         """
         taken = frozenset[str]().union(*(effect.targets for effect in model.fit.effects))
         values = {**self.base, **model.fit.parameters(self.base)}
@@ -88,7 +90,7 @@ class SelectionContext:
         shortlist, others_down = _promising(scores, share)
         fitted = list[FittedCandidate]()
         for k, score in enumerate(shortlist + others_down):
-            if k >= len(shortlist) and any(self._is_better(model, found) for found in fitted):
+            if k >= len(shortlist) and any(self._explains(model, found) for found in fitted):
                 break
             self.progress("fit", min(k, len(shortlist)), len(shortlist))
             effects = (*model.fit.effects, score.candidate)
@@ -103,11 +105,12 @@ class SelectionContext:
             tuple(scores), tuple(sorted(best.values(), key=lambda model: model.excess))
         )
 
-    def _is_better(self, model: FittedCandidate, extended: FittedCandidate) -> bool:
-        """Whether an effect improves a model with a strength that the data determine."""
+    def _explains(self, model: FittedCandidate, extended: FittedCandidate) -> bool:
+        """Whether an effect leaves less than half, with a strength that the data determine."""
         candidate = extended.candidate
         determined = candidate is not None and extended.fit.determines(candidate)
-        return determined and self.improves(model, extended)
+        less = extended.excess < _EXPLAINS * model.excess
+        return determined and less and self.improves(model, extended)
 
     def without(self, model: FittedCandidate, candidate: Candidate) -> FittedCandidate:
         """Fit a model without one of its effects, from the values of the others."""
@@ -192,5 +195,9 @@ def _promising(
             starts.update((label, identifier))
             kept.append(score)
     near = [s for s in kept if s.explained >= share * scores[0].explained][:_MOST_FITS]
-    down = [s for s in kept[len(near) :] if s.explained >= _LEAST * scores[0].explained]
+    down = [
+        s
+        for s in kept[len(near) :]
+        if s.explained >= _LEAST[s.candidate.on_sensor] * scores[0].explained
+    ]
     return near, down[: _MOST_LOOKED_AT - len(near)]
