@@ -44,6 +44,11 @@ class Mjcf:
         bodies = self.root.findall("worldbody")
         return self._named("joint", name, (j for body in bodies for j in body.iter("joint")))
 
+    def body(self, name: str) -> Element:
+        """A body by name."""
+        worlds = self.root.findall("worldbody")
+        return self._named("body", name, (b for world in worlds for b in world.iter("body")))
+
     def actuator(self, name: str) -> Element:
         """An actuator of any kind by name."""
         return self._named("actuator", name, self.root.iterfind("actuator/*"))

@@ -12,7 +12,7 @@ Verdicts:
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -44,8 +44,10 @@ from tendon_mj.errors import UnknownNameError
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.grouped_names import expand, matching
+from tendon_mj.replay.parameters import Kind, Parameter
 from tendon_mj.replay.simulator import Simulator
 
+_NONE = Parameter(0.0, "", "joint")
 _SHORTEST = 0.5  # times the model's own step
 _RINGING = 0.1  # of the mean square residual, by which halving the step changes it
 _PROBE = 0.05  # of the range of what is uncertain
@@ -189,8 +191,9 @@ def describe_system(problem: Problem) -> SystemDescription:
             span = float(np.ptp(recording.columns[column]))
             spans[measured.sensor] = max(spans.get(measured.sensor, 0.0), span) or 1.0
     first, parameters = problem.recordings[0], problem.simulate.parameters
-    joints = sorted({n.rsplit(".", 1)[0] for n, p in parameters.items() if p.kind == "joint"})
+    joints, motors = (sorted(_elements(parameters, kind)) for kind in ("joint", "motor"))
     driven = [j for j, is_driven in problem.simulate.joints.items() if is_driven]
+    inputs = tuple(first.drive.values())
     return SystemDescription(
         values={name: parameter.value for name, parameter in parameters.items()},
         known=frozenset(n for r in problem.recordings for n in expand(r.known, parameters)),
@@ -198,6 +201,14 @@ def describe_system(problem: Problem) -> SystemDescription:
             n for r in problem.recordings for n in expand({**r.uncertain, **r.session}, parameters)
         ),
         spans=spans,
-        inputs=tuple(first.drive.values()),
+        inputs=inputs,
         free_joints=tuple(joint for joint in joints if joint not in driven),
+        motors=tuple(name for name in inputs if name in motors),
+        slides=frozenset(j for j in joints if parameters.get(f"{j}.armature", _NONE).unit == "kg"),
+        joints={name: p.joints for name, p in parameters.items() if p.joints},
     )
+
+
+def _elements(parameters: Mapping[str, Parameter], kind: Kind) -> set[str]:
+    """Elements of a kind that have parameters."""
+    return {name.rsplit(".", 1)[0] for name, p in parameters.items() if p.kind == kind}

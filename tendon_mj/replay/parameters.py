@@ -4,12 +4,14 @@
 |---|---|
 | sheath, servo | those of `tendon_mj.Parameters`: friction [-], axial_stiffness [N], … |
 | joint | stiffness, damping, frictionloss, armature, springref [SI of a hinge or slide] |
-| actuator | gear; kp, kv of a position servo; command_scale [-], command_offset [of its control] |
+| body that moves | mass [kg], with which its inertia grows in proportion |
+| actuator | gear; kp, kv of a position servo |
+| | command_scale [-], command_offset [of its control], command_delay [s] |
 | sensor | scale [-], offset [of its reading], delay [s], lag [s], drift [of its reading per s] |
 | gravity | x, y, z [m/s²] |
 
-The last two of actuators and those of sensors are the rig's: control = scale × column + offset, and
-a column is what `replay_readout` makes of a reading.
+The commands of actuators and the parameters of sensors are the rig's:
+control(t) = scale × column(t − delay) + offset, and a column is what `Readout` makes of a reading.
 """
 
 from __future__ import annotations
@@ -31,19 +33,22 @@ from tendon_mj.sheath.law import LAW, check_static
 _OBJ, _JNT, _TRN = mujoco.mjtObj, mujoco.mjtJoint, mujoco.mjtTrn
 _Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
 
-Kind = Literal["live", "joint", "actuator", "sensor", "gravity"]
+Kind = Literal["live", "joint", "body", "actuator", "motor", "sensor", "gravity"]
 
 
 class Parameter(NamedTuple):
     """A number of a model: its value, its unit, and what kind of element has it.
 
-    ``live``: of a sheath or servo, in `mjData.plugin_state`; ``low``: the least that it may be.
+    ``live``: of a sheath or servo, in `mjData.plugin_state`. ``motor``: an actuator whose force
+    depends on nothing but its control. ``low``: the least that it may be. ``joints``: those that an
+    actuator is on, or that move a body, its own first.
     """
 
     value: float
     unit: str
     kind: Kind
     low: float = -math.inf
+    joints: tuple[str, ...] = ()
 
 
 class _Entry(NamedTuple):
@@ -51,6 +56,7 @@ class _Entry(NamedTuple):
     unit: str
     places: list[_Place]
     low: float = -math.inf
+    joints: tuple[str, ...] = ()
 
 
 class Adjustable:
@@ -61,7 +67,7 @@ class Adjustable:
 
     Attributes:
         model, data: ready to run, with what ``set`` was given.
-        commands: (nactuator, 2) scale and offset, for who runs the model.
+        commands: (nactuator, 3) scale, offset and delay, for who runs the model.
         readings: (nsensor, 5) `Readout` of every sensor, for who runs the model.
     """
 
@@ -71,9 +77,11 @@ class Adjustable:
         self.commands = stored_commands(model)
         self.readings = stored_readouts(model)
         self._live = Parameters(model, self.data)
-        self._entries = self._joints() | self._actuators() | self._sensors() | self._gravity()
+        self._entries = (
+            self._joints() | self._bodies() | self._actuators() | self._sensors() | self._gravity()
+        )
         for name, entry in self._entries.items():
-            if entry.kind == "sensor":  # from user data, which nobody checked
+            if entry.kind == "sensor" or ".command_" in name:  # user data, which nobody checked
                 _check(name, entry, _value(entry))
 
     def names(self) -> list[str]:
@@ -86,7 +94,10 @@ class Adjustable:
             name: Parameter(value, live_unit(name.rsplit(".", 1)[1]), "live", _least(name))
             for name, value in self._live.items()
         }
-        found |= {n: Parameter(_value(e), e.unit, e.kind, e.low) for n, e in self._entries.items()}
+        found |= {
+            name: Parameter(_value(entry), entry.unit, entry.kind, entry.low, entry.joints)
+            for name, entry in self._entries.items()
+        }
         return dict(sorted(found.items()))
 
     def set(self, values: Mapping[str, float]) -> None:
@@ -109,7 +120,7 @@ class Adjustable:
                 self._live[name] = value
         for name in values.keys() - self._entries.keys():
             self._check_sheath(name.rsplit(".", 1)[0])
-        if any(name.endswith(".armature") for name in values):
+        if any(name.endswith((".armature", ".mass")) for name in values):
             mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
 
     def _check_sheath(self, sheath: str) -> None:
@@ -136,6 +147,30 @@ class Adjustable:
                     found[f"{name}.{parameter}"] = _Entry("joint", unit, places, low)
         return found
 
+    def _bodies(self) -> dict[str, _Entry]:
+        m, found = self.model, {}
+        for body in range(1, m.nbody):
+            name, mass = mujoco.mj_id2name(m, _OBJ.mjOBJ_BODY, body), float(m.body_mass[body])
+            if not name or mass == 0.0 or m.body_weldid[body] == 0:
+                continue
+            places: list[_Place] = [(m.body_mass, body, 1.0)]
+            for axis in range(3):
+                ratio = float(m.body_inertia[body, axis]) / mass
+                places.append((m.body_inertia, (body, axis), ratio))
+            entry = _Entry("body", "kg", places, mujoco.mjMINVAL, self._joints_above(body))
+            found[f"{name}.mass"] = entry
+        return found
+
+    def _joints_above(self, body: int) -> tuple[str, ...]:
+        """Joints that have a name and move a body, its own first."""
+        m, found = self.model, list[str]()
+        while body:
+            first = m.body_jntadr[body]
+            joints = range(first, first + m.body_jntnum[body])
+            found += [mujoco.mj_id2name(m, _OBJ.mjOBJ_JOINT, joint) or "" for joint in joints]
+            body = m.body_parentid[body]
+        return tuple(filter(None, found))
+
     def _actuators(self) -> dict[str, _Entry]:
         m, found = self.model, {}
         gain, bias = m.actuator_gainprm, m.actuator_biasprm
@@ -147,22 +182,43 @@ class Adjustable:
                 "gear": ("-", [(m.actuator_gear, (k, 0), 1.0)], -math.inf),
                 "command_scale": ("-", [(self.commands, (k, 0), 1.0)], -math.inf),
                 "command_offset": (UNKNOWN, [(self.commands, (k, 1), 1.0)], -math.inf),
+                "command_delay": ("s", [(self.commands, (k, 2), 1.0)], 0.0),
             }
             if gain[k, 0] != 0.0 and gain[k, 0] == -bias[k, 1]:  # a position servo
                 slides = not self._turns(k)
                 places: list[_Place] = [(gain, (k, 0), 1.0), (bias, (k, 1), -1.0)]
                 slots["kp"] = (JOINT["stiffness"][slides], places, 0.0)
                 slots["kv"] = (JOINT["damping"][slides], [(bias, (k, 2), -1.0)], 0.0)
+            kind: Kind = "motor" if self._is_motor(k) else "actuator"
+            joint = self._joint_of(k)
+            on = mujoco.mj_id2name(m, _OBJ.mjOBJ_JOINT, joint) if joint >= 0 else None
             for parameter, (unit, places, low) in slots.items():
-                found[f"{name}.{parameter}"] = _Entry("actuator", unit, places, low)
+                entry = _Entry(kind, unit, places, low, (on,) if on else ())
+                found[f"{name}.{parameter}"] = entry
         return found
+
+    def _joint_of(self, actuator: int) -> int:
+        """The joint that it is on, or −1."""
+        on_joint = _TRN.mjTRN_JOINT.value, _TRN.mjTRN_JOINTINPARENT.value
+        m = self.model
+        return (
+            int(m.actuator_trnid[actuator, 0]) if m.actuator_trntype[actuator] in on_joint else -1
+        )
 
     def _turns(self, actuator: int) -> bool:
         """Whether it moves a hinge."""
+        joint = self._joint_of(actuator)
+        return bool(joint >= 0 and self.model.jnt_type[joint] == _JNT.mjJNT_HINGE.value)
+
+    def _is_motor(self, actuator: int) -> bool:
+        """Whether its force is its control times a gain."""
         m = self.model
-        on_joint = m.actuator_trntype[actuator] == _TRN.mjTRN_JOINT.value
-        joint = m.actuator_trnid[actuator, 0]
-        return bool(on_joint and m.jnt_type[joint] == _JNT.mjJNT_HINGE.value)
+        return bool(
+            m.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_FIXED.value
+            and m.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_NONE.value
+            and m.actuator_dyntype[actuator] == mujoco.mjtDyn.mjDYN_NONE.value
+            and m.actuator_plugin[actuator] < 0
+        )
 
     def _sensors(self) -> dict[str, _Entry]:
         found = {}

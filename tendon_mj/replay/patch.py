@@ -4,7 +4,8 @@
 |---|---|
 | of a sheath or servo | its plugin instance's ``config`` |
 | of a joint; ``gear``, ``kp``, ``kv`` | the element's own attribute |
-| ``command_scale``, ``command_offset`` | the actuator's ``user`` data, in this order |
+| ``mass`` of a body | its ``<inertial>``, which is made where its geoms have the mass |
+| ``command_scale``, ``command_offset``, ``command_delay`` | ``user`` data, in this order |
 | ``scale`` … ``drift`` of a sensor | the sensor's ``user`` data, in the order of `Readout` |
 | ``gravity.x`` … | ``<option gravity>`` |
 | a parameter's interval | ``<custom><text name="<parameter>.interval" data="<low> <high>"/>`` |
@@ -73,7 +74,9 @@ def patch_model(
             _write_config(text, element, parameter, value)
         elif kinds[name] == "joint":
             _write_joint(text, adjustable.model, spec, element, parameter, value)
-        elif kinds[name] == "actuator":
+        elif kinds[name] == "body":
+            _write_mass(text, adjustable.model, element, value)
+        elif kinds[name] in ("actuator", "motor"):
             _write_actuator(text, adjustable, element, parameter)
         elif kinds[name] == "sensor":
             sensor = adjustable.model.sensor(element).id
@@ -82,6 +85,7 @@ def patch_model(
             text.sensor(element).set("user", user)
         else:
             text.section("option", "gravity").set("gravity", numbers(adjustable.model.opt.gravity))
+    _write_damping(text, adjustable, spec)
     _write_intervals(text, intervals)
     text.root.insert(0, ElementTree.Comment(_says(source, adjustable, parameters, intervals)))
     text.move_to(target.parent, spec)
@@ -139,6 +143,30 @@ def _write_joint(
     set_first(text.joint(element), parameter, value)
 
 
+def _write_mass(text: Mjcf, model: mujoco.MjModel, element: str, value: float) -> None:
+    """Write the mass of a body as the model has it by now, and its inertia in proportion."""
+    body, written = model.body(element), text.body(element)
+    inertial = written.find("inertial")
+    if inertial is None:
+        pose = {"pos": numbers(body.ipos), "quat": numbers(body.iquat)}
+        inertial = ElementTree.SubElement(written, "inertial", pose)
+        inertial.set("diaginertia", numbers(body.inertia))
+    else:
+        ratio = value / float(inertial.get("mass", "nan"))
+        for attribute in ("diaginertia", "fullinertia"):
+            if attribute in inertial.attrib:
+                stated = str(inertial.get(attribute)).split()
+                inertial.set(attribute, numbers(ratio * float(number) for number in stated))
+    inertial.set("mass", number(value))
+
+
+def _write_damping(text: Mjcf, adjustable: Adjustable, spec: mujoco.MjSpec) -> None:
+    """Write as kv what a damping ratio made of masses that may be other ones now."""
+    for actuator in spec.actuators:
+        if actuator.biasprm[2] > 0.0 and f"{actuator.name}.kv" in adjustable.parameters():
+            _write_actuator(text, adjustable, actuator.name, "kv")
+
+
 def _write_actuator(text: Mjcf, adjustable: Adjustable, element: str, parameter: str) -> None:
     m, written = adjustable.model, text.actuator(element)
     k = m.actuator(element).id
@@ -146,7 +174,7 @@ def _write_actuator(text: Mjcf, adjustable: Adjustable, element: str, parameter:
         set_first(written, "gear", m.actuator_gear[k, 0])
     elif parameter not in ("kp", "kv"):
         row, user = adjustable.commands[k], m.actuator_user[k]
-        written.set("user", _user(f"{element}.{parameter}", row, user, text, "actuator"))
+        written.set("user", _user(f"{element}.{parameter}", row, user, text, "actuator", 2))
     elif written.tag == "general":
         written.set("gainprm", numbers(m.actuator_gainprm[k]))
         written.set("biasprm", numbers(m.actuator_biasprm[k]))
@@ -156,11 +184,16 @@ def _write_actuator(text: Mjcf, adjustable: Adjustable, element: str, parameter:
         written.set("kv", number(0.0 - m.actuator_biasprm[k, 2]))
 
 
-def _user(name: str, row: FloatArray, there: FloatArray, text: Mjcf, kind: str) -> str:
-    """User data that begins with our row; the ``nuser`` of its kind is enlarged to hold it."""
+def _user(
+    name: str, row: FloatArray, there: FloatArray, text: Mjcf, kind: str, fewest: int | None = None
+) -> str:
+    """User data that begins with our row; the ``nuser`` of its kind is enlarged to hold it.
+
+    Where there are fewer numbers than ``fewest``, by default than in a row, they are not ours.
+    """
     if not row.any():
         raise InvalidValueError(f"{name}: a scale of 0 with nothing else cannot be written")
-    if 0 < len(there) < len(row):
+    if 0 < len(there) < (fewest or len(row)):
         raise InvalidValueError(
             f"{name}: the model's {kind}s have user data of {len(there)} numbers of their own, and"
             f" {len(row)} are needed there"
@@ -207,7 +240,10 @@ def _check_written(path: Path, adjustable: Adjustable, parameters: Mapping[str, 
             got = found[name].value if name in found else "no such parameter"
             raise TendonError(f"{path}: {name} = {value!r} was to be written, it reads {got}")
     mujoco.mj_setConst(adjustable.model, mujoco.MjData(adjustable.model))
-    for field in ("qpos0", "body_mass", "dof_invweight0", "site_pos", "tendon_length0"):
+    for field in (
+        *("qpos0", "body_mass", "body_inertia", "dof_invweight0"),
+        *("site_pos", "tendon_length0", "actuator_biasprm"),
+    ):
         _compare(path, field, getattr(adjustable.model, field), getattr(written, field))
     meant, got = adjustable.model.tendon_lengthspring, written.tendon_lengthspring
     # its own spring, resting where `springref` says

@@ -73,9 +73,13 @@ def stored_readouts(model: mujoco.MjModel) -> FloatArray:
 
 
 def stored_commands(model: mujoco.MjModel) -> FloatArray:
-    """(nactuator, 2) scale and offset from the actuators' user data, likewise."""
-    rows = np.tile([1.0, 0.0], (model.nactuator, 1))
-    if model.nuser_actuator >= 2:
-        given = model.actuator_user[:, :2]
-        rows = np.where(given.any(axis=1)[:, None], given, rows)
+    """(nactuator, 3) scale, offset and delay from the actuators' user data, likewise.
+
+    With two numbers, scale and offset, no command is late.
+    """
+    rows = np.tile([1.0, 0.0, 0.0], (model.nactuator, 1))
+    size = min(model.nuser_actuator, 3)
+    if size >= 2:
+        given = model.actuator_user[:, :size]
+        rows[:, :size] = np.where(given.any(axis=1)[:, None], given, rows[:, :size])
     return rows

@@ -91,12 +91,20 @@ class Schedule:
         ramp = np.minimum(1.0, np.arange(1, self.lead + 1) / max(1, self.lead // 2))
         for column, name in self.recording.drive.items():
             actuator = adjustable.model.actuator(name).id
-            scale, offset = adjustable.commands[actuator]
-            drive = scale * self._drive[column] + offset
+            scale, offset, delay = adjustable.commands[actuator]
+            drive = scale * self._late(column, delay) + offset
             slot = adjustable.model.actuator_ctrladr[actuator]
             control[: self.lead, slot] = ramp * drive[0]
             control[self.lead :, slot] = drive
         return control
+
+    def _late(self, column: str, delay: float) -> FloatArray:
+        """(steps+1,) driven column, ``delay`` ≥ 0 [s] later; before, it is its first value."""
+        drive = self._drive[column]
+        if delay == 0.0:
+            return drive
+        grid = self.clock.time
+        return np.interp(grid - delay, grid, drive)
 
     def read_out(self, adjustable: Adjustable, readings: FloatArray) -> dict[str, FloatArray]:
         """(n,) of every measured column, from the (steps+1, nsensordata) readings."""

@@ -9,6 +9,8 @@ from functools import partial
 from tendon_mj.diagnosis.effects.effect import Binding, Bound, SystemDescription, Term
 from tendon_mj.errors import InvalidValueError
 
+_SMALLEST_SHARE = 0.01  # of the model's own value: a smaller probe hardly shows
+
 
 @dataclass(frozen=True)
 class ParameterSpecification:
@@ -21,7 +23,8 @@ class ParameterSpecification:
         probe: change by which screening judges its influence; with ``relative`` as a share of that
             value.
         relative_to, starts: see `Term`.
-        relative: the range and the probe are relative to the model's own value, which is inert.
+        relative: a factor of the model's own value is fitted, in common for several elements
+            whatever their values; an element whose value is 0 is left out.
 
     Raises:
         InvalidValueError: an empty range, no probe, or a start outside the range or not positive.
@@ -54,24 +57,22 @@ class ParameterSpecification:
         """Bind it to elements that all get the same value; ``scale`` stretches range and probe.
 
         Returns:
-            None where an element lacks the parameter; with ``relative`` also where the model's
-            value is 0 or differs between the elements.
+            None where an element lacks the parameter; with ``relative`` also where its value is 0.
         """
         targets = tuple(f"{element}.{self.parameter}" for element in elements)
         if not targets or any(target not in system.values for target in targets):
             return None
-        value = system.values[targets[0]]
+        own = tuple(system.values[target] for target in targets)
         if self.relative:
-            if value == 0.0 or any(system.values[t] != value for t in targets):
-                return None
-            low, high = sorted((self.low * value, self.high * value))
-            return Term(targets, self.unit, value, low, high, self.probe * abs(value))
+            factor = Term(targets, "-", 1.0, self.low, self.high, self.probe, own=own)
+            return factor if all(own) else None
         if self.starts:  # a logarithm is fitted, which no scale stretches
             low, high, probe = self.low, self.high, self.probe
             return Term(targets, self.unit, 0.0, low, high, probe, self.relative_to, self.starts)
-        inert = 0.0 if self.relative_to else value
+        inert = 0.0 if self.relative_to else own[0]
         low, high = min(inert, scale * self.low), max(inert, scale * self.high)
-        return Term(targets, self.unit, inert, low, high, scale * self.probe, self.relative_to)
+        probe = max(scale * self.probe, _SMALLEST_SHARE * abs(inert))
+        return Term(targets, self.unit, inert, low, high, probe, self.relative_to)
 
 
 Specifications = tuple[ParameterSpecification, ...]
@@ -92,9 +93,48 @@ def on_joints(*specifications: ParameterSpecification) -> Binding:
     return partial(_joints, specifications)
 
 
+def on_springs(*specifications: ParameterSpecification) -> Binding:
+    """Like `on_joints`, only on those that have a spring."""
+    return partial(_springs, specifications)
+
+
+def on_armatures(*specifications: ParameterSpecification) -> Binding:
+    """Like `on_joints`, but on no slide whose body has a mass to be fitted, which does the same."""
+    return partial(_armatures, specifications)
+
+
+def on_bodies(*specifications: ParameterSpecification) -> Binding:
+    """A candidate for each body that one of the joints of `on_joints` moves."""
+    return partial(_bodies, specifications)
+
+
 def on_inputs(*specifications: ParameterSpecification) -> Binding:
     """A candidate for each driven actuator."""
     return partial(_inputs, specifications)
+
+
+def on_motors(*specifications: ParameterSpecification) -> Binding:
+    """A candidate for each driven actuator whose force depends on nothing but its control."""
+    return partial(_motors, specifications)
+
+
+def on_servos(*specifications: ParameterSpecification) -> Binding:
+    """A candidate for each driven actuator on a joint of `on_joints`: its work was measured."""
+    return partial(_servos, specifications)
+
+
+def on_commands(*specifications: ParameterSpecification) -> Binding:
+    """All driven actuators but motors, by a common factor; and each of several by itself."""
+    return partial(_commands, specifications)
+
+
+def on_reels(*specifications: ParameterSpecification) -> Binding:
+    """Like `on_sheaths`, without what the commands of `on_commands` do.
+
+    One command that drives all reels is wrong as all their radii are; of several commands each is
+    wrong as one radius is.
+    """
+    return partial(_reels, specifications)
 
 
 def on_gravity(*specifications: ParameterSpecification) -> Binding:
@@ -143,10 +183,17 @@ def _each(
     return [bound for e in elements for bound in _bind(specifications, (e,), system)]
 
 
+def _all_and_each(
+    specifications: Specifications, elements: Iterable[str], system: SystemDescription
+) -> Bound:
+    """A candidate for all elements together, and for each of several by itself."""
+    there = tuple(e for e in elements if _each(specifications, (e,), system))
+    alone = _each(specifications, there, system) if len(there) > 1 else []
+    return _bind(specifications, there, system) + alone
+
+
 def _sheaths(specifications: Specifications, system: SystemDescription) -> Bound:
-    sheaths = tuple(system.elements(specifications[0].parameter))
-    alone = _each(specifications, sheaths, system) if len(sheaths) > 1 else []
-    return _bind(specifications, sheaths, system) + alone
+    return _all_and_each(specifications, system.elements(specifications[0].parameter), system)
 
 
 def _frictionless_sheaths(specifications: Specifications, system: SystemDescription) -> Bound:
@@ -166,8 +213,48 @@ def _joints(specifications: Specifications, system: SystemDescription) -> Bound:
     return _each(specifications, system.free_joints, system)
 
 
+def _springs(specifications: Specifications, system: SystemDescription) -> Bound:
+    sprung = [joint for joint in system.free_joints if system.values.get(f"{joint}.stiffness")]
+    return _each(specifications, sprung, system)
+
+
+def _armatures(specifications: Specifications, system: SystemDescription) -> Bound:
+    own = {joints[0] for name, joints in system.joints.items() if name.endswith(".mass") and joints}
+    with_mass = own & system.slides
+    return _each(specifications, (j for j in system.free_joints if j not in with_mass), system)
+
+
+def _bodies(specifications: Specifications, system: SystemDescription) -> Bound:
+    parameter = specifications[0].parameter
+    moved = [b for b in system.elements(parameter) if system.moves_freely(f"{b}.{parameter}")]
+    return _each(specifications, moved, system)
+
+
 def _inputs(specifications: Specifications, system: SystemDescription) -> Bound:
     return _each(specifications, system.inputs, system)
+
+
+def _motors(specifications: Specifications, system: SystemDescription) -> Bound:
+    return _each(specifications, system.motors, system)
+
+
+def _servos(specifications: Specifications, system: SystemDescription) -> Bound:
+    parameter = specifications[0].parameter
+    free = [e for e in system.inputs if system.moves_freely(f"{e}.{parameter}")]
+    return _each(specifications, free, system)
+
+
+def _commands(specifications: Specifications, system: SystemDescription) -> Bound:
+    return _all_and_each(specifications, _driving(system), system)
+
+
+def _reels(specifications: Specifications, system: SystemDescription) -> Bound:
+    bound, commands = _sheaths(specifications, system), len(_driving(system))
+    return bound if commands == 0 else bound[1:] if commands == 1 else []
+
+
+def _driving(system: SystemDescription) -> list[str]:
+    return [name for name in system.inputs if name not in system.motors]
 
 
 def _gravity(specifications: Specifications, system: SystemDescription) -> Bound:

@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Collection, Iterable, Mapping
 from typing import Final
 
+from tendon_mj.diagnosis.effects.actuators import ACTUATORS
 from tendon_mj.diagnosis.effects.binding import parameters_of
 from tendon_mj.diagnosis.effects.effect import Candidate, Effect, SystemDescription
 from tendon_mj.diagnosis.effects.joints import JOINTS
@@ -41,7 +42,7 @@ def by_identifier(effects: Effects) -> dict[str, Effect]:
     return found
 
 
-CATALOGUE: Final = by_identifier((*TRANSMISSION, *JOINTS, *SENSORS, *PARAMETERS))
+CATALOGUE: Final = by_identifier((*TRANSMISSION, *JOINTS, *ACTUATORS, *SENSORS, *PARAMETERS))
 
 
 def candidates(

@@ -42,6 +42,22 @@ DISCRIMINATING_EXPERIMENTS: Final[dict[frozenset[str], str]] = {
         "Record the same motion with the rig turned by 90°: a spring turns with it, weight does"
         " not."
     ),
+    frozenset({"command_offset", "gravity_load"}): (
+        "Record the same motion with the rig turned by 180°: weight turns with it, the force of a"
+        " motor does not."
+    ),
+    frozenset({"command_delay", "sensor_delay"}): (
+        "Measure a second quantity: a late sensor trails alone, behind a late drive all do."
+    ),
+    frozenset({"kv", "joint_damping"}): (
+        "Measure the servo's force: what a joint damps it has to supply, its own rate gain not."
+    ),
+    frozenset({"springref", "pretension"}): (
+        "Let the tendon go slack: the joint then rests where its spring does."
+    ),
+    frozenset({"gear", "mass"}): (
+        "Hold the motor against a load cell: its force at rest tells the gear without the mass."
+    ),
     frozenset({"sensor_bias", "pretension"}): (
         "Read the sensor with the tendon slack: an offset remains, a pretension is gone."
     ),

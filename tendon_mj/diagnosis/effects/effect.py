@@ -29,6 +29,9 @@ class SystemDescription:
         spans: sensor → largest less smallest measured value [the sensor's unit].
         inputs: driven actuators.
         free_joints: joints that no driven actuator moves.
+        motors: inputs whose force depends on nothing but their control.
+        slides: joints that slide.
+        joints: parameter of an actuator or a body → the joints that it is on or that move it.
     """
 
     values: Mapping[str, float]
@@ -37,6 +40,13 @@ class SystemDescription:
     spans: Mapping[str, float]
     inputs: tuple[str, ...]
     free_joints: tuple[str, ...]
+    motors: tuple[str, ...] = ()
+    slides: frozenset[str] = frozenset()
+    joints: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def moves_freely(self, name: str) -> bool:
+        """Whether a parameter's joints are free ones, one of them at least."""
+        return bool({*self.joints.get(name, ())} & {*self.free_joints})
 
     def elements(self, parameter: str) -> list[str]:
         """Elements that have a parameter of that name."""
@@ -56,6 +66,7 @@ class Term:
         probe: the change from inert by which screening judges its influence; the fit's scale.
         relative_to: where given, a target on element e is (1 + number) × the parameter
             ``e.relative_to``.
+        own: where given, the model's value of each target, which is multiplied by the number.
         starts: values to begin from, for a number that shapes an effect and does nothing alone.
         spread: standard deviation about inert that is expected of it; 0 where nothing is.
     """
@@ -69,9 +80,12 @@ class Term:
     relative_to: str = ""
     starts: tuple[float, ...] = ()
     spread: float = 0.0
+    own: tuple[float, ...] = ()
 
     def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
         """Parameter → value for the number, beside what the other parameters are."""
+        if self.own:
+            return {t: number * value for t, value in zip(self.targets, self.own, strict=True)}
         if not self.relative_to:
             return dict.fromkeys(self.targets, number)
         written = {}
@@ -149,6 +163,7 @@ class Effect:
             "record"; may be empty.
         kind: see `Candidate`.
         overrides_known: whether it may also write what was measured on the rig.
+        absent: value of its first parameter at which a model has none of the effect.
         non_smooth: whether the misfit has many local minima in its terms, as where it makes a
             sheath stick and slip. Where the linearisation does not hold, their whole ranges are
             searched.
@@ -171,6 +186,7 @@ class Effect:
     overrides_known: bool = False
     non_smooth: bool = False
     changes: str = ""
+    absent: float = 0.0
 
     def __post_init__(self) -> None:
         if not self.identifier.strip():

@@ -1,10 +1,17 @@
-"""Effects of the joints and of gravity."""
+"""Effects of joints, bodies and gravity."""
 
 from __future__ import annotations
 
 from typing import Final
 
-from tendon_mj.diagnosis.effects.binding import ParameterSpecification, on_gravity, on_joints
+from tendon_mj.diagnosis.effects.binding import (
+    ParameterSpecification,
+    on_armatures,
+    on_bodies,
+    on_gravity,
+    on_joints,
+    on_springs,
+)
 from tendon_mj.diagnosis.effects.effect import Effect
 
 JOINTS: Final = (
@@ -34,6 +41,36 @@ JOINTS: Final = (
         source="MuJoCo, joint stiffness",
         next_experiment="the joint held at several angles for seconds each",
         binding=on_joints(ParameterSpecification("stiffness", "N m/rad or N/m", 0.0, 1e6, 0.002)),
+    ),
+    Effect(
+        identifier="springref",
+        name="rest position of a joint's spring",
+        equation="torque = … − k (q − q_ref)",
+        signature="a constant force or torque on the joint",
+        source="MuJoCo, joint springref",
+        next_experiment="the joint at rest with nothing that pulls",
+        binding=on_springs(ParameterSpecification("springref", "rad or m", -6.3, 6.3, 1e-3)),
+        kind="parameter",
+    ),
+    Effect(
+        identifier="armature",
+        name="inertia of a motor, reflected to its joint",
+        equation="torque = … − I q̈",
+        signature="a lag that grows with the square of the frequency, at any load",
+        source="MuJoCo, joint armature",
+        next_experiment="fast motion of the joint at two frequencies",
+        binding=on_armatures(ParameterSpecification("armature", "kg m² or kg", 0.0, 1e3, 1e-4)),
+        kind="parameter",
+    ),
+    Effect(
+        identifier="mass",
+        name="mass of a body",
+        equation="force = … − m q̈ + m g",
+        signature="force in proportion to acceleration, and weight in proportion to it",
+        source="MuJoCo, body mass",
+        next_experiment="the body on scales, or fast motion at two frequencies",
+        binding=on_bodies(ParameterSpecification("mass", "kg", 0.1, 10.0, 0.05, relative=True)),
+        kind="parameter",
     ),
     Effect(
         identifier="gravity_load",

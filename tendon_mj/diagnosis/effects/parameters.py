@@ -6,7 +6,8 @@ from typing import Final
 
 from tendon_mj.diagnosis.effects.binding import (
     ParameterSpecification,
-    on_inputs,
+    on_commands,
+    on_reels,
     on_sheaths,
     together,
 )
@@ -70,7 +71,10 @@ PARAMETERS: Final = (
             "the joint's angle beside the tendon's displacement, by hand and without load"
         ),
         binding=together(
-            on_inputs(ParameterSpecification("command_scale", "-", 0.5, 2.0, 0.02, relative=True)),
+            on_commands(
+                ParameterSpecification("command_scale", "-", 0.5, 2.0, 0.02, relative=True)
+            ),
+            on_reels(ParameterSpecification("reel_radius", "m", 0.3, 3.0, 0.02, relative=True)),
             on_sheaths(ParameterSpecification("output_radius", "m", 0.3, 3.0, 0.02, relative=True)),
         ),
         kind="parameter",

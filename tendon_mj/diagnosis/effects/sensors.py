@@ -25,6 +25,7 @@ SENSORS: Final = (
         source="metrology: scale error",
         next_experiment="the sensor under two known weights far apart",
         binding=on_sensors(ParameterSpecification("scale", "-", -0.5, 1.5, 0.01), spans=False),
+        absent=1.0,
     ),
     Effect(
         identifier="sensor_delay",
