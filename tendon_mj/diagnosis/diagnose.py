@@ -26,6 +26,7 @@ from tendon_mj.diagnosis.data.problem import (
 )
 from tendon_mj.diagnosis.data.sessions import session_terms
 from tendon_mj.diagnosis.data.step_size import search_step, step_error, with_step
+from tendon_mj.diagnosis.data.uncertain import uncertain_terms
 from tendon_mj.diagnosis.effects.catalogue import (
     CATALOGUE,
     Effects,
@@ -33,7 +34,7 @@ from tendon_mj.diagnosis.effects.catalogue import (
     candidates,
     check_bindings,
 )
-from tendon_mj.diagnosis.effects.effect import SystemDescription, Term
+from tendon_mj.diagnosis.effects.effect import SystemDescription
 from tendon_mj.diagnosis.model_selection.comparison import FittedCandidate
 from tendon_mj.diagnosis.model_selection.context import CONVERGED, SelectionContext
 from tendon_mj.diagnosis.model_selection.select import Selection, select_effects
@@ -50,7 +51,6 @@ from tendon_mj.replay.simulator import Simulator
 _NONE = Parameter(0.0, "", "joint")
 _SHORTEST = 0.5  # times the model's own step
 _RINGING = 0.1  # of the mean square residual, by which halving the step changes it
-_PROBE = 0.05  # of the range of what is uncertain
 _NEARLY = 2.0  # times the detection limit or the step's error: the rest may be the step's
 
 
@@ -99,7 +99,7 @@ def diagnose(
     check_bindings(system, exclude, effects)
     bound = tuple(candidates(system, exclude, effects))
     check_simulation(own)
-    terms = (*_uncertain_terms(own), *session_terms(train, own.simulate))
+    terms = (*uncertain_terms(own), *session_terms(train, own.simulate))
     context = SelectionContext(own, base, terms, (), 0.0, 0.0, progress)
     context, calibrated, step = _calibrate(context, search_step(own))
     problem = context.problem
@@ -143,22 +143,6 @@ def _rings(problem: Problem, model: FittedCandidate) -> bool:
     used = problem.in_train
     left = float(np.mean(model.fit.residual[used] ** 2))
     return not step_error(model.fit.correction[used]) <= max(1.0, _RINGING * left)
-
-
-def _uncertain_terms(problem: Problem) -> tuple[Term, ...]:
-    """Terms of the parameters that the recordings call uncertain."""
-    parameters, terms = problem.simulate.parameters, list[Term]()
-    for name, u in problem.recordings[0].uncertain.items():
-        if u.high > u.low:
-            targets = matching(name, parameters)
-            probe = _PROBE * (u.high - u.low)
-            if 0.0 < abs(u.value) < probe:  # a range of decades
-                probe = 2.0 * _PROBE * abs(u.value)
-            terms += [
-                Term(alike, parameters[alike[0]].unit, u.value, u.low, u.high, probe)
-                for alike in ([(t,) for t in targets] if u.each else [tuple(targets)])
-            ]
-    return tuple(terms)
 
 
 def _step_matters(context: SelectionContext, selection: Selection, verdict: Verdict) -> bool:

@@ -29,6 +29,7 @@ from tendon_mj.diagnosis.data.problem import (
     all_samples,
     training_samples,
 )
+from tendon_mj.diagnosis.data.uncertain import uncertain_terms
 from tendon_mj.diagnosis.result.error_reduction import measure_errors
 from tendon_mj.errors import TendonError
 from tendon_mj.progress import Progress, silent
@@ -138,12 +139,13 @@ def _optimize(problem: Problem, progress: Progress) -> dict[str, tuple[float, fl
     Parameters go through the fit as shares of their ranges, so that its one step of differences
     suits a coefficient as well as a stiffness.
     """
-    ranges = {n: u for n, u in problem.recordings[0].uncertain.items() if u.high > u.low}
+    terms = uncertain_terms(problem)
+    ranges = {term.targets[0]: term for term in terms}
     if not ranges:
         return {}
     parameters = sysid.ParameterDict()
     for name, u in ranges.items():
-        parameters.add(sysid.Parameter(name, (u.value - u.low) / (u.high - u.low), 0.0, 1.0))
+        parameters.add(sysid.Parameter(name, (u.inert - u.low) / (u.high - u.low), 0.0, 1.0))
     parameters.move_off_bounds()
     calls = 0
 
@@ -156,7 +158,11 @@ def _optimize(problem: Problem, progress: Progress) -> dict[str, tuple[float, fl
         progress("mujoco.sysid", min(calls, 2 * _ITERATIONS - 1), 2 * _ITERATIONS)
         calls += 1
         sets = [
-            {n: natural(s, n) for n, s in zip(params.keys(), points[:, k], strict=True)}
+            {
+                target: natural(s, n)
+                for n, s in zip(params.keys(), points[:, k], strict=True)
+                for target in ranges[n].targets
+            }
             for k in range(points.shape[1])
         ]
         rows = [np.concatenate(_weighted(problem, answers)) for answers in problem.simulate(sets)]
@@ -178,12 +184,13 @@ def _optimize(problem: Problem, progress: Progress) -> dict[str, tuple[float, fl
     _, halves = sysid.calculate_intervals(last, outcome.jac)
     progress("mujoco.sysid", 2 * _ITERATIONS, 2 * _ITERATIONS)
     return {
-        name: (
+        target: (
             natural(share, name),
             natural(max(share - half, 0.0), name),
             natural(min(share + half, 1.0), name),
         )
         for name, share, half in zip(found.keys(), found.as_vector(), halves, strict=True)
+        for target in ranges[name].targets
     }
 
 
@@ -203,7 +210,10 @@ def _weighted(problem: Problem, answers: Sequence[Mapping[str, FloatArray]]) -> 
 def _note(train: Sequence[Recording], values: Mapping[str, object]) -> str:
     if not values:
         return f"the recordings of {train[0].model!r} call nothing uncertain: nothing was fitted"
-    return (
+    note = (
         "structure of the model as it is; intervals as sysid states them, which take every sample"
         " for independent news and the model for right"
     )
+    if any(recording.session for recording in train):
+        note += "; what was set anew for each recording has the value that [session] states"
+    return note

@@ -1,0 +1,29 @@
+"""What the recordings call uncertain, as terms of a fit."""
+
+from __future__ import annotations
+
+from tendon_mj.diagnosis.data.problem import Problem
+from tendon_mj.diagnosis.effects.effect import Term
+from tendon_mj.replay.grouped_names import matching
+
+_PROBE = 0.05  # of the range
+
+
+def uncertain_terms(problem: Problem) -> tuple[Term, ...]:
+    """Terms of the uncertain parameters; those that one name stands for share it, or have each one.
+
+    Raises:
+        UnknownNameError: wildcards that no parameter fits.
+    """
+    parameters, terms = problem.simulate.parameters, list[Term]()
+    for name, u in problem.recordings[0].uncertain.items():
+        if u.high > u.low:
+            targets = matching(name, parameters)
+            probe = _PROBE * (u.high - u.low)
+            if 0.0 < abs(u.value) < probe:  # a range of decades
+                probe = 2.0 * _PROBE * abs(u.value)
+            terms += [
+                Term(alike, parameters[alike[0]].unit, u.value, u.low, u.high, probe)
+                for alike in ([(t,) for t in targets] if u.each else [tuple(targets)])
+            ]
+    return tuple(terms)
