@@ -79,8 +79,12 @@ def prove(
         selection = fewer
 
     problem, base, mask, fits = context.problem, context.base, held_out.mask, _fits(selection)
-    findings = tuple(finding(selected, catalogue) for selected in selection.effects)
     parameters = [fitted.parameters(base) for fitted in fits]
+    final = {**base, **parameters[1]}
+    findings = tuple(
+        finding(selected, catalogue, own.simulate.parameters, base, final)
+        for selected in selection.effects
+    )
     seen = own.residuals(parameters)
     unseen = before.stated, after.stated
     stated = measure_errors(proof, unseen[0], unseen[1], mask)

@@ -95,12 +95,23 @@ def test_the_range_of_a_sensor_is_in_shares_of_its_span() -> None:
 
 def test_a_wrong_parameter_is_sought_about_the_model_s_own_value() -> None:
     share = ParameterSpecification("slack", "m", 0.5, 2.0, 0.1, relative=True)
-    ((_, (term,)),) = on_joints(share)(system({"a.slack": 4.0}, free_joints=("a",)))
-    assert (term.inert, term.low, term.high, term.probe) == (4.0, 2.0, 8.0, 0.4)
-    for values in ({"a.slack": 0.0}, {"a.slack": 1.0, "b.slack": 2.0}):
-        rig = system(values, free_joints=("a",))
-        assert all("," not in where for where, _ in on_sheaths(share)(rig))
-        assert len(on_sheaths(share)(rig)) == (0 if values["a.slack"] == 0.0 else 2)
+    ((_, (term,)),) = on_joints(share)(system({"a.slack": -4.0}, free_joints=("a",)))
+    assert (term.inert, term.low, term.high, term.probe) == (1.0, 0.5, 2.0, 0.1)
+    assert term.write(term.inert, {}) == {"a.slack": -4.0}
+    assert term.write(2.0, {"a.slack": 7.0}) == {"a.slack": -8.0}
+
+
+def test_several_get_a_common_factor_whatever_their_values_and_those_of_none_are_left_out() -> None:
+    share = ParameterSpecification("slack", "m", 0.5, 2.0, 0.1, relative=True)
+    rig = system({"a.slack": 1.0, "b.slack": -2.0, "c.slack": 0.0})
+    bound = dict(on_sheaths(share)(rig))
+    assert list(bound) == ["a, b", "a", "b"]
+    (common,) = bound["a, b"]
+    assert common.write(1.5, {}) == {"a.slack": 1.5, "b.slack": -3.0}
+    assert [where for where, _ in on_sheaths(share)(system({"a.slack": 1.0, "c.slack": 0.0}))] == [
+        "a"
+    ]
+    assert on_sheaths(share)(system({"c.slack": 0.0})) == []
 
 
 def test_the_range_takes_in_what_the_model_has() -> None:

@@ -60,6 +60,7 @@ class Finding:
         confidence: that it is this one and none of the rivals, 0 … 1.
         rivals: identifiers of effects that the data cannot tell from it.
         elsewhere: elements on which the data cannot tell the same effect from it.
+        statement: what was found in words, with the value; see `state_finding`.
     """
 
     identifier: str
@@ -70,6 +71,7 @@ class Finding:
     confidence: float
     rivals: tuple[str, ...]
     elsewhere: tuple[str, ...] = ()
+    statement: str = ""
 
 
 @dataclass(frozen=True)

@@ -14,20 +14,37 @@ from tendon_mj.diagnosis.model_selection.fit import Fit
 from tendon_mj.diagnosis.model_selection.intervals import beyond_range, intervals
 from tendon_mj.diagnosis.model_selection.select import Selection
 from tendon_mj.diagnosis.result.diagnosis import Finding, Ranked, Value
+from tendon_mj.diagnosis.result.statement import kind_of, state_finding
+from tendon_mj.replay.parameters import Parameter
 
 _EXPLAINS = 0.01  # of the excess χ², to be in the ranking
 _MARGIN = 0.01  # of its range: a calibrated value this near to an end is held by it
 
 
-def finding(selected: SelectedEffect, catalogue: Mapping[str, Effect]) -> Finding:
-    """Finding of a selected effect; its rivals are other effects, or the same one elsewhere."""
+def finding(
+    selected: SelectedEffect,
+    catalogue: Mapping[str, Effect],
+    parameters: Mapping[str, Parameter],
+    before: Mapping[str, float],
+    after: Mapping[str, float],
+) -> Finding:
+    """Finding of a selected effect; its rivals are other effects, or the same one elsewhere.
+
+    Args:
+        selected: effect of the final model.
+        catalogue: identifier → effect.
+        parameters: of the simulator.
+        before, after: parameter → value of the model, and as fitted.
+    """
     effect, rivals = catalogue[selected.candidate.identifier], selected.rivals
+    targets, where = selected.candidate.terms[0].targets, selected.candidate.where
     return Finding(
         identifier=effect.identifier,
         name=effect.name,
         equation=effect.equation,
-        where=selected.candidate.where,
-        kind=effect.kind,
+        where=where,
+        kind=kind_of(effect, targets, before, after),
+        statement=state_finding(effect, where, targets, parameters, before, after),
         confidence=selected.confidence,
         rivals=tuple(
             dict.fromkeys(r.identifier for r in rivals if r.identifier != effect.identifier)

@@ -141,7 +141,7 @@ def _nothing(errors: ErrorReduction, limit: float) -> str:
 
 def _list(findings: Sequence[Finding]) -> str:
     return ", and ".join(
-        f"{finding.name} ({' or '.join((finding.where, *finding.elsewhere))})"
+        _said(finding)
         + (
             f" – or {' or '.join(finding.rivals)}, these data can't tell –"
             if finding.rivals
@@ -149,3 +149,10 @@ def _list(findings: Sequence[Finding]) -> str:
         )
         for finding in findings
     )
+
+
+def _said(finding: Finding) -> str:
+    """What was found, with its value where it is on one element and no other."""
+    if finding.statement and not finding.elsewhere:
+        return finding.statement
+    return f"{finding.name} ({' or '.join((finding.where, *finding.elsewhere))})"

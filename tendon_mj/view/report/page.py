@@ -52,11 +52,7 @@ def report_page(
         "unit": lambda column: column_unit(column) or "–",
     }
     train, held_out = diagnosis.recordings, diagnosis.held_out_recordings
-    kept = (
-        "proof"
-        if held_out
-        else f"selection and fit; {_KEPT[diagnosis.leaves_one_out]} for the proof"
-    )
+    kept = "proof" if held_out else f"selection and fit; {_KEPT[diagnosis.leaves_one_out]} for the proof"
     return environment.get_template("report.html").render(
         d=diagnosis,
         changed=diagnosis.changed,
