@@ -11,9 +11,9 @@ from typing import Any
 
 import tyro
 
-from experiments.hidden_effects.case import make_case
-from experiments.hidden_effects.case_plan import CasePlan
-from experiments.hidden_effects.suite import KINDS, plan_suite
+from experiments.hidden_effects.suite.case import make_case
+from experiments.hidden_effects.suite.case_plan import CasePlan
+from experiments.hidden_effects.suite.plan_suite import KINDS, plan_suite
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,8 +12,8 @@ from typing import Any
 
 import tyro
 
-from experiments.hidden_effects.judged_case import JudgedCase
-from experiments.hidden_effects.suite_statistics import confidence, confusion, table
+from experiments.hidden_effects.scoring.judged_case import JudgedCase
+from experiments.hidden_effects.scoring.suite_statistics import confidence, confusion, table
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,13 +6,13 @@ import json
 import numpy as np
 import pytest
 
-from experiments.hidden_effects.case import make_case
-from experiments.hidden_effects.case_plan import CasePlan
-from experiments.hidden_effects.judged_case import JudgedCase
-from experiments.hidden_effects.sensor import Sensor
-from experiments.hidden_effects.strength_search import calibration_projector, find_strength
-from experiments.hidden_effects.suite import SINGLE_EFFECTS, plan_suite
-from experiments.hidden_effects.suite_statistics import confusion, table
+from experiments.hidden_effects.references.sensor import Sensor
+from experiments.hidden_effects.scoring.judged_case import JudgedCase
+from experiments.hidden_effects.scoring.suite_statistics import confusion, table
+from experiments.hidden_effects.suite.case import make_case
+from experiments.hidden_effects.suite.case_plan import CasePlan
+from experiments.hidden_effects.suite.plan_suite import SINGLE_EFFECTS, plan_suite
+from experiments.hidden_effects.suite.strength_search import calibration_projector, find_strength
 from tendon_mj.recordings import read_recording
 from tendon_mj.replay import replay_recording
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from experiments.hidden_effects.case import make_case
-from experiments.hidden_effects.case_plan import CasePlan
 from experiments.hidden_effects.diagnose_suite import SuiteDiagnosis, diagnose_suite
-from experiments.hidden_effects.judged_case import JudgedCase
 from experiments.hidden_effects.score import judge
+from experiments.hidden_effects.scoring.judged_case import JudgedCase
+from experiments.hidden_effects.suite.case import make_case
+from experiments.hidden_effects.suite.case_plan import CasePlan
 
 SEED = 900  # not used for tuning
 

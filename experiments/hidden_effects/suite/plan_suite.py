@@ -7,15 +7,11 @@ from collections.abc import Collection
 
 import numpy as np
 
-from experiments.hidden_effects.case_plan import CasePlan
-from experiments.hidden_effects.catalogue import (
-    DISTURBANCES,
-    EFFECTS,
-    EXCLUDABLE,
-    INTERCHANGEABLE,
-    PARAMETERS,
-)
-from experiments.hidden_effects.reference_joint import JOINT_EFFECTS
+from experiments.hidden_effects.effects.bench_effects import EFFECTS, EXCLUDABLE, INTERCHANGEABLE
+from experiments.hidden_effects.effects.disturbances import DISTURBANCES
+from experiments.hidden_effects.effects.joint_effects import JOINT_EFFECTS
+from experiments.hidden_effects.effects.wrong_numbers import PARAMETERS
+from experiments.hidden_effects.suite.case_plan import CasePlan
 
 KINDS = ("effect", "pair", "parameter", "nothing", "outside", "joint")
 

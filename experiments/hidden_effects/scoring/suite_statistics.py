@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from experiments.hidden_effects.judged_case import JudgedCase
+from experiments.hidden_effects.scoring.judged_case import JudgedCase
 
 STRONG = 5.0  # ratio of residual to noise from which an effect is to be named nearly always
 Row = tuple[str, str, str, int]  # quantity, wanted figure, figure, cases

@@ -6,19 +6,22 @@ from typing import Any
 
 import numpy as np
 
-from experiments.hidden_effects import catalogue
-from experiments.hidden_effects.case_plan import CasePlan
-from experiments.hidden_effects.reference_bench import ReferenceBench
-from experiments.hidden_effects.reference_joint import ReferenceJoint
+from experiments.hidden_effects.effects.bench_effects import EFFECTS, SHEATH_FRICTION
+from experiments.hidden_effects.effects.disturbances import DISTURBANCES
+from experiments.hidden_effects.effects.draws import Draw
+from experiments.hidden_effects.effects.wrong_numbers import PARAMETERS
+from experiments.hidden_effects.references.bench import ReferenceBench
+from experiments.hidden_effects.references.joint import ReferenceJoint
+from experiments.hidden_effects.suite.case_plan import CasePlan
 
 
-def draw_effect(kind: str, name: str) -> catalogue.Draw:
+def draw_effect(kind: str, name: str) -> Draw:
     """Catalogue entry of an effect, parameter or disturbance, by the kind of the case."""
     if name == "sheath_friction":
-        return catalogue.SHEATH_FRICTION
+        return SHEATH_FRICTION
     if kind == "parameter":
-        return catalogue.PARAMETERS[name]
-    return (catalogue.EFFECTS | catalogue.DISTURBANCES)[name]
+        return PARAMETERS[name]
+    return (EFFECTS | DISTURBANCES)[name]
 
 
 def draw_parameters(

@@ -12,19 +12,20 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.hidden_effects import excitation
-from experiments.hidden_effects.case_draws import (
+from experiments.hidden_effects.effects.hidden_effect import HiddenEffect
+from experiments.hidden_effects.effects.joint_effects import JOINT_EFFECTS
+from experiments.hidden_effects.references import excitation
+from experiments.hidden_effects.references.bench import ReferenceBench
+from experiments.hidden_effects.references.joint import ReferenceJoint
+from experiments.hidden_effects.suite.case_draws import (
     draw_bench,
     draw_effect,
     draw_parameters,
     known_parameters,
 )
-from experiments.hidden_effects.case_plan import CasePlan
-from experiments.hidden_effects.hidden_effect import HiddenEffect
-from experiments.hidden_effects.noisy_recording import noisy_recording
-from experiments.hidden_effects.reference_bench import ReferenceBench
-from experiments.hidden_effects.reference_joint import JOINT_EFFECTS, ReferenceJoint
-from experiments.hidden_effects.strength_search import (
+from experiments.hidden_effects.suite.case_plan import CasePlan
+from experiments.hidden_effects.suite.noisy_recording import noisy_recording
+from experiments.hidden_effects.suite.strength_search import (
     FoundStrength,
     calibration_projector,
     find_strength,
