@@ -71,3 +71,10 @@ EXCLUDABLE = (
     "sensor_delay",
     "sensor_drift",
 )
+# Effects that scale the friction, and so leave nothing where the model and the reference have none.
+OF_FRICTION = ("direction_asymmetry", "position_dependent_friction", "friction_drift")
+
+
+def with_imitators(effect: str) -> set[str]:
+    """The effect and all that can imitate it."""
+    return {effect}.union(*(group for group in INTERCHANGEABLE if effect in group))

@@ -52,6 +52,7 @@ class ReferenceBench:
         actuator="reel",
         travel=1.0,
         sensors={c: c.removesuffix("_N") for c in COLUMNS},
+        sheaths=("sheath",),
         known={
             "sheath.axial_stiffness": Bench.axial_stiffness,
             "environment.stiffness": Bench.environment_stiffness,

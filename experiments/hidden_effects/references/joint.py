@@ -34,6 +34,7 @@ class ReferenceJoint:
         axial_stiffness: EA of both [N].
         damping: [N m s/rad], dry_friction: [N m], stiffness: [N m/rad] of the hinge.
         gravity: downward, across the hinge [m/s²]; the model has none.
+        bend: of the sheath [rad].
     """
 
     description: ClassVar[RecordingDescription] = RecordingDescription(
@@ -45,6 +46,7 @@ class ReferenceJoint:
             "tension_1_N": "input_tension_1",
             "tension_2_N": "input_tension_2",
         },
+        sheaths=_SHEATHS,
         known={f"{s}.axial_stiffness": Joint.axial_stiffness for s in _SHEATHS},
         uncertain={
             name: tuple(f"{s}.{name}" for s in _SHEATHS) for name in ("friction", "pretension")
@@ -61,6 +63,7 @@ class ReferenceJoint:
     dry_friction: float = 0.0
     stiffness: float = Joint.stiffness
     gravity: float = 0.0
+    bend: float = Joint.bend
 
     def simulate(self, drives: Sequence[FloatArray], fine: bool = True) -> list[FloatArray]:
         """Readings without noise, (3, samples) of each drive [rad]."""
@@ -73,6 +76,7 @@ class ReferenceJoint:
         """The joint with these parameters; the centre of mass of its tip is off the hinge."""
         spec = build_joint(
             Joint(
+                bend=self.bend,
                 friction=self.friction,
                 pretension=self.pretension,
                 axial_stiffness=self.axial_stiffness,
