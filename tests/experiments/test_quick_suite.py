@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from experiments.hidden_effects.diagnose_suite import SuiteDiagnosis, diagnose_suite
-from experiments.hidden_effects.score import judge
 from experiments.hidden_effects.scoring.judged_case import JudgedCase
+from experiments.hidden_effects.scoring.verdicts import judge
 from experiments.hidden_effects.suite.case import make_case
 from experiments.hidden_effects.suite.case_plan import CasePlan, Kind
 
