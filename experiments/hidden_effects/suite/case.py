@@ -99,12 +99,12 @@ def _make(
         "least_tension_N": simulated.least_tension,
     }
     if plan.kind in REAL_KINDS:
-        key |= _beyond_noise(plan, simulated, raised)
+        key |= _beyond_noise(plan, simulated, truth, raised)
     return key
 
 
 def _beyond_noise(
-    plan: CasePlan, simulated: _Simulated[R], raised: dict[str, float]
+    plan: CasePlan, simulated: _Simulated[R], truth: R, raised: dict[str, float]
 ) -> dict[str, Any]:
     """What the key says besides: the unit of the target, and what else is not as in the model."""
     return {
@@ -113,7 +113,11 @@ def _beyond_noise(
         "left": simulated.left,
         "small": {one.name: found.ratio for one, found in simulated.strengths.small},
         "model": raised,
-        "sessions": [vars(state) for state in simulated.sessions.states],
+        "sessions": {
+            name: state.parameters(truth)
+            for name, state in zip(NAMES, simulated.sessions.states, strict=True)
+            if plan.kind == "session"
+        },
     }
 
 

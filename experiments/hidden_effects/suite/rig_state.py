@@ -46,6 +46,23 @@ class RigState:
             friction=reference.friction * (1.0 + self.friction),
         )
 
+    def parameters(self, reference: R) -> dict[str, float]:
+        """True values in this recording of the model's parameters, where they differ from others.
+
+        Args:
+            reference: with what is hidden, in no particular recording.
+        """
+        own, stated = self.set_anew(reference), reference.description
+        sheath = {
+            "friction": own.friction,
+            "pretension": own.pretension,
+            "extra_bend": self.extra_bend,
+        }
+        offsets = zip(stated.sensors.values(), self.zeros, strict=True)
+        return {f"{s}.{name}": value for s in stated.sheaths for name, value in sheath.items()} | {
+            f"{sensor}.offset": zero for sensor, zero in offsets
+        }
+
     def read(self, readings: FloatArray) -> FloatArray:
         """Readings (sensors, samples) with this recording's zeros."""
         return readings + np.array(self.zeros)[:, None] if self.zeros else readings
