@@ -3,7 +3,7 @@
 from pathlib import Path
 
 EXPERIMENTS = Path(__file__).parent / "experiments"
-LONGEST = EXPERIMENTS / "test_quick_suite.py"
+LONGEST = EXPERIMENTS / "hidden_effects" / "test_quick_suite.py"
 
 
 def pytest_collection_modifyitems(items):

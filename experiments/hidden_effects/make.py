@@ -11,9 +11,9 @@ from typing import Any
 
 import tyro
 
-from experiments.hidden_effects.case import make_case
-from experiments.hidden_effects.case_plan import CasePlan
-from experiments.hidden_effects.suite import KINDS, plan_suite
+from experiments.hidden_effects.suite.case import make_case
+from experiments.hidden_effects.suite.case_plan import CasePlan, Kind
+from experiments.hidden_effects.suite.plan_suite import KINDS, plan_suite
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,11 +24,13 @@ class Suite:
         out: folder for the cases.
         keys: folder for keys.json, which only the scorer may read.
         seed: of every random draw.
-        kinds: of cases.
+        kinds: of cases: effect, pair, parameter, nothing, outside, joint; and session, remainder,
+            too_high.
         strengths: ratios of the residual after calibration to the noise, with one effect [-].
         noises: standard deviations over the range of the signal [-].
-        repeats: of cases with one effect, a wrong parameter or an effect outside the catalogue.
-        nothing: cases in which nothing is hidden.
+        repeats: of cases with one effect, a wrong parameter or an effect outside the catalogue, and
+            of the last three kinds.
+        nothing: cases in which nothing is hidden; of sessions a quarter as many.
         pairs: cases with two effects.
         cases: the first so many only; 0 is all.
         processes: number of worker processes.
@@ -37,7 +39,7 @@ class Suite:
     out: Path
     keys: Path
     seed: int = 1
-    kinds: tuple[str, ...] = KINDS
+    kinds: tuple[Kind, ...] = KINDS
     strengths: tuple[float, ...] = (2.0, 5.0, 20.0)
     noises: tuple[float, ...] = (0.002, 0.01)
     repeats: int = 1

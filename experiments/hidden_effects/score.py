@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import tyro
 
-from experiments.hidden_effects.judged_case import JudgedCase
-from experiments.hidden_effects.suite_statistics import confidence, confusion, table
+from experiments.hidden_effects.scoring.judged_case import JudgedCase
+from experiments.hidden_effects.scoring.suite_statistics import confidence, confusion, table
+from experiments.hidden_effects.scoring.tables import markdown, write_csv
+from experiments.hidden_effects.scoring.verdicts import judge
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,7 +21,7 @@ class Score:
     """Score of the verdicts on one or more suites together.
 
     Attributes:
-        verdicts: folders that `diagnose_suite` wrote.
+        verdicts: folders with a folder per case, as `diagnose_suite` and rivals write them.
         keys: for each of them, the folder with its keys.json.
         out: folder for score.json, score.md, confusion.csv and misses.csv.
     """
@@ -29,22 +29,6 @@ class Score:
     verdicts: tuple[Path, ...]
     keys: tuple[Path, ...]
     out: Path
-
-
-def judge(verdicts: Path, keys: Path) -> list[JudgedCase]:
-    """Diagnosed cases of a suite, each with its key."""
-    cases = json.loads((keys / "keys.json").read_text(encoding="utf-8"))["cases"]
-    judged = []
-    for name, key in cases.items():
-        folder = verdicts / name
-        if not (folder / "run.json").exists():
-            continue
-        about = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-        result = None
-        if not about["error"]:
-            result = json.loads((folder / "result.json").read_text(encoding="utf-8"))
-        judged.append(JudgedCase(name, key, result, float(about["seconds"])))
-    return judged
 
 
 def score(settings: Score) -> None:
@@ -55,20 +39,20 @@ def score(settings: Score) -> None:
         for case in judge(verdicts, keys)
     ]
     settings.out.mkdir(parents=True, exist_ok=True)
-    rows, bins = table(judged), confidence(judged)
+    rows, bins = [row for row in table(judged) if row[3]], confidence(judged)
     columns, matrix = confusion(judged)
-    text = _markdown(["quantity", "wanted", "figure", "cases"], rows)
-    text += "\n" + _markdown(["confidence", "cases", "stated", "right"], bins)
-    text += "\n" + _markdown(["hidden", *columns], _matrix_rows(columns, matrix))
+    text = markdown(["quantity", "wanted", "figure", "cases"], rows)
+    text += "\n" + markdown(["confidence", "cases", "stated", "right"], bins)
+    text += "\n" + markdown(["hidden", *columns], _matrix_rows(columns, matrix))
     misses = [_miss(j) for j in judged if not _right(j)]
-    text += f"\n{_UNREACHED}\n\n" + _markdown(MISS, misses)
+    text += f"\n{_UNREACHED}\n\n" + markdown(MISS, misses)
     (settings.out / "score.md").write_text(text, encoding="utf-8")
     figures = {q: {"wanted": w, "figure": f, "cases": n} for q, w, f, n in rows}
     (settings.out / "score.json").write_text(
         json.dumps(figures, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
     )
-    _write_csv(settings.out / "confusion.csv", ["hidden", *columns], _matrix_rows(columns, matrix))
-    _write_csv(settings.out / "misses.csv", MISS, misses)
+    write_csv(settings.out / "confusion.csv", ["hidden", *columns], _matrix_rows(columns, matrix))
+    write_csv(settings.out / "misses.csv", MISS, misses)
     print(text)
 
 
@@ -86,6 +70,10 @@ def _right(j: JudgedCase) -> bool:
         return not j.confident
     if j.kind == "parameter":
         return not j.effects
+    if j.kind == "too_high":
+        return j.right_number
+    if j.kind in ("session", "remainder"):
+        return not j.false_names and (j.leads > 0.0 or not j.hidden)
     return j.contains and not j.extra and (j.closed or 0.0) >= 0.8
 
 
@@ -106,17 +94,6 @@ def _miss(j: JudgedCase) -> list[Any]:
 
 def _matrix_rows(columns: list[str], matrix: dict[str, Counter[str]]) -> list[list[Any]]:
     return [[name, *(counts[c] or "" for c in columns)] for name, counts in matrix.items()]
-
-
-def _markdown(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
-    lines = [header, ["---"] * len(header), *rows]
-    cells = [[f"{c:.3g}" if isinstance(c, float) else str(c) for c in line] for line in lines]
-    return "\n".join("| " + " | ".join(line) + " |" for line in cells) + "\n"
-
-
-def _write_csv(path: Path, header: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
-    with path.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerows([header, *rows])
 
 
 if __name__ == "__main__":

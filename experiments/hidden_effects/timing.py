@@ -13,9 +13,10 @@ import numpy as np
 import tyro
 from rich.console import Console
 
-from experiments.hidden_effects import catalogue, excitation
-from experiments.hidden_effects.noisy_recording import noisy_recording
-from experiments.hidden_effects.reference_bench import ReferenceBench
+from experiments.hidden_effects.effects.bench_effects import EFFECTS
+from experiments.hidden_effects.references import excitation
+from experiments.hidden_effects.references.bench import ReferenceBench
+from experiments.hidden_effects.suite.noisy_recording import noisy_recording
 from tendon_mj.cli import progress_bar
 from tendon_mj.diagnosis import diagnose
 from tendon_mj.recordings import Recording
@@ -29,7 +30,7 @@ KINDS = (excitation.triangle, excitation.sine, excitation.steps, excitation.loop
 def recordings(effect: str, seed: int) -> list[Recording]:
     """Four recordings of the reference with an effect at a tenth of its range."""
     rng = np.random.default_rng(seed)
-    hidden = catalogue.EFFECTS[effect](rng)
+    hidden = EFFECTS[effect](rng)
     bench = hidden.apply(ReferenceBench(friction=0.18, rate=RATE), hidden.start)
     description = bench.description
     drives = [SCALE * kind(rng, excitation.clock(DURATION, RATE)) for kind in KINDS]

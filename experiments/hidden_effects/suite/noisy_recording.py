@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.hidden_effects import excitation
-from experiments.hidden_effects.reference_bench import ReferenceBench
-from experiments.hidden_effects.reference_joint import ReferenceJoint
+from experiments.hidden_effects.references import excitation
+from experiments.hidden_effects.references.bench import ReferenceBench
+from experiments.hidden_effects.references.joint import ReferenceJoint
 from tendon_mj.recordings import Measured, Recording
 
 FloatArray = NDArray[np.float64]

@@ -11,9 +11,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.hidden_effects.excitation import RATE
-from experiments.hidden_effects.recording_description import RecordingDescription
-from experiments.hidden_effects.sensor import Sensor
+from experiments.hidden_effects.references.excitation import RATE
+from experiments.hidden_effects.references.recording_description import RecordingDescription
+from experiments.hidden_effects.references.sensor import Sensor
 from tendon_mj.builders import Bench
 from tendon_mj.recordings import Uncertain
 from tendon_mj.reference import Carriage, Effects, simulate_effects, uniform_chain
@@ -52,6 +52,7 @@ class ReferenceBench:
         actuator="reel",
         travel=1.0,
         sensors={c: c.removesuffix("_N") for c in COLUMNS},
+        sheaths=("sheath",),
         known={
             "sheath.axial_stiffness": Bench.axial_stiffness,
             "environment.stiffness": Bench.environment_stiffness,

@@ -16,6 +16,7 @@ class RecordingDescription:
         drive: column of the drive. actuator: that this column drives.
         travel: unit of the drive per metre of the bench's excitation.
         sensors: measured column to sensor.
+        sheaths: of the model.
         known: parameters that count as measured, with their values.
         uncertain: attribute of the reference to the model's parameters with this value.
         ranges: guess and range stated for each of these attributes.
@@ -26,6 +27,7 @@ class RecordingDescription:
     actuator: str
     travel: float
     sensors: Mapping[str, str]
+    sheaths: tuple[str, ...]
     known: Mapping[str, float]
     uncertain: Mapping[str, tuple[str, ...]]
     ranges: Mapping[str, Uncertain]

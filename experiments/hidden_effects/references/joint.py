@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -12,9 +11,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.hidden_effects.excitation import RATE, clock
-from experiments.hidden_effects.hidden_effect import HiddenEffect
-from experiments.hidden_effects.recording_description import RecordingDescription
+from experiments.hidden_effects.references.excitation import RATE, clock
+from experiments.hidden_effects.references.recording_description import RecordingDescription
 from tendon_mj.builders import Joint, build_joint
 from tendon_mj.recordings import Measured, Recording, Uncertain
 from tendon_mj.replay import replay_recording
@@ -36,6 +34,7 @@ class ReferenceJoint:
         axial_stiffness: EA of both [N].
         damping: [N m s/rad], dry_friction: [N m], stiffness: [N m/rad] of the hinge.
         gravity: downward, across the hinge [m/s²]; the model has none.
+        bend: of the sheath [rad].
     """
 
     description: ClassVar[RecordingDescription] = RecordingDescription(
@@ -47,6 +46,7 @@ class ReferenceJoint:
             "tension_1_N": "input_tension_1",
             "tension_2_N": "input_tension_2",
         },
+        sheaths=_SHEATHS,
         known={f"{s}.axial_stiffness": Joint.axial_stiffness for s in _SHEATHS},
         uncertain={
             name: tuple(f"{s}.{name}" for s in _SHEATHS) for name in ("friction", "pretension")
@@ -63,6 +63,7 @@ class ReferenceJoint:
     dry_friction: float = 0.0
     stiffness: float = Joint.stiffness
     gravity: float = 0.0
+    bend: float = Joint.bend
 
     def simulate(self, drives: Sequence[FloatArray], fine: bool = True) -> list[FloatArray]:
         """Readings without noise, (3, samples) of each drive [rad]."""
@@ -75,6 +76,7 @@ class ReferenceJoint:
         """The joint with these parameters; the centre of mass of its tip is off the hinge."""
         spec = build_joint(
             Joint(
+                bend=self.bend,
                 friction=self.friction,
                 pretension=self.pretension,
                 axial_stiffness=self.axial_stiffness,
@@ -110,29 +112,3 @@ class ReferenceJoint:
         )
         simulated = replay_recording(recording, model)
         return np.array([simulated.columns[c] for c in stated.sensors])
-
-
-def _parameter(
-    name: str, attribute: str, parameter: str, start: float, high: float, sign: float = 1.0
-) -> Callable[[np.random.Generator], HiddenEffect[ReferenceJoint]]:
-    """Effect that raises an attribute of the reference from ``start`` by its strength."""
-
-    def draw(_: np.random.Generator) -> HiddenEffect[ReferenceJoint]:
-        return HiddenEffect(
-            name=name,
-            apply=lambda joint, s: dataclasses.replace(joint, **{attribute: start + s}),
-            parameters=lambda _, s: {parameter: start + sign * s},
-            high=high,
-        )
-
-    return draw
-
-
-JOINT_EFFECTS: Mapping[str, Callable[[np.random.Generator], HiddenEffect[ReferenceJoint]]] = {
-    "joint_damping": _parameter("joint_damping", "damping", "joint.damping", Joint.damping, 0.02),
-    "joint_friction": _parameter("joint_friction", "dry_friction", "joint.frictionloss", 0.0, 0.02),
-    "joint_stiffness": _parameter(
-        "joint_stiffness", "stiffness", "joint.stiffness", Joint.stiffness, 0.06
-    ),
-    "gravity_load": _parameter("gravity_load", "gravity", "gravity.z", 0.0, 30.0, sign=-1.0),
-}  # N m s/rad, N m, N m/rad, m/s²

@@ -3,59 +3,76 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from experiments.hidden_effects.judged_case import JudgedCase
+from experiments.hidden_effects.scoring.judged_case import PREDICTION, JudgedCase
+from experiments.hidden_effects.scoring.rates import Row, of_kind, quantile, share, spread
+from experiments.hidden_effects.scoring.reality import reality
 
 STRONG = 5.0  # ratio of residual to noise from which an effect is to be named nearly always
-Row = tuple[str, str, str, int]  # quantity, wanted figure, figure, cases
 
 
 def table(judged: Sequence[JudgedCase]) -> list[Row]:
-    """Figures that the diagnosis has to show, without cases whose strength was not reached."""
+    """Figures that a diagnosis has to show, without cases whose strength was not reached.
+
+    Of a tool that only predicts, those on names are left out.
+    """
+    if all(j.verdict in (PREDICTION, "failed") for j in judged):
+        return _of_any_tool(judged)
     alone = [j for j in judged if j.kind in ("effect", "joint") and j.key["reached"]]
     strong = [j for j in alone if j.key["target"] >= STRONG]
     weak = [j for j in alone if j.key["target"] < STRONG]
-    pairs = _kind(judged, "pair")
+    pairs = of_kind(judged, "pair")
     pairs = [j for j in pairs if j.key["reached"]]
-    nothing, outside = _kind(judged, "nothing"), _kind(judged, "outside")
-    parameter = _kind(judged, "parameter")
+    nothing, outside = of_kind(judged, "nothing"), of_kind(judged, "outside")
+    parameter = of_kind(judged, "parameter")
     closed = [j.closed for j in [*alone, *pairs] if j.closed is not None]
     errors = [e for j in strong if j.hit > 0.0 for e in j.errors()]
     return [
-        _share(
+        share(
             "one effect, residual ≥ 5 noise: first (tie: half)", "≥ 97 %", strong, lambda j: j.hit
         ),
-        _share("… contained in the verdict", "≥ 99 %", strong, lambda j: j.contains),
-        _share("one effect, 2 noise: first (tie: half)", "≥ 90 %", weak, lambda j: j.hit),
-        _share("one effect: something named that is not there", "", alone, lambda j: bool(j.extra)),
-        _share("one effect: abstained", "", alone, lambda j: not j.named_effect),
-        _share(
+        share("… contained in the verdict", "≥ 99 %", strong, lambda j: j.contains),
+        share("one effect, 2 noise: first (tie: half)", "≥ 90 %", weak, lambda j: j.hit),
+        share("one effect: something named that is not there", "", alone, lambda j: bool(j.extra)),
+        share("one effect: abstained", "", alone, lambda j: not j.named_effect),
+        share(
             "two effects: both named",
             "≥ 85 %",
             pairs,
             lambda j: set(j.hidden) <= set(j.effects) or (j.named_effect and j.contains),
         ),
-        _share("nothing hidden: false name", "≤ 3 %", nothing, lambda j: j.named_effect),
-        _share(
+        share("nothing hidden: false name", "≤ 3 %", nothing, lambda j: j.named_effect),
+        share(
             "outside the catalogue: unknown or a tie",
             "≥ 90 %",
             outside,
             lambda j: j.verdict == "unknown" or (j.named_effect and not j.confident),
         ),
-        _share(
+        share(
             "outside the catalogue: confident wrong name", "≤ 5 %", outside, lambda j: j.confident
         ),
-        _share("wrong parameter: no effect named", "≥ 95 %", parameter, lambda j: not j.effects),
-        _share("wrong parameter: called so", "", parameter, lambda j: j.verdict == "parameter"),
-        _quantile("reducible error removed on held-out, median", "≥ 95 %", closed, 0.5),
-        _quantile("… worst decile", "≥ 80 %", closed, 0.1),
-        _quantile("parameter error, ≥ 5 noise, median", "≤ 10 %", [e[1] for e in errors], 0.5),
-        _quantile("… 95 % interval covers", "≥ 90 %", [float(e[2]) for e in errors], None),
-        ("seconds per diagnosis, median / longest", "", _seconds(judged), len(judged)),
-        _share("failed", "0", judged, lambda j: j.result is None),
+        share("wrong parameter: no effect named", "≥ 95 %", parameter, lambda j: not j.effects),
+        share("wrong parameter: called so", "", parameter, lambda j: j.verdict == "parameter"),
+        quantile("reducible error removed on held-out, median", "≥ 95 %", closed, 0.5),
+        quantile("… worst decile", "≥ 80 %", closed, 0.1),
+        quantile("parameter error, ≥ 5 noise, median", "≤ 10 %", [e[1] for e in errors], 0.5),
+        quantile("… 95 % interval covers", "≥ 90 %", [float(e[2]) for e in errors], None),
+        *reality(judged),
+        *_of_any_tool(judged),
+    ]
+
+
+def _of_any_tool(judged: Sequence[JudgedCase]) -> list[Row]:
+    """Figures that do not ask for names."""
+    left = [j.left for j in judged if j.left is not None]
+    seconds = [j.seconds for j in judged]
+    return [
+        spread("error left on held-out data, median / worst decile [noise]", left, 0.9, 2),
+        spread("seconds per diagnosis, median / longest", seconds, 1.0, 1),
+        share("failed", "0", judged, lambda j: j.result is None),
     ]
 
 
@@ -80,33 +97,9 @@ def confusion(judged: Sequence[JudgedCase]) -> tuple[list[str], dict[str, Counte
     rows: dict[str, Counter[str]] = {}
     for j in judged:
         row = j.hidden[0] if j.kind in ("effect", "joint") else j.kind
-        if j.kind in ("parameter", "outside"):
-            row = f"{j.kind}: {j.hidden[0]}"
+        if j.kind in ("parameter", "outside", "session", "remainder", "too_high"):
+            row = f"{j.kind}: {j.hidden[0] if j.hidden else 'nothing'}"
         rows.setdefault(row, Counter())[j.column] += 1
     words = ["A or B", "unknown", "nothing missing", "parameter", "failed"]
     seen = {column for row in rows.values() for column in row} - set(words)
     return [*sorted(seen), *words], dict(sorted(rows.items()))
-
-
-def _kind(judged: Sequence[JudgedCase], kind: str) -> list[JudgedCase]:
-    return [j for j in judged if j.kind == kind]
-
-
-def _share(
-    quantity: str, wanted: str, cases: Sequence[JudgedCase], right: Callable[[JudgedCase], float]
-) -> Row:
-    mean = f"{100.0 * np.mean([float(right(j)) for j in cases]):.1f} %" if cases else "–"
-    return quantity, wanted, mean, len(cases)
-
-
-def _quantile(quantity: str, wanted: str, values: Sequence[float], at: float | None) -> Row:
-    """Quantile of some shares, or their mean where ``at`` is None."""
-    if not values:
-        return quantity, wanted, "–", 0
-    figure = np.mean(values) if at is None else np.quantile(values, at)
-    return quantity, wanted, f"{100.0 * figure:.1f} %", len(values)
-
-
-def _seconds(judged: Sequence[JudgedCase]) -> str:
-    spent = [j.seconds for j in judged]
-    return f"{np.median(spent):.1f} / {max(spent):.1f}" if spent else "–"

@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from experiments.hidden_effects.case import make_case
-from experiments.hidden_effects.case_plan import CasePlan
 from experiments.hidden_effects.diagnose_suite import SuiteDiagnosis, diagnose_suite
-from experiments.hidden_effects.judged_case import JudgedCase
-from experiments.hidden_effects.score import judge
+from experiments.hidden_effects.scoring.judged_case import JudgedCase
+from experiments.hidden_effects.scoring.verdicts import judge
+from experiments.hidden_effects.suite.case import make_case
+from experiments.hidden_effects.suite.case_plan import CasePlan, Kind
 
 SEED = 900  # not used for tuning
 
 
-def plan(number: int, kind: str, *names: str, exclude: tuple[str, ...] = ()) -> CasePlan:
+def plan(number: int, kind: Kind, *names: str, exclude: tuple[str, ...] = ()) -> CasePlan:
     """A case with a residual of 5 noise, at 0.5 % noise."""
     target = 0.0 if kind == "nothing" else 5.0
     return CasePlan(

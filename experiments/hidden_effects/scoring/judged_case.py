@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+PREDICTION = "prediction only"  # verdict of a tool that names nothing
+NAMING = ("named", "partly")  # verdicts that name effects
 PARAMETERS = ("friction", "axial_stiffness", "pretension", "bend_angle", "moment_arm")
 
 
@@ -16,7 +18,8 @@ class JudgedCase:
     Attributes:
         name: of the case.
         key: entry of the case in keys.json.
-        result: content of result.json; None where the diagnosis failed.
+        result: content of result.json, of which README.md says what is read; None where the
+            diagnosis failed.
         seconds: that the diagnosis took [s].
     """
 
@@ -27,7 +30,7 @@ class JudgedCase:
 
     @property
     def kind(self) -> str:
-        """Kind of the case, one of `suite.KINDS`."""
+        """Kind of the case, see `suite.case_plan`."""
         return str(self.key["kind"])
 
     @property
@@ -43,20 +46,20 @@ class JudgedCase:
     @property
     def effects(self) -> list[str]:
         """Effects that the verdict names as missing, without wrong parameters."""
-        if self.result is None or self.verdict == "parameter":
+        if self.result is None or self.verdict not in NAMING:
             return []
         return [e for e in self.result["effects"] if e not in PARAMETERS]
 
     @property
     def ties(self) -> list[list[str]]:
         """Groups of two or more effects that the data cannot tell apart, as the verdict says."""
-        groups = [] if self.result is None else self.result["indistinguishable"]
+        groups = [] if self.result is None else self.result.get("indistinguishable", [])
         return [list(g) for g in groups if len(g) > 1]
 
     @property
     def named_effect(self) -> bool:
         """Whether the verdict names at least one effect as missing."""
-        return self.verdict == "named" and bool(self.effects)
+        return self.verdict in NAMING and bool(self.effects)
 
     @property
     def confident(self) -> bool:
@@ -72,7 +75,7 @@ class JudgedCase:
     @property
     def hit(self) -> float:
         """1 where the one hidden effect comes first; ½ where it is one of "A or B"."""
-        if len(self.hidden) != 1 or not self.contains or self.verdict != "named":
+        if len(self.hidden) != 1 or not self.contains or self.verdict not in NAMING:
             return 0.0
         tied = next((tie for tie in self.ties if self.hidden[0] in tie), [])
         first = bool(self.effects) and (
@@ -87,6 +90,24 @@ class JudgedCase:
         return [e for e in self.effects if e not in self.hidden and e not in tied]
 
     @property
+    def named(self) -> list[str]:
+        """All that the verdict names, effects and wrong numbers, the most important first."""
+        if self.result is None or self.verdict not in (*NAMING, "parameter"):
+            return []
+        return list(self.result["effects"])
+
+    @property
+    def leads(self) -> float:
+        """Like `hit`, but 0 where a wrong number is named before the hidden effect."""
+        return self.hit if self.named[:1] == self.effects[:1] else 0.0
+
+    @property
+    def false_names(self) -> list[str]:
+        """Like `extra`, with numbers called wrong that are not."""
+        tied = {e for tie in self.ties if set(tie) & set(self.hidden) for e in tie}
+        return [e for e in self.named if e not in self.hidden and e not in tied]
+
+    @property
     def column(self) -> str:
         """Column of the case in the confusion matrix."""
         if not self.named_effect:
@@ -98,12 +119,33 @@ class JudgedCase:
         """Share of the reducible error that was removed on held-out recordings."""
         if self.result is None:
             return None
-        share = self.result["gap"]["held_out"].get("reducible_closed")
+        share = self._held_out.get("reducible_closed")
         return None if share is None else float(share)
+
+    @property
+    def left(self) -> float | None:
+        """Rms error on held-out recordings, over all signals in units of their noise [-]."""
+        left = self._held_out.get("after")
+        return None if left is None else float(left)
+
+    @property
+    def right_number(self) -> bool:
+        """Whether the verdict calls the hidden number wrong, no other, and its interval holds."""
+        if self.result is None or self.verdict != "parameter":
+            return False
+        given, true = self.result.get("parameters", {}), self.key["parameters"]
+        return given.keys() == true.keys() and all(
+            given[name]["low"] <= value <= given[name]["high"] for name, value in true.items()
+        )
+
+    @property
+    def _held_out(self) -> Mapping[str, Any]:
+        gap = {} if self.result is None else self.result.get("gap", {})
+        return dict(gap.get("held_out", {}))
 
     def errors(self) -> list[tuple[str, float, bool]]:
         """(parameter, relative error [-], whether its interval covers the truth), for each."""
-        given = {} if self.result is None else self.result["parameters"]
+        given = {} if self.result is None else self.result.get("parameters", {})
         found = []
         for name, true in self.key["parameters"].items():
             if name in given:

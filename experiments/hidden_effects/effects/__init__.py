@@ -1,0 +1,1 @@
+"""Effects, wrong numbers and disturbances that can be hidden in a reference."""

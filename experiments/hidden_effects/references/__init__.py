@@ -1,0 +1,1 @@
+"""Independent references of the rigs, what drives them, and the sensors that read them."""

@@ -1,0 +1,33 @@
+"""`mujoco.sysid` alone: what is uncertain is fitted in the model as it is, and nothing is named.
+
+`python -m experiments.hidden_effects.rivals.sysid --help`. It knows nothing of sessions: what was
+set anew for a training recording has the value that is stated. In a held-out recording it is
+fitted, as for every rival.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from experiments.hidden_effects.rivals.command import run_rival
+from experiments.hidden_effects.rivals.held_out_error import errors, predict
+from experiments.hidden_effects.suite.case_folder import Case
+from tendon_mj.diagnosis import fit_with_sysid
+from tendon_mj.replay import Simulator
+
+
+def solve(case: Case) -> dict[str, Any]:
+    """Fit a case; content of result.json."""
+    fitted = fit_with_sysid(case.train, case.held_out, simulator=partial(Simulator, threads=1))
+    values = {name: value for name, (value, _, _) in fitted.values.items()}
+    return {
+        "verdict": "prediction only",
+        "effects": [],
+        "calibrated": fitted.result()["parameters"],
+        "gap": errors(case.held_out, predict(case.held_out, values)),
+    }
+
+
+if __name__ == "__main__":
+    run_rival(solve, "sysid")

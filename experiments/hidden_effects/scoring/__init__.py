@@ -1,0 +1,1 @@
+"""Comparison of verdicts with keys: judged cases, rates, tables."""

@@ -1,0 +1,1 @@
+"""Making of hidden cases: plans, draws, strengths, recordings and keys."""

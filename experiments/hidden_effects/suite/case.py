@@ -1,0 +1,165 @@
+"""One hidden case: draw it, find its strengths, simulate it, write its files and its key."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic
+
+import numpy as np
+from numpy.typing import NDArray
+
+from experiments.hidden_effects.references import excitation
+from experiments.hidden_effects.suite.case_draws import CaseDraw, draw_bench, draw_joint
+from experiments.hidden_effects.suite.case_files import write_case
+from experiments.hidden_effects.suite.case_plan import REAL_KINDS, CasePlan
+from experiments.hidden_effects.suite.rig_state import R, RigState
+from experiments.hidden_effects.suite.sessions import (
+    Sessions,
+    draw_bends,
+    draw_sessions,
+    reproducibility,
+)
+from experiments.hidden_effects.suite.strengths import Strengths, find_strengths
+from experiments.hidden_effects.suite.trial import Trial, simulate_each
+
+FloatArray = NDArray[np.float64]
+
+NAMES = (*(f"train_{k}" for k in range(1, 5)), *(f"held_out_{k}" for k in (1, 2)))
+LEAST_TENSION = 0.05  # of the pretension; below it the tendon counts as slack
+MAX_ATTEMPTS = 6  # to find an excitation under which the tendon stays taut
+
+
+def make_case(plan: CasePlan, folder: Path) -> dict[str, Any]:
+    """Write the recordings of a case and ``case.json``, and return its key."""
+    rng = np.random.default_rng(plan.seed)
+    if plan.rig == "joint":
+        return _make(plan, folder, rng, draw_joint(plan, rng))
+    return _make(plan, folder, rng, draw_bench(plan, rng))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Simulated(Generic[R]):
+    """Excitation of a case, and the readings of its reference.
+
+    Attributes:
+        drives: of the training recordings, then of those held out, in the drive's unit.
+        readings: (sensors, samples) of each drive, without noise.
+        noise: (sensors,) standard deviations in the sensors' units.
+        strengths: of what is hidden.
+        sessions: state of the rig in each recording.
+        left: of the reproducibility between sessions, once calibrated [noise].
+        least_tension: lowest tension in all readings [N].
+    """
+
+    drives: list[FloatArray]
+    readings: list[FloatArray]
+    noise: FloatArray
+    strengths: Strengths[R]
+    sessions: Sessions
+    left: float
+    least_tension: float
+
+
+def _make(
+    plan: CasePlan, folder: Path, rng: np.random.Generator, draw: CaseDraw[R]
+) -> dict[str, Any]:
+    simulated = _simulate(plan, rng, draw)
+    hidden, sessions = simulated.strengths.hidden, simulated.sessions
+    truth = simulated.strengths.applied(draw.reference)
+    true: dict[str, float] = {}
+    for one, found in hidden:
+        true |= one.parameters(truth, found.strength)
+    raised = {}
+    if plan.kind == "too_high":
+        ((_, found),) = hidden
+        raised = {name: float(f"{value + found.strength:.4g}") for name, value in true.items()}
+    write_case(
+        plan,
+        folder,
+        rng,
+        draw,
+        raised,
+        sessions,
+        dict(zip(NAMES, zip(simulated.drives, simulated.readings, strict=True), strict=True)),
+        simulated.noise,
+    )
+    model_parameters = draw.reference.description.uncertain
+    key = {
+        "kind": plan.kind,
+        "hidden": list(plan.names),
+        "exclude": list(plan.exclude),
+        "target": plan.target,
+        "noise": plan.noise,
+        "ratio": [f.ratio for _, f in hidden],
+        "reached": all(f.reached for _, f in hidden),
+        "strength": [f.strength for _, f in hidden],
+        "parameters": true,
+        "calibrated": {p: getattr(truth, n) for n in draw.uncertain for p in model_parameters[n]},
+        "least_tension_N": simulated.least_tension,
+    }
+    if plan.kind in REAL_KINDS:
+        key |= _beyond_noise(plan, simulated, truth, raised)
+    return key
+
+
+def _beyond_noise(
+    plan: CasePlan, simulated: _Simulated[R], truth: R, raised: dict[str, float]
+) -> dict[str, Any]:
+    """What the key says besides: the unit of the target, and what else is not as in the model."""
+    return {
+        "rig": plan.rig,
+        "unit": simulated.strengths.unit,
+        "left": simulated.left,
+        "small": {one.name: found.ratio for one, found in simulated.strengths.small},
+        "model": raised,
+        "sessions": {
+            name: state.parameters(truth)
+            for name, state in zip(NAMES, simulated.sessions.states, strict=True)
+            if plan.kind == "session"
+        },
+    }
+
+
+def _simulate(plan: CasePlan, rng: np.random.Generator, draw: CaseDraw[R]) -> _Simulated[R]:
+    """Simulate the reference with its effects; where the tendon goes slack, at less amplitude."""
+    reference, stated = draw.reference, draw.reference.description
+    tensions = [k for k, column in enumerate(stated.sensors) if column.endswith("_N")]
+    scale: float = 0.9 * reference.pretension / stated.ranges["pretension"].value * stated.travel
+    for _ in range(MAX_ATTEMPTS):
+        own = np.random.default_rng([*plan.seed, 1])  # of what the old kinds do not have
+        training: list[FloatArray] = excitation.train(rng, scale)
+        drives = [*training, *excitation.held_out(rng, scale)]
+        bends = draw_bends(len(drives), own) if plan.bends else [0.0] * len(drives)
+        bent = [RigState(extra_bend=b).bent(reference) for b in bends]
+        baseline = simulate_each(bent[: len(training)], training, fine=False)
+        trial = Trial(
+            references=bent[: len(training)],
+            drives=training,
+            readings=baseline,
+            noise=plan.noise * np.ptp(np.concatenate(baseline, axis=1), axis=1),
+            uncertain=draw.uncertain,
+            session=plan.kind == "session",
+        )
+        sessions, unit, left = Sessions.one(len(drives)), 1.0, 0.0
+        if plan.kind == "session":
+            sessions = draw_sessions(trial, bends, own)
+            unit, left = reproducibility(trial, sessions)
+        strengths = find_strengths(plan, draw, trial, unit, own)
+        shown = bent if plan.kind == "too_high" else [strengths.applied(r) for r in bent]
+        truths = [s.set_anew(r) for s, r in zip(sessions.states, shown, strict=True)]
+        ideal = simulate_each(truths, drives)
+        readings = [s.read(r) for s, r in zip(sessions.states, ideal, strict=True)]
+        least = float(min(r[tensions].min() for r in readings))
+        if least > LEAST_TENSION * reference.pretension:
+            break
+        scale *= 0.85
+    return _Simulated(
+        drives=drives,
+        readings=readings,
+        noise=trial.noise,
+        strengths=strengths,
+        sessions=sessions,
+        left=left,
+        least_tension=least,
+    )

@@ -1,0 +1,131 @@
+"""Laws of the score: what counts as a hit, a false name, a number rightly called wrong."""
+
+import json
+
+import pytest
+
+from experiments.hidden_effects.scoring.judged_case import JudgedCase
+from experiments.hidden_effects.scoring.suite_statistics import confusion, table
+from experiments.hidden_effects.scoring.verdicts import judge
+from tendon_mj.errors import TendonError
+
+KEY = {
+    "kind": "effect",
+    "hidden": ["creep"],
+    "target": 5.0,
+    "reached": True,
+    "parameters": {"sheath.creep": 0.2},
+}
+RESULT = {
+    "verdict": "named",
+    "effects": ["creep"],
+    "indistinguishable": [],
+    "confidence": 0.97,
+    "parameters": {"sheath.creep": {"value": 0.21, "low": 0.19, "high": 0.23, "unit": "-"}},
+    "gap": {"held_out": {"reducible_closed": 0.98}},
+}
+
+
+def judged(key=None, **result):
+    return JudgedCase("case", {**KEY, **(key or {})}, {**RESULT, **result}, 1.0)
+
+
+def test_a_hit_counts_one_a_tie_a_half_and_a_wrong_name_nothing():
+    assert judged().hit == 1.0
+    assert judged(indistinguishable=[["creep", "stiffening"]]).hit == 0.5
+    assert judged(effects=["stiffening"]).hit == 0.0
+    assert judged(effects=["stiffening", "creep"]).hit == 0.0
+    assert judged(effects=["stiffening", "creep"]).contains
+    assert judged(verdict="unknown", effects=[]).hit == 0.0
+
+
+def test_a_false_name_is_one_where_nothing_is_hidden():
+    nothing = {"kind": "nothing", "hidden": []}
+    assert judged(nothing).named_effect
+    assert not judged(nothing, verdict="nothing missing", effects=[]).named_effect
+    assert not judged(nothing, verdict="parameter", effects=["friction"]).named_effect
+
+
+def test_errors_are_relative_and_intervals_cover_or_not():
+    [(name, error, covered)] = judged().errors()
+    assert (name, covered) == ("sheath.creep", True)
+    assert error == pytest.approx(0.05)
+
+
+def test_the_table_and_the_matrix_count_every_case():
+    cases = [judged(), judged(effects=["stiffening"]), judged({"kind": "nothing", "hidden": []})]
+    rows = {quantity: (figure, count) for quantity, _, figure, count in table(cases)}
+    assert rows["one effect, residual ≥ 5 noise: first (tie: half)"] == ("50.0 %", 2)
+    assert rows["nothing hidden: false name"] == ("100.0 %", 1)
+    _, matrix = confusion(cases)
+    assert sum(sum(row.values()) for row in matrix.values()) == len(cases)
+
+
+def test_a_name_in_part_counts_like_a_name():
+    assert judged(verdict="partly").hit == 1.0
+    nothing = {"kind": "nothing", "hidden": []}
+    assert judged(nothing, verdict="partly").named_effect
+    assert judged(verdict="unknown").extra == []
+
+
+def test_a_number_falsely_called_wrong_is_a_false_name_and_takes_the_lead():
+    case = judged(verdict="partly", effects=["friction", "creep"])
+    assert (case.hit, case.leads) == (1.0, 0.0)
+    assert (case.extra, case.false_names) == ([], ["friction"])
+    assert judged(verdict="parameter", effects=["friction"]).false_names == ["friction"]
+    assert judged(verdict="partly", effects=["creep", "friction"]).leads == 1.0
+
+
+TOO_HIGH = {"kind": "too_high", "hidden": ["joint_damping"], "parameters": {"joint.damping": 19.0}}
+
+
+def damping(low, high, **others):
+    return {"joint.damping": {"value": 0.5 * (low + high), "low": low, "high": high}, **others}
+
+
+def test_a_number_is_rightly_wrong_with_its_element_alone_and_the_truth_in_its_interval():
+    def right(verdict="parameter", **parameters):
+        result = {"verdict": verdict, "effects": ["joint_damping"], "parameters": parameters}
+        return judged(TOO_HIGH, **result).right_number
+
+    assert right(**damping(18.0, 20.0))
+    assert not right(**damping(20.0, 21.0))
+    assert not right("named", **damping(18.0, 20.0))
+    assert not right(**{"other.damping": {"value": 19.0, "low": 18.0, "high": 20.0}})
+    assert not right(**damping(18.0, 20.0, **{"joint.armature": {"value": 0, "low": 0, "high": 0}}))
+
+
+def verdict(folder, name, **content):
+    (folder / name).mkdir()
+    (folder / name / "result.json").write_text(json.dumps(content))
+
+
+def test_any_tool_s_results_are_scored_and_a_case_without_one_is_left_out(tmp_path):
+    (tmp_path / "keys.json").write_text(json.dumps({"cases": {"a": KEY, "b": KEY}}))
+    verdict(tmp_path, "a", verdict="named", effects=["creep"])
+    (case,) = judge(tmp_path, tmp_path)
+    assert (case.name, case.hit, case.closed, case.left) == ("a", 1.0, None, None)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ({"verdict": "namd"}, "named"),
+        ({"verdict": "named", "effects": []}, "names nothing"),
+        (
+            {"verdict": "unknown", "parameters": {"a.b": {"value": 1.0, "low": 0.0}}},
+            "'a.b' lacks high",
+        ),
+    ],
+)
+def test_a_result_that_is_not_one_is_refused(content, message, tmp_path):
+    (tmp_path / "keys.json").write_text(json.dumps({"cases": {"a": KEY}}))
+    verdict(tmp_path, "a", **content)
+    with pytest.raises(TendonError, match=message):
+        judge(tmp_path, tmp_path)
+
+
+def test_of_a_tool_that_only_predicts_no_rate_of_names_is_stated():
+    rows = {row[0]: row[2] for row in table([judged(verdict="prediction only", effects=[])])}
+    assert not any("effect" in quantity for quantity in rows)
+    assert "failed" in rows
