@@ -24,7 +24,7 @@ from tendon_mj.diagnosis.model_selection.thresholds import (
     detection_limit,
     discretisation_error,
 )
-from tendon_mj.diagnosis.result.diagnosis import Diagnosis
+from tendon_mj.diagnosis.result.diagnosis import Diagnosis, Finding
 from tendon_mj.diagnosis.result.entries import (
     finding,
     fitted_values,
@@ -69,7 +69,9 @@ def prove(
     before = held_out.simulate(selection.calibrated.fit)
     while True:
         after = held_out.simulate(selection.final.fit) if selection.effects else before
-        evidence, bars, deviations = _weigh(context, selection, held_out, (before, after))
+        findings = _findings(context, selection, catalogue)
+        kinds = [found.kind for found in findings]
+        evidence, bars, deviations = _weigh(context, selection, held_out, (before, after), kinds)
         verdict = decide(evidence)
         if verdict != "partly":
             break
@@ -80,11 +82,6 @@ def prove(
 
     problem, base, mask, fits = context.problem, context.base, held_out.mask, _fits(selection)
     parameters = [fitted.parameters(base) for fitted in fits]
-    final = {**base, **parameters[1]}
-    findings = tuple(
-        finding(selected, catalogue, own.simulate.parameters, base, final)
-        for selected in selection.effects
-    )
     seen = own.residuals(parameters)
     unseen = before.stated, after.stated
     stated = measure_errors(proof, unseen[0], unseen[1], mask)
@@ -135,11 +132,21 @@ def _fits(selection: Selection) -> tuple[Fit, Fit]:
     return selection.calibrated.fit, selection.final.fit
 
 
+def _findings(
+    context: SelectionContext, selection: Selection, catalogue: Mapping[str, Effect]
+) -> tuple[Finding, ...]:
+    """Findings of a selection."""
+    base, known = context.base, context.problem.simulate.parameters
+    final = {**base, **selection.final.fit.parameters(base)}
+    return tuple(finding(effect, catalogue, known, base, final) for effect in selection.effects)
+
+
 def _weigh(
     context: SelectionContext,
     selection: Selection,
     held_out: HeldOut,
     unseen: tuple[Unseen, Unseen],
+    kinds: Collection[str],
 ) -> tuple[Evidence, FloatArray, dict[str, float]]:
     """Evidence of a selection; (m,) bars of the held-out residuals; and the reproducibility."""
     before, after = unseen
@@ -147,7 +154,6 @@ def _weigh(
     deviations = reproducibility(context.problem, selection.final.fit.residual)
     bars = bar(judged, deviations)
     limit = detection_limit(judged, step_error((after.correction / bars)[mask]), bars)
-    final, kinds = selection.final.fit, [s.candidate.kind for s in selection.effects]
     evidence = Evidence(
         kinds=kinds,
         calibrated=selection.calibrated.excess <= context.detection_limit,
@@ -155,7 +161,7 @@ def _weigh(
         stated=measure_errors(judged, before.stated, after.stated, mask, bars),
         limit=limit,
         largest=max(LARGEST, discretisation_error(judged, bars)),
-        beyond=bool(parameters_beyond_range(context.problem, final)),
+        beyond=bool(parameters_beyond_range(context.problem, selection.final.fit)),
     )
     return evidence, bars, deviations
 

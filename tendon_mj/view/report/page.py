@@ -52,7 +52,8 @@ def report_page(
         "unit": lambda column: column_unit(column) or "–",
     }
     train, held_out = diagnosis.recordings, diagnosis.held_out_recordings
-    kept = "proof" if held_out else f"selection and fit; {_KEPT[diagnosis.leaves_one_out]} for the proof"
+    rest = _KEPT[diagnosis.leaves_one_out]
+    kept = "proof" if held_out else f"selection and fit; {rest} for the proof"
     return environment.get_template("report.html").render(
         d=diagnosis,
         changed=diagnosis.changed,
