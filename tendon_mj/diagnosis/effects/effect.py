@@ -112,7 +112,7 @@ class Candidate:
         kind: "missing", an effect the model lacks, or "parameter", a number that may be wrong.
         where: the elements it is on, for the reader.
         terms: the first one is its strength, the others shape it.
-        non_smooth, changes: see `Effect`.
+        non_smooth, changes, absent: see `Effect`.
     """
 
     identifier: str
@@ -121,6 +121,7 @@ class Candidate:
     terms: tuple[Term, ...]
     non_smooth: bool = False
     changes: str = ""
+    absent: float = 0.0
 
     @property
     def label(self) -> str:
@@ -136,6 +137,18 @@ class Candidate:
         """Whether what it changes is there, with these values of the parameters."""
         elements = {target.rsplit(".", 1)[0] for target in self.targets}
         return not self.changes or any(values[f"{e}.{self.changes}"] != 0.0 for e in elements)
+
+    def found(self, before: Mapping[str, float], after: Mapping[str, float]) -> Kind:
+        """Kind of what was found: a model that has more than the data want lacks nothing.
+
+        Args:
+            before, after: parameter → value of the model, and as fitted.
+        """
+        too_much = all(
+            abs(after[target] - self.absent) < abs(before[target] - self.absent)
+            for target in self.terms[0].targets
+        )
+        return "parameter" if too_much else self.kind
 
     @property
     def targets(self) -> frozenset[str]:
@@ -199,7 +212,15 @@ class Effect:
         """Its candidates on a model, without those that fit what is known or fitted anyway."""
         taken = system.uncertain if self.overrides_known else system.known | system.uncertain
         return [
-            Candidate(self.identifier, self.kind, where, terms, self.non_smooth, self.changes)
+            Candidate(
+                identifier=self.identifier,
+                kind=self.kind,
+                where=where,
+                terms=terms,
+                non_smooth=self.non_smooth,
+                changes=self.changes,
+                absent=self.absent,
+            )
             for where, terms in self.binding(system)
             if not any(target in taken for term in terms for target in term.targets)
         ]

@@ -14,7 +14,7 @@ from tendon_mj.diagnosis.model_selection.fit import Fit
 from tendon_mj.diagnosis.model_selection.intervals import beyond_range, intervals
 from tendon_mj.diagnosis.model_selection.select import Selection
 from tendon_mj.diagnosis.result.diagnosis import Finding, Ranked, Value
-from tendon_mj.diagnosis.result.statement import kind_of, state_finding
+from tendon_mj.diagnosis.result.statement import state_finding
 from tendon_mj.replay.parameters import Parameter
 
 _EXPLAINS = 0.01  # of the excess χ², to be in the ranking
@@ -37,14 +37,14 @@ def finding(
         before, after: parameter → value of the model, and as fitted.
     """
     effect, rivals = catalogue[selected.candidate.identifier], selected.rivals
-    targets, where = selected.candidate.terms[0].targets, selected.candidate.where
+    candidate = selected.candidate
     return Finding(
         identifier=effect.identifier,
         name=effect.name,
         equation=effect.equation,
-        where=where,
-        kind=kind_of(effect, targets, before, after),
-        statement=state_finding(effect, where, targets, parameters, before, after),
+        where=candidate.where,
+        kind=candidate.found(before, after),
+        statement=state_finding(effect, candidate, parameters, before, after),
         confidence=selected.confidence,
         rivals=tuple(
             dict.fromkeys(r.identifier for r in rivals if r.identifier != effect.identifier)

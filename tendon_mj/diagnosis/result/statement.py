@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Final
 
-from tendon_mj.diagnosis.effects.effect import Effect, Kind
+from tendon_mj.diagnosis.effects.effect import Candidate, Effect
 from tendon_mj.replay.parameters import Parameter
 
 # parameter → what it is called, where not by its name in words
@@ -22,33 +22,12 @@ _NAMES: Final = {
 }
 # Positions and offsets, which are neither high nor low.
 _SIGNED: Final = {"springref", "extra_bend", "command_offset", "offset", "drift", "x", "y", "z"}
-_ELEMENTS: Final = {"joint": "joint ", "body": "body ", "motor": "motor ", "sensor": "sensor "}
-
-
-def kind_of(
-    effect: Effect, targets: Sequence[str], before: Mapping[str, float], after: Mapping[str, float]
-) -> Kind:
-    """Whether a finding is something that the model lacks, or a number of it that was wrong.
-
-    An effect of which the model has more than the data want is not missing.
-
-    Args:
-        effect: that was found.
-        targets: parameters that its strength writes.
-        before, after: parameter → value of the model, and as fitted.
-    """
-    excess = [
-        before[target] != effect.absent
-        and abs(after[target] - effect.absent) < abs(before[target] - effect.absent)
-        for target in targets
-    ]
-    return "parameter" if all(excess) else effect.kind
+_ELEMENTS: Final = ("joint", "body", "actuator", "motor", "sensor")  # named before their names
 
 
 def state_finding(
     effect: Effect,
-    where: str,
-    targets: Sequence[str],
+    candidate: Candidate,
     parameters: Mapping[str, Parameter],
     before: Mapping[str, float],
     after: Mapping[str, float],
@@ -56,24 +35,25 @@ def state_finding(
     """Say what was found: "the damping of joint elbow is too high: 19, not 400 N s/m".
 
     Args:
-        effect, where: that was found, and the elements that it is on.
-        targets: parameters that its strength writes.
+        effect, candidate: that was found.
         parameters: of the simulator, for units and kinds of elements.
         before, after: parameter → value of the model, and as fitted.
     """
+    targets = candidate.terms[0].targets
     first = targets[0]
     unit = parameters[first].unit
     suffix = "" if unit in ("", "-") else f" {unit}"
-    if kind_of(effect, targets, before, after) == "missing":
-        text = f"{effect.name} ({where})"
+    if candidate.found(before, after) == "missing":
+        text = f"{effect.name} ({candidate.where})"
         if before[first] != effect.absent:
             text += f", of which the model has {plain(before[first])} and not"
             text += f" {plain(after[first])}{suffix}"
         return text
     parameter = first.rsplit(".", 1)[1]
     name = _NAMES.get(parameter, parameter.replace("_", " "))
-    elements = " and ".join(t.rsplit(".", 1)[0] for t in targets)
-    of = f"{_ELEMENTS.get(parameters[first].kind, '') if len(targets) == 1 else ''}{elements}"
+    of = " and ".join(t.rsplit(".", 1)[0] for t in targets)
+    if len(targets) == 1 and parameters[first].kind in _ELEMENTS:
+        of = f"{parameters[first].kind} {of}"
     said = f"the {name} of {of} is {_off(parameter, before[first], after[first])}"
     if len({before[target] for target in targets}) > 1:
         return f"{said}: {plain(after[first] / before[first])} times what the model says"
