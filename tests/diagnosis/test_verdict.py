@@ -119,3 +119,12 @@ def test_the_ranking_holds_what_explains_at_least_a_hundredth() -> None:
     assert ranked[0].left == pytest.approx(np.sqrt(26.25), rel=1e-3)
     assert ranked[1].left is None  # promised too little to be fitted
     assert ranking(replace(selection, first=None), given.problem.in_train) == ()
+
+
+def test_the_ranking_says_at_which_end_of_its_range_a_candidate_stands() -> None:
+    shapes = {"a": {"a": 1.0}, "b": {"b": 1.0}}
+    given = context(shapes, {"a": 10.0, "b": 9.0}, [effect("a", most=5.0), effect("b")])
+    first, second = ranking(select(given), given.problem.in_train)
+    assert (first.identifier, first.at_end) == ("b", None)
+    assert (second.identifier, second.at_end) == ("a", 5.0)
+    assert second.left is not None

@@ -39,10 +39,12 @@ class CandidateSet:
     Attributes:
         scores: of all that change a residual, best first.
         fitted: those that were fitted and whose strength the data determine, best first.
+        at_end: those that were fitted and ended at an end of their range, best first.
     """
 
     scores: tuple[ScreeningScore, ...]
     fitted: tuple[FittedCandidate, ...]
+    at_end: tuple[FittedCandidate, ...] = ()
 
 
 def loss(best: FittedCandidate, other: FittedCandidate) -> Gain:

@@ -98,11 +98,15 @@ class SelectionContext:
         if shortlist:
             self.progress("fit", len(shortlist), len(shortlist))
         best: dict[str, FittedCandidate] = {}
+        ended: dict[str, FittedCandidate] = {}
         for extended in sorted(fitted, key=lambda model: -model.excess):
-            if extended.candidate and extended.fit.determines(extended.candidate):
-                best[extended.candidate.label] = extended
+            if extended.candidate:
+                held = extended.fit.determines(extended.candidate)
+                (best if held else ended)[extended.candidate.label] = extended
         return CandidateSet(
-            tuple(scores), tuple(sorted(best.values(), key=lambda model: model.excess))
+            tuple(scores),
+            tuple(sorted(best.values(), key=lambda model: model.excess)),
+            tuple(reversed([m for label, m in ended.items() if label not in best])),
         )
 
     def _explains(self, model: FittedCandidate, extended: FittedCandidate) -> bool:

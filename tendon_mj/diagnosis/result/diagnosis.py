@@ -82,13 +82,15 @@ class Ranked:
         identifier, where: effect and elements.
         explains: share of the calibrated model's excess χ² that it removes by screening [-].
         left: cross-validated rms error [noise]; None where it was not fitted, as others promised
-            more, or where the data do not determine its strength.
+            more.
+        at_end: end of its range at which its strength stands, so that it names nothing [its unit].
     """
 
     identifier: str
     where: str
     explains: float
     left: float | None
+    at_end: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

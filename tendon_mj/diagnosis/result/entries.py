@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.diagnosis.data.problem import Problem
-from tendon_mj.diagnosis.effects.effect import Effect, Term
+from tendon_mj.diagnosis.effects.effect import Candidate, Effect, Term
 from tendon_mj.diagnosis.model_selection.confidence import SelectedEffect
 from tendon_mj.diagnosis.model_selection.fit import Fit
 from tendon_mj.diagnosis.model_selection.intervals import beyond_range, intervals
@@ -58,20 +58,35 @@ def ranking(selection: Selection, in_train: NDArray[np.bool_]) -> tuple[Ranked, 
     if selection.first is None:
         return ()
     excess = float(np.mean(selection.calibrated.fit.residual[in_train] ** 2)) - 1.0
-    left = {
-        model.candidate.label: float(np.sqrt(max(1.0 + model.excess, 0.0)))
-        for model in selection.first.fitted
-        if model.candidate is not None
-    }
+    first = selection.first
+    left, ends = dict[str, float](), dict[str, float]()
+    for model in (*first.fitted, *first.at_end):
+        candidate = model.candidate
+        if candidate is not None:
+            left[candidate.label] = float(np.sqrt(max(1.0 + model.excess, 0.0)))
+            if model in first.at_end:
+                ends[candidate.label] = _nearest_end(model.fit, candidate)
     ranked: dict[str, Ranked] = {}
-    for score in selection.first.scores:
+    for score in first.scores:
         candidate, share = score.candidate, min(score.explained / excess, 1.0)
         if share >= _EXPLAINS:
-            row = Ranked(candidate.identifier, candidate.where, share, left.get(candidate.label))
-            ranked.setdefault(candidate.label, row)
+            label = candidate.label
+            found = left.get(label), ends.get(label)
+            row = Ranked(candidate.identifier, candidate.where, share, *found)
+            ranked.setdefault(label, row)
     return tuple(
-        sorted(ranked.values(), key=lambda r: (r.left is None, r.left or 0.0, -r.explains))
+        sorted(
+            ranked.values(),
+            key=lambda r: (r.left is None, r.at_end is not None, r.left or 0.0, -r.explains),
+        )
     )
+
+
+def _nearest_end(fit: Fit, candidate: Candidate) -> float:
+    """End of its range at which a candidate's strength stands."""
+    strength = int(fit.terms_of(candidate).start)
+    term, value = fit.terms[strength], float(fit.values[strength])
+    return term.high if abs(term.high - value) < abs(term.low - value) else term.low
 
 
 def fitted_values(
