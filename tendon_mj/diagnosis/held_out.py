@@ -10,7 +10,7 @@ What was set anew for a recording is fitted to it, by every model alike.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,6 +62,7 @@ class HeldOut:
     proof: Problem
     step: float | None
     base: Mapping[str, float]
+    _refits: dict[int, tuple[Fit, list[Fit]]] = field(default_factory=dict, init=False)
 
     @property
     def has_recordings(self) -> bool:
@@ -104,8 +105,8 @@ class HeldOut:
         size = rows.size
         parts = [np.empty(size), np.empty(size), np.empty(size)]
         sessions: dict[str, float] = {}
-        for k, recording in enumerate(self.problem.recordings):
-            refitted = self._without(k, fitted)
+        for k, refitted in enumerate(self.refits(fitted)):
+            recording = self.problem.recordings[k]
             shared = _shared(refitted, self.base)
             terms = [t for t in fitted.calibrated if recording_of(t.targets[0]) == recording.name]
             masks = [np.full(t.size, j == k) for j, t in enumerate(self.problem.train)]
@@ -116,6 +117,19 @@ class HeldOut:
             for part, found in zip(parts, (alone.residual, alone.correction, stated), strict=True):
                 part[rows == k] = found[rows == k]
         return Unseen(parts[0], parts[1], parts[2], sessions)
+
+    def refits(self, fitted: Fit) -> list[Fit]:
+        """The model fitted to all recordings but each; none where all are of one state."""
+        if not by_recording(self.problem.recordings):
+            return []
+        if id(fitted) not in self._refits:
+            count = len(self.problem.recordings)
+            refits = [self._without(k, fitted) for k in range(count)]
+            self._refits[id(fitted)] = (
+                fitted,
+                refits,
+            )  # with the fit, so that its id stays its own
+        return self._refits[id(fitted)][1]
 
     def _without(self, left_out: int, fitted: Fit) -> Fit:
         """The model fitted to all recordings but one."""

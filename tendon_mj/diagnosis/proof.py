@@ -37,6 +37,7 @@ from tendon_mj.diagnosis.verdict import Evidence, decide
 
 FloatArray = NDArray[np.float64]
 
+_NOTABLE = 0.1  # of what remains
 LARGEST = 8.0  # excess χ² (3 rms), above which a model is not proven whatever it explains
 
 
@@ -85,7 +86,8 @@ def prove(
     seen = own.residuals(parameters)
     unseen = before.stated, after.stated
     stated = measure_errors(proof, unseen[0], unseen[1], mask)
-    calibrated = fitted_values(problem, base, fits[1], calibrated=True)
+    refits = held_out.refits(fits[1])
+    calibrated = fitted_values(problem, base, fits[1], refits, calibrated=True)
     proven = verdict in ("named", "parameter", "partly")
     sentence = state(
         Statement(
@@ -109,7 +111,7 @@ def prove(
         excluded=tuple(sorted(excluded)),
         ranking=ranking(selection, problem.in_train),
         calibrated=calibrated,
-        parameters=fitted_values(problem, base, fits[1], calibrated=False),
+        parameters=fitted_values(problem, base, fits[1], refits, calibrated=False),
         sessions=spreads(fits[1].calibrated, fits[1].values[:first]),
         reproducibility=deviations,
         train=measure_errors(own, seen[0], seen[1], own.in_train),
@@ -176,13 +178,13 @@ def _without_idle(
 ) -> Selection:
     """The selection without the effect that the held-out data can best do without, if any.
 
-    An effect holds if the data determine that it is there, its interval being clear of what does
-    nothing, and if without it the held-out data are predicted worse, by more than the limit.
+    An effect holds if without it the held-out data are predicted worse: by more than the limit, and
+    where its interval holds what does nothing, by more than a tenth of what remains.
     """
     if len(selection.effects) < 2:
         return selection
     mask, fitted = held_out.mask, selection.final.fit
-    ranges = intervals(context.problem, fitted)
+    ranges = intervals(context.problem, fitted, held_out.refits(fitted))
     left = float(np.mean((after.extrapolated / bars)[mask] ** 2))
     least, idle = limit, None
     for selected in selection.effects:
@@ -191,7 +193,7 @@ def _without_idle(
         lost = float(np.mean((unseen.extrapolated / bars)[mask] ** 2)) - left
         strength = fitted.terms_of(selected.candidate).start
         if ranges[strength][0] <= fitted.terms[strength].inert <= ranges[strength][1]:
-            lost = min(lost, 0.0)
+            lost -= _NOTABLE * left
         if lost < least:
             others = tuple(s for s in selection.effects if s is not selected)
             least, idle = lost, replace(selection, final=reduced, effects=others)

@@ -5,8 +5,9 @@ these are of different states of the rig. To first order the refit is one Gauss-
 common solution and needs no simulation: with J_b, r_b the rows of part b and W the weights of terms
 with an expected spread,
 
-    Δ_b = (JᵀJ + W² − J_bᵀJ_b)⁻¹ J_bᵀ r_b,     left-out residual r_b + J_b Δ_b.
+    Δ_b = (JᵀJ + W² − J_bᵀJ_b)⁻¹ J_bᵀ r_b,     left-out residual r_b + J_b Δ_b,
 
+with Δ_b held within the terms' ranges.
 What was set anew for a recording no other one can tell. With that recording left out, its own terms
 are therefore held in Δ_b, and then fitted to it.
 
@@ -19,7 +20,7 @@ therefore compared block by block, never sample by sample.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,12 +38,10 @@ class CrossValidation:
     Attributes:
         chi2: (parts,) sum of squared left-out residuals in units of noise.
         samples: number in all parts.
-        shifts: (parts, p) changes Δ_b of the scaled terms.
     """
 
     chi2: FloatArray
     samples: int
-    shifts: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def excess(self) -> float:
@@ -59,7 +58,8 @@ def cross_validate(problem: Problem, fit: Fit) -> CrossValidation:
     names, part_of = np.unique(parts, return_inverse=True)
     weights, shared = fit.weights[refitted] ** 2, fit.shared[refitted]
     normal = jacobian.T @ jacobian
-    chi2, shifts = np.empty(names.size), np.zeros((names.size, len(fit.terms)))
+    chi2 = np.empty(names.size)
+    room = (fit.bounds - fit.scaled)[:, refitted]
     regular = np.diag(1e-9 * np.diag(normal) + weights)
     for b in range(names.size):
         rows = part_of == b
@@ -70,13 +70,13 @@ def cross_validate(problem: Problem, fit: Fit) -> CrossValidation:
         if kept.any():
             others = (normal + regular - j.T @ j)[np.ix_(kept, kept)]
             shift[kept] = np.linalg.lstsq(others, j[:, kept].T @ r, rcond=None)[0]
+            shift = np.clip(shift, *room)
         if own.any():
             alone = j[:, own].T @ j[:, own] + np.diag(weights[own])
             shift[own] = -np.linalg.solve(alone, j[:, own].T @ (j @ shift))
         r = r + j @ shift
         chi2[b] = float(r @ r)
-        shifts[b, refitted] = shift
-    return CrossValidation(chi2, int(used.sum()), shifts)
+    return CrossValidation(chi2, int(used.sum()))
 
 
 @dataclass(frozen=True)

@@ -13,18 +13,19 @@ in which several values compensate each other has no interval.
 
 Where recordings are of different states of the rig, blocks of one recording repeat each other too.
 The interval is then no narrower than that of the jackknife over recordings, of variance
-(R−1)/R Σ_b Δ_b², with Δ_b the shift of the value when recording b is left out.
+(R−1)/R Σ_b Δ_b², with Δ_b the shift of the value where recording b is left out of the fit.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from tendon_mj.diagnosis.data.problem import Problem, by_recording
+from tendon_mj.diagnosis.data.problem import Problem
 from tendon_mj.diagnosis.data.step_size import step_error
-from tendon_mj.diagnosis.model_selection.cross_validation import cross_validate
 from tendon_mj.diagnosis.model_selection.fit import Fit
 
 FloatArray = NDArray[np.float64]
@@ -35,10 +36,15 @@ _LOADING = 0.1  # component of its eigenvector
 _CORRELATION = 0.2  # ρ, of unmodelled structure with a column of J
 
 
-def intervals(problem: Problem, fit: Fit) -> FloatArray:
-    """(p, 2) 95 % intervals of a fit's values [the terms' units]; the range where not free."""
+def intervals(problem: Problem, fit: Fit, refits: Sequence[Fit] = ()) -> FloatArray:
+    """(p, 2) 95 % intervals of a fit's values [the terms' units]; the range where not free.
+
+    ``refits`` are of the same model, with each recording left out in turn.
+    """
     ranges = np.array([[term.low, term.high] for term in fit.terms]).reshape(-1, 2)
     widths = half_widths(problem, fit, fit.free)
+    if len(refits) > 1:
+        widths = np.maximum(widths, _jackknife(fit, refits)[fit.free])
     for k, half in zip(np.flatnonzero(fit.free), widths, strict=True):
         term = fit.terms[k]
         ends = [term.natural(fit.scaled[k] + sign * half) for sign in (-1.0, 1.0)]
@@ -79,20 +85,14 @@ def half_widths(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArr
     bias = _CORRELATION**2 * remains * residual.size * alone
     deviation = np.sqrt(np.maximum(np.diag(inverse @ clusters @ inverse), alone) + bias)
     quantile = stats.t.ppf(0.5 + _LEVEL / 2.0, max(names.size - int(free.sum()), 1))
-    widths: FloatArray = np.where(
-        undetermined,
-        np.inf,
-        np.maximum(float(quantile) * deviation, _jackknife(problem, fit, free)),
-    )
+    widths: FloatArray = np.where(undetermined, np.inf, float(quantile) * deviation)
     return widths
 
 
-def _jackknife(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArray:
-    """(free terms,) half of the 95 % intervals from leaving out whole recordings; else 0."""
-    if not by_recording(problem.recordings):
-        return np.zeros(int(free.sum()))
-    shifts = cross_validate(problem, fit).shifts[:, free] * fit.shared[free]
-    count = len(shifts)
+def _jackknife(fit: Fit, refits: Sequence[Fit]) -> FloatArray:
+    """(p,) half of the 95 % intervals of the scaled terms from leaving out whole recordings."""
+    shifts = np.array([refitted.scaled for refitted in refits]) - fit.scaled
+    count = len(refits)
     quantile = stats.t.ppf(0.5 + _LEVEL / 2.0, count - 1)
     widths: FloatArray = quantile * np.sqrt((count - 1) / count * (shifts**2).sum(axis=0))
     return widths

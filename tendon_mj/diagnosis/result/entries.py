@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,11 +90,16 @@ def _nearest_end(fit: Fit, candidate: Candidate) -> float:
 
 
 def fitted_values(
-    problem: Problem, base: Mapping[str, float], fit: Fit, *, calibrated: bool
+    problem: Problem,
+    base: Mapping[str, float],
+    fit: Fit,
+    refits: Sequence[Fit] = (),
+    *,
+    calibrated: bool,
 ) -> dict[str, Value]:
     """Fitted parameters with intervals: the calibrated ones, or else those of the effects."""
     written = fit.parameters(base)
-    ranges = intervals(problem, fit)
+    ranges = intervals(problem, fit, refits)
     first = len(fit.calibrated)
     values = {}
     for k, term in enumerate(fit.terms):
