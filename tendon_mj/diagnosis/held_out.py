@@ -36,7 +36,8 @@ class Unseen:
         extrapolated: (m,) residual for a step of zero.
         correction: (m,) extrapolated less simulated residual.
         stated: (m,) residual with the model's own step.
-        sessions: what was set anew for each recording, ``<parameter> @ <recording>`` → value.
+        sessions: what was set anew for each recording that no training data are of,
+            ``<parameter> @ <recording>`` → value.
     """
 
     extrapolated: FloatArray
@@ -89,8 +90,7 @@ class HeldOut:
             return self._each_by_the_others(fitted)
         parameters = fitted.parameters(self.base)
         stated = self.own.residuals([parameters])[0]
-        sessions = {name: value for name, value in parameters.items() if recording_of(name)}
-        return Unseen(fitted.residual, fitted.correction, stated, sessions)
+        return Unseen(fitted.residual, fitted.correction, stated, {})
 
     def _recordings(self, fitted: Fit) -> Unseen:
         shared, judged = _shared(fitted, self.base), with_step(self.proof, self.step)
@@ -104,19 +104,16 @@ class HeldOut:
         rows = self.problem.recording_of
         size = rows.size
         parts = [np.empty(size), np.empty(size), np.empty(size)]
-        sessions: dict[str, float] = {}
         for k, refitted in enumerate(self.refits(fitted)):
             recording = self.problem.recordings[k]
             shared = _shared(refitted, self.base)
             terms = [t for t in fitted.calibrated if recording_of(t.targets[0]) == recording.name]
             masks = [np.full(t.size, j == k) for j, t in enumerate(self.problem.train)]
             alone = _fit_sessions(replace(self.problem, train=tuple(masks)), shared, terms)
-            own = alone.parameters(self.base)
-            sessions |= own
-            stated = self.own.residuals([{**shared, **own}])[0]
+            stated = self.own.residuals([{**shared, **alone.parameters(self.base)}])[0]
             for part, found in zip(parts, (alone.residual, alone.correction, stated), strict=True):
                 part[rows == k] = found[rows == k]
-        return Unseen(parts[0], parts[1], parts[2], sessions)
+        return Unseen(parts[0], parts[1], parts[2], {})
 
     def refits(self, fitted: Fit) -> list[Fit]:
         """The model fitted to all recordings but each; none where all are of one state."""
