@@ -39,6 +39,8 @@ GIVEN = {
         "sensor.armature": 0.125,
         "reel.command_scale": 0.97,
         "reel.command_offset": 1e-5,
+        "reel.command_delay": 0.0123,
+        "sensor.mass": 1.5,
         "input_tension.offset": 0.1234567890123,
         "input_tension.delay": 0.0123,
         "output_tension.lag": 0.02,
@@ -56,6 +58,7 @@ GIVEN = {
         "command.kp": 9000.0,
         "command.kv": 21.0,
         "command.gear": 1.1,
+        "joint.mass": 0.03,
         "joint_angle.lag": 0.05,
     },
     "finger": {"flexor_sheath.friction": 0.2, "pip.damping": 0.01, "gravity.z": -8.0},
@@ -224,6 +227,43 @@ def test_includes_and_meshes_are_found_from_elsewhere(tmp_path):
     assert values["plain.kv"].value == 1.0
     assert model.actuator("motor").gear[:2].tolist() == [3.0, 1.0]
     assert model.opt.timestep == 0.001
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        '<geom type="box" size="0.1 0.2 0.3" pos="0.1 0 0" euler="10 20 30" mass="2"/>',
+        '<inertial pos="0.1 0 0" mass="2" diaginertia="0.1 0.2 0.15"/>',
+        '<inertial pos="0.1 0 0" mass="2" fullinertia="0.1 0.2 0.15 0.01 0.02 0.03"/>',
+    ],
+)
+def test_a_mass_is_written_with_its_inertia_and_a_damping_ratio_as_what_it_was(body, tmp_path):
+    (tmp_path / "arm.xml").write_text(
+        f"""<mujoco><worldbody><body name="arm"><joint name="hinge" axis="0 1 0"/>{body}</body>
+        </worldbody><actuator><position name="servo" joint="hinge" kp="3" dampratio="1"/>
+        </actuator></mujoco>"""
+    )
+    meant = Adjustable(load_model(str(tmp_path / "arm.xml")))
+    kept = meant.parameters()["servo.kv"].value
+    meant.set({"arm.mass": 5.0})
+    written = load_model(
+        str(patch_model(tmp_path / "arm.xml", {"arm.mass": 5.0}, tmp_path / "p.xml"))
+    )
+    for field in ("body_mass", "body_inertia", "body_ipos", "dof_invweight0", "actuator_biasprm"):
+        np.testing.assert_allclose(getattr(written, field), getattr(meant.model, field), rtol=1e-12)
+    assert Adjustable(written).parameters()["servo.kv"].value == pytest.approx(kept, rel=1e-12)
+
+
+def test_two_numbers_of_an_actuators_user_data_become_three_when_its_command_is_late(tmp_path):
+    (tmp_path / "slide.xml").write_text(
+        """<mujoco><worldbody><body><joint name="slide" type="slide"/><geom size="0.1"/></body>
+        </worldbody>
+        <actuator><motor name="motor" joint="slide" user="2 0.5"/></actuator></mujoco>"""
+    )
+    path = patch_model(tmp_path / "slide.xml", {"motor.command_delay": 0.1}, tmp_path / "p.xml")
+    values = Adjustable(load_model(str(path))).parameters()
+    expected = {"command_scale": 2.0, "command_offset": 0.5, "command_delay": 0.1}
+    assert {n: values[f"motor.{n}"].value for n in expected} == expected
 
 
 def test_user_data_of_someone_else_is_not_overwritten(tmp_path):

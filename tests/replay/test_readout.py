@@ -132,6 +132,11 @@ def test_user_data_acts_as_the_parameters_do():
         servo__command_offset=0.1,
     )
     np.testing.assert_array_equal(stored, told)
+    late = placed(slider("", "", "user='0.5 0.1 0.03'"))
+    np.testing.assert_array_equal(
+        late,
+        placed(servo__command_scale=0.5, servo__command_offset=0.1, servo__command_delay=0.03),
+    )
     assert np.abs(stored - placed()).max() > 0.1
 
 
@@ -146,6 +151,8 @@ def test_what_user_data_says_is_a_parameters_value():
 def test_a_delay_that_looks_ahead_is_refused_wherever_it_stands():
     with pytest.raises(InvalidValueError, match=r"place\.delay = -0\.1 must be"):
         placed(slider("", "user='1 0 -0.1 0 0'"))
+    with pytest.raises(InvalidValueError, match=r"servo\.command_delay = -0\.1 must be"):
+        placed(slider("", "", "user='1 0 -0.1'"))
     with pytest.raises(InvalidValueError, match=r"place\.lag = -0\.1 must be"):
         placed(place__lag=-0.1)
 

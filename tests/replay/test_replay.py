@@ -16,7 +16,7 @@ from tendon_mj.builders.joint import Joint, build_joint
 from tendon_mj.builders.load import load_model, models_folder
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.recordings import Measured, Recording, Uncertain, read_recording
-from tendon_mj.replay import replay_error, replay_recording
+from tendon_mj.replay import Adjustable, replay_error, replay_recording
 from tendon_mj.replay.clock import make_clock
 
 BENDS = (0, 60, 120, 180, 240)
@@ -276,6 +276,29 @@ def test_the_rigs_scales_and_offsets_are_applied_to_columns():
         recording, parameters={"command.command_scale": 0.5, "command.command_offset": 0.2}
     )
     assert_same(told, replay_recording(doubled), atol=1e-9)
+
+
+def test_a_late_command_is_the_drive_as_it_was_before():
+    recording = joint_recording()
+    late = replay_recording(recording, parameters={"command.command_delay": 0.06})
+    before = np.interp(recording.time - 0.06, recording.time, wave(recording.time))
+    assert_same(late, replay_recording(joint_recording(drive=before)), atol=1e-9)
+
+
+def test_a_mass_and_its_inertia_grow_together():
+    plain, heavy = Adjustable(load_model("joint")), Adjustable(load_model("joint"))
+    heavy.set({"joint.mass": 3.0 * plain.parameters()["joint.mass"].value})
+    body = plain.model.body("joint").id
+    for field in ("body_mass", "body_inertia"):
+        before, after = getattr(plain.model, field), getattr(heavy.model, field)
+        np.testing.assert_allclose(after[body], 3.0 * before[body], rtol=1e-14)
+        np.testing.assert_array_equal(np.delete(after, body, 0), np.delete(before, body, 0))
+    dof = int(plain.model.joint("joint").dofadr[0])
+    weights = [a.model.dof_invweight0[dof] for a in (plain, heavy)]
+    assert weights[1] == pytest.approx(weights[0] / 3.0, rel=1e-9)
+    assert plain.parameters()["joint.mass"].joints == ("joint",)
+    with pytest.raises(InvalidValueError, match=r"joint\.mass = 0 must be"):
+        heavy.set({"joint.mass": 0.0})
 
 
 def test_known_then_uncertain_then_given():
