@@ -39,6 +39,11 @@ if TYPE_CHECKING:
     from tendon_mj.diagnosis import on_joints as on_joints
     from tendon_mj.diagnosis import on_sensors as on_sensors
     from tendon_mj.diagnosis import on_sheaths as on_sheaths
+    from tendon_mj.next_experiment import DriveBounds as DriveBounds
+    from tendon_mj.next_experiment import ExperimentBounds as ExperimentBounds
+    from tendon_mj.next_experiment import Suggestion as Suggestion
+    from tendon_mj.next_experiment import read_bounds as read_bounds
+    from tendon_mj.next_experiment import suggest_experiment as suggest_experiment
     from tendon_mj.recordings import Measured as Measured
     from tendon_mj.recordings import Recording as Recording
     from tendon_mj.recordings import Session as Session
@@ -70,6 +75,11 @@ _LAZY = {
     "on_joints": "diagnosis",
     "on_sensors": "diagnosis",
     "on_sheaths": "diagnosis",
+    "DriveBounds": "next_experiment",
+    "ExperimentBounds": "next_experiment",
+    "Suggestion": "next_experiment",
+    "read_bounds": "next_experiment",
+    "suggest_experiment": "next_experiment",
     "read_intervals": "replay",
     "Measured": "recordings",
     "Recording": "recordings",
@@ -91,7 +101,9 @@ _LAZY = {
 __all__ = [
     "CATALOGUE",
     "Diagnosis",
+    "DriveBounds",
     "Effect",
+    "ExperimentBounds",
     "Measured",
     "Parameter",
     "ParameterSpecification",
@@ -101,6 +113,7 @@ __all__ = [
     "Simulates",
     "Simulator",
     "Spool",
+    "Suggestion",
     "TendonError",
     "TendonWarning",
     "Uncertain",
@@ -121,12 +134,14 @@ __all__ = [
     "on_sensors",
     "on_sheaths",
     "patch_model",
+    "read_bounds",
     "read_intervals",
     "read_recording",
     "remove_friction",
     "render_clip",
     "replay_error",
     "replay_recording",
+    "suggest_experiment",
     "view_sheath",
     "write_recording",
     "write_report",

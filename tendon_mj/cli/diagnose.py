@@ -17,7 +17,9 @@ from tendon_mj.diagnosis import (
     write_before_after,
 )
 from tendon_mj.diagnosis import diagnose as find
+from tendon_mj.next_experiment import read_bounds, suggest_experiment
 from tendon_mj.recordings import Recording, read_recording
+from tendon_mj.replay import Simulator
 from tendon_mj.view.report.page import short
 from tendon_mj.view.report.write import write_report
 
@@ -35,6 +37,7 @@ def diagnose(
     model: str | None = None,
     exclude: tuple[str, ...] = (),
     sysid: bool = True,
+    next: Path | None = None,
 ) -> dict[str, object]:
     """Find what a model lacks against recordings, name it, add it, and prove it on other data.
 
@@ -47,16 +50,22 @@ def diagnose(
         model: to diagnose instead of the recordings' own: a name or an MJCF file.
         exclude: effects of the catalogue that are not to be considered.
         sysid: whether to fit the same data with mujoco.sysid alone, for comparison.
+        next: TOML with the bounds of what the rig can run; where explanations tie, the experiment
+            within them that decides is written as next.csv and next.toml, to be filled in.
     """
     output = Output(out)
+    bounds = read_bounds(next) if next else None
     train, held_out = (
         [_read(path, description, model) for path in paths] for paths in (recordings, hold_out)
     )
+    if bounds and train:  # before the diagnosis, which takes longer
+        bounds.check(train[0], Simulator(train).parameters)
     with progress_bar() as progress:
         diagnosis = find(train, held_out, exclude=exclude, progress=progress)
         fits = sysid and sysid_is_there()
         compared = fit_with_sysid(train, held_out, progress) if fits else None
         simulated = diagnosis.simulate(progress)
+        suggestion = suggest_experiment(diagnosis, bounds, progress=progress) if bounds else None
     no_sysid = _LEFT_OUT if not sysid else _NOT_THERE
     _say(diagnosis, compared, no_sysid)
     for path in (
@@ -65,11 +74,17 @@ def diagnose(
         diagnosis.write_model(out / "model.xml"),
     ):
         output.add(path)
+    if suggestion:
+        console.print(suggestion.sentence, soft_wrap=True)
+        template = suggestion.write(out / "next.csv")
+        if template:
+            output.add(template)
     result = diagnosis.result() | {
         "recordings": [recording.name for recording in train],
         "held_out": [recording.name for recording in held_out],
         "model": train[0].model,
         "sysid": compared.result() if compared else None,
+        "next": suggestion.result() if suggestion else None,
     }
     output.result(result)
     output.close()

@@ -126,6 +126,7 @@ def prove(
         simulator=proof.simulate,
         recordings=own.recordings,
         held_out_recordings=proof.recordings if held_out.has_recordings else (),
+        search=(context, selection),
     )
 
 

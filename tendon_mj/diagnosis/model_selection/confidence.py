@@ -20,11 +20,13 @@ class SelectedEffect:
         candidate: the effect.
         rivals: others that the data cannot tell from it.
         confidence: that it is this one and not another effect, 0 … 1.
+        models: those that were fitted with the rivals, in their order.
     """
 
     candidate: Candidate
     rivals: tuple[Candidate, ...]
     confidence: float
+    models: tuple[FittedCandidate, ...] = ()
 
 
 def rate(candidate: Candidate, ranked: Sequence[FittedCandidate]) -> SelectedEffect:
@@ -34,7 +36,7 @@ def rate(candidate: Candidate, ranked: Sequence[FittedCandidate]) -> SelectedEff
     1/(1 + Σ_k exp(−d_k/w_k)).
     """
     own = next((m for m in ranked if m.candidate == candidate), ranked[0])
-    rivals, odds = list[Candidate](), 1.0
+    rivals, models, odds = list[Candidate](), list[FittedCandidate](), 1.0
     for model in ranked:
         other = model.candidate
         if other is None or other == candidate:
@@ -48,4 +50,5 @@ def rate(candidate: Candidate, ranked: Sequence[FittedCandidate]) -> SelectedEff
             odds += float(np.exp(-max(lost.mean, 0.0) / width))
         if tied(own, model):
             rivals.append(other)
-    return SelectedEffect(candidate, tuple(rivals), 1.0 / odds)
+            models.append(model)
+    return SelectedEffect(candidate, tuple(rivals), 1.0 / odds, tuple(models))

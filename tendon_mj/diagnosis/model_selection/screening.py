@@ -151,7 +151,7 @@ class _Screening:
         matrix = np.column_stack([slopes, trace])
         shares = sorted((end - strength.inert) / tried for end in (strength.low, strength.high))
         bounds = np.column_stack([fitted.bounds - fitted.scaled, shares])
-        step = _bounded_least_squares(matrix, residual, bounds)
+        step = bounded_least_squares(matrix, residual, bounds)
         left = residual + matrix @ step
         values = natural(terms, fitted.scaled + step[:-1])
         best = strength.inert + step[-1] * tried
@@ -180,7 +180,7 @@ def _probe(candidate: Candidate) -> float:
     return term.inert + (term.probe if term.high - term.inert >= term.probe else -term.probe)
 
 
-def _bounded_least_squares(
+def bounded_least_squares(
     matrix: FloatArray, residual: FloatArray, bounds: FloatArray
 ) -> FloatArray:
     """(p,) step x that minimises |r + M x| within ``bounds`` (2, p)."""

@@ -12,6 +12,8 @@ from tendon_mj.diagnosis.data.problem import by_recording
 from tendon_mj.diagnosis.data.sessions import Spread
 from tendon_mj.diagnosis.effects.effect import Effect
 from tendon_mj.diagnosis.locate import Located
+from tendon_mj.diagnosis.model_selection.context import SelectionContext
+from tendon_mj.diagnosis.model_selection.select import Selection
 from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording
@@ -122,6 +124,8 @@ class Diagnosis:
         simulator: of the held-out recordings; where there are none, of all.
         recordings, held_out_recordings: data of the diagnosis; without the second, the last
             quarter of each of the first was held out.
+        search: training data and the models that were compared on them, with which
+            `suggest_experiment` goes on; None for a diagnosis that `diagnose` did not make.
     """
 
     verdict: Verdict
@@ -146,6 +150,7 @@ class Diagnosis:
     simulator: Simulates = field(repr=False)
     recordings: tuple[Recording, ...] = field(repr=False)
     held_out_recordings: tuple[Recording, ...] = field(repr=False)
+    search: tuple[SelectionContext, Selection] | None = field(default=None, repr=False)
 
     @property
     def effects(self) -> list[str]:

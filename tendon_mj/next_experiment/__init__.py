@@ -1,0 +1,10 @@
+"""The next experiment: where explanations tie, the one in which they differ most against noise."""
+
+from tendon_mj.next_experiment.bounds import DriveBounds as DriveBounds
+from tendon_mj.next_experiment.bounds import ExperimentBounds as ExperimentBounds
+from tendon_mj.next_experiment.bounds import read_bounds as read_bounds
+from tendon_mj.next_experiment.experiment import Experiment as Experiment
+from tendon_mj.next_experiment.experiment import draw_experiment as draw_experiment
+from tendon_mj.next_experiment.suggest import suggest_experiment as suggest_experiment
+from tendon_mj.next_experiment.suggestion import Difference as Difference
+from tendon_mj.next_experiment.suggestion import Suggestion as Suggestion

@@ -1,0 +1,62 @@
+"""Bounds of a rig: what they refuse, and their file."""
+
+from __future__ import annotations
+
+import pytest
+
+from tendon_mj.errors import InvalidValueError, TendonError
+from tendon_mj.next_experiment import DriveBounds, ExperimentBounds, read_bounds
+
+FILE = """
+duration = 8.0
+[drive]
+reel_m = { low = -1e-3, high = 1.3e-3, rate = 0.012, dwell = 2 }
+[states]
+"sheath.pretension" = { low = 10, high = 40 }
+[limits]
+tension_N = { low = 1, high = 100 }
+"""
+
+
+def test_a_file_holds_what_python_says(tmp_path) -> None:
+    path = tmp_path / "bounds.toml"
+    path.write_text(FILE, encoding="utf-8")
+    assert read_bounds(path) == ExperimentBounds(
+        drive={"reel_m": DriveBounds(-1e-3, 1.3e-3, 0.012, 2.0)},
+        states={"sheath.pretension": (10.0, 40.0)},
+        limits={"tension_N": (1.0, 100.0)},
+        duration=8.0,
+    )
+
+
+@pytest.mark.parametrize(
+    ("line", "instead", "said"),
+    [
+        ("rate = 0.012", "rat = 0.012", r"unknown key 'rat'; did you mean 'rate'"),
+        (", rate = 0.012", "", r"\[drive\] 'reel_m': 'rate' is missing"),
+        ("rate = 0.012", "rate = 'fast'", "must be a number, got 'fast'"),
+        ("rate = 0.012", "rate = 0", "rate = 0.0 must be > 0"),
+        ("low = -1e-3", "low = 2e-3", "low < high must hold"),
+        ("dwell = 2", "dwell = -2", r"dwell = -2.0 \[s\] must be ≥ 0"),
+        ('"sheath.pretension"', "sheath.pretension", "a name that has a dot in quotes"),
+        ("high = 40", "high = inf", "low < high must hold"),
+        ("[states]", "[state]", "unknown key 'state'; did you mean 'states'"),
+        ("duration = 8.0", "duration = '8'", "duration: must be a number"),
+        ("duration = 8.0", "duration = ", "bounds.toml: Invalid value"),
+    ],
+)
+def test_a_broken_file_is_refused_with_the_place(line, instead, said, tmp_path) -> None:
+    path = tmp_path / "bounds.toml"
+    path.write_text(FILE.replace(line, instead), encoding="utf-8")
+    with pytest.raises(TendonError, match=said):
+        read_bounds(path)
+
+
+def test_a_file_that_is_not_there_is_refused(tmp_path) -> None:
+    with pytest.raises(TendonError, match=r"none\.toml"):
+        read_bounds(tmp_path / "none.toml")
+
+
+def test_nothing_that_moves_is_no_experiment() -> None:
+    with pytest.raises(InvalidValueError, match="nothing would move"):
+        ExperimentBounds(drive={})
