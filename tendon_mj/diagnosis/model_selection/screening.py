@@ -148,6 +148,8 @@ class _Screening:
         if off or float(trace @ trace) < _INVISIBLE * trace.size:
             return []
         achieved = replace(score, explained=float(residual @ residual - row @ row) / row.size)
+        if achieved.explained < 0.0 < score.explained:
+            return [(achieved, _shortened(score, natural(terms, fitted.scaled)))]
         matrix = np.column_stack([slopes, trace])
         shares = sorted((end - strength.inert) / tried for end in (strength.low, strength.high))
         bounds = np.column_stack([fitted.bounds - fitted.scaled, shares])
@@ -161,6 +163,14 @@ class _Screening:
             explained=float(residual @ residual - left @ left) / row.size,
         )
         return [(achieved, prediction)]
+
+
+def _shortened(score: ScreeningScore, values: FloatArray) -> ScreeningScore:
+    """Score half way back to the fit, whose ``values`` these are, where the prediction failed."""
+    count = values.size
+    strength = score.candidate.terms[0]
+    origin = np.array([*values, strength.inert, *score.start[count + 1 :]])
+    return replace(score, start=0.5 * (origin + score.start), explained=0.5 * score.explained)
 
 
 def _enlarged(score: ScreeningScore, index: int) -> ScreeningScore:
