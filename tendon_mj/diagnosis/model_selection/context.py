@@ -75,11 +75,13 @@ class SelectionContext:
         )
         return FittedCandidate(candidate, fitted, cross_validate(self.problem, fitted))
 
-    def extend(self, model: FittedCandidate, share: float = _PROMISING) -> CandidateSet:
+    def extend(
+        self, model: FittedCandidate, share: float = _PROMISING, *, look_down: bool = True
+    ) -> CandidateSet:
         """Screen all candidates for one more effect, and fit the best.
 
-        Fitted are those that explain, by screening, at least ``share`` of what the best does; and
-        others down the list, until one leaves less than half of the excess, with a strength that
+        Fitted are those that explain, by screening, at least ``share`` of what the best does; and,
+        with ``look_down``, others down the list, until one leaves less than half of the excess, with a strength that
         the data determine. Screening is linear, and may see little of an effect that trades places
         with what was fitted before.
         """
@@ -89,7 +91,7 @@ class SelectionContext:
         scores = screen(self.problem, self.base, model.fit, others, self.progress)
         shortlist, others_down = _promising(scores, share)
         fitted = list[FittedCandidate]()
-        for k, score in enumerate(shortlist + others_down):
+        for k, score in enumerate(shortlist + others_down * look_down):
             if k >= len(shortlist) and any(self._explains(model, found) for found in fitted):
                 break
             self.progress("fit", min(k, len(shortlist)), len(shortlist))

@@ -26,7 +26,7 @@ def swap(context: SelectionContext, selection: ForwardSelection) -> tuple[Fitted
         else:
             reduced = selection.reduced.get(candidate.label) if unchanged else None
             reduced = reduced or context.without(model, candidate)
-            others = list(context.extend(reduced, _PROMISING).fitted)
+            others = list(context.extend(reduced, _PROMISING, look_down=False).fitted)
         own = next((m for m in others if m.candidate == candidate), None)
         if own is None or own.excess > model.excess:
             own = FittedCandidate(candidate, model.fit, model.validation)
