@@ -81,9 +81,9 @@ class SelectionContext:
         """Screen all candidates for one more effect, and fit the best.
 
         Fitted are those that explain, by screening, at least ``share`` of what the best does; and,
-        with ``look_down``, others down the list, until one leaves less than half of the excess, with a strength that
-        the data determine. Screening is linear, and may see little of an effect that trades places
-        with what was fitted before.
+        with ``look_down``, others down the list, until one leaves less than half of the excess,
+        with a strength that the data determine. Screening is linear, and may see little of an
+        effect that trades places with what was fitted before.
         """
         taken = frozenset[str]().union(*(effect.targets for effect in model.fit.effects))
         values = {**self.base, **model.fit.parameters(self.base)}
