@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
@@ -155,19 +155,17 @@ class _Search:
         count = 2 ** int(np.log2(_SAMPLES * share))
         sobol = qmc.Sobol(self.family.dimensions, seed=_SEED)
         tried = self._simulate(sobol.random(count), "simulate experiments")
-        counts = np.ones(len(self.pairs), bool)  # the pairs that some experiment separates
-        adapted: dict[int, _Tried] = {}
-        while counts.any():
-            ranked = sorted(tried, key=lambda t: -_score(t.most, counts))
-            chosen = [t for t in ranked if id(t) not in adapted][: max(4, int(_ADAPTED * share))]
-            adapted |= zip(map(id, chosen), self._adapt(chosen), strict=True)
-            reached = self._largest(adapted.values())
-            if (reached[counts] >= _APART).all() or not chosen:
-                break
-            counts &= reached >= _APART
+        best_first = max(4, int(_ADAPTED * share))
+        every = np.ones(len(self.pairs), bool)
+        tried = self._adapt_first(tried, every, best_first)
+        for k in np.flatnonzero(self._largest(tried) < _APART):
+            tried = self._adapt_first(tried, np.arange(every.size) == k, best_first)
+        counts = self._largest(tried) >= _APART  # the pairs that some experiment separates
         if not counts.any():
-            return self._suggestion(None, self._largest(adapted.values()))
-        best = max(adapted.values(), key=lambda t: _score(_known(t), counts))
+            return self._suggestion(None, self._largest(tried))
+        if not counts.all():
+            tried = self._adapt_first(tried, counts, best_first)
+        best = max(_adapted(tried), key=lambda t: _score(_known(t), counts))
         best = self._refine(best, counts)
         return self._suggestion(best, _known(best))
 
@@ -241,9 +239,17 @@ class _Search:
             found.append(_Tried(t.point, t.experiment, t.predictions, t.most, remaining))
         return found
 
-    def _largest(self, tried: Collection[_Tried]) -> FloatArray:
+    def _adapt_first(
+        self, tried: Sequence[_Tried], counts: NDArray[np.bool_], number: int
+    ) -> list[_Tried]:
+        """Adapt in those experiments in which the pairs that count differ most, if not done yet."""
+        ranked = sorted(tried, key=lambda t: -_score(t.most, counts))
+        first = [t for t in ranked[:number] if t.remaining is None]
+        return [*self._adapt(first), *(t for t in ranked if t not in first)]
+
+    def _largest(self, tried: Sequence[_Tried]) -> FloatArray:
         """(pairs,) largest difference that remains in any of the experiments."""
-        reached = np.array([np.zeros(len(self.pairs)), *(_known(t) for t in tried)])
+        reached = np.array([np.zeros(len(self.pairs)), *map(_known, _adapted(tried))])
         most: FloatArray = reached.max(axis=0)
         return most
 
@@ -261,6 +267,10 @@ class _Search:
 def _score(differences: FloatArray, counts: NDArray[np.bool_]) -> float:
     """Smallest difference of the pairs that count."""
     return float(differences[counts].min())
+
+
+def _adapted(tried: Sequence[_Tried]) -> list[_Tried]:
+    return [t for t in tried if t.remaining is not None]
 
 
 def _known(tried: _Tried) -> FloatArray:
