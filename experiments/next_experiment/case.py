@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.hidden_effects.catalogue import EFFECTS, PARAMETERS
-from experiments.hidden_effects.hidden_effect import HiddenEffect
-from experiments.hidden_effects.reference_bench import COLUMNS, ReferenceBench
-from experiments.hidden_effects.strength_search import calibration_projector, find_strength
+from experiments.hidden_effects.effects.bench_effects import EFFECTS
+from experiments.hidden_effects.effects.hidden_effect import HiddenEffect
+from experiments.hidden_effects.effects.wrong_numbers import PARAMETERS
+from experiments.hidden_effects.references.bench import COLUMNS, ReferenceBench
+from experiments.hidden_effects.suite.strength_search import calibration_projector, find_strength
 from experiments.next_experiment.rig import (
     FRICTION,
     KNOWN,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.hidden_effects.reference_bench import COLUMNS, ReferenceBench
+from experiments.hidden_effects.references.bench import COLUMNS, ReferenceBench
 from tendon_mj.next_experiment import DriveBounds, ExperimentBounds
 from tendon_mj.recordings import Measured, Recording, Uncertain
 
