@@ -118,6 +118,25 @@ def test_every_signal_is_stated_in_its_own_unit_before_all_together() -> None:
     assert "elbow 0.1 to 0.02 rad; input_tension 3 to 0.5 N; over all from 9.00 to 2.00" in said
 
 
+@pytest.mark.parametrize("high", [3e4, 1e300])
+def test_a_range_of_decades_turns_no_verdict(high: float) -> None:
+    train, held_out = rig(1, {"sheath.friction": 0.2})
+    narrow, wide = (
+        diagnose(
+            [replace(r, uncertain={"sheath.friction": Uncertain(0.15, 0.05, end)}) for r in train],
+            [
+                replace(r, uncertain={"sheath.friction": Uncertain(0.15, 0.05, end)})
+                for r in held_out
+            ],
+            Toy,
+        )
+        for end in (0.4, high)
+    )
+    assert narrow.verdict == wide.verdict == "nothing missing"
+    values = [found.calibrated["sheath.friction"].value for found in (narrow, wide)]
+    assert values[1] == pytest.approx(values[0], rel=1e-6)
+
+
 def test_noise_that_is_said_too_large_is_told() -> None:
     train, held_out = rig(1, {})
     loud = [
