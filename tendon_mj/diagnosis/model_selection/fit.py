@@ -30,6 +30,7 @@ _NEXT_ROUND = 3  # evaluations in each further round, which begins where the one
 _FLAT = float(np.finfo(float).eps)  # no term does anything: SciPy's step would be 0/0
 _UNCHANGED = 0.02  # mean square [-] by which the correction has changed at most
 _ROUNDS = 3
+_FARTHEST = 1e9  # probes: an end of a range farther away is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,9 +204,8 @@ class _Solver:
         correction: FloatArray | None,
     ) -> None:
         self.problem, self.base, self.terms = problem, base, terms
-        self.bounds = np.array(
-            [[t.scaled(t.low) for t in terms], [t.scaled(t.high) for t in terms]]
-        ).reshape(2, -1)
+        ends = [[t.scaled(t.low) for t in terms], [t.scaled(t.high) for t in terms]]
+        self.bounds = np.clip(np.array(ends).reshape(2, -1), -_FARTHEST, _FARTHEST)
         self.correction = np.zeros(problem.in_train.size) if correction is None else correction
         self.weights = expected(terms)
         self.own = self.weights > 0.0
