@@ -63,10 +63,12 @@ def format_description(description: Description) -> str:
         name: {"value": float(s.value), "spread": float(s.spread)}
         for name, s in description.session.items()
     }
-    drive = {
-        column: {"actuator": actuator, "hold": True} if column in description.hold else actuator
-        for column, actuator in description.drive.items()
-    }
+    drive: dict[str, Any] = dict(description.drive)
+    if description.hold:  # all as tables: TOML has tables after what is none, in another order
+        drive = {
+            column: {"actuator": actuator, "hold": column in description.hold}
+            for column, actuator in description.drive.items()
+        }
     known = {name: float(value) for name, value in description.known.items()}
     document: dict[str, Any] = {"model": description.model, "source": description.source}
     if description.settle != Description.settle:

@@ -17,7 +17,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tendon_mj.errors import InvalidValueError, RecordingError
-from tendon_mj.recordings import Measured, Recording, Uncertain, read_recording, write_recording
+from tendon_mj.recordings import (
+    Measured,
+    Recording,
+    Session,
+    Uncertain,
+    read_recording,
+    write_recording,
+)
+from tendon_mj.recordings.description_toml import parse_description
 from tendon_mj.recordings.recording import UNITS
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
@@ -39,7 +47,8 @@ def recordings(draw: st.DrawFn) -> Recording:
     driven = [name for name in names if roles[name] == "drive"]
     actuators = draw(st.lists(TEXT, min_size=len(driven), max_size=len(driven), unique=True))
     noise = st.none() | st.floats(min_value=0, exclude_min=True, allow_infinity=False)
-    parameters = draw(st.lists(PARAMETER, max_size=4, unique=True))
+    parameters = draw(st.lists(PARAMETER, max_size=6, unique=True))
+    positive = st.floats(min_value=0, exclude_min=True, allow_infinity=False)
     ranges = st.lists(FINITE, min_size=3, max_size=3).map(sorted)
     return Recording(
         name="any",
@@ -51,12 +60,15 @@ def recordings(draw: st.DrawFn) -> Recording:
         measured={
             name: Measured(draw(TEXT), draw(noise)) for name in names if roles[name] == "measured"
         },
-        known={name: draw(FINITE) for name in parameters[::2]},
+        known={name: draw(FINITE) for name in parameters[::3]},
         uncertain={
-            name: Uncertain(value=value, low=low, high=high)
-            for name in parameters[1::2]
+            name: Uncertain(value=value, low=low, high=high, each=draw(st.booleans()))
+            for name in parameters[1::3]
             for low, value, high in [draw(ranges)]
         },
+        session={name: Session(draw(FINITE), draw(positive)) for name in parameters[2::3]},
+        hold=tuple(name for name in driven if draw(st.booleans())),
+        settle=draw(st.just(0.5) | st.floats(min_value=0, allow_infinity=False)),
     )
 
 
@@ -89,6 +101,8 @@ def bits(recording: Recording) -> list[object]:
         [(name, m.sensor, repr(m.noise)) for name, m in recording.measured.items()],
         [(name, repr(value)) for name, value in recording.known.items()],
         [(name, repr(dataclasses.astuple(u))) for name, u in recording.uncertain.items()],
+        [(name, repr(dataclasses.astuple(s))) for name, s in recording.session.items()],
+        (sorted(recording.hold), repr(recording.settle)),
     ]
 
 
@@ -241,7 +255,7 @@ def test_measured_data_reads_with_a_description_of_its_own(tmp_path: Path) -> No
 def test_the_documented_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     page = Path(__file__).parents[2] / "docs" / "recording.md"
     found = re.findall(r"```(\w+)\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
-    blocks = dict(found)
+    blocks = dict(reversed(found))  # the first of each language
     monkeypatch.chdir(tmp_path)
     Path("pull.csv").write_text(blocks["csv"])
     Path("pull.toml").write_text(blocks["toml"])
@@ -251,6 +265,10 @@ def test_the_documented_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert names["simulator"].parameters["sheath.friction"][:2] == (0.15, "-")
     assert names["read_intervals"](names["model"]) == names["within"]
     assert bits(read_recording("again")) == bits(read_recording("pull"))
+    fragment = [block for language, block in found if language == "toml"][1]
+    described = parse_description(f'model = "joint"\nsource = "a rig"\n{fragment}', page.name)
+    assert (described.hold, described.settle) == (("command_rad",), 0.0)
+    assert described.session
     Path("pull.toml").write_text(blocks["toml"].replace("displacement", "displacment"))
     with pytest.raises(RecordingError, match=re.escape(" ".join(blocks["text"].split()))):
         read_recording("pull")
