@@ -16,8 +16,8 @@ from experiments.hidden_effects.effects.joint_effects import JOINT_EFFECTS
 from experiments.hidden_effects.effects.too_high import ON_BENCH, ON_JOINT, TooHigh
 from experiments.hidden_effects.effects.wrong_numbers import PARAMETERS
 from experiments.hidden_effects.references.bench import ReferenceBench
-from experiments.hidden_effects.references.joint import ReferenceJoint
-from experiments.hidden_effects.suite.case_plan import CasePlan
+from experiments.hidden_effects.references.joint import SHORT_STEP, STEP, ReferenceJoint
+from experiments.hidden_effects.suite.case_plan import REAL_KINDS, CasePlan
 from experiments.hidden_effects.suite.rig_state import R
 
 
@@ -42,7 +42,8 @@ class CaseDraw(Generic[R]):
 
 def draw_joint(plan: CasePlan, rng: np.random.Generator) -> CaseDraw[ReferenceJoint]:
     """Draw a case on the joint."""
-    joint = ReferenceJoint(**draw_parameters(ReferenceJoint, rng))
+    step = SHORT_STEP if plan.kind in REAL_KINDS else STEP
+    joint = ReferenceJoint(**draw_parameters(ReferenceJoint, rng), step=step)
     uncertain = _calibrated(plan, joint)
     if plan.kind == "too_high":
         return _too_high(ON_JOINT[plan.names[0]], joint, uncertain, rng)
