@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from experiments.command import run_experiment
-from experiments.next_experiment.case import HIDDEN, MOTIONS, SENSORS, Case
+from experiments.next_experiment.case import HIDDEN, MOTIONS, RATIOS, SENSORS, Case
 from experiments.next_experiment.study import settle_all
 from experiments.next_experiment.table import table
 
@@ -19,6 +19,7 @@ def next_experiment(
     hidden: tuple[str, ...] = tuple(HIDDEN),
     motions: tuple[str, ...] = MOTIONS,
     sensors: tuple[str, ...] = tuple(SENSORS),
+    ratios: tuple[float, ...] = RATIOS,
     processes: int = 2,
 ) -> None:
     """Hide effects, record poorly, diagnose; where that ties, run the next experiment.
@@ -31,11 +32,12 @@ def next_experiment(
         hidden: effects and parameters.
         motions: of the drive in the first recordings.
         sensors: which tensions are measured: that at the output, or both.
+        ratios: of the residual that is hidden to the noise, which decides how many tie.
         processes: number of worker processes.
     """
     cases = [
-        Case(hidden=h, motion=m, sensors=s, seed=seed)
-        for seed, s, m, h in itertools.product(seeds, sensors, motions, hidden)
+        Case(hidden=h, motion=m, sensors=s, ratio=r, seed=seed)
+        for seed, s, r, m, h in itertools.product(seeds, sensors, ratios, motions, hidden)
     ]
     out.mkdir(parents=True, exist_ok=True)
     settle_all(cases, out, processes)

@@ -25,7 +25,7 @@ from tendon_mj.recordings import Recording
 
 FloatArray = NDArray[np.float64]
 
-RATIO = 3.0  # of the residual that the effect leaves to the noise
+RATIOS = 2.0, 3.0  # of the residual that the effect leaves to the noise
 AMPLITUDES = 0.5e-3, 0.45e-3  # of the training and of the held-out recording [m]
 TRUE_FRICTION = 0.2
 PERTURBATION = 1.01  # factor on the friction, to find the sensitivity to it
@@ -42,23 +42,25 @@ class Case:
 
     Attributes:
         hidden: name of the effect or parameter. motion: of the drive. sensors: which were read.
-        seed: of all random draws.
+        ratio: of the residual that it leaves to the noise, as wanted. seed: of all random draws.
     """
 
     hidden: str
     motion: str
     sensors: str
+    ratio: float
     seed: int
 
     @property
     def name(self) -> str:
         """Of its file."""
-        return f"{self.hidden}_{self.motion}_{self.sensors}_{self.seed}"
+        return f"{self.hidden}_{self.motion}_{self.sensors}_{self.ratio:g}_{self.seed}"
 
     @property
     def random(self) -> np.random.Generator:
         """Random numbers of this case, from their beginning."""
-        return np.random.default_rng([self.seed, *self.name.encode()])
+        drawn = f"{self.hidden}_{self.motion}_{self.sensors}_{self.seed}"  # alike at each ratio
+        return np.random.default_rng([self.seed, *drawn.encode()])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,7 +99,7 @@ def make(case: Case) -> HiddenRig:
         lambda strength: float(
             np.sqrt(np.mean(left(residual(hidden.apply(sound, strength))) ** 2))
         ),
-        RATIO,
+        case.ratio,
         hidden.low,
         hidden.high,
         hidden.start,

@@ -37,7 +37,7 @@ class Experiment:
         """What to record."""
         duration = float(self.recording.time[-1])
         moved = " and ".join(
-            f"{column.removesuffix('_' + column_unit(column))} going"
+            f"{column.removesuffix('_' + column_unit(column))}"
             f" {motion.words(column_unit(column), duration)}"
             for column, motion in self.motions.items()
         )

@@ -76,17 +76,16 @@ class Motion:
         span = f"between {self.low:g} and {self.high:g} {unit}"
         speed = f"at {self.rate:g} {per_second(unit)}"
         if self.shape == "sine":
-            return f"a sine {span} of {self.frequency:.3g} Hz"
+            return f"following a sine {span} of {self.frequency:.3g} Hz"
         if self.shape == "sweep":
-            return (
-                f"a sine {span} that goes from {_CYCLES / duration:.2g} to {self.frequency:.3g} Hz"
-            )
+            slow = _CYCLES / duration
+            return f"following a sine {span} that goes from {slow:.2g} to {self.frequency:.3g} Hz"
         rest = f", with {self.dwell:g} s of rest at each turn" if self.dwell > 0.0 else ""
         if self.shape == "stairs":
-            return f"{_STAIRS} steps up and down {span}, {speed}{rest}"
+            return f"going up and down in {_STAIRS} steps {span}, {speed}{rest}"
         if self.shape == "growing":
-            return f"back and forth in {_LOOPS} growing loops {span}, {speed}{rest}"
-        return f"back and forth {span}, {speed}{rest}"
+            return f"going back and forth in {_LOOPS} growing loops {span}, {speed}{rest}"
+        return f"going back and forth {span}, {speed}{rest}"
 
     def _ramps(self, time: FloatArray) -> FloatArray:
         corners, values = [0.0], [self.start]
