@@ -1,0 +1,1 @@
+"""What a carriage on a ball screw lacks: friction, from three descriptions of one file."""
