@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from experiments.hidden_effects.reference_bench import ReferenceBench
 
+from experiments.hidden_effects.references.bench import ReferenceBench
 from experiments.next_experiment.case import Case, make
 from experiments.next_experiment.rig import (
     DRIVE,

@@ -29,7 +29,7 @@ _NEAR = 5  # evaluations: enough from where screening has led
 _MOST_FITS, _MOST_LOOKED_AT = 4, 10
 _PROMISING = 0.6  # of what the best candidate explains, to be fitted
 _LEAST = 0.03, 0.3  # likewise, where none of those explains enough; on a sensor
-_EXPLAINS = 0.5  # of the excess may be left by an effect, for no others to be looked at
+_EXPLAINS = 0.75  # of the excess may be left by an effect, for no others to be looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,9 +81,9 @@ class SelectionContext:
         """Screen all candidates for one more effect, and fit the best.
 
         Fitted are those that explain, by screening, at least ``share`` of what the best does; and,
-        with ``look_down``, others down the list, until one leaves less than half of the excess,
-        with a strength that the data determine. Screening is linear, and may see little of an
-        effect that trades places with what was fitted before.
+        with ``look_down``, others down the list, until one leaves less than three quarters of the
+        excess, with a strength that the data determine. Screening is linear, and may see little of
+        an effect that trades places with what was fitted before.
         """
         taken = frozenset[str]().union(*(effect.targets for effect in model.fit.effects))
         values = {**self.base, **model.fit.parameters(self.base)}
@@ -112,7 +112,7 @@ class SelectionContext:
         )
 
     def _explains(self, model: FittedCandidate, extended: FittedCandidate) -> bool:
-        """Whether an effect leaves less than half, with a strength that the data determine."""
+        """Whether an effect leaves notably less, with a strength that the data determine."""
         candidate = extended.candidate
         determined = candidate is not None and extended.fit.determines(candidate)
         less = extended.excess < _EXPLAINS * model.excess
