@@ -27,6 +27,7 @@ from tendon_mj.diagnosis.data.problem import (
     MakeSimulator,
     Problem,
     all_samples,
+    by_recording,
     training_samples,
 )
 from tendon_mj.diagnosis.data.uncertain import uncertain_terms
@@ -98,7 +99,7 @@ def fit_with_sysid(
     Args:
         train: recordings to fit.
         held_out: recordings that are not fitted; without any, the last quarter of each of
-            ``train``.
+            ``train``, or where these are of different states of the rig each of them in turn.
         progress: called with a label, how much is done, and of how much.
         simulator: makes the simulator of recordings.
 
@@ -120,6 +121,9 @@ def fit_with_sysid(
         proof = Problem(tuple(held_out), simulator(held_out), all_samples(held_out))
         unseen = proof.residuals([fitted])[0]
         errors = measure_errors(proof, unseen, unseen, np.ones(unseen.size, bool))
+    elif by_recording(train):
+        unseen = _each_by_the_others(problem, simulator, progress)
+        errors = measure_errors(problem, unseen, unseen, np.ones(unseen.size, bool))
     else:
         errors = measure_errors(problem, residual, residual, ~problem.in_train)
     return SysidResult(
@@ -130,6 +134,20 @@ def fit_with_sysid(
         seconds=time.perf_counter() - began,
         note=_note(train, values),
     )
+
+
+def _each_by_the_others(
+    problem: Problem, simulator: MakeSimulator, progress: Progress
+) -> FloatArray:
+    """(m,) residual of each recording with what was fitted to the others."""
+    residual = np.empty(problem.recording_of.size)
+    for k in range(len(problem.recordings)):
+        others = [r for j, r in enumerate(problem.recordings) if j != k]
+        rest = Problem(tuple(others), simulator(others), all_samples(others))
+        fitted = {name: value for name, (value, _, _) in _optimize(rest, progress).items()}
+        rows = problem.recording_of == k
+        residual[rows] = problem.residuals([fitted])[0][rows]
+    return residual
 
 
 @suppress_unsolved_warnings()

@@ -1,6 +1,7 @@
 """Fits of mujoco.sysid on a rig whose parameters are known."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -103,6 +104,16 @@ def test_without_a_hold_out_the_tails_are_kept_from_the_fit():
     assert found.values == clean.values
     assert found.train_rms == clean.train_rms
     assert found.held_out_rms > 10.0 * clean.held_out_rms
+
+
+@needs_sysid
+def test_of_different_states_each_is_predicted_by_a_fit_to_the_others():
+    three = [replace(record(k), known={"rig.bend": float(k)}) for k in (1, 2, 3)]
+    assert fit_with_sysid(three, simulator=Toy).held_out_rms == pytest.approx(1.0, abs=0.1)
+    columns = {**three[2].columns, "tension_N": three[2].columns["tension_N"] + 50.0 * NOISE}
+    spoilt = fit_with_sysid([*three[:2], replace(three[2], columns=columns)], simulator=Toy)
+    assert spoilt.held_out_rms > 50.0 / np.sqrt(3.0)  # the fit has not seen it
+    assert spoilt.train_rms < spoilt.held_out_rms
 
 
 @needs_sysid
