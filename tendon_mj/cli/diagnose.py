@@ -114,6 +114,13 @@ def _say(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> N
             f" the model said {short(value.before)}",
             soft_wrap=True,
         )
+    for name, spread in diagnosis.sessions.items():
+        values = ", ".join(f"{short(v)} in {where}" for where, v in spread.values.items())
+        console.print(
+            f"  {name} was set anew: {values} [{spread.unit}]; spread {short(spread.estimated)},"
+            f" {short(spread.stated)} was stated",
+            soft_wrap=True,
+        )
     for label, errors in (("train", diagnosis.train), ("held out", diagnosis.held_out)):
         console.print(
             f"{label}: rms error {errors.before:.2f} before, {errors.after:.2f} after,"
