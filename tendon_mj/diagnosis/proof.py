@@ -32,12 +32,14 @@ from tendon_mj.diagnosis.result.entries import (
     ranking,
 )
 from tendon_mj.diagnosis.result.error_reduction import measure_errors
+from tendon_mj.diagnosis.result.lumping import too_few_guides, warn_of_guides
 from tendon_mj.diagnosis.result.sentence import Statement, state, warn_of_ends
 from tendon_mj.diagnosis.verdict import Evidence, decide
 
 FloatArray = NDArray[np.float64]
 
 _NOTABLE = 0.1  # of what remains
+_ABOVE_NOISE = 1.05  # error [noise], from which it is asked whether the guides are too few
 LARGEST = 8.0  # excess χ² (3 rms), above which a model is not proven whatever it explains
 
 
@@ -103,9 +105,11 @@ def prove(
         )
     )
     first = len(fits[1].calibrated)
+    model = {**base, **parameters[1], **after.sessions}
+    lumped = too_few_guides(proof, model) if stated.after > _ABOVE_NOISE else []
     return Diagnosis(
         verdict=verdict,
-        sentence=sentence + warn_of_ends(calibrated),
+        sentence=sentence + warn_of_ends(calibrated) + warn_of_guides(lumped),
         findings=findings if proven else (),
         closest=() if proven else tuple(f.identifier for f in findings),
         excluded=tuple(sorted(excluded)),
@@ -120,7 +124,7 @@ def prove(
         remaining=locate(own, seen[1], own.in_train),
         proof=(locate(proof, unseen[0], mask), locate(proof, unseen[1], mask)),
         before={**base, **parameters[0], **before.sessions},
-        model={**base, **parameters[1], **after.sessions},
+        model=model,
         seconds=time.perf_counter() - began,
         catalogue=catalogue,
         simulator=proof.simulate,

@@ -109,9 +109,10 @@ def _shrank(stated: Statement) -> str:
             f" {errors.after:.2f} times the noise"
         )
     if errors.after > _COARSE * stated.extrapolated:
+        steps = math.sqrt(errors.after**2 - stated.extrapolated**2)  # [noise], in proportion to h
         text += (
             f" ({stated.extrapolated:.2f} in ever shorter steps: the model's timestep is too long"
-            " for it)"
+            f" for it; one {max(2, math.ceil(steps))} times shorter would do)"
         )
     if errors.reducible_closed > 0.0:
         text += f", which closes {min(errors.reducible_closed, 1.0):.0%} of what could be closed"

@@ -1,0 +1,70 @@
+"""Few guides in place of a smooth sheath: what they leave, and how many would do."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tendon_mj.builders import Bench, build_bench
+from tendon_mj.diagnosis.data.problem import Problem, all_samples
+from tendon_mj.diagnosis.result.lumping import too_few_guides, warn_of_guides
+from tendon_mj.recordings.recording import Measured, Recording
+from tendon_mj.replay.simulator import Simulator
+
+TENSION, REEL = "input_tension_N", "input_displacement_m"
+NOISE = 0.02  # [N]
+MANY = 64  # guides: as good as a smooth sheath
+FRICTION = 0.3
+
+
+def recording():
+    time = np.arange(0.0, 3.0, 0.01)
+    drive = 2.4e-3 * np.abs(np.sin(2.0 * time))
+    return Recording(
+        source="made",
+        name="r",
+        model="bench",
+        time=time,
+        columns={REEL: drive, TENSION: np.zeros_like(time)},
+        drive={REEL: "reel"},
+        measured={TENSION: Measured("input_tension", noise=NOISE)},
+    )
+
+
+def simulated(guides):
+    model = build_bench(Bench(friction=FRICTION, guides=guides)).compile()
+    return Simulator([recording()], model, threads=1)
+
+
+def problem(guides, simulator=simulated):
+    smooth = simulated(MANY)([{}])[0][0][TENSION]
+    data = recording()
+    data = replace(data, columns={**data.columns, TENSION: smooth})
+    return Problem((data,), simulator(guides), all_samples((data,)))
+
+
+def test_what_few_guides_leave_is_about_what_is_said():
+    told = problem(6)
+    (sheath,) = too_few_guides(told, {})
+    left = float(np.sqrt(np.mean(told.residuals([{}])[0] ** 2)))
+    assert sheath.guides == 6
+    assert left / 3.0 < sheath.error < 3.0 * left
+
+
+def test_as_many_as_are_said_would_do():
+    (sheath,) = too_few_guides(problem(6), {})
+    enough = problem(sheath.enough)
+    assert too_few_guides(enough, {}) == []
+    assert float(np.sqrt(np.mean(enough.residuals([{}])[0] ** 2))) < 1.5
+    assert f"{sheath.enough} would" in warn_of_guides([sheath])
+
+
+@pytest.mark.parametrize("values", [{"sheath.friction": 0.0}, {"sheath.friction": 0.01}])
+def test_without_friction_no_guide_is_too_few(values):
+    assert too_few_guides(problem(6), values) == []
+
+
+def test_more_bend_needs_more_guides():
+    (drawn,) = too_few_guides(problem(6), {})
+    (more,) = too_few_guides(problem(6), {"sheath.extra_bend": 2.0})
+    assert more.enough > drawn.enough
