@@ -52,6 +52,7 @@ class Description:
             drive={DRIVE: DriveBounds(-1.0e-3, 1.3e-3, 12e-3, 1.0)},
             states={n: s for n, s in STATES.items() if n == BEND or n in self.known},
             limits=dict.fromkeys(self.sensors, (LOWEST, HIGHEST)),
+            measure={c: _measured(c) for c in COLUMNS if c not in self.sensors},
         )
 
 
@@ -81,7 +82,7 @@ def record(
         time=np.round(np.arange(drive.size) / RATE, 6),
         columns={DRIVE: np.round(drive, 9), **{c: np.round(v, 4) for c, v in noisy.items()}},
         drive={DRIVE: "reel"},
-        measured={c: Measured(c.removesuffix("_N"), NOISE) for c in described.sensors},
+        measured={c: _measured(c) for c in described.sensors},
         known=described.known,
         uncertain=described.uncertain,
     )
@@ -103,3 +104,7 @@ def run(
     recorded = record(state, template.name, template.columns[DRIVE], described, random)
     readings = np.array([recorded.columns[c] for c in described.sensors])
     return recorded if readings.min() >= LOWEST and readings.max() <= HIGHEST else None
+
+
+def _measured(column: str) -> Measured:
+    return Measured(column.removesuffix("_N"), NOISE)

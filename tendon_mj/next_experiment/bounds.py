@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError, unknown
-from tendon_mj.recordings.recording import Recording
+from tendon_mj.recordings.recording import Measured, Recording
 from tendon_mj.replay.grouped_names import expand
 
 Range = tuple[float, float]
@@ -52,15 +52,19 @@ class ExperimentBounds:
         states: parameter → (low, high) between which the user can set it, such as the pretension
             or a bend [SI].
         limits: measured column → (low, high) that no reading may leave [its unit].
+        measure: column → sensor that the rig could read besides, with its noise. It is asked for
+            where nothing that was measured before decides.
         duration: of the recording [s]; 0: as long as the longest there is.
 
     Raises:
-        InvalidValueError: nothing is driven, an empty range, or a negative duration.
+        InvalidValueError: nothing is driven, an empty range, a sensor without noise, or a
+            negative duration.
     """
 
     drive: Mapping[str, DriveBounds]
     states: Mapping[str, Range] = field(default_factory=dict)
     limits: Mapping[str, Range] = field(default_factory=dict)
+    measure: Mapping[str, Measured] = field(default_factory=dict)
     duration: float = 0.0
 
     def __post_init__(self) -> None:
@@ -68,6 +72,12 @@ class ExperimentBounds:
             raise InvalidValueError("bounds: no column in [drive], so nothing would move")
         for name, span in {**self.states, **self.limits}.items():
             _check_range(repr(name), span)
+        for column, measured in self.measure.items():
+            if measured.noise is None:
+                raise InvalidValueError(
+                    f"bounds, [measure] {column!r}: its noise must be stated, as it cannot be"
+                    " estimated before there are readings"
+                )
         if not 0.0 <= self.duration < math.inf:
             raise InvalidValueError(f"duration = {self.duration!r} [s] must be ≥ 0 and finite")
 
@@ -76,15 +86,21 @@ class ExperimentBounds:
 
         Raises:
             UnknownNameError: no such driven or measured column, or no such parameter.
-            InvalidValueError: the user sets what the recordings call uncertain.
+            InvalidValueError: the user sets what the recordings call uncertain, or would measure
+                what they have already.
         """
         for kind, asked, there in (
             ("driven column", self.drive, recording.drive),
-            ("measured column", self.limits, recording.measured),
+            ("measured column", self.limits, {*recording.measured, *self.measure}),
         ):
             for column in asked:
                 if column not in there:
                     raise UnknownNameError(kind, column, there, "bounds")
+        for column in self.measure:
+            if column in recording.columns:
+                raise InvalidValueError(
+                    f"bounds, [measure] {column!r}: the recordings have this column already"
+                )
         fitted = expand(recording.uncertain, parameters)
         for name in expand(self.states, parameters):
             if name not in parameters:
@@ -110,6 +126,9 @@ def read_bounds(path: str | os.PathLike[str]) -> ExperimentBounds:
         raise TendonError(f"{where}: {error}") from None
     _check_keys(toml, {f.name for f in fields(ExperimentBounds)}, set(), where)
     tables = {key: _table(toml, key, where) for key in ("drive", "states", "limits")}
+    measure = {
+        column: _sensor(entry, here) for column, entry, here in _table(toml, "measure", where)
+    }
     ends = {"low", "high"}
     drives = {
         column: DriveBounds(**_numbers(entry, ends | {"dwell", "rate"}, ends | {"rate"}, here))
@@ -128,6 +147,7 @@ def read_bounds(path: str | os.PathLike[str]) -> ExperimentBounds:
         drive=drives,
         states=ranges["states"],
         limits=ranges["limits"],
+        measure=measure,
         duration=duration["duration"],
     )
 
@@ -138,6 +158,17 @@ def _table(toml: Mapping[str, Any], key: str, where: str) -> list[tuple[str, Any
     if not isinstance(table, dict):
         raise InvalidValueError(f"{where}, {key}: must be a table [{key}], got {table!r}")
     return [(name, entry, f"{where}, [{key}] {name!r}") for name, entry in table.items()]
+
+
+def _sensor(entry: Any, here: str) -> Measured:
+    if not isinstance(entry, dict) or not isinstance(entry.get("sensor"), str):
+        raise InvalidValueError(f'{here}: write {{ sensor = "…", noise = … }}; got {entry!r}')
+    numbers = {key: value for key, value in entry.items() if key != "sensor"}
+    noise = _numbers(numbers, {"noise"}, {"noise"}, here)["noise"]
+    try:
+        return Measured(entry["sensor"], noise)
+    except TendonError as error:
+        raise InvalidValueError(f"{here}: {error}") from None
 
 
 def _numbers(entry: Any, valid: set[str], needed: set[str], here: str) -> dict[str, float]:

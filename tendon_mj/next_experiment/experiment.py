@@ -25,11 +25,13 @@ class Experiment:
     Attributes:
         motions: driven column → how it moves.
         states: parameter → value that is set for it [SI].
+        besides: columns that are to be measured, and were not before.
         recording: template, whose measured columns are 0.
     """
 
     motions: Mapping[str, Motion]
     states: Mapping[str, float]
+    besides: Sequence[str]
     recording: Recording
 
     @property
@@ -42,7 +44,11 @@ class Experiment:
             for column, motion in self.motions.items()
         )
         held = ", ".join(f"{name} = {value:g}" for name, value in self.states.items())
-        return f"{duration:.3g} s of {moved}{f', with {held}' if held else ''}"
+        read = " and ".join(c.removesuffix("_" + column_unit(c)) for c in self.besides)
+        return (
+            f"{duration:.3g} s of {moved}{f', with {held}' if held else ''}"
+            f"{f', and measure {read} too' if read else ''}"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,10 +58,12 @@ class Family:
     Attributes:
         recordings: that there are; the first one says what an experiment does not change.
         bounds: of the rig.
+        besides: whether the sensors are read that the rig could read besides.
     """
 
     recordings: Sequence[Recording]
     bounds: ExperimentBounds
+    besides: bool = False
 
     @property
     def dimensions(self) -> int:
@@ -84,7 +92,9 @@ class Family:
             motion = motions.get(column)
             still = np.full(time.size, start)
             columns[column] = still if motion is None else motion.series(time)
-        columns |= {column: np.zeros(time.size) for column in first.measured}
+        besides = self.bounds.measure if self.besides else {}
+        measured = {**first.measured, **besides}
+        columns |= {column: np.zeros(time.size) for column in measured}
         shares = point[NUMBERS * len(motions) :]
         states = {
             name: float(np.clip(rounded(low + share * (high - low), high - low), low, high))
@@ -101,14 +111,14 @@ class Family:
             time=time,
             columns=columns,
             drive=first.drive,
-            measured=first.measured,
+            measured=measured,
             known={**first.known, **known},
             uncertain=first.uncertain,
             session={**first.session, **anew},
             hold=first.hold,
             settle=first.settle,
         )
-        return Experiment(motions, states, recording)
+        return Experiment(motions, states, tuple(besides), recording)
 
 
 def draw_experiment(

@@ -163,6 +163,7 @@ class Rig:
         inside = finite and all(
             low <= float(series[c].min()) and float(series[c].max()) <= high
             for c, (low, high) in self.limits.items()
+            if c in series
         )
         return Predictions(readings, inside)
 

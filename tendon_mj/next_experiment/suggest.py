@@ -48,7 +48,9 @@ def suggest_experiment(
     Rivals are the effects that a diagnosis cannot tell apart, and values of a number that trade
     places with others. Of every two of them the difference counts that remains when one is fitted
     to the data of the other, see `separation`; of an experiment, the smallest of these. Experiments
-    are sampled (Sobol), and the best is refined; the answer is the same each time.
+    are sampled (Sobol), and the best is refined; the answer is the same each time. Where no
+    experiment tells a pair apart by what was measured before, those are searched in which the rig's
+    other sensors are read too, if the bounds have any.
 
     Args:
         diagnosis: of `diagnose`.
@@ -70,17 +72,20 @@ def suggest_experiment(
     progress("fit what ties", 1, 1)
     if not ties:
         return Suggestion(None, ())
-    family = Family(context.problem.recordings, bounds)
-    rig = Rig(
-        context.problem,
-        context.base,
-        _levels(context.problem, selection.final.fit),
-        bounds.limits,
-        simulator,
-        _step(family, simulator),
-    )
-    search = _Search(family, rig, ties, progress)
-    return search.run()
+    levels = _levels(context.problem, selection.final.fit)
+    found = Suggestion(None, ())
+    for besides in (False, True) if bounds.measure else (False,):
+        family = Family(context.problem.recordings, bounds, besides)
+        if besides:
+            levels |= {column: float(m.noise or 0.0) for column, m in bounds.measure.items()}
+        step = _step(family, simulator)
+        rig = Rig(context.problem, context.base, levels, bounds.limits, simulator, step)
+        tried = _Search(family, rig, ties, progress).run()
+        if not besides or tried.decided > found.decided:
+            found = tried
+        if found.decided == len(found.differences):
+            break
+    return found
 
 
 def _levels(problem: Problem, fitted: Fit) -> dict[str, float]:

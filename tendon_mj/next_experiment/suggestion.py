@@ -50,6 +50,11 @@ class Suggestion:
     differences: tuple[Difference, ...]
 
     @property
+    def decided(self) -> int:
+        """How many of the differences the experiment tells apart."""
+        return sum(d.decided for d in self.differences) if self.experiment else 0
+
+    @property
     def recording(self) -> Recording | None:
         """Template of the recording: driven columns and states are given, measured ones are 0."""
         return None if self.experiment is None else self.experiment.recording

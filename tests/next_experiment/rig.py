@@ -1,7 +1,7 @@
 """A rig without physics, on which two effects coincide within what was recorded.
 
 Its tension is 20 N, plus a·g_a(x) + b·g_b(x) for a drive x [mm] and shapes g that a test chooses,
-plus c·x·p for a pretension p that the user can set.
+plus c·x·p for a pretension p that the user can set. At its input only a is felt.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 Shapes = Mapping[str, Callable[[FloatArray, FloatArray], FloatArray]]  # (time [s], x [mm]) → N
 
 NOISE = 0.05
-DRIVE, TENSION = "input_displacement_m", "output_tension_N"
+DRIVE, TENSION, INPUT = "input_displacement_m", "output_tension_N", "input_tension_N"
 PRETENSION = "sheath.pretension"
 
 
@@ -37,9 +37,14 @@ class ShapedRig(Simulates):
         self, parameter_sets: Sequence[Mapping[str, float]]
     ) -> list[list[dict[str, FloatArray]]]:
         """Series for every set and recording."""
-        return [[{TENSION: self._one(s, r)} for r in self.recordings] for s in parameter_sets]
+        return [[self._one(s, r) for r in self.recordings] for s in parameter_sets]
 
-    def _one(self, values: Mapping[str, float], recording: Recording) -> FloatArray:
+    def _one(self, values: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
+        felt = {name: value for name, value in values.items() if name == "sheath.a"}
+        tensions = {TENSION: self._sum(values, recording), INPUT: self._sum(felt, recording)}
+        return {column: tensions[column] for column in recording.measured}
+
+    def _sum(self, values: Mapping[str, float], recording: Recording) -> FloatArray:
         place = recording.columns[DRIVE] / 1e-3 * recording.known.get(PRETENSION, 20.0) / 20.0
         series = np.full(place.size, 20.0)
         for name, shape in self.shapes.items():
@@ -71,23 +76,28 @@ def record(
     """Four seconds of the rig under a slow sine, or under what drives another recording."""
     time = np.round(np.arange(0.0, 4.0, 0.01), 6) if like is None else like.time
     sine = amplitude * np.sin(2.0 * np.pi * 0.5 * time)
+    measured = {TENSION: Measured("output_tension", NOISE)} if like is None else like.measured
+    still = dict.fromkeys(measured, 0.0 * time)
     blank = Recording(
         name=name,
         model="bench",
         source="made",
         time=time,
-        columns={DRIVE: sine if like is None else like.columns[DRIVE], TENSION: 0.0 * time},
+        columns={DRIVE: sine if like is None else like.columns[DRIVE], **still},
         drive={DRIVE: "reel"},
-        measured={TENSION: Measured("output_tension", NOISE)},
+        measured=measured,
         known={} if like is None else like.known,
         uncertain=uncertain or {},
     )
-    series = ShapedRig([blank], shapes)([truth])[0][0][TENSION]
-    noise = np.random.default_rng(len(name) + ord(name[0])).normal(0.0, NOISE, time.size)
+    random = np.random.default_rng(len(name) + ord(name[0]))
+    noisy = {
+        column: series + random.normal(0.0, NOISE, time.size)
+        for column, series in ShapedRig([blank], shapes)([truth])[0][0].items()
+    }
     return Recording(
         **{field: getattr(blank, field) for field in ("name", "model", "source", "time")},
         **{field: getattr(blank, field) for field in ("drive", "measured", "known", "uncertain")},
-        columns={**blank.columns, TENSION: series + noise},
+        columns={**blank.columns, **noisy},
     )
 
 

@@ -6,6 +6,8 @@ import pytest
 
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.next_experiment import DriveBounds, ExperimentBounds, read_bounds
+from tendon_mj.recordings import Measured
+from tests.next_experiment.rig import TENSION, bounds, record
 
 FILE = """
 duration = 8.0
@@ -15,6 +17,8 @@ reel_m = { low = -1e-3, high = 1.3e-3, rate = 0.012, dwell = 2 }
 "sheath.pretension" = { low = 10, high = 40 }
 [limits]
 tension_N = { low = 1, high = 100 }
+[measure]
+angle_rad = { sensor = "angle", noise = 0.01 }
 """
 
 
@@ -25,6 +29,7 @@ def test_a_file_holds_what_python_says(tmp_path) -> None:
         drive={"reel_m": DriveBounds(-1e-3, 1.3e-3, 0.012, 2.0)},
         states={"sheath.pretension": (10.0, 40.0)},
         limits={"tension_N": (1.0, 100.0)},
+        measure={"angle_rad": Measured("angle", 0.01)},
         duration=8.0,
     )
 
@@ -40,6 +45,8 @@ def test_a_file_holds_what_python_says(tmp_path) -> None:
         ("dwell = 2", "dwell = -2", r"dwell = -2.0 \[s\] must be ≥ 0"),
         ('"sheath.pretension"', "sheath.pretension", "a name that has a dot in quotes"),
         ("high = 40", "high = inf", "low < high must hold"),
+        ('sensor = "angle", ', "", r"\[measure\] 'angle_rad': write { sensor"),
+        ("noise = 0.01", "noise = 0", r"\[measure\] 'angle_rad': noise must be > 0"),
         ("[states]", "[state]", "unknown key 'state'; did you mean 'states'"),
         ("duration = 8.0", "duration = '8'", "duration: must be a number"),
         ("duration = 8.0", "duration = ", "bounds.toml: Invalid value"),
@@ -60,3 +67,12 @@ def test_a_file_that_is_not_there_is_refused(tmp_path) -> None:
 def test_nothing_that_moves_is_no_experiment() -> None:
     with pytest.raises(InvalidValueError, match="nothing would move"):
         ExperimentBounds(drive={})
+
+
+def test_a_further_sensor_needs_its_noise_and_a_column_of_its_own() -> None:
+    drive = {"reel_m": DriveBounds(-1e-3, 1e-3, 0.01)}
+    with pytest.raises(InvalidValueError, match="'angle_rad': its noise must be stated"):
+        ExperimentBounds(drive=drive, measure={"angle_rad": Measured("angle")})
+    again = bounds(measure={TENSION: Measured("output_tension", 0.1)})
+    with pytest.raises(InvalidValueError, match="the recordings have this column already"):
+        again.check(record("a", {}, {}), {})

@@ -9,9 +9,11 @@ import pytest
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.next_experiment import DriveBounds, ExperimentBounds, Suggestion, suggest_experiment
-from tendon_mj.recordings import Uncertain, read_recording
+from tendon_mj.recordings import Measured, Uncertain, read_recording
 from tests.next_experiment.rig import (
     DRIVE,
+    INPUT,
+    NOISE,
     PRETENSION,
     TENSION,
     ShapedRig,
@@ -74,6 +76,27 @@ def test_what_a_fit_of_the_rival_absorbs_is_no_difference() -> None:
 def test_bounds_that_exclude_where_they_differ_leave_no_experiment() -> None:
     found = suggested(ALIKE_WHEN_SMALL, {B: 3.0}, bounds(0.9 * KINK * 1e-3))
     assert found.recording is None
+
+
+def test_a_sensor_that_could_be_read_is_asked_for_where_only_it_decides() -> None:
+    """Effects that are alike at the output; at the input one is felt alone."""
+    truth, further = {B: 1.0}, {INPUT: Measured("input_tension", NOISE)}
+    found = suggested(ALIKE, truth, bounds(measure=further))
+    assert found.recording is not None
+    assert found.recording.measured.keys() == {TENSION, INPUT}
+    assert "measure input_tension too" in found.sentence
+    new = record("next", ALIKE, truth, like=found.recording)
+    made = [record("a", ALIKE, truth), record("bb", ALIKE, truth, amplitude=4e-4)]
+    again = diagnosed([made[0], new], made[1:], ALIKE, "a", "b")
+    assert again.effects == ["b"]
+    assert again.indistinguishable == []
+
+
+def test_a_sensor_is_not_asked_for_where_the_others_decide() -> None:
+    further = {INPUT: Measured("input_tension", NOISE)}
+    found = suggested(ALIKE_WHEN_SMALL, {B: 3.0}, bounds(measure=further))
+    assert found.recording is not None
+    assert found.recording.measured.keys() == {TENSION}
 
 
 def test_a_limit_on_a_reading_is_kept_by_every_explanation() -> None:
