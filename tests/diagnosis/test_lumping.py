@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from tendon_mj.builders import Bench, build_bench
+from tendon_mj.diagnosis import CATALOGUE, diagnose, fit_with_sysid
 from tendon_mj.diagnosis.data.problem import Problem, all_samples
 from tendon_mj.diagnosis.result.lumping import too_few_guides, warn_of_guides
-from tendon_mj.recordings.recording import Measured, Recording
+from tendon_mj.diagnosis.sysid import sysid_is_there
+from tendon_mj.recordings.recording import Measured, Recording, Uncertain
 from tendon_mj.replay.simulator import Simulator
 
 TENSION, REEL = "input_tension_N", "input_displacement_m"
@@ -68,3 +70,30 @@ def test_more_bend_needs_more_guides():
     (drawn,) = too_few_guides(problem(6), {})
     (more,) = too_few_guides(problem(6), {"sheath.extra_bend": 2.0})
     assert more.enough > drawn.enough
+
+
+@pytest.mark.skipif(not sysid_is_there(), reason="mujoco.sysid lacks its extras")
+@pytest.mark.parametrize("guides", [16, 48])  # with 48 the tendon rings in longer steps
+def test_a_calibration_ends_no_worse_than_a_fit_by_sysid(guides):
+    random = np.random.default_rng(0)
+    uncertain = {"sheath.friction": Uncertain(0.15, 0.05, 0.4)}
+    smooth = problem(MANY).recordings[0].columns[TENSION]
+    train, held_out = (
+        replace(
+            recording(),
+            name=name,
+            uncertain=uncertain,
+            columns={
+                **recording().columns,
+                TENSION: smooth + random.normal(0.0, NOISE, smooth.size),
+            },
+        )
+        for name in ("train", "held_out")
+    )
+
+    def lumped(recordings):
+        return Simulator(recordings, build_bench(Bench(guides=guides)).compile(), threads=1)
+
+    found = diagnose([train], [held_out], lumped, catalogue=[CATALOGUE["backlash"]])
+    by_sysid = fit_with_sysid([train], [held_out], simulator=lumped)
+    assert found.train.before < 1.01 * by_sysid.train_rms
