@@ -1,0 +1,1 @@
+"""Measured antagonistic joint behind a bent sheath: what its frictionless model lacks."""

@@ -1,0 +1,69 @@
+"""Recordings of the rig, each with the bend that its file's name states."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+from tendon_mj import read_recording
+from tendon_mj.errors import RecordingError
+from tendon_mj.recordings import Recording
+
+DESCRIPTION = Path(__file__).parent / "joint.toml"
+COMMAND = "command_rad"
+ANGLE, TENSIONS = "joint_rad", ("tension_1_N", "tension_2_N")
+COLUMNS = (ANGLE, *TENSIONS)
+_BEND = "sheath_*.extra_bend"  # in [known]
+_NAME = re.compile(r"bend_(\d+)deg")
+
+
+def read_bend(path: Path) -> Recording:
+    """Read one file; the bend is taken from its name.
+
+    Raises:
+        RecordingError: another name than bend_NNNdeg, or what no recording may hold.
+    """
+    found = _NAME.fullmatch(path.stem)
+    if found is None:
+        raise RecordingError(f"{path}: the name is not bend_NNNdeg.csv, NNN the bend in degrees")
+    return with_bend(read_recording(path, DESCRIPTION), math.radians(int(found[1])))
+
+
+def read_folder(folder: Path) -> list[Recording]:
+    """Read every CSV file of a folder, in the order of the bend.
+
+    Raises:
+        RecordingError: the folder holds no CSV file, or one that is not of this rig.
+    """
+    paths = sorted(folder.glob("*.csv"))
+    if not paths:
+        raise RecordingError(
+            f"{folder} holds no CSV file; experiments/measured_joint/README.md names the data's"
+            " source"
+        )
+    return sorted(map(read_bend, paths), key=bend)
+
+
+def with_bend(recording: Recording, angle: float) -> Recording:
+    """The recording with the bend of its sheath [rad] among what is known."""
+    return replace(recording, known={**recording.known, _BEND: angle})
+
+
+def bend(recording: Recording) -> float:
+    """Bend of the sheath [rad]."""
+    return recording.known[_BEND]
+
+
+def degrees(recording: Recording) -> int:
+    """Bend of the sheath in whole degrees, as the file's name has it."""
+    return round(math.degrees(bend(recording)))
+
+
+def noise(recording: Recording, column: str) -> float:
+    """Standard deviation that is stated for a measured column [its unit]."""
+    stated = recording.measured[column].noise
+    if stated is None:
+        raise RecordingError(f"{DESCRIPTION}, [measured] {column!r}: no noise is stated")
+    return stated
