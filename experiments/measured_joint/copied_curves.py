@@ -1,7 +1,7 @@
 """Curves of the nearest bends, copied: linear in the bend between two of them.
 
 All recordings have one command, so that the measured curves of two bends are a prediction for any
-bend between them. Beyond them the nearest curve is copied.
+bend between them. Beyond them the nearest curve is copied, or the line through the last two goes on.
 """
 
 from __future__ import annotations
@@ -22,16 +22,34 @@ def fit_copied_curves(train: Sequence[Recording], seed: int = 0) -> Predict:
 
     def predict(recording: Recording) -> Series:
         weights = [float(np.interp(bend(recording), angles, row)) for row in np.eye(len(known))]
-        return {
-            column: np.sum(
-                [
-                    w * np.interp(recording.time, r.time, r.columns[column])
-                    for w, r in zip(weights, known, strict=True)
-                    if w > 0.0
-                ],
-                axis=0,
-            )
-            for column in COLUMNS
-        }
+        return _sum(recording, known, weights)
 
     return predict
+
+
+def fit_continued_curves(train: Sequence[Recording], seed: int = 0) -> Predict:
+    """The same, with the line through the last two curves going on beyond them."""
+    known = sorted(train, key=bend)
+
+    def predict(recording: Recording) -> Series:
+        angle = bend(recording)
+        above = next((k for k, r in enumerate(known) if bend(r) >= angle), len(known) - 1)
+        first, second = known[max(above, 1) - 1], known[max(above, 1)]
+        share = (angle - bend(first)) / (bend(second) - bend(first))
+        return _sum(recording, [first, second], [1.0 - share, share])
+
+    return predict
+
+
+def _sum(recording: Recording, known: Sequence[Recording], weights: Sequence[float]) -> Series:
+    """Weighted sum of measured curves, at the times of a recording."""
+    return {
+        column: np.sum(
+            [
+                weight * np.interp(recording.time, r.time, r.columns[column])
+                for weight, r in zip(weights, known, strict=True)
+            ],
+            axis=0,
+        )
+        for column in COLUMNS
+    }
