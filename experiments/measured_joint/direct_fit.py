@@ -16,10 +16,10 @@ from scipy.stats import qmc
 from experiments.measured_joint.joint_model import Number, named, values_in
 from experiments.measured_joint.prediction import Array, Series
 from experiments.measured_joint.recording import COLUMNS, noise
-from tendon_mj import Simulator
+from experiments.measured_joint.wound_in import WoundIn
 from tendon_mj.recordings import Recording
 
-_STARTS, _REFINED, _STEPS = 64, 3, 16
+_STARTS, _REFINED, _STEPS = 64, 2, 20
 _LONGER = 2.0  # times the model's step, in the fit
 _DIFFERENCE = 4e-3  # of a range
 _FAILED = 30.0  # residual of a simulation that became unstable, in noise
@@ -48,12 +48,12 @@ class DirectFit:
     def __call__(self, recording: Recording) -> Series:
         """Simulate a recording with the model's own step."""
         values = values_in(self.numbers, self.shares.tolist(), [recording])
-        return Simulator([recording])([values])[0][0]
+        return WoundIn([recording])([values])[0][0]
 
 
 def fit_directly(numbers: tuple[Number, ...], train: Sequence[Recording], seed: int) -> DirectFit:
     """Fit numbers of the model to recordings; angle and tensions count by their noise."""
-    simulator = Simulator(train).in_steps(_LONGER)
+    simulator = WoundIn(train).in_steps(_LONGER)
 
     def residuals(points: Array) -> Array:
         """(k, m) of (k, p) shares."""

@@ -1,6 +1,6 @@
 """Numbers of the joint's MuJoCo model that a direct fit finds, for three laws of friction.
 
-All have the six numbers that `joint.toml` calls uncertain, within its ranges. Friction is
+All have the numbers that `joint.toml` calls uncertain, within its ranges. Friction is
 
 * capstan friction of the sheath, μ, and dry friction of the hinge,
 * constant friction of the sheath, linear in the bend, in place of μ, and dry friction of the hinge,
@@ -55,20 +55,20 @@ def _both(parameter: str) -> tuple[str, ...]:
 _RIG = (
     Number("spool's radius", ("command.command_scale",), 0.5, 4.0, logarithmic=True),
     Number("EA", _both("axial_stiffness"), 100.0, 4000.0, logarithmic=True),
-    Number("pretension 1", ("sheath_1.pretension",), 2.0, 6.0),
-    Number("pretension 2", ("sheath_2.pretension",), 2.0, 6.0),
+    Number("zero of load cell 1", ("input_tension_1.offset",), -2.0, 2.0),
+    Number("zero of load cell 2", ("input_tension_2.offset",), -2.0, 2.0),
     Number("compliance at the motor", _both("sheath_compliance"), 0.0, 2e-3),
     Number("hinge's stiffness", ("joint.stiffness",), 0.0, 0.2),
+    Number("hinge's dry friction", ("joint.frictionloss",), 0.0, 0.1),
 )
-_HINGE = Number("hinge's dry friction", ("joint.frictionloss",), 0.0, 0.1)
 _HINGE_PER_BEND = Number("… per rad", ("joint.frictionloss",), 0.0, 0.05, per_bend=True)
 _CONSTANT = Number("F_c", _both("constant_friction"), 0.0, 10.0)
 _CONSTANT_PER_BEND = Number("F_c per rad", _both("constant_friction"), 0.0, 5.0, per_bend=True)
 _CAPSTAN = Number("μ", _both("friction"), 0.0, 1.0)
 
-CAPSTAN = (*_RIG, _CAPSTAN, _HINGE)
-CONSTANT = (*_RIG, _CONSTANT, _CONSTANT_PER_BEND, _HINGE)
-FRICTIONLOSS = (*_RIG, _HINGE, _HINGE_PER_BEND)
+CAPSTAN = (*_RIG, _CAPSTAN)
+CONSTANT = (*_RIG, _CONSTANT, _CONSTANT_PER_BEND)
+FRICTIONLOSS = (*_RIG, _HINGE_PER_BEND)
 
 
 def values_in(

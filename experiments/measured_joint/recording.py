@@ -7,6 +7,8 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from tendon_mj import read_recording
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings import Recording
@@ -15,6 +17,7 @@ DESCRIPTION = Path(__file__).parent / "joint.toml"
 COMMAND = "command_rad"
 ANGLE, TENSIONS = "joint_rad", ("tension_1_N", "tension_2_N")
 COLUMNS = (ANGLE, *TENSIONS)
+REELS = ("reel_1", "reel_2")  # that wind the tendons in before the recording
 _BEND = "sheath_*.extra_bend"  # in [known]
 _NAME = re.compile(r"bend_(\d+)deg")
 
@@ -28,7 +31,7 @@ def read_bend(path: Path) -> Recording:
     found = _NAME.fullmatch(path.stem)
     if found is None:
         raise RecordingError(f"{path}: the name is not bend_NNNdeg.csv, NNN the bend in degrees")
-    return with_bend(read_recording(path, DESCRIPTION), math.radians(int(found[1])))
+    return describe(read_recording(path, DESCRIPTION), math.radians(int(found[1])))
 
 
 def read_folder(folder: Path) -> list[Recording]:
@@ -46,9 +49,15 @@ def read_folder(folder: Path) -> list[Recording]:
     return sorted(map(read_bend, paths), key=bend)
 
 
-def with_bend(recording: Recording, angle: float) -> Recording:
-    """The recording with the bend of its sheath [rad] among what is known."""
-    return replace(recording, known={**recording.known, _BEND: angle})
+def describe(recording: Recording, angle: float) -> Recording:
+    """The recording with its bend [rad] among what is known, and reels that stand still."""
+    still = {f"{reel}_m": np.zeros_like(recording.time) for reel in REELS}
+    return replace(
+        recording,
+        known={**recording.known, _BEND: angle},
+        columns={**recording.columns, **still},
+        drive={**recording.drive, **{f"{reel}_m": reel for reel in REELS}},
+    )
 
 
 def bend(recording: Recording) -> float:
