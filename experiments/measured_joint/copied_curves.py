@@ -1,7 +1,8 @@
 """Curves of the nearest bends, copied: linear in the bend between two of them.
 
 All recordings have one command, so that the measured curves of two bends are a prediction for any
-bend between them. Beyond them the nearest curve is copied, or the line through the last two goes on.
+bend between them. Beyond them the nearest curve is copied, or the line through the last two
+continued.
 """
 
 from __future__ import annotations

@@ -68,7 +68,8 @@ def fit_directly(numbers: tuple[Number, ...], train: Sequence[Recording], seed: 
             )
             for answers in simulator(sets)
         ]
-        return np.nan_to_num(np.array(rows), nan=_FAILED)
+        stacked: Array = np.nan_to_num(np.array(rows), nan=_FAILED)
+        return stacked
 
     def slopes(point: Array) -> Array:
         step = np.where(point > 0.5, -_DIFFERENCE, _DIFFERENCE)

@@ -1,9 +1,10 @@
 """Numbers of the joint's MuJoCo model that a direct fit finds, for three laws of friction.
 
-All have the numbers that `joint.toml` calls uncertain, within its ranges. Friction is
+All have the numbers that `joint.toml` calls uncertain, within its ranges, and a tendon that creeps,
+as the diagnosis finds. Friction is
 
-* capstan friction of the sheath, μ, and dry friction of the hinge,
-* constant friction of the sheath, linear in the bend, in place of μ, and dry friction of the hinge,
+* capstan friction of the sheath, μ,
+* constant friction of the sheath in its place, linear in the bend,
 * MuJoCo's `frictionloss` of the hinge alone, linear in the bend.
 
 MuJoCo's `frictionloss` of a tendon is no candidate: the length of a tendon in its sheath does not
@@ -60,15 +61,22 @@ _RIG = (
     Number("compliance at the motor", _both("sheath_compliance"), 0.0, 2e-3),
     Number("hinge's stiffness", ("joint.stiffness",), 0.0, 0.2),
     Number("hinge's dry friction", ("joint.frictionloss",), 0.0, 0.1),
+    Number("hinge's damping", ("joint.damping",), 0.0, 0.05),
 )
-_HINGE_PER_BEND = Number("… per rad", ("joint.frictionloss",), 0.0, 0.05, per_bend=True)
+_CREEP = (
+    Number("creep", _both("creep"), 0.0, 2.0),
+    Number("its time", _both("creep_time"), 0.1, 10.0, logarithmic=True),
+)
+_HINGE_PER_BEND = Number(
+    "hinge's dry friction per rad", ("joint.frictionloss",), 0.0, 0.05, per_bend=True
+)
 _CONSTANT = Number("F_c", _both("constant_friction"), 0.0, 10.0)
 _CONSTANT_PER_BEND = Number("F_c per rad", _both("constant_friction"), 0.0, 5.0, per_bend=True)
 _CAPSTAN = Number("μ", _both("friction"), 0.0, 1.0)
 
-CAPSTAN = (*_RIG, _CAPSTAN)
-CONSTANT = (*_RIG, _CONSTANT, _CONSTANT_PER_BEND)
-FRICTIONLOSS = (*_RIG, _HINGE_PER_BEND)
+CAPSTAN = (*_RIG, *_CREEP, _CAPSTAN)
+CONSTANT = (*_RIG, *_CREEP, _CONSTANT, _CONSTANT_PER_BEND)
+FRICTIONLOSS = (*_RIG, *_CREEP, _HINGE_PER_BEND)
 
 
 def values_in(

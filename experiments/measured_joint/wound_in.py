@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from experiments.measured_joint.prediction import Array, Series
+from experiments.measured_joint.prediction import Array
 from experiments.measured_joint.recording import REELS, TENSIONS
 from tendon_mj import Simulator
 from tendon_mj.recordings import Recording
@@ -40,7 +40,9 @@ class WoundIn(Simulator):
         ]
         self._starts = Simulator(starts, threads=threads)
 
-    def __call__(self, parameter_sets: Sequence[Mapping[str, float]]) -> list[list[Series]]:
+    def __call__(
+        self, parameter_sets: Sequence[Mapping[str, float]]
+    ) -> list[list[dict[str, Array]]]:
         """Simulate every recording with every set of parameters, each wound in for itself."""
         wound = self._wind_in(parameter_sets)
         return super().__call__(
