@@ -51,8 +51,23 @@ class DirectFit:
         return WoundIn([recording])([values])[0][0]
 
 
-def fit_directly(numbers: tuple[Number, ...], train: Sequence[Recording], seed: int) -> DirectFit:
-    """Fit numbers of the model to recordings; angle and tensions count by their noise."""
+def fit_directly(
+    numbers: tuple[Number, ...],
+    train: Sequence[Recording],
+    seed: int,
+    *,
+    starts: int = _STARTS,
+    refined: int = _REFINED,
+) -> DirectFit:
+    """Fit numbers of the model to recordings; angle and tensions count by their noise.
+
+    Args:
+        numbers: to fit.
+        train: recordings.
+        seed: of the starts.
+        starts: how many, a power of 2.
+        refined: how many of them, the best, least squares begins from.
+    """
     simulator = WoundIn(train).in_steps(_LONGER)
 
     def residuals(points: Array) -> Array:
@@ -77,8 +92,8 @@ def fit_directly(numbers: tuple[Number, ...], train: Sequence[Recording], seed: 
         return np.asarray((moved[1:] - moved[0]).T / step)
 
     sobol = qmc.Sobol(len(numbers), rng=np.random.default_rng(seed))
-    starts = _MARGIN + (1.0 - 2.0 * _MARGIN) * sobol.random(_STARTS)
-    best = starts[np.argsort(np.mean(residuals(starts) ** 2, axis=1))[:_REFINED]]
+    points = _MARGIN + (1.0 - 2.0 * _MARGIN) * sobol.random(starts)
+    best = points[np.argsort(np.mean(residuals(points) ** 2, axis=1))[:refined]]
     fits = [
         least_squares(
             lambda point: residuals(point[None])[0],
