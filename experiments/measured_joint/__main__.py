@@ -10,6 +10,7 @@ from experiments.command import run_experiment
 from experiments.measured_joint.figures import draw_figures
 from experiments.measured_joint.recording import read_folder
 from experiments.measured_joint.result import result
+from experiments.measured_joint.splits import BETWEEN, BEYOND
 from experiments.measured_joint.study import run_study
 from experiments.measured_joint.summary import summary
 from experiments.measured_joint.table import table
@@ -23,7 +24,7 @@ def measured_joint(
     """Diagnose a measured joint behind a bent sheath, and predict it at bends not given.
 
     Diagnoses a model whose sheath has no friction, given some bends, and compares its predictions
-    of the others with those of rivals. Takes about 10 min on two cores.
+    of the others with those of rivals. Takes about half an hour on two cores.
 
     Args:
         data: folder of the recordings; by default `tendon_sheath_joint` in the folder that
@@ -37,7 +38,8 @@ def measured_joint(
         found = run_study(recordings, seeds, progress)
     for name, figure in draw_figures(found):
         output.figure(name, figure)
-    for split, diagnosed in found.diagnoses.items():
+    for split in (BETWEEN, BEYOND):
+        (diagnosed,) = found.diagnoses[split]
         output.add(diagnosed.found.write_model(out / f"{split}.xml"))
     output.result(result(found))
     page = output.add(out / "table.md")

@@ -13,13 +13,13 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from experiments.measured_joint.joint_model import Number, named, values_in
+from experiments.measured_joint.joint_model import Number, named, narrowed, values_in
 from experiments.measured_joint.prediction import Array, Series
 from experiments.measured_joint.recording import COLUMNS, noise
 from experiments.measured_joint.wound_in import WoundIn
 from tendon_mj.recordings import Recording
 
-_STARTS, _REFINED, _STEPS = 64, 2, 20
+_STARTS, _REFINED, _STEPS = 32, 2, 20
 _LONGER = 2.0  # times the model's step, in the fit
 _DIFFERENCE = 4e-3  # of a range
 _FAILED = 30.0  # residual of a simulation that became unstable, in noise
@@ -62,12 +62,13 @@ def fit_directly(
     """Fit numbers of the model to recordings; angle and tensions count by their noise.
 
     Args:
-        numbers: to fit.
+        numbers: to fit, within the ranges that the recordings state.
         train: recordings.
         seed: of the starts.
         starts: how many, a power of 2.
         refined: how many of them, the best, least squares begins from.
     """
+    numbers = narrowed(numbers, train[0])
     simulator = WoundIn(train).in_steps(_LONGER)
 
     def residuals(points: Array) -> Array:

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from experiments.measured_joint.recording import bend
 from tendon_mj.recordings import Recording
@@ -77,6 +77,16 @@ _CAPSTAN = Number("μ", _both("friction"), 0.0, 1.0)
 CAPSTAN = (*_RIG, *_CREEP, _CAPSTAN)
 CONSTANT = (*_RIG, *_CREEP, _CONSTANT, _CONSTANT_PER_BEND)
 FRICTIONLOSS = (*_RIG, *_CREEP, _HINGE_PER_BEND)
+
+
+def narrowed(numbers: Sequence[Number], recording: Recording) -> tuple[Number, ...]:
+    """Numbers of one parameter each within the range that a recording states for it."""
+    return tuple(
+        replace(number, low=max(number.low, told.low), high=min(number.high, told.high))
+        if len(number.parameters) == 1 and (told := recording.uncertain.get(number.parameters[0]))
+        else number
+        for number in numbers
+    )
 
 
 def values_in(

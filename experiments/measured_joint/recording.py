@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -58,6 +59,22 @@ def describe(recording: Recording, angle: float) -> Recording:
         columns={**recording.columns, **still},
         drive={**recording.drive, **{f"{reel}_m": reel for reel in REELS}},
     )
+
+
+def bound_zeros(recordings: Sequence[Recording], given: Sequence[Recording]) -> list[Recording]:
+    """Recordings with no load cell's zero above its lowest reading in the given ones.
+
+    A tendon cannot push.
+    """
+    lowest = {c: min(float(r.columns[c].min()) for r in given) for c in TENSIONS}
+
+    def bounded(recording: Recording) -> Recording:
+        zeros = {f"{recording.measured[c].sensor}.offset": low for c, low in lowest.items()}
+        told = recording.uncertain
+        ranges = {n: replace(told[n], high=high) for n, high in zeros.items() if n in told}
+        return replace(recording, uncertain={**told, **ranges})
+
+    return [bounded(recording) for recording in recordings]
 
 
 def bend(recording: Recording) -> float:

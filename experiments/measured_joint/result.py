@@ -17,7 +17,9 @@ def result(found: Study) -> dict[str, object]:
             "between_rad": asked.BETWEEN,
             "beyond_rad": asked.BEYOND,
         },
-        "diagnoses": {split: _diagnosed(one) for split, one in found.diagnoses.items()},
+        "diagnoses": {
+            split: [_diagnosed(one) for one in each] for split, each in found.diagnoses.items()
+        },
         "held_out": {
             name: {split: [_error(one) for one in errors] for split, errors in splits.items()}
             for name, splits in found.errors.items()

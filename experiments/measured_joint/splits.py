@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
-from experiments.measured_joint.recording import degrees
+from experiments.measured_joint.recording import bound_zeros, degrees
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings import Recording
 
@@ -45,7 +45,6 @@ def _split(recordings: Sequence[Recording], given: Collection[int]) -> Split:
             f"recordings of {sorted(given)} deg and of other bends are needed; there are"
             f" {sorted(there)} deg"
         )
-    return Split(
-        tuple(r for r in recordings if degrees(r) in given),
-        tuple(r for r in recordings if degrees(r) not in given),
-    )
+    train = [r for r in recordings if degrees(r) in given]
+    held_out = [r for r in recordings if degrees(r) not in given]
+    return Split(tuple(bound_zeros(train, train)), tuple(bound_zeros(held_out, train)))

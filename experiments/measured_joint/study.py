@@ -7,13 +7,11 @@ from dataclasses import dataclass
 
 from experiments.measured_joint.candidates import CANDIDATES, Candidate
 from experiments.measured_joint.prediction import Error, error
-from experiments.measured_joint.splits import BETWEEN, BEYOND, Split, make_splits
+from experiments.measured_joint.splits import BEYOND, Split, make_splits
 from experiments.measured_joint.wound_in import WoundIn
 from tendon_mj import Diagnosis, diagnose
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings import Recording
-
-DIAGNOSED = (BETWEEN, BEYOND)
 
 
 @dataclass(frozen=True)
@@ -44,13 +42,17 @@ class Study:
 
     Attributes:
         recordings: on which they rest.
-        diagnoses: split (`DIAGNOSED`) → diagnosis.
+        diagnoses: split → diagnoses, one for every bend that is left out.
         errors: candidate → split → errors on what was held out.
     """
 
     recordings: tuple[Recording, ...]
-    diagnoses: Mapping[str, Diagnosed]
+    diagnoses: Mapping[str, Sequence[Diagnosed]]
     errors: Mapping[str, Mapping[str, list[Error]]]
+
+    def diagnosed_errors(self, split: str, *, after: bool = True) -> list[Error]:
+        """Errors of the model after a diagnosis, or before, on what was held out."""
+        return [one.errors[after] for each in self.diagnoses[split] for one in each.shown]
 
 
 def run_study(
@@ -68,6 +70,9 @@ def run_study(
         candidates: what is compared.
     """
     splits = make_splits(recordings)
+    diagnoses = {
+        name: [_diagnose(split, progress) for split in parts] for name, parts in splits.items()
+    }
     errors = {
         candidate.name: {
             name: _predict(candidate, parts, seeds if name == BEYOND else 1, progress)
@@ -75,7 +80,6 @@ def run_study(
         }
         for candidate in candidates
     }
-    diagnoses = {name: _diagnose(splits[name][0], progress) for name in DIAGNOSED}
     return Study(tuple(recordings), diagnoses, errors)
 
 

@@ -17,7 +17,7 @@ _MU = "sheath_1.friction"
 def summary(found: Study) -> Iterator[str]:
     """Yield the lines."""
     for split, limit in ((BETWEEN, asked.BETWEEN), (BEYOND, asked.BEYOND)):
-        diagnosed = found.diagnoses[split]
+        (diagnosed,) = found.diagnoses[split]
         diagnosis = diagnosed.found
         yield f"{split}: {diagnosis.verdict}, {diagnosis.effects or diagnosis.closest}"
         if _MU in diagnosis.parameters:
@@ -33,7 +33,14 @@ def summary(found: Study) -> Iterator[str]:
                 f"  {after.bend}°: {_words(before)} → {_words(after)}"
                 f" (asked {math.degrees(limit):.1f}°)"
             )
-    for name, splits in found.errors.items():
+    for diagnosed in found.diagnoses[LEFT_OUT]:
+        diagnosis, (one,) = diagnosed.found, diagnosed.shown
+        before, after = one.errors
+        effects = ", ".join(diagnosis.effects or diagnosis.closest)
+        yield f"all but {after.bend}°: {diagnosis.verdict}, {effects}"
+        yield f"  {after.bend}°: {_words(before)} → {_words(after)}"
+    own = {"diagnosis": {split: found.diagnosed_errors(split) for split in found.diagnoses}}
+    for name, splits in {**own, **found.errors}.items():
         yield f"{name}: " + "; ".join(
             f"{split} {_mean(splits[split]):.2f}°" for split in (BETWEEN, BEYOND, LEFT_OUT)
         )

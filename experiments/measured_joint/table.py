@@ -47,9 +47,8 @@ def _errors(found: Study, title: str, cell: _Cell) -> Iterator[str]:
     for row, name in _ROWS.items():
         cells = []
         for split, bend in columns:
-            shown = found.diagnoses[split].shown if split in found.diagnoses else ()
-            mine = [s.errors[row] for s in shown if s.errors[row].bend == bend]
-            cells.append(cell(mine) if mine else "–")
+            made = found.diagnosed_errors(split, after=bool(row))
+            cells.append(cell([one for one in made if one.bend == bend]))
         yield f"| {name} | – | {' | '.join(cells)} |"
     for name, errors in found.errors.items():
         cells = [cell([e for e in errors[split] if e.bend == bend]) for split, bend in columns]
@@ -73,8 +72,11 @@ def _range(values: Sequence[float]) -> str:
 def _findings(found: Study) -> Iterator[str]:
     yield "| given | verdict | parameter | value | 95 % |"
     yield "|---|---|---|---|---|"
-    for split, diagnosed in found.diagnoses.items():
+    told = [(split, one) for split, each in found.diagnoses.items() for one in each]
+    for split, diagnosed in told:
         diagnosis = diagnosed.found
+        if split == LEFT_OUT:
+            split = f"all but {diagnosed.shown[0].measured.name}"
         effects = ", ".join(diagnosis.effects or diagnosis.closest)
         for name, value in {**diagnosis.parameters, **diagnosis.calibrated}.items():
             new = "" if name in diagnosis.calibrated else "**"

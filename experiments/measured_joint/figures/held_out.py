@@ -30,8 +30,7 @@ def draw_held_out(found: Study) -> Figure:
         panels = figure.subplots(1, len(_TITLES), sharey=True)
         for axes, (split, title) in zip(panels, _TITLES.items(), strict=True):
             rows = {name: found.errors[name][split] for name in found.errors}
-            if split in found.diagnoses:
-                rows["diagnosis"] = [one.errors[1] for one in found.diagnoses[split].shown]
+            rows["diagnosis"] = found.diagnosed_errors(split)
             bends = sorted({one.bend for errors in rows.values() for one in errors})
             for bend, (colour, _, marker) in zip(bends, SERIES * 2, strict=False):
                 points = [

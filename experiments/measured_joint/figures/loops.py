@@ -82,7 +82,7 @@ def draw_tensions(found: Study) -> Figure:
 
 
 def _panels(found: Study) -> list[tuple[str, Shown]]:
-    return [(_SPLITS[split], one) for split in _SPLITS for one in found.diagnoses[split].shown]
+    return [(_SPLITS[split], one) for split in _SPLITS for one in found.diagnoses[split][0].shown]
 
 
 def _degrees(one: Shown, column: str) -> list[float]:

@@ -51,7 +51,7 @@ def test_the_command_finds_planted_friction_and_writes_everything(tmp_path, monk
     measured_joint(tmp_path, tmp_path / "out")
     result = json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))
     for split in (BETWEEN, BEYOND):
-        found = result["diagnoses"][split]
+        (found,) = result["diagnoses"][split]
         assert found["diagnosis"]["effects"] == ["sheath_friction"]
         friction = found["diagnosis"]["parameters"]["sheath_1.friction"]["value"]
         assert friction == pytest.approx(FRICTION, rel=0.05)
