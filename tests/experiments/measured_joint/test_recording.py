@@ -1,14 +1,23 @@
 """Recordings carry the bend that their file's name states; splits keep what is predicted apart."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from experiments.measured_joint.recording import COLUMNS, REELS, bend, degrees, read_folder
+from experiments.measured_joint.recording import (
+    COLUMNS,
+    REELS,
+    bend,
+    bound_zeros,
+    degrees,
+    read_folder,
+)
 from experiments.measured_joint.splits import BETWEEN, BEYOND, LEFT_OUT, make_splits
 from tendon_mj.errors import RecordingError
-from tests.experiments.measured_joint.synthetic import blank
+from tendon_mj.recordings import Uncertain
+from tests.experiments.measured_joint.synthetic import UNCERTAIN, blank
 
 HEADER = "time_s,command_rad,joint_rad,tension_1_N,tension_2_N\n"
 
@@ -47,3 +56,12 @@ def test_nothing_that_is_predicted_is_given():
 def test_missing_bends_are_told(bends):
     with pytest.raises(RecordingError, match="of other bends are needed"):
         make_splits([blank(b, 4) for b in bends])
+
+
+def test_no_zero_of_a_load_cell_is_above_its_lowest_reading():
+    zero = {"input_tension_1.offset": Uncertain(0.0, -2.0, 2.0)}
+    given, unseen = (replace(blank(b, 4), uncertain={**UNCERTAIN, **zero}) for b in (0, 60))
+    given = replace(given, columns={**given.columns, "tension_1_N": np.array([5.0, 0.7, 6, 5])})
+    for bounded in bound_zeros([given, unseen], [given]):
+        assert bounded.uncertain["input_tension_1.offset"] == Uncertain(0.0, -2.0, 0.7)
+        assert bounded.uncertain.keys() == given.uncertain.keys()

@@ -87,7 +87,8 @@ def test_the_network_learns_a_loop_of_which_the_command_alone_says_nothing(monke
     assert worst(fit_history_network(given), unseen) < 0.25 * spread
 
 
-def test_seeds_repeat():
+def test_seeds_repeat(monkeypatch):
+    monkeypatch.setattr(history_network, "_MEMBERS", 1)
     given = [made(b, play_law, 60) for b in (0, 240)]
     first, again, other = (fit_history_network(given, s)(given[0]) for s in (1, 1, 2))
     assert np.array_equal(first[COLUMNS[0]], again[COLUMNS[0]])
