@@ -19,12 +19,12 @@ ifneq ($(wildcard ../shared/models),)
 export TENDON_MJ_MODELS ?= $(abspath ../shared/models)
 endif
 
-.PHONY: demo kaneko1991 force_servo cable_tool positioning_system test check format test-wheel test-mujoco4 clean
+.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system test check format test-wheel test-mujoco4 clean
 
 demo: $(STAMP)                ## the main job: compare, render, replay
 	$(BIN)/tendon-mj demo --out $(OUT)
 
-kaneko1991 force_servo cable_tool positioning_system: $(STAMP)  ## an experiment, into out/ and its name
+kaneko1991 force_servo cable_tool measured_joint positioning_system: $(STAMP)  ## an experiment, into out/ and its name
 	$(BIN)/python -m experiments.$@ --out out/$@
 
 test: $(STAMP)                ## the whole test suite

@@ -24,7 +24,7 @@ def measured_joint(
     """Diagnose a measured joint behind a bent sheath, and predict it at bends not given.
 
     Diagnoses a model whose sheath has no friction, given some bends, and compares its predictions
-    of the others with those of rivals. Takes about half an hour on two cores.
+    of the others with those of rivals. Takes the better part of an hour on two cores.
 
     Args:
         data: folder of the recordings; by default `tendon_sheath_joint` in the folder that

@@ -6,6 +6,7 @@ as many of them refined, by the same solver with as many steps at most.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -74,6 +75,9 @@ def fit_directly(
     def residuals(points: Array) -> Array:
         """(k, m) of (k, p) shares."""
         sets = [values_in(numbers, point.tolist(), train) for point in points]
+        with warnings.catch_warnings():  # of numbers with which a sheath finds no equilibrium
+            warnings.simplefilter("ignore", RuntimeWarning)
+            answered = simulator(sets)
         rows = [
             np.concatenate(
                 [
@@ -82,7 +86,7 @@ def fit_directly(
                     for c in COLUMNS
                 ]
             )
-            for answers in simulator(sets)
+            for answers in answered
         ]
         stacked: Array = np.nan_to_num(np.array(rows), nan=_FAILED)
         return stacked

@@ -40,7 +40,7 @@ def draw_angles(found: Study) -> Figure:
                 angle = [math.degrees(value) for value in recording.columns[ANGLE]]
                 axes.plot(command, angle, style, color=colour, linewidth=width, label=label)
             axes.set(
-                title=f"{after.bend}°, {given}: {math.degrees(before.rms[ANGLE]):.1f} →"
+                title=f"{after.bend}° ({given}): {math.degrees(before.rms[ANGLE]):.1f} →"
                 f" {math.degrees(after.rms[ANGLE]):.1f}° rms",
                 ylabel="joint angle [°]",
             )
@@ -75,7 +75,7 @@ def draw_tensions(found: Study) -> Figure:
                     label=f"tension {k + 1}, simulated after",
                 )
             errors = ", ".join(f"{after.rms[column]:.2f}" for column in TENSIONS)
-            axes.set(title=f"{after.bend}°, {given}: {errors} N rms", ylabel="tension [N]")
+            axes.set(title=f"{after.bend}° ({given}): {errors} N rms", ylabel="tension [N]")
         _label(grid)
         legend_below(figure, grid[0, 0], columns=2)
     return figure
