@@ -3,6 +3,7 @@
 | element | parameters |
 |---|---|
 | sheath, servo | those of `tendon_mj.Parameters`: friction [-], axial_stiffness [N], … |
+| sheath | drawn_bend [rad] of its path at qpos0, see `live_parameters` |
 | joint | stiffness, damping, frictionloss, armature, springref [SI of a hinge or slide] |
 | body that moves | mass [kg], with which its inertia grows in proportion |
 | actuator | gear; kp, kv of a position servo |
@@ -24,8 +25,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.attach import Parameters
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.replay.live_parameters import DRAWN_BEND, LiveParameters
 from tendon_mj.replay.readout import Readout, stored_commands, stored_readouts
 from tendon_mj.replay.units import JOINT, UNKNOWN, live_unit, rate
 from tendon_mj.sheath.law import LAW, check_static
@@ -69,6 +70,7 @@ class Adjustable:
         model, data: ready to run, with what ``set`` was given.
         commands: (nactuator, 3) scale, offset and delay, for who runs the model.
         readings: (nsensor, 5) `Readout` of every sensor, for who runs the model.
+        live: those of sheaths and servos alone.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
@@ -76,7 +78,7 @@ class Adjustable:
         self.data = mujoco.MjData(model)
         self.commands = stored_commands(model)
         self.readings = stored_readouts(model)
-        self._live = Parameters(model, self.data)
+        self.live = LiveParameters(model, self.data)
         self._entries = (
             self._joints() | self._bodies() | self._actuators() | self._sensors() | self._gravity()
         )
@@ -86,13 +88,13 @@ class Adjustable:
 
     def names(self) -> list[str]:
         """Every parameter there is."""
-        return sorted([*self._live, *self._entries])
+        return sorted([*self.live, *self._entries])
 
     def parameters(self) -> dict[str, Parameter]:
         """Every parameter as it is now."""
         found = {
             name: Parameter(value, live_unit(name.rsplit(".", 1)[1]), "live", _least(name))
-            for name, value in self._live.items()
+            for name, value in self.live.items()
         }
         found |= {
             name: Parameter(_value(entry), entry.unit, entry.kind, entry.low, entry.joints)
@@ -108,7 +110,7 @@ class Adjustable:
             InvalidValueError: a value outside its range.
         """
         for name in values:
-            if name not in self._entries and name not in self._live:
+            if name not in self._entries and name not in self.live:
                 raise UnknownNameError("parameter", name, self.names())
         for name, value in values.items():
             if name in self._entries:
@@ -117,16 +119,16 @@ class Adjustable:
                 for array, index, factor in entry.places:
                     array[index] = factor * value
             else:
-                self._live[name] = value
+                self.live[name] = value
         for name in values.keys() - self._entries.keys():
             self._check_sheath(name.rsplit(".", 1)[0])
         if any(name.endswith((".armature", ".mass")) for name in values):
             mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
 
     def _check_sheath(self, sheath: str) -> None:
-        static = self._live.get(f"{sheath}.static_friction", 0.0)
+        static = self.live.get(f"{sheath}.static_friction", 0.0)
         if static > 0.0:  # 0: not given, it is the dynamic one then; and a servo has none
-            check_static(self._live[f"{sheath}.friction"], static, sheath)
+            check_static(self.live[f"{sheath}.friction"], static, sheath)
 
     def _joints(self) -> dict[str, _Entry]:
         m, found = self.model, {}
@@ -243,7 +245,10 @@ class Adjustable:
 
 def _least(name: str) -> float:
     """Least value that a live parameter may have."""
-    law = LAW.get(name.rsplit(".", 1)[1])
+    parameter = name.rsplit(".", 1)[1]
+    law = LAW.get(parameter)
+    if parameter == DRAWN_BEND:
+        return 0.0
     return 0.0 if law is not None and not law.range.admits(-1.0) else -math.inf
 
 

@@ -3,6 +3,8 @@
 | parameter | where it is written |
 |---|---|
 | of a sheath or servo | its plugin instance's ``config`` |
+| ``drawn_bend`` of a sheath | added to ``extra_bend`` there, and what it adds beside it, as |
+| | ``<custom><text name="<sheath>.drawn_bend.correction" data="…"/>`` |
 | of a joint; ``gear``, ``kp``, ``kv`` | the element's own attribute |
 | ``mass`` of a body | its ``<inertial>``, which is made where its geoms have the mass |
 | ``command_scale``, ``command_offset``, ``command_delay`` | ``user`` data, in this order |
@@ -26,6 +28,7 @@ from numpy.typing import NDArray
 from tendon_mj.attach.mjcf import Mjcf, number, numbers, set_first
 from tendon_mj.builders.load import load_model, load_spec, model_path
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
+from tendon_mj.replay.live_parameters import CORRECTION, DRAWN_BEND, EXTRA_BEND, custom_text
 from tendon_mj.replay.parameters import Adjustable
 
 FloatArray = NDArray[np.float64]
@@ -71,7 +74,7 @@ def patch_model(
     for name, value in parameters.items():
         element, parameter = name.rsplit(".", 1)
         if kinds[name] == "live":
-            _write_config(text, element, parameter, value)
+            _write_live(text, adjustable, element, parameter, value)
         elif kinds[name] == "joint":
             _write_joint(text, adjustable.model, spec, element, parameter, value)
         elif kinds[name] == "body":
@@ -104,8 +107,7 @@ def read_intervals(model: mujoco.MjModel) -> dict[str, tuple[float, float]]:
     for k in range(model.ntext):
         name = str(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, k))
         if name.endswith(_INTERVAL):
-            start, size = model.text_adr[k], model.text_size[k]
-            low, high = model.text_data[start : start + size].rstrip(b"\0").split()
+            low, high = custom_text(model, k).split()
             found[name.removesuffix(_INTERVAL)] = (float(low), float(high))
     return found
 
@@ -118,6 +120,19 @@ def _check_intervals(
             raise UnknownNameError("parameter of an interval", name, parameters)
         if not -math.inf < low <= high < math.inf:
             raise InvalidValueError(f"{name}: interval {low:g} … {high:g} must be finite, in order")
+
+
+def _write_live(
+    text: Mjcf, adjustable: Adjustable, element: str, parameter: str, value: float
+) -> None:
+    if parameter not in (EXTRA_BEND, DRAWN_BEND):
+        _write_config(text, element, parameter, value)
+        return
+    correction = adjustable.live.correction(element)
+    extra_bend = adjustable.live[f"{element}.{EXTRA_BEND}"] + correction
+    _write_config(text, element, EXTRA_BEND, extra_bend)
+    if parameter == DRAWN_BEND:
+        _write_custom(text, element + CORRECTION, number(correction))
 
 
 def _write_config(text: Mjcf, element: str, parameter: str, value: float) -> None:
@@ -204,15 +219,18 @@ def _user(
 
 
 def _write_intervals(text: Mjcf, intervals: Mapping[str, tuple[float, float]]) -> None:
-    if not intervals:
-        return
+    for name, interval in intervals.items():
+        _write_custom(text, name + _INTERVAL, numbers(interval))
+
+
+def _write_custom(text: Mjcf, name: str, data: str) -> None:
+    """Write a custom text in place of one of the same name."""
     custom = text.root.find("custom")
     if custom is None:
         custom = ElementTree.SubElement(text.root, "custom")
-    for name, interval in intervals.items():
-        for old in [t for t in custom.iterfind("text") if t.get("name") == name + _INTERVAL]:
-            custom.remove(old)
-        ElementTree.SubElement(custom, "text", name=name + _INTERVAL, data=numbers(interval))
+    for old in [t for t in custom.iterfind("text") if t.get("name") == name]:
+        custom.remove(old)
+    ElementTree.SubElement(custom, "text", name=name, data=data)
 
 
 def _says(
@@ -236,7 +254,9 @@ def _check_written(path: Path, adjustable: Adjustable, parameters: Mapping[str, 
     written = load_model(str(path))
     found = Adjustable(copy.copy(written)).parameters()
     for name, value in parameters.items():
-        if name not in found or not math.isclose(found[name].value, value, rel_tol=_AGREE):
+        bend = name.endswith((f".{EXTRA_BEND}", f".{DRAWN_BEND}"))  # a difference of two
+        near = {"rel_tol": _AGREE, "abs_tol": _AGREE if bend else 0.0}
+        if name not in found or not math.isclose(found[name].value, value, **near):
             got = found[name].value if name in found else "no such parameter"
             raise TendonError(f"{path}: {name} = {value!r} was to be written, it reads {got}")
     mujoco.mj_setConst(adjustable.model, mujoco.MjData(adjustable.model))

@@ -8,6 +8,7 @@ import mujoco
 
 from tendon_mj.engine import GAINS, KINDS, PARAMETERS, sensor_kind
 from tendon_mj.recordings.csv_table import UNITS
+from tendon_mj.replay.live_parameters import DRAWN_BEND
 
 UNKNOWN: Final = "1"  # of a reading or a control that no column names
 _WRITTEN = {"Nm": "N m", "rad_per_s": "rad/s", "m_per_s": "m/s"}
@@ -68,6 +69,8 @@ def _ending(column: str) -> str:
 
 def live_unit(parameter: str) -> str:
     """The unit of a sheath's parameter or a servo's gain."""
+    if parameter == DRAWN_BEND:
+        return "rad"
     known = PARAMETERS | GAINS
     return known[parameter].unit if parameter in known else UNKNOWN
 

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from experiments.hidden_effects.references.bench import ReferenceBench
+
 PREDICTION = "prediction only"  # verdict of a tool that names nothing
 NAMING = ("named", "partly")  # verdicts that name effects
 PARAMETERS = ("friction", "axial_stiffness", "pretension", "bend_angle", "moment_arm")
@@ -133,10 +135,20 @@ class JudgedCase:
         """Whether the verdict calls the hidden number wrong, no other, and its interval holds."""
         if self.result is None or self.verdict != "parameter":
             return False
-        given, true = self.result.get("parameters", {}), self.key["parameters"]
+        given, true = self._given, self.key["parameters"]
         return given.keys() == true.keys() and all(
             given[name]["low"] <= value <= given[name]["high"] for name, value in true.items()
         )
+
+    @property
+    def _given(self) -> dict[str, dict[str, float]]:
+        """Parameters as found; a drawn bend as the extra bend that keys state in its place."""
+        found = dict({} if self.result is None else self.result.get("parameters", {}))
+        for name in [n for n in found if n.endswith(".drawn_bend")]:
+            bend = found.pop(name)
+            shifted = {k: bend[k] - ReferenceBench.bend for k in ("value", "low", "high")}
+            found[name.replace(".drawn_bend", ".extra_bend")] = {**bend, **shifted}
+        return found
 
     @property
     def _held_out(self) -> Mapping[str, Any]:
@@ -145,7 +157,7 @@ class JudgedCase:
 
     def errors(self) -> list[tuple[str, float, bool]]:
         """(parameter, relative error [-], whether its interval covers the truth), for each."""
-        given = {} if self.result is None else self.result.get("parameters", {})
+        given = self._given
         found = []
         for name, true in self.key["parameters"].items():
             if name in given:

@@ -56,6 +56,8 @@ class ParameterSpecification:
     ) -> Term | None:
         """Bind it to elements that all get the same value; ``scale`` stretches range and probe.
 
+        Where the model's values differ, all are changed by as much.
+
         Returns:
             None where an element lacks the parameter; with ``relative`` also where its value is 0.
         """
@@ -72,6 +74,11 @@ class ParameterSpecification:
         inert = 0.0 if self.relative_to else own[0]
         low, high = min(inert, scale * self.low), max(inert, scale * self.high)
         probe = max(scale * self.probe, _SMALLEST_SHARE * abs(inert))
+        if len(set(own)) > 1 and not self.relative_to:
+            beyond = tuple(value - inert for value in own)
+            low = min(inert, scale * self.low - min(beyond))
+            high = max(inert, scale * self.high - max(beyond))
+            return Term(targets, self.unit, inert, low, high, probe, beyond=beyond)
         return Term(targets, self.unit, inert, low, high, probe, self.relative_to)
 
 

@@ -67,6 +67,7 @@ class Term:
         relative_to: where given, a target on element e is (1 + number) × the parameter
             ``e.relative_to``.
         own: where given, the model's value of each target, which is multiplied by the number.
+        beyond: where given, what each target is more than the number; the first is the number.
         starts: values to begin from, for a number that shapes an effect and does nothing alone.
         spread: standard deviation about inert that is expected of it; 0 where nothing is.
     """
@@ -81,11 +82,14 @@ class Term:
     starts: tuple[float, ...] = ()
     spread: float = 0.0
     own: tuple[float, ...] = ()
+    beyond: tuple[float, ...] = ()
 
     def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
         """Parameter → value for the number, beside what the other parameters are."""
         if self.own:
             return {t: number * value for t, value in zip(self.targets, self.own, strict=True)}
+        if self.beyond:
+            return {t: number + more for t, more in zip(self.targets, self.beyond, strict=True)}
         if not self.relative_to:
             return dict.fromkeys(self.targets, number)
         written = {}

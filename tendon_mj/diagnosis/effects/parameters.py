@@ -51,14 +51,14 @@ PARAMETERS: Final = (
     Effect(
         identifier="bend_angle",
         name="bend of the sheath",
-        equation="φ + φ_x",
+        equation="φ",
         signature=(
             "as a wrong coefficient of friction, and cannot be told from it where the bend "
             "does not change"
         ),
         source="Kaneko, Wada, Maekawa & Tanie 1991, eq. (12)",
         next_experiment="the same loop in another posture of the sheath, straighter or more bent",
-        binding=on_sheaths(ParameterSpecification("extra_bend", "rad", -3.0, 12.0, 0.1)),
+        binding=on_sheaths(ParameterSpecification("drawn_bend", "rad", 0.0, 15.0, 0.1)),
         kind="parameter",
     ),
     Effect(

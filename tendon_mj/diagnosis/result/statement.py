@@ -15,6 +15,7 @@ _NAMES: Final = {
     "kp": "gain",
     "kv": "gain on the rate",
     "friction": "coefficient of friction",
+    "drawn_bend": "bend",
     "extra_bend": "bend beyond the path's",
     "command_scale": "scale of the command",
     "command_offset": "offset of the command",
@@ -55,7 +56,12 @@ def state_finding(
     if len(targets) == 1 and parameters[first].kind in _ELEMENTS:
         of = f"{parameters[first].kind} {of}"
     said = f"the {name} of {of} is {_off(parameter, before[first], after[first])}"
-    if len({before[target] for target in targets}) > 1:
+    differ = len({plain(before[target]) for target in targets}) > 1
+    if differ and candidate.terms[0].beyond:
+        change = after[first] - before[first]
+        more = "more" if change > 0.0 else "less"
+        return f"{said}: {plain(abs(change))}{suffix} {more} than the model says"
+    if differ:
         return f"{said}: {plain(after[first] / before[first])} times what the model says"
     return f"{said}: {plain(after[first])}, not {plain(before[first])}{suffix}"
 

@@ -1,6 +1,7 @@
 """Laws of the score: what counts as a hit, a false name, a number rightly called wrong."""
 
 import json
+import math
 
 import pytest
 
@@ -50,6 +51,21 @@ def test_errors_are_relative_and_intervals_cover_or_not():
     [(name, error, covered)] = judged().errors()
     assert (name, covered) == ("sheath.creep", True)
     assert error == pytest.approx(0.05)
+
+
+def test_a_drawn_bend_counts_as_the_bend_that_the_key_states_beyond_it():
+    """The bench is drawn with π rad; keys say what a rig has more."""
+    key = {"kind": "parameter", "hidden": ["bend_angle"], "parameters": {"sheath.extra_bend": -0.5}}
+    bend = {"value": 2.7, "low": 2.6, "high": 2.8, "unit": "rad"}
+    one = judged(
+        key, verdict="parameter", effects=["bend_angle"], parameters={"sheath.drawn_bend": bend}
+    )
+    assert one.right_number
+    [(name, error, covered)] = one.errors()
+    assert (name, covered) == ("sheath.extra_bend", True)
+    assert error == pytest.approx((2.7 - math.pi + 0.5) / 0.5)
+    wrong = {"sheath.drawn_bend": {**bend, "low": 2.65}}
+    assert not judged(key, verdict="parameter", parameters=wrong).right_number
 
 
 def test_the_table_and_the_matrix_count_every_case():
