@@ -12,7 +12,7 @@ Verdicts:
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -175,15 +175,16 @@ def describe_system(problem: Problem) -> SystemDescription:
             span = float(np.ptp(recording.columns[column]))
             spans[measured.sensor] = max(spans.get(measured.sensor, 0.0), span) or 1.0
     first, parameters = problem.recordings[0], problem.simulate.parameters
+    fitted = [
+        n for r in problem.recordings for n in expand({**r.uncertain, **r.session}, parameters)
+    ]
     joints, motors = (sorted(_elements(parameters, kind)) for kind in ("joint", "motor"))
     driven = [j for j, is_driven in problem.simulate.joints.items() if is_driven]
     inputs = tuple(first.drive.values())
     return SystemDescription(
         values={name: parameter.value for name, parameter in parameters.items()},
-        known=frozenset(n for r in problem.recordings for n in expand(r.known, parameters)),
-        uncertain=frozenset(
-            n for r in problem.recordings for n in expand({**r.uncertain, **r.session}, parameters)
-        ),
+        known=_known(problem),
+        uncertain=frozenset({*fitted, *_drawn_bends(fitted)}),
         spans=spans,
         inputs=inputs,
         free_joints=tuple(joint for joint in joints if joint not in driven),
@@ -191,6 +192,22 @@ def describe_system(problem: Problem) -> SystemDescription:
         slides=frozenset(j for j in joints if parameters.get(f"{j}.armature", _NONE).unit == "kg"),
         joints={name: p.joints for name, p in parameters.items() if p.joints},
     )
+
+
+def _known(problem: Problem) -> frozenset[str]:
+    """Parameters that a recording calls known.
+
+    Who knows an `extra_bend`, the same in all recordings, knows the bend: the drawn one too.
+    """
+    told = [expand(r.known, problem.simulate.parameters) for r in problem.recordings]
+    alike = [name for name, value in told[0].items() if all(t.get(name) == value for t in told)]
+    return frozenset({*_drawn_bends(alike)}.union(*told))
+
+
+def _drawn_bends(names: Iterable[str]) -> list[str]:
+    """The drawn bends of sheaths whose extra bend is among the names."""
+    parts = [name.rpartition(".") for name in names]
+    return [f"{sheath}.drawn_bend" for sheath, _, parameter in parts if parameter == "extra_bend"]
 
 
 def _elements(parameters: Mapping[str, Parameter], kind: Kind) -> set[str]:

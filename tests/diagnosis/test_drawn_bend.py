@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from tendon_mj.diagnosis import CATALOGUE, ParameterSpecification, diagnose
+from tendon_mj.diagnosis.data.problem import Problem, all_samples
+from tendon_mj.diagnosis.diagnose import describe_system
 from tendon_mj.diagnosis.effects.effect import Candidate, SystemDescription
 from tendon_mj.diagnosis.result.statement import state_finding
 from tendon_mj.recordings import Measured, Recording, Uncertain
@@ -65,6 +67,21 @@ def test_a_drawn_bend_that_is_known_is_not_blamed() -> None:
     found = diagnose(given[::2], given[1::2], catalogue=EFFECTS)
     assert "bend_angle" not in found.effects
     assert DRAWN not in found.parameters
+
+
+@pytest.mark.parametrize("extra", [0.0, 2.0])
+def test_who_knows_one_bend_of_all_recordings_knows_the_drawn_one(extra: float) -> None:
+    given = [recording for recording in postures() if recording.known[EXTRA] == extra]
+    problem = Problem(tuple(given), Simulator(given), all_samples(given))
+    assert DRAWN in describe_system(problem).known
+    both = Problem(tuple(postures()), Simulator(postures()), all_samples(postures()))
+    assert DRAWN not in describe_system(both).known
+
+
+def test_a_fitted_extra_bend_leaves_no_drawn_one_to_find() -> None:
+    given = [replace(r, known={}, uncertain={EXTRA: Uncertain(0.0, -1.0, 1.0)}) for r in postures()]
+    problem = Problem(tuple(given), Simulator(given), all_samples(given))
+    assert DRAWN in describe_system(problem).uncertain
 
 
 def test_paths_that_bend_differently_are_wrong_by_as_much() -> None:
