@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -44,6 +44,7 @@ class SelectionContext:
         step_error: of the simulation, see `step_error`.
         initial_excess: excess χ² of the calibrated model, see `reducible_excess`.
         progress: callback.
+        searched: end of every global search, so that backtracking does not search a model again.
     """
 
     problem: Problem
@@ -53,6 +54,7 @@ class SelectionContext:
     step_error: float
     initial_excess: float
     progress: Progress
+    searched: dict[Hashable, FittedCandidate] = field(default_factory=dict)
 
     def fit_model(
         self,
@@ -165,9 +167,14 @@ class SelectionContext:
         """
         fitted, last = model.fit, model.candidate
         widely = fitted.terms_of(last) if whole_range and last is not None else slice(0)
-        start = search_globally(self.problem, self.base, fitted, widely, self.progress)
-        found = self.fit_model(fitted.effects, start, last, near=fitted, evaluations=CONVERGED)
-        return min(model, found, key=lambda end: end.excess)
+        wide = last.label if whole_range and last is not None else ""
+        key = self.problem, frozenset(effect.label for effect in fitted.effects), wide
+        if key not in self.searched:
+            start = search_globally(self.problem, self.base, fitted, widely, self.progress)
+            self.searched[key] = self.fit_model(
+                fitted.effects, start, last, near=fitted, evaluations=CONVERGED
+            )
+        return min(model, replace(self.searched[key], candidate=last), key=lambda end: end.excess)
 
     def improves(self, before: FittedCandidate, after: FittedCandidate) -> bool:
         """Whether the second model leaves significantly less than the first."""
