@@ -17,9 +17,15 @@ from tendon_mj.diagnosis import (
     write_before_after,
 )
 from tendon_mj.diagnosis import diagnose as find
-from tendon_mj.next_experiment import read_bounds, suggest_experiment
+from tendon_mj.errors import TendonError
+from tendon_mj.next_experiment import (
+    ExperimentBounds,
+    Suggestion,
+    check_bounds,
+    read_bounds,
+    suggest_experiment,
+)
 from tendon_mj.recordings import Recording, read_recording
-from tendon_mj.replay import Simulator
 from tendon_mj.view.report.page import short
 from tendon_mj.view.report.write import write_report
 
@@ -59,13 +65,12 @@ def diagnose(
         [_read(path, description, model) for path in paths] for paths in (recordings, hold_out)
     )
     if bounds and train:  # before the diagnosis, which takes longer
-        bounds.check(train[0], Simulator(train).parameters)
+        check_bounds(train, bounds)
     with progress_bar() as progress:
         diagnosis = find(train, held_out, exclude=exclude, progress=progress)
         fits = sysid and sysid_is_there()
         compared = fit_with_sysid(train, held_out, progress) if fits else None
         simulated = diagnosis.simulate(progress)
-        suggestion = suggest_experiment(diagnosis, bounds, progress=progress) if bounds else None
     no_sysid = _LEFT_OUT if not sysid else _NOT_THERE
     _say(diagnosis, compared, no_sysid)
     for path in (
@@ -74,6 +79,7 @@ def diagnose(
         diagnosis.write_model(out / "model.xml"),
     ):
         output.add(path)
+    suggestion, failure = _suggest(diagnosis, bounds)
     if suggestion:
         console.print(suggestion.sentence, soft_wrap=True)
         template = suggestion.write(out / "next.csv")
@@ -88,7 +94,22 @@ def diagnose(
     }
     output.result(result)
     output.close()
+    if failure:
+        raise failure
     return result
+
+
+def _suggest(
+    diagnosis: Diagnosis, bounds: ExperimentBounds | None
+) -> tuple[Suggestion | None, TendonError | None]:
+    """The next experiment, or why there is none: what was diagnosed is written all the same."""
+    if bounds is None:
+        return None, None
+    try:
+        with progress_bar() as progress:
+            return suggest_experiment(diagnosis, bounds, progress=progress), None
+    except TendonError as error:
+        return None, error
 
 
 def _read(path: Path, description: Path | None, model: str | None) -> Recording:

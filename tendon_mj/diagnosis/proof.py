@@ -23,6 +23,7 @@ from tendon_mj.diagnosis.model_selection.select import Selection
 from tendon_mj.diagnosis.model_selection.thresholds import (
     detection_limit,
     discretisation_error,
+    has_sheath,
 )
 from tendon_mj.diagnosis.result.diagnosis import Diagnosis, Finding
 from tendon_mj.diagnosis.result.entries import (
@@ -102,11 +103,12 @@ def prove(
             beyond=parameters_beyond_range(problem, fits[1]),
             excluded=sorted(excluded),
             non_smooth=any(s.candidate.non_smooth for s in selection.effects),
+            sheathed=has_sheath(own.simulate),
         )
     )
     first = len(fits[1].calibrated)
     model = {**base, **parameters[1], **after.sessions}
-    lumped = too_few_guides(proof, model) if stated.after > _ABOVE_NOISE else []
+    lumped = too_few_guides(proof, model, stated.after) if stated.after > _ABOVE_NOISE else []
     return Diagnosis(
         verdict=verdict,
         sentence=sentence + warn_of_ends(calibrated) + warn_of_guides(lumped),

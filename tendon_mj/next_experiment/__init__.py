@@ -4,6 +4,7 @@ from tendon_mj.next_experiment.bounds import DriveBounds as DriveBounds
 from tendon_mj.next_experiment.bounds import ExperimentBounds as ExperimentBounds
 from tendon_mj.next_experiment.bounds import read_bounds as read_bounds
 from tendon_mj.next_experiment.experiment import Experiment as Experiment
+from tendon_mj.next_experiment.experiment import check_bounds as check_bounds
 from tendon_mj.next_experiment.experiment import draw_experiment as draw_experiment
 from tendon_mj.next_experiment.suggest import suggest_experiment as suggest_experiment
 from tendon_mj.next_experiment.suggestion import Difference as Difference

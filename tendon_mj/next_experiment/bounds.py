@@ -8,13 +8,15 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError, unknown
 from tendon_mj.recordings.recording import Measured, Recording
 from tendon_mj.replay.grouped_names import expand
 
 Range = tuple[float, float]
+
+_LARGEST: Final = 1e100  # number in bounds
 
 
 @dataclass(frozen=True)
@@ -124,6 +126,8 @@ def read_bounds(path: str | os.PathLike[str]) -> ExperimentBounds:
         toml = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except (OSError, ValueError) as error:
         raise TendonError(f"{where}: {error}") from None
+    except RecursionError:
+        raise TendonError(f"{where}: brackets are nested too deeply") from None
     _check_keys(toml, {f.name for f in fields(ExperimentBounds)}, set(), where)
     tables = {key: _table(toml, key, where) for key in ("drive", "states", "limits")}
     measure = {
@@ -181,6 +185,8 @@ def _numbers(entry: Any, valid: set[str], needed: set[str], here: str) -> dict[s
     for key, value in entry.items():
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise InvalidValueError(f"{here}, {key}: must be a number, got {value!r}")
+        if isinstance(value, int) and abs(value) > _LARGEST:
+            raise InvalidValueError(f"{here}, {key}: must be less than {_LARGEST:g}")
     return {key: float(value) for key, value in entry.items()}
 
 
@@ -194,5 +200,7 @@ def _check_keys(entry: Mapping[str, Any], valid: set[str], needed: set[str], her
 
 def _check_range(what: str, span: Range) -> None:
     low, high = span
-    if not -math.inf < low < high < math.inf:
-        raise InvalidValueError(f"{what}: low < high must hold, both finite, got {low!r}, {high!r}")
+    if not -_LARGEST <= low < high <= _LARGEST:
+        raise InvalidValueError(
+            f"{what}: low < high must hold, neither beyond {_LARGEST:g}, got {low!r}, {high!r}"
+        )

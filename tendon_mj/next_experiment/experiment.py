@@ -8,9 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_mj.diagnosis.data.problem import MakeSimulator
+from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.next_experiment.bounds import ExperimentBounds
 from tendon_mj.next_experiment.motion import NUMBERS, Motion, motion_at, rounded
 from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.simulator import Simulator
 from tendon_mj.replay.units import column_unit
 
 FloatArray = NDArray[np.float64]
@@ -127,3 +130,23 @@ def draw_experiment(
     """Draw an experiment within bounds at random, with which a suggested one can be compared."""
     family = Family(tuple(recordings), bounds)
     return family.at(np.random.default_rng(seed).random(family.dimensions), name)
+
+
+def check_bounds(
+    recordings: Sequence[Recording],
+    bounds: ExperimentBounds,
+    simulator: MakeSimulator = Simulator,
+) -> None:
+    """Refuse bounds within which no experiment can be simulated.
+
+    Raises:
+        UnknownNameError: the bounds name what the rig does not have.
+        InvalidValueError: an experiment within them is no recording of the model.
+    """
+    bounds.check(recordings[0], simulator(recordings).parameters)
+    family = Family(recordings, bounds, besides=bool(bounds.measure))
+    try:
+        for share in (0.0, 0.5, 1.0):
+            simulator([family.at(np.full(family.dimensions, share), "checked").recording])
+    except TendonError as error:
+        raise InvalidValueError(f"bounds: {error}") from None

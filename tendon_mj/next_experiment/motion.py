@@ -13,6 +13,7 @@ from itertools import cycle
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_mj.errors import InvalidValueError
 from tendon_mj.next_experiment.bounds import DriveBounds
 from tendon_mj.replay.units import rate as per_second
 
@@ -56,6 +57,10 @@ class Motion:
 
     def series(self, time: FloatArray) -> FloatArray:
         """(n,) values at ``time`` [s], which begins at 0."""
+        if self.high <= self.low:
+            raise InvalidValueError(
+                f"a motion between {self.low!r} and {self.high!r}: the second must be larger"
+            )
         begin = abs(self.low - self.start) / self.rate
         if self.shape not in ("sine", "sweep"):
             return self._ramps(time)
@@ -144,8 +149,8 @@ def motion_at(
     return Motion(
         shape=shape,
         start=start,
-        low=max(rounded(low, whole), bounds.low),
-        high=min(rounded(low + span, whole), bounds.high),
+        low=max(rounded(low, span), bounds.low),
+        high=min(rounded(low + span, span), bounds.high),
         rate=min(rounded(rate, rate), bounds.rate),
         dwell=rounded(dwell, duration) if shape in _RESTS else 0.0,
     )

@@ -18,7 +18,7 @@ from tendon_mj.diagnosis.result.diagnosis import Diagnosis
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.next_experiment.alternatives import Alternative, Tie, find_ties
 from tendon_mj.next_experiment.bounds import ExperimentBounds
-from tendon_mj.next_experiment.experiment import Experiment, Family
+from tendon_mj.next_experiment.experiment import Experiment, Family, check_bounds
 from tendon_mj.next_experiment.separation import Adaptation, Predictions, Rig
 from tendon_mj.next_experiment.suggestion import Difference, Suggestion
 from tendon_mj.progress import Progress, silent
@@ -60,13 +60,13 @@ def suggest_experiment(
 
     Raises:
         UnknownNameError: the bounds name what the rig does not have.
-        InvalidValueError: the diagnosis was not made by `diagnose`, or the bounds call a parameter
-            a state which is fitted to all recordings.
+        InvalidValueError: the diagnosis was not made by `diagnose`, the bounds call a parameter a
+            state which is fitted to all recordings, or no recording of the model lies within them.
     """
     if diagnosis.search is None:
         raise InvalidValueError("this diagnosis does not hold the models that it compared")
     context, selection = diagnosis.search
-    bounds.check(context.problem.recordings[0], context.problem.simulate.parameters)
+    check_bounds(context.problem.recordings, bounds, simulator)
     progress("fit what ties", 0, 1)
     ties = find_ties(context, selection)
     progress("fit what ties", 1, 1)

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from fnmatch import fnmatchcase
 from typing import TypeVar
 
-from tendon_mj.errors import UnknownNameError
+from tendon_mj.errors import InvalidValueError, UnknownNameError
 
 Entry = TypeVar("Entry")
 
@@ -31,3 +31,27 @@ def expand(table: Mapping[str, Entry], names: Collection[str]) -> dict[str, Entr
     """Parameter → entry of a table whose names may stand for several; a plain name goes first."""
     expanded = {n: entry for name, entry in table.items() for n in matching(name, names)}
     return expanded | {name: entry for name, entry in table.items() if name in expanded}
+
+
+def claims(
+    tables: Mapping[str, Mapping[str, object]], names: Collection[str]
+) -> dict[str, tuple[str, str]]:
+    """Parameter → (table, name in it) that says what it is; a plain name goes first.
+
+    Raises:
+        InvalidValueError: two names with wildcards, or two tables, speak of one parameter alike.
+        UnknownNameError: wildcards that no parameter fits.
+    """
+    found: dict[str, tuple[str, str]] = {}
+    for title, table in tables.items():
+        for name in table:
+            for target in matching(name, names):
+                other = found.get(target)
+                if other is None or (name == target and other[1] != target):
+                    found[target] = title, name
+                elif (name == target) == (other[1] == target):
+                    raise InvalidValueError(
+                        f"{target!r} is meant by {other[1]!r} in [{other[0]}] and by {name!r} in"
+                        f" [{title}]; leave one of them out, or name the parameter itself"
+                    )
+    return found

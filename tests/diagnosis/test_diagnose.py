@@ -111,6 +111,30 @@ def test_steps_that_are_too_long_for_what_is_named_are_told() -> None:
     assert "steps" not in said_of(found, gap, 2.9)
 
 
+def test_what_a_sound_model_leaves_is_put_down_to_what_it_has() -> None:
+    gap = ErrorReduction(4.6, 4.6, 1.0, {})
+
+    def said(extrapolated: float, sheathed: bool) -> str:
+        none = Statement(
+            verdict="nothing missing",
+            findings=[],
+            errors=gap,
+            judged=gap,
+            extrapolated=extrapolated,
+            limit=20.0,
+            sheathed=sheathed,
+        )
+        return state(none)
+
+    assert "and its guides" in said(4.5, sheathed=True)
+    assert "guides" not in said(4.5, sheathed=False)
+    long = said(1.1, sheathed=False)
+    assert (
+        "(1.10 in ever shorter steps: the model's timestep is too long for it; one 5 times" in long
+    )
+    assert "put down" not in long
+
+
 def test_every_signal_is_stated_in_its_own_unit_before_all_together() -> None:
     found = [Finding("backlash", "play", "", "sheath", "missing", 1.0, ())]
     signals = {"elbow_rad": (0.1, 0.02, 0.01), "input_tension_N": (3.0, 0.5, 0.2)}
@@ -135,6 +159,22 @@ def test_a_range_of_decades_turns_no_verdict(high: float) -> None:
     assert narrow.verdict == wide.verdict == "nothing missing"
     values = [found.calibrated["sheath.friction"].value for found in (narrow, wide)]
     assert values[1] == pytest.approx(values[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("low", [0.0, -1.0])
+def test_a_value_far_below_a_high_end_stands_at_none(low: float) -> None:
+    train, held_out = rig(1, {"sheath.friction": 0.2})
+    wide = {"sheath.friction": Uncertain(0.15, low, 3e4)}
+    found = diagnose(
+        [replace(r, uncertain=wide) for r in train],
+        [replace(r, uncertain=wide) for r in held_out],
+        Toy,
+    )
+    value = found.calibrated["sheath.friction"]
+    assert value.determined
+    assert not value.at_end
+    assert value.value == pytest.approx(0.2, rel=0.05)
+    assert "stands at an end" not in found.sentence
 
 
 def test_noise_that_is_said_too_large_is_told() -> None:

@@ -45,30 +45,32 @@ def problem(guides, simulator=simulated):
     return Problem((data,), simulator(guides), all_samples((data,)))
 
 
-def test_what_few_guides_leave_is_about_what_is_said():
+def error_left(told):
+    return float(np.sqrt(np.mean(told.residuals([{}])[0] ** 2)))
+
+
+def test_what_few_guides_leave_is_no_more_than_is_said():
     told = problem(6)
-    (sheath,) = too_few_guides(told, {})
-    left = float(np.sqrt(np.mean(told.residuals([{}])[0] ** 2)))
+    (sheath,) = too_few_guides(told, {}, np.inf)
     assert sheath.guides == 6
-    assert left / 3.0 < sheath.error < 3.0 * left
+    assert 1.0 < error_left(told) < sheath.error
 
 
 def test_as_many_as_are_said_would_do():
-    (sheath,) = too_few_guides(problem(6), {})
-    enough = problem(sheath.enough)
-    assert too_few_guides(enough, {}) == []
-    assert float(np.sqrt(np.mean(enough.residuals([{}])[0] ** 2))) < 1.5
-    assert f"{sheath.enough} would" in warn_of_guides([sheath])
+    told = problem(6)
+    (sheath,) = too_few_guides(told, {}, error_left(told))
+    assert error_left(problem(sheath.enough)) < 1.5
+    assert f"{sheath.enough} guides would do" in warn_of_guides([sheath])
 
 
-@pytest.mark.parametrize("values", [{"sheath.friction": 0.0}, {"sheath.friction": 0.01}])
+@pytest.mark.parametrize("values", [{"sheath.friction": 0.0}, {"sheath.friction": 0.001}])
 def test_without_friction_no_guide_is_too_few(values):
-    assert too_few_guides(problem(6), values) == []
+    assert too_few_guides(problem(6), values, np.inf) == []
 
 
 def test_more_bend_needs_more_guides():
-    (drawn,) = too_few_guides(problem(6), {})
-    (more,) = too_few_guides(problem(6), {"sheath.extra_bend": 2.0})
+    (drawn,) = too_few_guides(problem(6), {}, np.inf)
+    (more,) = too_few_guides(problem(6), {"sheath.extra_bend": 2.0}, np.inf)
     assert more.enough > drawn.enough
 
 

@@ -17,12 +17,14 @@ from tendon_mj.diagnosis import (
     on_sheaths,
 )
 from tendon_mj.diagnosis.data.problem import Problem, all_samples, by_recording
+from tendon_mj.diagnosis.data.sessions import session_terms
+from tendon_mj.diagnosis.data.uncertain import uncertain_terms
 from tendon_mj.diagnosis.effects.binding import parameters_of
 from tendon_mj.diagnosis.effects.effect import Term
 from tendon_mj.diagnosis.model_selection.cross_validation import cross_validate
 from tendon_mj.diagnosis.model_selection.fit import Fit, fit
 from tendon_mj.diagnosis.model_selection.reproducibility import bar, reproducibility
-from tendon_mj.errors import InvalidValueError, RecordingError
+from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.recordings.recording import Measured, Recording, Session, Uncertain
 from tendon_mj.replay.session_names import name_in_session, values_for
 from tendon_mj.replay.simulator import Parameter
@@ -271,3 +273,31 @@ def test_an_effect_that_changes_friction_is_no_candidate_without_any() -> None:
         candidate = effect.bind(SystemDescription(values, frozenset(), frozenset(), {}, (), ()))[0]
         assert not candidate.acts_on({"s.friction": 0.0})
         assert candidate.acts_on({"s.friction": 0.1})
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_a_plain_name_goes_before_one_with_wildcards_in_any_order(reverse: bool) -> None:
+    told = {"sheath.friction": Uncertain(0.2, 0.1, 0.4), "sheath.f*": Uncertain(0.15, 0.1, 0.18)}
+    told = dict(reversed(told.items())) if reverse else told
+    given = [replace(r, session={}, uncertain=told) for r in recordings()]
+    problem = Problem(tuple(given), Rig(given), all_samples(given))
+    (term,) = uncertain_terms(problem)
+    assert (term.targets, term.high) == (("sheath.friction",), 0.4)
+
+
+def test_two_names_that_speak_of_one_parameter_alike_are_refused() -> None:
+    wide = Uncertain(0.2, 0.1, 0.4)
+    for tables in (
+        {"uncertain": {"sheath.f*": wide, "*.friction": wide}, "known": {}},
+        {"uncertain": {"sheath.f*": wide}, "known": {"*.friction": 0.2}},
+    ):
+        given = [replace(r, session={}, **tables) for r in recordings()]  # type: ignore[arg-type]
+        problem = Problem(tuple(given), Rig(given), all_samples(given))
+        with pytest.raises(InvalidValueError, match=r"'sheath.friction' is meant by"):
+            uncertain_terms(problem)
+
+
+def test_what_was_set_anew_has_to_be_a_parameter() -> None:
+    given = [replace(r, session={"nope.offset": Session(0.0, 1.0)}) for r in recordings()]
+    with pytest.raises(UnknownNameError, match=r"nope\.offset"):
+        session_terms(given, Rig(given))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from tendon_mj.errors import InvalidValueError, TendonError
-from tendon_mj.next_experiment import DriveBounds, ExperimentBounds, read_bounds
-from tendon_mj.recordings import Measured
-from tests.next_experiment.rig import TENSION, bounds, record
+from tendon_mj.next_experiment import DriveBounds, ExperimentBounds, check_bounds, read_bounds
+from tendon_mj.recordings import Measured, Recording
+from tests.next_experiment.rig import DRIVE, TENSION, bounds, record
 
 FILE = """
 duration = 8.0
@@ -45,6 +46,9 @@ def test_a_file_holds_what_python_says(tmp_path) -> None:
         ("dwell = 2", "dwell = -2", r"dwell = -2.0 \[s\] must be ≥ 0"),
         ('"sheath.pretension"', "sheath.pretension", "a name that has a dot in quotes"),
         ("high = 40", "high = inf", "low < high must hold"),
+        ("duration = 8.0", "duration = 1" + 400 * "0", "duration: must be less than 1e.100"),
+        ("duration = 8.0", "duration = " + 5000 * "[", "nested too deeply"),
+        ("high = 40", "high = 1e308", "neither beyond 1e.100"),
         ('sensor = "angle", ', "", r"\[measure\] 'angle_rad': write { sensor"),
         ("noise = 0.01", "noise = 0", r"\[measure\] 'angle_rad': noise must be > 0"),
         ("[states]", "[state]", "unknown key 'state'; did you mean 'states'"),
@@ -76,3 +80,28 @@ def test_a_further_sensor_needs_its_noise_and_a_column_of_its_own() -> None:
     again = bounds(measure={TENSION: Measured("output_tension", 0.1)})
     with pytest.raises(InvalidValueError, match="the recordings have this column already"):
         again.check(record("a", {}, {}), {})
+
+
+@pytest.mark.parametrize(
+    ("within", "said"),
+    [
+        ({"measure": {"angle_rad": Measured("angel", 0.01)}}, "'angel'"),
+        ({"measure": {"angle": Measured("output_tension", 0.01)}}, "angle"),
+        ({"states": {"sheath.axial_stiffness": (-10.0, 3.0)}}, "sheath.axial_stiffness"),
+        ({"duration": 1e-6}, "bounds"),
+    ],
+)
+def test_bounds_without_any_recording_of_the_model_are_refused_at_once(within, said) -> None:
+    time = np.arange(0.0, 1.0, 0.01)
+    there = Recording(
+        name="there",
+        model="bench",
+        source="made",
+        time=time,
+        columns={DRIVE: 1e-3 * np.sin(time), TENSION: np.zeros(time.size)},
+        drive={DRIVE: "reel"},
+        measured={TENSION: Measured("output_tension", 0.1)},
+    )
+    check_bounds([there], bounds())
+    with pytest.raises(InvalidValueError, match=said):
+        check_bounds([there], bounds(**within))

@@ -15,6 +15,8 @@ BOUNDS = [
     (DriveBounds(-1e-3, 1.3e-3, 12e-3, 1.0), 0.0, 8.0),
     (DriveBounds(100.0, 101.0, 50.0), 100.3, 3.0),
     (DriveBounds(-60.0, 60.0, 4.0, 20.0), -60.0, 10.0),  # too slow to cross its range in time
+    (DriveBounds(-1.0, 1.0, 1e-3), 0.0, 2.0),  # by far
+    (DriveBounds(-8e-4, 8e-4, 1e-6, 1.0), 0.0, 4.0),
 ]
 
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_mj.diagnosis.effects.effect import Term
-from tendon_mj.errors import InvalidValueError, RecordingError
+from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.recordings.recording import Recording
-from tendon_mj.replay.grouped_names import expand
+from tendon_mj.replay.grouped_names import claims, expand
 from tendon_mj.replay.session_names import name_in_session, parameter_of, recording_of
 from tendon_mj.replay.simulator_protocol import Simulates
 
@@ -47,7 +47,7 @@ def session_terms(recordings: Sequence[Recording], simulate: Simulates) -> tuple
     Raises:
         RecordingError: two recordings with such values have one name.
         InvalidValueError: the simulator takes no values for single recordings.
-        UnknownNameError: wildcards that no parameter fits.
+        UnknownNameError: no such parameter.
     """
     named = [recording for recording in recordings if recording.session]
     if named and not simulate.sessions:
@@ -62,6 +62,11 @@ def session_terms(recordings: Sequence[Recording], simulate: Simulates) -> tuple
                 f"recording {recording.name!r}: two recordings have this name, so that what was set"
                 " anew for each, in [session], cannot be told apart; rename one file"
             )
+    for recording in named:
+        for parameter in expand(recording.session, simulate.parameters):
+            if parameter not in simulate.parameters:
+                where = f"recording {recording.name!r}, [session]"
+                raise UnknownNameError("parameter", parameter, simulate.parameters, where)
     return tuple(
         Term(
             targets=(name_in_session(parameter, recording.name),),
@@ -74,7 +79,15 @@ def session_terms(recordings: Sequence[Recording], simulate: Simulates) -> tuple
         )
         for recording in recordings
         for parameter, own in expand(recording.session, simulate.parameters).items()
+        if _is_anew(recording, parameter, simulate)
     )
+
+
+def _is_anew(recording: Recording, parameter: str, simulate: Simulates) -> bool:
+    """Whether a parameter is not named by itself in another table."""
+    tables = {"known": recording.known, "uncertain": recording.uncertain}
+    claimed = claims({**tables, "session": recording.session}, simulate.parameters)
+    return claimed[parameter][0] == "session"
 
 
 def spreads(terms: Sequence[Term], values: Sequence[float] | np.ndarray) -> dict[str, Spread]:

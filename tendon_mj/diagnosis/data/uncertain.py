@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tendon_mj.diagnosis.data.problem import Problem
 from tendon_mj.diagnosis.effects.effect import Term
-from tendon_mj.replay.grouped_names import matching
+from tendon_mj.replay.grouped_names import claims
 
 _PROBE = 0.05  # of the range
 
@@ -12,18 +12,25 @@ _PROBE = 0.05  # of the range
 def uncertain_terms(problem: Problem) -> tuple[Term, ...]:
     """Terms of the uncertain parameters; those that one name stands for share it, or have each one.
 
+    A parameter that is named by itself, in any table, is no part of a name with wildcards.
+
     Raises:
+        InvalidValueError: two names or tables speak of one parameter alike.
         UnknownNameError: wildcards that no parameter fits.
     """
     parameters, terms = problem.simulate.parameters, list[Term]()
-    for name, u in problem.recordings[0].uncertain.items():
+    first = problem.recordings[0]
+    tables = {"known": first.known, "uncertain": first.uncertain, "session": first.session}
+    claimed = claims(tables, parameters)
+    for name, u in first.uncertain.items():
         if u.high > u.low:
-            targets = matching(name, parameters)
+            targets = sorted(t for t, by in claimed.items() if by == ("uncertain", name))
             probe = _PROBE * (u.high - u.low)
             if 0.0 < abs(u.value) < probe:  # a range of decades
                 probe = 2.0 * _PROBE * abs(u.value)
             terms += [
                 Term(alike, parameters[alike[0]].unit, u.value, u.low, u.high, probe)
                 for alike in ([(t,) for t in targets] if u.each else [tuple(targets)])
+                if alike
             ]
     return tuple(terms)

@@ -18,7 +18,9 @@ from tendon_mj.diagnosis.result.statement import state_finding
 from tendon_mj.replay.parameters import Parameter
 
 _EXPLAINS = 0.01  # of the excess χ², to be in the ranking
-_MARGIN = 0.01  # of its range: a calibrated value this near to an end is held by it
+# A calibrated value this near to an end is held by it: a hundredth of the range, or, in a range of
+# decades, of what would be the range about its guess.
+_MARGIN = 0.2  # of a probe
 
 
 def finding(
@@ -139,6 +141,6 @@ def _clear_of_ends(value: float, term: Term) -> bool:
 
     In a range of decades twice the low end is far from it.
     """
-    margin = _MARGIN * (term.high - term.low)
+    margin = _MARGIN * term.probe
     low = min(margin, term.low) if term.low > 0.0 else margin
     return bool(term.low + low < value < term.high - margin)

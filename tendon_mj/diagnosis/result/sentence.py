@@ -33,6 +33,7 @@ class Statement:
         beyond: uncertain parameters that the explanation would take beyond their ranges.
         excluded: effects of the catalogue that were not considered.
         non_smooth: whether one of the findings is of a non-smooth effect.
+        sheathed: whether the model has a sheath.
     """
 
     verdict: Verdict
@@ -44,12 +45,13 @@ class Statement:
     beyond: Sequence[str] = ()
     excluded: Sequence[str] = ()
     non_smooth: bool = False
+    sheathed: bool = True
 
 
 def state(stated: Statement) -> str:
     """State the verdict, its findings, and the error on held-out data."""
     if stated.verdict == "nothing missing":
-        return _nothing(stated.errors, stated.limit)
+        return _nothing(stated)
     if stated.verdict == "unknown":
         return _unknown(stated)
     missing = [finding for finding in stated.findings if finding.kind == "missing"]
@@ -108,12 +110,7 @@ def _shrank(stated: Statement) -> str:
             f"on held-out data the error goes from {shown}; over all from {errors.before:.2f} to"
             f" {errors.after:.2f} times the noise"
         )
-    if errors.after > _COARSE * stated.extrapolated:
-        steps = math.sqrt(errors.after**2 - stated.extrapolated**2)  # [noise], in proportion to h
-        text += (
-            f" ({stated.extrapolated:.2f} in ever shorter steps: the model's timestep is too long"
-            f" for it; one {max(2, math.ceil(steps))} times shorter would do)"
-        )
+    text += _too_long(stated, errors.after)
     if errors.reducible_closed > 0.0:
         text += f", which closes {min(errors.reducible_closed, 1.0):.0%} of what could be closed"
     return text
@@ -123,14 +120,28 @@ def _without(stated: Statement) -> str:
     return f", without {', '.join(stated.excluded)}," if stated.excluded else ""
 
 
-def _nothing(errors: ErrorReduction, limit: float) -> str:
+def _too_long(stated: Statement, error: float) -> str:
+    """Remark on a timestep that makes much of an error [noise]."""
+    if error <= _COARSE * stated.extrapolated:
+        return ""
+    steps = math.sqrt(error**2 - stated.extrapolated**2)  # in proportion to the timestep
+    return (
+        f" ({stated.extrapolated:.2f} in ever shorter steps: the model's timestep is too long"
+        f" for it; one {max(2, math.ceil(steps))} times shorter would do)"
+    )
+
+
+def _nothing(stated: Statement) -> str:
+    errors, steps = stated.errors, _too_long(stated, stated.errors.before)
     text = (
         f"Nothing is missing: calibrated, the model is off by {errors.before:.2f} times the noise"
+        f"{steps}"
     )
-    if errors.before > _NOTABLE:
+    if errors.before > _NOTABLE and not steps:
+        guides = " and its guides in place of a smooth sheath" if stated.sheathed else ""
         text += (
-            f"; up to {math.sqrt(1.0 + limit):.2f} is put down to the simulation itself, its steps"
-            " and its guides in place of a smooth sheath"
+            f"; up to {math.sqrt(1.0 + stated.limit):.2f} is put down to the simulation itself, its"
+            f" steps{guides}"
         )
     if errors.before < _TOO_SMALL:
         text += (
