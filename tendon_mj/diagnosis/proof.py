@@ -170,7 +170,8 @@ def _weigh(
         stated=measure_errors(judged, before.stated, after.stated, mask, bars),
         limit=limit,
         largest=max(LARGEST, discretisation_error(judged, bars)),
-        beyond=bool(parameters_beyond_range(context.problem, selection.final.fit)),
+        beyond=bool(parameters_beyond_range(context.problem, selection.final.fit))
+        or not all(selection.final.fit.determines(s.candidate) for s in selection.effects),
     )
     return evidence, bars, deviations
 

@@ -25,7 +25,8 @@ class Evidence:
         stated: those with the model's own step.
         limit: excess χ² below which nothing is named [-].
         largest: excess χ² above which no model is proven [-].
-        beyond: whether the findings would take a calibrated parameter beyond its range.
+        beyond: whether the findings would take a calibrated parameter beyond its range, or one of
+            them stands at an end of its own.
     """
 
     kinds: Collection[str]

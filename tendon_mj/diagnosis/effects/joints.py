@@ -69,7 +69,7 @@ JOINTS: Final = (
         signature="force in proportion to acceleration, and weight in proportion to it",
         source="MuJoCo, body mass",
         next_experiment="the body on scales, or fast motion at two frequencies",
-        binding=on_bodies(ParameterSpecification("mass", "kg", 0.1, 10.0, 0.05, relative=True)),
+        binding=on_bodies(ParameterSpecification("mass", "kg", 0.01, 100.0, 0.05, relative=True)),
         kind="parameter",
     ),
     Effect(

@@ -21,7 +21,7 @@ PARAMETERS: Final = (
         signature="loops too wide or too narrow at every tension",
         source="Kaneko, Wada, Maekawa & Tanie 1991, eq. (1)",
         next_experiment="full loops at two pretensions: the tensions' ratio stays",
-        binding=on_sheaths(ParameterSpecification("friction", "-", 0.1, 5.0, 0.05, relative=True)),
+        binding=on_sheaths(ParameterSpecification("friction", "-", 0.0, 20.0, 0.05, relative=True)),
         kind="parameter",
     ),
     Effect(
@@ -32,7 +32,7 @@ PARAMETERS: Final = (
         source="Kaneko, Wada, Maekawa & Tanie 1991, eq. (5)",
         next_experiment="small fast motions between reversals, or the tendon on a tensile tester",
         binding=on_sheaths(
-            ParameterSpecification("axial_stiffness", "N", 0.1, 10.0, 0.05, relative=True)
+            ParameterSpecification("axial_stiffness", "N", 0.02, 50.0, 0.05, relative=True)
         ),
         kind="parameter",
     ),
@@ -44,7 +44,7 @@ PARAMETERS: Final = (
         source="Kaneko, Wada, Maekawa & Tanie 1991, section 2.1",
         next_experiment="the tension at rest in the reference pose",
         binding=on_sheaths(
-            ParameterSpecification("pretension", "N", 0.1, 5.0, 0.05, relative=True)
+            ParameterSpecification("pretension", "N", 0.0, 20.0, 0.05, relative=True)
         ),
         kind="parameter",
     ),

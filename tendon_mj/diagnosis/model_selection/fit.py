@@ -75,10 +75,17 @@ class Fit:
 
     @cached_property
     def free(self) -> NDArray[np.bool_]:
-        """(p,) which terms are not held by a bound and change a residual."""
+        """(p,) which terms are not held by a bound and change a residual.
+
+        The low end of a strength at which there is none of the effect is no bound, but a value.
+        """
         low, high = self.bounds
         margin = _margin(self.bounds)
         inside = (self.scaled > low + margin) & (self.scaled < high - margin)
+        for effect in self.effects:
+            strength = self.terms_of(effect).start
+            if effect.terms[0].low == effect.absent != effect.terms[0].inert:
+                inside[strength] = self.scaled[strength] < (high - margin)[strength]
         visible = np.abs(self.jacobian).max(axis=0, initial=0.0) > 0.0
         free: NDArray[np.bool_] = inside & visible
         return free

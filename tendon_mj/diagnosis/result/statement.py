@@ -24,6 +24,7 @@ _NAMES: Final = {
 # Positions and offsets, which are neither high nor low.
 _SIGNED: Final = {"springref", "extra_bend", "command_offset", "offset", "drift", "x", "y", "z"}
 _ELEMENTS: Final = ("joint", "body", "actuator", "motor", "sensor")  # named before their names
+_NONE = 1e-3  # of a probe from where there is none: a fit comes no nearer
 
 
 def state_finding(
@@ -63,7 +64,10 @@ def state_finding(
         return f"{said}: {plain(abs(change))}{suffix} {more} than the model says"
     if differ:
         return f"{said}: {plain(after[first] / before[first])} times what the model says"
-    return f"{said}: {plain(after[first])}, not {plain(before[first])}{suffix}"
+    found = after[first]
+    if abs(found - candidate.absent) < _NONE * candidate.terms[0].probe:
+        found = candidate.absent
+    return f"{said}: {plain(found)}, not {plain(before[first])}{suffix}"
 
 
 def plain(value: float) -> str:
