@@ -1,13 +1,17 @@
-"""Runs an experiment as a command, with its errors as one line."""
+"""What the commands of experiments share: errors as one line, measured data, written results."""
 
 from __future__ import annotations
 
+import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
 
 import tyro
+from matplotlib.figure import Figure
 
-from tendon_mj.errors import TendonError
+from tendon_mj.cli import Output, console
+from tendon_mj.errors import RecordingError, TendonError
 
 
 def run_experiment(
@@ -27,3 +31,35 @@ def run_experiment(
         print(f"{program}: {error}", file=sys.stderr)
         return 2
     return 0
+
+
+def measured_data(name: str) -> Path:
+    """File or folder of measurements below the folder that TENDON_MJ_DATA names.
+
+    Raises:
+        RecordingError: the variable is not set.
+    """
+    root = os.environ.get("TENDON_MJ_DATA")
+    if not root:
+        raise RecordingError(
+            f"give --data, or set TENDON_MJ_DATA to a folder that has {name} (see docs/data.md)"
+        )
+    return Path(root) / name
+
+
+def write_study(
+    output: Output,
+    figures: Iterable[tuple[str, Figure]],
+    result: Mapping[str, object],
+    table: str,
+    summary: Iterable[str],
+) -> None:
+    """Write pictures, result.json and table.md of a study, print its summary, and close."""
+    for name, figure in figures:
+        output.figure(name, figure)
+    output.result(result)
+    page = output.add(output.folder / "table.md")
+    page.write_text(table, encoding="utf-8")
+    for line in summary:
+        console.print(line, soft_wrap=True)
+    output.close()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 
@@ -12,9 +11,8 @@ from experiments.cable_tool.result import result
 from experiments.cable_tool.study import run_study
 from experiments.cable_tool.summary import summary
 from experiments.cable_tool.table import table
-from experiments.command import run_experiment
-from tendon_mj.cli import Output, console, progress_bar
-from tendon_mj.errors import RecordingError
+from experiments.command import measured_data, run_experiment, write_study
+from tendon_mj.cli import Output, progress_bar
 
 
 def cable_tool(
@@ -31,32 +29,11 @@ def cable_tool(
         out: folder for result.json, the table and the pictures.
         resamples: fits from which the intervals come.
     """
-    recordings = read_folder(data or default_folder())
+    recordings = read_folder(data or measured_data("cable_tool"))
     output = Output(out)
     with progress_bar() as progress:
         found = run_study(recordings, resamples, progress)
-    for name, figure in draw_figures(found):
-        output.figure(name, figure)
-    output.result(result(found))
-    page = output.add(out / "table.md")
-    page.write_text(table(found), encoding="utf-8")
-    for line in summary(found):
-        console.print(line, soft_wrap=True)
-    output.close()
-
-
-def default_folder() -> Path:
-    """Folder of the recordings below the one that TENDON_MJ_DATA names.
-
-    Raises:
-        RecordingError: the variable is not set.
-    """
-    root = os.environ.get("TENDON_MJ_DATA")
-    if not root:
-        raise RecordingError(
-            "give --data, or set TENDON_MJ_DATA to a folder that has cable_tool (see docs/data.md)"
-        )
-    return Path(root) / "cable_tool"
+    write_study(output, draw_figures(found), result(found), table(found), summary(found))
 
 
 if __name__ == "__main__":

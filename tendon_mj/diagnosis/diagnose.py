@@ -45,6 +45,7 @@ from tendon_mj.errors import UnknownNameError
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.grouped_names import expand, matching
+from tendon_mj.replay.live_parameters import DRAWN_BEND, EXTRA_BEND
 from tendon_mj.replay.parameters import Kind, Parameter
 from tendon_mj.replay.simulator import Simulator
 
@@ -207,7 +208,7 @@ def _known(problem: Problem) -> frozenset[str]:
 def _drawn_bends(names: Iterable[str]) -> list[str]:
     """The drawn bends of sheaths whose extra bend is among the names."""
     parts = [name.rpartition(".") for name in names]
-    return [f"{sheath}.drawn_bend" for sheath, _, parameter in parts if parameter == "extra_bend"]
+    return [f"{sheath}.{DRAWN_BEND}" for sheath, _, parameter in parts if parameter == EXTRA_BEND]
 
 
 def _elements(parameters: Mapping[str, Parameter], kind: Kind) -> set[str]:

@@ -34,13 +34,12 @@ from tendon_mj.diagnosis.result.entries import (
 )
 from tendon_mj.diagnosis.result.error_reduction import measure_errors
 from tendon_mj.diagnosis.result.lumping import too_few_guides, warn_of_guides
-from tendon_mj.diagnosis.result.sentence import Statement, state, warn_of_ends
+from tendon_mj.diagnosis.result.sentence import ABOVE_NOISE, Statement, state, warn_of_ends
 from tendon_mj.diagnosis.verdict import Evidence, decide
 
 FloatArray = NDArray[np.float64]
 
 _NOTABLE = 0.1  # of what remains
-_ABOVE_NOISE = 1.05  # error [noise], from which it is asked whether the guides are too few
 LARGEST = 8.0  # excess χ² (3 rms), above which a model is not proven whatever it explains
 
 
@@ -108,7 +107,7 @@ def prove(
     )
     first = len(fits[1].calibrated)
     model = {**base, **parameters[1], **after.sessions}
-    lumped = too_few_guides(proof, model, stated.after) if stated.after > _ABOVE_NOISE else []
+    lumped = too_few_guides(proof, model, stated.after) if stated.after > ABOVE_NOISE else []
     return Diagnosis(
         verdict=verdict,
         sentence=sentence + warn_of_ends(calibrated) + warn_of_guides(lumped),

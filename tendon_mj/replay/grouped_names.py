@@ -7,6 +7,7 @@ from fnmatch import fnmatchcase
 from typing import TypeVar
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.recordings.recording import Recording
 
 Entry = TypeVar("Entry")
 
@@ -33,15 +34,18 @@ def expand(table: Mapping[str, Entry], names: Collection[str]) -> dict[str, Entr
     return expanded | {name: entry for name, entry in table.items() if name in expanded}
 
 
-def claims(
-    tables: Mapping[str, Mapping[str, object]], names: Collection[str]
-) -> dict[str, tuple[str, str]]:
-    """Parameter → (table, name in it) that says what it is; a plain name goes first.
+def claims(recording: Recording, names: Collection[str]) -> dict[str, tuple[str, str]]:
+    """Parameter → (table, name in it) of a recording that says what it is; a plain name goes first.
 
     Raises:
         InvalidValueError: two names with wildcards, or two tables, speak of one parameter alike.
         UnknownNameError: wildcards that no parameter fits.
     """
+    tables: Mapping[str, Mapping[str, object]] = {
+        "known": recording.known,
+        "uncertain": recording.uncertain,
+        "session": recording.session,
+    }
     found: dict[str, tuple[str, str]] = {}
     for title, table in tables.items():
         for name in table:

@@ -246,9 +246,9 @@ class Adjustable:
 def _least(name: str) -> float:
     """Least value that a live parameter may have."""
     parameter = name.rsplit(".", 1)[1]
-    law = LAW.get(parameter)
     if parameter == DRAWN_BEND:
         return 0.0
+    law = LAW.get(parameter)
     return 0.0 if law is not None and not law.range.admits(-1.0) else -math.inf
 
 

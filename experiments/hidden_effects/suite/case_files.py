@@ -55,14 +55,8 @@ def write_case(
     ranges = {p: stated.ranges[n] for n in draw.uncertain for p in stated.uncertain[n]}
     for (name, (drive, readings)), state in zip(series.items(), sessions.states, strict=True):
         bare = noisy_recording(reference, model, rng, name, drive, readings, noise)
-        bend = {
-            name: value
-            for sheath in stated.sheaths
-            for name, value in (
-                (f"{sheath}.drawn_bend", type(reference).bend),
-                (f"{sheath}.extra_bend", state.extra_bend),
-            )
-        }
+        bends = {"drawn_bend": type(reference).bend, "extra_bend": state.extra_bend}
+        bend = {f"{s}.{name}": value for s in stated.sheaths for name, value in bends.items()}
         recording = dataclasses.replace(
             bare,
             known={**draw.known, **(bend if plan.bends else {})},

@@ -14,8 +14,9 @@ import numpy as np
 
 from tendon_mj.diagnosis.effects.effect import Term
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
-from tendon_mj.recordings.recording import Recording
+from tendon_mj.recordings.recording import Recording, Session
 from tendon_mj.replay.grouped_names import claims, expand
+from tendon_mj.replay.parameters import Parameter
 from tendon_mj.replay.session_names import name_in_session, parameter_of, recording_of
 from tendon_mj.replay.simulator_protocol import Simulates
 
@@ -62,11 +63,6 @@ def session_terms(recordings: Sequence[Recording], simulate: Simulates) -> tuple
                 f"recording {recording.name!r}: two recordings have this name, so that what was set"
                 " anew for each, in [session], cannot be told apart; rename one file"
             )
-    for recording in named:
-        for parameter in expand(recording.session, simulate.parameters):
-            if parameter not in simulate.parameters:
-                where = f"recording {recording.name!r}, [session]"
-                raise UnknownNameError("parameter", parameter, simulate.parameters, where)
     return tuple(
         Term(
             targets=(name_in_session(parameter, recording.name),),
@@ -77,17 +73,19 @@ def session_terms(recordings: Sequence[Recording], simulate: Simulates) -> tuple
             probe=_PROBE * own.spread,
             spread=_WIDER * own.spread,
         )
-        for recording in recordings
-        for parameter, own in expand(recording.session, simulate.parameters).items()
-        if _is_anew(recording, parameter, simulate)
+        for recording in named
+        for parameter, own in _set_anew(recording, simulate.parameters).items()
     )
 
 
-def _is_anew(recording: Recording, parameter: str, simulate: Simulates) -> bool:
-    """Whether a parameter is not named by itself in another table."""
-    tables = {"known": recording.known, "uncertain": recording.uncertain}
-    claimed = claims({**tables, "session": recording.session}, simulate.parameters)
-    return claimed[parameter][0] == "session"
+def _set_anew(recording: Recording, parameters: Mapping[str, Parameter]) -> dict[str, Session]:
+    """Parameter → what [session] says of it, but for those that another table names themselves."""
+    claimed, told = claims(recording, parameters), expand(recording.session, parameters)
+    for parameter in told:
+        if parameter not in parameters:
+            where = f"recording {recording.name!r}, [session]"
+            raise UnknownNameError("parameter", parameter, parameters, where)
+    return {parameter: own for parameter, own in told.items() if claimed[parameter][0] == "session"}
 
 
 def spreads(terms: Sequence[Term], values: Sequence[float] | np.ndarray) -> dict[str, Spread]:

@@ -20,8 +20,7 @@ def uncertain_terms(problem: Problem) -> tuple[Term, ...]:
     """
     parameters, terms = problem.simulate.parameters, list[Term]()
     first = problem.recordings[0]
-    tables = {"known": first.known, "uncertain": first.uncertain, "session": first.session}
-    claimed = claims(tables, parameters)
+    claimed = claims(first, parameters)
     for name, u in first.uncertain.items():
         if u.high > u.low:
             targets = sorted(t for t, by in claimed.items() if by == ("uncertain", name))

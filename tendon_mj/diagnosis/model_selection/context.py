@@ -166,9 +166,10 @@ class SelectionContext:
         With ``whole_range`` the terms of the last effect are searched in all their range.
         """
         fitted, last = model.fit, model.candidate
-        widely = fitted.terms_of(last) if whole_range and last is not None else slice(0)
-        wide = last.label if whole_range and last is not None else ""
-        key = self.problem, frozenset(effect.label for effect in fitted.effects), wide
+        wide = last if whole_range else None
+        widely = slice(0) if wide is None else fitted.terms_of(wide)
+        labels = frozenset(effect.label for effect in fitted.effects)
+        key = self.problem, labels, wide and wide.label
         if key not in self.searched:
             start = search_globally(self.problem, self.base, fitted, widely, self.progress)
             self.searched[key] = self.fit_model(

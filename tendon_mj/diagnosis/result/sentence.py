@@ -16,7 +16,7 @@ _SLIPS = (
 )
 _TOO_SMALL = 0.7  # error [noise]: a smaller one means that the noise is stated too large
 _COARSE = 1.5  # error over the extrapolated one, from which the model's step is too long
-_NOTABLE = 1.05  # error [noise], from which the sentence says what the rest is put down to
+ABOVE_NOISE = 1.05  # error [noise], from which a sentence says what the rest is put down to
 _SHOWN = 4  # signals in the sentence
 
 
@@ -137,7 +137,7 @@ def _nothing(stated: Statement) -> str:
         f"Nothing is missing: calibrated, the model is off by {errors.before:.2f} times the noise"
         f"{steps}"
     )
-    if errors.before > _NOTABLE and not steps:
+    if errors.before > ABOVE_NOISE and not steps:
         guides = " and its guides in place of a smooth sheath" if stated.sheathed else ""
         text += (
             f"; up to {math.sqrt(1.0 + stated.limit):.2f} is put down to the simulation itself, its"
