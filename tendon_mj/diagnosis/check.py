@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_mj.diagnosis.data.answers import check_answers
 from tendon_mj.diagnosis.data.problem import (
     MakeSimulator,
     Problem,
@@ -22,6 +23,8 @@ from tendon_mj.replay.parameters import Parameter
 from tendon_mj.replay.simulator_protocol import Simulates
 
 _FEWEST = 50  # samples
+_LARGEST = 1e100  # what is larger cannot be squared and summed
+_FINEST, _WIDEST = 1e-12, 1e3  # noise over the range of its column
 _MEMBERS = ("parameters", "__call__", "joints", "steps", "in_steps")  # of `Simulates`
 
 
@@ -53,11 +56,18 @@ def check_recordings(train: Sequence[Recording], held_out: Sequence[Recording]) 
             )
         if not mask.all():
             _check_part(recording, mask)
+        for column, series in recording.columns.items():
+            if (largest := float(np.abs(series).max())) > _LARGEST:
+                raise RecordingError(
+                    f"{where}, column {column!r}: a value of {largest:g} is beyond {_LARGEST:g},"
+                    " the largest that can be compared; is it a reading?"
+                )
         for column in recording.measured:
             if np.ptp(recording.columns[column][mask]) == 0.0:
                 raise RecordingError(
                     f"{where}, column {column!r}: never moves, so it tells nothing{_kept(mask)}"
                 )
+            _check_noise(where, recording, column)
     for recordings in (train, held_out):
         for one, other in combinations(recordings, 2):
             if _same_data(one, other):
@@ -71,6 +81,17 @@ def check_recordings(train: Sequence[Recording], held_out: Sequence[Recording]) 
                 f"recording {recording.name!r}: held out, and among the training data; proof needs"
                 " data that the selection has not seen"
             )
+
+
+def _check_noise(where: str, recording: Recording, column: str) -> None:
+    """Refuse a stated noise that is out of all proportion to its column."""
+    stated, extent = recording.measured[column].noise, float(np.ptp(recording.columns[column]))
+    if stated is not None and not _FINEST * extent <= stated <= _WIDEST * extent:
+        raise RecordingError(
+            f"{where}, [measured] {column!r}: noise = {stated:g} is {stated / extent:.2g} times"
+            f" the range of the column, {extent:g}; from {_FINEST:g} to {_WIDEST:g} times can be"
+            " used. Is it in the column's unit? Left out, it is estimated"
+        )
 
 
 def _check_part(recording: Recording, mask: NDArray[np.bool_]) -> None:
@@ -140,10 +161,12 @@ def check_simulation(problem: Problem) -> None:
     """Refuse recordings under which the model, as described, becomes unstable.
 
     Raises:
+        InvalidValueError: the simulator answers in another shape than asked for.
         RecordingError: names the recording and the range of its drive.
     """
-    answers = problem.simulate([{}])[0]
-    for recording, series in zip(problem.recordings, answers, strict=True):
+    answers = problem.simulate([{}])
+    check_answers(answers, 1, problem.recordings, problem.simulate)
+    for recording, series in zip(problem.recordings, answers[0], strict=True):
         if not all(np.isfinite(series[column]).all() for column in recording.measured):
             ranges = ", ".join(
                 f"{column!r} from {recording.columns[column].min():.4g} to"

@@ -97,6 +97,68 @@ def test_a_model_that_becomes_unstable_is_refused_with_the_range_of_the_drive() 
         diagnose(train, held_out, Unstable)
 
 
+class Short(Toy):
+    """Simulator that forgets the last sample."""
+
+    def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
+        return {c: s[:-1] for c, s in super()._one(changed, recording).items()}
+
+
+class OneSensor(Toy):
+    """Simulator that knows one sensor of two."""
+
+    def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
+        return {COLUMN: super()._one(changed, recording)[COLUMN]}
+
+
+class OneSet(Toy):
+    """Simulator that answers the first set of parameters only."""
+
+    def __call__(self, parameter_sets: Any) -> list[list[dict[str, FloatArray]]]:
+        return super().__call__(parameter_sets[:1])
+
+
+class OneRecording(Toy):
+    """Simulator that answers the first recording only."""
+
+    def __call__(self, parameter_sets: Any) -> list[list[dict[str, FloatArray]]]:
+        return [answer[:1] for answer in super().__call__(parameter_sets)]
+
+
+@pytest.mark.parametrize(
+    ("simulator", "message"),
+    [
+        (Short, r"'Short', recording 'r0', column 'input_tension_N': .* \(599,\), .* \(600,\)"),
+        (OneSensor, "'OneSensor', recording 'r0': answered 'input_tension_N', but 'output_ten"),
+        (OneSet, r"'OneSet' answered 1 sets of parameters, not the \d+ it was asked for"),
+        (OneRecording, r"'OneRecording' answered for 1 recordings, not for \d"),
+    ],
+)
+def test_a_simulator_that_answers_otherwise_than_asked_is_refused(
+    simulator: type[Simulates], message: str
+) -> None:
+    train, held_out = rig(1, {})
+    with pytest.raises(InvalidValueError, match=message):
+        diagnose(train, held_out, simulator)
+
+
+@pytest.mark.parametrize("noise", [1e-300, 1e-14, 1e5, 1e300])
+def test_noise_out_of_all_proportion_is_refused_with_the_range_of_its_column(noise: float) -> None:
+    train, held_out = rig(1, {})
+    measured = {**train[0].measured, COLUMN: replace(train[0].measured[COLUMN], noise=noise)}
+    with pytest.raises(RecordingError, match=rf"'{COLUMN}': noise = .* times the range"):
+        diagnose([replace(train[0], measured=measured), *train[1:]], held_out, Toy)
+
+
+def test_a_reading_that_cannot_be_squared_is_refused() -> None:
+    train, held_out = rig(1, {})
+    series = train[0].columns[COLUMN].copy()
+    series[7] = -1e308
+    columns = {**train[0].columns, COLUMN: series}
+    with pytest.raises(RecordingError, match=rf"'r0', column '{COLUMN}': a value of 1e\+308"):
+        diagnose([replace(train[0], columns=columns), *train[1:]], held_out, Toy)
+
+
 class Bare:
     """Simulator that is not derived from the protocol, and has but two of its members."""
 

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_mj.diagnosis.data.answers import check_answers
 from tendon_mj.recordings.noise import noise_levels
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.simulator_protocol import Simulates
@@ -110,7 +111,9 @@ class Problem:
         self, simulate: Simulates, parameter_sets: Sequence[Mapping[str, float]]
     ) -> FloatArray:
         rows = []
-        for answers in simulate([{**self.fixed, **values} for values in parameter_sets]):
+        answered = simulate([{**self.fixed, **values} for values in parameter_sets])
+        check_answers(answered, len(parameter_sets), self.recordings, simulate)
+        for answers in answered:
             parts = []
             for recording, noise, series in zip(self.recordings, self.noise, answers, strict=True):
                 for column, level in noise.items():

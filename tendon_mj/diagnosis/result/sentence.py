@@ -87,7 +87,7 @@ def _unknown(stated: Statement) -> str:
         f", and it would take {', '.join(stated.beyond)} beyond its range" if stated.beyond else ""
     )
     text += (
-        f" The closest, which is not proven, is {_list(stated.findings)}: {_shrank(stated)}{taken}."
+        f" What comes closest is not proven: {_list(stated.findings)}; {_shrank(stated)}{taken}."
     )
     return text + (_SLIPS if stated.non_smooth else "")
 
