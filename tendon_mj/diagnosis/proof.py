@@ -17,7 +17,6 @@ from tendon_mj.diagnosis.held_out import HeldOut, Unseen
 from tendon_mj.diagnosis.locate import locate
 from tendon_mj.diagnosis.model_selection.context import SelectionContext
 from tendon_mj.diagnosis.model_selection.fit import Fit
-from tendon_mj.diagnosis.model_selection.intervals import intervals
 from tendon_mj.diagnosis.model_selection.reproducibility import bar, reproducibility
 from tendon_mj.diagnosis.model_selection.select import Selection
 from tendon_mj.diagnosis.model_selection.thresholds import (
@@ -39,7 +38,6 @@ from tendon_mj.diagnosis.verdict import Evidence, decide
 
 FloatArray = NDArray[np.float64]
 
-_NOTABLE = 0.1  # of what remains
 LARGEST = 8.0  # excess χ² (3 rms), above which a model is not proven whatever it explains
 
 
@@ -57,7 +55,7 @@ def prove(
 
     The decision rests on extrapolated errors, in units of noise and reproducibility together;
     stated are those that a replay with the model's own step finds. Where part of the error remains,
-    an effect without which the held-out data are predicted as well is taken out.
+    an effect that explains less than that is taken out.
 
     Args:
         context, selection: training data, and the models selected on it.
@@ -78,7 +76,7 @@ def prove(
         verdict = decide(evidence)
         if verdict != "partly":
             break
-        fewer = _without_idle(context, selection, held_out, after, bars, evidence.limit)
+        fewer = _without_imitation(context, selection, held_out, after, bars, evidence.limit)
         if fewer is selection:
             break
         selection = fewer
@@ -175,7 +173,7 @@ def _weigh(
     return evidence, bars, deviations
 
 
-def _without_idle(
+def _without_imitation(
     context: SelectionContext,
     selection: Selection,
     held_out: HeldOut,
@@ -185,23 +183,19 @@ def _without_idle(
 ) -> Selection:
     """The selection without the effect that the held-out data can best do without, if any.
 
-    An effect holds if without it the held-out data are predicted worse: by more than the limit, and
-    where its interval holds what does nothing, by more than a tenth of what remains.
+    An effect holds if it explains more of the held-out data than is left unexplained: what explains
+    less may stand for a part of that. And it explains more than the limit.
     """
     if len(selection.effects) < 2:
         return selection
-    mask, fitted = held_out.mask, selection.final.fit
-    ranges = intervals(context.problem, fitted, held_out.refits(fitted))
+    mask = held_out.mask
     left = float(np.mean((after.extrapolated / bars)[mask] ** 2))
-    least, idle = limit, None
+    least, imitation = max(limit, left), None
     for selected in selection.effects:
         reduced = context.polish(context.without(selection.final, selected.candidate))
         unseen = held_out.simulate(reduced.fit)
-        lost = float(np.mean((unseen.extrapolated / bars)[mask] ** 2)) - left
-        strength = fitted.terms_of(selected.candidate).start
-        if ranges[strength][0] <= fitted.terms[strength].inert <= ranges[strength][1]:
-            lost -= _NOTABLE * left
-        if lost < least:
+        explained = float(np.mean((unseen.extrapolated / bars)[mask] ** 2)) - left
+        if explained < least:
             others = tuple(s for s in selection.effects if s is not selected)
-            least, idle = lost, replace(selection, final=reduced, effects=others)
-    return selection if idle is None else idle
+            least, imitation = explained, replace(selection, final=reduced, effects=others)
+    return selection if imitation is None else imitation

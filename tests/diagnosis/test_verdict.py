@@ -128,3 +128,16 @@ def test_the_ranking_says_at_which_end_of_its_range_a_candidate_stands() -> None
     assert (first.identifier, first.at_end) == ("b", None)
     assert (second.identifier, second.at_end) == ("a", 5.0)
     assert second.left is not None
+
+
+@pytest.mark.parametrize(("small", "named"), [(0.9, False), (2.5, True)])
+def test_under_a_remainder_an_effect_is_named_if_it_explains_more_than_that(
+    small: float, named: bool
+) -> None:
+    """Play, a hum of 0.28 N rms that nothing explains, and friction F_c that grows past it."""
+    train, held_out = rig(3, {"sheath.backlash": 6e-5, "sheath.constant_friction": small}, 0.4)
+    found = diagnose(train, held_out, Toy)
+    assert found.verdict == "partly"
+    named_effects = [f.identifier for f in found.findings]
+    assert named_effects[0] == "backlash"
+    assert ("constant_friction" in named_effects) == named
