@@ -32,6 +32,7 @@ LAYERS = {
     "recordings": 1,
     "progress": 0,
     "errors": 0,
+    "whole_file": 0,
     "compilation": 0,
 }
 INDEPENDENT = {"sheath", "theory", "reference"}  # their agreement is evidence
@@ -222,6 +223,7 @@ SHOWN = {
     "tendon_mj.recordings",
     "tendon_mj.theory",
     "tendon_mj.view",
+    "tendon_mj.whole_file",
     "tendon_mj.builders.bench.Bench",
     "tendon_mj.builders.finger_parameters",
     "tendon_mj.engine.sheaths",

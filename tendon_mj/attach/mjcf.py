@@ -15,6 +15,7 @@ from xml.etree import ElementTree
 import mujoco
 
 from tendon_mj.errors import TendonError, unknown
+from tendon_mj.whole_file import whole_file
 
 Element = ElementTree.Element
 
@@ -116,7 +117,8 @@ class Mjcf:
         """Write it as one file."""
         ElementTree.indent(self.root)
         text = ElementTree.tostring(self.root, encoding="unicode")
-        path.write_text("\n".join([*self._before, text, ""]), encoding="utf-8", newline="\n")
+        with whole_file(path) as made:
+            made.write_text("\n".join([*self._before, text, ""]), encoding="utf-8", newline="\n")
 
     def _include(self, parent: Element) -> None:
         for child in list(parent):

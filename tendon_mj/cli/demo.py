@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tendon_mj.builders.load import example_recording
 from tendon_mj.cli.compare import compare
-from tendon_mj.cli.output import Output, console
+from tendon_mj.cli.output import LOCK, Output, console
 from tendon_mj.cli.render import render
 from tendon_mj.cli.replay import replay
 from tendon_mj.errors import EngineError
@@ -30,8 +30,9 @@ def demo(out: Path = Path("out/demo")) -> dict[str, object]:
         result["render"] = {"clip": None, "reason": str(error)}
     console.rule("replay (a recording made by the package, not measured)")
     result["replay"] = replay(example_recording(), out / "replay")
+    written = sorted(p for p in out.rglob("*") if p.is_file() and p.name != LOCK)
     output.result(result)
     console.rule("all files")
-    output.written = sorted(path for path in out.rglob("*") if path.is_file())
+    output.written = [*written, *output.written]
     output.close()
     return result

@@ -34,15 +34,21 @@ COMMANDS: dict[str, Callable[..., object]] = {
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns 0 on success, 2 when its input was refused."""
-    if list(sys.argv[1:] if arguments is None else arguments) == ["--version"]:
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if given == ["--version"]:
         print(f"tendon-mj {version('tendon-mj')}")
         return 0
+    if "" in given:
+        before = given[: given.index("")]
+        after = f" after {before[-1]}" if before else ""
+        print(f"tendon-mj: the argument{after} is empty", file=sys.stderr)
+        return 2
     try:
         tyro.extras.subcommand_cli_from_dict(
             COMMANDS,
             prog="tendon-mj",
             description="Tendon-sheath friction for MuJoCo.",
-            args=None if arguments is None else list(arguments),
+            args=given,
         )
     except (TendonError, OSError) as error:
         line = "; ".join(str(error).splitlines())  # MuJoCo's messages have several

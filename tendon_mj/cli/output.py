@@ -2,28 +2,40 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from pathlib import Path
 
+import filelock
 from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.view.figures.style import DPI
+from tendon_mj.whole_file import whole_file
 
 console = Console(highlight=False, markup=False, emoji=False)  # names may hold [brackets]
 
+RESULT = "result.json"
+LOCK = ".lock"
+_SHOWN = (".html", ".png", ".mp4", ".webp")  # what is only looked at: no command reads it
+
 
 class Output:
-    """The folder that a command writes to.
+    """The folder that a command writes to, and no other run until it is closed or has ended.
+
+    `result.json` is written last. That of an earlier run is removed at the start, with the pages
+    and pictures that it lists, so that a run that fails leaves none behind.
 
     Args:
         folder: made if it is not there.
+
+    Raises:
+        InvalidValueError: it is no folder, or another run is writing to it.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -33,6 +45,14 @@ class Output:
         if folder.exists() and not folder.is_dir():
             raise InvalidValueError(f"--out {folder} is a file; it must be a folder")
         folder.mkdir(parents=True, exist_ok=True)
+        self._lock = filelock.FileLock(folder / LOCK, timeout=0)
+        try:
+            self._lock.acquire()
+        except filelock.Timeout:
+            raise InvalidValueError(
+                f"--out {folder}: another run is writing there; wait for it, or give another folder"
+            ) from None
+        _remove_stale(folder)
 
     def add(self, path: Path) -> Path:
         """List a file that something else wrote into the folder."""
@@ -42,21 +62,41 @@ class Output:
     def figure(self, name: str, figure: Figure) -> Path:
         """Write a figure as ``name``.png."""
         path = self.folder / f"{name}.png"
-        figure.savefig(path, dpi=DPI)
+        with whole_file(path) as made:
+            figure.savefig(made, dpi=DPI)
         return self.add(path)
 
     def result(self, numbers: Mapping[str, object]) -> Path:
-        """Write `result.json`: plain numbers in SI units."""
-        path = self.folder / "result.json"
-        text = json.dumps(_plain(numbers), indent=2, allow_nan=False)
-        path.write_text(text + "\n", encoding="utf-8")
+        """Write `result.json`: plain numbers in SI units, and the names of the files beside it."""
+        path = self.folder / RESULT
+        files = sorted({p.relative_to(self.folder).as_posix() for p in self.written})
+        text = json.dumps(_plain({**numbers, "files": files}), indent=2, allow_nan=False)
+        with whole_file(path) as made:
+            made.write_text(text + "\n", encoding="utf-8")
         return self.add(path)
 
     def close(self) -> None:
-        """Print the files that were written."""
+        """Print the files that were written, and let others write to the folder."""
+        self._lock.release()
         console.print(f"{time.perf_counter() - self.started:.1f} s; wrote")
         for path in self.written:
             console.print(f"  {path}", soft_wrap=True)
+
+
+def _remove_stale(folder: Path) -> None:
+    """Remove the result of an earlier run, and the pages and pictures that it lists.
+
+    Recordings and models stay until they are replaced: they may be what this run reads.
+    """
+    result = folder / RESULT
+    listed: object = []
+    with contextlib.suppress(OSError, ValueError, KeyError, TypeError):  # none, or not one of ours
+        listed = json.loads(result.read_text(encoding="utf-8"))["files"]
+    names = [n for n in listed if isinstance(n, str)] if isinstance(listed, list) else []
+    for name in names:
+        if Path(name).name == name and Path(name).suffix in _SHOWN:  # in the folder itself
+            (folder / name).unlink(missing_ok=True)
+    result.unlink(missing_ok=True)
 
 
 def _plain(value: object) -> object:
@@ -68,7 +108,7 @@ def _plain(value: object) -> object:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-@contextmanager
+@contextlib.contextmanager
 def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
     """A callback ``(what, done, total)`` that shows a bar for each ``what``."""
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())

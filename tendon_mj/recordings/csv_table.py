@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError, unknown
 from tendon_mj.recordings.text_file import read_text
+from tendon_mj.whole_file import whole_file
 
 FloatArray = NDArray[np.float64]
 
@@ -55,7 +56,7 @@ def read_table(path: Path) -> dict[str, FloatArray]:
 def write_table(table: Mapping[str, FloatArray], path: Path) -> None:
     """Write columns, each (n,) [its unit], as a CSV that reads back bit for bit."""
     rows = zip(*(column.tolist() for column in table.values()), strict=True)
-    with path.open("w", encoding="utf-8", newline="\n") as file:
+    with whole_file(path) as made, made.open("w", encoding="utf-8", newline="\n") as file:
         file.write(",".join(table) + "\n")
         file.writelines(",".join(map(repr, row)) + "\n" for row in rows)
 

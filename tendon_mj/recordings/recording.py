@@ -28,6 +28,7 @@ from tendon_mj.recordings.description import Session as Session
 from tendon_mj.recordings.description import Uncertain as Uncertain
 from tendon_mj.recordings.description_toml import format_description, parse_description
 from tendon_mj.recordings.text_file import read_text
+from tendon_mj.whole_file import whole_file
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -133,7 +134,8 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:
     """
     csv, toml = _files(Path(path))
     write_table({TIME: recording.time, **recording.columns}, csv)
-    toml.write_text(format_description(recording), encoding="utf-8", newline="\n")
+    with whole_file(toml) as made:
+        made.write_text(format_description(recording), encoding="utf-8", newline="\n")
     return csv
 
 

@@ -25,6 +25,7 @@ from tendon_mj.view.render.cable import (
 )
 from tendon_mj.view.render.offscreen import Image, Offscreen, find_camera, project
 from tendon_mj.view.render.panel import HEIGHT, INK, Panel
+from tendon_mj.whole_file import whole_file
 
 _PANEL = 0.3  # share of the width that the panel takes
 _SMALLEST = 64  # [pixels]
@@ -79,7 +80,10 @@ def render_clip(
     mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
     painter = _FramePainter(model, frames, view, width, height, panel)
     try:
-        with mediapy.VideoWriter(path, (height, width), fps=frames.fps, crf=_QUALITY) as writer:
+        with (
+            whole_file(path) as made,
+            mediapy.VideoWriter(made, (height, width), fps=frames.fps, crf=_QUALITY) as writer,
+        ):
             for k in range(len(frames.time)):
                 writer.add_image(painter.draw(k))
                 if progress:

@@ -11,6 +11,7 @@ from tendon_mj.diagnosis.sysid import SysidResult
 from tendon_mj.view.figures.style import DPI
 from tendon_mj.view.report.figures import diagnosis_figures
 from tendon_mj.view.report.page import LEFT_OUT, report_page
+from tendon_mj.whole_file import whole_file
 
 
 def write_report(
@@ -42,7 +43,9 @@ def write_report(
     written = []
     for picture, figure in figures.items():
         written.append(folder / f"{picture}.png")
-        figure.savefig(written[-1], dpi=DPI)
+        with whole_file(written[-1]) as made:
+            figure.savefig(made, dpi=DPI)
     page = folder / "report.html"
-    page.write_text(text, encoding="utf-8")
+    with whole_file(page) as made:
+        made.write_text(text, encoding="utf-8")
     return [*written, page]

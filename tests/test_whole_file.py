@@ -1,0 +1,52 @@
+"""A file is written whole or not at all, and an error names it."""
+
+import errno
+
+import pytest
+
+from tendon_mj.whole_file import whole_file
+
+
+def test_the_new_text_takes_the_place_of_the_old(tmp_path):
+    path = tmp_path / "result.json"
+    path.write_text("old")
+    with whole_file(path) as made:
+        made.write_text("new")
+        assert path.read_text() == "old"
+    assert path.read_text() == "new"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_failure_leaves_the_old_text_and_nothing_else(tmp_path):
+    path = tmp_path / "clip.mp4"
+    path.write_text("old")
+
+    def fail():
+        with whole_file(path) as made:
+            made.write_text("half")
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        fail()
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_the_ending_stays_for_whoever_writes_by_it(tmp_path):
+    with whole_file(tmp_path / "a.png") as made:
+        assert made.suffix == ".png"
+        made.touch()
+
+
+def test_a_full_disk_names_the_file(tmp_path):
+    path = tmp_path / "result.json"
+    with pytest.raises(OSError, match=r"result\.json") as raised, whole_file(path):
+        raise OSError(errno.ENOSPC, "No space left on device")  # as a write reports it
+    assert raised.value.errno == errno.ENOSPC
+
+
+def test_a_folder_that_is_not_there_names_the_file_and_not_its_neighbour(tmp_path):
+    path = tmp_path / "none" / "result.json"
+    with pytest.raises(FileNotFoundError) as raised, whole_file(path) as made:
+        made.write_text("new")
+    assert raised.value.filename == str(path)
