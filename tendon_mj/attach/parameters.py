@@ -45,11 +45,19 @@ class Parameters(MutableMapping[str, float]):
 
     Raises:
         UnknownKeyError: no such sheath or parameter, with the nearest.
-        InvalidValueError: a value outside its range.
+        InvalidValueError: a value that is no number or outside its range; data of another model,
+            of other numbers, or that cannot be written.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | NDArray[np.float64]) -> None:
-        self._state = data if isinstance(data, np.ndarray) else data.plugin_state
+        state = data if isinstance(data, np.ndarray) else getattr(data, "plugin_state", None)
+        if not isinstance(state, np.ndarray) or state.dtype != np.float64:
+            kind = f"array of {data.dtype}" if isinstance(data, np.ndarray) else type(data).__name__
+            raise InvalidValueError(
+                f"data must be an MjData or an array of float64, whose numbers are changed in "
+                f"place, not: {kind}"
+            )
+        self._state: NDArray[np.float64] = state
         if self._state.shape != (model.npluginstate,):
             raise InvalidValueError(
                 f"the plugin state of this model has shape ({model.npluginstate},), the data's has "
@@ -68,8 +76,8 @@ class Parameters(MutableMapping[str, float]):
         }
 
     def _find(self, name: str) -> int:
-        if name not in self._address:
-            raise UnknownKeyError("parameter", name, self._address)
+        if not isinstance(name, str) or name not in self._address:
+            raise UnknownKeyError("parameter", str(name), self._address)
         return self._address[name]
 
     def __getitem__(self, name: str) -> float:
@@ -77,8 +85,14 @@ class Parameters(MutableMapping[str, float]):
 
     def __setitem__(self, name: str, value: float) -> None:
         address = self._find(name)
-        check_live(name, float(value))
-        self._state[address] = value
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            raise InvalidValueError(f"{name}: {value!r} is no number") from None
+        check_live(name, number)
+        if not self._state.flags.writeable:
+            raise InvalidValueError(f"{name}: the array of the plugin state is read-only")
+        self._state[address] = number
 
     def __delitem__(self, name: str) -> None:
         raise InvalidValueError(f"{name} cannot be removed, only set")

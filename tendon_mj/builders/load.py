@@ -64,7 +64,7 @@ def load_spec(name: str, *, scene: bool = False) -> mujoco.MjSpec:
     try:
         return mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
-        raise TendonError(f"{path}: {error}") from error
+        raise TendonError(_refusal(path, error)) from error
 
 
 def load_model(name: str, *, scene: bool = False) -> mujoco.MjModel:
@@ -75,4 +75,11 @@ def load_model(name: str, *, scene: bool = False) -> mujoco.MjModel:
     except ValueError as error:
         if isinstance(error, TendonError):
             raise
-        raise TendonError(f"{path}: {error}") from error
+        raise TendonError(_refusal(path, error)) from error
+
+
+def _refusal(path: Path, error: ValueError) -> str:
+    if isinstance(error, UnicodeDecodeError):  # of a name, which MuJoCo takes as it stands
+        byte = error.object[error.start]
+        return f"{path}: a name has the byte 0x{byte:02x}, which is not UTF-8; save it as UTF-8"
+    return f"{path}: {error}"

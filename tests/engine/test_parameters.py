@@ -131,3 +131,31 @@ def test_an_unknown_name_comes_with_the_nearest():
         parameters["nothing"]
     with pytest.raises(InvalidValueError, match="cannot be removed"):
         del parameters[MU]
+
+
+@pytest.mark.parametrize("value", ["0.1 N", None, [0.1, 0.2], 1j, np.array([0.1])])
+def test_what_is_no_number_is_refused_with_the_parameter(value):
+    model = arm()
+    parameters = Parameters(model, mujoco.MjData(model))
+    with pytest.raises(InvalidValueError, match=r"sheath\.friction: .* is no number"):
+        parameters[MU] = value
+    assert parameters[MU] == 0.2
+
+
+@pytest.mark.parametrize("name", [3, None, ("sheath", "friction"), ["sheath.friction"]])
+def test_what_is_no_name_is_unknown(name):
+    model = arm()
+    parameters = Parameters(model, mujoco.MjData(model))
+    with pytest.raises(UnknownNameError, match="unknown parameter"):
+        parameters[name]
+
+
+def test_an_array_that_would_round_or_hold_no_change_is_refused():
+    model = arm()
+    for data in (np.zeros(model.npluginstate, np.float32), [0.0] * model.npluginstate, None):
+        with pytest.raises(InvalidValueError, match="must be an MjData or an array of float64"):
+            Parameters(model, data)
+    fixed = np.zeros(model.npluginstate)
+    fixed.setflags(write=False)
+    with pytest.raises(InvalidValueError, match="read-only"):
+        Parameters(model, fixed)[MU] = 0.1
