@@ -1,0 +1,88 @@
+"""Friction never adds energy, tension is never negative, unstretched length is conserved."""
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import event, given
+
+from tendon_mj.engine import sheaths
+from tests.engine.models import sheath_view
+from tests.guarantees.random_tendon import DRIVEN, WOUND, cases, moved, thorough
+
+STEPS = 60
+DIVERGED = ("mjWARN_BADQPOS", "mjWARN_BADQVEL", "mjWARN_BADQACC")
+pytestmark = pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
+
+
+def diverged(data):
+    """Whether MuJoCo has found the simulation unstable, and reset it."""
+    return any(data.warning[getattr(mujoco.mjtWarning, name)].number for name in DIVERGED)
+
+
+def states(case):
+    """The only sheath's state after each step, until MuJoCo finds the model unstable."""
+    model = case.model()
+    (sheath,) = sheaths(model)
+    for data in moved(case, model, STEPS):
+        if diverged(data):
+            event(f"{case.drive}: unstable")
+            return
+        assert np.isfinite(data.qpos).all()
+        yield sheath_view(model, data, sheath)
+
+
+@thorough
+@given(cases())
+def test_friction_work_never_falls_at_any_guide(case):
+    before = 0.0
+    for scalars, segments, guides, _ in states(case):
+        tension, flow = segments["tension"], np.abs(guides["trial_flow"])
+        force = scalars.law.axial_stiffness * (tension[:-1] + tension[1:])
+        if scalars.law.tendon_mass:
+            force += scalars.law.tendon_mass * flow / scalars.trial_elapsed**2
+        work = guides["friction_work"].copy()
+        assert (work >= before - 1e-12 * force * flow - 1e-15).all()
+        before = work
+
+
+@thorough
+@given(cases().filter(lambda case: "tendon_mass" not in case.arguments and "RK4" not in case.xml))
+def test_friction_takes_from_what_flows(case):
+    """(T_i − T_{i+1}) Δs_i ≥ 0: tendon passes a guide from the higher tension to the lower.
+
+    A mass takes tension without rubbing, and Runge-Kutta's last evaluation, whose tensions are
+    read here, is not the step's first, whose flow is kept.
+    """
+    for _, segments, guides, _ in states(case):
+        tension, passed = segments["tension"], guides["trial_flow"]
+        rounded = 1e-12 * (tension[:-1] + tension[1:]) * np.abs(passed)
+        within = guides["is_pulley"] == 0.0
+        assert (-np.diff(tension) * passed >= -rounded)[within].all()
+
+
+@thorough
+@given(cases())
+def test_tension_is_never_negative(case):
+    for _, segments, _, _ in states(case):
+        assert (segments["tension"] >= 0.0).all()
+        assert np.isfinite(segments["tension"]).all()
+
+
+@thorough
+@given(cases(WOUND))
+def test_unstretched_length_is_conserved(case):
+    total = None
+    for scalars, segments, _, _ in states(case):
+        now = segments["stored"].sum() + scalars.wound_in + scalars.wound_out
+        total = now if total is None else total
+        assert now == pytest.approx(total, rel=1e-9)
+
+
+@thorough
+@given(cases(DRIVEN))
+def test_without_friction_a_driven_tendon_moves_as_mujocos_own(case):
+    law = dict.fromkeys(case.arguments, 0.0)
+    rubbing = case.model(**law)
+    free = mujoco.MjSpec.from_string(case.xml).compile()
+    for one, other in zip(moved(case, rubbing, STEPS), moved(case, free, STEPS), strict=True):
+        assert np.array_equal(one.qpos, other.qpos)
