@@ -14,6 +14,7 @@ from typing import Any
 
 from tendon_mj.errors import TendonError
 from tendon_mj.recordings import Recording, read_recording
+from tendon_mj.whole_file import whole_file
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,11 +81,13 @@ def _one(solve: Solve, folder: Path, out: Path) -> str:
         result = solve(case)
         summary = f"{result['verdict']} {', '.join(result['effects'])}"
         text = json.dumps(result, indent=1, allow_nan=False) + "\n"
-        (out / "result.json").write_text(text, encoding="utf-8")
+        with whole_file(out / "result.json") as made:
+            made.write_text(text, encoding="utf-8")
     except TendonError as failure:
         error = summary = str(failure)
     about = {"seconds": time.monotonic() - begun, "error": error}
-    (out / "run.json").write_text(json.dumps(about) + "\n", encoding="utf-8")
+    with whole_file(out / "run.json") as made:  # last: with it the case is done
+        made.write_text(json.dumps(about) + "\n", encoding="utf-8")
     return f"{folder.name} {summary}"
 
 

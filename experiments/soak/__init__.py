@@ -1,0 +1,1 @@
+"""Long trials of what docs/guarantees.md promises: hostile input, long runs, lives of models."""

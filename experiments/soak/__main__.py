@@ -1,0 +1,88 @@
+"""`python -m experiments.soak`: long trials of what docs/guarantees.md promises."""
+
+from __future__ import annotations
+
+import platform
+import sys
+import tempfile
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+from experiments.command import run_experiment
+from experiments.soak.batches import Outcomes, run_batches
+from experiments.soak.killed_runs import killed_runs
+from experiments.soak.long_run import long_run
+from tendon_mj.builders.load import example_recording
+from tendon_mj.cli import Output, console, progress_bar
+
+_FUZZ = ("model_fuzz", "recording_fuzz", "life_cycle")
+
+
+def soak(
+    out: Path = Path("out/soak"),
+    fuzz: int = 20_000,
+    lives: int = 4_000,
+    bench_steps: int = 100_000_000,
+    finger_steps: int = 10_000_000,
+    kills: int = 10,
+    seed: int = 0,
+) -> None:
+    """Try hostile models and recordings, long runs, lives of models, and killed runs.
+
+    Takes about an hour on one core. The laws on random tendons are the tests' own:
+    TENDON_MJ_EXAMPLES=20000 pytest tests/guarantees.
+
+    Args:
+        out: folder for result.json.
+        fuzz: number of broken models, and of broken recordings.
+        lives: number of models that are made, copied, pickled, recompiled and deleted.
+        bench_steps: steps of the bench.
+        finger_steps: steps of the finger under its servos.
+        kills: number of runs of each command that are killed.
+        seed: of all that is drawn.
+    """
+    output = Output(out)
+    result: dict[str, object] = {"machine": platform.platform(), "python": sys.version.split()[0]}
+    with progress_bar() as progress:
+        for name in _FUZZ:
+            began = time.perf_counter()
+            trials = lives if name == "life_cycle" else fuzz
+            found = run_batches(f"experiments.soak.{name}", trials, seed, progress=progress)
+            result[name] = found.result() | {"seconds": time.perf_counter() - began}
+            console.print(f"{name}: {_said(found)}", soft_wrap=True)
+        for name, steps in (("bench", bench_steps), ("finger", finger_steps)):
+            run = long_run(name, steps, progress)
+            result[f"long_run_{name}"] = asdict(run)
+            console.print(
+                f"{name}, {run.steps} steps in {run.seconds:.0f} s: unstretched length drifts by "
+                f"{run.drift:.1e}, memory grows by {run.memory_growth:.1f} MiB, "
+                f"{'the same' if run.resumed else 'OTHERWISE'} from checkpoints, "
+                f"{run.unsolved:.0f} unsolved",
+                soft_wrap=True,
+            )
+        for arguments in (["replay", str(example_recording())], ["compare"]):
+            with tempfile.TemporaryDirectory() as folder:
+                killed = killed_runs(arguments, Path(folder) / "out", kills, seed, progress)
+            result[f"killed_{arguments[0]}"] = asdict(killed)
+            console.print(
+                f"{arguments[0]}: {killed.kills} killed, {killed.ended} ended before, "
+                f"{len(killed.broken)} files half-written, the last run "
+                f"{killed.failed or 'did it all'}",
+                soft_wrap=True,
+            )
+    output.result(result)
+    output.close()
+
+
+def _said(found: Outcomes) -> str:
+    counts = ", ".join(f"{number} {outcome}" for outcome, number in found.counts.items())
+    broken = [*found.violations, *found.crashes]
+    return (
+        f"{counts}; {len(found.violations)} broken promises, {len(found.crashes)} crashes"
+        f"{''.join(f'; {what}' for what in broken[:5])}; {found.most_memory:.0f} MiB at most"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(run_experiment(soak, "soak"))

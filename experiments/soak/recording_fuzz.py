@@ -1,0 +1,93 @@
+"""Recordings and descriptions with broken or absurd bytes: refused by file and place, or read."""
+
+from __future__ import annotations
+
+import random
+import tempfile
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+
+from experiments.soak.batches import report_batch
+from tendon_mj.builders.load import example_recording
+from tendon_mj.errors import TendonError
+from tendon_mj.recordings import read_recording
+
+_ROWS = 12  # of the recording that is broken
+_CELLS = (
+    *("", " ", "nan", "inf", "-inf", "1e308", "1e400", "-1e308", "1e-320", "0x1p3", "1_0", "1;2"),
+    *("True", "None", "é", "\x00", "\ufeff", '"', '"1"', "=1+1", "__import__('os')", "9" * 500),
+    *("time_s", "1\r", "\r\n", "\u2028", "\t", "1 N", "+", "--1", "1e", "٣"),
+)
+_LINES = (
+    *("model = 3", 'model = ""', 'model = "/etc/passwd"', "model = [", "[known]", "[[known]]"),
+    *(
+        "[uncertain]",
+        "[measured]",
+        "[session]",
+        "[drive]",
+        "noise = nan",
+        "noise = -1",
+        "x = 1e999",
+    ),
+    *('a = "\\u0000"', "settle = 1e300", "settle = -1", "hold = 3", "= 1", "'x' = 1979-05-27"),
+    *('"*.friction" = 0.1', '"*.friction" = { low = 2, high = 1 }', '"" = 1', "a.b.c = {}"),
+)
+
+
+def broken(data: bytes, draw: random.Random, parts: tuple[str, ...], at: bytes) -> bytes:
+    """Bytes with a few changes: cells or lines replaced, removed or doubled; bytes at random."""
+    for _ in range(draw.randint(1, 3)):
+        kind = draw.randrange(6)
+        pieces = data.split(at)
+        k = draw.randrange(len(pieces))
+        if kind == 0:
+            pieces[k] = draw.choice(parts).encode()
+        elif kind == 1:
+            pieces.insert(k, draw.choice(parts).encode())
+        elif kind == 2:
+            del pieces[k]
+        elif kind == 3:
+            pieces.insert(k, pieces[k])
+        data = at.join(pieces)
+        if kind == 4 and data:
+            cut = draw.randrange(len(data))
+            data = data[:cut] + bytes(draw.randrange(256) for _ in range(3)) + data[cut + 1 :]
+        elif kind == 5:
+            data = data[: draw.randrange(len(data) + 1)]
+    return data
+
+
+def trials(seed: int, count: int) -> Iterator[tuple[str, str]]:
+    """Read recordings of which the table, the description or both are broken."""
+    warnings.simplefilter("ignore")
+    draw = random.Random(seed)
+    source = example_recording()
+    rows = source.read_bytes().split(b"\n")[: _ROWS + 1]
+    table, described = b"\n".join(rows), source.with_suffix(".toml").read_bytes()
+    with tempfile.TemporaryDirectory() as folder:
+        csv = Path(folder) / "recording.csv"
+        for _ in range(count):
+            which = draw.randrange(3)
+            broken_table = table
+            if which != 1:
+                at = draw.choice([b",", b"\n"])
+                broken_table = broken(table, draw, _CELLS, at)
+            csv.write_bytes(broken_table)
+            toml = broken(described, draw, _LINES, b"\n") if which != 0 else described
+            csv.with_suffix(".toml").write_bytes(toml)
+            try:
+                read_recording(csv)
+                yield "read", ""
+            except TendonError as error:
+                named = "recording.csv" in str(error) or "recording.toml" in str(error)
+                yield "refused", "" if named else f"the refusal names no file: {error}"
+            except Exception as error:
+                kept = Path(folder).parent / f"broken_{seed}_{draw.randrange(10**6)}.csv"
+                kept.write_bytes(broken_table)
+                kept.with_suffix(".toml").write_bytes(toml)
+                yield "broken", f"{type(error).__name__}: {error} ({kept})"
+
+
+if __name__ == "__main__":
+    report_batch(trials)
