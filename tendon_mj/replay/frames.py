@@ -42,6 +42,9 @@ class Frames:
         poses: (frames, k) states of kind ``POSE``.
         controls: (frames, nu).
         cables: by name of the sheath.
+        readings: (frames, nsensordata) of the sensors [SI].
+        contacts: of each frame, (k, 6): where two bodies touch [m], and the force there on the one
+            that comes later in the model [N], one row per pair of bodies.
     """
 
     fps: float
@@ -49,6 +52,8 @@ class Frames:
     poses: Array
     controls: Array
     cables: dict[str, Cable]
+    readings: Array
+    contacts: tuple[Array, ...]
 
 
 class FrameRecorder:
@@ -64,7 +69,7 @@ class FrameRecorder:
     def __init__(self, fps: float = FPS) -> None:
         _check_positive("fps", fps, "1/s")
         self.fps = fps
-        self._kept: list[tuple[Array, Array]] = []
+        self._kept: list[tuple[Array, Array, Array, Array]] = []
         self._cables: dict[str, list[tuple[Array, Array]]] = {}
         self._scratch: mujoco.MjData | None = None
 
@@ -92,7 +97,9 @@ class FrameRecorder:
         mujoco.mj_forward(model, self._scratch)  # the path and its tensions belong to this pose
         pose = np.empty(mujoco.mj_stateSize(model, POSE))
         mujoco.mj_getState(model, self._scratch, pose, POSE)
-        self._kept.append((pose, self._scratch.ctrl.copy()))
+        readings = self._scratch.sensordata.copy()
+        contacts = _contact_forces(model, self._scratch)
+        self._kept.append((pose, self._scratch.ctrl.copy(), readings, contacts))
         for name, rows in self._cables.items():
             rows.append(segment_tensions(model, self._scratch, name))
 
@@ -104,16 +111,40 @@ class FrameRecorder:
         """
         if not self._kept:
             raise InvalidValueError("no frame was recorded; give the recorder to a simulation")
+        poses, controls, readings, contacts = zip(*self._kept, strict=True)
         return Frames(
             fps=self.fps,
             time=np.arange(len(self._kept)) / self.fps,
-            poses=np.array([pose for pose, _ in self._kept]),
-            controls=np.array([control for _, control in self._kept]),
+            poses=np.array(poses),
+            controls=np.array(controls),
+            readings=np.array(readings),
+            contacts=contacts,
             cables={
                 name: Cable(np.array([p for p, _ in rows]), np.array([t for _, t in rows]))
                 for name, rows in self._cables.items()
             },
         )
+
+
+def _contact_forces(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """Point and force of every pair of bodies that touch, (k, 6); see `Frames.contacts`."""
+    pairs: dict[tuple[int, int], list[Array]] = {}
+    wrench = np.empty(6)
+    for k in range(data.ncon):
+        contact = data.contact[k]
+        bodies = [int(model.geom_bodyid[geom]) for geom in contact.geom if geom >= 0]
+        mujoco.mj_contactForce(model, data, k, wrench)
+        force = contact.frame.reshape(3, 3).T @ wrench[:3]  # on the second geom
+        if len(bodies) == 2 and wrench[0] > 0.0:
+            later = force if bodies[1] >= bodies[0] else -force
+            pair = min(bodies), max(bodies)
+            pairs.setdefault(pair, []).append(np.concatenate([contact.pos, later, wrench[:1]]))
+    rows = [np.array(points) for points in pairs.values()]
+    middles = [np.average(r[:, :3], axis=0, weights=r[:, 6]) for r in rows]
+    forces = [r[:, 3:6].sum(axis=0) for r in rows]
+    return np.array([np.concatenate(row) for row in zip(middles, forces, strict=True)]).reshape(
+        -1, 6
+    )
 
 
 def record_frames(

@@ -60,7 +60,7 @@ class Offscreen:
             raise EngineError(f"MuJoCo cannot draw with this OpenGL: {error}") from error
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._scene = mujoco.MjvScene(self._model, _MAX_GEOMS)
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 1
         self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
         self._rect = mujoco.MjrRect(0, 0, width, height)
         self._image = np.empty((height, width, 3), np.uint8)
