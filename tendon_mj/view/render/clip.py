@@ -170,7 +170,7 @@ class _FramePainter:
             name: (sheaths(model)[name].tendon, colour)
             for name, colour in tendon_colours(model).items()
         }
-        size = round(15 * text_scale(height))
+        size = max(6, round(15 * text_scale(height)))
         self._font = ImageFont.truetype(findfont("DejaVu Sans"), size)
         self._largest = max((largest_force(rows) for rows in frames.contacts), default=0.0)
         self._arrow = arrow_scale(frames.contacts, _ARROW * float(model.stat.extent))

@@ -20,7 +20,8 @@ from tendon_mj.view.render.cable import COLOURS
 from tendon_mj.view.render.charts import Chart, charts, tendon_colours, touch_forces
 from tendon_mj.view.render.offscreen import Image
 
-_DPI, _LEAST_DPI = 100.0, 84.0  # at 720 pixels of height and more; smaller text is not legible
+_DPI, _LEGIBLE = 100.0, 84.0  # at 720 pixels of height; the least that is read with ease
+_LEAST_INCHES = 5.0  # height that a chart, a colour bar and the values take
 HEIGHT = 720  # [pixels]
 _ROWS = 4  # sheaths whose tensions are also written as numbers
 _CHART = 1.35  # least height of a chart [inch]
@@ -29,7 +30,7 @@ INK = "#202020"
 
 def text_scale(height: int) -> float:
     """Size of text in a clip over that at 720 pixels of height [pixels]."""
-    return max(height / HEIGHT, _LEAST_DPI / _DPI)
+    return max(height / HEIGHT, min(_LEGIBLE, height / _LEAST_INCHES) / _DPI)
 
 
 class Panel:
@@ -77,7 +78,7 @@ class Panel:
         self._plots = list(zip(axes, shown, strict=True))
         self._background = np.array(figure.canvas.buffer_rgba())[:height, :width, :3]  # type: ignore[attr-defined]
         self._font = {
-            size: ImageFont.truetype(findfont("DejaVu Sans"), round(size * self._unit))
+            size: ImageFont.truetype(findfont("DejaVu Sans"), max(6, round(size * self._unit)))
             for size in (20, 14)
         }
 

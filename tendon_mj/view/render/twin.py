@@ -78,7 +78,7 @@ class Ghost:
     ) -> None:
         self._offscreen, self._camera, self._ghost = offscreen, camera, ghost_of(model)
         self._data = mujoco.MjData(self._ghost)
-        mujoco.mj_forward(model, self._data)
+        mujoco.mj_fwdPosition(model, self._data)
         offscreen.draw(self._data, camera, model=background_of(model), shadows=False)
         self._background = offscreen.depth
 
