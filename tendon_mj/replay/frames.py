@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import copy
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import mujoco
@@ -12,11 +13,23 @@ from numpy.typing import ArrayLike, NDArray
 from tendon_mj.engine import segment_tensions, sheaths
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.progress import Progress
+from tendon_mj.replay.parameters import Adjustable
 
 Array = NDArray[np.float64]
 POSE = mujoco.mjtState.mjSTATE_PHYSICS
 _FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 FPS = 30.0  # [1/s]
+_MOST_MEMORY = 2.0  # that frames may take [GB]
+_FRICTION = (
+    "friction",
+    "static_friction",
+    "constant_friction",
+    "stribeck_friction",
+    "viscous_friction",
+    "friction_gradient",
+    "friction_drift",
+    "direction_asymmetry",
+)
 
 
 @dataclass(frozen=True)
@@ -153,6 +166,7 @@ def record_frames(
     *,
     duration: float,
     fps: float = FPS,
+    parameters: Mapping[str, float] | None = None,
     progress: Progress | None = None,
 ) -> Frames:
     """Simulate a model from its reference pose, and return frames of it.
@@ -163,14 +177,21 @@ def record_frames(
             last one holds on.
         duration: of the simulation [s].
         fps: frames per second [1/s].
+        parameters: ``<element>.<parameter>`` to value (see `replay.parameters`).
         progress: called with what is being done, how much is done, and of how much.
 
     Raises:
-        InvalidValueError: no duration, no frame rate, or controls of the wrong shape.
+        UnknownNameError: no such parameter.
+        InvalidValueError: no duration, no frame rate, more frames than memory should hold, or
+            controls of the wrong shape.
         TendonError: the simulation became unstable; the message says when.
     """
-    _check_positive("duration", duration, "s")
+    check_frames(model, duration, fps)
     control, recorder, data = _control(model, drive), FrameRecorder(fps), mujoco.MjData(model)
+    if parameters:
+        adjustable = Adjustable(copy.copy(model))
+        adjustable.set(parameters)
+        model, data = adjustable.model, adjustable.data
     frames = max(1, round(duration * fps))
     for k in range(frames):
         while data.time < k / fps - 0.5 * model.opt.timestep:
@@ -180,6 +201,40 @@ def record_frames(
         if progress:
             progress("simulate", k + 1, frames)
     return recorder.frames()
+
+
+def check_frames(model: mujoco.MjModel, duration: float, fps: float) -> None:
+    """Refuse a number of frames that cannot be held in memory.
+
+    Args:
+        model: to be recorded.
+        duration: of the simulation [s].
+        fps: frames per second [1/s].
+
+    Raises:
+        InvalidValueError: it says how much memory the frames would take.
+    """
+    _check_positive("duration", duration, "s")
+    _check_positive("fps", fps, "1/s")
+    numbers = mujoco.mj_stateSize(model, POSE) + model.nu + model.nsensordata
+    numbers += 4 * model.nwrap  # points of the tendons and tensions between them
+    memory = 8e-9 * numbers * duration * fps
+    if memory > _MOST_MEMORY:
+        raise InvalidValueError(
+            f"duration = {duration:g} [s] at fps = {fps:g} [1/s] are {duration * fps:.3g} frames, "
+            f"which take {memory:.3g} GB of memory; at most {_MOST_MEMORY:g} GB are taken: ask for "
+            "a shorter duration or for fewer frames"
+        )
+
+
+def frictionless(model: mujoco.MjModel) -> dict[str, float]:
+    """Parameters for `record_frames` that take all friction from every sheath of a model."""
+    adjustable = Adjustable(copy.copy(model))
+    return {
+        name: 0.0
+        for name, value in adjustable.live.items()
+        if name.rpartition(".")[2] in _FRICTION and value != 0.0
+    }
 
 
 def _check_positive(name: str, value: float, unit: str) -> None:

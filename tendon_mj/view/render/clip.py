@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, Final
 
 import imageio_ffmpeg
 import mediapy
@@ -41,6 +42,7 @@ _PANEL = 0.34  # share of the width that the panel takes
 _SMALLEST, _LARGEST = 64, 8192  # [pixels]
 _QUALITY = 18  # constant rate factor of H.264, less is better
 _ARROW = 0.12  # length of the largest force's arrow over the model's extent
+_HALO: Final[dict[str, Any]] = {"stroke_width": 2, "stroke_fill": "white"}  # on any background
 _BYTES_A_PIXEL = 60  # of colour and depth, four samples of each, and what a frame is drawn with
 
 
@@ -78,9 +80,7 @@ def render_clip(
         UnknownNameError: no such camera.
         InvalidValueError: a size out of range, or frames of another model.
     """
-    for name, size in (("width", width), ("height", height)):
-        if size % 2:
-            raise InvalidValueError(f"{name} = {size} [pixels] must be even and ≥ {_SMALLEST}")
+    check_size(width, height)
     images = draw_frames(model, frames, width=width, height=height, camera=camera, twin=twin)
     path.parent.mkdir(parents=True, exist_ok=True)
     mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
@@ -113,13 +113,6 @@ def draw_frames(
     Raises:
         EngineError, UnknownNameError, InvalidValueError: as `render_clip`.
     """
-    for name, size in (("width", width), ("height", height)):
-        if not _SMALLEST <= size <= _LARGEST:
-            memory = width * height * _BYTES_A_PIXEL / 1e9
-            raise InvalidValueError(
-                f"{name} = {size} [pixels] must be even and ≥ {_SMALLEST}, and at most {_LARGEST}; "
-                f"a picture of {width} x {height} takes about {memory:.3g} GB"
-            )
     sizes = frames.poses.shape[1], frames.controls.shape[1]
     needed = mujoco.mj_stateSize(model, POSE), model.nu
     if sizes != needed:
@@ -135,6 +128,27 @@ def draw_frames(
     view = find_camera(model, camera)
     panel = 2 * round(0.5 * _PANEL * width) if frames.cables else 0
     return _pictures(_FramePainter(model, frames, view, width, height, panel, twin))
+
+
+def check_size(width: int, height: int) -> None:
+    """Refuse sizes that no clip has.
+
+    Raises:
+        InvalidValueError: a size [pixels] that is odd, too small, or too large; it says how much
+            memory a picture of it would take.
+    """
+    for name, size in (("width", width), ("height", height)):
+        if size % 2 or not _SMALLEST <= size <= _LARGEST:
+            memory = max(width, 0) * max(height, 0) * _BYTES_A_PIXEL / 1e9
+            raise InvalidValueError(
+                f"{name} = {size} [pixels] must be even, ≥ {_SMALLEST} and ≤ {_LARGEST}; a picture "
+                f"of {width} x {height} takes about {memory:.2g} GB"
+            )
+
+
+def _overlap(apart: Array, size: float) -> bool:
+    """Whether two labels of a tendon's name would overlap, that far apart [pixels]."""
+    return bool(abs(apart[1]) < 1.25 * size and abs(apart[0]) < 5.0 * size)
 
 
 def _pictures(painter: _FramePainter) -> Iterator[Image]:
@@ -221,15 +235,16 @@ class _FramePainter:
             for text, end in labels:
                 away = seen[end] - np.nanmean(seen, axis=0)
                 spot = seen[end] + 2.2 * size * away / max(float(np.linalg.norm(away)), 1.0)
-                near = [s for s in written if np.abs(s - spot).max() < 1.2 * size]
                 inside = bool(((seen[end] > 0.0) & (seen[end] < self._size)).all())
-                if inside and np.isfinite(spot).all() and not near:
+                if inside and np.isfinite(spot).all():
+                    while any(_overlap(spot - other, size) for other in written):
+                        spot[1] += 0.3 * size
+                    written.append(spot.copy())
                     wide = self._font.getlength(text) + 2.0
                     spot[0] -= wide if away[0] < 0.0 else 0.0
                     spot[0] = np.clip(spot[0], 2.0, max(2.0, self._size[0] - wide))
                     ink = colour if several else INK
-                    draw.text(tuple(spot), text, fill=ink, font=self._font, anchor="lm")
-                    written.append(spot)
+                    draw.text(tuple(spot), text, fill=ink, font=self._font, anchor="lm", **_HALO)
         if self._frames.cables:
             self._explain(draw)
         return np.array(picture)
@@ -245,5 +260,5 @@ class _FramePainter:
         for text, colour, outline in lines:
             box = [x - radius, y - radius, x + radius, y + radius]
             draw.ellipse(box, fill=colour, outline=outline or None)
-            draw.text((x + size, y), text, fill=INK, font=self._font, anchor="lm")
+            draw.text((x + size, y), text, fill=INK, font=self._font, anchor="lm", **_HALO)
             y += 1.5 * size

@@ -155,18 +155,20 @@ def _draw_chart(axes: Axes, chart: Chart, frames: Frames) -> None:
         names.append("no friction")
     elif any(line.style == "--" for line in chart.lines):
         names, entries = _with_ends(names, entries)
-    axes.legend(
+    axes.set_title(" ", fontsize=8.0)  # the legend's place, which may be wider than the chart
+    legend = axes.legend(
         entries,
         names,
         loc="lower left",
-        bbox_to_anchor=(0.0, 1.0),
+        bbox_to_anchor=(-0.12, 1.0),
         ncols=4,
         borderaxespad=0.1,
-        columnspacing=0.9,
-        handlelength=1.4,
+        columnspacing=0.8,
+        handlelength=1.3,
         handletextpad=0.4,
         fontsize=8.0,
     )
+    legend.set_in_layout(False)
     axes.set_ylabel(chart.label)
 
 
