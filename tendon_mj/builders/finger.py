@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import mujoco
 import numpy as np
 
@@ -13,15 +15,20 @@ from tendon_mj.builders.finger_parameters import (
     SIDE,
     TENDONS,
     UP,
+    Array,
     Finger,
     sheath_points,
     spool_angles,
 )
+from tendon_mj.builders.finger_shapes import COLOUR, TENDON_COLOUR, Mesh, phalanx_shapes
 
-_COLOUR = {"flexor": [0.85, 0.2, 0.15, 1.0], "extensor": [0.1, 0.35, 0.8, 1.0]}
-_SKIN, _STEEL, _OBJECT = [0.87, 0.72, 0.6, 0.45], [0.45, 0.47, 0.5, 1.0], [0.95, 0.65, 0.15, 1.0]
+_STEEL, _OBJECT = [0.45, 0.47, 0.5, 1.0], [0.3, 0.33, 0.38, 1.0]
+_CONTACT = 3  # group of the geoms that touch, which viewers do not show
+_DRAWN: dict[str, Any] = {"group": 1, "mass": 0.0, "contype": 0, "conaffinity": 0}  # for the eye
 _PHALANX = 1  # contact bit: phalanges touch the object and nothing else
 _OBJECT_SIZE = (0.007, 0.012, 0.008)  # half edges of the object [m]
+_RAIL = np.array([0.0, 0.0165, 0.0])  # of the rod that guides the object, behind the finger [m]
+_PIN = 0.0013, 0.0012, 0.006  # radius, front and back of the pins that guides are drawn with [m]
 # so light joints would otherwise give way to what the motors can pull; 2 steps are the stiffest
 # that MuJoCo takes
 _LIMIT_STEPS, _LIMIT_SOLIMP = 2.0, (0.99, 0.999, 0.01, 0.5, 2.0)
@@ -70,7 +77,7 @@ def build_finger(finger: Finger, *, spring_return: bool = False) -> mujoco.MjSpe
 
 
 def _add_phalanges(spec: mujoco.MjSpec, finger: Finger) -> None:
-    body, start = spec.worldbody, np.zeros(3)
+    body, start, shapes = spec.worldbody, np.zeros(3), phalanx_shapes(finger)
     for name, joint in finger.joints.items():
         body = body.add_body(name=name, pos=start)
         start = joint.length * FORWARD
@@ -87,10 +94,11 @@ def _add_phalanges(spec: mujoco.MjSpec, finger: Finger) -> None:
             size=[joint.radius, 0.0, 0.0],
             fromto=[0.0, 0.0, 0.0, end, 0.0, 0.0],
             mass=joint.mass,
-            rgba=_SKIN,
+            group=_CONTACT,
             contype=_PHALANX,
             conaffinity=0,
         )
+        _draw_phalanx(spec, body, shapes)
     tip = finger.dip
     body.add_site(
         name="tip",
@@ -99,6 +107,14 @@ def _add_phalanges(spec: mujoco.MjSpec, finger: Finger) -> None:
         fromto=[0.0, 0.0, 0.0, tip.length - tip.radius, 0.0, 0.0],
         rgba=[0.0, 0.0, 0.0, 0.0],
     )
+
+
+def _draw_phalanx(spec: mujoco.MjSpec, body: mujoco.MjsBody, shapes: dict[str, Mesh]) -> None:
+    for part, rgba in COLOUR.items():
+        name = f"{body.name}_{part}"
+        shape = shapes[name]
+        spec.add_mesh(name=name, uservert=shape.vertices.ravel(), userface=shape.faces.ravel())
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, rgba=rgba, **_DRAWN)
 
 
 def _add_object(spec: mujoco.MjSpec, finger: Finger) -> None:
@@ -122,6 +138,10 @@ def _add_object(spec: mujoco.MjSpec, finger: Finger) -> None:
         conaffinity=_PHALANX,
         solref=[4.0 * finger.timestep, 1.0],
     )
+    box, rod = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER
+    body.add_geom(type=box, pos=_RAIL, size=[0.003, 0.0065, 0.003], rgba=_STEEL, **_DRAWN)
+    ends = [*_RAIL, *(_RAIL - 0.05 * UP)]
+    body.add_geom(type=rod, fromto=ends, size=[0.0022, 0.0, 0.0], rgba=_STEEL, **_DRAWN)
 
 
 def _add_motor(spec: mujoco.MjSpec, finger: Finger, tendon: str) -> None:
@@ -142,7 +162,7 @@ def _add_motor(spec: mujoco.MjSpec, finger: Finger, tendon: str) -> None:
             [0.0, -0.005, 0.0, 0.0, -0.005, 0.8 * side * finger.spool_radius],
         ),
     ):
-        rgba = _STEEL if kind == mujoco.mjtGeom.mjGEOM_CYLINDER else _COLOUR[tendon]
+        rgba = _STEEL if kind == mujoco.mjtGeom.mjGEOM_CYLINDER else TENDON_COLOUR[tendon]
         body.add_geom(
             type=kind, size=[radius, 0, 0], fromto=fromto, rgba=rgba, contype=0, conaffinity=0
         )
@@ -176,12 +196,25 @@ def _add_path(spec: mujoco.MjSpec, finger: Finger, tendon: str) -> None:
     for name, joint in finger.joints.items():
         before, after = joint.guides(tendon)
         body = spec.body(name)
-        parent.add_site(name=f"{tendon}_{name}_before", pos=before + axis * FORWARD)
-        body.add_site(name=f"{tendon}_{name}_after", pos=after)
+        for on, end, pos in ((parent, "before", before + axis * FORWARD), (body, "after", after)):
+            on.add_site(name=f"{tendon}_{name}_{end}", pos=pos)
+            if on != spec.worldbody:
+                _draw_pin(on, pos)
         names += [f"{tendon}_{name}_before", f"{tendon}_{name}_after"]
         parent, axis = body, joint.length
     element = add_tendon(spec, tendon, names)
-    element.width, element.rgba = _TENDON_RADIUS, _COLOUR[tendon]
+    element.width, element.rgba = _TENDON_RADIUS, TENDON_COLOUR[tendon]
+
+
+def _draw_pin(body: mujoco.MjsBody, guide: Array) -> None:
+    radius, front, back = _PIN
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        fromto=[*(guide + front * FLEXION), *(guide + back * FLEXION)],
+        size=[radius, 0.0, 0.0],
+        rgba=_STEEL,
+        **_DRAWN,
+    )
 
 
 def _add_sensors(spec: mujoco.MjSpec, tendons: tuple[str, ...]) -> None:

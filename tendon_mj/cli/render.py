@@ -5,41 +5,153 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
+import mujoco
 import tyro
 
-from tendon_mj.builders.load import load_model, model_path
-from tendon_mj.cli.output import Output, progress_bar
-from tendon_mj.finger.control import prepare_finger
-from tendon_mj.finger.trajectories import curl
-from tendon_mj.replay.default_motion import Drive, default_motion
-from tendon_mj.replay.frames import Array, record_frames
-from tendon_mj.view.render.clip import render_clip
+from tendon_mj.builders.load import load_model, model_names, model_path
+from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.finger.control import simulate_finger
+from tendon_mj.finger.trajectories import find_trajectory, lasting
+from tendon_mj.progress import Progress
+from tendon_mj.replay.default_motion import default_motion, read_motion
+from tendon_mj.replay.frames import (
+    FrameRecorder,
+    Frames,
+    check_frames,
+    frictionless,
+    record_frames,
+)
+from tendon_mj.view.render.clip import check_size, render_clip
+from tendon_mj.view.render.offscreen import find_camera
+
+FINGERS = ("finger", "finger_spring")
+DURATION = 6.0  # of a clip of a model without a motion of its own [s]
 
 
 def render(
     model: Annotated[str, tyro.conf.Positional],
     out: Path = Path("out/render"),
-    duration: float = 6.0,
+    duration: float | None = None,
+    motion: str | None = None,
+    camera: str | None = None,
+    size: str = "1280x720",
+    fps: float = 30.0,
+    twin: bool = True,
 ) -> dict[str, object]:
     """Write an MP4 of a model in motion, its tendons coloured by their tension.
+
+    Behind the model stands its frictionless twin in grey, under the same drive.
+
+    Example: tendon-mj render finger --motion press --camera finger --size 960x540 --fps 25
 
     Args:
         model: bench, joint, finger, finger_spring, or the path of an MJCF file.
         out: folder for the clip and result.json.
-        duration: of the clip in seconds.
+        duration: of the clip in seconds; default: that of the motion, or 6.
+        motion: of a finger: curl, tap, press, hold or a CSV as for simulate; default: curl. Of any
+            other model: a CSV with time_s and a column for every actuator that moves, like
+            command_rad; default: each slowly through its control range, or through -1 to 1 where
+            it has none.
+        camera: name of one of the model's cameras; default: its first.
+        size: width x height of the clip in pixels, like 1280x720.
+        fps: frames per second.
+        twin: whether to draw the frictionless twin.
     """
-    output = Output(out)
+    width, height = _size(size)
+    check_size(width, height)
     name = model_path(model).stem
     compiled = load_model(model, scene=True)
-    drive: Drive | Array = default_motion(name, compiled)
-    if name in ("finger", "finger_spring"):
-        prepared, drive = prepare_finger(curl(), compiled)
-        compiled = prepared.model
+    find_camera(compiled, camera)
+    output = Output(out)
     with progress_bar() as progress:
-        frames = record_frames(compiled, drive, duration=duration, progress=progress)
-        path = render_clip(compiled, frames, out / f"{name}.mp4", progress=progress)
+        if name in FINGERS:
+            frames, other = _finger_frames(compiled, name, motion or "curl", duration, fps, twin)
+        else:
+            frames, other = _frames(compiled, name, motion, duration, fps, twin, progress)
+        path = render_clip(
+            compiled,
+            frames,
+            out / f"{name}.mp4",
+            width=width,
+            height=height,
+            camera=camera,
+            twin=other,
+            progress=progress,
+        )
     output.add(path)
-    result: dict[str, object] = {"clip": path.name, "duration_s": duration}
+    length = len(frames.time) / fps
+    result: dict[str, object] = {"clip": path.name, "duration_s": length}
     output.result(result)
+    moved = "" if (frames.poses != frames.poses[0]).any() else ", in which nothing moves"
     output.close()
+    console.print(
+        f"{path.name} shows {length:.3g} s of {name} at {fps:g} frames/s, {width} x {height}"
+        f"{moved}",
+        soft_wrap=True,
+    )
     return result
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.lower().partition("x")
+    if not (width.strip().isdecimal() and height.strip().isdecimal()):
+        raise InvalidValueError(f"--size {text}: give width x height in pixels, like 1280x720")
+    return int(width), int(height)
+
+
+def _finger_frames(
+    compiled: mujoco.MjModel,
+    name: str,
+    motion: str,
+    duration: float | None,
+    fps: float,
+    twin: bool,
+) -> tuple[Frames, Frames | None]:
+    trajectory = find_trajectory(motion)
+    check_frames(compiled, duration or float(trajectory.time[-1]), fps)
+    if duration is not None:
+        trajectory = lasting(trajectory, duration)
+    found = []
+    for friction in (None, 0.0) if twin else (None,):
+        recorder = FrameRecorder(fps)
+        simulate_finger(trajectory, compiled, name=name, friction=friction, recorder=recorder)
+        found.append(recorder.frames())
+    return found[0], found[1] if twin else None
+
+
+def _frames(
+    compiled: mujoco.MjModel,
+    name: str,
+    motion: str | None,
+    duration: float | None,
+    fps: float,
+    twin: bool,
+    progress: Progress,
+) -> tuple[Frames, Frames | None]:
+    drive, length = default_motion(name, compiled), DURATION
+    if motion is not None:
+        drive, length = read_motion(Path(motion), compiled)
+    elif name not in model_names():
+        _say_what_moves(compiled)
+    length = duration or length
+    frames = record_frames(compiled, drive, duration=length, fps=fps, progress=progress)
+    without = frictionless(compiled) if twin else {}
+    if not without:
+        return frames, None
+    return frames, record_frames(compiled, drive, duration=length, fps=fps, parameters=without)
+
+
+def _say_what_moves(compiled: mujoco.MjModel) -> None:
+    """Say where the motion of a model that has no ranges for it is from."""
+    free = [
+        compiled.actuator(k).name or f"actuator {k}"
+        for k in range(compiled.nu)
+        if not compiled.actuator_ctrllimited[k] and compiled.actuator_plugin[k] < 0
+    ]
+    if not compiled.nu:
+        console.print("the model has no actuator: only gravity and springs move it")
+    elif free:
+        console.print(
+            f"without ctrlrange, so moved through -1 to 1: {', '.join(free)}", soft_wrap=True
+        )

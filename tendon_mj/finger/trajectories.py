@@ -157,6 +157,19 @@ def clamped(trajectory: Trajectory, finger: Finger) -> Trajectory:
     return dataclasses.replace(trajectory, columns=columns)
 
 
+def lasting(trajectory: Trajectory, duration: float) -> Trajectory:
+    """A trajectory cut after a duration [s], or held at its last values until then.
+
+    Raises:
+        InvalidValueError: the duration is not finite, or shorter than two samples.
+    """
+    if not np.isfinite(duration) or duration < 2.0 * _INTERVAL:
+        raise InvalidValueError(f"duration = {duration} [s] must be finite and ≥ {2 * _INTERVAL}")
+    time = np.append(trajectory.time[trajectory.time < duration], duration)
+    columns = {c: np.interp(time, trajectory.time, v) for c, v in trajectory.columns.items()}
+    return dataclasses.replace(trajectory, time=time, columns=columns)
+
+
 def _reach(trajectory: Trajectory, finger: Finger) -> dict[str, tuple[float, float]]:
     """Lowest and highest value of every column."""
     if not trajectory.by_tension:

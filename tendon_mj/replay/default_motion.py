@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
+
+from tendon_mj.errors import UnknownNameError
+from tendon_mj.recordings.csv_table import TIME, UNITS, read_table
 
 Drive = Callable[[float], NDArray[np.float64]]
 
 # actuator -> amplitude in its own unit
 _NAMED = {"bench": {"reel": 0.002}, "joint": {"command": np.deg2rad(60.0)}}
 _REEL = 0.001  # of a reel without a control range [m]
+_ANY = 1.0  # of another actuator without a control range [its own unit]
 _SHARE = 0.8  # of a control range
 _PERIOD = 3.0  # [s]
 _EASE = 1.0  # from 0 to the middle of a control range [s]
@@ -23,7 +28,7 @@ def default_motion(name: str, model: mujoco.MjModel) -> Drive:
 
     `bench` winds its reel ±2 mm, `joint` follows a command of ±60°. On any other model every
     actuator goes through most of its control range; a reel without one moves ±1 mm, and another
-    actuator without one stays at 0.
+    actuator without one goes through ±1.
 
     Args:
         name: of the model.
@@ -46,9 +51,42 @@ def default_motion(name: str, model: mujoco.MjModel) -> Drive:
     return drive
 
 
+def read_motion(path: Path, model: mujoco.MjModel) -> tuple[Drive, float]:
+    """Controls of a model from a CSV, and how long they last [s].
+
+    Args:
+        path: of a CSV with `time_s` and one column per actuator that moves, named as it is and
+            with its unit: `command_rad`.
+        model: whose actuators are meant; those without a column stay at 0.
+
+    Raises:
+        RecordingError: the file cannot be read.
+        UnknownNameError: a column names no actuator.
+    """
+    table = read_table(path)
+    time = table.pop(TIME)
+    actuators = [model.actuator(k).name for k in range(model.nu)]
+    meant = {column: column[: -len(_unit_ending(column))] for column in table}
+    for name in meant.values():
+        if name not in actuators:
+            raise UnknownNameError(f"{path}: actuator", name, actuators)
+    places = [actuators.index(name) for name in meant.values()]
+
+    def drive(now: float) -> NDArray[np.float64]:
+        control = np.zeros(model.nu)
+        control[places] = [np.interp(now, time - time[0], v) for v in table.values()]
+        return control
+
+    return drive, float(time[-1] - time[0])
+
+
+def _unit_ending(column: str) -> str:
+    return max((ending for ending in UNITS if column.endswith(ending)), key=len)
+
+
 def _within_ranges(model: mujoco.MjModel) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     limited = model.actuator_ctrllimited.astype(bool)
     low, high = model.actuator_ctrlrange.T
-    reel = np.where(model.actuator_plugin >= 0, _REEL, 0.0)
+    reel = np.where(model.actuator_plugin >= 0, _REEL, _ANY)
     amplitude = np.where(limited, 0.5 * _SHARE * (high - low), reel)
     return np.where(limited, 0.5 * (low + high), 0.0), amplitude

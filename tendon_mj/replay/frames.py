@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import copy
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import mujoco
@@ -12,11 +13,23 @@ from numpy.typing import ArrayLike, NDArray
 from tendon_mj.engine import segment_tensions, sheaths
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.progress import Progress
+from tendon_mj.replay.parameters import Adjustable
 
 Array = NDArray[np.float64]
 POSE = mujoco.mjtState.mjSTATE_PHYSICS
 _FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 FPS = 30.0  # [1/s]
+_MOST_MEMORY = 2.0  # that frames may take [GB]
+_FRICTION = (
+    "friction",
+    "static_friction",
+    "constant_friction",
+    "stribeck_friction",
+    "viscous_friction",
+    "friction_gradient",
+    "friction_drift",
+    "direction_asymmetry",
+)
 
 
 @dataclass(frozen=True)
@@ -42,6 +55,9 @@ class Frames:
         poses: (frames, k) states of kind ``POSE``.
         controls: (frames, nu).
         cables: by name of the sheath.
+        readings: (frames, nsensordata) of the sensors [SI].
+        contacts: of each frame, (k, 6): where two bodies touch [m], and the force there on the one
+            that comes later in the model [N], one row per pair of bodies.
     """
 
     fps: float
@@ -49,6 +65,8 @@ class Frames:
     poses: Array
     controls: Array
     cables: dict[str, Cable]
+    readings: Array
+    contacts: tuple[Array, ...]
 
 
 class FrameRecorder:
@@ -64,7 +82,7 @@ class FrameRecorder:
     def __init__(self, fps: float = FPS) -> None:
         _check_positive("fps", fps, "1/s")
         self.fps = fps
-        self._kept: list[tuple[Array, Array]] = []
+        self._kept: list[tuple[Array, Array, Array, Array]] = []
         self._cables: dict[str, list[tuple[Array, Array]]] = {}
         self._scratch: mujoco.MjData | None = None
 
@@ -92,7 +110,9 @@ class FrameRecorder:
         mujoco.mj_forward(model, self._scratch)  # the path and its tensions belong to this pose
         pose = np.empty(mujoco.mj_stateSize(model, POSE))
         mujoco.mj_getState(model, self._scratch, pose, POSE)
-        self._kept.append((pose, self._scratch.ctrl.copy()))
+        readings = self._scratch.sensordata.copy()
+        contacts = _contact_forces(model, self._scratch)
+        self._kept.append((pose, self._scratch.ctrl.copy(), readings, contacts))
         for name, rows in self._cables.items():
             rows.append(segment_tensions(model, self._scratch, name))
 
@@ -104,16 +124,40 @@ class FrameRecorder:
         """
         if not self._kept:
             raise InvalidValueError("no frame was recorded; give the recorder to a simulation")
+        poses, controls, readings, contacts = zip(*self._kept, strict=True)
         return Frames(
             fps=self.fps,
             time=np.arange(len(self._kept)) / self.fps,
-            poses=np.array([pose for pose, _ in self._kept]),
-            controls=np.array([control for _, control in self._kept]),
+            poses=np.array(poses),
+            controls=np.array(controls),
+            readings=np.array(readings),
+            contacts=contacts,
             cables={
                 name: Cable(np.array([p for p, _ in rows]), np.array([t for _, t in rows]))
                 for name, rows in self._cables.items()
             },
         )
+
+
+def _contact_forces(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """Point and force of every pair of bodies that touch, (k, 6); see `Frames.contacts`."""
+    pairs: dict[tuple[int, int], list[Array]] = {}
+    wrench = np.empty(6)
+    for k in range(data.ncon):
+        contact = data.contact[k]
+        bodies = [int(model.geom_bodyid[geom]) for geom in contact.geom if geom >= 0]
+        mujoco.mj_contactForce(model, data, k, wrench)
+        force = contact.frame.reshape(3, 3).T @ wrench[:3]  # on the second geom
+        if len(bodies) == 2 and wrench[0] > 0.0:
+            later = force if bodies[1] >= bodies[0] else -force
+            pair = min(bodies), max(bodies)
+            pairs.setdefault(pair, []).append(np.concatenate([contact.pos, later, wrench[:1]]))
+    rows = [np.array(points) for points in pairs.values()]
+    middles = [np.average(r[:, :3], axis=0, weights=r[:, 6]) for r in rows]
+    forces = [r[:, 3:6].sum(axis=0) for r in rows]
+    return np.array([np.concatenate(row) for row in zip(middles, forces, strict=True)]).reshape(
+        -1, 6
+    )
 
 
 def record_frames(
@@ -122,6 +166,7 @@ def record_frames(
     *,
     duration: float,
     fps: float = FPS,
+    parameters: Mapping[str, float] | None = None,
     progress: Progress | None = None,
 ) -> Frames:
     """Simulate a model from its reference pose, and return frames of it.
@@ -132,14 +177,21 @@ def record_frames(
             last one holds on.
         duration: of the simulation [s].
         fps: frames per second [1/s].
+        parameters: ``<element>.<parameter>`` to value (see `replay.parameters`).
         progress: called with what is being done, how much is done, and of how much.
 
     Raises:
-        InvalidValueError: no duration, no frame rate, or controls of the wrong shape.
+        UnknownNameError: no such parameter.
+        InvalidValueError: no duration, no frame rate, more frames than memory should hold, or
+            controls of the wrong shape.
         TendonError: the simulation became unstable; the message says when.
     """
-    _check_positive("duration", duration, "s")
+    check_frames(model, duration, fps)
     control, recorder, data = _control(model, drive), FrameRecorder(fps), mujoco.MjData(model)
+    if parameters:
+        adjustable = Adjustable(copy.copy(model))
+        adjustable.set(parameters)
+        model, data = adjustable.model, adjustable.data
     frames = max(1, round(duration * fps))
     for k in range(frames):
         while data.time < k / fps - 0.5 * model.opt.timestep:
@@ -149,6 +201,40 @@ def record_frames(
         if progress:
             progress("simulate", k + 1, frames)
     return recorder.frames()
+
+
+def check_frames(model: mujoco.MjModel, duration: float, fps: float) -> None:
+    """Refuse a number of frames that cannot be held in memory.
+
+    Args:
+        model: to be recorded.
+        duration: of the simulation [s].
+        fps: frames per second [1/s].
+
+    Raises:
+        InvalidValueError: it says how much memory the frames would take.
+    """
+    _check_positive("duration", duration, "s")
+    _check_positive("fps", fps, "1/s")
+    numbers = mujoco.mj_stateSize(model, POSE) + model.nu + model.nsensordata
+    numbers += 4 * model.nwrap  # points of the tendons and tensions between them
+    memory = 8e-9 * numbers * duration * fps
+    if memory > _MOST_MEMORY:
+        raise InvalidValueError(
+            f"duration = {duration:g} [s] at fps = {fps:g} [1/s] are {duration * fps:.3g} frames, "
+            f"which take {memory:.3g} GB of memory; at most {_MOST_MEMORY:g} GB are taken: ask for "
+            "a shorter duration or for fewer frames"
+        )
+
+
+def frictionless(model: mujoco.MjModel) -> dict[str, float]:
+    """Parameters for `record_frames` that take all friction from every sheath of a model."""
+    adjustable = Adjustable(copy.copy(model))
+    return {
+        name: 0.0
+        for name, value in adjustable.live.items()
+        if name.rpartition(".")[2] in _FRICTION and value != 0.0
+    }
 
 
 def _check_positive(name: str, value: float, unit: str) -> None:

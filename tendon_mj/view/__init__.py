@@ -17,6 +17,7 @@ from tendon_mj.view.figures.style import legend_below as legend_below
 from tendon_mj.view.figures.style import new_figure as new_figure
 from tendon_mj.view.figures.style import print_style as print_style
 from tendon_mj.view.figures.sweep import sweep_figure as sweep_figure
+from tendon_mj.view.render.clip import draw_frames as draw_frames
 from tendon_mj.view.render.clip import render_clip as render_clip
 from tendon_mj.view.render.offscreen import Offscreen as Offscreen
 from tendon_mj.view.render.offscreen import find_camera as find_camera

@@ -16,7 +16,8 @@ import pytest
 from tendon_mj.attach import Parameters, add_sensor
 from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.builders.finger import build_finger
-from tendon_mj.builders.finger_parameters import Finger
+from tendon_mj.builders.finger_parameters import JOINTS, TENDONS, Finger
+from tendon_mj.builders.finger_shapes import conduit_shape, palm_shapes, phalanx_shapes
 from tendon_mj.builders.joint import Joint, build_joint
 from tendon_mj.builders.load import load_model, load_spec, model_names, models_folder
 from tendon_mj.engine import sheaths
@@ -245,3 +246,67 @@ def test_a_model_that_python_added_to_can_be_written_and_read(name):
     again = mujoco.MjModel.from_xml_string(spec.to_xml())
     assert again.nplugin == model.nplugin
     assert again.nsensordata == model.nsensordata
+
+
+@pytest.mark.parametrize("name", ["finger", "finger_spring"])
+def test_the_fingers_shapes_leave_its_dynamics_alone_to_the_bit(name):
+    spec = load_spec(name)
+    for mesh in list(spec.meshes):
+        spec.delete(mesh)
+    for geom in list(spec.geoms):
+        if geom.type == mujoco.mjtGeom.mjGEOM_MESH or (geom.group == 1 and geom.mass == 0.0):
+            spec.delete(geom)
+    bare, drawn = spec.compile(), load_model(name)
+    assert drawn.nmesh > 0
+    assert bare.nmesh == 0
+    assert drawn.ngeom > bare.ngeom
+    ends = []
+    for model in (bare, drawn):
+        data = mujoco.MjData(model)
+        rows = []
+        for _ in range(1500):
+            data.ctrl[::2] = np.array([2.2, -1.6])[: model.nu // 2] * np.sin(3.0 * data.time)
+            mujoco.mj_step(model, data)
+            rows.append(np.concatenate([data.qpos, data.qvel, data.sensordata]))
+        ends.append(np.array(rows))
+    assert ends[0][:, bare.sensor("tip_force").adr[0] - bare.nsensordata].max() > 0.5  # it presses
+    np.testing.assert_array_equal(*ends)
+
+
+@pytest.mark.parametrize("scene", [False, True])
+def test_what_the_finger_is_drawn_with_touches_nothing_and_weighs_nothing(scene):
+    model = load_model("finger", scene=scene)
+    meshes = model.geom_type == mujoco.mjtGeom.mjGEOM_MESH
+    assert not (model.geom_contype | model.geom_conaffinity)[meshes].any()
+    assert (model.geom_group[meshes] == 1).all()
+    touching = {model.geom(k).name for k in np.flatnonzero(model.geom_contype)}
+    assert touching == set(JOINTS)
+    assert all(model.geom(name).group[0] == 3 for name in JOINTS)  # viewers do not show these
+
+
+def test_the_fingers_files_hold_the_shapes_that_the_functions_make():
+    made = {**phalanx_shapes(Finger()), **palm_shapes(Finger())}
+    made |= {f"{tendon}_conduit": conduit_shape(Finger(), tendon) for tendon in TENDONS}
+    spec = load_spec("finger", scene=True)
+    assert {mesh.name for mesh in spec.meshes} == set(made)
+    for mesh in spec.meshes:
+        vertices = np.reshape(mesh.uservert, (-1, 3))
+        np.testing.assert_allclose(vertices, made[mesh.name].vertices, atol=1.1e-5)
+        assert list(mesh.userface) == list(made[mesh.name].faces.ravel())
+
+
+@pytest.mark.parametrize("tendon", TENDONS)
+def test_no_shape_lies_in_front_of_a_tendon(tendon):
+    """The tendons run in the plane y = 0 and are looked at from −y."""
+    for name, shape in phalanx_shapes(Finger()).items():
+        assert shape.vertices[:, 1].min() > 0.002, name
+    assert conduit_shape(Finger(), tendon).vertices[:, 1].min() >= 0.0
+
+
+def test_a_shape_is_a_closed_surface_that_faces_outwards():
+    for name, shape in {**phalanx_shapes(Finger()), **palm_shapes(Finger())}.items():
+        corners = shape.vertices[shape.faces]
+        volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+        around = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0)
+        assert volume > 0.0, name
+        np.testing.assert_allclose(around, 0.0, atol=1e-15, err_msg=name)

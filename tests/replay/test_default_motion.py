@@ -4,7 +4,9 @@ import pytest
 
 from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.builders.joint import Joint, build_joint
+from tendon_mj.errors import UnknownNameError
 from tendon_mj.replay import default_motion
+from tendon_mj.replay.default_motion import read_motion
 
 TIMES = np.linspace(0.0, 12.0, 2401)
 
@@ -42,10 +44,25 @@ def test_any_other_model_stays_within_its_control_ranges():
     assert late[:, 0].max() <= 5.0
     assert np.ptp(late[:, 0]) > 2.0
     assert np.abs(control[:, 1]).max() <= 1.0
-    assert np.abs(control[:, 2]).max() == 0.0
+    assert np.abs(control[:, 2]).max() == pytest.approx(1.0, rel=1e-3)  # without a range
     assert np.abs(control[0]).max() == 0.0  # starts from rest
 
 
 def test_a_bench_without_its_reel_is_any_other_model():
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
     assert default_motion("bench", model)(1.0).shape == (0,)
+
+
+def test_a_table_moves_the_actuators_that_it_names(tmp_path):
+    model = build_joint(Joint()).compile()
+    table = tmp_path / "mine.csv"
+    table.write_text("time_s,command_rad\n1,0\n3,0.5\n")
+    drive, duration = read_motion(table, model)
+    assert duration == 2.0
+    k = model.actuator("command").id
+    assert drive(1.0)[k] == pytest.approx(0.25)
+    assert drive(9.0)[k] == pytest.approx(0.5)
+    assert np.abs(np.delete(drive(1.0), k)).max() == 0.0
+    table.write_text("time_s,comand_rad\n1,0\n3,0.5\n")
+    with pytest.raises(UnknownNameError, match="did you mean 'command'"):
+        read_motion(table, model)

@@ -7,7 +7,7 @@ from tendon_mj.builders.load import load_model
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.finger.control import simulate_finger
 from tendon_mj.finger.trajectories import tap
-from tendon_mj.replay.frames import FrameRecorder, record_frames
+from tendon_mj.replay.frames import FrameRecorder, frictionless, record_frames
 from tendon_mj.view.render.cable import add_cable, cable_radius, tension_scale, without_tendons
 
 
@@ -122,6 +122,30 @@ def test_frames_of_a_replay_change_no_reading_and_show_its_poses():
     sampled = np.searchsorted(plain.time, frames.time - 1e-9)  # every second sample is a frame's
     for end, column in ((0, "flexor_input_tension_N"), (-1, "flexor_output_tension_N")):
         assert cable.tensions[:, end] == pytest.approx(plain.columns[column][sampled], rel=1e-9)
+
+
+def test_the_contact_force_of_a_frame_is_what_the_touch_sensor_feels():
+    model, recorder = load_model("finger"), FrameRecorder(fps=50)
+    simulate_finger(tap(), model, recorder=recorder)
+    frames = recorder.frames()
+    felt = frames.readings[:, model.sensor("tip_force").adr[0]]
+    assert felt.max() > 0.5
+    for reading, rows in zip(felt, frames.contacts, strict=True):
+        pushed = np.linalg.norm(rows[:, 3:], axis=1).max() if len(rows) else 0.0
+        assert pushed >= reading - 1e-9  # a touch sensor leaves out what is tangential
+    pressed = frames.contacts[int(felt.argmax())]
+    assert pressed[0, 3] < 0.0, "the object is pushed towards the palm"
+
+
+def test_the_frictionless_twin_loses_no_tension(model):
+    assert frictionless(model).keys() == {"sheath.friction"}
+    frames = record_frames(model, wind_in, duration=0.3, fps=20, parameters=frictionless(model))
+    assert np.ptp(frames.cables["sheath"].tensions, axis=1).max() < 1e-9
+
+
+def test_frames_that_no_memory_holds_are_refused_before_they_are_made(model):
+    with pytest.raises(InvalidValueError, match=r"1e\+12 \[s\] .* GB of memory"):
+        record_frames(model, wind_in, duration=1e12)
 
 
 def test_a_recorder_that_saw_nothing_has_no_frames():

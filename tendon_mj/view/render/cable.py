@@ -24,8 +24,8 @@ _GUIDE = np.array(to_rgba(GUIDE_COLOUR), np.float32)
 _THICKNESS = 0.006  # radius of a cable over the model's extent
 _BEAD = 1.5  # radius of a guide over that of its cable
 _EYE = np.eye(3).ravel()
-# The colour is a reading: mostly lit from within, so that it hardly depends on the scene's lights.
-_SHADED, _GLOW = 0.3, 0.74
+# The colour is a reading: lit from within alone, whatever the scene's lights and shadows.
+_SHADED = 1e-3  # of the colour that lights see
 
 
 def tension_scale(cables: dict[str, Cable]) -> Normalize:
@@ -92,6 +92,6 @@ def _new_geom(
     geom = scene.geoms[scene.ngeom]
     dimmed = colour * np.array([_SHADED, _SHADED, _SHADED, 1.0], np.float32)
     mujoco.mjv_initGeom(geom, kind, np.full(3, radius), where, _EYE, dimmed)
-    geom.emission, geom.specular = _GLOW / _SHADED, 0.0
+    geom.emission, geom.specular = 1.0 / _SHADED, 0.0
     scene.ngeom += 1
     return geom

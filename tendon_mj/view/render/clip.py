@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, Final
 
 import imageio_ffmpeg
 import mediapy
@@ -13,9 +16,16 @@ from matplotlib.font_manager import findfont
 from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 
+from tendon_mj.engine import sheaths
 from tendon_mj.errors import EngineError, InvalidValueError
 from tendon_mj.progress import Progress
-from tendon_mj.replay.frames import POSE, Frames
+from tendon_mj.replay.frames import POSE, Array, Frames
+from tendon_mj.view.render.arrows import (
+    arrow_scale,
+    draw_arrow,
+    largest_force,
+    shown_contacts,
+)
 from tendon_mj.view.render.cable import (
     GUIDE_COLOUR,
     add_cable,
@@ -23,13 +33,18 @@ from tendon_mj.view.render.cable import (
     tension_scale,
     without_tendons,
 )
+from tendon_mj.view.render.charts import tendon_colours
 from tendon_mj.view.render.offscreen import Image, Offscreen, find_camera, project
-from tendon_mj.view.render.panel import HEIGHT, INK, Panel
+from tendon_mj.view.render.panel import INK, Panel, text_scale
+from tendon_mj.view.render.twin import GHOST_COLOUR, Ghost
 from tendon_mj.whole_file import whole_file
 
-_PANEL = 0.3  # share of the width that the panel takes
-_SMALLEST = 64  # [pixels]
-_QUALITY = 20  # constant rate factor of H.264, less is better
+_PANEL = 0.34  # share of the width that the panel takes
+_SMALLEST, _LARGEST = 64, 8192  # [pixels]
+_QUALITY = 18  # constant rate factor of H.264, less is better
+_ARROW = 0.12  # length of the largest force's arrow over the model's extent
+_HALO: Final[dict[str, Any]] = {"stroke_width": 2, "stroke_fill": "white"}  # on any background
+_BYTES_A_PIXEL = 60  # of colour and depth, four samples of each, and what a frame is drawn with
 
 
 def render_clip(
@@ -40,12 +55,13 @@ def render_clip(
     width: int = 1280,
     height: int = 720,
     camera: str | mujoco.MjvCamera | None = None,
+    twin: Frames | None = None,
     progress: Progress | None = None,
 ) -> Path:
     """Draw recorded frames as an MP4, tendons in sheaths coloured by their tension.
 
-    A panel beside the picture has the colour bar, the tensions at both ends and the controls; a
-    model without a sheath is shown without it.
+    A panel beside the picture has the colour bar, forces, tensions, joint angles and controls, as
+    many as there is place for; a model without a sheath is shown without it.
 
     Args:
         model: to draw; it has the joints, tendons and actuators of the one that was recorded, and
@@ -54,6 +70,7 @@ def render_clip(
         path: of the MP4; its folder is made if it is not there.
         width, height: of the clip [pixels], even numbers.
         camera: name of one of the model's; default: its first, or a view of the whole model.
+        twin: frames of the same motion without friction, drawn in grey behind the model.
         progress: called with what is being done, how much is done, and of how much.
 
     Returns:
@@ -64,9 +81,42 @@ def render_clip(
         UnknownNameError: no such camera.
         InvalidValueError: a size out of range, or frames of another model.
     """
-    for name, size in (("width", width), ("height", height)):
-        if size < _SMALLEST or size % 2:
-            raise InvalidValueError(f"{name} = {size} [pixels] must be even and ≥ {_SMALLEST}")
+    check_size(width, height)
+    images = draw_frames(model, frames, width=width, height=height, camera=camera, twin=twin)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
+    first = next(images)
+    try:
+        with (
+            whole_file(path) as made,
+            mediapy.VideoWriter(made, (height, width), fps=frames.fps, crf=_QUALITY) as writer,
+        ):
+            for k, image in enumerate(itertools.chain([first], images)):
+                writer.add_image(image)
+                if progress:
+                    progress("draw", k + 1, len(frames.time))
+    except RuntimeError as error:
+        raise EngineError(f"{path}: ffmpeg could not write the clip: {error}") from error
+    return path
+
+
+def draw_frames(
+    model: mujoco.MjModel,
+    frames: Frames,
+    *,
+    width: int,
+    height: int,
+    camera: str | mujoco.MjvCamera | None = None,
+    twin: Frames | None = None,
+) -> Iterator[Image]:
+    """The (height, width, 3) pictures of a clip, one after the other.
+
+    Args:
+        model, frames, width, height, camera, twin: see `render_clip`.
+
+    Raises:
+        EngineError, UnknownNameError, InvalidValueError: as `render_clip`.
+    """
     sizes = frames.poses.shape[1], frames.controls.shape[1]
     needed = mujoco.mj_stateSize(model, POSE), model.nu
     if sizes != needed:
@@ -74,25 +124,43 @@ def render_clip(
             f"the frames are of another model: their poses and controls have {sizes} numbers, "
             f"the model's {needed}"
         )
+    if twin is not None and twin.poses.shape != frames.poses.shape:
+        raise InvalidValueError(
+            f"the twin has {twin.poses.shape[0]} frames of {twin.poses.shape[1]} numbers, the "
+            f"motion {frames.poses.shape[0]} of {frames.poses.shape[1]}"
+        )
     view = find_camera(model, camera)
-    panel = round(_PANEL * width) if frames.cables else 0
-    path.parent.mkdir(parents=True, exist_ok=True)
-    mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
-    painter = _FramePainter(model, frames, view, width, height, panel)
+    panel = 2 * round(0.5 * _PANEL * width) if frames.cables else 0
+    return _pictures(_FramePainter(model, frames, view, width, height, panel, twin))
+
+
+def check_size(width: int, height: int) -> None:
+    """Refuse sizes that no clip has.
+
+    Raises:
+        InvalidValueError: a size [pixels] that is odd, too small, or too large; it says how much
+            memory a picture of it would take.
+    """
+    for name, size in (("width", width), ("height", height)):
+        if size % 2 or not _SMALLEST <= size <= _LARGEST:
+            memory = max(width, 0) * max(height, 0) * _BYTES_A_PIXEL / 1e9
+            raise InvalidValueError(
+                f"{name} = {size} [pixels] must be even, ≥ {_SMALLEST} and ≤ {_LARGEST}; a picture "
+                f"of {width} x {height} takes about {memory:.2g} GB"
+            )
+
+
+def _overlap(apart: Array, size: float) -> bool:
+    """Whether two labels of a tendon's name would overlap, that far apart [pixels]."""
+    return bool(abs(apart[1]) < 1.25 * size and abs(apart[0]) < 5.0 * size)
+
+
+def _pictures(painter: _FramePainter) -> Iterator[Image]:
     try:
-        with (
-            whole_file(path) as made,
-            mediapy.VideoWriter(made, (height, width), fps=frames.fps, crf=_QUALITY) as writer,
-        ):
-            for k in range(len(frames.time)):
-                writer.add_image(painter.draw(k))
-                if progress:
-                    progress("draw", k + 1, len(frames.time))
-    except RuntimeError as error:
-        raise EngineError(f"{path}: ffmpeg could not write the clip: {error}") from error
+        for k in range(painter.count):
+            yield painter.draw(k)
     finally:
         painter.close()
-    return path
 
 
 class _FramePainter:
@@ -106,17 +174,26 @@ class _FramePainter:
         width: int,
         height: int,
         panel: int,
+        twin: Frames | None,
     ) -> None:
-        self._frames, self._camera = frames, camera
+        self._frames, self._camera, self._twin = frames, camera, twin
+        self.count = len(frames.time)
         self._model = without_tendons(model)
         self._data = mujoco.MjData(self._model)
         self._size = (width - panel, height)
         scale = tension_scale(frames.cables) if frames.cables else Normalize()
         self._scale, self._radius = scale, cable_radius(model, frames.cables)
-        self._panel = Panel(model, frames, scale, panel, height) if frames.cables else None
-        size = max(6, round(17 * height / HEIGHT))
+        self._panel = Panel(model, frames, scale, panel, height, twin) if frames.cables else None
+        self._names = {
+            name: (sheaths(model)[name].tendon, colour)
+            for name, colour in tendon_colours(model).items()
+        }
+        size = max(6, round(15 * text_scale(height)))
         self._font = ImageFont.truetype(findfont("DejaVu Sans"), size)
+        self._largest = max((largest_force(rows) for rows in frames.contacts), default=0.0)
+        self._arrow = arrow_scale(frames.contacts, _ARROW * float(model.stat.extent))
         self._offscreen = Offscreen(self._model, width - panel, height)
+        self._ghost = Ghost(self._model, self._offscreen, camera) if twin is not None else None
 
     def draw(self, k: int) -> Image:
         """(height, width, 3) picture of frame ``k``."""
@@ -125,6 +202,11 @@ class _FramePainter:
         image = self._offscreen.draw(
             self._data, self._camera, lambda scene: self._add_cables(scene, k)
         )
+        if self._ghost is not None and self._twin is not None:
+            depth = self._offscreen.depth
+            image = self._ghost.behind(image, depth, self._twin.poses[k], POSE)
+        for contact in shown_contacts(self._frames.contacts[k], self._largest):
+            image = self._draw_force(image, contact)
         image = self._label_ends(image, k)
         return image if self._panel is None else np.hstack([image, self._panel.draw(k)])
 
@@ -136,28 +218,51 @@ class _FramePainter:
         for cable in self._frames.cables.values():
             add_cable(scene, cable.points[k], cable.tensions[k], self._scale, self._radius)
 
+    def _draw_force(self, image: Image, contact: Array) -> Image:
+        point, force = contact[:3], contact[3:]
+        ends = np.stack([point, point + self._arrow * force])
+        start, end = project(self._offscreen.scene, ends, *self._size)
+        text = f"{np.linalg.norm(force):.1f} N"
+        return draw_arrow(image, start, end, text, self._font)
+
     def _label_ends(self, image: Image, k: int) -> Image:
-        """Write beside the cables which end is which, once where several begin together."""
+        """Write the tendons' names beside their input ends, and below what else is drawn."""
         picture = Picture.fromarray(image)
         draw = ImageDraw.Draw(picture)
-        written: list[tuple[str, np.ndarray]] = []
+        written: list[np.ndarray] = []
         size = self._font.size
-        for cable in self._frames.cables.values():
+        several = len(self._frames.cables) > 1
+        for name, cable in self._frames.cables.items():
             seen = project(self._offscreen.scene, cable.points[k], *self._size)
-            for text, end in (("input", 0), ("output", -1)):
+            tendon, colour = self._names[name]
+            labels = [(tendon, 0)] if several else [("input", 0), ("output", -1)]
+            for text, end in labels:
                 away = seen[end] - np.nanmean(seen, axis=0)
-                spot = seen[end] + 2.4 * size * away / max(float(np.linalg.norm(away)), 1.0)
-                near = [t for t, s in written if t == text and np.abs(s - spot).max() < 4 * size]
-                if np.isfinite(spot).all() and not near:
-                    draw.text(tuple(spot), text, fill=INK, font=self._font, anchor="mm")
-                    written.append((text, spot))
-        if written:
-            self._explain_guides(draw)
+                spot = seen[end] + 2.2 * size * away / max(float(np.linalg.norm(away)), 1.0)
+                inside = bool(((seen[end] > 0.0) & (seen[end] < self._size)).all())
+                if inside and np.isfinite(spot).all():
+                    while any(_overlap(spot - other, size) for other in written):
+                        spot[1] += 0.3 * size
+                    written.append(spot.copy())
+                    wide = self._font.getlength(text) + 2.0
+                    spot[0] -= wide if away[0] < 0.0 else 0.0
+                    spot[0] = np.clip(spot[0], 2.0, max(2.0, self._size[0] - wide))
+                    ink = colour if several else INK
+                    draw.text(tuple(spot), text, fill=ink, font=self._font, anchor="lm", **_HALO)
+        if self._frames.cables:
+            self._explain(draw)
         return np.array(picture)
 
-    def _explain_guides(self, draw: ImageDraw.ImageDraw) -> None:
+    def _explain(self, draw: ImageDraw.ImageDraw) -> None:
+        """Say in the lower left corner what a grey bead and the grey ghost are."""
         size = float(self._font.size)
-        x, y, radius = 1.6 * size, self._size[1] - 1.8 * size, 0.35 * size
-        draw.ellipse([x - radius, y - radius, x + radius, y + radius], fill=GUIDE_COLOUR)
-        text = "guide: the sheath bends the tendon here and rubs on it"
-        draw.text((x + size, y), text, fill=INK, font=self._font, anchor="lm")
+        x, radius = 1.2 * size, 0.35 * size
+        lines = [("guide: bends the tendon, which rubs on it", GUIDE_COLOUR, "")]
+        if self._twin is not None:
+            lines.append(("the same drive without friction", GHOST_COLOUR, "black"))
+        y = self._size[1] - 1.2 * size - 1.5 * size * (len(lines) - 1)
+        for text, colour, outline in lines:
+            box = [x - radius, y - radius, x + radius, y + radius]
+            draw.ellipse(box, fill=colour, outline=outline or None)
+            draw.text((x + size, y), text, fill=INK, font=self._font, anchor="lm", **_HALO)
+            y += 1.5 * size

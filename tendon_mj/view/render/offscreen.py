@@ -60,7 +60,6 @@ class Offscreen:
             raise EngineError(f"MuJoCo cannot draw with this OpenGL: {error}") from error
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._scene = mujoco.MjvScene(self._model, _MAX_GEOMS)
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
         self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
         self._rect = mujoco.MjrRect(0, 0, width, height)
         self._image = np.empty((height, width, 3), np.uint8)
@@ -72,15 +71,35 @@ class Offscreen:
         """The scene that was drawn last, with its camera."""
         return self._scene
 
+    @property
+    def depth(self) -> NDArray[np.float32]:
+        """(height, width) depth of the picture that was drawn last, from 0 near to 1 far."""
+        return self._depth[::-1].copy()
+
     def draw(
         self,
         data: mujoco.MjData,
         camera: mujoco.MjvCamera,
         add: Callable[[mujoco.MjvScene], None] = lambda scene: None,
+        *,
+        model: mujoco.MjModel | None = None,
+        shadows: bool = True,
     ) -> Image:
-        """(height, width, 3) picture of ``data``, with what ``add`` puts into the scene."""
+        """Draw a picture.
+
+        Args:
+            data: to draw.
+            camera: that looks at it.
+            add: puts more into the scene.
+            model: the same model in other colours; default: in its own.
+            shadows: of the model's lights.
+
+        Returns:
+            (height, width, 3).
+        """
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
         mujoco.mjv_updateScene(
-            self._model,
+            self._model if model is None else model,
             data,
             mujoco.MjvOption(),
             None,

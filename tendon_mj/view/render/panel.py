@@ -1,4 +1,4 @@
-"""Panel beside a clip: colour bar, tensions and controls over time, and their current values."""
+"""Panel beside a clip: colour bar, charts over time, and the current values."""
 
 from __future__ import annotations
 
@@ -13,61 +13,73 @@ from matplotlib.lines import Line2D
 from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 
-from tendon_mj.replay.frames import Array, Frames
-from tendon_mj.view.figures.style import (
-    BLUE,
-    GREEN,
-    GREY,
-    PURPLE,
-    VERMILLION,
-    new_figure,
-    print_style,
-)
+from tendon_mj.engine import sheaths
+from tendon_mj.replay.frames import Frames
+from tendon_mj.view.figures.style import GREY, new_figure, print_style
 from tendon_mj.view.render.cable import COLOURS
+from tendon_mj.view.render.charts import Chart, charts, tendon_colours, touch_forces
 from tendon_mj.view.render.offscreen import Image
 
-HEIGHT = 720  # at which font sizes are in pixels [pixels]
-_PAIR = (BLUE, VERMILLION)
-_MANY = (BLUE, VERMILLION, GREEN, PURPLE)
+_DPI, _LEGIBLE = 100.0, 84.0  # at 720 pixels of height; the least that is read with ease
+_LEAST_INCHES = 5.0  # height that a chart, a colour bar and the values take
+HEIGHT = 720  # [pixels]
 _ROWS = 4  # sheaths whose tensions are also written as numbers
+_CHART = 1.35  # least height of a chart [inch]
 INK = "#202020"
+
+
+def text_scale(height: int) -> float:
+    """Size of text in a clip over that at 720 pixels of height [pixels]."""
+    return max(height / HEIGHT, min(_LEGIBLE, height / _LEAST_INCHES) / _DPI)
 
 
 class Panel:
     """The panel of a clip. What does not change is drawn once; `draw` adds what does.
 
     Args:
-        model: whose actuators are named.
+        model: whose actuators, joints and sensors are named.
         frames: of the clip.
         scale: of the colours.
         width, height: of the panel [pixels].
+        twin: frames of the same motion without friction.
     """
 
     def __init__(
-        self, model: mujoco.MjModel, frames: Frames, scale: Normalize, width: int, height: int
+        self,
+        model: mujoco.MjModel,
+        frames: Frames,
+        scale: Normalize,
+        width: int,
+        height: int,
+        twin: Frames | None = None,
     ) -> None:
         self._frames = frames
-        self._unit = height / HEIGHT
-        rows = min(len(frames.cables), _ROWS)
-        self._table = (96 + 28 * rows) / HEIGHT
+        self._unit = text_scale(height)
+        self._rows = _table(model, frames, twin)
+        dpi, table = _DPI * self._unit, (66 + 24 * len(self._rows)) * self._unit / height
+        inches = height / dpi
+        shown = charts(model, frames, twin)
+        shown = shown[: max(1, int(((1.0 - table) * inches - 0.6) / _CHART))]
         with print_style():
-            figure = new_figure(width / height * 7.2, 7.2)
-            figure.set_dpi(height / 7.2)
-            figure.get_layout_engine().set(rect=(0.02, 0.01, 0.95, 1.0 - self._table))  # type: ignore[union-attr,call-arg]
-            bar, tension, control = figure.subplots(
-                3, 1, height_ratios=(0.06, 1.0, 0.55), squeeze=True
-            )
+            figure = new_figure(width / dpi, inches)
+            figure.set_dpi(dpi)
+            figure.get_layout_engine().set(rect=(0.02, 0.01, 0.95, 1.0 - table))  # type: ignore[union-attr,call-arg]
+            ratios = (0.09, *(1.0 for _ in shown))
+            bar, *axes = figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=True)
             _draw_bar(figure, bar, scale)
-            self._lines = _draw_tensions(tension, frames)
-            _draw_controls(control, model, frames)
-            tension.sharex(control)
+            for one, chart in zip(axes, shown, strict=True):
+                _draw_chart(one, chart, frames)
+                one.tick_params(labelbottom=one is axes[-1])
+                one.set_xlim(frames.time[0], max(frames.time[-1], frames.time[0] + 1e-3))
+            axes[-1].set_xlabel("time [s]")
+            figure.align_ylabels(axes)
             figure.draw_without_rendering()
             figure.canvas.draw()
-        self._axes = (tension, control)
-        self._background = np.array(figure.canvas.buffer_rgba())[..., :3]  # type: ignore[attr-defined]
+        self._plots = list(zip(axes, shown, strict=True))
+        self._background = np.array(figure.canvas.buffer_rgba())[:height, :width, :3]  # type: ignore[attr-defined]
         self._font = {
             size: ImageFont.truetype(findfont("DejaVu Sans"), max(6, round(size * self._unit)))
-            for size in (22, 15)
+            for size in (20, 14)
         }
 
     def draw(self, frame: int) -> Image:
@@ -75,14 +87,13 @@ class Panel:
         picture = Picture.fromarray(self._background)
         draw = ImageDraw.Draw(picture)
         self._write_table(draw, frame)
-        for axes in self._axes:
-            x, top = self._pixel(axes, self._frames.time[frame], axes.get_ylim()[1])
-            bottom = self._pixel(axes, self._frames.time[frame], axes.get_ylim()[0])[1]
-            draw.line([(x, top), (x, bottom)], fill=GREY, width=max(1, round(self._unit)))
-        radius = 4.5 * self._unit
-        for colour, values in self._lines:
-            x, y = self._pixel(self._axes[0], self._frames.time[frame], float(values[frame]))
-            draw.ellipse([x - radius, y - radius, x + radius, y + radius], fill=colour)
+        time, radius = self._frames.time[frame], 4.0 * self._unit
+        for axes, chart in self._plots:
+            low, high = (self._pixel(axes, time, y) for y in axes.get_ylim())
+            draw.line([low, high], fill=GREY, width=1)
+            for line in (*chart.twin, *chart.lines):
+                x, y = self._pixel(axes, time, float(line.values[frame]))
+                draw.ellipse([x - radius, y - radius, x + radius, y + radius], fill=line.colour)
         return np.array(picture)
 
     def _pixel(self, axes: Axes, x: float, y: float) -> tuple[float, float]:
@@ -90,65 +101,80 @@ class Panel:
         return float(column), self._background.shape[0] - float(row)
 
     def _write_table(self, draw: ImageDraw.ImageDraw, frame: int) -> None:
-        width = self._background.shape[1]
-        line, ends = 28 * self._unit, (0.66 * width, 0.95 * width)
-        large, small = self._font[22], self._font[15]
-        y = 14 * self._unit
-        draw.text((0.05 * width, y), f"{self._frames.time[frame]:.2f} s", fill=INK, font=large)
-        y += 1.5 * line
-        draw.text((0.05 * width, y), "tension [N]", fill=INK, font=small)
-        for text, x in zip(("input", "output"), ends, strict=True):
-            draw.text((x, y), text, fill=INK, font=small, anchor="ra")
-        colours = iter(colour for colour, _ in self._lines)
-        for name, cable in list(self._frames.cables.items())[:_ROWS]:
-            y += line
-            pair = (next(colours), next(colours))
-            many = len(self._frames.cables) > 1
-            draw.text((0.05 * width, y), name, fill=pair[0] if many else INK, font=small)
-            for x, colour, value in zip(ends, pair, cable.tensions[frame, [0, -1]], strict=True):
-                draw.text((x, y), f"{value:.1f}", fill=colour, font=small, anchor="ra")
+        width, small = self._background.shape[1], self._font[14]
+        y, columns = 10 * self._unit, (0.70 * width, 0.95 * width)
+        draw.text(
+            (0.05 * width, y),
+            f"{self._frames.time[frame]:.2f} s",
+            fill=INK,
+            font=self._font[20],
+        )
+        y += 10 * self._unit
+        for name, colour, cells in self._rows:
+            y += 24 * self._unit
+            draw.text((0.05 * width, y), name, fill=colour, font=small)
+            for cell, x in zip(cells, columns, strict=True):
+                text = cell if isinstance(cell, str) else f"{cell[frame]:.1f}"
+                draw.text((x, y), text, fill=colour, font=small, anchor="ra")
+
+
+def _table(
+    model: mujoco.MjModel, frames: Frames, twin: Frames | None
+) -> list[tuple[str, str, tuple[str | np.ndarray, str | np.ndarray]]]:
+    """Rows of the table: name, colour, and two columns of words or of values by frame."""
+    rows: list[tuple[str, str, tuple[str | np.ndarray, str | np.ndarray]]] = []
+    forces = touch_forces(model, frames)
+    if len(forces) == 1:
+        ((name, values),) = forces.items()
+        other = touch_forces(model, twin).get(name) if twin else None
+        if other is not None:
+            rows.append(("", GREY, ("friction", "none")))
+        name = f"{name.replace('_', ' ')} [N]"
+        rows.append((name, INK, ("", values) if other is None else (values, other)))
+    rows.append(("tension [N]", INK, ("input", "output")))
+    colours = tendon_colours(model)
+    for name, cable in list(frames.cables.items())[:_ROWS]:
+        ends = cable.tensions[:, 0], cable.tensions[:, -1]
+        colour = colours[name] if len(frames.cables) > 1 else INK
+        rows.append((f"  {sheaths(model)[name].tendon}", colour, ends))
+    return rows
 
 
 def _draw_bar(figure: Figure, axes: Axes, scale: Normalize) -> None:
     figure.colorbar(ScalarMappable(scale, COLOURS), cax=axes, orientation="horizontal")
-    axes.set_title("tension along the tendon, $T$ [N]", fontweight="normal")
+    axes.set_title("tension along the tendon [N]", fontweight="normal", fontsize=9.0)
 
 
-def _draw_tensions(axes: Axes, frames: Frames) -> list[tuple[str, Array]]:
-    """Input and output tension of every cable; returns colour and values of each line."""
-    lines: list[tuple[str, Array]] = []
-    for k, cable in enumerate(frames.cables.values()):
-        several = len(frames.cables) > 1
-        ends = (_MANY[k % len(_MANY)],) * 2 if several else _PAIR
-        for end, colour, style in zip((0, -1), ends, ("-", "--"), strict=True):
-            values = cable.tensions[:, end]
-            axes.plot(frames.time, values, color=colour, linestyle=style)
-            lines.append((colour, values))
-    axes.set_ylabel("$T$ [N]")
-    axes.tick_params(labelbottom=False)
-    ends = (GREY, GREY) if len(frames.cables) > 1 else _PAIR
-    handles = [
-        Line2D([], [], color=ends[0], linestyle="-"),
-        Line2D([], [], color=ends[1], linestyle="--"),
-    ]
-    axes.legend(
-        handles, ["input end", "output end"], loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2
+def _draw_chart(axes: Axes, chart: Chart, frames: Frames) -> None:
+    for line in (*chart.twin, *chart.lines):
+        axes.plot(frames.time, line.values, color=line.colour, linestyle=line.style)
+    entries = [Line2D([], [], color=o.colour, linestyle=o.style) for o in chart.lines if o.name]
+    names = [line.name for line in chart.lines if line.name]
+    if chart.twin:
+        entries.append(Line2D([], [], color=GREY, linestyle="--"))
+        names.append("no friction")
+    elif any(line.style == "--" for line in chart.lines):
+        names, entries = _with_ends(names, entries)
+    axes.set_title(" ", fontsize=8.0)  # the legend's place, which may be wider than the chart
+    legend = axes.legend(
+        entries,
+        names,
+        loc="lower left",
+        bbox_to_anchor=(-0.12, 1.0),
+        ncols=4,
+        borderaxespad=0.1,
+        columnspacing=0.8,
+        handlelength=1.3,
+        handletextpad=0.4,
+        fontsize=8.0,
     )
-    return lines
+    legend.set_in_layout(False)
+    axes.set_ylabel(chart.label)
 
 
-def _draw_controls(axes: Axes, model: mujoco.MjModel, frames: Frames) -> None:
-    moving = [k for k in range(model.nu) if np.ptp(frames.controls[:, k]) > 0.0]
-    for colour, k in zip(_MANY, moving, strict=False):
-        name = model.actuator(k).name or f"actuator {k}"
-        name += " [m]" if model.actuator_plugin[k] >= 0 else ""
-        axes.plot(
-            frames.time,
-            frames.controls[:, k],
-            color=colour if len(moving) > 1 else GREY,
-            label=name,
-        )
-    if moving:
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
-    axes.set_ylabel("control")
-    axes.set_xlabel("time $t$ [s]")
+def _with_ends(names: list[str], entries: list[Line2D]) -> tuple[list[str], list[Line2D]]:
+    """Entries for the line styles of both ends, where colours tell the tendons apart."""
+    if "input end" in names:
+        return names, entries
+    ends = [Line2D([], [], color=GREY, linestyle=style) for style in ("-", "--")]
+    return [*names, "input", "output"], [*entries, *ends]
