@@ -26,7 +26,7 @@ from tendon_mj.next_experiment import (
     suggest_experiment,
 )
 from tendon_mj.recordings import Recording, read_recording
-from tendon_mj.view.report.page import short
+from tendon_mj.view.report.tables import short
 from tendon_mj.view.report.write import write_report
 
 _LEFT_OUT = "The comparison with mujoco.sysid was left out (--no-sysid)."

@@ -65,9 +65,9 @@ def engineering_unit(unit: str, values: Iterable[float]) -> EngineeringUnit:
     return EngineeringUnit(prefix + unit, 1.0 / size)
 
 
-def plain(value: float) -> str:
-    """A number with three digits, without an exponent where that reads as well."""
-    return f"{float(f'{value:.3g}'):g}"
+def plain(value: float, digits: int = 3) -> str:
+    """A number with so many digits, without an exponent where that reads as well."""
+    return f"{float(f'{value:.{digits}g}'):g}"
 
 
 def quantity(value: float, unit: str) -> str:
