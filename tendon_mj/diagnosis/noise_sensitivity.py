@@ -130,11 +130,17 @@ def _judge(evidence: Evidence) -> tuple[Verdict | None, str]:
     verdict = decide(evidence)
     if evidence.beyond:
         return verdict, "The findings would take a parameter beyond its range, at any noise."
-    removed = f"{min(errors.reducible_closed, 1.0):.1%} of the error above this noise is removed"
+    removed = f"{100.0 * min(errors.reducible_closed, 1.0):.1f} % of the error above this noise"
+    wanted = f"{100.0 * CLOSED:.1f} % is wanted"
     if verdict in ("named", "parameter"):
-        return verdict, f"{removed}, or the rest is below the detection limit."
+        if errors.reducible_closed >= CLOSED:
+            return verdict, f"{removed} is removed; {wanted}."
+        return verdict, (
+            f"{errors.after:.2f} times this noise remains, which is below the detection limit of"
+            f" {(1.0 + limit) ** 0.5:.2f}."
+        )
     return verdict, (
-        f"{removed} ({CLOSED:.1%} is wanted), and {errors.after:.2f} times this noise remains: a"
+        f"{removed} is removed, and {wanted}; {errors.after:.2f} times this noise remains: a"
         " further effect would be sought."
     )
 

@@ -11,6 +11,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from tendon_mj.builders.load import model_path
+from tendon_mj.recordings.recording import Recording
+
 _PACKAGES = ("tendon-mj", "mujoco", "numpy", "scipy", "numba")
 
 
@@ -38,6 +41,26 @@ class Provenance:
             "command": self.command,
             "files": dict(self.files),
         }
+
+
+def files_of(
+    paths: Iterable[Path], description: Path | None, recordings: Iterable[Recording]
+) -> list[Path]:
+    """Files that a diagnosis of recordings read: their data, descriptions, and models.
+
+    Args:
+        paths: of the recordings, as given: a file of data, its TOML, or the stem of both.
+        description: TOML of all recordings, where they have not one each.
+        recordings: as read from them; a model's own includes are not among the files.
+    """
+    found = []
+    for path in paths:
+        stem = path.with_suffix("") if path.suffix in (".csv", ".toml", ".CSV") else path
+        beside = [path, stem.with_name(f"{stem.name}.csv")]
+        beside += [description or stem.with_name(f"{stem.name}.toml")]
+        found += [file for file in beside if file.is_file()]
+    found += [model_path(model) for model in {r.model: None for r in recordings}]
+    return list(dict.fromkeys(found))
 
 
 def collect_provenance(command: str = "", files: Iterable[str | Path] = ()) -> Provenance:

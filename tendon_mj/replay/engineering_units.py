@@ -80,15 +80,18 @@ def quantity(value: float, unit: str) -> str:
     return with_unit(plain(value * (chosen := engineering_unit(unit, [value])).factor), chosen)
 
 
-def from_to(before: float, after: float, unit: str, between: str = " → ") -> str:
+def from_to(
+    before: float, after: float, unit: str, between: str = " → ", beside: Iterable[float] = ()
+) -> str:
     """Two values in one unit, as in "4° → 0.11°" or "0.36 → 0.026 mm".
 
     Args:
         before, after: [unit].
         unit: as in `quantity`.
         between: written between the two.
+        beside: values [unit] that are written in the same unit elsewhere.
     """
-    chosen = engineering_unit(unit, [before, after])
+    chosen = engineering_unit(unit, [before, after, *beside])
     first, second = (plain(value * chosen.factor) for value in (before, after))
     first = with_unit(first, chosen) if chosen.symbol.startswith("°") else first
     return first + between + with_unit(second, chosen)

@@ -49,7 +49,7 @@ def state_finding(
     name = _NAMES.get(parameter, parameter.replace("_", " "))
     if candidate.found(before, after) == "missing":
         called = "" if engineering_unit(unit, ()).symbol else f"{name} "
-        text = f"{effect.name} ({candidate.where}), {called}{quantity(after[first], unit)}"
+        text = f"{_placed(effect, candidate)}, {called}{quantity(after[first], unit)}"
         if before[first] != effect.absent:
             text += f", of which the model has {quantity(before[first], unit)}"
         return text
@@ -68,6 +68,13 @@ def state_finding(
     if abs(found - candidate.absent) < _NONE * candidate.terms[0].probe:
         found = candidate.absent
     return f"{said}: {from_to(found, before[first], unit, ', not ')}"
+
+
+def _placed(effect: Effect, candidate: Candidate) -> str:
+    """An effect's name with the elements it is on: "dry friction of joint elbow"."""
+    if "a joint" in effect.name and "," not in candidate.where:
+        return effect.name.replace("a joint", f"joint {candidate.where}")
+    return f"{effect.name} ({candidate.where})"
 
 
 def _off(parameter: str, before: float, after: float) -> str:

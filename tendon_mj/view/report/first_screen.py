@@ -48,11 +48,11 @@ def _anywhere(finding: Finding) -> str:
 
 
 def what_to_do(diagnosis: Diagnosis) -> list[str]:
-    """Sentences that say what to do now, the first one about the model that was written."""
+    """Sentences that say what to do now, the first one about the model, as model.xml."""
     catalogue = diagnosis.catalogue
     if diagnosis.verdict == "nothing missing":
         return [
-            "Use the model with its calibrated values.",
+            "Use model.xml, the model with its calibrated values.",
             "An effect that the motion of these recordings does not bring out cannot be seen in"
             " them: record the motions that the model is for.",
         ]
@@ -60,20 +60,20 @@ def what_to_do(diagnosis: Diagnosis) -> list[str]:
         advice = advise(diagnosis.closest, catalogue)
         if diagnosis.closest:
             names = " and ".join(catalogue[name].name for name in diagnosis.closest)
-            first = f"Do not rely on the model: it has what comes closest, {names}, not proven."
+            first = f"Do not rely on model.xml: it has what comes closest, {names}, not proven."
         else:
-            first = "Do not rely on the model: it is only calibrated, and an error remains."
+            first = "Do not rely on model.xml: it is only calibrated, and an error remains."
         return [first, *(advice or [_record_more(diagnosis)])]
-    said = ["Use the model: it has what was found. Replay it with described=False."]
+    said = ["Use model.xml, which has what was found; replay it with described=False."]
     if diagnosis.verdict == "partly":
-        said = ["Use the model with care: an error remains that nothing explains."]
+        said = ["Use model.xml with care: an error remains that nothing in the catalogue explains."]
         said.append(_record_more(diagnosis))
     for group in diagnosis.indistinguishable:
         names = " from ".join(name.replace("_", " ") for name in group[:2])
         said.append(f"These data can't tell {names}. {' '.join(advise(group, catalogue))}")
     where = dict.fromkeys(f.where for f in diagnosis.findings if f.kind == "missing")
     if where:
-        said.append(f"If the rig should not have this, look for the cause at {', '.join(where)}.")
+        said.append(f"If the rig should not have it, look for the cause at {', '.join(where)}.")
     return said
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -67,6 +69,7 @@ def report_page(
         "signal": column_name,
         "file_name": lambda path: Path(path).name,
         "value_rows": value_rows,
+        "linked": partial(_linked, file=model),
     }
     train, held_out = diagnosis.recordings, diagnosis.held_out_recordings
     rest = _KEPT[diagnosis.leaves_one_out]
@@ -83,7 +86,6 @@ def report_page(
         to_do=what_to_do(diagnosis),
         errors=error_rows(diagnosis.held_out, rival),
         errors_in_training=error_rows(diagnosis.train),
-        model=model,
         catalogue=diagnosis.catalogue,
         stills={name: _inline(figure) for name, figure in figures.items()},
         charts=_charts(diagnosis, row, column, rival)
@@ -129,6 +131,13 @@ def _charts(
     if changed:
         charts["proof"] = list(bars.proof(*diagnosis.proof).values())
     return charts
+
+
+def _linked(sentence: str, file: str) -> Markup:
+    """A sentence that links to a file where it names it."""
+    link = Markup('<a href="{0}">{0}</a>').format(file)
+    said = escape(sentence)
+    return Markup(said.replace(file, link)) if file else said
 
 
 def _inline(figure: Figure) -> str:

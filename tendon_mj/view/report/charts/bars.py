@@ -36,13 +36,12 @@ def errors(
     for name, values in own.items():
         times = [values[c] / found.signals[c][2] for c in values]
         labels = [
-            f"{ratio:.3g} × ({quantity(values[c], column_unit(c))})"
+            f"{ratio:.3g} ({quantity(values[c], column_unit(c))})"
             for c, ratio in zip(values, times, strict=True)
         ]
         trace = _bars([column_name(c) for c in values], times, name)
         traces.append(trace | {"text": labels, "textposition": "auto", "constraintext": "none"})
     layout = _layout("rms error [noise]", len(columns) * len(own), floor=True)
-    layout["showlegend"] = True
     return {"data": traces, "layout": layout}
 
 
@@ -103,7 +102,7 @@ def _by_regime(
         names = [column_name(b.label) if regime == "signal" else b.label for b in bins]
         drawn = series(bins)
         layout = _layout(label, len(bins) * len(drawn), floor=floor)
-        layout |= {"title": {"text": text(regime)}, "showlegend": False}
+        layout |= {"title": {"text": text(regime)}}
         traces = [_bars(names, values, name) for name, values in drawn.items()]
         charts[regime] = {"data": traces, "layout": layout}
     return charts
@@ -134,6 +133,7 @@ def _layout(label: str, bars: int, *, floor: bool) -> dict[str, Any]:
     return {
         "height": _AROUND + _BAR * bars + 8 * (bars // 2),
         "barmode": "group",
+        "showlegend": False,
         "xaxis": {"title": {"text": label}, "rangemode": "tozero"},
         "yaxis": {"autorange": "reversed", "automargin": True, "type": "category"},
         "shapes": [line] if floor else [],

@@ -41,7 +41,7 @@ def over_time(row: BeforeAfter, column: str, *, changed: bool, height: int = 420
         traces.append(_line(measured.time, simulated, name, colour, 1.6))
         traces.append(
             _line(measured.time, simulated - true, name, colour, 1.4)
-            | {"yaxis": "y2", "showlegend": False, "legendgroup": name}
+            | {"yaxis": "y2", "showlegend": False}
         )
     band = {
         "type": "rect",
@@ -113,6 +113,7 @@ def whiteness(column: str, found: tuple[Autocorrelation, Autocorrelation], chang
     }
     layout = {
         "height": 260,
+        "showlegend": False,
         "title": {"text": text(column_name(column))},
         "xaxis": {"title": {"text": f"lag [{unit.symbol}]"}, "rangemode": "tozero"},
         "yaxis": {"title": {"text": "autocorrelation"}, "range": [-1.05, 1.05]},
@@ -147,6 +148,7 @@ def _trace(x: FloatArray, y: FloatArray, name: str, colour: str, width: float) -
         "type": "scatter",
         "mode": "lines",
         "name": name,
+        "legendgroup": name,
         "x": numbers(x),
         "y": numbers(y),
         "line": {"color": colour, "width": width},

@@ -28,19 +28,22 @@
       margin: { l: 62, r: 12, t: 34, b: 46 },
       legend: { orientation: "h", x: 0, xanchor: "left", y: 1.02, yanchor: "bottom" },
       hoverlabel: { bgcolor: colour("--panel"), font: { color: colour("--ink") } },
+      dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom", // a finger scrolls
       ...layout,
       ...(layout.title && { title: { ...layout.title, x: 0, xref: "paper", font: { size: 13 } } }),
       ...Object.fromEntries(axes.map((key) => [key, { ...axis, ...layout[key] }])),
     };
   };
   const draw = () => {
+    for (const swatch of document.querySelectorAll(".legend i"))
+      swatch.style.background = inTheme(swatch.dataset.colour);
     for (const figure of document.querySelectorAll("figure[data-charts]")) {
       const own = charts[figure.dataset.charts] || [];
       figure.classList.add("drawn");
       const places = figure.querySelectorAll(".plots > div");
       own.forEach((chart, k) => {
         Plotly.react(places[k], inTheme(chart.data), style(inTheme(chart.layout)),
-          { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d"] });
+          { responsive: true, displayModeBar: false });
       });
     }
   };
