@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -17,6 +19,7 @@ from tendon_mj.diagnosis import (
     write_before_after,
 )
 from tendon_mj.diagnosis import diagnose as find
+from tendon_mj.diagnosis.provenance import collect_provenance, files_of
 from tendon_mj.errors import TendonError
 from tendon_mj.next_experiment import (
     ExperimentBounds,
@@ -26,8 +29,8 @@ from tendon_mj.next_experiment import (
     suggest_experiment,
 )
 from tendon_mj.recordings import Recording, read_recording
-from tendon_mj.view.report.page import short
-from tendon_mj.view.report.write import write_report
+from tendon_mj.view.report.tables import short
+from tendon_mj.view.report.write import MODEL, write_report
 
 _LEFT_OUT = "The comparison with mujoco.sysid was left out (--no-sysid)."
 _NOT_THERE = (
@@ -73,10 +76,19 @@ def diagnose(
         simulated = diagnosis.simulate(progress)
     no_sysid = _LEFT_OUT if not sysid else _NOT_THERE
     _say(diagnosis, compared, no_sysid)
+    command = shlex.join(["tendon-mj", *sys.argv[1:]])
+    provenance = collect_provenance(command, files_of((*recordings, *hold_out), description, train))
     for path in (
         *write_before_after(simulated, out),
-        *write_report(diagnosis, simulated, out, sysid=compared, no_sysid=no_sysid),
-        diagnosis.write_model(out / "model.xml"),
+        diagnosis.write_model(out / MODEL),  # the report links to it
+        *write_report(
+            diagnosis,
+            simulated,
+            out,
+            sysid=compared,
+            no_sysid=no_sysid,
+            provenance=provenance,
+        ),
     ):
         output.add(path)
     suggestion, failure = _suggest(diagnosis, bounds)
@@ -91,6 +103,7 @@ def diagnose(
         "model": train[0].model,
         "sysid": compared.result() if compared else None,
         "next": suggestion.result() if suggestion else None,
+        "provenance": provenance.result(),
     }
     output.result(result)
     output.close()

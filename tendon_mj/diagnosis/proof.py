@@ -32,13 +32,18 @@ from tendon_mj.diagnosis.result.entries import (
     ranking,
 )
 from tendon_mj.diagnosis.result.error_reduction import measure_errors
+from tendon_mj.diagnosis.result.evidence import Evidence
 from tendon_mj.diagnosis.result.lumping import too_few_guides, warn_of_guides
-from tendon_mj.diagnosis.result.sentence import ABOVE_NOISE, Statement, state, warn_of_ends
-from tendon_mj.diagnosis.verdict import Evidence, decide
+from tendon_mj.diagnosis.result.sentence import (
+    ABOVE_NOISE,
+    Statement,
+    state,
+    warn_of_ends,
+    warn_of_step_and_noise,
+)
+from tendon_mj.diagnosis.verdict import LARGEST, decide
 
 FloatArray = NDArray[np.float64]
-
-LARGEST = 8.0  # excess χ² (3 rms), above which a model is not proven whatever it explains
 
 
 def prove(
@@ -89,26 +94,25 @@ def prove(
     refits = held_out.refits(fits[1])
     calibrated = fitted_values(problem, base, fits[1], refits, calibrated=True)
     proven = verdict in ("named", "parameter", "partly")
-    sentence = state(
-        Statement(
-            verdict=verdict,
-            findings=findings,
-            errors=stated,
-            judged=evidence.extrapolated,
-            extrapolated=float(np.sqrt(np.mean(after.extrapolated[mask] ** 2))),
-            limit=evidence.limit,
-            beyond=parameters_beyond_range(problem, fits[1]),
-            excluded=sorted(excluded),
-            non_smooth=any(s.candidate.non_smooth for s in selection.effects),
-            sheathed=has_sheath(own.simulate),
-        )
+    told = Statement(
+        verdict=verdict,
+        findings=findings,
+        errors=stated,
+        judged=evidence.extrapolated,
+        extrapolated=float(np.sqrt(np.mean(after.extrapolated[mask] ** 2))),
+        limit=evidence.limit,
+        beyond=parameters_beyond_range(problem, fits[1]),
+        excluded=sorted(excluded),
+        non_smooth=any(s.candidate.non_smooth for s in selection.effects),
+        sheathed=has_sheath(own.simulate),
     )
     first = len(fits[1].calibrated)
     model = {**base, **parameters[1], **after.sessions}
     lumped = too_few_guides(proof, model, stated.after) if stated.after > ABOVE_NOISE else []
+    limits = [*warn_of_ends(calibrated), *warn_of_guides(lumped)]
     return Diagnosis(
         verdict=verdict,
-        sentence=sentence + warn_of_ends(calibrated) + warn_of_guides(lumped),
+        sentence=" ".join([state(told), *limits]),
         findings=findings if proven else (),
         closest=() if proven else tuple(f.identifier for f in findings),
         excluded=tuple(sorted(excluded)),
@@ -130,6 +134,8 @@ def prove(
         recordings=own.recordings,
         held_out_recordings=proof.recordings if held_out.has_recordings else (),
         search=(context, selection),
+        evidence=evidence,
+        warnings=(*warn_of_step_and_noise(told), *limits),
     )
 
 
@@ -159,16 +165,20 @@ def _weigh(
     judged, mask = held_out.proof, held_out.mask
     deviations = reproducibility(context.problem, selection.final.fit.residual)
     bars = bar(judged, deviations)
-    limit = detection_limit(judged, step_error((after.correction / bars)[mask]), bars)
+    step, lumping = step_error((after.correction / bars)[mask]), discretisation_error(judged, bars)
+    limit = detection_limit(judged, step, bars)
     evidence = Evidence(
         kinds=kinds,
         calibrated=selection.calibrated.excess <= context.detection_limit,
         extrapolated=measure_errors(judged, before.extrapolated, after.extrapolated, mask, bars),
         stated=measure_errors(judged, before.stated, after.stated, mask, bars),
         limit=limit,
-        largest=max(LARGEST, discretisation_error(judged, bars)),
+        largest=max(LARGEST, lumping),
         beyond=bool(parameters_beyond_range(context.problem, selection.final.fit))
         or not all(selection.final.fit.determines(s.candidate) for s in selection.effects),
+        excess=selection.calibrated.excess,
+        step=step,
+        lumping=lumping,
     )
     return evidence, bars, deviations
 

@@ -2,45 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass
-
 from tendon_mj.diagnosis.model_selection.thresholds import CLOSED
 from tendon_mj.diagnosis.result.diagnosis import Verdict
 from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
+from tendon_mj.diagnosis.result.evidence import Evidence as Evidence
 
+LARGEST = 8.0  # excess χ² (3 rms), above which a model is not proven whatever it explains
 _MOST = 2.0 / 3.0  # of the error that could be removed: what removes less may be an imitation
 _WORSE = 1.05  # times the error before, from which a signal got worse
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """What a verdict rests on. Errors are in units of noise and reproducibility together.
-
-    Attributes:
-        kinds: of the findings, "missing" or "parameter"; none where nothing was selected.
-        calibrated: whether the calibrated model leaves no more than the detection limit on the
-            training data.
-        extrapolated: errors on held-out data for a step of zero.
-        stated: those with the model's own step.
-        limit: excess χ² below which nothing is named [-].
-        largest: excess χ² above which no model is proven [-].
-        beyond: whether the findings would take a calibrated parameter beyond its range, or one of
-            them stands at an end of its own.
-    """
-
-    kinds: Collection[str]
-    calibrated: bool
-    extrapolated: ErrorReduction
-    stated: ErrorReduction
-    limit: float
-    largest: float
-    beyond: bool
-
-    @property
-    def left(self) -> float:
-        """Excess χ² that remains on held-out data."""
-        return self.extrapolated.after**2 - self.extrapolated.noise_floor**2
 
 
 def decide(evidence: Evidence) -> Verdict:

@@ -40,6 +40,11 @@ def column_unit(column: str) -> str:
     return _WRITTEN.get(unit, unit)
 
 
+def column_name(column: str) -> str:
+    """A column's name in words, without its unit: ``tip_speed_m_per_s`` is `tip speed`."""
+    return column.removesuffix(_ending(column)).replace("_", " ")
+
+
 def reading_unit(model: mujoco.MjModel, sensor: int) -> str:
     """The unit of a sensor's reading; ``UNKNOWN`` where its kind does not say."""
     kind = sensor_kind(model, sensor)

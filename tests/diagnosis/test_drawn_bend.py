@@ -58,8 +58,8 @@ def test_a_wrong_drawn_bend_is_told_from_friction_by_two_known_postures() -> Non
     assert value.low <= TRUE <= value.high
     assert value.value == pytest.approx(TRUE, abs=0.05)
     assert found.calibrated[FRICTION].value == pytest.approx(0.2, abs=0.005)
-    assert "the bend of sheath is too high: 2." in found.sentence
-    assert ", not 3.14 rad" in found.sentence
+    assert "the bend of sheath is too high: 1" in found.sentence
+    assert ", not 180°" in found.sentence
 
 
 def test_a_drawn_bend_that_is_known_is_not_blamed() -> None:
@@ -95,7 +95,7 @@ def test_paths_that_bend_differently_are_wrong_by_as_much() -> None:
     assert term.write(term.low, values) == {"a.drawn_bend": 0.75, "b.drawn_bend": 0.0}
     assert max(term.write(term.high, values).values()) == term.high == 15.0
     said = _statement(both, values, term.write(1.5, values))
-    assert said == "the bend of a and b is too low: 0.5 rad more than the model says"
+    assert said == "the bend of a and b is too low: 28.6° more than the model says"
 
 
 def _statement(candidate: Candidate, before: dict[str, float], after: dict[str, float]) -> str:

@@ -60,7 +60,7 @@ def test_as_many_as_are_said_would_do():
     told = problem(6)
     (sheath,) = too_few_guides(told, {}, error_left(told))
     assert error_left(problem(sheath.enough)) < 1.5
-    assert f"{sheath.enough} guides would do" in warn_of_guides([sheath])
+    assert f"{sheath.enough} guides would do" in warn_of_guides([sheath])[0]
 
 
 @pytest.mark.parametrize("values", [{"sheath.friction": 0.0}, {"sheath.friction": 0.001}])

@@ -57,7 +57,7 @@ WRONG = [
     ("servo.kv", "servo", "kv", (0.8, 2.5)),
 ]
 WORDS = {
-    "elbow.damping": "the damping of joint elbow is too high: 0",
+    "elbow.damping": "the damping of joint elbow is too high: ",
     "elbow.springref": "the rest position of the spring of joint elbow is wrong:",
     "arm.mass": "the mass of body arm is too",
     "servo.kp": "the gain of actuator servo is too",

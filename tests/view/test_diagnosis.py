@@ -1,10 +1,12 @@
 """Pictures and page of a diagnosis show what it says, and nothing that a file says is believed."""
 
+import json
 import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from plotly.graph_objects import Figure
 
 from tendon_mj.diagnosis import (
     CATALOGUE,
@@ -18,15 +20,22 @@ from tendon_mj.diagnosis import (
     SysidResult,
     Value,
 )
+from tendon_mj.diagnosis.correlations import Correlations
 from tendon_mj.diagnosis.effects.discrimination import DISCRIMINATING_EXPERIMENTS
+from tendon_mj.diagnosis.provenance import Provenance
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings.recording import Measured, Recording
 from tendon_mj.replay.simulator_protocol import Simulates
 from tendon_mj.view.figures.before_after import before_after_figure
 from tendon_mj.view.figures.style import new_figure
 from tendon_mj.view.report.advice import advise
+from tendon_mj.view.report.charts.chart import text, thin
+from tendon_mj.view.report.charts.curves import over_drive, over_time
+from tendon_mj.view.report.charts.matrix import correlation_chart
 from tendon_mj.view.report.figures import diagnosis_figures
-from tendon_mj.view.report.page import report_page, short
+from tendon_mj.view.report.first_screen import MEANING, headline, what_to_do
+from tendon_mj.view.report.page import report_page
+from tendon_mj.view.report.tables import short
 from tendon_mj.view.report.write import write_report
 
 COLUMN = "output_tension_N"
@@ -110,13 +119,17 @@ class Still(Simulates):
 SYSID = SysidResult({"sheath.friction": (0.2, 0.199, 0.201)}, 9.0, 9.75, {COLUMN: 0.975}, 2.0, "")
 
 
-def page(found, **more):
+DRAWN = [BeforeAfter(recorded("drawn"), recorded(offset=1.0), recorded(offset=0.1))]
+
+
+def page(found, simulated=DRAWN, **more):
     picture = {"before_after": new_figure(1.0, 1.0)}
-    return report_page(found, picture, shown=found.recordings[0].name, **more)
+    return report_page(found, simulated, picture, **more)
 
 
 def words(html):
     """Visible text of a page, with single spaces."""
+    html = re.sub(r"<(script|style).*?</\1>", " ", html, flags=re.S)
     return " ".join(re.sub(r"<[^>]*>", " ", html).split())
 
 
@@ -126,14 +139,131 @@ def test_a_page_says_its_verdict_and_needs_nothing_else(verdict):
     assert f"The sentence of {verdict}." in words(html)
     assert 'src="data:image/png;base64,' in html
     assert not re.search(r"(?:src|href)=\"(?!data:)", html)
-    assert "<script" not in html
+    assert "default-src 'none'" in html  # what a browser holds it to
+
+
+@pytest.mark.parametrize(
+    ("verdict", "more", "said"),
+    [
+        ("named", {}, "The model lacks a sensor with an offset (output_tension)."),
+        ("parameter", {}, "Coefficient of friction"),
+        ("nothing missing", {}, "Nothing is missing from the model."),
+        ("unknown", {"closest": ("creep",)}, "Nothing in the catalogue explains the error."),
+    ],
+)
+def test_the_first_screen_says_what_is_wrong_and_what_to_do(verdict, more, said):
+    found = diagnosis(verdict, **more)
+    html = page(found, model="model.xml")
+    heading = words(re.search(r"<h1>.*?</h1>", html, re.S).group())
+    first = words(html[html.index('class="first"') : html.index("</section>")])
+    assert heading.lower().startswith(said.lower())
+    assert MEANING[verdict] in first
+    assert "What to do now" in first
+    assert 'href="model.xml"' in html
+    assert ("not proven" in first) == (verdict == "unknown")
+    assert "output tension 1 " in first  # N, before
+
+
+def test_a_finding_is_stated_with_its_value():
+    found = diagnosis()
+    stated = replace(found.findings[0], statement="dry friction of joint pip, 12 mN m")
+    assert headline(replace(found, findings=(stated,))) == (
+        "The model lacks dry friction of joint pip, 12 mN m."
+    )
+    wrong = replace(
+        stated, kind="parameter", statement="the mass of body tip is too low: 12, not 9 g"
+    )
+    both = replace(found, verdict="partly", findings=(stated, wrong))
+    assert headline(both) == (
+        "In part, the model lacks dry friction of joint pip, 12 mN m; the mass of body tip is too"
+        " low: 12, not 9 g."
+    )
+    somewhere = replace(stated, elsewhere=("dip",))
+    assert "(output_tension or dip)" in headline(replace(found, findings=(somewhere,)))
+
+
+def test_a_part_that_is_explained_is_no_whole_answer():
+    said = what_to_do(replace(diagnosis(), verdict="partly"))
+    assert "with care" in said[0]
+    assert "Record more" in said[1]
+
+
+def test_warnings_stand_on_the_first_screen():
+    html = page(replace(diagnosis(), warnings=("The model's timestep is too long: 1.",)))
+    first = words(html[html.index('class="first"') : html.index("</section>")])
+    assert "The model&#39;s timestep is too long: 1." in first
+
+
+def test_a_page_tells_where_it_comes_from():
+    digest, date = "f" * 64, "2026-01-02T03:04:05"
+    origin = Provenance(date, {"tendon-mj": "0.1"}, "tendon-mj diagnose <a>", {"a.csv": digest})
+    said = words(page(diagnosis(), provenance=origin))
+    for part in (date, "tendon-mj diagnose &lt;a&gt;", f"a.csv {digest}"):
+        assert part in said
+
+
+def test_values_are_in_units_that_engineers_read():
+    value = Value(0.012, 0.011, 0.013, "N m", 0.0)
+    said = words(page(replace(diagnosis(), parameters={"pip.frictionloss": value})))
+    assert "pip.frictionloss 12 11 … 13 mN m 0" in said
+
+
+def test_charts_are_what_plotly_takes():
+    html = page(diagnosis(), sysid=SYSID)
+    charts = json.loads(re.search(r'id="charts">(.*?)</script>', html, re.S).group(1))
+    assert {"first", "errors", "signals", "misfit", "proof", "whiteness"} <= charts.keys()
+    for chart in [chart for place in charts.values() for chart in place]:
+        assert Figure(chart).data
+    matrix = correlation_chart(Correlations(("a.b", "c.d"), ((1.0, 0.95), (0.95, 1.0))))
+    assert Figure(matrix).data
+
+
+def test_a_chart_shows_what_it_was_given():
+    chart = over_time(DRAWN[0], COLUMN, changed=True)
+    measured, before, residual, _, left = chart["data"]
+    np.testing.assert_allclose(np.subtract(before["y"], measured["y"]), 1.0, atol=1e-3)
+    np.testing.assert_allclose(residual["y"], 1.0, atol=1e-4)
+    np.testing.assert_allclose(left["y"], 0.1, atol=1e-4)
+    assert chart["layout"]["yaxis"]["title"]["text"] == "output tension [N]"
+    assert chart["layout"]["shapes"][0]["y1"] == pytest.approx(0.2)  # twice the noise
+    loop = over_drive(DRAWN[0], COLUMN, changed=True)
+    assert loop["layout"]["xaxis"]["title"]["text"] == "input displacement [mm]"
+    assert max(loop["data"][0]["x"]) == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_curve_is_thinned_without_losing_a_peak():
+    values = np.sin(np.linspace(0.0, 50.0, 10_001))
+    values[777] = 9.0
+    kept = thin(values, 200)
+    assert kept.size <= 202
+    assert (np.diff(kept) > 0).all()
+    assert {0, 777, 10_000} <= set(kept.tolist())
+    np.testing.assert_array_equal(thin(values[:50], 200), np.arange(50))
+
+
+def test_many_signals_stay_within_five_megabytes(tmp_path):
+    names = [f"tension_{k}_N" for k in range(8)]
+    random = np.random.default_rng(1)
+
+    def many(offset=0.0):
+        one = recorded()
+        time = np.linspace(0.0, 60.0, 60_000)
+        columns = {n: 20.0 + offset + random.normal(0.0, 1.0, time.size) for n in names}
+        place = {"input_displacement_m": np.sin(time)}
+        measured = {n: Measured("output_tension", 0.1) for n in names}
+        return replace(one, time=time, columns=place | columns, measured=measured)
+
+    errors = ErrorReduction(10.0, 1.0, 1.0, dict.fromkeys(names, (1.0, 0.1, 0.1)))
+    found = replace(diagnosis(), held_out=errors, train=errors)
+    written = write_report(found, [BeforeAfter(many(), many(1.0), many())], tmp_path)
+    assert written[-1].stat().st_size < 5e6
 
 
 def test_a_page_says_what_was_missing_and_how_sure():
     said = words(page(diagnosis()))
     effect = CATALOGUE["sensor_bias"]
-    for text in (effect.name, effect.equation, effect.signature, effect.source):
-        assert text in said
+    for part in (effect.name, effect.equation, effect.signature, effect.source):
+        assert part in said
     assert "output_tension.offset 1 0.98 … 1.02 N 0" in said
     assert "97 % that it is this one" in said
 
@@ -166,10 +296,14 @@ def test_ties_come_with_the_experiment_that_settles_them():
 
 def test_text_from_files_is_text():
     bad = "<script>alert('&')</script>"
-    html = page(diagnosis(train=recorded(name="<b>slow", source=bad)))
-    assert "<script>" not in html
-    assert "&lt;script&gt;" in html
+    named = replace(diagnosis(train=recorded(name="<b>slow", source=bad)), warnings=(bad,))
+    shown = [BeforeAfter(recorded("<b>drawn"), recorded(offset=1.0), recorded())]
+    html = page(named, shown, no_sysid=bad)
+    assert "<script>alert" not in html
+    assert html.count("&lt;script&gt;alert") == 3
     assert "<b>slow" not in html
+    assert "<b>drawn" not in html
+    assert text("<b>tip & <a href='x'>") == "&lt;b&gt;tip &amp; &lt;a href='x'&gt;"
 
 
 def test_every_effect_has_an_experiment_and_every_pair_is_of_the_catalogue():
@@ -198,19 +332,22 @@ def test_a_page_speaks_of_effects_of_ones_own():
         next_experiment="our own motion",
     )
     found = replace(diagnosis(rivals=("creep",)), catalogue={**CATALOGUE, "sensor_bias": own})
-    for text in ("a trace of ours", "our bench", "For sensor bias, record our own motion."):
-        assert text in words(page(found))
+    for part in ("a trace of ours", "our bench", "For sensor bias, record our own motion."):
+        assert part in words(page(found))
 
 
 def test_a_report_is_a_page_and_the_pictures_in_it(tmp_path):
-    drawn = BeforeAfter(recorded("drawn"), recorded(offset=1.0), recorded(offset=0.1))
     other = BeforeAfter(recorded("first"), recorded(), recorded())
-    written = write_report(diagnosis(), [other, drawn], tmp_path / "new")
+    written = write_report(diagnosis(), [*DRAWN, other], tmp_path / "new")
     names = ["misfit.png", "gap.png", "proof.png", "before_after.png", "report.html"]
     assert [path.name for path in written] == names
     html = written[-1].read_text("utf-8")
-    assert "Recording: drawn" in html
+    assert "Recording drawn: output tension" in html  # where the error is largest
     assert html.count('src="data:image/png;base64,') == 4
+    assert "href=" not in html.replace('href="data:,"', "")  # no model lies there
+    (tmp_path / "new" / "model.xml").write_text("<mujoco/>")
+    again = write_report(diagnosis(), DRAWN, tmp_path / "new")[-1].read_text("utf-8")
+    assert '<a href="model.xml">model.xml</a>' in again
 
 
 def test_figures_name_units_and_draw_what_they_were_given():

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from scipy.signal import savgol_filter
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings.noise import estimate_noise
 from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.engineering_units import from_to
+from tendon_mj.replay.units import column_unit
+from tendon_mj.replay.units import rate as rate_unit
 
 FloatArray = NDArray[np.float64]
 
@@ -124,7 +128,7 @@ def _coordinates(recording: Recording) -> list[tuple[str, str, FloatArray]]:
     """(name, unit, value at every sample); first the direction, 0 loosening to 2 pulling."""
     column, position, rate = motion(recording)
     time = recording.time
-    unit = column.rsplit("_", 1)[-1]
+    unit = column_unit(column)
     fastest = float(np.abs(rate).max())
     way = np.where(np.abs(rate) < _REST * fastest, 0, np.sign(rate)).astype(np.int64)
     since, rest = _since_reversal(time, position, way)
@@ -132,8 +136,8 @@ def _coordinates(recording: Recording) -> list[tuple[str, str, FloatArray]]:
     return [
         ("direction", "", way + 1.0),
         (_SINCE, unit, since),
-        ("speed", f"{unit}/s", np.abs(rate)),
-        ("load", loads[0].rsplit("_", 1)[-1], recording.columns[loads[0]]),
+        ("speed", rate_unit(unit), np.abs(rate)),
+        ("load", column_unit(loads[0]), recording.columns[loads[0]]),
         ("time at rest", "s", rest),
         ("time", "s", time - time[0]),
         ("posture", unit, position),
@@ -162,5 +166,5 @@ def _cut(name: str, series: FloatArray, unit: str, low: float, high: float) -> R
     edges = low + (high - low) * (share**2 if name == _SINCE else share)
     bins = np.clip(np.searchsorted(edges, series, side="right") - 1, 0, _BINS - 1)
     rounded = np.where(np.abs(edges) < _ZERO * (high - low), 0.0, edges)
-    labels = tuple(f"{rounded[k]:.3g} … {rounded[k + 1]:.3g} {unit}" for k in range(_BINS))
+    labels = tuple(from_to(a, b, unit, " … ", rounded) for a, b in pairwise(rounded.tolist()))
     return Regime(name, labels, bins.astype(np.int64))

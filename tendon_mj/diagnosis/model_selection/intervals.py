@@ -52,6 +52,19 @@ def intervals(problem: Problem, fit: Fit, refits: Sequence[Fit] = ()) -> FloatAr
     return ranges
 
 
+def correlation_matrix(problem: Problem, fit: Fit, chosen: NDArray[np.bool_]) -> FloatArray:
+    """(k, k) correlations of the estimates of ``chosen`` (p,) terms, others free beside them.
+
+    Those of independent residuals, A⁻¹ scaled to a unit diagonal.
+    """
+    free = fit.free | chosen
+    jacobian = fit.jacobian[problem.in_train][:, free]
+    inverse, _ = _inverse(jacobian.T @ jacobian)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(inverse), np.finfo(float).tiny))
+    correlations: FloatArray = (inverse * np.outer(scale, scale))[chosen[free]][:, chosen[free]]
+    return np.clip(correlations, -1.0, 1.0)
+
+
 def beyond_range(problem: Problem, fit: Fit, near: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """(p,) which of the terms ``near`` a bound the data would take beyond it.
 

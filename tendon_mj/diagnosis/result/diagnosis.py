@@ -15,6 +15,7 @@ from tendon_mj.diagnosis.locate import Located
 from tendon_mj.diagnosis.model_selection.context import SelectionContext
 from tendon_mj.diagnosis.model_selection.select import Selection
 from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
+from tendon_mj.diagnosis.result.evidence import Evidence
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.grouped_names import expand
@@ -63,6 +64,7 @@ class Finding:
         rivals: identifiers of effects that the data cannot tell from it.
         elsewhere: elements on which the data cannot tell the same effect from it.
         statement: what was found in words, with the value; see `state_finding`.
+        parameter: name of the parameter that is its strength; the first, where it has several.
     """
 
     identifier: str
@@ -74,6 +76,7 @@ class Finding:
     rivals: tuple[str, ...]
     elsewhere: tuple[str, ...] = ()
     statement: str = ""
+    parameter: str = ""
 
 
 @dataclass(frozen=True)
@@ -126,6 +129,8 @@ class Diagnosis:
             quarter of each of the first was held out.
         search: training data and the models that were compared on them, with which
             `suggest_experiment` goes on; None for a diagnosis that `diagnose` did not make.
+        evidence: what the verdict was decided by; None likewise.
+        warnings: of what may make the result wrong, in whole sentences.
     """
 
     verdict: Verdict
@@ -151,6 +156,8 @@ class Diagnosis:
     recordings: tuple[Recording, ...] = field(repr=False)
     held_out_recordings: tuple[Recording, ...] = field(repr=False)
     search: tuple[SelectionContext, Selection] | None = field(default=None, repr=False)
+    evidence: Evidence | None = field(default=None, repr=False)
+    warnings: tuple[str, ...] = ()
 
     @property
     def effects(self) -> list[str]:
@@ -240,6 +247,7 @@ class Diagnosis:
             "verdict": self.verdict,
             "proven": self.proven,
             "sentence": self.sentence,
+            "warnings": list(self.warnings),
             "effects": self.effects,
             "confidence": self.confidence,
             "findings": [vars(finding) for finding in self.findings],
@@ -253,8 +261,8 @@ class Diagnosis:
             "reproducibility": dict(self.reproducibility),
             "leaves_one_out": self.leaves_one_out,
             "gap": {
-                "train": _errors(self.train),
-                "held_out": _errors(self.held_out) | {"regimes": _regimes(*self.proof)},
+                "train": self.train.result(),
+                "held_out": self.held_out.result() | {"regimes": _regimes(*self.proof)},
             },
             "where": {
                 "sentence": self.located.sentence,
@@ -278,17 +286,3 @@ def _regimes(before: Located, after: Located) -> list[dict[str, Any]]:
         }
         for found in before.bins
     ]
-
-
-def _errors(errors: ErrorReduction) -> dict[str, Any]:
-    return {
-        "unit": "noise",
-        "before": errors.before,
-        "after": errors.after,
-        "noise_floor": errors.noise_floor,
-        "reducible_closed": errors.reducible_closed,
-        "signals": {
-            column: {"before": before, "after": after, "noise_floor": noise}
-            for column, (before, after, noise) in errors.signals.items()
-        },
-    }

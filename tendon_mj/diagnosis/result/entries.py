@@ -47,6 +47,7 @@ def finding(
         where=candidate.where,
         kind=candidate.found(before, after),
         statement=state_finding(effect, candidate, parameters, before, after),
+        parameter=candidate.terms[0].targets[0],
         confidence=selected.confidence,
         rivals=tuple(
             dict.fromkeys(r.identifier for r in rivals if r.identifier != effect.identifier)

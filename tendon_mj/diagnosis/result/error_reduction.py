@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.diagnosis.data.problem import Problem
+from tendon_mj.replay.units import column_unit
 
 FloatArray = NDArray[np.float64]
 
@@ -33,6 +35,25 @@ class ErrorReduction:
         """Share of the error above the noise floor that was removed; 0 where there was none."""
         reducible = self.before - self.noise_floor
         return (self.before - self.after) / reducible if reducible > 0.0 else 0.0
+
+    def result(self) -> dict[str, Any]:
+        """Plain numbers and words, as in `result.json`."""
+        return {
+            "unit": "noise",
+            "before": self.before,
+            "after": self.after,
+            "noise_floor": self.noise_floor,
+            "reducible_closed": self.reducible_closed,
+            "signals": {
+                column: {
+                    "unit": column_unit(column),
+                    "before": before,
+                    "after": after,
+                    "noise_floor": noise,
+                }
+                for column, (before, after, noise) in self.signals.items()
+            },
+        }
 
 
 def measure_errors(

@@ -86,11 +86,11 @@ def _exponents(
             yield name, max(bend.size, 1), view.friction * total
 
 
-def warn_of_guides(sheaths: Sequence[LumpedSheath]) -> str:
+def warn_of_guides(sheaths: Sequence[LumpedSheath]) -> list[str]:
     """Say of sheaths how much their lumping may leave, and how many guides would do."""
-    return "".join(
-        f" That {sheath.name!r} has only {sheath.guides} guides may leave up to"
+    return [
+        f"That {sheath.name!r} has only {sheath.guides} guides may leave up to"
         f" {sheath.error:.2g} times the noise, where a smooth sheath leaves none; {sheath.enough}"
         " guides would do."
         for sheath in sheaths
-    )
+    ]

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 from tendon_mj.diagnosis.result.diagnosis import Finding, Value, Verdict
 from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
-from tendon_mj.replay.units import column_unit
+from tendon_mj.replay.engineering_units import from_to
+from tendon_mj.replay.units import column_name, column_unit
 
 _SLIPS = (
     " Where a tendon sticks and slips it may also be its values that were not found, or the steps"
@@ -68,14 +69,32 @@ def state(stated: Statement) -> str:
     return text
 
 
-def warn_of_ends(calibrated: Mapping[str, Value]) -> str:
+def warn_of_ends(calibrated: Mapping[str, Value]) -> list[str]:
     """Warn of calibrated values at an end of their range."""
-    return "".join(
-        f" {name} stands at an end of its range, {value.low:g} … {value.high:g}{value.suffix}:"
+    return [
+        f"{name} stands at an end of its range, {value.low:g} … {value.high:g}{value.suffix}:"
         " if that is not the rig's limit, widen it."
         for name, value in calibrated.items()
         if value.at_end
-    )
+    ]
+
+
+def warn_of_step_and_noise(stated: Statement) -> list[str]:
+    """Warn of a timestep that makes much of the error, and of noise that is stated too large."""
+    error = stated.errors.after if stated.findings else stated.errors.before
+    said = []
+    if shorter := _steps_too_long(stated, error):
+        said.append(
+            f"The model's timestep is too long: of an error of {error:.2f} times the noise,"
+            f" {stated.extrapolated:.2f} would be left in ever shorter steps; one {shorter} times"
+            " shorter would do."
+        )
+    if error < _TOO_SMALL:
+        said.append(
+            f"The model is off by {error:.2f} times the noise, and none is that good: the noise in"
+            " [measured], or its estimate where none is stated, is too large."
+        )
+    return said
 
 
 def _unknown(stated: Statement) -> str:
@@ -96,8 +115,7 @@ def _shrank(stated: Statement) -> str:
     """How far the errors on held-out data went, by signal and then over all."""
     errors = stated.errors
     signals = [
-        f"{column.removesuffix('_' + column_unit(column))} {before:.3g} to {after:.3g}"
-        f" {column_unit(column)}"
+        f"{column_name(column)} {from_to(before, after, column_unit(column), ' to ')}"
         for column, (before, after, _) in errors.signals.items()
     ]
     shown = "; ".join(signals[:_SHOWN]) + ("; …" if len(signals) > _SHOWN else "")
@@ -122,13 +140,21 @@ def _without(stated: Statement) -> str:
 
 def _too_long(stated: Statement, error: float) -> str:
     """Remark on a timestep that makes much of an error [noise]."""
-    if error <= _COARSE * stated.extrapolated:
+    shorter = _steps_too_long(stated, error)
+    if not shorter:
         return ""
-    steps = math.sqrt(error**2 - stated.extrapolated**2)  # in proportion to the timestep
     return (
         f" ({stated.extrapolated:.2f} in ever shorter steps: the model's timestep is too long"
-        f" for it; one {max(2, math.ceil(steps))} times shorter would do)"
+        f" for it; one {shorter} times shorter would do)"
     )
+
+
+def _steps_too_long(stated: Statement, error: float) -> int:
+    """By how much the timestep had to be shorter where it makes much of an error [noise]; or 0."""
+    if error <= _COARSE * stated.extrapolated:
+        return 0
+    steps = math.sqrt(error**2 - stated.extrapolated**2)  # in proportion to the timestep
+    return max(2, math.ceil(steps))
 
 
 def _nothing(stated: Statement) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from tendon_mj.diagnosis.effects.effect import Candidate, Effect
+from tendon_mj.replay.engineering_units import engineering_unit, from_to, plain, quantity
 from tendon_mj.replay.parameters import Parameter
 
 # parameter → what it is called, where not by its name in words
@@ -44,15 +45,14 @@ def state_finding(
     targets = candidate.terms[0].targets
     first = targets[0]
     unit = parameters[first].unit
-    suffix = "" if unit in ("", "-") else f" {unit}"
-    if candidate.found(before, after) == "missing":
-        text = f"{effect.name} ({candidate.where})"
-        if before[first] != effect.absent:
-            text += f", of which the model has {plain(before[first])} and not"
-            text += f" {plain(after[first])}{suffix}"
-        return text
     parameter = first.rsplit(".", 1)[1]
     name = _NAMES.get(parameter, parameter.replace("_", " "))
+    if candidate.found(before, after) == "missing":
+        called = "" if engineering_unit(unit, ()).symbol else f"{name} "
+        text = f"{_placed(effect, candidate)}, {called}{quantity(after[first], unit)}"
+        if before[first] != effect.absent:
+            text += f", of which the model has {quantity(before[first], unit)}"
+        return text
     of = " and ".join(t.rsplit(".", 1)[0] for t in targets)
     if len(targets) == 1 and parameters[first].kind in _ELEMENTS:
         of = f"{parameters[first].kind} {of}"
@@ -61,18 +61,20 @@ def state_finding(
     if differ and candidate.terms[0].beyond:
         change = after[first] - before[first]
         more = "more" if change > 0.0 else "less"
-        return f"{said}: {plain(abs(change))}{suffix} {more} than the model says"
+        return f"{said}: {quantity(abs(change), unit)} {more} than the model says"
     if differ:
         return f"{said}: {plain(after[first] / before[first])} times what the model says"
     found = after[first]
     if abs(found - candidate.absent) < _NONE * candidate.terms[0].probe:
         found = candidate.absent
-    return f"{said}: {plain(found)}, not {plain(before[first])}{suffix}"
+    return f"{said}: {from_to(found, before[first], unit, ', not ')}"
 
 
-def plain(value: float) -> str:
-    """A number with three digits, without an exponent where that reads as well."""
-    return f"{float(f'{value:.3g}'):g}"
+def _placed(effect: Effect, candidate: Candidate) -> str:
+    """An effect's name with the elements it is on: "dry friction of joint elbow"."""
+    if "a joint" in effect.name and "," not in candidate.where:
+        return effect.name.replace("a joint", f"joint {candidate.where}")
+    return f"{effect.name} ({candidate.where})"
 
 
 def _off(parameter: str, before: float, after: float) -> str:

@@ -1,45 +1,63 @@
-"""Report of a diagnosis: one HTML page with its tables and pictures, without other files."""
+"""Report of a diagnosis: one HTML page with its tables, charts and pictures, and no other files."""
 
 from __future__ import annotations
 
 import base64
 import io
-import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup, escape
 from matplotlib.figure import Figure
+from PIL import Image
 
-from tendon_mj.diagnosis import Diagnosis, SysidResult
-from tendon_mj.replay.units import column_unit
+from tendon_mj.diagnosis import BeforeAfter, Diagnosis, SysidResult
+from tendon_mj.diagnosis.correlations import parameter_correlations
+from tendon_mj.diagnosis.noise_sensitivity import noise_sensitivity
+from tendon_mj.diagnosis.provenance import Provenance, collect_provenance
+from tendon_mj.diagnosis.whiteness import residual_autocorrelations
 from tendon_mj.view.figures.labels import column_name
-from tendon_mj.view.figures.style import DPI
+from tendon_mj.view.figures.style import BLACK, BLUE, GREY, PALE, SKY
 from tendon_mj.view.report.advice import advise
+from tendon_mj.view.report.charts import bars, curves
+from tendon_mj.view.report.charts.chart import Chart
+from tendon_mj.view.report.charts.matrix import correlation_chart
+from tendon_mj.view.report.first_screen import MEANING, headline, most_telling, what_to_do
+from tendon_mj.view.report.library import packed_plotly
+from tendon_mj.view.report.tables import error_rows, percent, short, value_rows
 
 _KEPT = {False: "its last quarter", True: "left out in turn"}
 LEFT_OUT = "The comparison with mujoco.sysid was left out."
+# colours of the charts that a dark page shows otherwise
+_DARK = {BLUE: SKY, BLACK: "#FFFFFF", GREY: PALE, PALE: GREY}
+_STILL_DPI, _STILL_COLOURS = 110, 96  # of the pictures for print and for who runs no scripts
 
 
 def report_page(
     diagnosis: Diagnosis,
+    simulated: Sequence[BeforeAfter],
     figures: Mapping[str, Figure],
     *,
-    shown: str = "",
     sysid: SysidResult | None = None,
     no_sysid: str = LEFT_OUT,
+    provenance: Provenance | None = None,
+    model: str = "",
 ) -> str:
     """The page as HTML. Every text that comes from a file is escaped.
 
     Args:
         diagnosis: to report.
-        figures: name → figure, as `diagnosis_figures` names them.
-        shown: name of the recording that is drawn.
+        simulated: what its ``simulate`` returned; one recording or more.
+        figures: name → figure, as `diagnosis_figures` names them, for print.
         sysid: fit of the same data by `mujoco.sysid` alone.
         no_sysid: sentence in its place where there is none.
+        provenance: default: versions and date alone.
+        model: file of the final model beside the page, to link to; empty where there is none.
     """
     environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent),
+        loader=FileSystemLoader(Path(__file__).parent / "template"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -47,46 +65,85 @@ def report_page(
     )
     environment.filters |= {
         "short": short,
-        "percent": _percent,
+        "percent": percent,
         "signal": column_name,
-        "unit": lambda column: column_unit(column) or "–",
+        "file_name": lambda path: Path(path).name,
+        "value_rows": value_rows,
+        "linked": partial(_linked, file=model),
     }
     train, held_out = diagnosis.recordings, diagnosis.held_out_recordings
     rest = _KEPT[diagnosis.leaves_one_out]
     kept = "proof" if held_out else f"selection and fit; {rest} for the proof"
+    row, column = most_telling(simulated)
+    white = residual_autocorrelations(row)
+    correlations = parameter_correlations(diagnosis)
+    rival = sysid.signals if sysid else None
     return environment.get_template("report.html").render(
         d=diagnosis,
         changed=diagnosis.changed,
-        model=train[0].model,
+        meaning=MEANING[diagnosis.verdict],
+        headline=headline(diagnosis),
+        to_do=what_to_do(diagnosis),
+        errors=error_rows(diagnosis.held_out, rival),
+        errors_in_training=error_rows(diagnosis.train),
         catalogue=diagnosis.catalogue,
-        pictures={name: _inline(figure) for name, figure in figures.items()},
-        shown=shown,
+        stills={name: _inline(figure) for name, figure in figures.items()},
+        charts=_charts(diagnosis, row, column, rival)
+        | {"whiteness": [curves.whiteness(c, w, diagnosis.changed) for c, w in white.items()]}
+        | ({"correlations": [correlation_chart(correlations)]} if correlations else {}),
+        colours=bars.COLOURS,
+        dark=_DARK,
+        library=packed_plotly(),
+        shown=row.measured.name,
+        signal=column,
+        white=white,
+        correlations=correlations,
+        sensitivity=noise_sensitivity(diagnosis),
         sysid=sysid,
         no_sysid=no_sysid,
+        provenance=provenance or collect_provenance(),
         ties=[(group, advise(group, diagnosis.catalogue)) for group in diagnosis.indistinguishable],
-        advice=advise(diagnosis.closest, diagnosis.catalogue),
         recordings=[(r, "selection and fit" if held_out else kept) for r in train]
         + [(r, kept) for r in held_out],
     )
 
 
-def short(value: float) -> str:
-    """A number to four significant digits."""
-    if not math.isfinite(value):
-        return "–"
-    if 1e4 <= abs(value) < 1e7:
-        return f"{value:,.0f}".replace(",", "\u202f")
-    return f"{value:.4g}"
+def _charts(
+    diagnosis: Diagnosis, row: BeforeAfter, column: str, sysid: Mapping[str, float] | None
+) -> dict[str, list[Chart]]:
+    """Place on the page → its charts."""
+    changed = diagnosis.changed
+    charts = {
+        "first": [curves.over_time(row, column, changed=changed)],
+        "errors": [bars.errors(diagnosis.held_out, sysid, changed=changed)],
+        "signals": [
+            chart
+            for c in row.measured.measured
+            for chart in (
+                curves.over_drive(row, c, changed=changed),
+                curves.over_time(row, c, changed=changed, height=320),
+            )
+        ],
+    }
+    if diagnosis.verdict != "nothing missing":
+        remaining = diagnosis.remaining if changed else None
+        charts["misfit"] = list(bars.misfit(diagnosis.located, remaining).values())
+    if changed:
+        charts["proof"] = list(bars.proof(*diagnosis.proof).values())
+    return charts
 
 
-def _percent(share: float) -> str:
-    """A share in whole percents; 100 % only where it is exactly 1."""
-    if not math.isfinite(share):
-        return "–"
-    return "more than 99 %" if 0.995 <= share < 1.0 else f"{100.0 * share:.0f} %"
+def _linked(sentence: str, file: str) -> Markup:
+    """A sentence that links to a file where it names it."""
+    link = Markup('<a href="{0}">{0}</a>').format(file)
+    said = escape(sentence)
+    return Markup(said.replace(file, link)) if file else said
 
 
 def _inline(figure: Figure) -> str:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=DPI)
-    return base64.b64encode(buffer.getvalue()).decode("ascii")
+    """A figure as a small PNG in base64."""
+    drawn, small = io.BytesIO(), io.BytesIO()
+    figure.savefig(drawn, format="png", dpi=_STILL_DPI)
+    palette = Image.open(drawn).convert("RGB").quantize(_STILL_COLOURS)
+    palette.save(small, format="png", optimize=True)
+    return base64.b64encode(small.getvalue()).decode("ascii")

@@ -6,12 +6,16 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tendon_mj.diagnosis.before_after import BeforeAfter
+from tendon_mj.diagnosis.provenance import Provenance
 from tendon_mj.diagnosis.result.diagnosis import Diagnosis
 from tendon_mj.diagnosis.sysid import SysidResult
 from tendon_mj.view.figures.style import DPI
 from tendon_mj.view.report.figures import diagnosis_figures
+from tendon_mj.view.report.first_screen import most_telling
 from tendon_mj.view.report.page import LEFT_OUT, report_page
 from tendon_mj.whole_file import whole_file
+
+MODEL = "model.xml"
 
 
 def write_report(
@@ -21,25 +25,37 @@ def write_report(
     *,
     sysid: SysidResult | None = None,
     no_sysid: str = LEFT_OUT,
+    provenance: Provenance | None = None,
 ) -> list[Path]:
     """Write ``report.html`` and its pictures, each as a PNG too.
 
+    The page needs no other file. It links to ``model.xml`` where that lies in the folder already.
+
     Args:
         diagnosis: to report.
-        simulated: what its ``simulate`` returned; the last recording is drawn.
+        simulated: what its ``simulate`` returned; the recording with the largest error before is
+            drawn.
         folder: made if it is not there.
         sysid: fit of the same recordings by `mujoco.sysid`, for comparison.
         no_sysid: sentence for the page where that was left out.
+        provenance: command and files for the page, see `collect_provenance`.
 
     Returns:
         Paths of what was written, the page last.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    shown = simulated[-1]
+    shown, _ = most_telling(simulated)
     figures = diagnosis_figures(diagnosis, shown, sysid.signals if sysid else None)
-    name = shown.measured.name
-    text = report_page(diagnosis, figures, shown=name, sysid=sysid, no_sysid=no_sysid)
+    text = report_page(
+        diagnosis,
+        simulated,
+        figures,
+        sysid=sysid,
+        no_sysid=no_sysid,
+        provenance=provenance,
+        model=MODEL if (folder / MODEL).is_file() else "",
+    )
     written = []
     for picture, figure in figures.items():
         written.append(folder / f"{picture}.png")
