@@ -7,7 +7,7 @@ from typing import Final
 import mujoco
 
 from tendon_mj.engine import GAINS, KINDS, PARAMETERS, sensor_kind
-from tendon_mj.recordings.csv_table import UNITS
+from tendon_mj.recordings.units import UNITS
 from tendon_mj.replay.live_parameters import DRAWN_BEND
 
 UNKNOWN: Final = "1"  # of a reading or a control that no column names
