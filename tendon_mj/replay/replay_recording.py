@@ -35,9 +35,10 @@ def replay_recording(
 
     Between samples the drive is linear in time, or held where the recording says so. The step is
     uniform, no longer than the model's and a whole fraction of the sampling interval (see
-    `replay.clock`); readings belong to the pose and the control at the sample's time. Before the first sample the model, from its
-    reference pose, is brought to the first drive value by a linear ramp over half of ``settle``
-    and held there for the other half. Actuators that are not driven stay at 0.
+    `replay.clock`); readings belong to the pose and the control at the sample's time. Before the
+    first sample the model, from its reference pose, is brought to the first drive value by a linear
+    ramp over half of ``settle`` and held there for the other half. Actuators that are not driven
+    stay at 0.
 
     Args:
         recording: what was driven and measured.
