@@ -10,6 +10,7 @@ import tyro
 
 from tendon_mj.cli.attach import attach
 from tendon_mj.cli.bench import bench
+from tendon_mj.cli.check import check
 from tendon_mj.cli.compare import compare
 from tendon_mj.cli.demo import demo
 from tendon_mj.cli.diagnose import diagnose
@@ -22,6 +23,7 @@ from tendon_mj.errors import TendonError
 COMMANDS: dict[str, Callable[..., object]] = {
     "attach": attach,
     "bench": bench,
+    "check": check,
     "compare": compare,
     "replay": replay,
     "diagnose": diagnose,
