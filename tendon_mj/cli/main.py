@@ -14,6 +14,7 @@ from tendon_mj.cli.check import check
 from tendon_mj.cli.compare import compare
 from tendon_mj.cli.demo import demo
 from tendon_mj.cli.diagnose import diagnose
+from tendon_mj.cli.init import init
 from tendon_mj.cli.render import render
 from tendon_mj.cli.replay import replay
 from tendon_mj.cli.simulate import simulate
@@ -23,8 +24,9 @@ from tendon_mj.errors import TendonError
 COMMANDS: dict[str, Callable[..., object]] = {
     "attach": attach,
     "bench": bench,
-    "check": check,
     "compare": compare,
+    "init": init,
+    "check": check,
     "replay": replay,
     "diagnose": diagnose,
     "render": render,
