@@ -25,6 +25,11 @@ def example_recording() -> Path:
     return models_folder() / "bench" / "recordings" / "twin.csv"
 
 
+def example_rig() -> Path:
+    """Folder of the rig of docs/your_rig.md: model, description and two simulated recordings."""
+    return models_folder() / "rig"
+
+
 def model_names() -> list[str]:
     """Names of the models that come with the package."""
     return sorted(p.parent.name for p in models_folder().glob("*/scene.xml"))
