@@ -21,7 +21,7 @@ endif
 
 .PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system test check format test-wheel test-mujoco4 clean
 
-demo: $(STAMP)                ## the main job: compare, render, replay
+demo: $(STAMP)                ## the main job: compare, render, replay, diagnose
 	$(BIN)/tendon-mj demo --out $(OUT)
 
 kaneko1991 force_servo cable_tool measured_joint positioning_system: $(STAMP)  ## an experiment, into out/ and its name

@@ -21,6 +21,7 @@ LAYERS = {
     "environment": 7,
     "verification": 7,
     "finger": 6,
+    "data_check": 6,
     "replay": 5,
     "builders": 4,
     "attach": 3,

@@ -32,8 +32,10 @@ FINGER = """
 
 
 def blocks(language):
-    # the page on recordings is one example, which tests/recordings/test_recording.py runs
-    for page in (p for p in PAGES if p.name != "recording.md"):
+    # these pages are one example each, which tests/recordings/test_recording.py and
+    # tests/test_your_rig.py run
+    whole = ("recording.md", "your_rig.md")
+    for page in (p for p in PAGES if p.name not in whole):
         found = re.findall(rf"```{language}\n(.*?)```", page.read_text("utf-8"), re.S)
         for k, code in enumerate(found):
             yield pytest.param(code, id=f"{page.name}-{k}")

@@ -43,6 +43,7 @@ def test_what_is_read_at_run_time_is_in_the_wheel(wheel):
     assert {".py", ".xml", ".toml", ".csv", ".html"} <= suffixes
     assert "tendon_mj/py.typed" in wheel
     assert "tendon_mj/models/bench/recordings/twin.csv" in wheel
+    assert "tendon_mj/models/rig/triangles.csv" in wheel
 
 
 @pytest.mark.parametrize("python", ["3.11", "3.12", "3.13", "3.14"])

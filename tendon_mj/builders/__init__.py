@@ -9,6 +9,7 @@ from tendon_mj.builders.finger_parameters import spool_angles as spool_angles
 from tendon_mj.builders.joint import Joint as Joint
 from tendon_mj.builders.joint import build_joint as build_joint
 from tendon_mj.builders.load import example_recording as example_recording
+from tendon_mj.builders.load import example_rig as example_rig
 from tendon_mj.builders.load import load_model as load_model
 from tendon_mj.builders.load import load_spec as load_spec
 from tendon_mj.builders.load import model_names as model_names

@@ -25,21 +25,27 @@ def example_recording() -> Path:
     return models_folder() / "bench" / "recordings" / "twin.csv"
 
 
+def example_rig() -> Path:
+    """Folder of the rig of docs/your_rig.md: model, description and two simulated recordings."""
+    return models_folder() / "rig"
+
+
 def model_names() -> list[str]:
     """Names of the models that come with the package."""
     return sorted(p.parent.name for p in models_folder().glob("*/scene.xml"))
 
 
-def model_path(name: str, *, scene: bool = False) -> Path:
+def model_path(name: str, *, scene: bool = False, beside: Path | None = None) -> Path:
     """The MJCF file of a model: ``<name>.xml``, or ``scene.xml`` with light and floor.
 
     Args:
         name: of a model that comes with the package, or of a variant of one (`finger_spring`); or
             the path of an MJCF file.
         scene: whether the scene around it is wanted too.
+        beside: folder of the description that names it, if one does, in which it was sought first.
 
     Raises:
-        UnknownNameError: neither a model of the package nor a file.
+        UnknownNameError: neither a model of the package nor a file; it says where it was sought.
     """
     if name in model_names():
         return models_folder() / name / ("scene.xml" if scene else f"{name}.xml")
@@ -50,28 +56,34 @@ def model_path(name: str, *, scene: bool = False) -> Path:
             return variant.with_name(shown) if scene else variant
     if path.is_file():
         return path
-    raise UnknownNameError("model or MJCF file", name, model_names())
+    names, where = model_names(), ""
+    if beside is not None:
+        names += [file.name for file in beside.glob("*.xml")]
+        where = (
+            f"sought in {beside.resolve()}, beside the description, and among the package's models"
+        )
+    raise UnknownNameError("model or MJCF file", name, names, where)
 
 
-def load_spec(name: str, *, scene: bool = False) -> mujoco.MjSpec:
-    """A model as an editable `MjSpec`; see ``model_path`` for ``name``.
+def load_spec(name: str, *, scene: bool = False, beside: Path | None = None) -> mujoco.MjSpec:
+    """A model as an editable `MjSpec`; see ``model_path`` for the arguments.
 
     Raises:
         UnknownNameError: no such model.
         TendonError: MuJoCo cannot read it; the message is MuJoCo's, with the file's name.
     """
-    path = model_path(name, scene=scene)
+    path = model_path(name, scene=scene, beside=beside)
     try:
         return mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         raise TendonError(_refusal(path, error)) from error
 
 
-def load_model(name: str, *, scene: bool = False) -> mujoco.MjModel:
+def load_model(name: str, *, scene: bool = False, beside: Path | None = None) -> mujoco.MjModel:
     """A compiled model; see ``load_spec``."""
-    path = model_path(name, scene=scene)
+    path = model_path(name, scene=scene, beside=beside)
     try:
-        return load_spec(name, scene=scene).compile()
+        return load_spec(name, scene=scene, beside=beside).compile()
     except ValueError as error:
         if isinstance(error, TendonError):
             raise

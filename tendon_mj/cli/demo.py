@@ -1,11 +1,12 @@
-"""`tendon-mj demo`: comparison, clip and replay in one run."""
+"""`tendon-mj demo`: comparison, clip, replay and diagnosis in one run."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from tendon_mj.builders.load import example_recording
+from tendon_mj.builders.load import example_recording, example_rig
 from tendon_mj.cli.compare import compare
+from tendon_mj.cli.diagnose import diagnose
 from tendon_mj.cli.output import LOCK, Output, console
 from tendon_mj.cli.render import render
 from tendon_mj.cli.replay import replay
@@ -13,7 +14,7 @@ from tendon_mj.errors import EngineError
 
 
 def demo(out: Path = Path("out/demo")) -> dict[str, object]:
-    """Compare with theory, render a clip, replay the example recording.
+    """Compare with theory, render a clip, replay a recording, diagnose a rig.
 
     Args:
         out: folder for everything.
@@ -30,9 +31,20 @@ def demo(out: Path = Path("out/demo")) -> dict[str, object]:
         result["render"] = {"clip": None, "reason": str(error)}
     console.rule("replay (a recording made by the package, not measured)")
     result["replay"] = replay(example_recording(), out / "replay")
+    console.rule("diagnose (the rig of docs/your_rig.md: simulated elsewhere, with a hidden cause)")
+    rig = example_rig()
+    result["diagnose"] = found = diagnose(
+        (rig / "triangles.csv",),
+        out / "diagnose",
+        hold_out=(rig / "sines.csv",),
+        description=rig / "rig.toml",
+        sysid=False,
+    )
     written = sorted(p for p in out.rglob("*") if p.is_file() and p.name != LOCK)
     output.result(result)
     console.rule("all files")
     output.written = [*written, *output.written]
     output.close()
+    console.print(f"diagnosis: {found['verdict']}. {found['sentence']}", soft_wrap=True)
+    console.print(f"report: {out / 'diagnose' / 'report.html'}", soft_wrap=True)
     return result

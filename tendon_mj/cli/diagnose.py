@@ -44,6 +44,7 @@ def diagnose(
     hold_out: tuple[Path, ...] = (),
     description: Path | None = None,
     model: str | None = None,
+    settle: float | None = None,
     exclude: tuple[str, ...] = (),
     sysid: bool = True,
     next: Path | None = None,
@@ -57,6 +58,8 @@ def diagnose(
             is kept for it.
         description: TOML that says what the columns of all recordings are.
         model: to diagnose instead of the recordings' own: a name or an MJCF file.
+        settle: time in seconds before the first sample in which the model comes to the first drive
+            value; by default as the description says.
         exclude: effects of the catalogue that are not to be considered.
         sysid: whether to fit the same data with mujoco.sysid alone, for comparison.
         next: TOML with the bounds of what the rig can run; where explanations tie, the experiment
@@ -65,7 +68,8 @@ def diagnose(
     output = Output(out)
     bounds = read_bounds(next) if next else None
     train, held_out = (
-        [_read(path, description, model) for path in paths] for paths in (recordings, hold_out)
+        [_read(path, description, model, settle) for path in paths]
+        for paths in (recordings, hold_out)
     )
     if bounds and train:  # before the diagnosis, which takes longer
         check_bounds(train, bounds)
@@ -125,9 +129,13 @@ def _suggest(
         return None, error
 
 
-def _read(path: Path, description: Path | None, model: str | None) -> Recording:
+def _read(
+    path: Path, description: Path | None, model: str | None, settle: float | None
+) -> Recording:
     recording = read_recording(path, description)
-    return replace(recording, model=model) if model else recording
+    if model:
+        recording = replace(recording, model=model, beside=None)
+    return recording if settle is None else replace(recording, settle=settle)
 
 
 def _say(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> None:

@@ -10,9 +10,11 @@ import tyro
 
 from tendon_mj.cli.attach import attach
 from tendon_mj.cli.bench import bench
+from tendon_mj.cli.check import check
 from tendon_mj.cli.compare import compare
 from tendon_mj.cli.demo import demo
 from tendon_mj.cli.diagnose import diagnose
+from tendon_mj.cli.init import init
 from tendon_mj.cli.render import render
 from tendon_mj.cli.replay import replay
 from tendon_mj.cli.simulate import simulate
@@ -23,6 +25,8 @@ COMMANDS: dict[str, Callable[..., object]] = {
     "attach": attach,
     "bench": bench,
     "compare": compare,
+    "init": init,
+    "check": check,
     "replay": replay,
     "diagnose": diagnose,
     "render": render,

@@ -26,6 +26,7 @@ def replay(
     out: Path = Path("out/replay"),
     description: Path | None = None,
     model: str | None = None,
+    settle: float | None = None,
     change: tuple[str, ...] = (),
 ) -> dict[str, object]:
     """Simulate a recording with and without friction, and draw both beside the measurement.
@@ -35,6 +36,8 @@ def replay(
         out: folder for result.json, the simulated recordings and the picture.
         description: TOML that says what the columns are.
         model: to replay on instead of the recording's own: a name or an MJCF file.
+        settle: time in seconds before the first sample in which the model comes to the first drive
+            value; by default as the description says.
         change: more variants, each like "*.friction=0.1,joint.stiffness=0.03".
     """
     output = Output(out)
@@ -43,7 +46,7 @@ def replay(
         raise RecordingError(
             f"{recording}: no column is [measured], so there is nothing to compare"
         )
-    compiled = load_model(model or measured.model)
+    compiled = load_model(model) if model else load_model(measured.model, beside=measured.beside)
     variants: dict[str, dict[str, float]] = {
         DESCRIBED: {},
         WITHOUT: _parse("*.friction=0", compiled),
@@ -53,7 +56,9 @@ def replay(
     with progress_bar() as progress:
         for k, (label, parameters) in enumerate(variants.items()):
             progress("replay", k, len(variants))
-            simulated[label] = replay_recording(measured, compiled, parameters=parameters)
+            simulated[label] = replay_recording(
+                measured, compiled, parameters=parameters, settle=settle
+            )
         progress("replay", len(variants), len(variants))
     result: dict[str, object] = {}
     for k, (label, answer) in enumerate(simulated.items()):

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from tendon_mj.builders.finger_parameters import JOINTS, TENDONS, Finger
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
-from tendon_mj.recordings.csv_table import TIME, read_table
+from tendon_mj.recordings import read_table
+from tendon_mj.recordings.table_checks import TIME
 
 Array = NDArray[np.float64]
 ANGLES = tuple(f"{joint}_rad" for joint in JOINTS)

@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from tendon_mj.errors import InvalidValueError, RecordingError, unknown
-from tendon_mj.recordings.csv_table import TIME
+from tendon_mj.recordings.table_checks import TIMES
 
 
 @dataclass(frozen=True)
@@ -67,6 +67,17 @@ class Session:
             raise InvalidValueError(f"spread must be > 0 and finite, got {self.spread!r}")
 
 
+@dataclass(frozen=True)
+class Topic:
+    """Where a column's values are in a log: a topic, and a field of its messages.
+
+    ``field`` is a name in the message; dots lead into objects and lists, as in ``position.0``.
+    """
+
+    topic: str
+    field: str
+
+
 @dataclass(frozen=True, kw_only=True)
 class Description:
     """Description of a time series: the TOML beside the CSV.
@@ -101,11 +112,11 @@ class Description:
             _check_text(text, f"{where}, {key}")
         if not 0.0 <= self.settle < math.inf:
             raise RecordingError(f"{where}, settle: {self.settle!r} [s] must be ≥ 0 and finite")
-        series = [name for name in columns if name != TIME]
+        series = [name for name in columns if name not in TIMES]
         for table in ("drive", "measured"):
             for column in getattr(self, table):
                 here = f"{where}, [{table}] {column!r}"
-                if column == TIME:
+                if column in TIMES:
                     raise RecordingError(f"{here}: the clock is neither driven nor measured")
                 if column not in series:
                     raise RecordingError(f"{here}: {unknown('column', column, series)}")

@@ -9,12 +9,23 @@ from typing import Any
 import tomli_w
 
 from tendon_mj.errors import InvalidValueError, RecordingError, unknown
-from tendon_mj.recordings.description import Description, Measured, Session, Uncertain
+from tendon_mj.recordings.description import Description, Measured, Session, Topic, Uncertain
 
 TABLES = ("drive", "measured", "known", "uncertain", "session")
-KEYS = ("model", "source", "settle", *TABLES)
+KEYS = ("model", "source", "settle", *TABLES, "mcap")
 
 _UNQUOTED = 'a name that has a dot is quoted, such as "sheath.friction" = …'
+
+
+def parse_topics(text: str, where: str) -> dict[str, Topic]:
+    """Read a description's [mcap]: column → where its values are in a log.
+
+    Raises `RecordingError` for broken TOML and entries that are not of a topic and a field.
+    """
+    table = _load(text, where).get("mcap", {})
+    if not isinstance(table, dict):
+        raise RecordingError(f"{where}, mcap: must be a table [mcap], got {table!r}")
+    return {name: _topic(entry, f"{where}, [mcap] {name!r}") for name, entry in table.items()}
 
 
 def parse_description(text: str, where: str) -> Description:
@@ -23,10 +34,7 @@ def parse_description(text: str, where: str) -> Description:
     Raises `RecordingError` for broken TOML (naming its row), unknown keys (naming the nearest
     valid one), values of the wrong kind, and whatever `Measured` and `Uncertain` refuse.
     """
-    try:
-        toml = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # ValueError: also an integer of 5000 digits
-        raise RecordingError(f"{where}: not TOML: {error}") from None
+    toml = _load(text, where)
     _check_keys(toml, KEYS, ("model", "source"), where)
     for key in TABLES:
         if not isinstance(toml.setdefault(key, {}), dict):
@@ -76,6 +84,21 @@ def format_description(description: Description) -> str:
     tables = (drive, measured, known, uncertain, session)
     document |= {title: table for title, table in zip(TABLES, tables, strict=True) if table}
     return tomli_w.dumps(document)
+
+
+def _load(text: str, where: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # ValueError: also an integer of 5000 digits
+        raise RecordingError(f"{where}: not TOML: {error}") from None
+
+
+def _topic(entry: Any, here: str) -> Topic:
+    if not isinstance(entry, dict):
+        raise RecordingError(f"{here}: write {{ topic = …, field = … }}, got {entry!r}")
+    keys = ("topic", "field")
+    _check_keys(entry, keys, keys, here)
+    return Topic(*(_text(entry[key], f"{here}, {key}") for key in keys))
 
 
 def _driven(entry: Any, here: str) -> tuple[str, bool]:

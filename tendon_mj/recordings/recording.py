@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -14,20 +14,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tendon_mj.errors import RecordingError, unknown
-from tendon_mj.recordings.csv_table import (
-    TIME,
-    FloatArray,
-    check_table,
-    read_table,
-    write_table,
-)
-from tendon_mj.recordings.csv_table import UNITS as UNITS
+from tendon_mj.recordings.csv_table import write_csv
 from tendon_mj.recordings.description import Description
 from tendon_mj.recordings.description import Measured as Measured
 from tendon_mj.recordings.description import Session as Session
 from tendon_mj.recordings.description import Uncertain as Uncertain
-from tendon_mj.recordings.description_toml import format_description, parse_description
+from tendon_mj.recordings.description_toml import (
+    format_description,
+    parse_description,
+    parse_topics,
+)
+from tendon_mj.recordings.table_checks import TIME, FloatArray, check_table, in_si
+from tendon_mj.recordings.table_file import read_columns, table_beside
 from tendon_mj.recordings.text_file import read_text
+from tendon_mj.recordings.units import UNITS as UNITS
+from tendon_mj.recordings.units import si_name
 from tendon_mj.whole_file import whole_file
 
 
@@ -36,7 +37,9 @@ class Recording(Description):
     """Time series and their description, lawful by construction and unchangeable.
 
     name: the file's stem; time: (n,) [s], strictly increasing; columns: name → (n,) [the unit its
-    name ends in], every column but the time, also those neither driven nor measured.
+    name ends in, of SI], every column but the time, also those neither driven nor measured;
+    in_file: name → its name in the file, of those that were converted; beside: folder in which the
+    description was, if it was read. The last two matter to messages alone, not to equality.
     The other fields are `Description`'s. Arrays and mappings are read-only copies.
     Raises `RecordingError` for whatever a file would be refused for.
     """
@@ -44,6 +47,8 @@ class Recording(Description):
     name: str
     time: FloatArray
     columns: Mapping[str, FloatArray]
+    in_file: Mapping[str, str] = field(default_factory=dict)
+    beside: Path | None = None
 
     def __post_init__(self) -> None:
         where = f"recording {self.name!r}"
@@ -53,12 +58,16 @@ class Recording(Description):
         freeze = object.__setattr__
         freeze(self, "time", _frozen(self.time))
         freeze(self, "columns", MappingProxyType(columns))
-        for name in ("drive", "measured", "known", "uncertain", "session"):
+        for name in ("drive", "measured", "known", "uncertain", "session", "in_file"):
             freeze(self, name, MappingProxyType(dict(getattr(self, name))))
         if TIME in columns:
             raise RecordingError(f"{where}, column {TIME!r}: belongs in `time`, not in `columns`")
-        check_table({TIME: self.time, **columns}, where)
+        check_table({TIME: self.time, **columns}, where, si=True)
         self.check(columns, where)
+
+    def written(self, column: str) -> str:
+        """A column's name as the file has it, for messages; its own if it was not converted."""
+        return self.in_file.get(column, column)
 
     def check_against(self, actuators: Collection[str], sensors: Collection[str]) -> None:
         """Raise `RecordingError`, with the nearest valid name, unless a model has all it needs.
@@ -69,11 +78,11 @@ class Recording(Description):
         for column, actuator in self.drive.items():
             if actuator not in actuators:
                 message = unknown("actuator", actuator, actuators)
-                raise RecordingError(f"{where}, [drive] {column!r}: {message}")
+                raise RecordingError(f"{where}, [drive] {self.written(column)!r}: {message}")
         for column, measured in self.measured.items():
             if measured.sensor not in sensors:
                 message = unknown("sensor", measured.sensor, sensors)
-                raise RecordingError(f"{where}, [measured] {column!r}: {message}")
+                raise RecordingError(f"{where}, [measured] {self.written(column)!r}: {message}")
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Recording):
@@ -93,28 +102,62 @@ class Recording(Description):
         return partial(Recording, **plain), ()
 
 
-_NOT_ARRAYS = [f.name for f in fields(Recording) if f.name not in ("time", "columns")]
+_NOT_COMPARED = ("time", "columns", "in_file", "beside")  # the first two are, as arrays
+_NOT_ARRAYS = [f.name for f in fields(Recording) if f.name not in _NOT_COMPARED]
 
 
 def read_recording(
     path: str | os.PathLike[str], description: str | os.PathLike[str] | None = None
 ) -> Recording:
-    """Read a recording from its CSV and TOML; ``path`` is either of them or their common stem.
+    """Read a recording from its table and TOML; ``path`` is either of them or their common stem.
 
-    ``description`` is the TOML's path where it does not lie beside the CSV. Nothing in the files
+    The table is a CSV, a Parquet file (``.parquet``) or a log (``.mcap``). Columns in mm, deg and
+    the like become columns in SI: ``x_mm`` is ``x_m`` of the recording, and its ``noise`` too.
+
+    ``description`` is the TOML's path where it does not lie beside the table. Nothing in the files
     is evaluated. Raises `RecordingError`, naming file, row (the header is row 1), column and the
     nearest valid name, for anything docs/recording.md does not allow. A model's path is sought
     beside the description first.
     """
-    csv, toml = _files(Path(path))
+    file, toml = table_beside(Path(path))
     if description is not None:
         toml = Path(description)
-    columns = read_table(csv)
-    hint = "" if description is not None else f"; it describes {csv.name}, or pass `description`"
-    described = parse_description(read_text(toml, hint), str(toml))
-    described.check(columns, str(toml))
-    described = replace(described, model=_model_beside(toml, described.model))
-    return Recording(name=csv.stem, time=columns.pop(TIME), columns=columns, **vars(described))
+    hint = "" if description is not None else f"; it describes {file.name}, or pass `description`"
+    if file.suffix.lower() == ".mcap":
+        text = read_text(toml, hint)
+        held = parse_description(text, str(toml)).hold
+        table = read_columns(file, parse_topics(text, str(toml)), held)
+    else:  # the table first: its faults are told before a description that is missing
+        table = read_columns(file)
+        text = read_text(toml, hint)
+    described = parse_description(text, str(toml))
+    described.check(table, str(toml))
+    described = replace(_described_in_si(described), model=_model_beside(toml, described.model))
+    columns = in_si(table, str(file))
+    in_file = {si_name(name)[0]: name for name in table if si_name(name)[0] != name}
+    return Recording(
+        name=file.stem,
+        time=columns.pop(TIME),
+        columns=columns,
+        in_file=in_file,
+        beside=toml.parent,
+        **vars(described),
+    )
+
+
+def _described_in_si(described: Description) -> Description:
+    """A description of columns in any unit as one of the columns in SI."""
+    measured = {}
+    for column, one in described.measured.items():
+        name, factor = si_name(column)
+        noise = None if one.noise is None else one.noise * factor
+        measured[name] = Measured(one.sensor, noise)
+    return replace(
+        described,
+        drive={si_name(column)[0]: actuator for column, actuator in described.drive.items()},
+        measured=measured,
+        hold=tuple(si_name(column)[0] for column in described.hold),
+    )
 
 
 def _model_beside(toml: Path, model: str) -> str:
@@ -132,20 +175,11 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:
     What was there is replaced. Reading it back gives the same recording bit for bit, named after
     the file's stem. Raises OSError where the folder cannot be written.
     """
-    csv, toml = _files(Path(path))
-    write_table({TIME: recording.time, **recording.columns}, csv)
+    csv, toml = table_beside(Path(path), (".csv",))
+    write_csv({TIME: recording.time, **recording.columns}, csv)
     with whole_file(toml) as made:
         made.write_text(format_description(recording), encoding="utf-8", newline="\n")
     return csv
-
-
-def _files(path: Path) -> tuple[Path, Path]:
-    """CSV and TOML of a path to either or to their stem, which may itself have dots in it."""
-    if path.suffix == ".toml":
-        return path.with_suffix(".csv"), path
-    if path.suffix.lower() == ".csv":
-        return path, path.with_suffix(".toml")
-    return path.with_name(path.name + ".csv"), path.with_name(path.name + ".toml")
 
 
 def _frozen(values: ArrayLike) -> FloatArray:

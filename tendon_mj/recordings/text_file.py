@@ -1,4 +1,4 @@
-"""Text files of a recording, read with errors that say where they are broken."""
+"""Files of a recording, opened with errors that say where they are broken."""
 
 from __future__ import annotations
 
@@ -6,20 +6,37 @@ from pathlib import Path
 
 from tendon_mj.errors import RecordingError, unknown
 
+LARGEST = 2**31  # of a file [bytes]: days at 1 kHz
+
+
+def check_file(path: Path, hint: str = "") -> None:
+    """Raise `RecordingError` unless there is a file that can be opened and is not too large.
+
+    ``hint`` is appended to the message when there is no such file, which names the nearest of the
+    same kind beside it.
+    """
+    try:
+        size = path.stat().st_size
+        with path.open("rb"):
+            pass
+    except FileNotFoundError:
+        raise RecordingError(f"{path}: {_missing(path)}{hint}") from None
+    except (OSError, ValueError) as error:  # ValueError: a name that no file can have
+        reason = getattr(error, "strerror", None) or error
+        raise RecordingError(f"{path}: cannot be read: {reason}") from error
+    if size > LARGEST:
+        raise RecordingError(f"{path}: {size} bytes, more than {LARGEST}; split the recording")
+
 
 def read_text(path: Path, hint: str = "") -> str:
     """Read a UTF-8 text file (a byte-order mark is dropped), every line end turned into ``\\n``.
 
-    ``hint`` is appended to the message when there is no such file. Raises `RecordingError` for a
-    missing file (naming the nearest of the same kind beside it), one that cannot be opened, and
-    one that is not UTF-8 (naming row and column).
+    Raises `RecordingError` for what `check_file` refuses, and for a file that is not UTF-8 (naming
+    row and column).
     """
+    check_file(path, hint)
     try:
         return path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise RecordingError(f"{path}: {_missing(path)}{hint}") from None
-    except OSError as error:
-        raise RecordingError(f"{path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
         before = error.object[: error.start].splitlines() or [b""]
         at_line_start = error.object[: error.start].endswith((b"\n", b"\r"))

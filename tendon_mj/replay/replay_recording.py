@@ -33,11 +33,12 @@ def replay_recording(
 ) -> Recording:
     """Drive a model with a recording's driven columns and read off its measured ones.
 
-    Between samples the drive is linear in time. The step is uniform, no longer than the model's
-    and a whole fraction of the sampling interval (see `replay.clock`); readings belong to the
-    pose and the control at the sample's time. Before the first sample the model, from its
-    reference pose, is brought to the first drive value by a linear ramp over half of ``settle``
-    and held there for the other half. Actuators that are not driven stay at 0.
+    Between samples the drive is linear in time, or held where the recording says so. The step is
+    uniform, no longer than the model's and a whole fraction of the sampling interval (see
+    `replay.clock`); readings belong to the pose and the control at the sample's time. Before the
+    first sample the model, from its reference pose, is brought to the first drive value by a linear
+    ramp over half of ``settle`` and held there for the other half. Actuators that are not driven
+    stay at 0.
 
     Args:
         recording: what was driven and measured.
@@ -61,7 +62,9 @@ def replay_recording(
         InvalidValueError: a parameter or ``settle`` outside its range.
         TendonError: the simulation failed; the message says when.
     """
-    adjustable = Adjustable(copy.copy(model) if model is not None else load_model(recording.model))
+    if model is None:
+        model = load_model(recording.model, beside=recording.beside)
+    adjustable = Adjustable(copy.copy(model))
     schedule = Schedule(recording, adjustable.model, settle)
     stated = described_values(recording, adjustable.names()) if described else {}
     values = {**stated, **(parameters or {})}

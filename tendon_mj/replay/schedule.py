@@ -161,16 +161,16 @@ def _sensor_addresses(recording: Recording, model: mujoco.MjModel) -> dict[str, 
     recording.check_against(actuators - {""}, sensors.keys() - {""})
     found = {}
     for column, measured in recording.measured.items():
-        sensor = sensors[measured.sensor]
+        sensor, written = sensors[measured.sensor], recording.written(column)
         if model.sensor_dim[sensor] != 1:
             raise RecordingError(
-                f"recording {recording.name!r}, [measured] {column!r}: sensor {measured.sensor!r}"
+                f"recording {recording.name!r}, [measured] {written!r}: sensor {measured.sensor!r}"
                 f" reads {model.sensor_dim[sensor]} numbers, and a column is one"
             )
         unit = reading_unit(model, sensor)
         if unit != column_unit(column) and name_in(unit, column):
             raise RecordingError(
-                f"recording {recording.name!r}, [measured] {column!r}: sensor {measured.sensor!r}"
+                f"recording {recording.name!r}, [measured] {written!r}: sensor {measured.sensor!r}"
                 f" reads [{unit}]; the column would be {name_in(unit, column)!r}"
             )
         found[column] = (sensor, int(model.sensor_adr[sensor]))

@@ -91,7 +91,7 @@ class Simulator:
         self.recordings = tuple(recordings)
         if threads is not None and threads < 1:
             raise InvalidValueError(f"threads = {threads} must be ≥ 1")
-        self.model = copy.copy(model) if model is not None else load_model(self._model_name())
+        self.model = copy.copy(model) if model is not None else self._load_model()
         if _collides_never(self.model):  # saves looking for contacts, a tenth of the time
             self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT.value
         self._schedules = [Schedule(r, self.model, settle, timestep) for r in self.recordings]
@@ -201,14 +201,14 @@ class Simulator:
             )
         return answers
 
-    def _model_name(self) -> str:
+    def _load_model(self) -> mujoco.MjModel:
         names = sorted({recording.model for recording in self.recordings})
         if len(names) != 1:
             raise RecordingError(
                 f"recordings of one model are needed, got {len(self.recordings)} recordings of"
                 f" {', '.join(map(repr, names)) or 'none'}"
             )
-        return names[0]
+        return load_model(names[0], beside=self.recordings[0].beside)
 
     def _described_parameters(self) -> dict[str, Parameter]:
         parameters = Adjustable(copy.copy(self.model)).parameters()

@@ -6,8 +6,8 @@ from typing import Final
 
 import mujoco
 
-from tendon_mj.engine import GAINS, KINDS, PARAMETERS, sensor_kind
-from tendon_mj.recordings.csv_table import UNITS
+from tendon_mj.engine import GAINS, KINDS, PARAMETERS, sensor_kind, servos
+from tendon_mj.recordings.units import UNITS
 from tendon_mj.replay.live_parameters import DRAWN_BEND
 
 UNKNOWN: Final = "1"  # of a reading or a control that no column names
@@ -59,12 +59,42 @@ def reading_unit(model: mujoco.MjModel, sensor: int) -> str:
     return "N" if now == mujoco.mjtSensor.mjSENS_TOUCH else UNKNOWN
 
 
+def control_unit(model: mujoco.MjModel, actuator: int) -> str:
+    """The unit of an actuator's control; ``UNKNOWN`` where its kind does not say.
+
+    A reel's is tendon wound in, a servo of the package takes a tension, a motor a force or torque,
+    MuJoCo's servos a place or a rate.
+    """
+    plugin = int(model.actuator_plugin[actuator])
+    if plugin >= 0:
+        servo = model.plugin_stateadr[plugin] in {found.state for found in servos(model).values()}
+        return "N" if servo else "m"
+    on = int(model.actuator_trntype[actuator])
+    if on in (mujoco.mjtTrn.mjTRN_JOINT.value, mujoco.mjtTrn.mjTRN_JOINTINPARENT.value):
+        joint = int(model.actuator_trnid[actuator, 0])
+        slides = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE.value
+        force, place, rate_of = ("N", "m", "m/s") if slides else ("N m", "rad", "rad/s")
+    elif on == mujoco.mjtTrn.mjTRN_TENDON.value:
+        force, place, rate_of = "N", "m", "m/s"
+    else:
+        return UNKNOWN
+    bias = model.actuator_biasprm[actuator]
+    if model.actuator_gaintype[actuator] != mujoco.mjtGain.mjGAIN_FIXED.value:
+        return UNKNOWN  # a muscle's activation
+    if model.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_NONE.value:
+        return force
+    return place if bias[1] else rate_of if bias[2] else UNKNOWN
+
+
+def ending_of(unit: str) -> str:
+    """How the name of a column in a unit of SI ends; empty where names have no such unit."""
+    return {column_unit(ending): ending for ending in UNITS}.get(unit, "")
+
+
 def name_in(unit: str, column: str) -> str:
     """A column's name as it would be in another unit; empty where names have no such unit."""
-    endings = {column_unit(ending): ending for ending in UNITS}
-    if unit not in endings:
-        return ""
-    return column.removesuffix(_ending(column)) + endings[unit]
+    ending = ending_of(unit)
+    return column.removesuffix(_ending(column)) + ending if ending else ""
 
 
 def _ending(column: str) -> str:

@@ -1,0 +1,86 @@
+"""`tendon-mj check`: recordings over their model before any fit, and what looks wrong."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from tendon_mj.builders.load import load_model
+from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.data_check import Checked, check_recording
+from tendon_mj.errors import RecordingError
+from tendon_mj.recordings import read_recording
+from tendon_mj.replay.misfit import replay_error
+from tendon_mj.view.figures.replay import replay_figure
+
+_LABEL = "model as stated"
+
+
+def check(
+    recordings: Annotated[tuple[Path, ...], tyro.conf.Positional],
+    out: Path = Path("out/check"),
+    description: Path | None = None,
+    model: str | None = None,
+    settle: float | None = None,
+) -> dict[str, object]:
+    """Draw recordings over their model before anything is fitted, and warn of what looks wrong.
+
+    Times in ms, gaps, wrong units, reversed signs, another start, a saturated drive, a motor that
+    cannot bear the load, and columns that do not move. Example: tendon-mj check pull.csv
+
+    Args:
+        recordings: CSVs (or Parquet, MCAP), each with its TOML beside it unless --description
+            names one.
+        out: folder for result.json and a picture of each recording.
+        description: TOML that says what the columns of all recordings are.
+        model: to simulate instead of the recordings' own: a name or an MJCF file.
+        settle: time in seconds before the first sample in which the model comes to the first drive
+            value; by default as the description says.
+    """
+    if not recordings:
+        raise RecordingError("check needs at least one recording")
+    output = Output(out)
+    read = [read_recording(path, description) for path in recordings]
+    compiled = load_model(model) if model else None
+    checked = []
+    with progress_bar() as progress:
+        for k, recording in enumerate(read):
+            progress("simulate", k, len(read))
+            checked.append(check_recording(recording, compiled, settle=settle))
+        progress("simulate", len(read), len(read))
+    for one in checked:
+        if one.simulated is not None and one.recording.measured:
+            figure = replay_figure(one.recording, {_LABEL: one.simulated})
+            output.figure(one.recording.name, figure)
+        for warning in one.warnings:
+            console.print(f"warning: {warning.sentence}", soft_wrap=True)
+    result: dict[str, object] = {"recordings": [_result(one) for one in checked]}
+    output.result(result)
+    output.close()
+    count = sum(len(one.warnings) for one in checked)
+    console.print(_conclusion(count, len(checked)), soft_wrap=True)
+    return result
+
+
+def _result(one: Checked) -> dict[str, object]:
+    errors = {} if one.simulated is None else replay_error(one.recording, one.simulated)
+    return {
+        "name": one.recording.name,
+        "source": one.recording.source,
+        "model": one.recording.model,
+        "samples": int(one.recording.time.size),
+        "simulated": one.simulated is not None,
+        "rmse": {column: error.rmse for column, error in errors.items()},
+        "share_of_range": {column: error.share_of_range for column, error in errors.items()},
+        "warnings": [warning.result() for warning in one.warnings],
+    }
+
+
+def _conclusion(warnings: int, recordings: int) -> str:
+    of = "1 recording" if recordings == 1 else f"{recordings} recordings"
+    if not warnings:
+        return f"Checked {of}: nothing looks wrong. What remains is for tendon-mj diagnose."
+    said = "1 warning" if warnings == 1 else f"{warnings} warnings"
+    return f"Checked {of}: {said}. A diagnosis would take such faults for properties of the rig."

@@ -1,0 +1,142 @@
+"""Warnings about actuators: a drive beyond its range, and forces that a motor cannot bear."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+
+from tendon_mj.data_check.warning import DataWarning
+from tendon_mj.engine import sensor_kind
+from tendon_mj.recordings import Recording
+from tendon_mj.replay.parameters import Adjustable
+
+_NEAR = 1e-6  # of a control range: a control this near to an end is at it
+_MOST = 0.01  # of the samples that may be at an end
+_PULL = 1.05  # times the largest pull, above which a tension is beyond it
+_JOINT = (mujoco.mjtTrn.mjTRN_JOINT.value, mujoco.mjtTrn.mjTRN_JOINTINPARENT.value)
+_TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
+
+
+def actuation_warnings(recording: Recording, adjustable: Adjustable) -> list[DataWarning]:
+    """Warn of a saturated drive, and of joints and tendons whose load is beyond their actuators.
+
+    Args:
+        recording: what was driven and measured.
+        adjustable: its model at the numbers that its description states; not stepped.
+    """
+    return [
+        *_saturated(recording, adjustable),
+        *_cannot_hold(recording, adjustable),
+        *_cannot_pull(recording, adjustable.model),
+    ]
+
+
+def _saturated(recording: Recording, adjustable: Adjustable) -> list[DataWarning]:
+    found, model = [], adjustable.model
+    for column, name in recording.drive.items():
+        actuator = model.actuator(name).id
+        if not model.actuator_ctrllimited[actuator]:
+            continue
+        low, high = model.actuator_ctrlrange[actuator].tolist()
+        scale, offset, _ = adjustable.commands[actuator]
+        control = scale * recording.columns[column] + offset
+        slack = _NEAR * (high - low)
+        share = float(np.mean((control <= low + slack) | (control >= high - slack)))
+        if share > _MOST:
+            found.append(
+                DataWarning(
+                    "saturated",
+                    f"{recording.name}, [drive] {recording.written(column)!r}",
+                    f"{share:.0%} of the samples are at or beyond the control range of actuator"
+                    f" {name!r}, {low:g} to {high:g}; the column goes from {control.min():.4g} to"
+                    f" {control.max():.4g}",
+                    "the model clips what lies beyond: check the column's unit, widen the"
+                    " actuator's ctrlrange if the rig went there, or record a smaller motion",
+                )
+            )
+    return found
+
+
+def _cannot_hold(recording: Recording, adjustable: Adjustable) -> list[DataWarning]:
+    """Joints whose actuators are too weak for what pulls on them in the reference pose."""
+    model, data = adjustable.model, adjustable.data
+    state = mujoco.mjtState.mjSTATE_INTEGRATION
+    kept = np.empty(mujoco.mj_stateSize(model, state))
+    mujoco.mj_getState(model, data, kept, state)
+    mujoco.mj_forward(model, data)
+    load = np.array(data.qfrc_passive - data.qfrc_bias)
+    mujoco.mj_setState(model, data, kept, state)
+    found = []
+    for joint in range(model.njnt):
+        on = np.isin(model.actuator_trntype, _JOINT) & (model.actuator_trnid[:, 0] == joint)
+        dof = int(model.jnt_dofadr[joint])
+        slides = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE.value
+        if not on.any() or (
+            not slides and model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE.value
+        ):
+            continue
+        least = sum(
+            _largest_force(model, int(k)) * abs(float(model.actuator_gear[k, 0]))
+            for k in np.flatnonzero(on)
+        )
+        if abs(load[dof]) > least:
+            unit = "N" if slides else "N m"
+            found.append(
+                DataWarning(
+                    "weak_motor",
+                    f"{recording.name}, joint {model.joint(joint).name!r}",
+                    f"pretension, springs and weight pull it with {abs(load[dof]):.3g} {unit} where"
+                    f" it starts, its actuators hold {least:.3g} {unit} at most",
+                    "check the pretension in [known] or [uncertain], the radius at which the joint"
+                    " winds the tendon, and the actuator's gear and forcerange",
+                )
+            )
+    return found
+
+
+def _cannot_pull(recording: Recording, model: mujoco.MjModel) -> list[DataWarning]:
+    """Tendons whose measured tension is beyond the pull of the motors or muscles on them."""
+    found = []
+    for column, measured in recording.measured.items():
+        sensor = model.sensor(measured.sensor).id
+        if sensor_kind(model, sensor) != "input_tension":
+            continue
+        tendon = int(model.sensor_objid[sensor])
+        on = (model.actuator_trntype == _TENDON) & (model.actuator_trnid[:, 0] == tendon)
+        on &= model.actuator_plugin < 0
+        if not on.any():
+            continue
+        most = sum(
+            _largest_force(model, int(k)) * abs(float(model.actuator_gear[k, 0]))
+            for k in np.flatnonzero(on)
+        )
+        tension = float(np.max(recording.columns[column]))
+        if tension > _PULL * most:
+            found.append(
+                DataWarning(
+                    "weak_motor",
+                    f"{recording.name}, [measured] {recording.written(column)!r}",
+                    f"reaches {tension:.4g} N, the actuators of tendon"
+                    f" {model.tendon(tendon).name!r} pull with {most:.4g} N at most",
+                    "check the column's unit, and gear, gain and forcerange of the actuators",
+                )
+            )
+    return found
+
+
+def _largest_force(model: mujoco.MjModel, actuator: int) -> float:
+    """Largest force of an actuator before its gear [N or N m]; inf where nothing limits it."""
+    if model.actuator_forcelimited[actuator]:
+        return float(np.abs(model.actuator_forcerange[actuator]).max())
+    gain = model.actuator_gainprm[actuator]
+    if model.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_MUSCLE.value:
+        return float(gain[2] if gain[2] > 0.0 else gain[3] / model.actuator_acc0[actuator])
+    plain = (
+        model.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_FIXED.value
+        and model.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_NONE.value
+    )
+    if plain and model.actuator_ctrllimited[actuator]:
+        return float(abs(gain[0]) * np.abs(model.actuator_ctrlrange[actuator]).max())
+    return math.inf

@@ -1,0 +1,75 @@
+"""Check of a recording against its model: simulated at the stated numbers, nothing fitted."""
+
+from __future__ import annotations
+
+import copy
+import warnings
+from dataclasses import dataclass
+
+import mujoco
+
+from tendon_mj.builders.load import load_model
+from tendon_mj.data_check.actuation import actuation_warnings
+from tendon_mj.data_check.readings import drive_warnings, reading_warnings
+from tendon_mj.data_check.timing import timing_warnings
+from tendon_mj.data_check.warning import DataWarning
+from tendon_mj.errors import TendonError
+from tendon_mj.recordings import Recording
+from tendon_mj.replay.parameters import Adjustable
+from tendon_mj.replay.replay_recording import replay_recording
+from tendon_mj.replay.schedule import Schedule, described_values
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A recording, what the model makes of its drive, and what looks wrong.
+
+    Attributes:
+        recording: as given.
+        simulated: at the numbers that the description states; None where that was of no use.
+        warnings: in the order in which they are to be looked at.
+    """
+
+    recording: Recording
+    simulated: Recording | None
+    warnings: tuple[DataWarning, ...]
+
+
+def check_recording(
+    recording: Recording, model: mujoco.MjModel | None = None, *, settle: float | None = None
+) -> Checked:
+    """Simulate a recording at the numbers that its description states, and warn of what is odd.
+
+    Args:
+        recording: what was driven and measured.
+        model: in place of the one that the recording names; not changed.
+        settle: time before the first sample [s]; default: as the recording says.
+
+    Raises:
+        RecordingError, UnknownNameError, InvalidValueError: as `replay_recording`, for what cannot
+            be simulated at all, such as a sensor that the model lacks.
+    """
+    if model is None:
+        model = load_model(recording.model, beside=recording.beside)
+    adjustable = Adjustable(copy.copy(model))
+    timing = timing_warnings(recording)
+    if any(warning.identifier == "times_in_ms" for warning in timing):
+        return Checked(recording, None, (*timing, *drive_warnings(recording)))
+    Schedule(recording, adjustable.model, settle)  # refuses what fits the model nowhere
+    adjustable.set(described_values(recording, adjustable.names()))
+    still = drive_warnings(recording)
+    found = [*timing, *still, *actuation_warnings(recording, adjustable)]
+    try:
+        with warnings.catch_warnings(record=True):
+            simulated = replay_recording(recording, model, settle=settle)
+    except TendonError as error:
+        failed = DataWarning(
+            "unstable",
+            recording.name,
+            str(error),
+            "check the unit of the column in [drive], and the model's timestep",
+        )
+        return Checked(recording, None, (*found, failed))
+    if not still:  # else the model stands still too, and every column differs
+        found += reading_warnings(recording, simulated)
+    return Checked(recording, simulated, tuple(found))

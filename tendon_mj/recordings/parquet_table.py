@@ -1,0 +1,51 @@
+"""The numbers of a recording as Parquet, read through pyarrow (the extra `parquet`)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from tendon_mj.errors import MissingPackageError, RecordingError
+from tendon_mj.recordings.table_checks import FloatArray, check_table
+from tendon_mj.recordings.text_file import check_file
+
+
+def read_parquet(path: Path) -> dict[str, FloatArray]:
+    """Read a Parquet file into its columns in file order; each (n,) [the file's unit].
+
+    Rows in messages are those that a CSV of the same table would have: the first values are row 2.
+
+    Raises:
+        RecordingError: no Parquet file, a column that is not of numbers, an empty cell, or what
+            `check_table` refuses.
+        MissingPackageError: pyarrow is not installed.
+    """
+    check_file(path)
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+    except ImportError:
+        raise MissingPackageError(
+            f"{path}: Parquet is read through pyarrow, which is not installed;"
+            " pip install 'tendon-mj[parquet]'"
+        ) from None
+    try:
+        read = pq.ParquetFile(path).read()
+    except (pa.ArrowException, OSError) as error:
+        raise RecordingError(f"{path}: not a Parquet file: {error}") from None
+    table = {}
+    for name, column in zip(read.column_names, read.columns, strict=True):
+        here = f"{path}, column {name!r}"
+        if not (pa.types.is_integer(column.type) or pa.types.is_floating(column.type)):
+            raise RecordingError(f"{here}: holds {column.type}; a column holds numbers")
+        if column.null_count:
+            row = np.flatnonzero(column.is_null().to_numpy())[0] + 2
+            raise RecordingError(f"{path}, row {row}, column {name!r}: empty cell")
+        if name in table:
+            raise RecordingError(f"{here}: the name of two columns")
+        table[name] = np.asarray(column.to_numpy(), dtype=np.float64)
+    if not table:
+        raise RecordingError(f"{path}: holds no column")
+    check_table(table, str(path))
+    return table

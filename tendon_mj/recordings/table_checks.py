@@ -1,0 +1,105 @@
+"""Checks of a table of time series: names that carry units, finite values, rising times."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.errors import RecordingError
+from tendon_mj.recordings.units import si_name, unit_fault
+
+FloatArray = NDArray[np.float64]
+
+TIME = "time_s"
+TIMES = (TIME, "time_ms", "time_us", "time_ns")  # as a file may have it
+
+
+def check_names(names: Sequence[str], where: str, *, si: bool = False) -> None:
+    """Raise `RecordingError` unless the names are unique, carry units and begin with the time.
+
+    Args:
+        names: of the columns.
+        where: begins every message: the file, or the recording.
+        si: whether units have to be of SI, or may be such as are converted.
+    """
+    for position, name in enumerate(names, start=1):
+        here = f"{where}, row 1, column {position}"
+        if name in names[: position - 1]:
+            first = names.index(name) + 1
+            raise RecordingError(f"{here}: {name!r} is already the name of column {first}")
+        if position == 1 and name not in (TIMES[:1] if si else TIMES):
+            hint = f" (it is column {names.index(TIME) + 1})" if TIME in names else ""
+            comma = "; cells are separated by commas" if TIME in re.split("[;\t ]", name) else ""
+            raise RecordingError(f"{here}: the first column is {TIME!r}{hint}, not {name!r}{comma}")
+        if name != name.strip() or not name.isprintable() or {",", '"'} & set(name):
+            raise RecordingError(
+                f"{here}: {name!r} is no column name; write a word such as 'tension_N', unquoted"
+            )
+        fault = unit_fault(name, si=si)
+        if fault:
+            raise RecordingError(f"{here}: {name!r} {fault}")
+
+
+def check_table(table: Mapping[str, FloatArray], where: str, *, si: bool = False) -> None:
+    """Raise `RecordingError` unless the columns, each (n,), are lawful; rows as in the CSV.
+
+    That is: names as in `check_names`, equal lengths of at least 2, every value finite and the time
+    strictly increasing.
+    """
+    check_names(list(table), where, si=si)
+    clock = next(iter(table))
+    time = table[clock]
+    for name, column in table.items():
+        if column.ndim != 1 or column.shape != time.shape:
+            raise RecordingError(
+                f"{where}, column {name!r}: shape {column.shape}, but {clock!r} has {time.shape}"
+                " and (n,) is needed"
+            )
+    if time.size < 2:
+        raise RecordingError(too_few_rows(time.size, where))
+    for name, column in table.items():
+        bad = np.flatnonzero(~np.isfinite(column))
+        if bad.size:
+            raise RecordingError(
+                f"{where}, row {bad[0] + 2}, column {name!r}: {column[bad[0]]} is not finite"
+            )
+    back = np.flatnonzero(time[1:] <= time[:-1])
+    if back.size:
+        before, after = time[back[0]].item(), time[back[0] + 1].item()
+        raise RecordingError(
+            f"{where}, row {back[0] + 3}, column {clock!r}: {after!r} does not come after"
+            f" {before!r} of the row before; time strictly increases"
+        )
+
+
+def in_si(table: Mapping[str, FloatArray], where: str) -> dict[str, FloatArray]:
+    """A lawful table of a file in the units and under the names of SI: ``x_mm`` becomes ``x_m``.
+
+    Raises:
+        RecordingError: two columns would have one name, or times differ by less than a number
+            can hold.
+    """
+    converted: dict[str, FloatArray] = {}
+    before: dict[str, str] = {}
+    for name, values in table.items():
+        target, factor = si_name(name)
+        if target in before:
+            raise RecordingError(
+                f"{where}, column {name!r}: in SI it is {target!r}, as {before[target]!r} is; give"
+                " one of them another name"
+            )
+        before[target] = name
+        converted[target] = values if factor == 1.0 else values * factor
+        if not np.isfinite(converted[target]).all():
+            raise RecordingError(f"{where}, column {name!r}: too large a number in {target!r}")
+    if not (np.diff(converted[TIME]) > 0.0).all():
+        raise RecordingError(f"{where}, column {before[TIME]!r}: times too close in seconds")
+    return converted
+
+
+def too_few_rows(count: int, where: str) -> str:
+    """Message that a table has not enough rows."""
+    return f"{where}, row {count + 2}: missing; at least 2 rows are needed below the header"

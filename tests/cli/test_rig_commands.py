@@ -1,0 +1,73 @@
+"""`init` and `check`, and `--settle` of the commands that simulate recordings."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tendon_mj import load_model, read_recording, replay_error, replay_recording
+from tendon_mj.builders import example_recording
+from tendon_mj.cli import main
+
+
+def test_init_writes_a_description_beside_the_model_and_keeps_what_is_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "models").mkdir()
+    (tmp_path / "models" / "hand.xml").write_text("<mujoco/>")
+    assert main(["init", "models/hand.xml", "--out", "data.toml"]) == 0
+    assert 'model = "models/hand.xml"' in (tmp_path / "data.toml").read_text()
+    assert "to be filled in" in capsys.readouterr().out
+    assert main(["init", "bench"]) == 0
+    before = (tmp_path / "bench.toml").read_text()
+    assert 'model = "bench"' in before
+    assert main(["init", "joint", "--out", "bench.toml"]) == 2
+    assert "is there already" in capsys.readouterr().err
+    assert (tmp_path / "bench.toml").read_text() == before
+
+
+def test_check_draws_each_recording_and_says_how_many_warnings(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    example = example_recording()
+    toml = example.with_suffix(".toml").read_text()
+    lines = example.read_text().splitlines()
+    late = [f"{1000.0 * float(line.split(',')[0])},{line.partition(',')[2]}" for line in lines[1:]]
+    (tmp_path / "late.csv").write_text("\n".join([lines[0], *late]))
+    (tmp_path / "late.toml").write_text(toml)
+    out = tmp_path / "out"
+    assert main(["check", str(example), str(tmp_path / "late.csv"), "--out", str(out)]) == 0
+    assert (out / "twin.png").stat().st_size > 10_000
+    assert not (out / "late.png").exists()
+    said = " ".join(capsys.readouterr().out.split())
+    assert "warning: late, column 'time_s'" in said
+    assert "name the column 'time_ms'" in said
+    assert said.endswith("take such faults for properties of the rig.")
+    sound, late_result = json.loads((out / "result.json").read_text())["recordings"]
+    assert (sound["name"], sound["warnings"], sound["simulated"]) == ("twin", [], True)
+    assert [w["identifier"] for w in late_result["warnings"]] == ["times_in_ms"]
+
+
+def test_settle_overrules_the_description(tmp_path: Path) -> None:
+    """A drive that begins wound in: without time to settle the model starts at rest."""
+    (tmp_path / "r.csv").write_text(
+        "time_s,reel_mm,pull_N\n" + "".join(f"{0.02 * k},1.0,30.0\n" for k in range(20))
+    )
+    (tmp_path / "r.toml").write_text(
+        'model = "bench"\nsource = "a test"\n[drive]\nreel_mm = "reel"\n'
+        '[measured]\npull_N = { sensor = "input_tension" }\n'
+    )
+    errors = {}
+    for settle in (0.0, 0.5):
+        arguments = ["replay", str(tmp_path / "r.csv"), "--settle", str(settle)]
+        assert main([*arguments, "--out", str(tmp_path)]) == 0
+        rmse = json.loads((tmp_path / "result.json").read_text())["rmse"]["as described"]
+        recording = read_recording(tmp_path / "r")
+        shown = replay_recording(recording, load_model("bench"), settle=settle)
+        errors[settle] = rmse["pull_N"]["rmse"]
+        assert errors[settle] == pytest.approx(replay_error(recording, shown)["pull_N"].rmse)
+    assert errors[0.0] != pytest.approx(errors[0.5], rel=0.01)
+    assert main(["diagnose", str(tmp_path / "r.csv"), "--settle", "-1"]) == 2

@@ -1,0 +1,233 @@
+"""Each fault that a recording may have is warned of by its own name, and a sound one of nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj import Measured, Recording, Uncertain, replay_recording
+from tendon_mj.data_check import check_recording, timing_warnings
+from tendon_mj.errors import RecordingError
+
+NOISE = 0.05
+
+
+def sound(name: str = "pull", **parameters: float) -> Recording:
+    """Two seconds of the bench, as another friction makes them, with noise."""
+    time = np.arange(0.0, 2.0, 0.01)
+    made = Recording(
+        name=name,
+        model="bench",
+        source="a test",
+        time=time,
+        columns={
+            "reel_m": 1e-3 * np.sin(5.0 * time),
+            "in_N": np.zeros(time.size),
+            "out_N": np.zeros(time.size),
+        },
+        drive={"reel_m": "reel"},
+        measured={
+            "in_N": Measured("input_tension", NOISE),
+            "out_N": Measured("output_tension", NOISE),
+        },
+        uncertain={"sheath.friction": Uncertain(0.15, 0.05, 0.4)},
+    )
+    shown = replay_recording(made, parameters={"sheath.friction": 0.2, **parameters})
+    random = np.random.default_rng(3)
+    noisy = {c: shown.columns[c] + random.normal(0.0, NOISE, time.size) for c in made.measured}
+    return replace(made, columns={**made.columns, **noisy})
+
+
+@pytest.fixture(scope="module")
+def pull() -> Recording:
+    return sound()
+
+
+def changed(recording: Recording, **columns: object) -> Recording:
+    return replace(recording, columns={**recording.columns, **columns})  # type: ignore[dict-item]
+
+
+def said(recording: Recording, **given: object) -> dict[str, str]:
+    """Identifier → sentence of the warnings; each names the recording and a way out."""
+    found = check_recording(recording, **given).warnings  # type: ignore[arg-type]
+    assert all(recording.name in warning.place and warning.way_out for warning in found)
+    return {warning.identifier: warning.sentence for warning in found}
+
+
+def test_a_sound_recording_is_warned_of_nothing(pull: Recording) -> None:
+    checked = check_recording(pull)
+    assert checked.warnings == ()
+    assert checked.simulated is not None
+    assert set(checked.simulated.columns) == {"reel_m", "in_N", "out_N"}
+
+
+def test_times_in_ms_are_warned_of_and_not_simulated(pull: Recording) -> None:
+    late = replace(pull, time=1000.0 * pull.time)
+    checked = check_recording(late)
+    assert checked.simulated is None
+    assert [w.identifier for w in checked.warnings] == ["times_in_ms"]
+    assert "200 samples 10 s apart, 1990 s in all" in checked.warnings[0].sentence
+    assert "name the column 'time_ms'" in checked.warnings[0].way_out
+
+
+def test_the_longest_gap_is_told_with_its_row(pull: Recording) -> None:
+    time = np.array(pull.time)
+    time[100:] += 0.2
+    time[150:] += 0.3
+    (warning,) = timing_warnings(replace(pull, time=time))
+    assert warning.identifier == "gap"
+    assert "2 gaps, the longest 0.31 s" in warning.value
+    assert "(row 151)" in warning.value
+    assert timing_warnings(pull) == []
+
+
+@pytest.mark.parametrize(
+    ("factor", "meaning"),
+    [
+        (1e3, "times as much, as thousandths"),
+        (1e-3, "times as little, as thousands"),
+        (57.3, "times as much, as degrees"),
+        (1.0 / 57.3, "times as little, as radians"),
+    ],
+)
+def test_a_measured_column_in_another_unit_is_told(
+    pull: Recording, factor: float, meaning: str
+) -> None:
+    found = said(changed(pull, out_N=factor * pull.columns["out_N"]))
+    assert set(found) == {"unit"}
+    assert "'out_N'" in found["unit"]
+    assert meaning in found["unit"]
+
+
+def test_a_drive_in_another_unit_is_told_by_what_it_does(pull: Recording) -> None:
+    for factor in (1e-3, 1e3):
+        found = said(changed(pull, reel_m=factor * pull.columns["reel_m"]))
+        assert any("unit" in sentence for sentence in found.values()), factor
+
+
+def test_a_reversed_sensor_is_told_with_the_parameter_that_turns_it(pull: Recording) -> None:
+    mirrored = 2.0 * np.mean(pull.columns["out_N"]) - pull.columns["out_N"]
+    found = said(changed(pull, out_N=mirrored))
+    assert set(found) == {"sign"}
+    assert '"output_tension.scale" = -1' in found["sign"]
+    assert "correlation -0.9" in found["sign"] or "correlation -1.0" in found["sign"]
+
+
+def test_another_start_is_told_with_both_values(pull: Recording) -> None:
+    found = said(changed(pull, out_N=pull.columns["out_N"] + 25.0))
+    assert set(found) == {"start"}
+    assert "starts at 45" in found["start"]
+    assert "the model at 20 N" in found["start"]
+
+
+@pytest.mark.parametrize("column", ["reel_m", "out_N"])
+def test_a_column_that_stands_still_is_told(pull: Recording, column: str) -> None:
+    still = np.full(pull.time.size, pull.columns[column][0])
+    found = said(changed(pull, **{column: still}))
+    assert column in found["nothing_moves"]
+
+
+def test_a_sensor_of_the_model_that_stands_still_is_told(pull: Recording) -> None:
+    found = said(replace(pull, known={"output_tension.scale": 0.0}))
+    assert "stands still at 0 N" in found["nothing_moves"]
+
+
+def test_a_recording_without_a_drive_is_told(pull: Recording) -> None:
+    assert "no column is in [drive]" in said(replace(pull, drive={}))["nothing_moves"]
+
+
+def test_a_drive_that_makes_the_model_fail_is_told(pull: Recording) -> None:
+    found = said(changed(pull, reel_m=1e9 * pull.columns["reel_m"]))
+    assert "unstable" in found or "unit" in found
+
+
+def test_a_sensor_that_the_model_lacks_is_refused(pull: Recording) -> None:
+    with pytest.raises(RecordingError, match="did you mean 'output_tension'"):
+        check_recording(replace(pull, measured={"out_N": Measured("outputtension")}))
+
+
+# --- actuators
+
+MOTOR = """<mujoco><extension><plugin plugin="tendon_mj.sheath">
+<instance name="sheath"><config key="tendon" value="cable"/><config key="friction" value="0.1"/>
+<config key="axial_stiffness" value="2000"/><config key="pretension" value="20"/>
+<config key="reel_joint" value="spool"/><config key="reel_radius" value="0.01"/></instance>
+<instance name="pull"><config key="sensor" value="input_tension"/></instance>
+</plugin></extension>
+<worldbody><site name="a"/><site name="b" pos="0.1 0 0"/><site name="c" pos="0.1 0.1 0"/>
+<body pos="0 0 0.1"><joint name="spool" armature="0.01" damping="1"/><geom size="0.01"/></body>
+<body pos="0.1 0.2 0"><joint type="slide" name="load" axis="0 1 0" stiffness="4000" damping="100"
+ springref="0.005"/><geom size="0.05" contype="0"/><site name="d"/></body></worldbody>
+<option gravity="0 0 0" timestep="0.001"/>
+<tendon><spatial name="cable"><site site="a"/><site site="b"/><site site="c"/><site site="d"/>
+</spatial></tendon>
+<actuator><position name="motor" joint="spool" kp="50" {limits}/></actuator>
+<sensor><plugin name="pull" objtype="tendon" objname="cable" instance="pull"/>
+<jointpos name="spool" joint="spool"/></sensor></mujoco>"""
+
+
+def driven(limits: str) -> dict[str, str]:
+    model = mujoco.MjModel.from_xml_string(MOTOR.format(limits=limits))
+    time = np.arange(0.0, 1.0, 0.01)
+    angle = 0.3 * np.sin(9.0 * time)
+    made = Recording(
+        name="pull",
+        model="motor",
+        source="a test",
+        time=time,
+        columns={"motor_rad": angle, "spool_rad": 0.9 * angle},
+        drive={"motor_rad": "motor"},
+        measured={"spool_rad": Measured("spool")},
+    )
+    return said(made, model=model)
+
+
+def test_a_drive_at_the_ends_of_its_range_is_told() -> None:
+    assert "saturated" not in driven('ctrlrange="-1 1" ctrllimited="true"')
+    found = driven('ctrlrange="-0.2 0.2" ctrllimited="true"')
+    assert "control range of actuator 'motor', -0.2 to 0.2" in found["saturated"]
+    assert "the column goes from -0.2" in found["saturated"]
+
+
+def test_a_motor_that_cannot_bear_the_pretension_is_told() -> None:
+    """T_0 r = 20 N × 10 mm = 0.2 N m, and a little more that the spring has drawn out."""
+    assert "weak_motor" not in driven('forcerange="-0.25 0.25" forcelimited="true"')
+    found = driven('forcerange="-0.15 0.15" forcelimited="true"')
+    assert "joint 'spool'" in found["weak_motor"]
+    assert "pull it with 0.201 N m" in found["weak_motor"]
+    assert "hold 0.15 N m" in found["weak_motor"]
+
+
+PULLED = """<mujoco><extension><plugin plugin="tendon_mj.sheath">
+<instance name="sheath"><config key="tendon" value="cable"/><config key="friction" value="0.1"/>
+</instance><instance name="pull"><config key="sensor" value="input_tension"/></instance>
+</plugin></extension><option gravity="0 0 0"/>
+<worldbody><site name="a"/><site name="b" pos="0.1 0 0"/><body pos="0.1 0.2 0"><joint type="slide"
+ axis="0 1 0" stiffness="4000" damping="100"/><geom size="0.05" contype="0"/><site name="d"/></body>
+</worldbody><tendon><spatial name="cable"><site site="a"/><site site="b"/><site site="d"/></spatial>
+</tendon><actuator><muscle name="muscle" tendon="cable" force="30" lengthrange="0.2 0.4"/>
+</actuator><sensor><plugin name="pull" objtype="tendon" objname="cable" instance="pull"/></sensor>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(("most", "weak"), [(25.0, False), (60.0, True)])
+def test_a_tension_beyond_what_a_muscle_can_pull_is_told(most: float, weak: bool) -> None:
+    model = mujoco.MjModel.from_xml_string(PULLED)
+    time = np.arange(0.0, 1.0, 0.01)
+    activation = 0.5 + 0.4 * np.sin(9.0 * time)
+    made = Recording(
+        name="pull",
+        model="muscle",
+        source="a test",
+        time=time,
+        columns={"activation_N": activation, "cable_N": most * activation / 0.9},
+        drive={"activation_N": "muscle"},
+        measured={"cable_N": Measured("pull")},
+    )
+    found = said(made, model=model)
+    assert ("weak_motor" in found) == weak
+    if weak:
+        assert "the actuators of tendon 'cable' pull with 30 N at most" in found["weak_motor"]

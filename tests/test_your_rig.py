@@ -1,0 +1,93 @@
+"""The page "Your rig in 20 minutes" and its notebook run as they stand, to the right verdict."""
+
+import json
+import os
+import re
+import sys
+from pathlib import Path
+
+import nbformat
+import pytest
+from jupyter_client.kernelspec import KernelSpecManager
+from nbclient import NotebookClient
+
+from experiments.make_notebook import NOTEBOOK, PAGE, notebook_text
+from tendon_mj.builders import example_rig
+from tendon_mj.errors import RecordingError
+from tendon_mj.recordings import read_recording
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """An empty folder in which the notebook ran, and all that it printed."""
+    folder = tmp_path_factory.mktemp("rig")
+    notebook = nbformat.read(NOTEBOOK, as_version=4)
+    with pytest.MonkeyPatch.context() as patch:
+        # the package of this clone, and the kernel of this Python wherever it is installed
+        patch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]))
+        patch.setenv("JUPYTER_PATH", str(Path(sys.prefix) / "share" / "jupyter"))
+        patch.setenv("JUPYTER_PLATFORM_DIRS", "1")
+        patch.setenv("IPYTHONDIR", str(folder / ".ipython"))
+        patch.setenv("COLUMNS", "200")
+        assert "python3" in KernelSpecManager().find_kernel_specs()
+        client = NotebookClient(notebook, timeout=600, resources={"metadata": {"path": folder}})
+        client.execute()
+    printed = "".join(
+        output.get("text", "")
+        for cell in notebook.cells
+        if cell.cell_type == "code"
+        for output in cell.outputs
+    )
+    return folder, printed
+
+
+def test_the_notebook_is_made_of_the_page():
+    assert NOTEBOOK.read_text("utf-8") == notebook_text(PAGE.read_text("utf-8")), (
+        "python -m experiments.make_notebook"
+    )
+
+
+def test_every_link_of_the_notebook_leads_somewhere():
+    for cell in json.loads(NOTEBOOK.read_text("utf-8"))["cells"]:
+        for target in re.findall(r"\]\(([^)#]+)[^)]*\)", "".join(cell["source"])):
+            assert target.startswith("http") or (NOTEBOOK.parent / target).exists(), target
+
+
+def test_the_cause_is_named_with_its_numbers(ran):
+    folder, _ = ran
+    found = json.loads((folder / "out" / "diagnose" / "result.json").read_text("utf-8"))
+    assert (found["verdict"], found["effects"]) == ("named", ["sheath_compliance"])
+    mount = found["parameters"]["sheath.sheath_compliance"]
+    assert mount["low"] < 6e-5 < mount["high"]
+    assert found["calibrated"]["sheath.friction"]["value"] == pytest.approx(0.10, abs=0.002)
+    assert found["calibrated"]["sheath.pretension"]["value"] == pytest.approx(15.6, abs=0.15)
+    assert found["gap"]["held_out"]["reducible_closed"] > 0.95
+
+
+def test_the_page_says_what_its_commands_say(ran):
+    folder, printed = ran
+    assert (folder / "out" / "check" / "triangles.png").is_file()
+    assert "nothing looks wrong" in printed
+    assert "a sheath whose mount yields" in printed
+    errors = [float(x) for x in re.findall(r"rms error of the lever ([\d.]+) deg", printed)]
+    zones = [float(x) for x in re.findall(r"dead zone ([\d.]+) deg", printed)]
+    assert errors[1] < 0.2 < 0.9 < errors[0]
+    assert zones[1] > zones[0] + 2.0
+
+
+def test_the_shipped_model_and_description_are_those_of_the_page(ran):
+    folder, _ = ran
+    assert (folder / "rig.xml").read_text() == (example_rig() / "rig.xml").read_text()
+    assert (folder / "rig.toml").read_text().strip() == (
+        example_rig() / "rig.toml"
+    ).read_text().strip()
+
+
+def test_the_shipped_recordings_say_that_they_are_not_measured():
+    for name in ("triangles", "sines"):
+        path, toml = example_rig() / f"{name}.csv", example_rig() / "rig.toml"
+        assert "made up" in read_recording(path, toml).source
+        with pytest.raises(RecordingError, match=r"did you mean|there is"):
+            read_recording(path)
