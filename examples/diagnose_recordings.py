@@ -34,15 +34,14 @@ def record(name, frequency, seed):
     return Recording(columns=columns, **described)
 
 
-if __name__ == "__main__":  # the diagnosis simulates in several processes
-    found = tendon_mj.diagnose([record("slow", 0.7, 0)], [record("fast", 1.1, 1)])
-    print(found.sentence)
-    for name, number in {**found.calibrated, **found.parameters}.items():
-        print(
-            f"{name} = {number.value:.3g}{number.suffix}, 95 % within {number.low:.3g} to "
-            f"{number.high:.3g}; it was {TRUTH[name]:.3g}"
-        )
+found = tendon_mj.diagnose([record("slow", 0.7, 0)], [record("fast", 1.1, 1)])
+print(found.sentence)
+for name, number in {**found.calibrated, **found.parameters}.items():
     print(
-        f"error on the recording that was held out: {found.held_out.before:.2f} before, "
-        f"{found.held_out.after:.2f} after, in units of the noise of {NOISE} N"
+        f"{name} = {number.value:.3g}{number.suffix}, 95 % within {number.low:.3g} to "
+        f"{number.high:.3g}; it was {TRUTH[name]:.3g}"
     )
+print(
+    f"error on the recording that was held out: {found.held_out.before:.2f} before, "
+    f"{found.held_out.after:.2f} after, in units of the noise of {NOISE} N"
+)

@@ -30,7 +30,9 @@ def picture(latex: str) -> str:
     path = TextPath((0, 0), text, size=_SIZE, prop=_FONT)
     steps = []
     for points, code in path.iter_segments(simplify=False, curves=True):
-        numbers = " ".join(f"{x:.1f}" for x in np.asarray(points) * np.tile([1, -1], len(points) // 2))
+        numbers = " ".join(
+            f"{x:.1f}" for x in np.asarray(points) * np.tile([1, -1], len(points) // 2)
+        )
         steps.append("Z" if code == Path.CLOSEPOLY else f"{_COMMANDS[code]}{numbers}")
     box = f"0 {-(height - descent) * em:.1f} {width * em:.1f} {height * em:.1f}"
     style = (
@@ -43,21 +45,22 @@ def picture(latex: str) -> str:
     )
 
 
-def _draw(translator, node) -> str:
+def _draw(latex: str, node) -> str:
     try:
-        return picture(node.astext())
+        return picture(latex)
     except ValueError as error:
         logging.getLogger(__name__).warning("equation %r: %s", node.astext(), error, location=node)
         return escape(node.astext())
 
 
 def _inline(translator, node) -> None:
-    translator.body.append(_draw(translator, node))
+    translator.body.append(_draw(node.astext(), node))
     raise nodes.SkipNode
 
 
 def _block(translator, node) -> None:
-    translator.body.append(f'<div class="math">{_draw(translator, node)}</div>\n')
+    full_size = node.astext().replace(r"\frac", r"\dfrac")  # as TeX has it in a line of its own
+    translator.body.append(f'<div class="math">{_draw(full_size, node)}</div>\n')
     raise nodes.SkipNode
 
 

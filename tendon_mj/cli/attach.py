@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -43,6 +44,9 @@ def attach(
         input_end: site of each tendon at which it is pulled; last for tendons that are drawn from
             their insertion to their muscle or motor.
         extra_bend: bend in rad that the drawn path does not show.
+
+    Example:
+        tendon-mj attach hand.xml --tendon "flex*" --friction 0.15 --out hand_with_friction.xml
     """
     attached = attach_friction(
         model,
@@ -77,7 +81,20 @@ def attach(
     for said in attached.said:
         console.print(said, soft_wrap=True)
     console.print(f"wrote {attached.path}", soft_wrap=True)
+    console.print(_sentence(attached.rows), soft_wrap=True)
     return attached
+
+
+def _sentence(rows: Sequence[Row]) -> str:
+    sheathed = [row for row in rows if row.sheath]
+    if not sheathed:
+        return "No tendon runs in a sheath: the last column says why."
+    most = max(sheathed, key=lambda row: row.bend)
+    return (
+        f"{len(sheathed)} of {len(rows)} tendons run in sheaths of friction {most.friction:g}; "
+        f"{most.tendon} bends most, by {most.bend:.2f} rad, and loses "
+        f"{1.0 - most.transmission:.0%} of its tension."
+    )
 
 
 def _cells(row: Row) -> tuple[str, ...]:

@@ -17,6 +17,9 @@ def demo(out: Path = Path("out/demo")) -> dict[str, object]:
 
     Args:
         out: folder for everything.
+
+    Example:
+        tendon-mj demo --out out/demo
     """
     output = Output(out)
     result: dict[str, object] = {}
@@ -33,5 +36,5 @@ def demo(out: Path = Path("out/demo")) -> dict[str, object]:
     output.result(result)
     console.rule("all files")
     output.written = sorted(path for path in out.rglob("*") if path.is_file())
-    output.close()
+    output.close(f"All of it is in {out}: begin with the pictures of compare.")
     return result

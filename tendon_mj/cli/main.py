@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from importlib.metadata import version
 
 import tyro
@@ -13,13 +13,14 @@ from tendon_mj.cli.bench import bench
 from tendon_mj.cli.compare import compare
 from tendon_mj.cli.demo import demo
 from tendon_mj.cli.diagnose import diagnose
+from tendon_mj.cli.help import Command, documented, example
 from tendon_mj.cli.render import render
 from tendon_mj.cli.replay import replay
 from tendon_mj.cli.simulate import simulate
 from tendon_mj.cli.view import view
 from tendon_mj.errors import TendonError
 
-COMMANDS: dict[str, Callable[..., object]] = {
+COMMANDS: dict[str, Command] = {
     "attach": attach,
     "bench": bench,
     "compare": compare,
@@ -32,20 +33,31 @@ COMMANDS: dict[str, Callable[..., object]] = {
 }
 
 
+_INTERRUPTED = 130  # as a shell has it for a process that Ctrl-C ends
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; returns 0 on success, 2 when its input was refused."""
-    if list(sys.argv[1:] if arguments is None else arguments) == ["--version"]:
+    """Run one command; returns 0 on success, 2 when its input was refused, 130 after Ctrl-C."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if given == ["--version"]:
         print(f"tendon-mj {version('tendon-mj')}")
         return 0
     try:
         tyro.extras.subcommand_cli_from_dict(
-            COMMANDS,
+            {name: documented(command) for name, command in COMMANDS.items()},
             prog="tendon-mj",
             description="Tendon-sheath friction for MuJoCo.",
-            args=None if arguments is None else list(arguments),
+            args=given,
         )
+    except SystemExit as end:  # of --help, and of arguments that are refused
+        if not end.code and given[:1] and given[0] in COMMANDS:
+            print(f"example:\n  {example(COMMANDS[given[0]])}")
+        raise
     except (TendonError, OSError) as error:
         line = "; ".join(str(error).splitlines())  # MuJoCo's messages have several
         print(f"tendon-mj: {line}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print("tendon-mj: interrupted; what was written until then is incomplete", file=sys.stderr)
+        return _INTERRUPTED
     return 0

@@ -11,7 +11,14 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.view.figures.style import DPI
@@ -52,11 +59,13 @@ class Output:
         path.write_text(text + "\n", encoding="utf-8")
         return self.add(path)
 
-    def close(self) -> None:
-        """Print the files that were written."""
+    def close(self, sentence: str = "") -> None:
+        """Print the files that were written, and last what came out, in a sentence with units."""
         console.print(f"{time.perf_counter() - self.started:.1f} s; wrote")
         for path in self.written:
             console.print(f"  {path}", soft_wrap=True)
+        if sentence:
+            console.print(sentence, soft_wrap=True)
 
 
 def _plain(value: object) -> object:
@@ -71,7 +80,14 @@ def _plain(value: object) -> object:
 @contextmanager
 def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
     """A callback ``(what, done, total)`` that shows a bar for each ``what``."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TimeElapsedColumn(),
+        TextColumn("elapsed,"),
+        TimeRemainingColumn(),
+        TextColumn("to go"),
+    )
     with Progress(*columns, console=console) as bars:
         tasks: dict[str, TaskID] = {}
 

@@ -27,6 +27,9 @@ def render(
         model: bench, joint, finger, finger_spring, or the path of an MJCF file.
         out: folder for the clip and result.json.
         duration: of the clip in seconds.
+
+    Example:
+        tendon-mj render finger --duration 4
     """
     output = Output(out)
     name = model_path(model).stem
@@ -41,5 +44,9 @@ def render(
     output.add(path)
     result: dict[str, object] = {"clip": path.name, "duration_s": duration}
     output.result(result)
-    output.close()
+    tensions = [tension for cable in frames.cables.values() for tension in cable.tensions.flat]
+    span = (
+        f"tensions from {min(tensions):.1f} to {max(tensions):.1f} N" if tensions else "no sheath"
+    )
+    output.close(f"{path.name} shows {duration:g} s of {name}, with {span}.")
     return result
