@@ -24,6 +24,12 @@ from tendon_mj.cli import main
 sys.exit(main(sys.argv[1:]))
 """
 WIDTH = 100
+ARM = (
+    "<mujoco><worldbody><site name='a'/><site name='b' pos='.1 0 .1'/><body pos='.2 0 0'>"
+    "<joint name='j' axis='0 1 0'/><geom size='.01'/><site name='c'/></body></worldbody>"
+    "<tendon><spatial name='t'><site site='a'/><site site='b'/><site site='c'/></spatial>"
+    "</tendon><actuator><motor tendon='t'/></actuator></mujoco>"
+)
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -82,12 +88,7 @@ def test_the_last_line_says_what_came_out(arguments, said, tmp_path, capsys):
 
 
 def test_attach_ends_with_what_friction_does(tmp_path, capsys):
-    (tmp_path / "arm.xml").write_text(
-        "<mujoco><worldbody><site name='a'/><site name='b' pos='.1 0 .1'/><body pos='.2 0 0'>"
-        "<joint name='j' axis='0 1 0'/><geom size='.01'/><site name='c'/></body></worldbody>"
-        "<tendon><spatial name='t'><site site='a'/><site site='b'/><site site='c'/></spatial>"
-        "</tendon><actuator><motor tendon='t'/></actuator></mujoco>"
-    )
+    (tmp_path / "arm.xml").write_text(ARM)
     arguments = ["--tendon", "t", "--friction", "0.2", "--out", str(tmp_path / "new.xml")]
     assert main(["attach", str(tmp_path / "arm.xml"), *arguments]) == 0
     last = capsys.readouterr().out.rstrip().splitlines()[-1]
@@ -134,3 +135,18 @@ def test_ctrl_c_ends_in_one_line(arguments, tmp_path):
     _, error = process.communicate()
     assert process.returncode == 130, error
     assert error == "tendon-mj: interrupted; what was written until then is incomplete\n"
+
+
+@pytest.mark.parametrize(
+    "name", ["t", "flexor_digit", "flexor_digitorum_profundus_of_the_index_finger"]
+)
+@pytest.mark.parametrize("width", [80, WIDTH])
+def test_no_name_is_cut(name, width, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(console, "_width", width)
+    arm = ARM.replace("'t'", f"'{name}'").replace("<motor", f"<motor name='m_{name}'")
+    (tmp_path / "arm.xml").write_text(arm)
+    arguments = ["--tendon", "*", "--friction", "0.2", "--out", str(tmp_path / "new.xml")]
+    assert main(["attach", str(tmp_path / "arm.xml"), *arguments]) == 0
+    words = capsys.readouterr().out.replace("'", " ").split()
+    assert {name, f"m_{name}"} <= set(words)
+    assert not [word for word in words if word.endswith("…") and word != "…"]
