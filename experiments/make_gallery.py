@@ -28,7 +28,6 @@ SOURCES = {
     "figure_5": ("experiments.kaneko1991", "figure_5.png"),
     "force_servo_steps": ("experiments.force_servo", "strategies.png"),
     "force_servo_limit_cycle": ("experiments.force_servo", "limit_cycle.png"),
-    "cable_tool": ("experiments.cable_tool", "sheath_friction.png"),
 }
 
 
