@@ -19,13 +19,17 @@ ifneq ($(wildcard ../shared/models),)
 export TENDON_MJ_MODELS ?= $(abspath ../shared/models)
 endif
 
-.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system test check format test-wheel test-mujoco4 clean
+.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system docs test check format test-wheel test-mujoco4 clean
 
 demo: $(STAMP)                ## the main job: compare, render, replay, diagnose
 	$(BIN)/tendon-mj demo --out $(OUT)
 
 kaneko1991 force_servo cable_tool measured_joint positioning_system: $(STAMP)  ## an experiment, into out/ and its name
 	$(BIN)/python -m experiments.$@ --out out/$@
+
+docs: $(STAMP)                ## the site, into out/site; warnings are errors
+	$(BIN)/python -m sphinx -q -W --keep-going -c docs . out/site
+	@echo "out/site/index.html"
 
 test: $(STAMP)                ## the whole test suite
 	$(BIN)/pytest -n auto --dist worksteal

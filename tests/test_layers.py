@@ -15,10 +15,10 @@ MODULES = sorted(p for p in PACKAGE.rglob("*.py") if "models" not in p.parts)
 LAYERS = {
     "__main__": 10,
     "cli": 9,
+    "environment": 9,
     "view": 8,
     "next_experiment": 8,
     "diagnosis": 7,
-    "environment": 7,
     "verification": 7,
     "finger": 6,
     "data_check": 6,

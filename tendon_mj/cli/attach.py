@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -43,6 +44,9 @@ def attach(
         input_end: site of each tendon at which it is pulled; last for tendons that are drawn from
             their insertion to their muscle or motor.
         extra_bend: bend in rad that the drawn path does not show.
+
+    Example:
+        tendon-mj attach hand.xml --tendon "flex*" --friction 0.15 --out hand_with_friction.xml
     """
     attached = attach_friction(
         model,
@@ -56,10 +60,7 @@ def attach(
         input_end=input_end,
         extra_bend=extra_bend,
     )
-    table = Table(*_HEAD)
-    for row in attached.rows:
-        table.add_row(*_cells(row))
-    console.print(table)
+    _print_rows(attached.rows)
     if any(row.sheath and row.axial_stiffness is None for row in attached.rows):
         console.print("the step's EA: as stiff as the model's step resolves", soft_wrap=True)
     too_stiff = [
@@ -77,7 +78,43 @@ def attach(
     for said in attached.said:
         console.print(said, soft_wrap=True)
     console.print(f"wrote {attached.path}", soft_wrap=True)
+    console.print(_sentence(attached.rows), soft_wrap=True)
     return attached
+
+
+def _print_rows(rows: Sequence[Row]) -> None:
+    """Print a table, or where it would cut names a paragraph for each tendon."""
+    cells = [_cells(row) for row in rows]
+    columns = list(zip(_HEAD, *cells, strict=True))
+    widths = [max(len(word) for cell in column for word in cell.split()) for column in columns]
+    left = console.width - sum(widths) - 3 * len(widths) - 1  # of the lines between
+    if left >= 0:
+        table = Table()
+        for head, *column in columns:
+            width, wanted = widths.pop(0), max(map(len, (head, *column)))
+            more = min(left, wanted - width)
+            left -= more
+            table.add_column(head, width=width + more)
+        for tendon in cells:
+            table.add_row(*tendon)
+        console.print(table)
+        return
+    for name, *rest in cells:
+        console.print(name, soft_wrap=True)
+        for head, cell in zip(_HEAD[1:], rest, strict=True):
+            console.print(f"  {head}: {cell}", soft_wrap=True)
+
+
+def _sentence(rows: Sequence[Row]) -> str:
+    sheathed = [row for row in rows if row.sheath]
+    if not sheathed:
+        return "No tendon runs in a sheath: the last column says why."
+    most = max(sheathed, key=lambda row: row.bend)
+    return (
+        f"{len(sheathed)} of {len(rows)} tendons run in sheaths of friction {most.friction:g}; "
+        f"{most.tendon} bends most, by {most.bend:.2f} rad, and loses "
+        f"{1.0 - most.transmission:.0%} of its tension."
+    )
 
 
 def _cells(row: Row) -> tuple[str, ...]:

@@ -37,6 +37,9 @@ def bench(
             with the same model's without.
         out: folder for result.json and the pictures.
         rounds: of every measurement; each round times all that is compared, in turns.
+
+    Example:
+        tendon-mj bench hand.xml --rounds 5
     """
     output = Output(out)
     with progress_bar() as progress:
@@ -57,8 +60,17 @@ def bench(
     output.figure("cost", cost_figure(ratios, parts))
     output.result(result)
     _print_summary(found)
-    output.close()
+    output.close(_sentence(found))
     return result
+
+
+def _sentence(found: Benchmark) -> str:
+    name, model = next(iter(found.models.items()))
+    cost = model.cost
+    return (
+        f"With sheaths a step of {name} takes {cost.step * 1e6:.1f} µs, and "
+        f"{cost.reference_step * 1e6:.1f} µs without: {cost.ratios.median:.2f} times as long."
+    )
 
 
 def _bars(spread: Spread) -> tuple[float, float, float]:

@@ -18,6 +18,9 @@ def demo(out: Path = Path("out/demo")) -> dict[str, object]:
 
     Args:
         out: folder for everything.
+
+    Example:
+        tendon-mj demo --out out/demo
     """
     output = Output(out)
     result: dict[str, object] = {}
@@ -44,7 +47,8 @@ def demo(out: Path = Path("out/demo")) -> dict[str, object]:
     output.result(result)
     console.rule("all files")
     output.written = [*written, *output.written]
-    output.close()
-    console.print(f"diagnosis: {found['verdict']}. {found['sentence']}", soft_wrap=True)
-    console.print(f"report: {out / 'diagnose' / 'report.html'}", soft_wrap=True)
+    output.close(
+        f"The diagnosis is {found['verdict']}. {found['sentence']} "
+        f"Its report: {out / 'diagnose' / 'report.html'}."
+    )
     return result

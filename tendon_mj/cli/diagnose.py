@@ -64,6 +64,9 @@ def diagnose(
         sysid: whether to fit the same data with mujoco.sysid alone, for comparison.
         next: TOML with the bounds of what the rig can run; where explanations tie, the experiment
             within them that decides is written as next.csv and next.toml, to be filled in.
+
+    Example:
+        tendon-mj diagnose slow.csv fast.csv --hold-out other.csv --out out/diagnose
     """
     output = Output(out)
     bounds = read_bounds(next) if next else None
@@ -110,7 +113,7 @@ def diagnose(
         "provenance": provenance.result(),
     }
     output.result(result)
-    output.close()
+    output.close(diagnosis.sentence)
     if failure:
         raise failure
     return result
@@ -139,7 +142,6 @@ def _read(
 
 
 def _say(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> None:
-    console.print(diagnosis.sentence, soft_wrap=True)
     console.print(diagnosis.located.sentence, soft_wrap=True)
     for finding in diagnosis.findings:
         console.print(

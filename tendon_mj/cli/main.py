@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from importlib.metadata import version
 
 import tyro
@@ -14,6 +14,7 @@ from tendon_mj.cli.check import check
 from tendon_mj.cli.compare import compare
 from tendon_mj.cli.demo import demo
 from tendon_mj.cli.diagnose import diagnose
+from tendon_mj.cli.help import Command, documented, example
 from tendon_mj.cli.init import init
 from tendon_mj.cli.render import render
 from tendon_mj.cli.replay import replay
@@ -21,7 +22,7 @@ from tendon_mj.cli.simulate import simulate
 from tendon_mj.cli.view import view
 from tendon_mj.errors import TendonError
 
-COMMANDS: dict[str, Callable[..., object]] = {
+COMMANDS: dict[str, Command] = {
     "attach": attach,
     "bench": bench,
     "compare": compare,
@@ -36,8 +37,11 @@ COMMANDS: dict[str, Callable[..., object]] = {
 }
 
 
+_INTERRUPTED = 130  # as a shell has it for a process that Ctrl-C ends
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; returns 0 on success, 2 when its input was refused."""
+    """Run one command; returns 0 on success, 2 when its input was refused, 130 after Ctrl-C."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     if given == ["--version"]:
         print(f"tendon-mj {version('tendon-mj')}")
@@ -49,13 +53,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     try:
         tyro.extras.subcommand_cli_from_dict(
-            COMMANDS,
+            {name: documented(command) for name, command in COMMANDS.items()},
             prog="tendon-mj",
             description="Tendon-sheath friction for MuJoCo.",
             args=given,
         )
+    except SystemExit as end:  # of --help, and of arguments that are refused
+        if not end.code and given[:1] and given[0] in COMMANDS:
+            print(f"example:\n  {example(COMMANDS[given[0]])}")
+        raise
     except (TendonError, OSError) as error:
         line = "; ".join(str(error).splitlines())  # MuJoCo's messages have several
         print(f"tendon-mj: {line}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print("tendon-mj: interrupted; what was written until then is incomplete", file=sys.stderr)
+        return _INTERRUPTED
     return 0

@@ -12,7 +12,14 @@ from pathlib import Path
 import filelock
 from matplotlib.figure import Figure
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.view.figures.style import DPI
@@ -75,12 +82,17 @@ class Output:
             made.write_text(text + "\n", encoding="utf-8")
         return self.add(path)
 
-    def close(self) -> None:
-        """Print the files that were written, and let others write to the folder."""
+    def close(self, sentence: str = "") -> None:
+        """Print the files that were written, and last what came out, in a sentence with units.
+
+        From then on others may write to the folder.
+        """
         self._lock.release()
         console.print(f"{time.perf_counter() - self.started:.1f} s; wrote")
         for path in self.written:
             console.print(f"  {path}", soft_wrap=True)
+        if sentence:
+            console.print(sentence, soft_wrap=True)
 
 
 def _remove_stale(folder: Path) -> None:
@@ -111,7 +123,14 @@ def _plain(value: object) -> object:
 @contextlib.contextmanager
 def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
     """A callback ``(what, done, total)`` that shows a bar for each ``what``."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TimeElapsedColumn(),
+        TextColumn("elapsed,"),
+        TimeRemainingColumn(),
+        TextColumn("to go"),
+    )
     with Progress(*columns, console=console) as bars:
         tasks: dict[str, TaskID] = {}
 

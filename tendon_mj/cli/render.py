@@ -57,6 +57,9 @@ def render(
         size: width x height of the clip in pixels, like 1280x720.
         fps: frames per second.
         twin: whether to draw the frictionless twin.
+
+    Example:
+        tendon-mj render finger --motion press --duration 4
     """
     width, height = _size(size)
     check_size(width, height)
@@ -84,11 +87,13 @@ def render(
     result: dict[str, object] = {"clip": path.name, "duration_s": length}
     output.result(result)
     moved = "" if (frames.poses != frames.poses[0]).any() else ", in which nothing moves"
-    output.close()
-    console.print(
-        f"{path.name} shows {length:.3g} s of {name} at {fps:g} frames/s, {width} x {height}"
-        f"{moved}",
-        soft_wrap=True,
+    tensions = [tension for cable in frames.cables.values() for tension in cable.tensions.flat]
+    span = (
+        f"tensions from {min(tensions):.1f} to {max(tensions):.1f} N" if tensions else "no sheath"
+    )
+    output.close(
+        f"{path.name} shows {length:.3g} s of {name}{moved}, with {span}, at {fps:g} frames/s, "
+        f"{width} x {height}."
     )
     return result
 

@@ -15,6 +15,7 @@ from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.recordings.recording import read_recording, write_recording
 from tendon_mj.replay.replay_recording import replay_error, replay_recording
+from tendon_mj.replay.units import column_unit
 from tendon_mj.view.figures.replay import replay_figure
 
 DESCRIBED = "as described"
@@ -39,6 +40,9 @@ def replay(
         settle: time in seconds before the first sample in which the model comes to the first drive
             value; by default as the description says.
         change: more variants, each like "*.friction=0.1,joint.stiffness=0.03".
+
+    Example:
+        tendon-mj replay rig.csv --change "*.friction=0.1"
     """
     output = Output(out)
     measured = read_recording(recording, description)
@@ -61,12 +65,15 @@ def replay(
             )
         progress("replay", len(variants), len(variants))
     result: dict[str, object] = {}
+    off: dict[str, str] = {}
     for k, (label, answer) in enumerate(simulated.items()):
         errors = replay_error(measured, answer)
         result[label] = {
             column: {"rmse": error.rmse, "share_of_range": error.share_of_range}
             for column, error in errors.items()
         }
+        column, error = max(errors.items(), key=lambda item: item[1].share_of_range or 0.0)
+        off[label] = f"{error.rmse:.3g} {column_unit(column)} rms in {column}"
         for column, error in errors.items():
             console.print(
                 f"{label}: {column} rms error {error.rmse:.4g}, "
@@ -76,7 +83,10 @@ def replay(
         output.add(write_recording(answer, out / f"simulated_{k}.csv"))
     output.figure("replay", replay_figure(measured, simulated))
     output.result({"recording": str(recording), "source": measured.source, "rmse": result})
-    output.close()
+    output.close(
+        f"As described the simulation is off most by {off[DESCRIBED]}, and without friction by "
+        f"{off[WITHOUT]}."
+    )
     return result
 
 

@@ -44,6 +44,9 @@ def simulate(
         clamp: take what lies beyond a joint's range, or a motor's strength, at the range instead of
             refusing it.
         clip: whether to render an MP4 (of the motion with friction).
+
+    Example:
+        tendon-mj simulate finger --motion press --friction 0.2
     """
     trajectory = find_trajectory(motion)
     if clamp:
@@ -75,8 +78,19 @@ def simulate(
         result["clip"] = _write_clip(output, trajectory.name, model, recorder)
     output.result(result)
     _print_summary(answers, result)
-    output.close()
+    output.close(_sentence(answers))
     return result
+
+
+def _sentence(answers: dict[str, Recording]) -> str:
+    summaries = {label: summarise(answer) for label, answer in answers.items()}
+    told = [
+        f"with {label} the flexor loses up to {1.0 - 1.0 / s.flexor_ratio_max:.0%} of its tension "
+        f"and the tip presses with up to {s.tip_force_max:.2f} N"
+        for label, s in summaries.items()
+    ]
+    said = "; ".join(told)
+    return f"{said[0].upper()}{said[1:]}."
 
 
 def _stem(trajectory: Trajectory, run: str) -> str:

@@ -15,5 +15,8 @@ def view(model: Annotated[str, tyro.conf.Positional]) -> None:
 
     Args:
         model: bench, joint, finger, finger_spring, or the path of an MJCF file.
+
+    Example:
+        tendon-mj view finger
     """
     open_window(load_model(model, scene=True))

@@ -1,15 +1,63 @@
-"""Environments on the finger: dm_control tasks with their physics."""
+"""Environments on the finger for dm_control: tasks with their physics."""
 
 from __future__ import annotations
 
-from dm_control.rl import control
+from collections import OrderedDict
 
-from tendon_mj.builders.finger_parameters import Finger
+import numpy as np
+from dm_control.rl import control
+from dm_env import specs
+
+from tendon_mj.builders.finger_parameters import TENDONS, Finger
 from tendon_mj.environment.physics import FingerPhysics
 from tendon_mj.environment.ranges import Ranges
-from tendon_mj.environment.tasks import FingerTask, FollowTrajectory, HoldForce
+from tendon_mj.environment.tasks import (
+    CONTROL_TIMESTEP,
+    Array,
+    FingerTask,
+    FollowTrajectory,
+    HoldForce,
+)
 
-_CONTROL_TIMESTEP = 0.01  # between two actions [s]
+
+class ControlTask(control.Task):  # type: ignore[misc]  # dm_control is not typed
+    """A task of the finger in the form that dm_control asks for.
+
+    Args:
+        task: what is observed, done and rewarded.
+    """
+
+    def __init__(self, task: FingerTask) -> None:
+        self.task = task
+
+    @property
+    def drawn(self) -> dict[str, float]:
+        """The numbers that the episode drew, by name."""
+        return self.task.drawn
+
+    def initialize_episode(self, physics: FingerPhysics) -> None:
+        """See `FingerTask`."""
+        self.task.initialize_episode(physics)
+
+    def action_spec(self, physics: FingerPhysics) -> specs.BoundedArray:
+        """Two numbers between −1 and 1."""
+        return specs.BoundedArray((len(TENDONS),), np.float64, -1.0, 1.0, name="spools")
+
+    def before_step(self, action: Array, physics: FingerPhysics) -> None:
+        """See `FingerTask`."""
+        self.task.before_step(action, physics)
+
+    def get_observation(self, physics: FingerPhysics) -> OrderedDict[str, Array]:
+        """See the task."""
+        return self.task.get_observation(physics)
+
+    def get_reward(self, physics: FingerPhysics) -> float:
+        """See the task."""
+        return self.task.get_reward(physics)
+
+    def get_termination(self, physics: FingerPhysics) -> None:
+        """Episodes end by time alone."""
+        return
 
 
 def hold_force(
@@ -27,7 +75,8 @@ def hold_force(
         ranges: to draw from.
         time_limit: of an episode [s].
     """
-    return _environment(HoldForce(finger or Finger(), ranges or Ranges(), seed), time_limit)
+    random = np.random.RandomState(seed)
+    return _environment(HoldForce(finger or Finger(), ranges or Ranges(), random), time_limit)
 
 
 def follow_trajectory(
@@ -42,13 +91,16 @@ def follow_trajectory(
     Args:
         seed, finger, ranges, time_limit: see `hold_force`.
     """
-    return _environment(FollowTrajectory(finger or Finger(), ranges or Ranges(), seed), time_limit)
+    random = np.random.RandomState(seed)
+    return _environment(
+        FollowTrajectory(finger or Finger(), ranges or Ranges(), random), time_limit
+    )
 
 
 def _environment(task: FingerTask, time_limit: float) -> control.Environment:
     return control.Environment(
         FingerPhysics.of(task.finger),
-        task,
+        ControlTask(task),
         time_limit=time_limit,
-        control_timestep=_CONTROL_TIMESTEP,
+        control_timestep=CONTROL_TIMESTEP,
     )

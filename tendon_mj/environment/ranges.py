@@ -9,6 +9,7 @@ import numpy as np
 
 from tendon_mj.errors import InvalidValueError
 
+Random = np.random.RandomState | np.random.Generator  # dm_control's, gymnasium's
 _UNITS = {"friction": "-", "pretension": "N", "bend": "rad", "axial_stiffness": "N"}
 _POSITIVE = ("axial_stiffness",)  # the others may be 0
 
@@ -41,7 +42,7 @@ class Ranges:
             limits = _pair(field.name, getattr(self, field.name))
             object.__setattr__(self, field.name, limits)
 
-    def draw(self, random: np.random.RandomState) -> dict[str, float]:
+    def draw(self, random: Random) -> dict[str, float]:
         """One number from each range, by name."""
         return {f.name: float(random.uniform(*getattr(self, f.name))) for f in fields(self)}
 

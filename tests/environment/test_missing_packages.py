@@ -1,11 +1,11 @@
-"""Without dm-control everything but the environments runs, and they say what they need."""
+"""Without dm-control and gymnasium all else runs, and the environments say what they need."""
 
 import subprocess
 import sys
 
 import pytest
 
-# dm_control is made impossible to import before anything of the package is
+# a package is made impossible to import before anything of the package is
 WITHOUT = "import sys; sys.modules[{package!r}] = None\n"
 EVERYTHING_ELSE = """
 import importlib, pkgutil
@@ -25,7 +25,7 @@ print(sorted(name for name in sys.modules if name.startswith("tendon_mj.")))
 ENVIRONMENTS = """
 from tendon_mj.errors import MissingPackageError, TendonError
 try:
-    import tendon_mj.environment
+    from tendon_mj.environment import {name}
 except TendonError as error:
     assert isinstance(error, MissingPackageError) and isinstance(error, ImportError)
     print(error, error.name, sep="|")
@@ -47,8 +47,30 @@ def test_everything_but_the_environments_runs_without_dm_control():
 
 @pytest.mark.parametrize("package", ["dm_control", "dm_env"])
 def test_the_environments_say_what_is_missing_and_how_to_install_it(package):
-    sentence, name = run(WITHOUT.format(package=package) + ENVIRONMENTS).split("|")
+    asked = ENVIRONMENTS.format(name="hold_force")
+    sentence, name = run(WITHOUT.format(package=package) + asked).split("|")
     assert name == package
     assert f"needs {package}, which is not installed" in sentence
     assert "pip install 'tendon-mj[environments]'" in sentence
     assert "pip install --no-deps dm-control" in sentence
+
+
+def test_without_gymnasium_its_environments_say_so_in_a_line():
+    asked = ENVIRONMENTS.format(name="HoldForceEnv")
+    sentence, name = run(WITHOUT.format(package="gymnasium") + asked).split("|")
+    assert name == "gymnasium"
+    assert sentence == (
+        "tendon_mj.environment.HoldForceEnv needs gymnasium, which is not installed: "
+        "pip install 'tendon-mj[gymnasium]'"
+    )
+
+
+@pytest.mark.parametrize(
+    ("package", "name"), [("dm_control", "HoldForceEnv"), ("gymnasium", "hold_force")]
+)
+def test_each_kind_of_environment_needs_its_own_package_only(package, name):
+    assert run(WITHOUT.format(package=package) + ENVIRONMENTS.format(name=name)) == ""
+
+
+def test_the_package_alone_imports_no_gymnasium():
+    assert run("import sys, tendon_mj; print('gymnasium' in sys.modules)") == "False"

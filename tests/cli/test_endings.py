@@ -1,0 +1,152 @@
+"""How commands end: a sentence with units, an example after the help, one line after Ctrl-C."""
+
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tendon_mj.builders.load import example_recording
+from tendon_mj.cli import main, progress_bar
+from tendon_mj.cli.help import documented, example
+from tendon_mj.cli.main import COMMANDS
+from tendon_mj.cli.output import Output, console
+
+# under a shell's & Python would leave Ctrl-C to its parent
+RUN = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from tendon_mj.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+WIDTH = 100
+ARM = (
+    "<mujoco><worldbody><site name='a'/><site name='b' pos='.1 0 .1'/><body pos='.2 0 0'>"
+    "<joint name='j' axis='0 1 0'/><geom size='.01'/><site name='c'/></body></worldbody>"
+    "<tendon><spatial name='t'><site site='a'/><site site='b'/><site site='c'/></spatial>"
+    "</tendon><actuator><motor tendon='t'/></actuator></mujoco>"
+)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_help_ends_with_an_example_that_the_command_takes(command, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", str(WIDTH))
+    with pytest.raises(SystemExit) as end:
+        main([command, "--help"])
+    assert not end.value.code
+    lines = capsys.readouterr().out.rstrip().splitlines()
+    assert max(map(len, lines)) <= WIDTH
+    assert lines[-2] == "example:"
+    assert lines[-1].startswith(f"  tendon-mj {command}")
+    options = set(re.findall(r"--[a-z-]+", lines[-1]))
+    assert options <= set(re.findall(r"--[a-z-]+", "\n".join(lines[:-2])))
+
+
+def test_help_joins_the_lines_of_an_argument_and_leaves_the_example_out():
+    def command(one: int = 0) -> None:
+        """Do it.
+
+        Args:
+            one: begins here
+                and goes on.
+
+        Example:
+            tendon-mj command
+        """
+
+    command.__doc__ = command.__doc__.replace("\n    ", "\n")  # as a module's function has it
+    assert example(command) == "tendon-mj command"
+    same = documented(command)
+    assert "begins here and goes on." in same.__doc__
+    assert "Example" not in same.__doc__
+    assert same.__annotations__ == command.__annotations__
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (
+            ["replay", str(example_recording())],
+            r"off most by 0\.0\d+ N rms in \w+_tension_N, and without friction by \d\.\d+ N rms",
+        ),
+        (
+            ["simulate", "finger", "--motion", "tap", "--no-clip"],
+            r"With friction as in the model the flexor loses .*%.* presses with up to \d\.\d\d N",
+        ),
+    ],
+    ids=["replay", "simulate"],
+)
+def test_the_last_line_says_what_came_out(arguments, said, tmp_path, capsys):
+    assert main([*arguments, "--out", str(tmp_path)]) == 0
+    last = capsys.readouterr().out.rstrip().splitlines()[-1]
+    assert re.search(said, last), last
+    assert last.endswith(".")
+
+
+def test_attach_ends_with_what_friction_does(tmp_path, capsys):
+    (tmp_path / "arm.xml").write_text(ARM)
+    arguments = ["--tendon", "t", "--friction", "0.2", "--out", str(tmp_path / "new.xml")]
+    assert main(["attach", str(tmp_path / "arm.xml"), *arguments]) == 0
+    last = capsys.readouterr().out.rstrip().splitlines()[-1]
+    share = round(100 * (1 - np.exp(-0.2 * np.pi / 2)))
+    assert last == (
+        "1 of 1 tendons run in sheaths of friction 0.2; t bends most, by 1.57 rad, and loses "
+        f"{share}% of its tension."
+    )
+
+
+def test_the_sentence_comes_after_the_files(tmp_path):
+    output = Output(tmp_path)
+    output.result({"force_N": 1.0})
+    with console.capture() as printed:
+        output.close("The force is 1 N.")
+    assert printed.get().splitlines()[-1] == "The force is 1 N."
+
+
+def test_progress_says_how_much_time_is_left():
+    with console.capture() as printed, progress_bar() as report:
+        report("simulate", 1, 2)
+    assert "elapsed" in printed.get()
+    assert "to go" in printed.get()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT between processes")
+@pytest.mark.parametrize(
+    "arguments",
+    [["compare"], ["diagnose", str(example_recording()), "--no-sysid"]],
+    ids=["compare", "diagnose"],
+)
+def test_ctrl_c_ends_in_one_line(arguments, tmp_path):
+    out = Path(tmp_path) / "out"
+    process = subprocess.Popen(
+        [sys.executable, "-c", RUN, *arguments, "--out", str(out)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    while not out.exists() and process.poll() is None:  # it has begun when its folder is there
+        time.sleep(0.05)
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate()
+    assert process.returncode == 130, error
+    assert error == "tendon-mj: interrupted; what was written until then is incomplete\n"
+
+
+@pytest.mark.parametrize(
+    "name", ["t", "flexor_digit", "flexor_digitorum_profundus_of_the_index_finger"]
+)
+@pytest.mark.parametrize("width", [80, WIDTH])
+def test_no_name_is_cut(name, width, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(console, "_width", width)
+    arm = ARM.replace("'t'", f"'{name}'").replace("<motor", f"<motor name='m_{name}'")
+    (tmp_path / "arm.xml").write_text(arm)
+    arguments = ["--tendon", "*", "--friction", "0.2", "--out", str(tmp_path / "new.xml")]
+    assert main(["attach", str(tmp_path / "arm.xml"), *arguments]) == 0
+    words = capsys.readouterr().out.replace("'", " ").split()
+    assert {name, f"m_{name}"} <= set(words)
+    assert not [word for word in words if word.endswith("…") and word != "…"]

@@ -1,0 +1,50 @@
+"""Every example runs as it is copied, is a page long, and says what it found."""
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import tendon_mj
+
+EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
+PAGE = 60  # lines
+# what each says, beside finishing: numbers that a reader can check
+FOUND = {
+    "add_friction": r"friction 0\.15: of a pull of 10 N +7\.73 N arrive at the joint.* deg",
+    "diagnose_recordings": r"Missing: play.*(?s:.)*sheath\.backlash = .* m, 95 % within",
+    "press_with_gymnasium": r"random (0\.0\d+), scripted (0\.9\d+)",
+    "servo_in_the_step": r"servo on the output tension: 30 N .* (30\.0|29\.9)\d N are reached",
+    "sweep_friction": r"0\.15: T_out/T_in from 0\.624 to 1\.602, .* equation 0\.624 to 1\.602",
+}
+
+
+def run(path, folder):
+    """What an example prints in a folder of its own; warnings are errors."""
+    command = [sys.executable, "-W", "error", str(path)]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+def test_the_example_runs_and_says_what_it_found(path, tmp_path):
+    said = run(path, tmp_path)
+    assert re.search(FOUND[path.stem], said), said
+    for name in re.findall(r"^wrote (\S+\.png)", said, re.M):
+        assert (tmp_path / name).stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+def test_the_example_is_a_page_of_public_names(path):
+    text = path.read_text("utf-8")
+    assert len(text.splitlines()) <= PAGE
+    tree = ast.parse(text)
+    assert ast.get_docstring(tree)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("tendon_mj"):
+            assert node.module == "tendon_mj"
+            assert {alias.name for alias in node.names} <= set(tendon_mj.__all__)

@@ -1,0 +1,138 @@
+"""The site builds without a warning, its links lead somewhere, and it has what it should have."""
+
+import os
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+import tendon_mj
+from tendon_mj.cli.main import COMMANDS
+
+ROOT = Path(__file__).parents[1]
+PICTURES = (".png", ".webp", ".gif", ".jpg", ".svg")
+SOUGHT = [
+    "Bowden cable",
+    "hysteresis",
+    "dead zone",
+    "backlash",
+    "system identification",
+    "sim-to-real",
+    "capstan",
+]
+
+
+class Page(HTMLParser):
+    """What a page refers to, and the anchors that it has."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.links, self.loaded, self.anchors, self.words = [], [], set(), []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        given = dict(attributes)
+        self.anchors |= {given[key] for key in ("id", "name") if given.get(key)}
+        if tag == "a" and given.get("href"):
+            self.links.append(given["href"])
+        if tag == "link" and given.get("rel") in ("stylesheet", "icon"):
+            self.loaded.append(given["href"])
+        if tag in ("img", "script", "iframe", "video", "source") and given.get("src"):
+            self.loaded.append(given["src"])
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """Folder of the built site → its pages, by their paths."""
+    pytest.importorskip("sphinx", reason="the extra tendon-mj[docs] is not installed")
+    out = tmp_path_factory.mktemp("site")
+    command = ["-m", "sphinx", "-q", "-W", "--keep-going", "-c", str(ROOT / "docs"), str(ROOT)]
+    done = subprocess.run(
+        [sys.executable, *command, str(out)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return {path: Page(path.read_text("utf-8")) for path in sorted(out.rglob("*.html"))}
+
+
+def target(page, reference):
+    """File and anchor that a reference of a page means; None for one that leads elsewhere."""
+    parts = urlsplit(reference)
+    if parts.scheme or parts.netloc:
+        return None
+    path = (page.parent / unquote(parts.path)).resolve() if parts.path else page
+    return path, unquote(parts.fragment)
+
+
+def test_every_link_and_anchor_leads_somewhere(site):
+    dead = []
+    for path, page in site.items():
+        for link in page.links:
+            found = target(path, link)
+            if found is None:
+                continue
+            file, anchor = found
+            there = file.is_file() and (file not in site or anchor in {"", *site[file].anchors})
+            if not there:
+                dead.append(f"{path.name}: {link}")
+    assert not dead
+
+
+def test_everything_that_a_page_loads_is_in_the_site(site):
+    loaded = [(path, what) for path, page in site.items() for what in page.loaded]
+    assert len(loaded) > 50  # else it proves nothing
+    missing = [
+        f"{path.name}: {what}"
+        for path, what in loaded
+        if not what.startswith("data:") and (not (f := target(path, what)) or not f[0].is_file())
+    ]
+    assert not missing
+
+
+def test_a_dead_link_is_seen(tmp_path):
+    page = Page('<a href="b.html#there"></a><img src="https://elsewhere.org/a.png"><p id="x">')
+    assert page.links == ["b.html#there"]
+    assert page.anchors == {"x"}
+    assert target(tmp_path / "a.html", page.links[0]) == (tmp_path / "b.html", "there")
+    assert target(tmp_path / "a.html", page.loaded[0]) is None
+
+
+def test_the_start_page_has_the_words_that_people_search(site):
+    page = next(page for path, page in site.items() if path.match("docs/index.html"))
+    text = " ".join("".join(page.words).split()).lower()
+    assert [word for word in SOUGHT if word.lower() not in text] == []
+
+
+def test_every_public_name_and_every_command_has_its_place(site):
+    anchors = {path.stem: page.anchors for path, page in site.items()}
+    names = set(tendon_mj.__all__) - {"__version__"}
+    assert {name for name in names if f"tendon_mj.{name}" not in anchors["api"]} == set()
+    assert set(COMMANDS) <= anchors["commands"]
+
+
+def test_every_example_is_shown(site):
+    shown = (ROOT / "docs" / "examples.md").read_text("utf-8")
+    for path in (ROOT / "examples").glob("*.py"):
+        assert f"../examples/{path.name}" in shown
+
+
+def test_the_gallery_has_every_picture_and_its_command():
+    text = (ROOT / "docs" / "gallery.md").read_text("utf-8")
+    pictures = [
+        path
+        for folder in ("docs", "docs/gallery", "models/*")
+        for path in ROOT.glob(f"{folder}/*")
+        if path.suffix in PICTURES
+    ]
+    names = {Path(os.path.relpath(path, ROOT / "docs")).as_posix() for path in pictures}
+    shown = set(re.findall(r"!\[[^]]*\]\(([^)]+)\)", text))
+    assert names == shown
+    for section in re.split(r"^#+ ", text, flags=re.M)[1:]:
+        if "![" in section:
+            assert "```sh\n" in section, section.splitlines()[0]
