@@ -36,7 +36,7 @@ from tendon_mj.engine.sheath_plugin.tension_scale import tension_scale
 from tendon_mj.sheath.records import Array, Guides
 
 THICKER = 1.25  # radius of a span over that of MuJoCo's own tendon, which it covers
-_MARK = 2.5  # radius of a mark over that of MuJoCo's own tendon
+_MARK = 4.0  # radius of a mark over that of MuJoCo's own tendon
 
 _ends = local_doubles(6)
 _TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
