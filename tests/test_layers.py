@@ -16,6 +16,7 @@ LAYERS = {
     "__main__": 10,
     "cli": 9,
     "view": 8,
+    "live": 8,
     "next_experiment": 8,
     "diagnosis": 7,
     "environment": 7,
