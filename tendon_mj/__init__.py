@@ -19,6 +19,7 @@ from tendon_mj.attach import add_sites as add_sites
 from tendon_mj.attach import add_tendon as add_tendon
 from tendon_mj.attach import arc_points as arc_points
 from tendon_mj.attach import remove_friction as remove_friction
+from tendon_mj.attach import show_tension as show_tension
 from tendon_mj.attach import view_sheath as view_sheath
 from tendon_mj.engine import register as _register
 from tendon_mj.errors import TendonError as TendonError
@@ -141,6 +142,7 @@ __all__ = [
     "render_clip",
     "replay_error",
     "replay_recording",
+    "show_tension",
     "suggest_experiment",
     "view_sheath",
     "write_recording",

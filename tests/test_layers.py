@@ -17,6 +17,7 @@ LAYERS = {
     "cli": 9,
     "environment": 9,
     "view": 8,
+    "live": 8,
     "next_experiment": 8,
     "diagnosis": 7,
     "verification": 7,

@@ -18,6 +18,7 @@ from mujoco.introspect import ast_nodes, structs
 from tendon_mj.errors import EngineError
 
 _SCALARS: dict[str, Any] = {
+    "char": ctypes.c_char,
     "int": ctypes.c_int,
     "float": ctypes.c_float,
     "mjtNum": ctypes.c_double,
@@ -56,6 +57,9 @@ class Layout(NamedTuple):
     m_geom_size: int
     m_tendon_adr: int
     m_tendon_num: int
+    m_tendon_group: int
+    m_tendon_width: int
+    m_tendon_rgba: int
     m_tendon_length0: int
     m_tendon_lengthspring: int
     m_tendon_stiffness: int
@@ -92,6 +96,9 @@ class Layout(NamedTuple):
     m_name_jntadr: int
     m_name_tendonadr: int
     m_nnames: int
+    m_numeric_adr: int
+    m_numeric_size: int
+    m_numeric_data: int
     m_nwrap: int
     m_ntendon: int
     m_njnt: int
@@ -182,6 +189,7 @@ def read_layout() -> Layout:
 _CANARY = """
 <mujoco>
   <option timestep="0.0123" integrator="RK4"/>
+  <custom><numeric name="n" data="1 2"/></custom>
   <extension>
     <plugin plugin="mujoco.pid">
       <instance name="p"><config key="kp" value="1"/></instance>

@@ -59,5 +59,13 @@ mju_polyForce = types.ExternalFunction(
     "mju_polyForce",
     types.float64(types.float64, types.intp, types.float64, types.int32, types.int32),
 )
+mjv_initGeom = types.ExternalFunction(
+    "mjv_initGeom",
+    types.void(types.intp, types.int32, types.intp, types.intp, types.intp, types.intp),
+)
+mjv_connector = types.ExternalFunction(
+    "mjv_connector",
+    types.void(types.intp, types.int32, types.float64, types.intp, types.intp),
+)
 mju_error = types.ExternalFunction("mju_error", types.void(_char_p))
 strtod = types.ExternalFunction("strtod", types.float64(_char_p, types.intp))

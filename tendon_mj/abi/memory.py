@@ -6,7 +6,9 @@ from typing import Any
 
 import numba
 import numpy as np
+from llvmlite import ir
 from numba import carray, types
+from numba.core import cgutils
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
@@ -39,6 +41,38 @@ def _as_pointer(item: Any) -> Any:
     return cast
 
 
+def text(content: str) -> Any:
+    """Function without arguments that gives the address of a text as C has it."""
+
+    @intrinsic
+    def address(typing_context: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            constant = context.insert_const_string(builder.module, content)
+            return builder.ptrtoint(constant, context.get_value_type(types.intp))
+
+        return types.intp(), build
+
+    return address
+
+
+def local_doubles(count: int) -> Any:
+    """Function without arguments that gives the address of ``count`` mjtNum on the stack.
+
+    They are there until the function that asks for them returns.
+    """
+
+    @intrinsic
+    def address(typing_context: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            numbers = cgutils.alloca_once(builder, ir.ArrayType(ir.DoubleType(), count))
+            return builder.ptrtoint(numbers, context.get_value_type(types.intp))
+
+        return types.intp(), build
+
+    return address
+
+
+_f32 = _as_pointer(numba.float32)
 _f64 = _as_pointer(numba.float64)
 _i32 = _as_pointer(numba.int32)
 _i64 = _as_pointer(numba.int64)
@@ -97,6 +131,24 @@ def double(address: int, index: int) -> float:
 def integer(address: int, index: int) -> int:
     """The int number ``index`` of the array at ``address``."""
     return numba.int64(_i32(address)[index])
+
+
+@compiled
+def single(address: int, index: int) -> float:
+    """The float number ``index`` of the array at ``address``."""
+    return numba.float64(_f32(address)[index])
+
+
+@compiled
+def set_single(address: int, index: int, value: float) -> None:
+    """Write the float number ``index`` of the array at ``address``."""
+    _f32(address)[index] = value
+
+
+@compiled
+def set_integer(address: int, value: int) -> None:
+    """Write the int at ``address``."""
+    _i32(address)[0] = value
 
 
 @compiled

@@ -9,5 +9,6 @@ from tendon_mj.attach.route import arc_points as arc_points
 from tendon_mj.attach.sensor import add_sensor as add_sensor
 from tendon_mj.attach.servo import add_servo as add_servo
 from tendon_mj.attach.spool import Spool as Spool
+from tendon_mj.attach.tension_display import show_tension as show_tension
 from tendon_mj.attach.view import SheathView as SheathView
 from tendon_mj.attach.view import view_sheath as view_sheath

@@ -1,4 +1,4 @@
-"""`tendon-mj view`: MuJoCo's interactive viewer."""
+"""`tendon-mj view`: a model in motion, in MuJoCo's viewer or in a browser."""
 
 from __future__ import annotations
 
@@ -6,17 +6,39 @@ from typing import Annotated
 
 import tyro
 
-from tendon_mj.builders.load import load_model
-from tendon_mj.view.render.window import open_window
+from tendon_mj.cli.output import console
+from tendon_mj.live import open_window, prepare, serve
 
 
-def view(model: Annotated[str, tyro.conf.Positional]) -> None:
-    """Open a model in MuJoCo's interactive viewer; it needs a screen.
+def view(
+    model: Annotated[str, tyro.conf.Positional],
+    motion: str | None = None,
+    web: bool = False,
+    port: int = 8080,
+    seconds: float | None = None,
+) -> None:
+    """Watch a model move, its tendons coloured by their tension, with the tensions as curves.
+
+    It opens MuJoCo's interactive viewer, which needs a screen, or with --web serves a page for a
+    browser, with sliders for friction and all other live parameters. The space bar halts the
+    viewer; closing it or Ctrl-C ends it. Example: tendon-mj view finger --motion press --web
 
     Args:
         model: bench, joint, finger, finger_spring, or the path of an MJCF file.
+        motion: of the finger: curl, tap, press, hold or a CSV of joint angles or tensions; of any
+            other model a CSV with time_s and a column for each actuator.
+        web: whether to serve a page on this machine instead of opening a window.
+        port: of that page.
+        seconds: after which to end.
 
     Example:
-        tendon-mj view finger
+        tendon-mj view finger --motion curl
     """
-    open_window(load_model(model, scene=True))
+    prepared = prepare(model, motion)
+    if prepared.still:
+        console.print(f"{model} does not move: {prepared.still}", soft_wrap=True)
+    if web:
+        done = serve(prepared, port=port, seconds=seconds, announce=console.print)
+    else:
+        done = open_window(prepared, seconds)
+    console.print(done.sentence(), soft_wrap=True)

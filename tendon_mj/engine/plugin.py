@@ -6,13 +6,14 @@ import ctypes
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
 
 from tendon_mj.abi.checks import Check
 from tendon_mj.abi.layout import Layout, read_layout, verify, verify_state
 from tendon_mj.abi.library import PATH, C
+from tendon_mj.abi.scene_layout import SceneLayout, read_scene_layout, verify_scene
 from tendon_mj.compilation import announced
 from tendon_mj.engine.other_engines import guard_engines
 from tendon_mj.engine.pickles import register_pickles
@@ -22,6 +23,7 @@ from tendon_mj.engine.servo_plugin.state import ATTRIBUTES as SERVO_ATTRIBUTES
 from tendon_mj.engine.sheath_plugin import validate
 from tendon_mj.engine.sheath_plugin.attributes import ATTRIBUTES
 from tendon_mj.engine.sheath_plugin.callbacks import Callbacks, make_callbacks
+from tendon_mj.engine.sheath_plugin.visualize import make_visualize
 from tendon_mj.errors import EngineError
 
 _ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
@@ -88,6 +90,7 @@ class Definition(NamedTuple):
         complete: checks an instance once the model is complete.
         callbacks: makes the functions that run in a step.
         sensor_size: returns how many numbers a sensor shows.
+        visualize: makes the function that draws into a scene.
     """
 
     name: str
@@ -97,6 +100,7 @@ class Definition(NamedTuple):
     complete: Callable[[int, int], int]
     callbacks: Callable[[Layout], Callbacks]
     sensor_size: Callable[[int, int, int], int] | None = None
+    visualize: Callable[[Layout, SceneLayout], Any] | None = None
 
 
 DEFINITIONS = (
@@ -108,6 +112,7 @@ DEFINITIONS = (
         validate.check_tendon,
         make_callbacks,
         validate.reading_size,
+        make_visualize,
     ),
     Definition(
         servo_validate.SERVO,
@@ -141,8 +146,9 @@ _SMALLEST = f"""
 _registered: list[object] = []  # C holds pointers to these, so they are never freed
 
 
-def _register(plugin: Definition, layout: Layout) -> None:
+def _register(plugin: Definition, layout: Layout, scene_layout: SceneLayout) -> None:
     callbacks = plugin.callbacks(layout)
+    visualize = plugin.visualize(layout, scene_layout) if plugin.visualize else None
     nstate = Check(plugin.name, plugin.state_size)
     init = Check(plugin.name, plugin.complete, data=True)
     sensor = Check(plugin.name, plugin.sensor_size, 2) if plugin.sensor_size else None
@@ -159,8 +165,9 @@ def _register(plugin: Definition, layout: Layout) -> None:
         reset=callbacks.reset.address,
         compute=callbacks.compute.address,
         advance=callbacks.advance.address,
+        visualize=visualize.address if visualize else None,
     )
-    _registered.extend([callbacks, nstate, sensor, init, names, struct])
+    _registered.extend([callbacks, visualize, nstate, sensor, init, names, struct])
     if C.mjp_registerPlugin(ctypes.byref(struct)) < 0:
         raise EngineError(f"{PATH.name} refused the plugin {plugin.name}")
 
@@ -176,11 +183,12 @@ def register() -> tuple[str, ...]:
     """
     if not _registered:
         _verify_struct()
-        layout = read_layout()
+        layout, scene_layout = read_layout(), read_scene_layout()
         verify(layout)
+        verify_scene(scene_layout)
         with announced():
             for definition in DEFINITIONS:
-                _register(definition, layout)
+                _register(definition, layout, scene_layout)
         register_pickles(NAMES)
         guard_engines(NAMES)
         verify_state(layout, mujoco.MjData(mujoco.MjModel.from_xml_string(_SMALLEST)))

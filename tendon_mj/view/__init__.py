@@ -22,7 +22,6 @@ from tendon_mj.view.render.clip import render_clip as render_clip
 from tendon_mj.view.render.offscreen import Offscreen as Offscreen
 from tendon_mj.view.render.offscreen import find_camera as find_camera
 from tendon_mj.view.render.panel import INK as INK
-from tendon_mj.view.render.window import open_window as open_window
 from tendon_mj.view.report.figures import diagnosis_figures as diagnosis_figures
 from tendon_mj.view.report.page import report_page as report_page
 from tendon_mj.view.report.write import write_report as write_report

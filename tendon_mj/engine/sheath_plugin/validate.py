@@ -25,6 +25,7 @@ from tendon_mj.engine.sheath_plugin.path.checks import (
     unsuited,
 )
 from tendon_mj.engine.sheath_plugin.state import PARAMETERS, sensor_size, size
+from tendon_mj.engine.sheath_plugin.tension_scale import check_tension_scale
 from tendon_mj.engine.sheath_plugin.validate_sensor import (
     check_objects,
     check_sensor,
@@ -168,10 +169,11 @@ def check_tendon(address: int, instance: int) -> int:
     """Check, at the first instance, that all act on what they can, now that the model is complete.
 
     Raises:
-        InvalidValueError: what is wrong with a tendon or a reel.
+        InvalidValueError: what is wrong with a tendon, a reel or the tension scale.
     """
     model = Draft(address, _COMPLETE)
     if model.is_first(instance):
+        check_tension_scale(model)
         reels = model.actuators()
         check_own_names(model, model.siblings(instance))
         for k in model.siblings(instance):

@@ -1,0 +1,89 @@
+"""Controls over time that keep a model moving for as long as someone watches."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.finger.control import prepare_finger
+from tendon_mj.finger.trajectories import find_trajectory
+from tendon_mj.recordings.csv_table import TIME, read_table
+from tendon_mj.replay.default_motion import Drive, default_motion
+from tendon_mj.replay.frames import Array
+
+FINGERS = ("finger", "finger_spring")
+_RETURN = 0.5  # from the last controls of a motion back to its first [s]
+
+
+def in_motion(name: str, model: mujoco.MjModel, motion: str | None) -> tuple[mujoco.MjModel, Drive]:
+    """A model ready for a motion, and its controls over time.
+
+    Args:
+        name: of the model; `finger` and `finger_spring` know motions by name.
+        model: compiled; not changed.
+        motion: a name, or the path of a CSV: for the finger one of joint angles or tensions, for
+            any other model one with ``time_s`` and a column for each actuator that is driven, named
+            like it and followed by a unit; None: the finger curls, and other models do as in
+            `default_motion`.
+
+    Returns:
+        The model, which is a copy where the motion needs it, and time [s] → (nu,) controls. A
+        motion that ends begins anew.
+
+    Raises:
+        UnknownNameError: no such motion, or a column for an actuator that is not there.
+        RecordingError: the CSV cannot be read.
+        InvalidValueError: a motion out of reach of the finger.
+    """
+    if name in FINGERS:
+        adjustable, rows = prepare_finger(find_trajectory(motion or "curl"), model)
+        return adjustable.model, repeated(rows, model.opt.timestep)
+    if motion is None:
+        return model, default_motion(name, model)
+    if not Path(motion).is_file():
+        raise UnknownNameError("motion of this model, or CSV file", motion, [])
+    return model, repeated(_controls(Path(motion), model), model.opt.timestep)
+
+
+def repeated(rows: Array, step: float) -> Drive:
+    """Controls that begin anew where they end, by way of a straight line if they end elsewhere.
+
+    Args:
+        rows: (steps, nu) controls.
+        step: of the simulation [s].
+    """
+    if len(rows) and not np.array_equal(rows[-1], rows[0]):
+        share = np.linspace(0.0, 1.0, max(2, round(_RETURN / step)))[1:, None]
+        rows = np.concatenate([rows, (1.0 - share) * rows[-1] + share * rows[0]])
+    return lambda time: np.asarray(rows[round(time / step) % len(rows)])
+
+
+def _controls(path: Path, model: mujoco.MjModel) -> Array:
+    """(steps, nu) controls from a table; actuators without a column stay at 0."""
+    table = read_table(path)
+    time = table.pop(TIME)
+    names = [model.actuator(k).name for k in range(model.nu)]
+    steps = np.arange(0.0, time[-1] - time[0], model.opt.timestep)
+    controls = np.zeros((len(steps), model.nu))
+    for column, values in table.items():
+        fitting = [n for n in names if n and (column == n or column.startswith(f"{n}_"))]
+        if not fitting:
+            raise UnknownNameError("actuator", column, names, f"{path}, column {column!r}")
+        actuator = names.index(max(fitting, key=len))
+        controls[:, actuator] = np.interp(steps, time - time[0], values)
+    if not len(controls):
+        raise InvalidValueError(f"{path}: the motion is shorter than a step of the model")
+    return controls
+
+
+def stands_still(model: mujoco.MjModel, drive: Drive, duration: float) -> str:
+    """Why no actuator moves a model within a duration [s]; empty where one does."""
+    if model.nu == 0:
+        return "it has no actuator"
+    times = np.arange(0.0, duration, 0.1)
+    if any(np.any(drive(time)) for time in times):
+        return ""
+    return "its actuators have no ctrlrange, so their controls stay at 0"

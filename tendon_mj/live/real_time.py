@@ -1,0 +1,75 @@
+"""Keeps a simulation at the pace of the clock, frame by frame."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from tendon_mj.live.simulation import LiveSimulation
+
+FPS = 60.0  # [1/s]
+_LAG = 0.1  # that is caught up; beyond it the simulation is slower than the clock [s]
+
+
+@dataclass(frozen=True)
+class RealTime:
+    """How well a simulation kept the pace.
+
+    Attributes:
+        simulated: [s].
+        elapsed: on the clock, without pauses [s].
+        frames: that were shown.
+    """
+
+    simulated: float
+    elapsed: float
+    frames: int
+
+    @property
+    def factor(self) -> float:
+        """Simulated time over that of the clock [-]."""
+        return self.simulated / self.elapsed if self.elapsed > 0.0 else 0.0
+
+    def sentence(self) -> str:
+        """What came out, in a sentence."""
+        return (
+            f"simulated {self.simulated:.1f} s in {self.elapsed:.1f} s, {self.factor:.2f} × real "
+            f"time, at {self.frames / max(self.elapsed, 1e-9):.0f} frames a second"
+        )
+
+
+def run_in_real_time(
+    simulation: LiveSimulation, show: Callable[[], bool], seconds: float | None = None
+) -> RealTime:
+    """Simulate and show by turns, until there is nobody to watch or the time is up.
+
+    Ctrl-C ends it as closing the window does.
+
+    Args:
+        simulation: is advanced.
+        show: shows it, and says whether it is still watched.
+        seconds: after which to end [s]; None: never.
+
+    Raises:
+        TendonError: the simulation became unstable.
+    """
+    simulated, elapsed, owed, frames = 0.0, 0.0, 0.0, 0
+    last = time.perf_counter()
+    try:
+        while show() and (seconds is None or elapsed < seconds):
+            frames += 1
+            rest = last + 1.0 / FPS - time.perf_counter()
+            if rest > 0.0:
+                time.sleep(rest)
+            now = time.perf_counter()
+            passed, last = now - last, now
+            if simulation.paused:
+                continue
+            elapsed += passed
+            owed = min(owed + passed, _LAG)
+            done = simulation.advance(owed, limit=_LAG)
+            simulated, owed = simulated + done, owed - done
+    except KeyboardInterrupt:
+        pass
+    return RealTime(simulated, elapsed, frames)

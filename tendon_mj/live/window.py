@@ -1,0 +1,120 @@
+"""MuJoCo's interactive viewer with a simulation that runs, where there is a screen."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import platform
+from typing import Any
+
+import mujoco
+
+from tendon_mj.errors import EngineError
+from tendon_mj.live.colour_bar import colour_bar
+from tendon_mj.live.curve_colours import curve_colours
+from tendon_mj.live.first_view import FirstView
+from tendon_mj.live.prepare import Prepared, tendon_names
+from tendon_mj.live.real_time import RealTime, run_in_real_time
+from tendon_mj.live.window_overlay import (
+    bar_place,
+    curves_place,
+    draw_curves,
+    new_figure,
+    tension_text,
+)
+
+_SPAN = 8.0  # of the curves [s]
+_EVERY = 6  # frames for each that has new numbers and curves
+_SPACE = 32  # key
+
+
+def open_window(prepared: Prepared, seconds: float | None = None) -> RealTime:
+    """Show a simulation in MuJoCo's viewer, and come back when its window is closed.
+
+    The space bar halts it.
+
+    Args:
+        prepared: what is shown.
+        seconds: after which the window closes [s]; None: never.
+
+    Raises:
+        EngineError: there is no screen; the message says what does without.
+        TendonError: the simulation became unstable.
+    """
+    linux = platform.system() == "Linux"
+    if linux and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise EngineError(
+            "there is no screen to open a window on (neither DISPLAY nor WAYLAND_DISPLAY is set); "
+            "`tendon-mj view MODEL --web` shows the same in a browser, and `tendon-mj render "
+            "MODEL` writes a clip"
+        )
+    # not before it is asked for: it looks for a screen as it is imported
+    viewer = importlib.import_module("mujoco.viewer")
+    simulation = prepared.simulation
+
+    def on_key(key: int) -> None:
+        if key == _SPACE:
+            simulation.paused = not simulation.paused
+
+    try:
+        window = viewer.launch_passive(
+            simulation.model,
+            simulation.data,
+            key_callback=on_key,
+            show_left_ui=False,
+            show_right_ui=False,
+        )
+    except (RuntimeError, mujoco.FatalError) as error:
+        raise EngineError(f"MuJoCo's viewer could not open a window: {error}") from error
+    with window:
+        with window.lock():
+            look_from(window.cam, simulation.model, prepared.view)
+        overlay = _Overlay(prepared, window)
+        return run_in_real_time(simulation, overlay.show, seconds)
+
+
+def look_from(camera: mujoco.MjvCamera, model: mujoco.MjModel, view: FirstView) -> None:
+    """Give a camera that the mouse turns a view; the field of view is the model's."""
+    camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+    camera.lookat[:] = view.look_at
+    camera.distance, camera.azimuth = view.distance, view.azimuth
+    camera.elevation = view.elevation
+    model.vis.global_.fovy = view.fovy
+
+
+class _Overlay:
+    """Numbers, curves and colour bar in a window."""
+
+    def __init__(self, prepared: Prepared, window: Any) -> None:
+        self._simulation, self._window = prepared.simulation, window
+        self._limits = prepared.low, prepared.high
+        model = prepared.simulation.model
+        self._tendons = list(tendon_names(model).values())
+        self._figure = new_figure(self._tendons, curve_colours(model), prepared.high)
+        self._frames, self._size = 0, (0, 0)
+
+    def show(self) -> bool:
+        """Show the simulation as it is now; return whether the window is still open."""
+        if not self._window.is_running():
+            return False
+        if self._tendons and self._frames % _EVERY == 0:
+            self._renew()
+        self._frames += 1
+        self._window.sync()
+        return True
+
+    def _renew(self) -> None:
+        times, tensions = self._simulation.curves()
+        draw_curves(self._figure, times, tensions, _SPAN)
+        left, right = tension_text(self._tendons, tensions[-1], float(times[-1]))
+        self._window.set_texts(
+            (mujoco.mjtFontScale.mjFONTSCALE_150, mujoco.mjtGridPos.mjGRID_TOPLEFT, left, right)
+        )
+        viewport = self._window.viewport
+        if viewport is None or viewport.width < 2:  # the window is not there yet
+            return
+        self._window.set_figures((curves_place(viewport), self._figure))
+        if self._size != (viewport.width, viewport.height):
+            self._size = viewport.width, viewport.height
+            place = bar_place(viewport)
+            self._window.set_images((place, colour_bar(*self._limits, place.width, place.height)))
