@@ -10,8 +10,7 @@ import numpy as np
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.finger.control import prepare_finger
 from tendon_mj.finger.trajectories import find_trajectory
-from tendon_mj.recordings.csv_table import TIME, read_table
-from tendon_mj.replay.default_motion import Drive, default_motion
+from tendon_mj.replay.default_motion import Drive, default_motion, read_motion
 from tendon_mj.replay.frames import Array
 
 FINGERS = ("finger", "finger_spring")
@@ -45,7 +44,11 @@ def in_motion(name: str, model: mujoco.MjModel, motion: str | None) -> tuple[muj
         return model, default_motion(name, model)
     if not Path(motion).is_file():
         raise UnknownNameError("motion of this model, or CSV file", motion, [])
-    return model, repeated(_controls(Path(motion), model), model.opt.timestep)
+    drive, length = read_motion(Path(motion), model)
+    times = np.arange(0.0, length, model.opt.timestep)
+    if not len(times):
+        raise InvalidValueError(f"{motion}: the motion is shorter than a step of the model")
+    return model, repeated(np.stack([drive(time) for time in times]), model.opt.timestep)
 
 
 def repeated(rows: Array, step: float) -> Drive:
@@ -59,24 +62,6 @@ def repeated(rows: Array, step: float) -> Drive:
         share = np.linspace(0.0, 1.0, max(2, round(_RETURN / step)))[1:, None]
         rows = np.concatenate([rows, (1.0 - share) * rows[-1] + share * rows[0]])
     return lambda time: np.asarray(rows[round(time / step) % len(rows)])
-
-
-def _controls(path: Path, model: mujoco.MjModel) -> Array:
-    """(steps, nu) controls from a table; actuators without a column stay at 0."""
-    table = read_table(path)
-    time = table.pop(TIME)
-    names = [model.actuator(k).name for k in range(model.nu)]
-    steps = np.arange(0.0, time[-1] - time[0], model.opt.timestep)
-    controls = np.zeros((len(steps), model.nu))
-    for column, values in table.items():
-        fitting = [n for n in names if n and (column == n or column.startswith(f"{n}_"))]
-        if not fitting:
-            raise UnknownNameError("actuator", column, names, f"{path}, column {column!r}")
-        actuator = names.index(max(fitting, key=len))
-        controls[:, actuator] = np.interp(steps, time - time[0], values)
-    if not len(controls):
-        raise InvalidValueError(f"{path}: the motion is shorter than a step of the model")
-    return controls
 
 
 def stands_still(model: mujoco.MjModel, drive: Drive, duration: float) -> str:

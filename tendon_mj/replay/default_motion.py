@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import UnknownNameError
-from tendon_mj.recordings.csv_table import TIME, UNITS, read_table
+from tendon_mj.recordings.table_checks import TIME
+from tendon_mj.recordings.table_file import read_table
+from tendon_mj.recordings.units import UNITS
 
 Drive = Callable[[float], NDArray[np.float64]]
 
