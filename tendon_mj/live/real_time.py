@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from tendon_mj.live.simulation import LiveSimulation
 
 FPS = 60.0  # [1/s]
-_LAG = 0.1  # that is caught up; beyond it the simulation is slower than the clock [s]
+_LAG = 0.5  # that is caught up; beyond it the simulation is slower than the clock [s]
+_LONGEST = 0.1  # between two frames in any case [s]
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ def run_in_real_time(
                 continue
             elapsed += passed
             owed = min(owed + passed, _LAG)
-            done = simulation.advance(owed, limit=_LAG)
+            done = simulation.advance(owed, limit=_LONGEST)
             simulated, owed = simulated + done, owed - done
     except KeyboardInterrupt:
         pass

@@ -18,8 +18,12 @@ from tendon_mj.replay.frames import Array
 from tendon_mj.replay.live_parameters import LiveParameters
 
 _WARNING = mujoco.mjtWarning
-_UNSTABLE = [w.value for w in (_WARNING.mjWARN_BADQPOS, _WARNING.mjWARN_BADQVEL)]
-_UNSTABLE.append(_WARNING.mjWARN_BADQACC.value)
+_UNSTABLE = [
+    _WARNING.mjWARN_BADQPOS.value,
+    _WARNING.mjWARN_BADQVEL.value,
+    _WARNING.mjWARN_BADQACC.value,
+    _WARNING.mjWARN_BADCTRL.value,
+]
 
 
 class LiveSimulation:

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from tendon_mj.errors import EngineError, MissingPackageError
-from tendon_mj.live.colour_bar import colour_bar
 from tendon_mj.live.first_view import FirstView
 from tendon_mj.live.prepare import Prepared
 from tendon_mj.live.real_time import RealTime, run_in_real_time
@@ -21,7 +20,6 @@ from tendon_mj.live.web_panel import WebPanel
 HOST = "localhost"  # nobody else's browser: what it changes is not protected
 _EVERY = 2  # frames of the simulation for one of the scene
 _RARELY = 8  # for new numbers and curves
-_BAR = 440, 64  # size of the colour bar [pixels]
 
 
 def serve(
@@ -59,8 +57,7 @@ def serve(
         scene.camera_tracking_enabled = False
         server.gui.configure_theme(control_layout="fixed", control_width="large")
         server.on_client_connect(lambda client: _look(client.camera, prepared.view))
-        bar = colour_bar(prepared.low, prepared.high, *_BAR) if simulation.sheaths else None
-        page = _Page(scene, WebCable(server, simulation), WebPanel(server, viser, prepared, bar))
+        page = _Page(scene, WebCable(server, simulation), WebPanel(server, viser, prepared))
         announce(f"http://{HOST}:{server.get_port()} shows the model; Ctrl-C ends it")
         return run_in_real_time(simulation, lambda: page.show(prepared), seconds)
     finally:

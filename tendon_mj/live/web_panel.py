@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from tendon_mj.errors import TendonError
+from tendon_mj.live.colour_key import colour_key, key_height
 from tendon_mj.live.curve_colours import curve_colours
 from tendon_mj.live.prepare import Prepared, tendon_names
 from tendon_mj.live.sliders import FIRST, slider
@@ -15,6 +16,8 @@ from tendon_mj.replay.frames import Array
 
 _ALL = "all sheaths"
 _MOST = 6  # tendons that have curves
+_WIDTH = 400  # of the key of colours [pixels]
+_HEIGHT = 230  # of the curves [pixels]
 _POINTS = 400  # of a curve
 
 
@@ -39,22 +42,20 @@ class WebPanel:
         server: viser's.
         viser: its module.
         prepared: what is shown.
-        bar: picture of the colour bar.
     """
 
-    def __init__(self, server: Any, viser: Any, prepared: Prepared, bar: Any) -> None:
+    def __init__(self, server: Any, viser: Any, prepared: Prepared) -> None:
         self._gui, self._viser = server.gui, viser
         self._simulation = prepared.simulation
         self._tendons = list(tendon_names(prepared.simulation.model).values())
         self._problem = self._gui.add_markdown("", visible=False)
         if self._tendons:
-            self._gui.add_image(bar, format="png")
+            self._add_key(prepared)
             self._table = self._gui.add_markdown("")
             self._curves = self._add_curves()
-        self._add_buttons()
-        if self._tendons:
             self._add_sliders()
             self.draw()
+        self._add_buttons()
 
     def draw(self) -> None:
         """Show the tensions as they are now."""
@@ -66,37 +67,39 @@ class WebPanel:
         rows = np.nan_to_num(tensions[chosen, :_MOST].reshape(len(chosen), -1), posinf=0.0)
         self._curves.data = (times[chosen], *(np.ascontiguousarray(row) for row in rows.T))
 
+    def _add_key(self, prepared: Prepared) -> None:
+        limits, none = (prepared.low, prepared.high), np.zeros((0, 2, 3))
+        key = colour_key(limits, [], none, _WIDTH, key_height(0))  # the curves have their names
+        self._gui.add_image(key, format="png")
+
     def _add_curves(self) -> Any:
         colours = (255.0 * curve_colours(self._simulation.model)).astype(int)
         series = [self._viser.uplot.Series(label="time [s]")]
         for name, ends in list(zip(self._tendons, colours, strict=True))[:_MOST]:
             for where, (red, green, blue) in zip(("input", "output"), ends, strict=True):
                 stroke = f"rgb({red},{green},{blue})"
-                label = f"{name} {where} [N]"
+                label = f"{name} {where}"
                 series.append(self._viser.uplot.Series(label=label, stroke=stroke, width=2))
         return self._gui.add_uplot(
             tuple(np.zeros(1) for _ in series),
             tuple(series),
-            title="tension [N] over time [s]",
+            title="tension at the ends [N] over time [s]",
             scales={"x": self._viser.uplot.Scale(time=False)},
             legend=self._viser.uplot.Legend(show=True, live=False),
-            aspect=1.1,
+            height=_HEIGHT,
         )
 
     def _add_buttons(self) -> None:
         simulation = self._simulation
-        pause = self._gui.add_button("Pause")
-        reset = self._gui.add_button("Reset")
+        buttons = self._gui.add_button_group("simulation", ("halt or go on", "reset"))
 
-        @pause.on_click
+        @buttons.on_click
         def _(event: Any) -> None:
-            simulation.paused = not simulation.paused
-            pause.label = "Go on" if simulation.paused else "Pause"
-
-        @reset.on_click
-        def _(event: Any) -> None:
-            simulation.reset()
-            self.draw()
+            if buttons.value == "reset":
+                simulation.reset()
+                self.draw()
+            else:
+                simulation.paused = not simulation.paused
 
     def _add_sliders(self) -> None:
         simulation = self._simulation

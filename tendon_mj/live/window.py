@@ -10,15 +10,16 @@ from typing import Any
 import mujoco
 
 from tendon_mj.errors import EngineError
-from tendon_mj.live.colour_bar import colour_bar
+from tendon_mj.live.colour_key import colour_key, key_height
 from tendon_mj.live.curve_colours import curve_colours
 from tendon_mj.live.first_view import FirstView
 from tendon_mj.live.prepare import Prepared, tendon_names
 from tendon_mj.live.real_time import RealTime, run_in_real_time
 from tendon_mj.live.window_overlay import (
-    bar_place,
+    MOST,
     curves_place,
     draw_curves,
+    key_place,
     new_figure,
     tension_text,
 )
@@ -90,7 +91,8 @@ class _Overlay:
         self._limits = prepared.low, prepared.high
         model = prepared.simulation.model
         self._tendons = list(tendon_names(model).values())
-        self._figure = new_figure(self._tendons, curve_colours(model), prepared.high)
+        self._colours = curve_colours(model)
+        self._figure = new_figure(self._colours, prepared.high)
         self._frames, self._size = 0, (0, 0)
 
     def show(self) -> bool:
@@ -116,5 +118,7 @@ class _Overlay:
         self._window.set_figures((curves_place(viewport), self._figure))
         if self._size != (viewport.width, viewport.height):
             self._size = viewport.width, viewport.height
-            place = bar_place(viewport)
-            self._window.set_images((place, colour_bar(*self._limits, place.width, place.height)))
+            named = self._tendons[:MOST]
+            place = key_place(viewport, key_height(len(named)))
+            key = colour_key(self._limits, named, self._colours[:MOST], place.width, place.height)
+            self._window.set_images((place, key))

@@ -12,7 +12,7 @@ from tendon_mj.replay.frames import Array
 MOST = 6  # tendons that there is space for
 _POINTS = 1000  # of a curve, as many as `mjvFigure` takes
 _SHARE = 0.42, 0.34  # of the window's width and height that the curves take
-_BAR = 420, 64  # size of the colour bar [pixels]
+_KEY = 420  # width of the key of colours [pixels]
 _MARGIN = 10  # [pixels]
 
 
@@ -34,33 +34,26 @@ def tension_text(tendons: Sequence[str], tensions: Array, time: float) -> tuple[
     return "\n".join(left), "\n".join(right)
 
 
-def new_figure(tendons: Sequence[str], colours: Array, high: float) -> mujoco.MjvFigure:
+def new_figure(colours: Array, high: float) -> mujoco.MjvFigure:
     """A figure for the curves of tension, still without them.
 
     Args:
-        tendons: their names.
-        colours: (tendons, 2, 3) of the curves of input and output.
+        colours: (tendons, 2, 3) of the curves at input and output.
         high: tension at the end of the colour bar [N], which the axis begins with.
     """
     figure = mujoco.MjvFigure()
     mujoco.mjv_defaultFigure(figure)
-    figure.title, figure.xlabel = (
-        "tension [N]: full colour at the input, pale at the output",
-        "time [s]",
-    )
-    figure.xformat, figure.yformat = "%.0f", "%.0f"
+    figure.title, figure.xlabel = "tension at the ends [N]", "time [s]"
+    figure.xformat, figure.yformat = "%.1f", "%.3g"
     figure.figurergba[:], figure.panergba[:] = (1.0, 1.0, 1.0, 0.85), (1.0, 1.0, 1.0, 1.0)
     figure.textrgb[:], figure.gridrgb[:] = 0.0, 0.85
-    figure.legendrgba[:] = (1.0, 1.0, 1.0, 0.6)
     figure.linewidth, figure.gridwidth = 2.5, 1.0
-    figure.flg_legend, figure.flg_extend = 1, 1
+    figure.flg_legend, figure.flg_extend = 0, 1
     figure.flg_ticklabel[:] = 1
-    figure.gridsize[:] = (6, 5)
+    figure.gridsize[:] = (5, 5)
     figure.range[1] = (0.0, high)
-    for k, name in enumerate(tendons[:MOST]):
-        for end, where in enumerate(("input", "output")):
-            figure.linename[2 * k + end] = f"{name} {where}".encode()
-            figure.linergb[2 * k + end] = colours[k, end]
+    shown = colours[:MOST].reshape(-1, 3)
+    figure.linergb[: len(shown)] = shown
     return figure
 
 
@@ -92,7 +85,7 @@ def curves_place(viewport: mujoco.MjrRect) -> mujoco.MjrRect:
     return mujoco.MjrRect(left, viewport.bottom + _MARGIN, width, height)
 
 
-def bar_place(viewport: mujoco.MjrRect) -> mujoco.MjrRect:
-    """Where the colour bar lies in a window: at its lower left."""
-    width, height = min(_BAR[0], max(1, viewport.width // 2)), _BAR[1]
+def key_place(viewport: mujoco.MjrRect, height: int) -> mujoco.MjrRect:
+    """Where a key of colours of that height [pixels] lies in a window: at its lower left."""
+    width = min(_KEY, max(1, viewport.width // 2))
     return mujoco.MjrRect(viewport.left + _MARGIN, viewport.bottom + _MARGIN, width, height)
