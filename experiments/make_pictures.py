@@ -1,33 +1,35 @@
-"""Makes the pictures of the README and of the models: `docs/overview.png`, `models/*/*.png`.
+"""Makes the pictures of the README and of the models: `docs/finger.*`, `models/*/*.png`.
 
-`python -m experiments.make_pictures`, where OpenGL is available.
+`python -m experiments.make_pictures`, where OpenGL is available; with the names of some, like
+`finger`, only these.
 """
 
 from __future__ import annotations
 
-import io
+import itertools
 import math
+import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import imageio_ffmpeg
 import mujoco
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont
 from numpy.typing import ArrayLike
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 
-from tendon_mj.builders import Bench, load_model
-from tendon_mj.finger import prepare_finger, tap
-from tendon_mj.replay import Drive, default_motion, record_frames
-from tendon_mj.verification import slow_loop
-from tendon_mj.view import INK, Offscreen, find_camera, loops_figure, render_clip
+from tendon_mj.builders import load_model
+from tendon_mj.finger import lasting, press, simulate_finger
+from tendon_mj.replay import Drive, FrameRecorder, Frames, default_motion, record_frames
+from tendon_mj.view import INK, Offscreen, draw_frames, find_camera, render_clip
 
 ROOT = Path(__file__).parents[1]
 MODELS = ROOT / "models"
 PULLED = 0.7, 0.8  # time at which the bench's tendon is pulled hard, duration of the clip [s]
-TAPPED = 0.5, 3.0  # time at which the finger touches the object, duration of the clip [s]
+PRESSED, HELD = 4.0, 2.0  # duration of the finger's clip, time at which it presses hardest [s]
+PRESS_SIZE, PRESS_FPS, PRESS_QUALITY = (900, 440), 15, 72
 FPS = 30
 TURNED = math.radians(60.0)  # of the joint's spool
 WIDE, CLOSE = (890, 684), (498, 338)  # views of the joint [pixels]
@@ -80,30 +82,60 @@ def draw_joint(model: mujoco.MjModel, data: mujoco.MjData) -> Image.Image:
     return sheet
 
 
-def as_image(figure: Figure) -> Image.Image:
-    """Image of a figure at the resolution of `tendon-mj`."""
-    file = io.BytesIO()
-    figure.savefig(file, format="png", dpi=160)
-    with Image.open(file) as picture:
-        return picture.convert("RGB")
+def press_frames(fps: float) -> tuple[Frames, Frames]:
+    """The finger presses once: frames with friction, and without."""
+    model, trajectory = load_model("finger"), lasting(press(), PRESSED)
+    recorders = [FrameRecorder(fps), FrameRecorder(fps)]
+    for recorder, friction in zip(recorders, (None, 0.0), strict=True):
+        simulate_finger(trajectory, model, friction=friction, recorder=recorder)
+    with_friction, without = (recorder.frames() for recorder in recorders)
+    return with_friction, without
 
 
-def main() -> None:
-    """Write every picture."""
+def draw_finger() -> None:
+    """The README's clip and still, and the picture of the model."""
+    scene = load_model("finger", scene=True)
+    frames, twin = press_frames(PRESS_FPS)
+    width, height = PRESS_SIZE
+    drawn = draw_frames(scene, frames, width=width, height=height, twin=twin)
+    first, *others = [Image.fromarray(image) for image in drawn]
+    still = [first, *others][round(HELD * PRESS_FPS)]
+    still.save(ROOT / "docs" / "finger.png", optimize=True)
+    first.save(
+        ROOT / "docs" / "finger.webp",
+        save_all=True,
+        append_images=others,
+        duration=round(1000 / PRESS_FPS),
+        loop=0,
+        quality=PRESS_QUALITY,
+        method=6,
+    )
+    close = draw_frames(scene, frames, width=1280, height=720, camera="finger", twin=twin)
+    pressing = next(itertools.islice(close, round(HELD * PRESS_FPS), None))
+    Image.fromarray(pressing).save(MODELS / "finger" / "finger.png", optimize=True)
+
+
+def draw_bench() -> None:
+    """The picture of the bench."""
     bench = load_model("bench", scene=True)
     shot = frame(bench, default_motion("bench", bench), *PULLED)
-    shot.save(MODELS / "bench" / "bench.png")
+    shot.save(MODELS / "bench" / "bench.png", optimize=True)
+
+
+def draw_joint_views() -> None:
+    """The picture of the joint."""
     joint = load_model("joint", scene=True)
     draw_joint(joint, turned_joint(joint)).save(MODELS / "joint" / "joint.png", optimize=True)
-    prepared, controls = prepare_finger(tap(), load_model("finger", scene=True))
-    frame(prepared.model, controls, *TAPPED).save(MODELS / "finger" / "finger.png", optimize=True)
-    right = as_image(loops_figure(Bench(), slow_loop(Bench())))
-    right = right.resize((round(right.width * shot.height / right.height), shot.height))
-    both = Image.new("RGB", (shot.width + right.width, shot.height), "white")
-    both.paste(shot, (0, 0))
-    both.paste(right, (shot.width, 0))
-    both.save(ROOT / "docs" / "overview.png", optimize=True)
+
+
+PICTURES = {"bench": draw_bench, "joint": draw_joint_views, "finger": draw_finger}
+
+
+def main(names: Sequence[str]) -> None:
+    """Write the pictures of these names, or every one."""
+    for name in names or PICTURES:
+        PICTURES[name]()
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -228,6 +228,7 @@ SHOWN = {
     "tendon_mj.whole_file",
     "tendon_mj.builders.bench.Bench",
     "tendon_mj.builders.finger_parameters",
+    "tendon_mj.builders.finger_shapes.TENDON_COLOUR",
     "tendon_mj.engine.sheaths",
     "tendon_mj.replay.frames.Array",
     "tendon_mj.replay.frames.Cable",

@@ -6,6 +6,10 @@ from tendon_mj.builders.finger import build_finger as build_finger
 from tendon_mj.builders.finger_parameters import Finger as Finger
 from tendon_mj.builders.finger_parameters import FingerJoint as FingerJoint
 from tendon_mj.builders.finger_parameters import spool_angles as spool_angles
+from tendon_mj.builders.finger_shapes import Mesh as Mesh
+from tendon_mj.builders.finger_shapes import conduit_shape as conduit_shape
+from tendon_mj.builders.finger_shapes import palm_shapes as palm_shapes
+from tendon_mj.builders.finger_shapes import phalanx_shapes as phalanx_shapes
 from tendon_mj.builders.joint import Joint as Joint
 from tendon_mj.builders.joint import build_joint as build_joint
 from tendon_mj.builders.load import example_recording as example_recording

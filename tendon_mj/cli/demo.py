@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any, Final
 
 from tendon_mj.builders.load import example_recording, example_rig
 from tendon_mj.cli.compare import compare
@@ -12,9 +13,11 @@ from tendon_mj.cli.render import render
 from tendon_mj.cli.replay import replay
 from tendon_mj.errors import EngineError
 
+CLIP: Final[Any] = {"duration": 4.0, "size": "720x400", "fps": 10.0}  # a minute is for everything
+
 
 def demo(out: Path = Path("out/demo")) -> dict[str, object]:
-    """Compare with theory, render a clip, replay a recording, diagnose a rig.
+    """Compare with theory, render the pressing finger, replay a recording, diagnose a rig.
 
     Args:
         out: folder for everything.
@@ -28,7 +31,7 @@ def demo(out: Path = Path("out/demo")) -> dict[str, object]:
     result["compare"] = compare(out / "compare")
     console.rule("render")
     try:
-        result["render"] = render("bench", out / "render")
+        result["render"] = render("finger", out / "render", motion="press", **CLIP)
     except EngineError as error:  # a machine without GL still shows the rest
         console.print(f"no clip: {error}", soft_wrap=True)
         result["render"] = {"clip": None, "reason": str(error)}

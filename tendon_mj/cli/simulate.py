@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -43,7 +43,7 @@ def simulate(
         friction: mu of the sheaths in place of the model's.
         clamp: take what lies beyond a joint's range, or a motor's strength, at the range instead of
             refusing it.
-        clip: whether to render an MP4 (of the motion with friction).
+        clip: whether to render an MP4: with friction, and in grey behind it without.
 
     Example:
         tendon-mj simulate finger --motion press --friction 0.2
@@ -56,7 +56,7 @@ def simulate(
     stems = {name: _stem(trajectory, name) for name in runs}
     _check_overwrite(Path(motion), out, stems.values())
     output, compiled = Output(out), load_model(model)
-    recorder = FrameRecorder()
+    recorders = {name: FrameRecorder() for name in runs}
     answers: dict[str, Recording] = {}
     result: dict[str, object] = {"model": model, "motion": trajectory.name}
     for name, value in runs.items():
@@ -65,7 +65,7 @@ def simulate(
             compiled,
             name=model,
             friction=value,
-            recorder=recorder if clip and name == label else None,
+            recorder=recorders[name] if clip else None,
         )
         answers[name] = answer
         result[name] = {**summarise(answer).result(), "tracking": _tracking(answer)}
@@ -75,7 +75,7 @@ def simulate(
         cost = finger_step_cost(trajectory, friction=friction)
         result["step_cost"] = {"ratio": cost.ratio, "step_s": cost.step}
     if clip:
-        result["clip"] = _write_clip(output, trajectory.name, model, recorder)
+        result["clip"] = _write_clip(output, trajectory.name, model, list(recorders.values()))
     output.result(result)
     _print_summary(answers, result)
     output.close(_sentence(answers))
@@ -116,12 +116,16 @@ def _tracking(answer: Recording) -> dict[str, dict[str, float]]:
     }
 
 
-def _write_clip(output: Output, name: str, model: str, recorder: FrameRecorder) -> str | None:
+def _write_clip(
+    output: Output, name: str, model: str, recorders: Sequence[FrameRecorder]
+) -> str | None:
     """Write the clip, and return the name of its file; None on a machine that cannot draw."""
+    frames, *twin = (recorder.frames() for recorder in recorders)
+    scene = load_model(model, scene=True)
     path = output.folder / f"{name}.mp4"
     try:
         with progress_bar() as progress:
-            render_clip(load_model(model, scene=True), recorder.frames(), path, progress=progress)
+            render_clip(scene, frames, path, twin=twin[0] if twin else None, progress=progress)
     except EngineError as error:
         console.print(f"no clip: {error}", soft_wrap=True)
         return None

@@ -10,6 +10,7 @@ from tendon_mj.finger.trajectories import clamped as clamped
 from tendon_mj.finger.trajectories import curl as curl
 from tendon_mj.finger.trajectories import find_trajectory as find_trajectory
 from tendon_mj.finger.trajectories import hold as hold
+from tendon_mj.finger.trajectories import lasting as lasting
 from tendon_mj.finger.trajectories import press as press
 from tendon_mj.finger.trajectories import read_trajectory as read_trajectory
 from tendon_mj.finger.trajectories import tap as tap

@@ -64,6 +64,55 @@ def test_refusals_are_one_line(arguments, said, tmp_path, capsys):
     assert "Traceback" not in error
 
 
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["finger", "--duration", "1e9"], "GB of memory"),
+        (["finger", "--duration", "-1"], "must be finite and > 0"),
+        (["bench", "--duration", "1e9"], "GB of memory"),
+        (["bench", "--fps", "0"], "must be finite and > 0"),
+        (["bench", "--size", "99998x720"], "takes about 4.3 GB"),
+        (["bench", "--size", "wide"], "give width x height in pixels"),
+        (["bench", "--camera", "top"], "unknown camera 'top'"),
+        (["finger", "--motion", "prss"], "did you mean 'press'"),
+    ],
+)
+def test_render_refuses_before_it_simulates(arguments, said, tmp_path, capsys):
+    assert main(["render", *arguments, "--out", str(tmp_path)]) == 2
+    error = " ".join(capsys.readouterr().err.split())
+    assert said in error
+    assert "Traceback" not in error
+
+
+ARM = """
+<mujoco>
+  <worldbody>
+    <body><joint name="elbow" stiffness="1"/><geom size=".1" pos=".2 0 0"/></body>
+  </worldbody>
+  <actuator>{}</actuator>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("actuator", "said"),
+    [
+        ('<motor name="pull" joint="elbow"/>', "moved through -1 to 1: pull"),
+        ("", "has no actuator"),
+    ],
+)
+def test_render_says_what_moves_a_model_without_control_ranges(actuator, said, tmp_path, capsys):
+    path = tmp_path / "arm.xml"
+    path.write_text(ARM.format(actuator))
+    arguments = ["render", str(path), "--duration", "0.2", "--size", "128x96", "--fps", "10"]
+    status = main([*arguments, "--out", str(tmp_path)])
+    printed = capsys.readouterr()
+    assert said in " ".join(printed.out.split())
+    if status:
+        assert "OpenGL" in printed.err
+        pytest.skip("no OpenGL on this machine")
+    assert (tmp_path / "arm.mp4").stat().st_size > 500
+
+
 def test_help_names_the_commands():
     script = "from tendon_mj.cli import main; main(['--help'])"
     shown = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True).stdout

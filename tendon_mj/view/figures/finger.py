@@ -9,18 +9,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tendon_mj.builders.finger_parameters import JOINTS, TENDONS
+from tendon_mj.builders.finger_shapes import TENDON_COLOUR
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.view.figures.style import (
-    BLUE,
     GREEN,
     GREY,
-    VERMILLION,
+    ORANGE,
+    PURPLE,
     legend_below,
     new_figure,
     print_style,
 )
 
-_JOINT_COLOURS = dict(zip(JOINTS, (BLUE, VERMILLION, GREEN), strict=True))
+_JOINT_COLOURS = dict(zip(JOINTS, (GREEN, PURPLE, ORANGE), strict=True))
 _LINES = ("-", (0, (4, 1.5)), (0, (1, 1)))
 _SHADES = ("black", GREY, GREY)
 
@@ -77,7 +78,8 @@ def _draw_joints(axes: Axes, answers: Mapping[str, Recording]) -> None:
 def _draw_tensions(axes: Axes, answers: Mapping[str, Recording], tendons: list[str]) -> None:
     """Input ends strong, output ends pale."""
     for k, answer in enumerate(answers.values()):
-        for tendon, colour in zip(tendons, (VERMILLION, BLUE), strict=False):
+        for tendon in tendons:
+            colour = TENDON_COLOUR[tendon]
             for end, alpha in (("input", 1.0), ("output", 0.4)):
                 values = answer.columns[f"{tendon}_{end}_tension_N"]
                 name = f"{tendon}, {end}" if k == 0 else None

@@ -82,22 +82,25 @@ def charts(model: mujoco.MjModel, frames: Frames, twin: Frames | None = None) ->
     return [chart for chart in (*found, _controls(model, frames)) if chart.lines]
 
 
-def touch_forces(model: mujoco.MjModel, frames: Frames) -> dict[str, Array]:
-    """(frames,) force of every touch sensor that felt any [N], by the sensor's name."""
+def touch_forces(
+    model: mujoco.MjModel, frames: Frames, twin: Frames | None = None
+) -> dict[str, Array]:
+    """(frames,) force of every touch sensor that felt any, its twin's included [N], by name."""
     touching = model.sensor_type == mujoco.mjtSensor.mjSENS_TOUCH.value
     names = {k: model.sensor(k).name or f"sensor {k}" for k in np.flatnonzero(touching)}
-    found = {n: frames.readings[:, model.sensor_adr[k]] for k, n in names.items()}
-    return {name: values for name, values in found.items() if values.any()}
+    felt = np.vstack([one.readings for one in (frames, twin) if one is not None])
+    places = {n: k for k, n in names.items() if felt[:, model.sensor_adr[k]].any()}
+    return {n: frames.readings[:, model.sensor_adr[k]] for n, k in places.items()}
 
 
 def _forces(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> Chart:
-    forces = list(touch_forces(model, frames).items())[:_MOST]
+    forces = list(touch_forces(model, frames, twin).items())[:_MOST]
     several = len(forces) > 1
     lines = [
         Line(name.replace("_", " "), values, _OTHERS[k] if several else BLACK)
         for k, (name, values) in enumerate(forces)
     ]
-    other = touch_forces(model, twin) if twin else {}
+    other = touch_forces(model, twin, frames) if twin else {}
     behind = [Line("", other[name], GREY, "--") for name, _ in forces if name in other]
     label = "force [N]" if several or not lines else f"{lines[0].name} [N]"
     return Chart(label, tuple(lines), tuple(behind))

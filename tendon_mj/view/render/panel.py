@@ -123,10 +123,10 @@ def _table(
 ) -> list[tuple[str, str, tuple[str | np.ndarray, str | np.ndarray]]]:
     """Rows of the table: name, colour, and two columns of words or of values by frame."""
     rows: list[tuple[str, str, tuple[str | np.ndarray, str | np.ndarray]]] = []
-    forces = touch_forces(model, frames)
+    forces = touch_forces(model, frames, twin)
     if len(forces) == 1:
         ((name, values),) = forces.items()
-        other = touch_forces(model, twin).get(name) if twin else None
+        other = touch_forces(model, twin, frames)[name] if twin else None
         if other is not None:
             rows.append(("", GREY, ("friction", "none")))
         name = f"{name.replace('_', ' ')} [N]"

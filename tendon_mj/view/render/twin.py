@@ -54,14 +54,23 @@ def blend(image: Image, ghost: Image, depths: tuple[Depth, Depth, Depth]) -> Ima
         depths: (height, width) of the model, of the twin and of the background.
     """
     whole, twin, background = depths
-    shown = (twin < background) & (whole == background)
-    edge = np.zeros_like(shown)
-    for axis in (0, 1):
-        edge |= shown & (~np.roll(twin < 1.0, 1, axis) | ~np.roll(twin < 1.0, -1, axis))
+    # a pixel of an edge has colour of both sides, and the depth of one
+    shown = (twin < background) & ~_grown(whole != background)
+    edge = shown & _grown(twin >= 1.0)
     blended = image.astype(float)
     blended[shown] = (1.0 - _STRENGTH) * blended[shown] + _STRENGTH * ghost[shown]
     blended[edge] = 0.45 * blended[edge]
     return np.asarray(blended.round(), np.uint8)
+
+
+def _grown(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """A mask with the pixels around it."""
+    grown = mask.copy()
+    grown[1:] |= mask[:-1]
+    grown[:-1] |= mask[1:]
+    grown[:, 1:] |= mask[:, :-1]
+    grown[:, :-1] |= mask[:, 1:]
+    return grown
 
 
 class Ghost:
