@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from pathlib import Path
+
+from matplotlib.figure import Figure
 
 from tendon_mj.diagnosis.before_after import BeforeAfter
 from tendon_mj.diagnosis.provenance import Provenance
@@ -15,6 +18,13 @@ from tendon_mj.view.report.first_screen import most_telling
 from tendon_mj.view.report.page import LEFT_OUT, report_page
 
 MODEL = "model.xml"
+
+
+def as_png(figure: Figure) -> bytes:
+    """A figure as the bytes of a PNG."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=DPI)
+    return buffer.getvalue()
 
 
 def write_report(
@@ -46,19 +56,20 @@ def write_report(
     folder.mkdir(parents=True, exist_ok=True)
     shown, _ = most_telling(simulated)
     figures = diagnosis_figures(diagnosis, shown, sysid.signals if sysid else None)
+    pictures = {name: as_png(figure) for name, figure in figures.items()}
     text = report_page(
         diagnosis,
         simulated,
-        figures,
+        pictures,
         sysid=sysid,
         no_sysid=no_sysid,
         provenance=provenance,
         model=MODEL if (folder / MODEL).is_file() else "",
     )
     written = []
-    for picture, figure in figures.items():
-        written.append(folder / f"{picture}.png")
-        figure.savefig(written[-1], dpi=DPI)
+    for name, picture in pictures.items():
+        written.append(folder / f"{name}.png")
+        written[-1].write_bytes(picture)
     page = folder / "report.html"
     page.write_text(text, encoding="utf-8")
     return [*written, page]
