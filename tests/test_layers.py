@@ -235,6 +235,7 @@ SHOWN = {
     "tendon_mj.replay.frames.Frames",
     "tendon_mj.replay.frames.POSE",
     "tendon_mj.replay.misfit",
+    "tendon_mj.replay.engineering_units",
     "tendon_mj.replay.units",
     "tendon_mj.verification.first_motion.BenchReadings",
     "tendon_mj.verification.first_motion.FirstMotion",
@@ -242,13 +243,20 @@ SHOWN = {
     "tendon_mj.diagnosis.Bin",
     "tendon_mj.diagnosis.Diagnosis",
     "tendon_mj.diagnosis.ErrorReduction",
+    "tendon_mj.diagnosis.Finding",
     "tendon_mj.diagnosis.Located",
     "tendon_mj.diagnosis.SysidResult",
+    "tendon_mj.diagnosis.Value",
     "tendon_mj.diagnosis.before_after.BeforeAfter",
+    "tendon_mj.diagnosis.correlations",
     "tendon_mj.diagnosis.effects.discrimination",
     "tendon_mj.diagnosis.effects.effect",
+    "tendon_mj.diagnosis.noise_sensitivity",
+    "tendon_mj.diagnosis.provenance",
     "tendon_mj.diagnosis.result.diagnosis.Diagnosis",
+    "tendon_mj.diagnosis.result.diagnosis.Verdict",
     "tendon_mj.diagnosis.sysid.SysidResult",
+    "tendon_mj.diagnosis.whiteness",
 }
 POSES = {"mj_setState", "mj_stateSize", "mj_fwdPosition"}  # MuJoCo's, on a state that was recorded
 STEPS = re.compile(r"mj_\w+|[Rr]ollout|simulate")  # the last is a method of a diagnosis

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -83,7 +83,15 @@ def diagnose(
         simulated = diagnosis.simulate(progress)
     no_sysid = _LEFT_OUT if not sysid else _NOT_THERE
     _say(diagnosis, compared, no_sysid)
-    command = shlex.join(["tendon-mj", *sys.argv[1:]])
+    options = {
+        "--hold-out": hold_out,
+        "--description": description,
+        "--model": model,
+        "--exclude": exclude,
+        "--next": next,
+        "--out": out,
+    }
+    command = _command(recordings, options) + ("" if sysid else " --no-sysid")
     provenance = collect_provenance(command, files_of((*recordings, *hold_out), description, train))
     for path in (
         *write_before_after(simulated, out),
@@ -130,6 +138,15 @@ def _suggest(
             return suggest_experiment(diagnosis, bounds, progress=progress), None
     except TendonError as error:
         return None, error
+
+
+def _command(recordings: Sequence[Path], options: Mapping[str, object]) -> str:
+    """The command as it can be typed; an option with several values takes them all."""
+    typed = ["tendon-mj", "diagnose", *map(str, recordings)]
+    for name, given in options.items():
+        values = given if isinstance(given, tuple) else () if given is None else (given,)
+        typed += [name, *map(str, values)] if values else []
+    return shlex.join(typed)
 
 
 def _read(

@@ -53,12 +53,14 @@ def files_of(
         description: TOML of all recordings, where they have not one each.
         recordings: as read from them; a model's own includes are not among the files.
     """
-    found = []
+    found = list[Path]()
     for path in paths:
-        stem = path.with_suffix("") if path.suffix in (".csv", ".toml", ".CSV") else path
-        beside = [path, stem.with_name(f"{stem.name}.csv")]
-        beside += [description or stem.with_name(f"{stem.name}.toml")]
-        found += [file for file in beside if file.is_file()]
+        if not path.is_file():  # the stem of both
+            found += [Path(f"{path}.csv"), description or Path(f"{path}.toml")]
+        elif path.suffix == ".toml":
+            found += [path.with_suffix(".csv"), description or path]
+        else:
+            found += [path, description or path.with_suffix(".toml")]
     found += [model_path(model) for model in {r.model: None for r in recordings}]
     return list(dict.fromkeys(found))
 

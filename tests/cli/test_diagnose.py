@@ -1,5 +1,6 @@
 """`tendon-mj diagnose` on short recordings: what it writes, and what it refuses."""
 
+import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -81,6 +82,23 @@ def test_pictures_and_page_are_written(found):
     for picture in ("misfit", "gap", "proof", "before_after"):
         assert (out / f"{picture}.png").stat().st_size > 10_000
     assert result["sentence"] in (out / "report.html").read_text("utf-8")
+
+
+def test_the_result_tells_the_command_and_the_bytes_of_every_file(rig, found):
+    out, result = found
+    train, held_out = rig[1.0]
+    provenance = result["provenance"]
+    expected = f"tendon-mj diagnose {train} --hold-out {held_out} --exclude"
+    assert provenance["command"].startswith(expected)
+    assert provenance["command"].endswith(f"--out {out} --no-sysid")
+    toml = str(Path(train).with_suffix(".toml"))
+    assert {train, toml, held_out} <= provenance["files"].keys()
+    assert any(file.endswith("bench.xml") for file in provenance["files"])
+    digest = hashlib.sha256(Path(train).read_bytes()).hexdigest()
+    assert provenance["files"][train] == digest
+    page = (out / "report.html").read_text("utf-8")
+    assert digest in page
+    assert '<a href="model.xml">' in page
 
 
 def test_the_simulations_leave_the_gaps_that_the_result_states(rig, found):

@@ -139,7 +139,7 @@ def test_every_signal_is_stated_in_its_own_unit_before_all_together() -> None:
     found = [Finding("backlash", "play", "", "sheath", "missing", 1.0, ())]
     signals = {"elbow_rad": (0.1, 0.02, 0.01), "input_tension_N": (3.0, 0.5, 0.2)}
     said = said_of(found, ErrorReduction(9.0, 2.0, 1.0, signals), 2.0)
-    assert "elbow 0.1 to 0.02 rad; input_tension 3 to 0.5 N; over all from 9.00 to 2.00" in said
+    assert "elbow 5.73° to 1.15°; input tension 3 to 0.5 N; over all from 9.00 to 2.00" in said
 
 
 @pytest.mark.parametrize("high", [3e4, 1e300])

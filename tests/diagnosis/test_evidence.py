@@ -14,9 +14,10 @@ from tendon_mj.diagnosis import Diagnosis, diagnose
 from tendon_mj.diagnosis.before_after import BeforeAfter
 from tendon_mj.diagnosis.correlations import parameter_correlations
 from tendon_mj.diagnosis.noise_sensitivity import noise_sensitivity, with_noise
-from tendon_mj.diagnosis.provenance import collect_provenance
+from tendon_mj.diagnosis.provenance import collect_provenance, files_of
 from tendon_mj.diagnosis.whiteness import autocorrelation, residual_autocorrelations
-from tests.diagnosis.toy import Toy, rig
+from tendon_mj.recordings.recording import write_recording
+from tests.diagnosis.toy import Toy, recording, rig
 
 
 @cache
@@ -138,6 +139,19 @@ def test_provenance_tells_versions_date_and_the_bytes_of_files(tmp_path: Path) -
     assert {"python", "mujoco", "numpy", "tendon-mj"} <= found.versions.keys()
     assert found.result()["command"] == "tendon-mj diagnose slow.csv"
     assert found.date[:2] == "20"
+
+
+@pytest.mark.parametrize("given", ["slow.csv", "slow.toml", "slow"])
+def test_the_files_of_a_recording_are_its_data_its_description_and_its_model(
+    given: str, tmp_path: Path
+) -> None:
+    made = recording("slow", 1, {})
+    write_recording(made, tmp_path / "slow.csv")
+    found = files_of([tmp_path / given], None, [made, made])
+    assert [file.name for file in found] == ["slow.csv", "slow.toml", "bench.xml"]
+    assert all(file.is_file() for file in found)
+    other = files_of([tmp_path / given], tmp_path / "rig.toml", [])
+    assert [file.name for file in other] == ["slow.csv", "rig.toml"]
 
 
 def test_warnings_stand_in_the_sentence_too() -> None:

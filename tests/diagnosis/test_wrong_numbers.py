@@ -128,6 +128,7 @@ def test_what_a_model_has_too_little_of_is_missing_and_what_it_has_is_said(
     found = diagnosed("motor", {number: value}, tmp_path)
     assert (found.verdict, found.effects) == ("named", [effect])
     assert found.parameters[number].low <= value <= found.parameters[number].high
+    assert "joint elbow, " in found.sentence  # and then the value
     assert "of which the model has" in found.sentence
 
 

@@ -60,7 +60,10 @@ def what_to_do(diagnosis: Diagnosis) -> list[str]:
         advice = advise(diagnosis.closest, catalogue)
         if diagnosis.closest:
             names = " and ".join(catalogue[name].name for name in diagnosis.closest)
-            first = f"Do not rely on model.xml: it has what comes closest, {names}, not proven."
+            first = (
+                f"Do not rely on model.xml: it has what comes closest ({names}), which is not"
+                " proven."
+            )
         else:
             first = "Do not rely on model.xml: it is only calibrated, and an error remains."
         return [first, *(advice or [_record_more(diagnosis)])]

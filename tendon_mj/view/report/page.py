@@ -10,7 +10,6 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
-from matplotlib.figure import Figure
 from PIL import Image
 
 from tendon_mj.diagnosis import BeforeAfter, Diagnosis, SysidResult
@@ -32,13 +31,13 @@ _KEPT = {False: "its last quarter", True: "left out in turn"}
 LEFT_OUT = "The comparison with mujoco.sysid was left out."
 # colours of the charts that a dark page shows otherwise
 _DARK = {BLUE: SKY, BLACK: "#FFFFFF", GREY: PALE, PALE: GREY}
-_STILL_DPI, _STILL_COLOURS = 110, 96  # of the pictures for print and for who runs no scripts
+_SHARE, _COLOURS = 0.7, 96  # of a picture's size, and of its colours, that print needs
 
 
 def report_page(
     diagnosis: Diagnosis,
     simulated: Sequence[BeforeAfter],
-    figures: Mapping[str, Figure],
+    pictures: Mapping[str, bytes],
     *,
     sysid: SysidResult | None = None,
     no_sysid: str = LEFT_OUT,
@@ -50,7 +49,7 @@ def report_page(
     Args:
         diagnosis: to report.
         simulated: what its ``simulate`` returned; one recording or more.
-        figures: name → figure, as `diagnosis_figures` names them, for print.
+        pictures: name → PNG of the figure that `diagnosis_figures` calls so, for print.
         sysid: fit of the same data by `mujoco.sysid` alone.
         no_sysid: sentence in its place where there is none.
         provenance: default: versions and date alone.
@@ -87,7 +86,7 @@ def report_page(
         errors=error_rows(diagnosis.held_out, rival),
         errors_in_training=error_rows(diagnosis.train),
         catalogue=diagnosis.catalogue,
-        stills={name: _inline(figure) for name, figure in figures.items()},
+        stills={name: _inline(picture) for name, picture in pictures.items()},
         charts=_charts(diagnosis, row, column, rival)
         | {"whiteness": [curves.whiteness(c, w, diagnosis.changed) for c, w in white.items()]}
         | ({"correlations": [correlation_chart(correlations)]} if correlations else {}),
@@ -140,10 +139,9 @@ def _linked(sentence: str, file: str) -> Markup:
     return Markup(said.replace(file, link)) if file else said
 
 
-def _inline(figure: Figure) -> str:
-    """A figure as a small PNG in base64."""
-    drawn, small = io.BytesIO(), io.BytesIO()
-    figure.savefig(drawn, format="png", dpi=_STILL_DPI)
-    palette = Image.open(drawn).convert("RGB").quantize(_STILL_COLOURS)
-    palette.save(small, format="png", optimize=True)
+def _inline(picture: bytes) -> str:
+    """A PNG made smaller, in base64."""
+    drawn, small = Image.open(io.BytesIO(picture)).convert("RGB"), io.BytesIO()
+    drawn.thumbnail((round(_SHARE * drawn.width), drawn.height))
+    drawn.quantize(_COLOURS).save(small, format="png", optimize=True)
     return base64.b64encode(small.getvalue()).decode("ascii")

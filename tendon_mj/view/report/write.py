@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from pathlib import Path
+
+from matplotlib.figure import Figure
 
 from tendon_mj.diagnosis.before_after import BeforeAfter
 from tendon_mj.diagnosis.provenance import Provenance
@@ -16,6 +19,13 @@ from tendon_mj.view.report.page import LEFT_OUT, report_page
 from tendon_mj.whole_file import whole_file
 
 MODEL = "model.xml"
+
+
+def as_png(figure: Figure) -> bytes:
+    """A figure as the bytes of a PNG."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=DPI)
+    return buffer.getvalue()
 
 
 def write_report(
@@ -47,20 +57,21 @@ def write_report(
     folder.mkdir(parents=True, exist_ok=True)
     shown, _ = most_telling(simulated)
     figures = diagnosis_figures(diagnosis, shown, sysid.signals if sysid else None)
+    pictures = {name: as_png(figure) for name, figure in figures.items()}
     text = report_page(
         diagnosis,
         simulated,
-        figures,
+        pictures,
         sysid=sysid,
         no_sysid=no_sysid,
         provenance=provenance,
         model=MODEL if (folder / MODEL).is_file() else "",
     )
     written = []
-    for picture, figure in figures.items():
-        written.append(folder / f"{picture}.png")
+    for name, picture in pictures.items():
+        written.append(folder / f"{name}.png")
         with whole_file(written[-1]) as made:
-            figure.savefig(made, dpi=DPI)
+            made.write_bytes(picture)
     page = folder / "report.html"
     with whole_file(page) as made:
         made.write_text(text, encoding="utf-8")
