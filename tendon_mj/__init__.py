@@ -28,6 +28,7 @@ from tendon_mj.errors import TendonWarning as TendonWarning
 if TYPE_CHECKING:
     __version__: str
 
+    from tendon_mj.builders import example_rig as example_rig
     from tendon_mj.builders import load_model as load_model
     from tendon_mj.builders import load_spec as load_spec
     from tendon_mj.diagnosis import CATALOGUE as CATALOGUE
@@ -64,6 +65,7 @@ if TYPE_CHECKING:
 
 # name -> package that it is loaded from when it is first used
 _LAZY = {
+    "example_rig": "builders",
     "load_model": "builders",
     "load_spec": "builders",
     "CATALOGUE": "diagnosis",
@@ -126,6 +128,7 @@ __all__ = [
     "add_tendon",
     "arc_points",
     "diagnose",
+    "example_rig",
     "fit_with_sysid",
     "largest_stiffness",
     "load_model",

@@ -12,6 +12,7 @@ from tendon_mj.replay.units import column_unit
 FloatArray = NDArray[np.float64]
 
 _THOUSAND = 100.0  # ratio of two ranges from which it may be 1000: friction is not proportional
+_ALL = 5.0  # ratio from which, if every column is off by it, the drive is meant
 _DEGREES, _NEARLY = (
     180.0 / np.pi,
     1.5,
@@ -51,14 +52,55 @@ def drive_warnings(recording: Recording) -> list[DataWarning]:
 def reading_warnings(recording: Recording, simulated: Recording) -> list[DataWarning]:
     """Warn of measured columns: no motion, a wrong unit, a reversed sign, another start.
 
-    A column that moves in one of the two alone, or in a wrong unit, is told nothing more of.
+    Of a cable that is slack in the model, or where all columns are off by much, as by a drive in a
+    wrong unit, that alone is told: the rest follows from it. A column that moves in one of the two
+    alone, or in a wrong unit, is told nothing more of either.
     """
-    found = []
-    for column in recording.measured:
-        warning = _one_warning(recording, column, simulated.columns[column])
-        if warning:
-            found.append(warning)
-    return found
+    pairs = {c: (recording.columns[c], simulated.columns[c]) for c in recording.measured}
+    slack = [_slack(recording, c) for c, pair in pairs.items() if _is_slack(c, *pair)]
+    if slack:
+        return slack
+    ratios = [_ratio(*pair) for pair in pairs.values()]
+    if len(ratios) > 1 and any(0.0 < r < np.inf for r in ratios):
+        for all_off, said in ((min(ratios) > _ALL, "less"), (max(ratios) < 1.0 / _ALL, "more")):
+            if all_off:
+                return [_drive_unit(recording, said, ratios)]
+    warnings = (_one_warning(recording, c, shown) for c, (_, shown) in pairs.items())
+    return [warning for warning in warnings if warning]
+
+
+def _ratio(read: FloatArray, shown: FloatArray) -> float:
+    """Range as measured over the range as simulated; inf where the model stands still."""
+    return float(np.ptp(read)) / float(np.ptp(shown)) if not _stands(shown) else np.inf
+
+
+def _is_slack(column: str, read: FloatArray, shown: FloatArray) -> bool:
+    """Whether a tension that is measured is 0 in the model for most of the time."""
+    return column_unit(column) == "N" and float(np.median(read)) > 0.0 >= float(np.median(shown))
+
+
+def _slack(recording: Recording, column: str) -> DataWarning:
+    return DataWarning(
+        "slack",
+        f"{recording.name}, [measured] {recording.written(column)!r}",
+        f"reads {np.median(recording.columns[column]):.4g} N in the middle, and the model 0 N",
+        "if this is a cable's tension, it is slack in the model: does its pull turn the joint the"
+        " right way (the sign of the radius), and has it its pretension?",
+    )
+
+
+def _drive_unit(recording: Recording, said: str, ratios: list[float]) -> DataWarning:
+    finite = [max(r, 1.0 / r) for r in ratios if 0.0 < r < np.inf]
+    span = f"{min(finite):.0f}" + (f" to {max(finite):.0f}" if len(finite) > 1 else "")
+    driven = ", ".join(repr(recording.written(column)) for column in recording.drive)
+    actuator = next(iter(recording.drive.values()))
+    return DataWarning(
+        "unit",
+        f"{recording.name}, [drive] {driven}",
+        f"in the model every measured column moves {said}, by a factor of {span}",
+        "name the column with the unit that it is in; if it is the angle of a spool and the control"
+        f' a length, write the radius as "{actuator}.command_scale" in [known]',
+    )
 
 
 def _one_warning(recording: Recording, column: str, shown: FloatArray) -> DataWarning | None:
@@ -87,8 +129,7 @@ def _one_warning(recording: Recording, column: str, shown: FloatArray) -> DataWa
             "unit",
             place,
             f"moves by {span:.3g} {unit}, the model by {simulated:.3g} {unit}: {fault}",
-            "name the column with the unit that it is in; if all columns are off, it is the one in"
-            " [drive]",
+            "name the column with the unit that it is in, or else the one in [drive]",
         )
     correlation = float(np.corrcoef(read, shown)[0, 1])
     if correlation < _AGAINST:
@@ -108,11 +149,11 @@ def _unit_fault(ratio: float) -> str:
     if times > _THOUSAND:
         units = "thousandths of it (mm, mN)" if large else "thousands of it (kN)"
         return (
-            f"{times:.2g} times as {'much' if large else 'little'}, as {units} under its name are"
+            f"{times:.0f} times as {'much' if large else 'little'}, as {units} under its name are"
         )
     if _DEGREES / _NEARLY < times < _DEGREES * _NEARLY:
         units = "degrees named radians" if large else "radians named degrees"
-        return f"{times:.2g} times as {'much' if large else 'little'}, as {units} are"
+        return f"{times:.0f} times as {'much' if large else 'little'}, as {units} are"
     return ""
 
 

@@ -122,7 +122,11 @@ def read_recording(
     file, toml = table_beside(Path(path))
     if description is not None:
         toml = Path(description)
-    hint = "" if description is not None else f"; it describes {file.name}, or pass `description`"
+    hint = (
+        ""
+        if description is not None
+        else f"; it describes {file.name}, or pass `description` (--description)"
+    )
     if file.suffix.lower() == ".mcap":
         text = read_text(toml, hint)
         held = parse_description(text, str(toml)).hold

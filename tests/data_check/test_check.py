@@ -102,10 +102,22 @@ def test_a_measured_column_in_another_unit_is_told(
     assert meaning in found["unit"]
 
 
-def test_a_drive_in_another_unit_is_told_by_what_it_does(pull: Recording) -> None:
-    for factor in (1e-3, 1e3):
-        found = said(changed(pull, reel_m=factor * pull.columns["reel_m"]))
-        assert any("unit" in sentence for sentence in found.values()), factor
+@pytest.mark.parametrize(("factor", "moves"), [(1e-3, "moves less"), (57.3, "moves more")])
+def test_a_drive_in_another_unit_is_told_by_all_that_it_moves(
+    pull: Recording, factor: float, moves: str
+) -> None:
+    found = said(changed(pull, reel_m=factor * pull.columns["reel_m"]))
+    assert set(found) == {"unit"}
+    assert "[drive] 'reel_m'" in found["unit"]
+    assert moves in found["unit"]
+    assert '"reel.command_scale" in [known]' in found["unit"]
+
+
+def test_a_cable_that_is_slack_in_the_model_is_told_alone(pull: Recording) -> None:
+    unwound = changed(pull, reel_m=pull.columns["reel_m"] - 0.01)
+    found = said(replace(unwound, known={"sheath.pretension": 0.0}))
+    assert set(found) == {"slack"}
+    assert "the sign of the radius" in found["slack"]
 
 
 def test_a_reversed_sensor_is_told_with_the_parameter_that_turns_it(pull: Recording) -> None:
@@ -131,8 +143,8 @@ def test_a_column_that_stands_still_is_told(pull: Recording, column: str) -> Non
 
 
 def test_a_sensor_of_the_model_that_stands_still_is_told(pull: Recording) -> None:
-    found = said(replace(pull, known={"output_tension.scale": 0.0}))
-    assert "stands still at 0 N" in found["nothing_moves"]
+    broken = {"output_tension.scale": 0.0, "output_tension.offset": 20.0}
+    assert "stands still at 20 N" in said(replace(pull, known=broken))["nothing_moves"]
 
 
 def test_a_recording_without_a_drive_is_told(pull: Recording) -> None:
