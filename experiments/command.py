@@ -17,7 +17,7 @@ from tendon_mj.errors import RecordingError, TendonError
 def run_experiment(
     experiment: Callable[..., None], name: str, arguments: Sequence[str] | None = None
 ) -> int:
-    """Run ``python -m experiments.<name>``; return 0, or 2 when the input was refused.
+    """Run ``python -m experiments.<name>``; return 0, 2 when refused, 130 after Ctrl-C.
 
     Args:
         experiment: function whose arguments become options and whose docstring the help.
@@ -30,6 +30,9 @@ def run_experiment(
     except (TendonError, OSError) as error:
         print(f"{program}: {error}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print(f"{program}: interrupted", file=sys.stderr)
+        return 130
     return 0
 
 

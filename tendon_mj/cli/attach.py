@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import tyro
-from rich.table import Table
 
-from tendon_mj.cli.output import console
+from tendon_mj.cli.output import console, print_table
 from tendon_mj.verification.attachment import Attached, Row, attach_friction
 
 _BENDS = ("bend [rad]", "over ranges", "e^(-μφ), least")
@@ -60,7 +59,7 @@ def attach(
         input_end=input_end,
         extra_bend=extra_bend,
     )
-    _print_rows(attached.rows)
+    print_table(_HEAD, [_cells(row) for row in attached.rows])
     if any(row.sheath and row.axial_stiffness is None for row in attached.rows):
         console.print("the step's EA: as stiff as the model's step resolves", soft_wrap=True)
     too_stiff = [
@@ -80,29 +79,6 @@ def attach(
     console.print(f"wrote {attached.path}", soft_wrap=True)
     console.print(_sentence(attached.rows), soft_wrap=True)
     return attached
-
-
-def _print_rows(rows: Sequence[Row]) -> None:
-    """Print a table, or where it would cut names a paragraph for each tendon."""
-    cells = [_cells(row) for row in rows]
-    columns = list(zip(_HEAD, *cells, strict=True))
-    widths = [max(len(word) for cell in column for word in cell.split()) for column in columns]
-    left = console.width - sum(widths) - 3 * len(widths) - 1  # of the lines between
-    if left >= 0:
-        table = Table()
-        for head, *column in columns:
-            width, wanted = widths.pop(0), max(map(len, (head, *column)))
-            more = min(left, wanted - width)
-            left -= more
-            table.add_column(head, width=width + more)
-        for tendon in cells:
-            table.add_row(*tendon)
-        console.print(table)
-        return
-    for name, *rest in cells:
-        console.print(name, soft_wrap=True)
-        for head, cell in zip(_HEAD[1:], rest, strict=True):
-            console.print(f"  {head}: {cell}", soft_wrap=True)
 
 
 def _sentence(rows: Sequence[Row]) -> str:

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Annotated
 
 import tyro
-from rich.table import Column, Table
 
-from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.cli.output import Output, console, print_table, progress_bar
 from tendon_mj.verification.benchmark import Benchmark, run_benchmark
+from tendon_mj.verification.benchmark.foreign_model import ModelCost
 from tendon_mj.verification.benchmark.scaling import FAST, SLOW
 from tendon_mj.verification.timing import Spread
 from tendon_mj.view.figures.benchmark import CostSeries, cost_figure, scaling_figure
@@ -83,20 +83,22 @@ def _parts(found: Benchmark) -> dict[str, Spread]:
     return {label: spread for label, spread in spreads.items() if spread is not None}
 
 
+def _row(name: str, model: ModelCost) -> tuple[str, ...]:
+    cost, ratios = model.cost, model.cost.ratios
+    return (
+        name,
+        f"{model.sheaths}",
+        f"{cost.step * 1e6:.2f}",
+        f"{cost.reference_step * 1e6:.2f}",
+        f"{ratios.median:.2f}",
+        f"{ratios.low:.2f} … {ratios.high:.2f}",
+        f"{model.memory.plugin_state / 1e3:.1f}",
+    )
+
+
 def _print_summary(found: Benchmark) -> None:
-    table = Table(*(Column(head, no_wrap=True) for head in _HEAD))
-    for name, model in found.models.items():
-        cost, ratios = model.cost, model.cost.ratios
-        table.add_row(
-            name,
-            f"{model.sheaths}",
-            f"{cost.step * 1e6:.2f}",
-            f"{cost.reference_step * 1e6:.2f}",
-            f"{ratios.median:.2f}",
-            f"{ratios.low:.2f} … {ratios.high:.2f}",
-            f"{model.memory.plugin_state / 1e3:.1f}",
-        )
-    console.print(table)
+    rows = [_row(name, model) for name, model in found.models.items()]
+    print_table(_HEAD, rows)
     console.print("state: of the sheaths, in each simulation; result.json has all of an MjData")
     for name, model in found.models.items():
         if model.unsensed:

@@ -89,6 +89,7 @@ def diagnose(
         "--model": model,
         "--exclude": exclude,
         "--next": next,
+        "--settle": settle,
         "--out": out,
     }
     command = _command(recordings, options) + ("" if sysid else " --no-sysid")

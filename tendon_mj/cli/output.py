@@ -6,7 +6,7 @@ import contextlib
 import json
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import filelock
@@ -20,6 +20,7 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
+from rich.table import Table
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.view.figures.style import DPI
@@ -118,6 +119,32 @@ def _plain(value: object) -> object:
     if isinstance(value, list | tuple):
         return [_plain(inner) for inner in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table in which no word is cut; where it does not fit, a paragraph for each row.
+
+    Args:
+        head: of the columns.
+        rows: cells; the first is the row's name.
+    """
+    columns = list(zip(head, *rows, strict=True))
+    widths = [max(len(word) for cell in column for word in cell.split()) for column in columns]
+    left = console.width - sum(widths) - 3 * len(widths) - 1  # of the lines between
+    if left >= 0:
+        table = Table()
+        for width, column in zip(widths, columns, strict=True):
+            more = min(left, max(map(len, column)) - width)
+            left -= more
+            table.add_column(column[0], width=width + more)
+        for row in rows:
+            table.add_row(*row)
+        console.print(table)
+        return
+    for name, *cells in rows:
+        console.print(name, soft_wrap=True)
+        for title, cell in zip(head[1:], cells, strict=True):
+            console.print(f"  {title}: {cell}", soft_wrap=True)
 
 
 @contextlib.contextmanager

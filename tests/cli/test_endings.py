@@ -14,7 +14,7 @@ from tendon_mj.builders.load import example_recording
 from tendon_mj.cli import main, progress_bar
 from tendon_mj.cli.help import documented, example
 from tendon_mj.cli.main import COMMANDS
-from tendon_mj.cli.output import Output, console
+from tendon_mj.cli.output import Output, console, print_table
 
 # under a shell's & Python would leave Ctrl-C to its parent
 RUN = """
@@ -150,3 +150,16 @@ def test_no_name_is_cut(name, width, tmp_path, capsys, monkeypatch):
     words = capsys.readouterr().out.replace("'", " ").split()
     assert {name, f"m_{name}"} <= set(words)
     assert not [word for word in words if word.endswith("…") and word != "…"]
+
+
+@pytest.mark.parametrize("width", [60, 72, WIDTH])
+def test_a_table_has_every_word_whole(width, monkeypatch):
+    monkeypatch.setattr(console, "_width", width)
+    names = ["hand", "index_finger_of_the_left_hand", "thumb"]
+    rows = [(name, f"{k} … {k + 1}", "left as it was") for k, name in enumerate(names)]
+    with console.capture() as printed:
+        print_table(("model", "from … to", "what was done"), rows)
+    words = printed.get().split()
+    assert set(names) <= set(words)
+    assert words.count("left") == words.count("as") == words.count("it") == len(rows)
+    assert max(map(len, printed.get().splitlines())) <= width
