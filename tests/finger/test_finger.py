@@ -343,15 +343,14 @@ def test_the_scene_shows_conduits_where_the_guides_are():
     model = load_model("finger", scene=True)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    shown = [
-        data.geom_xpos[k]
-        for k in range(model.ngeom)
-        if model.geom_bodyid[k] == 0 and model.geom_type[k] == mujoco.mjtGeom.mjGEOM_CAPSULE
-    ]
     for tendon in TENDONS:
-        points = [data.site(f"{tendon}_sheath_{k}").xpos for k in range(1, SHEATH_GUIDES + 1)]
-        for a, b in itertools.pairwise(points):
-            assert min(np.linalg.norm(0.5 * (a + b) - middle) for middle in shown) < 1e-6
+        geom, mesh = model.geom(f"{tendon}_conduit").id, model.mesh(f"{tendon}_conduit")
+        vertices = model.mesh_vert[mesh.vertadr[0] :][: mesh.vertnum[0]]
+        shown = data.geom_xpos[geom] + vertices @ data.geom_xmat[geom].reshape(3, 3).T
+        for k in range(1, SHEATH_GUIDES + 1):
+            guide = data.site(f"{tendon}_sheath_{k}").xpos
+            nearest = np.linalg.norm(shown - guide, axis=1).min()
+            assert nearest == pytest.approx(0.0027, abs=2e-5)  # the conduit's inner radius
 
 
 def test_without_friction_both_ends_of_a_tendon_pull_alike(model):
