@@ -49,20 +49,26 @@ def model_path(name: str, *, scene: bool = False, beside: Path | None = None) ->
     """
     if name in model_names():
         return models_folder() / name / ("scene.xml" if scene else f"{name}.xml")
-    path = Path(name)
-    for variant in models_folder().glob("*/*_*.xml"):
-        if variant.stem == name and name.startswith(variant.parent.name):
-            shown = f"scene{name.removeprefix(variant.parent.name)}.xml"
-            return variant.with_name(shown) if scene else variant
+    path, variants = Path(name), _variants()
+    if name in variants:
+        variant = variants[name]
+        shown = f"scene{name.removeprefix(variant.parent.name)}.xml"
+        return variant.with_name(shown) if scene else variant
     if path.is_file():
         return path
-    names, where = model_names(), ""
+    names, where = [*model_names(), *variants], ""
     if beside is not None:
         names += [file.name for file in beside.glob("*.xml")]
         where = (
             f"sought in {beside.resolve()}, beside the description, and among the package's models"
         )
     raise UnknownNameError("model or MJCF file", name, names, where)
+
+
+def _variants() -> dict[str, Path]:
+    """MJCF files of variants of the package's models by name, such as `finger_spring`."""
+    files = models_folder().glob("*/*_*.xml")
+    return {file.stem: file for file in files if file.stem.startswith(f"{file.parent.name}_")}
 
 
 def load_spec(name: str, *, scene: bool = False, beside: Path | None = None) -> mujoco.MjSpec:

@@ -28,7 +28,7 @@ def check(
     """Draw recordings over their model before anything is fitted, and warn of what looks wrong.
 
     Times in ms, gaps, wrong units, reversed signs, another start, a saturated drive, a motor that
-    cannot bear the load, and columns that do not move. Example: tendon-mj check pull.csv
+    cannot bear the load, and columns that do not move.
 
     Args:
         recordings: CSVs (or Parquet, MCAP), each with its TOML beside it unless --description
@@ -38,6 +38,9 @@ def check(
         model: to simulate instead of the recordings' own: a name or an MJCF file.
         settle: time in seconds before the first sample in which the model comes to the first drive
             value; by default as the description says.
+
+    Example:
+        tendon-mj check pull.csv
     """
     if not recordings:
         raise RecordingError("check needs at least one recording")

@@ -20,12 +20,13 @@ def init(
 ) -> Path:
     """Write a description of recordings of a model: all its sensors and actuators, to be filled in.
 
-    Example: tendon-mj init my_rig.xml --out pull.toml
-
     Args:
         model: MJCF file, or a model of the package.
         out: TOML file to write; by default the model's name in the current folder. One that is
             there is kept.
+
+    Example:
+        tendon-mj init my_rig.xml --out pull.toml
     """
     compiled = load_model(model)
     path = out if out is not None else Path(f"{model_path(model).stem}.toml")

@@ -17,6 +17,7 @@ from tendon_mj.cli.diagnose import diagnose
 from tendon_mj.cli.help import Command, documented, example
 from tendon_mj.cli.init import init
 from tendon_mj.cli.render import render
+from tendon_mj.cli.repeated_options import gathered, options_of_several
 from tendon_mj.cli.replay import replay
 from tendon_mj.cli.simulate import simulate
 from tendon_mj.cli.view import view
@@ -56,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             {name: documented(command) for name, command in COMMANDS.items()},
             prog="tendon-mj",
             description="Tendon-sheath friction for MuJoCo.",
-            args=given,
+            args=gathered(given, options_of_several(COMMANDS.values())),
         )
     except SystemExit as end:  # of --help, and of arguments that are refused
         if not end.code and given[:1] and given[0] in COMMANDS:

@@ -51,10 +51,10 @@ def replay(
             f"{recording}: no column is [measured], so there is nothing to compare"
         )
     compiled = load_model(model) if model else load_model(measured.model, beside=measured.beside)
-    variants: dict[str, dict[str, float]] = {
-        DESCRIBED: {},
-        WITHOUT: _parse("*.friction=0", compiled),
-    }
+    variants: dict[str, dict[str, float]] = {DESCRIBED: {}}
+    frictions = [name for name in _known(compiled) if name.endswith(".friction")]
+    if frictions:
+        variants[WITHOUT] = dict.fromkeys(frictions, 0.0)
     variants |= {text: _parse(text, compiled) for text in change}
     simulated = {}
     with progress_bar() as progress:
@@ -83,17 +83,19 @@ def replay(
         output.add(write_recording(answer, out / f"simulated_{k}.csv"))
     output.figure("replay", replay_figure(measured, simulated))
     output.result({"recording": str(recording), "source": measured.source, "rmse": result})
-    output.close(
-        f"As described the simulation is off most by {off[DESCRIBED]}, and without friction by "
-        f"{off[WITHOUT]}."
-    )
+    without = f", and without friction by {off[WITHOUT]}" if WITHOUT in off else ""
+    output.close(f"As described the simulation is off most by {off[DESCRIBED]}{without}.")
     return result
+
+
+def _known(model: mujoco.MjModel) -> list[str]:
+    return list(Parameters(model, mujoco.MjData(model)))
 
 
 def _parse(text: str, model: mujoco.MjModel) -> dict[str, float]:
     """Parameters of ``name=value,…``, where * in a name stands for any text."""
     parameters: dict[str, float] = {}
-    known = list(Parameters(model, mujoco.MjData(model)))
+    known = _known(model)
     for part in text.split(","):
         name, equals, value = part.partition("=")
         try:

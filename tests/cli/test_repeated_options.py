@@ -1,0 +1,26 @@
+"""An option of several values that is given twice has the values of both."""
+
+from tendon_mj.cli.main import COMMANDS
+from tendon_mj.cli.repeated_options import gathered, options_of_several
+
+SEVERAL = options_of_several(COMMANDS.values())
+
+
+def test_the_commands_have_such_options():
+    assert {"--change", "--exclude", "--hold-out", "--tendon"} == SEVERAL
+
+
+def test_values_of_all_places_are_kept_in_their_order():
+    given = ["replay", "a.csv", "--change", "x=1", "y=2", "--out", "o", "--change", "z=3"]
+    expected = ["replay", "a.csv", "--change", "x=1", "y=2", "z=3", "--out", "o"]
+    assert gathered(given, SEVERAL) == expected
+
+
+def test_underscores_are_hyphens():
+    given = ["diagnose", "a", "--hold-out", "b", "--hold_out", "c"]
+    assert gathered(given, SEVERAL) == ["diagnose", "a", "--hold-out", "b", "c"]
+
+
+def test_of_other_options_the_last_counts_as_it_does_everywhere():
+    given = ["replay", "a.csv", "--out", "x", "--out", "y"]
+    assert gathered(given, SEVERAL) == given
