@@ -14,6 +14,7 @@ from tendon_mj.replay.default_motion import Drive, default_motion, read_motion
 from tendon_mj.replay.frames import Array
 
 FINGERS = ("finger", "finger_spring")
+_JUMP = 1e-3  # from the end of a motion to its beginning that is none, over its range
 _RETURN = 0.5  # from the last controls of a motion back to its first [s]
 
 
@@ -58,7 +59,7 @@ def repeated(rows: Array, step: float) -> Drive:
         rows: (steps, nu) controls.
         step: of the simulation [s].
     """
-    if len(rows) and not np.array_equal(rows[-1], rows[0]):
+    if len(rows) and (np.abs(rows[-1] - rows[0]) > _JUMP * np.ptp(rows, axis=0)).any():
         share = np.linspace(0.0, 1.0, max(2, round(_RETURN / step)))[1:, None]
         rows = np.concatenate([rows, (1.0 - share) * rows[-1] + share * rows[0]])
     return lambda time: np.asarray(rows[round(time / step) % len(rows)])

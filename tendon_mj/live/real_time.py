@@ -56,21 +56,22 @@ def run_in_real_time(
         TendonError: the simulation became unstable.
     """
     simulated, elapsed, owed, frames = 0.0, 0.0, 0.0, 0
-    last = time.perf_counter()
     try:
-        while show() and (seconds is None or elapsed < seconds):
-            frames += 1
+        watched = show()  # the first time a window or a page opens, which is no part of the pace
+        last = time.perf_counter()
+        while watched and (seconds is None or elapsed < seconds):
             rest = last + 1.0 / FPS - time.perf_counter()
             if rest > 0.0:
                 time.sleep(rest)
             now = time.perf_counter()
             passed, last = now - last, now
-            if simulation.paused:
-                continue
-            elapsed += passed
-            owed = min(owed + passed, _LAG)
-            done = simulation.advance(owed, limit=_LONGEST)
-            simulated, owed = simulated + done, owed - done
+            if not simulation.paused:
+                elapsed += passed
+                owed = min(owed + passed, _LAG)
+                done = simulation.advance(owed, limit=_LONGEST)
+                simulated, owed = simulated + done, owed - done
+            watched = show()
+            frames += 1
     except KeyboardInterrupt:
         pass
     return RealTime(simulated, elapsed, frames)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import copy
 import importlib
+import io
 import socket
 from collections.abc import Callable
+from contextlib import redirect_stdout
 from typing import Any
 
 import numpy as np
@@ -49,7 +51,8 @@ def serve(
             f"`--web` needs mjviser ({error}); install it with pip install 'tendon-mj[web]'"
         ) from error
     _check_free(port)
-    server = viser.ViserServer(host=HOST, port=port, label="tendon_mj", verbose=False)
+    with redirect_stdout(io.StringIO()):  # it announces itself at length
+        server = viser.ViserServer(host=HOST, port=port, label="tendon_mj", verbose=False)
     try:
         # the scene changes the scales of what it draws, so it has a copy of the model
         simulation = prepared.simulation
@@ -61,7 +64,8 @@ def serve(
         announce(f"http://{HOST}:{server.get_port()} shows the model; Ctrl-C ends it")
         return run_in_real_time(simulation, lambda: page.show(prepared), seconds)
     finally:
-        server.stop()
+        with redirect_stdout(io.StringIO()):
+            server.stop()
 
 
 def _check_free(port: int) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import importlib
 import os
 import platform
+import threading
+import warnings
 from typing import Any
 
 import mujoco
@@ -27,6 +29,11 @@ from tendon_mj.live.window_overlay import (
 _SPAN = 8.0  # of the curves [s]
 _EVERY = 6  # frames for each that has new numbers and curves
 _SPACE = 32  # key
+_PATIENCE = 10.0  # with a window that closes [s]
+_INSTEAD = (
+    "`tendon-mj view MODEL --web` shows the same in a browser, and `tendon-mj render MODEL` writes "
+    "a clip"
+)
 
 
 def open_window(prepared: Prepared, seconds: float | None = None) -> RealTime:
@@ -46,9 +53,9 @@ def open_window(prepared: Prepared, seconds: float | None = None) -> RealTime:
     if linux and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise EngineError(
             "there is no screen to open a window on (neither DISPLAY nor WAYLAND_DISPLAY is set); "
-            "`tendon-mj view MODEL --web` shows the same in a browser, and `tendon-mj render "
-            "MODEL` writes a clip"
+            f"{_INSTEAD}"
         )
+    _check_screen()
     # not before it is asked for: it looks for a screen as it is imported
     viewer = importlib.import_module("mujoco.viewer")
     simulation = prepared.simulation
@@ -57,6 +64,7 @@ def open_window(prepared: Prepared, seconds: float | None = None) -> RealTime:
         if key == _SPACE:
             simulation.paused = not simulation.paused
 
+    others = set(threading.enumerate())
     try:
         window = viewer.launch_passive(
             simulation.model,
@@ -66,12 +74,32 @@ def open_window(prepared: Prepared, seconds: float | None = None) -> RealTime:
             show_right_ui=False,
         )
     except (RuntimeError, mujoco.FatalError) as error:
-        raise EngineError(f"MuJoCo's viewer could not open a window: {error}") from error
-    with window:
+        raise EngineError(
+            f"MuJoCo's viewer could not open a window: {error}; {_INSTEAD}"
+        ) from error
+    try:
         with window.lock():
             look_from(window.cam, simulation.model, prepared.view)
         overlay = _Overlay(prepared, window)
         return run_in_real_time(simulation, overlay.show, seconds)
+    finally:
+        window.close()
+        for thread in set(threading.enumerate()) - others:  # it still draws; its end is not ours
+            thread.join(_PATIENCE)
+
+
+def _check_screen() -> None:
+    """Refuse a screen that cannot be opened; the viewer would wait for it for ever.
+
+    Raises:
+        EngineError: it cannot.
+    """
+    glfw = importlib.import_module("glfw")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # GLFW's errors are warnings
+        opened = glfw.init()
+    if not opened:
+        raise EngineError(f"the screen cannot be opened; {_INSTEAD}")
 
 
 def look_from(camera: mujoco.MjvCamera, model: mujoco.MjModel, view: FirstView) -> None:

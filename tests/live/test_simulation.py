@@ -105,7 +105,7 @@ def test_ctrl_c_ends_it_quietly_and_a_pause_stands_still():
         return True
 
     done = run_in_real_time(simulation, show)
-    assert (done.simulated, done.elapsed, done.frames) == (0.0, 0.0, 3)
+    assert (done.simulated, done.elapsed, done.frames) == (0.0, 0.0, 2)
     assert simulation.data.time == 0.0
 
 

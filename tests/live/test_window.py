@@ -1,5 +1,11 @@
 """What the viewer shows beside a model: numbers, curves and a key of colours."""
 
+import os
+import platform
+import subprocess
+import sys
+from pathlib import Path
+
 import mujoco
 import numpy as np
 import pytest
@@ -17,6 +23,8 @@ from tendon_mj.live.window_overlay import (
     tension_text,
 )
 from tests.live.models import pulled
+
+ROOT = Path(__file__).parents[2]
 
 
 def test_tensions_are_shown_as_numbers_with_units():
@@ -89,3 +97,18 @@ def test_without_a_screen_the_browser_is_named(monkeypatch):
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     with pytest.raises(EngineError, match=r"no screen.*--web"):
         open_window(pulled())
+
+
+@pytest.mark.skipif(platform.system() != "Linux", reason="only Linux has such screens")
+def test_a_screen_that_is_not_there_is_refused_instead_of_waited_for():
+    code = (
+        "from tendon_mj.live import open_window; from tests.live.models import pulled; import sys\n"
+    )
+    code += "try:\n    open_window(pulled())\nexcept Exception as error:\n    sys.exit(str(error))"
+    there = {**os.environ, "DISPLAY": ":4711"}
+    there.pop("WAYLAND_DISPLAY", None)
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=there, cwd=ROOT, capture_output=True, text=True
+    )
+    assert done.returncode == 1
+    assert "the screen cannot be opened; `tendon-mj view MODEL --web`" in done.stderr
