@@ -305,7 +305,7 @@ def test_bins_of_a_regime_are_the_same_in_every_recording_and_have_units() -> No
         assert one.name == other.name
         assert one.labels == other.labels
     posture = next(r for r in of_large if r.name == "posture")
-    assert posture.labels[0].endswith(" m")
+    assert posture.labels[0].endswith(" mm")
     inner = next(r for r in of_small if r.name == "posture").bins
     assert inner.min() > 0
     assert inner.max() < 5
