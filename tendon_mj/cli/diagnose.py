@@ -9,6 +9,7 @@ from typing import Annotated
 import tyro
 
 from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.data_check import timing_warnings
 from tendon_mj.diagnosis import (
     Diagnosis,
     SysidResult,
@@ -68,6 +69,9 @@ def diagnose(
         [_read(path, description, model, settle) for path in paths]
         for paths in (recordings, hold_out)
     )
+    for recording in (*train, *held_out):
+        for warning in timing_warnings(recording):
+            console.print(f"warning: {warning.sentence}", soft_wrap=True)
     if bounds and train:  # before the diagnosis, which takes longer
         check_bounds(train, bounds)
     with progress_bar() as progress:

@@ -12,6 +12,7 @@ import tyro
 from tendon_mj.attach import Parameters
 from tendon_mj.builders.load import load_model
 from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.data_check import timing_warnings
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.recordings.recording import read_recording, write_recording
 from tendon_mj.replay.replay_recording import replay_error, replay_recording
@@ -46,6 +47,8 @@ def replay(
         raise RecordingError(
             f"{recording}: no column is [measured], so there is nothing to compare"
         )
+    for warning in timing_warnings(measured):
+        console.print(f"warning: {warning.sentence}", soft_wrap=True)
     compiled = load_model(model) if model else load_model(measured.model, beside=measured.beside)
     variants: dict[str, dict[str, float]] = {
         DESCRIBED: {},
