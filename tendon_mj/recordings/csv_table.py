@@ -67,6 +67,7 @@ def _numbers(body: str, columns: int) -> FloatArray | None:
     if not re.fullmatch(r"[0-9eE+\-., \tnaifty\n]*", body, re.IGNORECASE):
         return None  # what pandas may take for a number, or an end of the cell: quotes, zero bytes
     with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # from pandas 3.1 on `float_precision` is deprecated
         warnings.simplefilter("error", pd.errors.ParserWarning)  # a row with too many cells
         try:
             frame = pd.read_csv(
@@ -74,13 +75,14 @@ def _numbers(body: str, columns: int) -> FloatArray | None:
                 header=None,
                 names=list(range(columns)),
                 index_col=False,
-                dtype=object,  # as text: pandas' own numbers may differ in the last bit
-                na_filter=False,
+                dtype=np.float64,
+                skipinitialspace=True,
                 skip_blank_lines=False,
+                float_precision="round_trip",  # to the last bit, also in older versions
             )
-            return np.asarray(frame.to_numpy().astype(np.float64))
-        except (ValueError, TypeError, pd.errors.ParserError, pd.errors.ParserWarning):
+        except (ValueError, pd.errors.ParserError, pd.errors.ParserWarning):
             return None
+    return np.asarray(frame.to_numpy(np.float64))
 
 
 def _first_bad_cell(lines: Sequence[str], names: Sequence[str], path: Path) -> str:
