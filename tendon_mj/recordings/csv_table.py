@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import re
 import warnings
 from collections.abc import Mapping, Sequence
@@ -21,7 +22,7 @@ from tendon_mj.recordings.table_checks import (
 )
 from tendon_mj.recordings.text_file import read_text
 
-# what a cell may be; NaN and inf are refused later, by name
+# what a cell may be; NaN and inf are refused by name
 _NUMBER = re.compile(
     r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?|nan|inf|infinity)", re.IGNORECASE
 )
@@ -47,8 +48,7 @@ def read_csv(path: Path) -> dict[str, FloatArray]:
     # pandas reads ragged rows and empty cells as NaN or not at all, and says no row
     if cells is None or cells.shape[0] != count or not np.isfinite(cells).all():
         fault = _first_bad_cell(body.split("\n"), names, path)
-        if fault or cells is None or cells.shape[0] != count:
-            raise RecordingError(fault or f"{path}: not a table of numbers")
+        raise RecordingError(fault or f"{path}: not a table of numbers")
     table = dict(zip(names, np.ascontiguousarray(cells.T), strict=True))
     check_table(table, str(path))
     return table
@@ -95,6 +95,8 @@ def _first_bad_cell(lines: Sequence[str], names: Sequence[str], path: Path) -> s
             if not _NUMBER.fullmatch(cell):
                 fault = f"{cell!r} is not a number" if cell else "empty cell"
                 return f"{path}, row {row}, column {name!r}: {fault}"
+            if not math.isfinite(float(cell)):
+                return f"{path}, row {row}, column {name!r}: {float(cell)} is not finite"
         if len(cells) < len(names):
             return (
                 f"{path}, row {row}, column {names[len(cells)]!r}: missing; the row has"
