@@ -49,8 +49,11 @@ def diagnose(
 ) -> dict[str, object]:
     """Find what a model lacks against recordings, name it, add it, and prove it on other data.
 
+    Example: tendon-mj diagnose pull.csv --hold-out other.csv --out out/pull
+
     Args:
-        recordings: CSVs of one rig, each with its TOML beside it unless --description names one.
+        recordings: CSVs (or Parquet, MCAP) of one rig, each with its TOML beside it unless
+            --description names one.
         out: folder for result.json, report.html, model.xml, pictures and simulated recordings.
         hold_out: recordings for the proof alone; without any, the last quarter of each recording
             is kept for it.
@@ -102,6 +105,7 @@ def diagnose(
     }
     output.result(result)
     output.close()
+    console.print(f"{diagnosis.sentence} Report: {out / 'report.html'}", soft_wrap=True)
     if failure:
         raise failure
     return result

@@ -37,7 +37,7 @@ COMMANDS: dict[str, Callable[..., object]] = {
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; returns 0 on success, 2 when its input was refused."""
+    """Run one command; returns 0 on success, 2 when its input was refused, 130 when stopped."""
     if list(sys.argv[1:] if arguments is None else arguments) == ["--version"]:
         print(f"tendon-mj {version('tendon-mj')}")
         return 0
@@ -52,4 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         line = "; ".join(str(error).splitlines())  # MuJoCo's messages have several
         print(f"tendon-mj: {line}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print("tendon-mj: stopped; files written so far are kept", file=sys.stderr)
+        return 130
     return 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -14,8 +15,10 @@ from tendon_mj.builders.load import load_model
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.data_check import timing_warnings
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
-from tendon_mj.recordings.recording import read_recording, write_recording
-from tendon_mj.replay.replay_recording import replay_error, replay_recording
+from tendon_mj.recordings.recording import Recording, read_recording, write_recording
+from tendon_mj.replay.misfit import Misfit, replay_error
+from tendon_mj.replay.replay_recording import replay_recording
+from tendon_mj.replay.units import column_unit
 from tendon_mj.view.figures.replay import replay_figure
 
 DESCRIBED = "as described"
@@ -32,8 +35,11 @@ def replay(
 ) -> dict[str, object]:
     """Simulate a recording with and without friction, and draw both beside the measurement.
 
+    Example: tendon-mj replay pull.csv --change "*.friction=0.1"
+
     Args:
-        recording: a CSV, with its TOML beside it unless --description names another.
+        recording: a CSV (or Parquet, MCAP), with its TOML beside it unless --description names
+            another.
         out: folder for result.json, the simulated recordings and the picture.
         description: TOML that says what the columns are.
         model: to replay on instead of the recording's own: a name or an MJCF file.
@@ -64,8 +70,9 @@ def replay(
             )
         progress("replay", len(variants), len(variants))
     result: dict[str, object] = {}
+    errors_of: dict[str, dict[str, Misfit]] = {}
     for k, (label, answer) in enumerate(simulated.items()):
-        errors = replay_error(measured, answer)
+        errors = errors_of[label] = replay_error(measured, answer)
         result[label] = {
             column: {"rmse": error.rmse, "share_of_range": error.share_of_range}
             for column, error in errors.items()
@@ -80,7 +87,18 @@ def replay(
     output.figure("replay", replay_figure(measured, simulated))
     output.result({"recording": str(recording), "source": measured.source, "rmse": result})
     output.close()
+    console.print(_conclusion(measured, errors_of), soft_wrap=True)
     return result
+
+
+def _conclusion(measured: Recording, errors: Mapping[str, Mapping[str, Misfit]]) -> str:
+    """What came out, in a sentence: of every column the error as described and without friction."""
+    parts = [
+        f"{measured.written(column)} by {errors[DESCRIBED][column].rmse:.3g}"
+        f" {column_unit(column)} (without friction {errors[WITHOUT][column].rmse:.3g})"
+        for column in measured.measured
+    ]
+    return f"As described, the model misses {', '.join(parts)}, rms."
 
 
 def _parse(text: str, model: mujoco.MjModel) -> dict[str, float]:
