@@ -11,6 +11,7 @@ from typing import Annotated
 import tyro
 
 from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.data_check import timing_warnings
 from tendon_mj.diagnosis import (
     Diagnosis,
     SysidResult,
@@ -51,8 +52,11 @@ def diagnose(
 ) -> dict[str, object]:
     """Find what a model lacks against recordings, name it, add it, and prove it on other data.
 
+    Example: tendon-mj diagnose pull.csv --hold-out other.csv --out out/pull
+
     Args:
-        recordings: CSVs of one rig, each with its TOML beside it unless --description names one.
+        recordings: CSVs (or Parquet, MCAP) of one rig, each with its TOML beside it unless
+            --description names one.
         out: folder for result.json, report.html, model.xml, pictures and simulated recordings.
         hold_out: recordings for the proof alone; without any, the last quarter of each recording
             is kept for it.
@@ -74,6 +78,9 @@ def diagnose(
         [_read(path, description, model, settle) for path in paths]
         for paths in (recordings, hold_out)
     )
+    for recording in (*train, *held_out):
+        for warning in timing_warnings(recording):
+            console.print(f"warning: {warning.sentence}", soft_wrap=True)
     if bounds and train:  # before the diagnosis, which takes longer
         check_bounds(train, bounds)
     with progress_bar() as progress:
@@ -122,7 +129,7 @@ def diagnose(
         "provenance": provenance.result(),
     }
     output.result(result)
-    output.close(diagnosis.sentence)
+    output.close(f"{diagnosis.sentence} Report: {out / 'report.html'}")
     if failure:
         raise failure
     return result

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -12,9 +13,19 @@ import tyro
 from tendon_mj.attach import Parameters
 from tendon_mj.builders.load import load_model
 from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.data_check import timing_warnings
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
+<<<<<<< HEAD
 from tendon_mj.recordings.recording import read_recording, write_recording
 from tendon_mj.replay.replay_recording import replay_error, replay_recording
+||||||| 7ac36dc
+from tendon_mj.recordings.recording import read_recording, write_recording
+from tendon_mj.replay.replay_recording import replay_error, replay_recording
+=======
+from tendon_mj.recordings.recording import Recording, read_recording, write_recording
+from tendon_mj.replay.misfit import Misfit, replay_error
+from tendon_mj.replay.replay_recording import replay_recording
+>>>>>>> rig
 from tendon_mj.replay.units import column_unit
 from tendon_mj.view.figures.replay import replay_figure
 
@@ -32,8 +43,11 @@ def replay(
 ) -> dict[str, object]:
     """Simulate a recording with and without friction, and draw both beside the measurement.
 
+    Example: tendon-mj replay pull.csv --change "*.friction=0.1"
+
     Args:
-        recording: a CSV, with its TOML beside it unless --description names another.
+        recording: a CSV (or Parquet, MCAP), with its TOML beside it unless --description names
+            another.
         out: folder for result.json, the simulated recordings and the picture.
         description: TOML that says what the columns are.
         model: to replay on instead of the recording's own: a name or an MJCF file.
@@ -50,6 +64,8 @@ def replay(
         raise RecordingError(
             f"{recording}: no column is [measured], so there is nothing to compare"
         )
+    for warning in timing_warnings(measured):
+        console.print(f"warning: {warning.sentence}", soft_wrap=True)
     compiled = load_model(model) if model else load_model(measured.model, beside=measured.beside)
     variants: dict[str, dict[str, float]] = {DESCRIBED: {}}
     frictions = [name for name in _known(compiled) if name.endswith(".friction")]
@@ -65,9 +81,14 @@ def replay(
             )
         progress("replay", len(variants), len(variants))
     result: dict[str, object] = {}
+<<<<<<< HEAD
     off: dict[str, str] = {}
+||||||| 7ac36dc
+=======
+    errors_of: dict[str, dict[str, Misfit]] = {}
+>>>>>>> rig
     for k, (label, answer) in enumerate(simulated.items()):
-        errors = replay_error(measured, answer)
+        errors = errors_of[label] = replay_error(measured, answer)
         result[label] = {
             column: {"rmse": error.rmse, "share_of_range": error.share_of_range}
             for column, error in errors.items()
@@ -83,13 +104,32 @@ def replay(
         output.add(write_recording(answer, out / f"simulated_{k}.csv"))
     output.figure("replay", replay_figure(measured, simulated))
     output.result({"recording": str(recording), "source": measured.source, "rmse": result})
+<<<<<<< HEAD
     without = f", and without friction by {off[WITHOUT]}" if WITHOUT in off else ""
     output.close(f"As described the simulation is off most by {off[DESCRIBED]}{without}.")
+||||||| 7ac36dc
+    output.close()
+=======
+    output.close()
+    console.print(_conclusion(measured, errors_of), soft_wrap=True)
+>>>>>>> rig
     return result
 
 
+<<<<<<< HEAD
 def _known(model: mujoco.MjModel) -> list[str]:
     return list(Parameters(model, mujoco.MjData(model)))
+||||||| 7ac36dc
+=======
+def _conclusion(measured: Recording, errors: Mapping[str, Mapping[str, Misfit]]) -> str:
+    """What came out, in a sentence: of every column the error as described and without friction."""
+    parts = [
+        f"{measured.written(column)} by {errors[DESCRIBED][column].rmse:.3g}"
+        f" {column_unit(column)} (without friction {errors[WITHOUT][column].rmse:.3g})"
+        for column in measured.measured
+    ]
+    return f"As described, the model misses {', '.join(parts)}, rms."
+>>>>>>> rig
 
 
 def _parse(text: str, model: mujoco.MjModel) -> dict[str, float]:

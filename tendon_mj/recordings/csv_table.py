@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import re
 import warnings
 from collections.abc import Mapping, Sequence
@@ -22,7 +23,7 @@ from tendon_mj.recordings.table_checks import (
 from tendon_mj.recordings.text_file import read_text
 from tendon_mj.whole_file import whole_file
 
-# what a cell may be; NaN and inf are refused later, by name
+# what a cell may be; NaN and inf are refused by name
 _NUMBER = re.compile(
     r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?|nan|inf|infinity)", re.IGNORECASE
 )
@@ -48,8 +49,7 @@ def read_csv(path: Path) -> dict[str, FloatArray]:
     # pandas reads ragged rows and empty cells as NaN or not at all, and says no row
     if cells is None or cells.shape[0] != count or not np.isfinite(cells).all():
         fault = _first_bad_cell(body.split("\n"), names, path)
-        if fault or cells is None or cells.shape[0] != count:
-            raise RecordingError(fault or f"{path}: not a table of numbers")
+        raise RecordingError(fault or f"{path}: not a table of numbers")
     table = dict(zip(names, np.ascontiguousarray(cells.T), strict=True))
     check_table(table, str(path))
     return table
@@ -68,6 +68,7 @@ def _numbers(body: str, columns: int) -> FloatArray | None:
     if not re.fullmatch(r"[0-9eE+\-., \tnaifty\n]*", body, re.IGNORECASE):
         return None  # what pandas may take for a number, or an end of the cell: quotes, zero bytes
     with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # from pandas 3.1 on `float_precision` is deprecated
         warnings.simplefilter("error", pd.errors.ParserWarning)  # a row with too many cells
         try:
             frame = pd.read_csv(
@@ -75,13 +76,14 @@ def _numbers(body: str, columns: int) -> FloatArray | None:
                 header=None,
                 names=list(range(columns)),
                 index_col=False,
-                dtype=object,  # as text: pandas' own numbers may differ in the last bit
-                na_filter=False,
+                dtype=np.float64,
+                skipinitialspace=True,
                 skip_blank_lines=False,
+                float_precision="round_trip",  # to the last bit, also in older versions
             )
-            return np.asarray(frame.to_numpy().astype(np.float64))
-        except (ValueError, TypeError, pd.errors.ParserError, pd.errors.ParserWarning):
+        except (ValueError, pd.errors.ParserError, pd.errors.ParserWarning):
             return None
+    return np.asarray(frame.to_numpy(np.float64))
 
 
 def _first_bad_cell(lines: Sequence[str], names: Sequence[str], path: Path) -> str:
@@ -94,6 +96,8 @@ def _first_bad_cell(lines: Sequence[str], names: Sequence[str], path: Path) -> s
             if not _NUMBER.fullmatch(cell):
                 fault = f"{cell!r} is not a number" if cell else "empty cell"
                 return f"{path}, row {row}, column {name!r}: {fault}"
+            if not math.isfinite(float(cell)):
+                return f"{path}, row {row}, column {name!r}: {float(cell)} is not finite"
         if len(cells) < len(names):
             return (
                 f"{path}, row {row}, column {names[len(cells)]!r}: missing; the row has"

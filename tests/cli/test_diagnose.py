@@ -138,6 +138,7 @@ def test_where_nothing_is_missing_it_says_so(rig, tmp_path, capsys):
     said = " ".join(capsys.readouterr().out.split())
     for text in ("Nothing is missing", "sheath.friction = ", "held out: rms error", "[noise]"):
         assert text in said
+    assert said.endswith("Report: " + str(tmp_path / "report.html"))
     result = json.loads((tmp_path / "result.json").read_text("utf-8"))
     assert result["held_out"] == []
     assert "last quarter" in (tmp_path / "report.html").read_text("utf-8")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -49,6 +50,55 @@ def test_check_draws_each_recording_and_says_how_many_warnings(
     sound, late_result = json.loads((out / "result.json").read_text())["recordings"]
     assert (sound["name"], sound["warnings"], sound["simulated"]) == ("twin", [], True)
     assert [w["identifier"] for w in late_result["warnings"]] == ["times_in_ms"]
+
+
+def test_replay_warns_of_gaps_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    times = [0.02 * k + (0.5 if k >= 15 else 0.0) for k in range(30)]
+    (tmp_path / "r.csv").write_text(
+        "time_s,reel_mm,pull_N\n" + "".join(f"{t:.2f},{k / 100},20\n" for k, t in enumerate(times))
+    )
+    (tmp_path / "r.toml").write_text(
+        'model = "bench"\nsource = "a test"\n[drive]\nreel_mm = "reel"\n'
+        '[measured]\npull_N = { sensor = "input_tension" }\n'
+    )
+    assert main(["replay", str(tmp_path / "r.csv"), "--out", str(tmp_path)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "warning: r, column 'time_s': 1 gap, the longest 0.52 s" in said
+    assert re.search(r"misses pull_N by [\d.]+ N \(without friction [\d.]+\), rms\.$", said)
+
+
+def test_ctrl_c_ends_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def stopped(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("tendon_mj.cli.init.load_model", stopped)
+    assert main(["init", "bench"]) == 130
+    assert capsys.readouterr().err == "tendon-mj: stopped; files written so far are kept\n"
+
+
+def test_a_demo_ends_with_the_verdict_and_its_report(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What it runs is tested by itself; here only the order, and what is said last."""
+    ran = []
+    for name in ("compare", "render", "replay"):
+        monkeypatch.setattr(f"tendon_mj.cli.demo.{name}", lambda *_, of=name: ran.append(of))
+
+    def found(recordings: tuple[Path, ...], out: Path, **given: object) -> dict[str, object]:
+        ran.append("diagnose")
+        held_out = given["hold_out"]
+        assert isinstance(held_out, tuple)
+        assert all(path.is_file() for path in (*recordings, *held_out, given["description"]))
+        return {"verdict": "named", "sentence": "Missing: a sheath."}
+
+    monkeypatch.setattr("tendon_mj.cli.demo.diagnose", found)
+    assert main(["demo", "--out", str(tmp_path)]) == 0
+    assert ran == ["compare", "render", "replay", "diagnose"]
+    *_, verdict, report = capsys.readouterr().out.splitlines()
+    assert verdict == "diagnosis: named. Missing: a sheath."
+    assert report == f"report: {tmp_path / 'diagnose' / 'report.html'}"
 
 
 def test_settle_overrules_the_description(tmp_path: Path) -> None:

@@ -1,0 +1,64 @@
+"""The recordings of the example rig are what their script makes, and differ from one another."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from experiments.make_rig_recordings import (
+    NOISE_ANGLE,
+    NOISE_TENSION,
+    SEED,
+    SPOOL,
+    measure,
+    sines,
+    triangles,
+)
+from tendon_mj import example_rig, load_model, read_recording, replay_recording
+
+
+@pytest.fixture(scope="module")
+def shipped():
+    folder = example_rig()
+    return [
+        read_recording(folder / f"{motion.__name__}.csv", folder / "rig.toml")
+        for motion in (triangles, sines)
+    ]
+
+
+def test_the_script_makes_what_is_shipped(shipped):
+    random = np.random.default_rng(SEED)
+    for motion, recording in zip((triangles, sines), shipped, strict=True):
+        time, spool = motion()
+        tension, lever = measure(time, spool, random)
+        np.testing.assert_allclose(recording.time, time, atol=1e-9)
+        np.testing.assert_allclose(np.degrees(recording.columns["spool_rad"]), spool, atol=0.006)
+        np.testing.assert_allclose(recording.columns["cable_N"], tension, atol=2e-3)
+        np.testing.assert_allclose(np.degrees(recording.columns["lever_rad"]), lever, atol=0.02)
+
+
+def test_they_begin_with_half_a_second_of_rest(shipped):
+    for recording in shipped:
+        assert not recording.columns["spool_rad"][recording.time <= 0.5].any()
+
+
+def test_the_noise_that_the_description_states_is_there(shipped):
+    for recording in shipped:
+        rest = recording.time < 0.5
+        assert np.std(recording.columns["cable_N"][rest]) == pytest.approx(NOISE_TENSION, rel=0.5)
+        noise = np.degrees(np.std(recording.columns["lever_rad"][rest]))
+        assert noise == pytest.approx(NOISE_ANGLE, rel=0.5)
+
+
+def test_the_cause_is_what_the_model_lacks(shipped):
+    """With the truth of the script the plugin's model leaves little more than the noise."""
+    truth = {"sheath.friction": 0.10, "sheath.pretension": 15.6, "sheath.sheath_compliance": 6e-5}
+    model = load_model(str(example_rig() / "rig.xml"))
+    assert shipped[0].known["reel.command_scale"] == SPOOL
+    for recording in shipped:
+        noise = {"cable_N": NOISE_TENSION, "lever_rad": np.radians(NOISE_ANGLE)}
+        for parameters, low, high in ((truth, 0.8, 1.4), ({}, 5.0, 50.0)):
+            shown = replay_recording(recording, model, parameters=parameters)
+            for column, level in noise.items():
+                error = shown.columns[column] - recording.columns[column]
+                assert low < np.sqrt(np.mean(error**2)) / level < high
