@@ -23,6 +23,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx_copybutton",
     "command_help",
+    "default_names",
     "docstrings",
     "equations",
     "start_page",
@@ -48,7 +49,6 @@ myst_heading_anchors = 4  # as on GitHub
 suppress_warnings = ["myst.header"]  # some pages begin with a picture
 
 autodoc_member_order = "bysource"
-autodoc_preserve_defaults = True  # names, not the values that they stand for
 autodoc_typehints_format = "short"
 python_maximum_signature_line_length = 80
 

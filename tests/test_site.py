@@ -136,3 +136,11 @@ def test_the_gallery_has_every_picture_and_its_command():
     for section in re.split(r"^#+ ", text, flags=re.M)[1:]:
         if "![" in section:
             assert "```sh\n" in section, section.splitlines()[0]
+
+
+def test_defaults_are_named_where_their_values_would_fill_a_page(site):
+    page = next(page for path, page in site.items() if path.match("docs/api.html"))
+    text = "".join(page.words)
+    assert "Iterable[Effect] = CATALOGUE" in text
+    assert "Effect(identifier" not in text
+    assert "<function" not in text

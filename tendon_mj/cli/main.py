@@ -64,10 +64,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print(f"example:\n  {example(COMMANDS[given[0]])}")
         raise
     except (TendonError, OSError) as error:
+        if _is_interruption(error):
+            return _interrupted()
         line = "; ".join(str(error).splitlines())  # MuJoCo's messages have several
         print(f"tendon-mj: {line}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print("tendon-mj: interrupted; what was written until then is incomplete", file=sys.stderr)
-        return _INTERRUPTED
+        return _interrupted()
     return 0
+
+
+def _interrupted() -> int:
+    print("tendon-mj: interrupted; what was written until then is incomplete", file=sys.stderr)
+    return _INTERRUPTED
+
+
+def _is_interruption(error: BaseException | None) -> bool:
+    """Whether an error came up on the way out after Ctrl-C, which ends ffmpeg too."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None

@@ -15,6 +15,7 @@ from tendon_mj.cli import main, progress_bar
 from tendon_mj.cli.help import documented, example
 from tendon_mj.cli.main import COMMANDS
 from tendon_mj.cli.output import Output, console, print_table
+from tendon_mj.errors import EngineError
 
 # under a shell's & Python would leave Ctrl-C to its parent
 RUN = """
@@ -163,3 +164,19 @@ def test_a_table_has_every_word_whole(width, monkeypatch):
     assert set(names) <= set(words)
     assert words.count("left") == words.count("as") == words.count("it") == len(rows)
     assert max(map(len, printed.get().splitlines())) <= width
+
+
+def test_an_error_on_the_way_out_after_ctrl_c_is_no_refusal(monkeypatch, capsys):
+    def interrupted() -> None:
+        """Write a clip."""
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt:
+            try:
+                raise RuntimeError("ffmpeg is gone")
+            except RuntimeError as error:
+                raise EngineError("no clip") from error
+
+    monkeypatch.setitem(COMMANDS, "render", interrupted)
+    assert main(["render"]) == 130
+    assert capsys.readouterr().err.startswith("tendon-mj: interrupted")
