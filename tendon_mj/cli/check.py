@@ -27,9 +27,6 @@ def check(
 ) -> dict[str, object]:
     """Draw recordings over their model before anything is fitted, and warn of what looks wrong.
 
-    Times in ms, gaps, wrong units, reversed signs, another start, a saturated drive, a motor that
-    cannot bear the load, and columns that do not move.
-
     Args:
         recordings: CSVs (or Parquet, MCAP), each with its TOML beside it unless --description
             names one.

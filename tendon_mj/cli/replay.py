@@ -15,17 +15,9 @@ from tendon_mj.builders.load import load_model
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.data_check import timing_warnings
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
-<<<<<<< HEAD
-from tendon_mj.recordings.recording import read_recording, write_recording
-from tendon_mj.replay.replay_recording import replay_error, replay_recording
-||||||| 7ac36dc
-from tendon_mj.recordings.recording import read_recording, write_recording
-from tendon_mj.replay.replay_recording import replay_error, replay_recording
-=======
 from tendon_mj.recordings.recording import Recording, read_recording, write_recording
 from tendon_mj.replay.misfit import Misfit, replay_error
 from tendon_mj.replay.replay_recording import replay_recording
->>>>>>> rig
 from tendon_mj.replay.units import column_unit
 from tendon_mj.view.figures.replay import replay_figure
 
@@ -81,20 +73,13 @@ def replay(
             )
         progress("replay", len(variants), len(variants))
     result: dict[str, object] = {}
-<<<<<<< HEAD
-    off: dict[str, str] = {}
-||||||| 7ac36dc
-=======
     errors_of: dict[str, dict[str, Misfit]] = {}
->>>>>>> rig
     for k, (label, answer) in enumerate(simulated.items()):
         errors = errors_of[label] = replay_error(measured, answer)
         result[label] = {
             column: {"rmse": error.rmse, "share_of_range": error.share_of_range}
             for column, error in errors.items()
         }
-        column, error = max(errors.items(), key=lambda item: item[1].share_of_range or 0.0)
-        off[label] = f"{error.rmse:.3g} {column_unit(column)} rms in {column}"
         for column, error in errors.items():
             console.print(
                 f"{label}: {column} rms error {error.rmse:.4g}, "
@@ -104,32 +89,22 @@ def replay(
         output.add(write_recording(answer, out / f"simulated_{k}.csv"))
     output.figure("replay", replay_figure(measured, simulated))
     output.result({"recording": str(recording), "source": measured.source, "rmse": result})
-<<<<<<< HEAD
-    without = f", and without friction by {off[WITHOUT]}" if WITHOUT in off else ""
-    output.close(f"As described the simulation is off most by {off[DESCRIBED]}{without}.")
-||||||| 7ac36dc
-    output.close()
-=======
-    output.close()
-    console.print(_conclusion(measured, errors_of), soft_wrap=True)
->>>>>>> rig
+    output.close(_conclusion(measured, errors_of))
     return result
 
 
-<<<<<<< HEAD
 def _known(model: mujoco.MjModel) -> list[str]:
     return list(Parameters(model, mujoco.MjData(model)))
-||||||| 7ac36dc
-=======
+
+
 def _conclusion(measured: Recording, errors: Mapping[str, Mapping[str, Misfit]]) -> str:
     """What came out, in a sentence: of every column the error as described and without friction."""
     parts = [
-        f"{measured.written(column)} by {errors[DESCRIBED][column].rmse:.3g}"
-        f" {column_unit(column)} (without friction {errors[WITHOUT][column].rmse:.3g})"
+        f"{measured.written(column)} by {errors[DESCRIBED][column].rmse:.3g} {column_unit(column)}"
+        + (f" (without friction {errors[WITHOUT][column].rmse:.3g})" if WITHOUT in errors else "")
         for column in measured.measured
     ]
     return f"As described, the model misses {', '.join(parts)}, rms."
->>>>>>> rig
 
 
 def _parse(text: str, model: mujoco.MjModel) -> dict[str, float]:

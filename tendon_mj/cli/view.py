@@ -19,20 +19,17 @@ def view(
 ) -> None:
     """Watch a model move, its tendons coloured by their tension, with the tensions as curves.
 
-    It opens MuJoCo's interactive viewer, which needs a screen, or with --web serves a page for a
-    browser, with sliders for friction and all other live parameters. The space bar halts the
-    viewer; closing it or Ctrl-C ends it. Example: tendon-mj view finger --motion press --web
-
     Args:
         model: bench, joint, finger, finger_spring, or the path of an MJCF file.
         motion: of the finger: curl, tap, press, hold or a CSV of joint angles or tensions; of any
             other model a CSV with time_s and a column for each actuator.
-        web: whether to serve a page on this machine instead of opening a window.
+        web: whether to serve a page for a browser, with sliders for friction and all other live
+            parameters, instead of opening MuJoCo's viewer, which needs a screen.
         port: of that page.
-        seconds: after which to end.
+        seconds: after which to end; by default when the window is closed, or at Ctrl-C.
 
     Example:
-        tendon-mj view finger --motion curl
+        tendon-mj view finger --motion press --web
     """
     prepared = prepare(model, motion)
     if prepared.still:

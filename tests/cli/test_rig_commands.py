@@ -67,17 +67,6 @@ def test_replay_warns_of_gaps_too(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert re.search(r"misses pull_N by [\d.]+ N \(without friction [\d.]+\), rms\.$", said)
 
 
-def test_ctrl_c_ends_in_one_line(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def stopped(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("tendon_mj.cli.init.load_model", stopped)
-    assert main(["init", "bench"]) == 130
-    assert capsys.readouterr().err == "tendon-mj: stopped; files written so far are kept\n"
-
-
 def test_a_demo_ends_with_the_verdict_and_its_report(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
