@@ -19,7 +19,7 @@ ifneq ($(wildcard ../shared/models),)
 export TENDON_MJ_MODELS ?= $(abspath ../shared/models)
 endif
 
-.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system docs test check format test-wheel test-mujoco4 clean
+.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system docs test soak check format test-wheel test-mujoco4 clean
 
 demo: $(STAMP)                ## the main job: compare, render, replay, diagnose
 	$(BIN)/tendon-mj demo --out $(OUT)
@@ -33,6 +33,10 @@ docs: $(STAMP)                ## the site, into out/site; warnings are errors
 
 test: $(STAMP)                ## the whole test suite
 	$(BIN)/pytest -n auto --dist worksteal
+
+soak: $(STAMP)                ## long trials of what docs/guarantees.md promises: some hours
+	TENDON_MJ_EXAMPLES=20000 $(BIN)/pytest -n auto tests/guarantees/test_laws.py
+	$(BIN)/python -m experiments.soak --out out/soak
 
 check: $(STAMP)               ## formatter, linter, strict types, layers
 	$(BIN)/ruff format --check .
