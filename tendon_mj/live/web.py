@@ -20,7 +20,7 @@ from tendon_mj.live.web_cable import WebCable
 from tendon_mj.live.web_panel import WebPanel
 
 HOST = "localhost"  # nobody else's browser: what it changes is not protected
-_EVERY = 2  # frames of the simulation for one of the scene
+_EVERY = 4  # frames of the simulation for one of the scene
 _RARELY = 8  # for new numbers and curves
 
 
