@@ -75,7 +75,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _interrupted() -> int:
-    print("tendon-mj: interrupted; what was written until then is incomplete", file=sys.stderr)
+    print(
+        "tendon-mj: interrupted; the files written so far are whole, the others are missing",
+        file=sys.stderr,
+    )
     return _INTERRUPTED
 
 

@@ -39,7 +39,11 @@ def in_motion(name: str, model: mujoco.MjModel, motion: str | None) -> tuple[muj
         InvalidValueError: a motion out of reach of the finger.
     """
     if name in FINGERS:
-        adjustable, rows = prepare_finger(find_trajectory(motion or "curl"), model)
+        trajectory = find_trajectory(motion or "curl")
+        adjustable, rows = prepare_finger(trajectory, model)
+        if trajectory.aside:  # the object, which would hang in the air far away
+            unused = adjustable.model.geom_bodyid == adjustable.model.body("object").id
+            adjustable.model.geom_rgba[unused, 3] = 0.0
         return adjustable.model, repeated(rows, model.opt.timestep)
     if motion is None:
         return model, default_motion(name, model)

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from contextlib import redirect_stdout
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from tendon_mj.errors import EngineError, MissingPackageError
@@ -20,6 +21,7 @@ from tendon_mj.live.web_cable import WebCable
 from tendon_mj.live.web_panel import WebPanel
 
 HOST = "localhost"  # nobody else's browser: what it changes is not protected
+_FLOOR, _THIN = 3.0, 1e-3  # half a plane's width and height over the model's extent
 _EVERY = 4  # frames of the simulation for one of the scene
 _RARELY = 8  # for new numbers and curves
 
@@ -54,9 +56,8 @@ def serve(
     with redirect_stdout(io.StringIO()):  # it announces itself at length
         server = viser.ViserServer(host=HOST, port=port, label="tendon_mj", verbose=False)
     try:
-        # the scene changes the scales of what it draws, so it has a copy of the model
         simulation = prepared.simulation
-        scene = mjviser.ViserMujocoScene(server, copy.copy(simulation.model), num_envs=1)
+        scene = mjviser.ViserMujocoScene(server, _drawable(simulation.model), num_envs=1)
         scene.camera_tracking_enabled = False
         server.gui.configure_theme(control_layout="fixed", control_width="large")
         server.on_client_connect(lambda client: _look(client.camera, prepared.view))
@@ -66,6 +67,21 @@ def serve(
     finally:
         with redirect_stdout(io.StringIO()):
             server.stop()
+
+
+def _drawable(model: mujoco.MjModel) -> mujoco.MjModel:
+    """A copy for the scene, which changes the scales of what it draws.
+
+    Planes become flat boxes: the scene draws them without end, and as a veil before all the rest.
+    Invisible sites go to a group that is not shown: it would draw them grey.
+    """
+    drawn = copy.copy(model)
+    drawn.site_group[model.site_rgba[:, 3] == 0.0] = mujoco.mjNGROUP - 1
+    for geom in np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE):
+        width, depth = (size or _FLOOR * model.stat.extent for size in model.geom_size[geom, :2])
+        drawn.geom_type[geom] = mujoco.mjtGeom.mjGEOM_BOX
+        drawn.geom_size[geom] = width, depth, _THIN * model.stat.extent
+    return drawn
 
 
 def _check_free(port: int) -> None:

@@ -135,7 +135,10 @@ def test_ctrl_c_ends_in_one_line(arguments, tmp_path):
     process.send_signal(signal.SIGINT)
     _, error = process.communicate()
     assert process.returncode == 130, error
-    assert error == "tendon-mj: interrupted; what was written until then is incomplete\n"
+    assert (
+        error
+        == "tendon-mj: interrupted; the files written so far are whole, the others are missing\n"
+    )
 
 
 @pytest.mark.parametrize(

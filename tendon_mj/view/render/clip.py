@@ -96,6 +96,8 @@ def render_clip(
                 if progress:
                     progress("draw", k + 1, len(frames.time))
     except RuntimeError as error:
+        if isinstance(error.__context__, KeyboardInterrupt):  # Ctrl-C ends ffmpeg too
+            raise error.__context__ from None
         raise EngineError(f"{path}: ffmpeg could not write the clip: {error}") from error
     return path
 
