@@ -13,7 +13,7 @@ from experiments.command import run_experiment
 from experiments.soak.batches import Outcomes, run_batches
 from experiments.soak.killed_runs import killed_runs
 from experiments.soak.long_run import long_run
-from tendon_mj.builders.load import example_recording
+from tendon_mj.builders import example_recording
 from tendon_mj.cli import Output, console, progress_bar
 
 _FUZZ = ("model_fuzz", "recording_fuzz", "life_cycle")

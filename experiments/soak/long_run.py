@@ -10,10 +10,8 @@ import numpy as np
 import psutil
 
 from tendon_mj import add_servo
-from tendon_mj.builders.finger_parameters import TENDONS
-from tendon_mj.builders.load import load_spec
-from tendon_mj.engine import sheaths
-from tendon_mj.engine.sheath_plugin.state import view
+from tendon_mj.builders import load_spec
+from tendon_mj.engine import sheath_arrays, sheaths, unsolved_evaluations
 from tendon_mj.progress import Progress, silent
 
 _FULL = mujoco.mjtState.mjSTATE_INTEGRATION
@@ -78,9 +76,7 @@ def long_run(name: str, steps: int, progress: Progress = silent) -> LongRun:
         drift,
         (process.memory_info().rss - memory) / 2**20,
         resumed,
-        float(
-            sum(view(data.plugin_state, s.state).state.unsolved for s in sheaths(model).values())
-        ),
+        float(sum(unsolved_evaluations(model, data).values())),
         finite,
     )
 
@@ -92,7 +88,7 @@ def _prepared(name: str) -> tuple[mujoco.MjModel, np.ndarray]:
         low, high = 2.0, 25.0  # of a servo [N]
         for motor in list(spec.actuators):
             spec.delete(motor)
-        for tendon in TENDONS:
+        for tendon in ("flexor", "extensor"):
             add_servo(spec, tendon, tension_gain=7.0, velocity_gain=2.0, name=f"{tendon}_servo")
     model = spec.compile()
     rng = np.random.default_rng(0)
@@ -118,7 +114,8 @@ def _state(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
 def _lengths(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
     """Unstretched length of every tendon, stored along it and wound [m]."""
     found = []
-    for sheath in sheaths(model).values():
-        scalars, segments, *_ = view(data.plugin_state, sheath.state)
-        found.append(segments["stored"].sum() + scalars.wound_in + scalars.wound_out)
+    for name, sheath in sheaths(model).items():
+        scalars, segments, *_ = sheath_arrays(model, data.plugin_state, name, sheath.state)
+        wound = float(scalars["wound_in"].item()) + float(scalars["wound_out"].item())
+        found.append(float(segments["stored"].sum()) + wound)
     return np.array(found)

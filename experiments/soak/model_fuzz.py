@@ -13,7 +13,7 @@ import numpy as np
 
 import tendon_mj
 from experiments.soak.batches import report_batch
-from tendon_mj.builders.load import load_spec
+from tendon_mj.builders import load_spec
 
 _STEPS = 12
 _NUMBER = re.compile(r'"[^"<]*?-?\d[^"<]*?"')

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from experiments.soak.batches import report_batch
-from tendon_mj.builders.load import example_recording
+from tendon_mj.builders import example_recording
 from tendon_mj.errors import TendonError
 from tendon_mj.recordings import read_recording
 

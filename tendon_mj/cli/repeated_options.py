@@ -13,7 +13,7 @@ def options_of_several(commands: Collection[Command]) -> set[str]:
         f"--{name.replace('_', '-')}"
         for command in commands
         for name, kind in command.__annotations__.items()
-        if kind.startswith("tuple[")
+        if str(kind).startswith("tuple[")
     }
 
 

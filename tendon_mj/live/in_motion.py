@@ -76,4 +76,4 @@ def stands_still(model: mujoco.MjModel, drive: Drive, duration: float) -> str:
     times = np.arange(0.0, duration, 0.1)
     if any(np.any(drive(time)) for time in times):
         return ""
-    return "its actuators have no ctrlrange, so their controls stay at 0"
+    return "the controls stay at 0"

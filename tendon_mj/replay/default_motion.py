@@ -69,9 +69,9 @@ def read_motion(path: Path, model: mujoco.MjModel) -> tuple[Drive, float]:
     time = table.pop(TIME)
     actuators = [model.actuator(k).name for k in range(model.nu)]
     meant = {column: column[: -len(_unit_ending(column))] for column in table}
-    for name in meant.values():
+    for column, name in meant.items():
         if name not in actuators:
-            raise UnknownNameError(f"{path}: actuator", name, actuators)
+            raise UnknownNameError("actuator", name, actuators, f"{path}, column {column!r}")
     places = [actuators.index(name) for name in meant.values()]
 
     def drive(now: float) -> NDArray[np.float64]:

@@ -72,7 +72,7 @@ def test_help_joins_the_lines_of_an_argument_and_leaves_the_example_out():
     [
         (
             ["replay", str(example_recording())],
-            r"off most by 0\.0\d+ N rms in \w+_tension_N, and without friction by \d\.\d+ N rms",
+            r"misses input_tension_N by 0\.0\d+ N \(without friction \d\.\d+\), .* rms\.$",
         ),
         (
             ["simulate", "finger", "--motion", "tap", "--no-clip"],

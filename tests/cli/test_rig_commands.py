@@ -73,7 +73,7 @@ def test_a_demo_ends_with_the_verdict_and_its_report(
     """What it runs is tested by itself; here only the order, and what is said last."""
     ran = []
     for name in ("compare", "render", "replay"):
-        monkeypatch.setattr(f"tendon_mj.cli.demo.{name}", lambda *_, of=name: ran.append(of))
+        monkeypatch.setattr(f"tendon_mj.cli.demo.{name}", lambda *_, of=name, **__: ran.append(of))
 
     def found(recordings: tuple[Path, ...], out: Path, **given: object) -> dict[str, object]:
         ran.append("diagnose")
@@ -85,9 +85,9 @@ def test_a_demo_ends_with_the_verdict_and_its_report(
     monkeypatch.setattr("tendon_mj.cli.demo.diagnose", found)
     assert main(["demo", "--out", str(tmp_path)]) == 0
     assert ran == ["compare", "render", "replay", "diagnose"]
-    *_, verdict, report = capsys.readouterr().out.splitlines()
-    assert verdict == "diagnosis: named. Missing: a sheath."
-    assert report == f"report: {tmp_path / 'diagnose' / 'report.html'}"
+    last = capsys.readouterr().out.splitlines()[-1]
+    report = tmp_path / "diagnose" / "report.html"
+    assert last == f"The diagnosis is named. Missing: a sheath. Its report: {report}."
 
 
 def test_settle_overrules_the_description(tmp_path: Path) -> None:
