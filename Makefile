@@ -3,8 +3,9 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 OUT    ?= out/demo
-# The stamp of the environment holds its folder and its Python. An environment that was moved, whose
+# The stamp of what is installed holds its folder and its Python. An environment that was moved, whose
 # Python is gone, or that is of another Python than a given PYTHON, is made again.
+INSTALLED := $(VENV)/.installed
 STAMP  := $(VENV)/.ready
 FOUND  := $(abspath $(VENV)) $(shell $(BIN)/python --version 2>/dev/null)
 GIVEN  := $(filter-out file,$(origin PYTHON))
@@ -19,7 +20,7 @@ ifneq ($(wildcard ../shared/models),)
 export TENDON_MJ_MODELS ?= $(abspath ../shared/models)
 endif
 
-.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system docs test soak check format test-wheel test-mujoco4 clean
+.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system compiled docs test soak check format test-wheel test-mujoco4 clean
 
 demo: $(STAMP)                ## the main job: compare, render, replay, diagnose
 	$(BIN)/tendon-mj demo --out $(OUT)
@@ -38,7 +39,7 @@ soak: $(STAMP)                ## long trials of what docs/guarantees.md promises
 	TENDON_MJ_EXAMPLES=20000 $(BIN)/pytest -n auto tests/guarantees/test_laws.py
 	$(BIN)/python -m experiments.soak --out out/soak
 
-check: $(STAMP)               ## formatter, linter, strict types, layers
+check: $(INSTALLED)           ## formatter, linter, strict types, layers
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
@@ -48,18 +49,23 @@ format: $(STAMP)
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-ifneq ($(shell cat $(STAMP) 2>/dev/null),$(strip $(WANTED)))
-.PHONY: $(STAMP)
+ifneq ($(shell cat $(INSTALLED) 2>/dev/null),$(strip $(WANTED)))
+.PHONY: $(INSTALLED)
 endif
 
 # Made from nothing, so that no earlier environment shows through. The extra brings what dm-control
 # requires, but for labmaze, which newer Pythons can't install (pyproject.toml).
-$(STAMP): pyproject.toml constraints.txt
+$(INSTALLED): pyproject.toml constraints.txt
 	$(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/python $(PIP) install -c constraints.txt -e '.[dev]'
 	$(BIN)/python $(PIP) install -c constraints.txt --no-deps dm-control
-	$(BIN)/python -m tendon_mj.compilation
 	@echo "$(abspath $(VENV)) $$($(BIN)/python --version)" > $@
+
+$(STAMP): $(INSTALLED)
+	$(BIN)/python -m tendon_mj.compilation
+	@touch $@
+
+compiled: $(STAMP)            ## the plugins, for this machine
 
 # The wheel, in an environment of its own without any extra and away from the clone.
 test-wheel: $(STAMP)
