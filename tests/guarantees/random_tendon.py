@@ -11,7 +11,7 @@ from hypothesis import strategies as some
 from tendon_mj import Spool, add_friction
 
 # examples of each law: some hundreds as a part of the suite, and more where they are asked for
-EXAMPLES = int(os.environ.get("TENDON_MJ_EXAMPLES", "150"))
+EXAMPLES = int(os.environ.get("TENDON_MJ_EXAMPLES", "80"))
 thorough = settings(
     max_examples=EXAMPLES,
     deadline=None,

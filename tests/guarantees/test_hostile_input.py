@@ -11,7 +11,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="reads the memor
 
 
 @pytest.mark.parametrize(
-    ("name", "trials"), [("model_fuzz", 300), ("recording_fuzz", 300), ("life_cycle", 40)]
+    ("name", "trials"), [("model_fuzz", 150), ("recording_fuzz", 150), ("life_cycle", 20)]
 )
 def test_nothing_crashes_and_every_refusal_says_what_and_where(name, trials):
     found = run_batches(f"experiments.soak.{name}", trials, seed=7)
