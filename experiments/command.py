@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from tendon_mj.cli import Output, console
 from tendon_mj.errors import RecordingError, TendonError
+from tendon_mj.whole_file import whole_file
 
 
 def run_experiment(
@@ -62,7 +63,8 @@ def write_study(
         output.figure(name, figure)
     output.result(result)
     page = output.add(output.folder / "table.md")
-    page.write_text(table, encoding="utf-8")
+    with whole_file(page) as made:
+        made.write_text(table, encoding="utf-8")
     for line in summary:
         console.print(line, soft_wrap=True)
     output.close()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import random
 import re
 import tempfile
@@ -11,7 +12,6 @@ from collections.abc import Callable, Iterator
 import mujoco
 import numpy as np
 
-import tendon_mj
 from experiments.soak.batches import report_batch
 from tendon_mj.builders import load_spec
 
@@ -114,9 +114,7 @@ def trials(seed: int, count: int) -> Iterator[tuple[str, str]]:
         try:
             model = mujoco.MjModel.from_xml_string(text)
         except ValueError as error:
-            message = str(error)
-            own = "tendon_mj" in message
-            yield ("refused by the plugin" if own else "refused by MuJoCo"), _unnamed(message)
+            yield _refused(str(error))
             continue
         except Exception as error:
             yield "broken", f"{type(error).__name__}: {error}"
@@ -135,15 +133,16 @@ def trials(seed: int, count: int) -> Iterator[tuple[str, str]]:
             mujoco.mj_resetData(model, data)
             mujoco.mj_step(model, data)
             yield "simulated", ""
-        except mujoco.FatalError as error:
-            yield "MuJoCo's own error", "" if "mj" in str(error) or error.args else "no message"
+        except mujoco.FatalError:
+            yield "MuJoCo's own error", ""
 
 
-def _unnamed(message: str) -> str:
-    """What is missing in a refusal of the plugin's: it names the instance."""
-    if "tendon_mj" not in message or "instance" in message or "plugin" in message:
-        return ""
-    return f"the refusal names no instance: {message}"
+def _refused(message: str) -> tuple[str, str]:
+    """Who refused a model, and what is missing in a refusal of the plugin's: the instance."""
+    if "engine error" not in message or "tendon_mj" not in message:  # its messages come by this
+        return "refused by MuJoCo", ""
+    named = "instance '" in message
+    return "refused by the plugin", "" if named else f"it names no instance: {message}"
 
 
 def _garbage(values: object, draw: random.Random, numbers: np.random.Generator) -> None:
@@ -164,9 +163,5 @@ def _garbage(values: object, draw: random.Random, numbers: np.random.Generator) 
 
 
 if __name__ == "__main__":
-    tendon_mj.Parameters  # noqa: B018  registers the plugins
-    with tempfile.TemporaryDirectory() as folder:
-        import os
-
-        os.chdir(folder)  # MuJoCo writes its log where it runs
-        report_batch(trials)
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        report_batch(trials)  # MuJoCo writes its log where it runs

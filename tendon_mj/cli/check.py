@@ -58,9 +58,7 @@ def check(
             console.print(f"warning: {warning.sentence}", soft_wrap=True)
     result: dict[str, object] = {"recordings": [_result(one) for one in checked]}
     output.result(result)
-    output.close()
-    count = sum(len(one.warnings) for one in checked)
-    console.print(_conclusion(count, len(checked)), soft_wrap=True)
+    output.close(_conclusion(sum(len(one.warnings) for one in checked), len(checked)))
     return result
 
 

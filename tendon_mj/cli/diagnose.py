@@ -52,8 +52,6 @@ def diagnose(
 ) -> dict[str, object]:
     """Find what a model lacks against recordings, name it, add it, and prove it on other data.
 
-    Example: tendon-mj diagnose pull.csv --hold-out other.csv --out out/pull
-
     Args:
         recordings: CSVs (or Parquet, MCAP) of one rig, each with its TOML beside it unless
             --description names one.

@@ -12,6 +12,7 @@ from tendon_mj.builders.load import load_model, model_names, model_path
 from tendon_mj.cli.output import console
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.replay.description_template import format_template
+from tendon_mj.whole_file import whole_file
 
 
 def init(
@@ -35,7 +36,8 @@ def init(
     named = model
     if model not in model_names() and Path(model).is_file():
         named = Path(os.path.relpath(model, path.parent)).as_posix()
-    path.write_text(format_template(compiled, named), encoding="utf-8", newline="\n")
+    with whole_file(path) as made:
+        made.write_text(format_template(compiled, named), encoding="utf-8", newline="\n")
     console.print(
         f"Wrote {path}, to be filled in: actuators {compiled.nactuator}, sensors"
         f" {compiled.nsensor}; then: tendon-mj check RECORDING.csv --description {path}",

@@ -11,7 +11,7 @@ import tyro
 from tendon_mj.builders.load import load_model, model_names, model_path
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.finger.control import simulate_finger
+from tendon_mj.finger.control import FINGERS, simulate_finger
 from tendon_mj.finger.trajectories import find_trajectory, lasting
 from tendon_mj.progress import Progress
 from tendon_mj.replay.default_motion import default_motion, read_motion
@@ -25,7 +25,6 @@ from tendon_mj.replay.frames import (
 from tendon_mj.view.render.clip import check_size, render_clip
 from tendon_mj.view.render.offscreen import find_camera
 
-FINGERS = ("finger", "finger_spring")
 DURATION = 6.0  # of a clip of a model without a motion of its own [s]
 
 
@@ -42,8 +41,6 @@ def render(
     """Write an MP4 of a model in motion, its tendons coloured by their tension.
 
     Behind the model stands its frictionless twin in grey, under the same drive.
-
-    Example: tendon-mj render finger --motion press --camera finger --size 960x540 --fps 25
 
     Args:
         model: bench, joint, finger, finger_spring, or the path of an MJCF file.

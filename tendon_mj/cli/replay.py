@@ -35,8 +35,6 @@ def replay(
 ) -> dict[str, object]:
     """Simulate a recording with and without friction, and draw both beside the measurement.
 
-    Example: tendon-mj replay pull.csv --change "*.friction=0.1"
-
     Args:
         recording: a CSV (or Parquet, MCAP), with its TOML beside it unless --description names
             another.

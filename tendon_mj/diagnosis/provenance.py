@@ -13,6 +13,7 @@ from typing import Any
 
 from tendon_mj.builders.load import model_path
 from tendon_mj.recordings.recording import Recording
+from tendon_mj.recordings.table_file import table_beside
 
 _PACKAGES = ("tendon-mj", "mujoco", "numpy", "scipy", "numba")
 
@@ -55,12 +56,8 @@ def files_of(
     """
     found = list[Path]()
     for path in paths:
-        if not path.is_file():  # the stem of both
-            found += [Path(f"{path}.csv"), description or Path(f"{path}.toml")]
-        elif path.suffix == ".toml":
-            found += [path.with_suffix(".csv"), description or path]
-        else:
-            found += [path, description or path.with_suffix(".toml")]
+        table, beside = table_beside(path)
+        found += [table, description or beside]
     found += [model_path(model) for model in {r.model: None for r in recordings}]
     return list(dict.fromkeys(found))
 

@@ -16,6 +16,7 @@ from tendon_mj.replay.open_loop import Progress
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.replay_recording import replay_recording
 
+FINGERS = ("finger", "finger_spring")  # models that follow trajectories
 OUT_OF_REACH = 0.5  # where the object rests on its slide for the finger to miss it [m]
 _UNITS = {"angle": "rad", "force": "N", "tension": "N", "displacement": "m"}
 

@@ -8,12 +8,11 @@ import mujoco
 import numpy as np
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.finger.control import prepare_finger
+from tendon_mj.finger.control import FINGERS, prepare_finger
 from tendon_mj.finger.trajectories import find_trajectory
 from tendon_mj.replay.default_motion import Drive, default_motion, read_motion
 from tendon_mj.replay.frames import Array
 
-FINGERS = ("finger", "finger_spring")
 _JUMP = 1e-3  # from the end of a motion to its beginning that is none, over its range
 _RETURN = 0.5  # from the last controls of a motion back to its first [s]
 
