@@ -1,8 +1,17 @@
-"""`python -m tendon_mj` is `tendon-mj`."""
+"""`tendon-mj`, which is also `python -m tendon_mj`."""
 
 import sys
 
-from tendon_mj.cli.main import main
+
+def main() -> int:
+    """Run the command line; returns its exit status, 130 also for a Ctrl-C while it loads."""
+    try:
+        from tendon_mj.cli.main import main as run
+    except KeyboardInterrupt:
+        print("tendon-mj: interrupted; nothing was begun", file=sys.stderr)
+        return 130
+    return run()
+
 
 if __name__ == "__main__":
     sys.exit(main())

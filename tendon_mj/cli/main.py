@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
@@ -66,6 +67,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (TendonError, OSError) as error:
         if _is_interruption(error):
             return _interrupted()
+        if isinstance(error, BrokenPipeError):  # who reads the output has enough, as `head`
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return 0
         line = "; ".join(str(error).splitlines())  # MuJoCo's messages have several
         print(f"tendon-mj: {line}", file=sys.stderr)
         return 2

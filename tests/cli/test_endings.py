@@ -1,5 +1,6 @@
 """How commands end: a sentence with units, an example after the help, one line after Ctrl-C."""
 
+import os
 import re
 import signal
 import subprocess
@@ -139,6 +140,34 @@ def test_ctrl_c_ends_in_one_line(arguments, tmp_path):
         error
         == "tendon-mj: interrupted; the files written so far are whole, the others are missing\n"
     )
+
+
+def test_ctrl_c_while_the_commands_load_is_one_line(tmp_path):
+    script = (
+        "import runpy, sys; sys.argv[0] = 'x'; runpy.run_module('tendon_mj', run_name='__main__')"
+    )
+    (tmp_path / "tyro.py").write_text("raise KeyboardInterrupt")  # loads before the commands do
+    path = os.pathsep.join([str(tmp_path), *sys.path])
+    ended = subprocess.run(
+        [sys.executable, "-c", script],
+        env={**os.environ, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (ended.returncode, ended.stderr) == (130, "tendon-mj: interrupted; nothing was begun\n")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows tells a pipe's end otherwise")
+def test_a_reader_that_has_enough_ends_a_command_in_silence():
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tendon_mj", "render", "--help"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    process.stdout.close()
+    process.stdout = None
+    assert process.communicate()[1] == b""
 
 
 @pytest.mark.parametrize(

@@ -95,7 +95,7 @@ def render_clip(
                 writer.add_image(image)
                 if progress:
                     progress("draw", k + 1, len(frames.time))
-    except RuntimeError as error:
+    except (RuntimeError, BrokenPipeError) as error:
         if isinstance(error.__context__, KeyboardInterrupt):  # Ctrl-C ends ffmpeg too
             raise error.__context__ from None
         raise EngineError(f"{path}: ffmpeg could not write the clip: {error}") from error
