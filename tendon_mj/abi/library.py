@@ -67,5 +67,7 @@ mjv_connector = types.ExternalFunction(
     "mjv_connector",
     types.void(types.intp, types.int32, types.float64, types.intp, types.intp),
 )
+# both take a format and values; without a percent sign it asks for none
+mju_warning = types.ExternalFunction("mju_warning", types.void(_char_p))
 mju_error = types.ExternalFunction("mju_error", types.void(_char_p))
 strtod = types.ExternalFunction("strtod", types.float64(_char_p, types.intp))

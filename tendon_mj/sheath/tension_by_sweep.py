@@ -23,7 +23,7 @@ from tendon_mj.sheath.segment_law import held, tension_of
 
 _TOUCHING = 1e-12  # relative distance at which a tension counts as being at its bound
 _ROUNDED = 16 * ROUNDING  # and where the input is given, which stiffer tendons have: τ is smaller
-_SLACK = 1e-14  # normalised tension below which a prefix counts as slack
+_SLACK = 1e-14  # normalised tension at the input below which a prefix counts as slack
 _ITERATIONS = 200  # Newton needs about 4; bisection from the widest bracket about 110
 
 
@@ -65,6 +65,15 @@ def _missing(
     return total, slope
 
 
+@compiled
+def _gain(guides: Guides, j: int, first: int) -> float:
+    """How much larger than segment j's tension that of segment ``first`` can be."""
+    gain = 1.0
+    for k in range(first, j):
+        gain *= guides[k].input_ratio
+    return gain
+
+
 @apart
 def _prefix_tension(segments: Segments, guides: Guides, j: int) -> float:
     """τ*_j: the root of G_j, 0 for a slack prefix, inf for one without tendon."""
@@ -78,7 +87,8 @@ def _prefix_tension(segments: Segments, guides: Guides, j: int) -> float:
         total += segments[k].stored
     if total <= 0.0:
         return np.inf
-    low = _SLACK  # not 0: only above it do the slack segments before this one spare tendon
+    # not 0: only above it do the slack segments before this one spare tendon
+    low = _SLACK / _gain(guides, j, 0)
     if _missing(segments, guides, j, low, 0)[0] <= 0.0:
         return 0.0
     high = own if np.isfinite(own) and own > 0.0 else 1.0
@@ -93,6 +103,7 @@ def _prefix_tension(segments: Segments, guides: Guides, j: int) -> float:
 def _root(segments: Segments, guides: Guides, j: int, low: float, high: float, first: int) -> float:
     """Root of G_j between two tensions, from above by Newton's method."""
     tau = high
+    rounding = ROUNDING / _gain(guides, j, first)  # a segment before this one multiplies it
     for _ in range(_ITERATIONS):
         value, slope = _missing(segments, guides, j, tau, first)
         if value > 0.0:
@@ -102,9 +113,9 @@ def _root(segments: Segments, guides: Guides, j: int, low: float, high: float, f
         step = tau - value / slope
         if not low < step < high:
             step = 0.5 * (low + high)
-        if abs(step - tau) <= 1e-15 * tau + ROUNDING or step in (low, high):
+        if abs(step - tau) <= 1e-15 * tau + rounding or step in (low, high):
             # a bracket shut on a jump: the slack before it can spare any amount at `low`
-            return low if high - low <= 1e-14 * high + 2.0 * ROUNDING else step
+            return low if high - low <= 1e-14 * high + 2.0 * rounding else step
         tau = step
     return tau
 
@@ -180,15 +191,22 @@ def _flow_at(segments: Segments, guides: Guides, j: int, beyond: float, rounded:
 
 @compiled
 def _holds(segments: Segments, guides: Guides, first: int) -> bool:
-    """Whether every segment ends with what its tension says, a slack one with at least that."""
+    """Whether every segment ends with what its tension says, a slack one with at least that.
+
+    Where friction multiplies a tension that is no more than rounding, the whole tendon's counts.
+    """
     last = len(guides)
     passed = guides[0].flow if first > 0 and last > 0 else 0.0
+    rounded = 0.0
+    for j in range(first, last + 1):
+        rounded += _ROUNDED * segments[j].stored
     for j in range(first, last + 1):
         beyond = guides[j].flow if j < last else 0.0
         kept = segments[j].stored + beyond - passed
         passed = beyond
         needed, slope, _ = held(segments, j, segments[j].tension)
         tolerance = _TOUCHING * (abs(needed) + abs(beyond) + abs(kept - segments[j].stored))
+        tolerance += rounded
         if first > 0:
             tolerance -= _ROUNDED * slope
         if kept < needed - tolerance:

@@ -122,7 +122,7 @@ def fixed_sheaths(sheaths_of, timestep=0.001):
         points = arc_points(law.pop("length", 0.5), law.pop("bend"), law.pop("guides"))
         add_tendon(spec, f"t{k}", add_sites(spec, f"s{k}", points))
         add_friction(
-            spec, f"t{k}", name=f"sheath{k}", reel=f"reel{k}", **{"axial_stiffness": 20e3} | law
+            spec, f"t{k}", reel=f"reel{k}", **{"name": f"sheath{k}", "axial_stiffness": 20e3} | law
         )
     return spec.compile()
 

@@ -151,3 +151,39 @@ def test_a_corner_given_more_than_once_still_bends_the_tendon_once(repeats):
     corner = [[1.0, 0.0, 0.0]] * repeats
     angles = bend_angles([[0.0, 0.0, 0.0], *corner, [1.0, 1.0, 0.0]])
     assert angles.sum() == pytest.approx(np.pi / 2)
+
+
+@pytest.fixture
+def told():
+    """Warnings of ours that MuJoCo was given; its own are of the control."""
+    messages, before = [], mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda m: messages.append(m) if "tendon_mj" in m else None)
+    yield messages
+    mujoco.set_mju_user_warning(before)
+
+
+def test_one_warning_since_the_reset_names_the_sheath(told):
+    model, data = reeled()
+    data.ctrl[0] = np.nan
+    run(model, data, 5)
+    assert len(told) == 1
+    assert "sheath 'sheath0' was not solved" in told[0]
+    mujoco.mj_resetData(model, data)
+    run(model, data, 5)
+    assert len(told) == 1
+    data.ctrl[0] = np.inf
+    run(model, data, 5)
+    assert len(told) == 2
+
+
+@pytest.mark.parametrize(
+    "name", ["100%s%n", "ä" * 400, "-" + "ä" * 400], ids=["percent", "long", "odd"]
+)
+def test_a_warning_holds_any_name(name, told):
+    model = fixed_sheaths([LAW | {"name": name}])
+    data = mujoco.MjData(model)
+    data.ctrl[0] = np.nan
+    mujoco.mj_step(model, data)
+    (message,) = told
+    assert message.startswith(f"tendon_mj: sheath '{name[:100]}")
+    assert message.endswith("counts them")

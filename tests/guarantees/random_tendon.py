@@ -33,6 +33,7 @@ _ACTUATORS = {
     "reel_joint": '<motor joint="winch" ctrlrange="-3 3"/>',
     "spool": '<motor tendon="t" ctrlrange="-40 0"/>',
 }
+DIVERGED = ("mjWARN_BADQPOS", "mjWARN_BADQVEL", "mjWARN_BADQACC")
 
 
 @dataclass(frozen=True)
@@ -161,3 +162,8 @@ def moved(case, model, steps):
         data.ctrl[:] += 0.3 * (target - data.ctrl)
         mujoco.mj_step(model, data)
         yield data
+
+
+def diverged(data):
+    """Whether MuJoCo has found the simulation unstable, and reset it."""
+    return any(data.warning[getattr(mujoco.mjtWarning, name)].number for name in DIVERGED)

@@ -7,16 +7,10 @@ from hypothesis import event, given
 
 from tendon_mj.engine import sheaths
 from tests.engine.models import sheath_view
-from tests.guarantees.random_tendon import DRIVEN, WOUND, cases, moved, thorough
+from tests.guarantees.random_tendon import DRIVEN, WOUND, cases, diverged, moved, thorough
 
 STEPS = 60
-DIVERGED = ("mjWARN_BADQPOS", "mjWARN_BADQVEL", "mjWARN_BADQACC")
 pytestmark = pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
-
-
-def diverged(data):
-    """Whether MuJoCo has found the simulation unstable, and reset it."""
-    return any(data.warning[getattr(mujoco.mjtWarning, name)].number for name in DIVERGED)
 
 
 def states(case):

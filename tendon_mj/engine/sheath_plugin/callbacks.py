@@ -12,11 +12,13 @@ import mujoco
 from numba import types
 
 from tendon_mj.abi.layout import Layout
-from tendon_mj.abi.memory import doubles, integer, pointer, size
-from tendon_mj.compilation import callback, compiled
+from tendon_mj.abi.memory import doubles, integer, pointer, size, text
+from tendon_mj.abi.warning import warn
+from tendon_mj.compilation import apart, callback, compiled
 from tendon_mj.engine.sheath_plugin.attributes import is_sensor
 from tendon_mj.engine.sheath_plugin.binding.bind import ensure_bound, is_bound, reset_sheath
 from tendon_mj.engine.sheath_plugin.binding.bind_sensor import ensure_shown, reset_sensor
+from tendon_mj.engine.sheath_plugin.binding.own_names import own_name
 from tendon_mj.engine.sheath_plugin.binding.seal import is_sheath
 from tendon_mj.engine.sheath_plugin.evaluate import evaluate
 from tendon_mj.engine.sheath_plugin.sensors import measure, measure_ends, numbers_of
@@ -33,6 +35,19 @@ from tendon_mj.engine.sheath_plugin.trial import commit
 
 _ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
 _PASSIVE_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value | mujoco.mjtDisableBit.mjDSBL_DAMPER.value
+_WARNING = text("tendon_mj: sheath '")
+_UNNAMED = text("")
+_REASONS = text(
+    "' was not solved in an evaluation: a control is not finite, more tendon is wound in than there"
+    " is, a stretch has no length, or passive forces are off; its sensor `unsolved` counts them"
+)
+
+
+@apart
+def _warn(layout: Layout, m: int, instance: int) -> None:
+    """Tell of the first evaluation since the reset that was not solved."""
+    name = own_name(layout, m, instance)
+    warn(_WARNING(), name if name != 0 else _UNNAMED(), _REASONS())
 
 
 @compiled
@@ -104,6 +119,8 @@ def _advance(layout: Layout, m: int, d: int, instance: int) -> None:
     if state.has_trial == 0.0:
         if _is_skipped(layout, m):
             state.unsolved += 1.0  # it was not evaluated at all
+            if state.unsolved == 1.0:
+                _warn(layout, m, instance)
     elif is_bound(layout, m, d, instance):
         commit(address)
 
@@ -143,8 +160,12 @@ def make_callbacks(layout: Layout) -> Callbacks:
         ):
             address = state_of(layout, m, d, instance)
             # one that is driven needs what all actuators do, which is not there yet
-            if not late or state_at(address).driven == 0.0:
+            state = state_at(address)
+            if not late or state.driven == 0.0:
+                before = state.unsolved
                 evaluate(layout, m, d, address)
+                if before == 0.0 and state.unsolved > 0.0:
+                    _warn(layout, m, instance)
         if capability == _PASSIVE and not sensor:
             skip_subtree_velocities(layout, readers, m, d, instance)
         elif capability == _SENSOR and sensor:

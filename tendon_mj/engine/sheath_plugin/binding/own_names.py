@@ -77,7 +77,7 @@ def prefix_and_suffix(
 
 
 @apart
-def _own_name(layout: Layout, m: int, instance: int) -> int:
+def own_name(layout: Layout, m: int, instance: int) -> int:
     """Address of an instance's name, or of its sensor's or actuator's; 0 without any."""
     name = mj_id2name(m, _PLUGIN, instance)
     if name != 0 and byte(name, 0) != 0:
@@ -151,7 +151,7 @@ def resolve_from(
     layout: Layout, m: int, instance: int, tendon: int, written: int, attribute: int, kind: int
 ) -> int:
     """As ``resolve``, of a plugin whose attributes `tendon` and `instance` are these."""
-    own = _own_name(layout, m, instance)
+    own = own_name(layout, m, instance)
     end, start = _affixes(
         m, own, at.text_at(layout, m, instance, written), at.text_at(layout, m, instance, tendon)
     )
