@@ -22,8 +22,8 @@ from tendon_mj.errors import EngineError
 RUN = """
 import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from tendon_mj.cli import main
-sys.exit(main(sys.argv[1:]))
+from tendon_mj.__main__ import main
+sys.exit(main())
 """
 WIDTH = 100
 ARM = (
@@ -133,7 +133,9 @@ def test_ctrl_c_ends_in_one_line(arguments, tmp_path):
     while not out.exists() and process.poll() is None:  # it has begun when its folder is there
         time.sleep(0.05)
     time.sleep(1.0)
-    process.send_signal(signal.SIGINT)
+    for _ in range(3):  # of which the first one counts
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.01)
     _, error = process.communicate()
     assert process.returncode == 130, error
     assert (
