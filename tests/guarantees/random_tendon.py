@@ -146,13 +146,18 @@ def _laws(draw, drive):
     return law
 
 
+def control_range(model):
+    """Lowest and highest control of each actuator; a reel's [m] has no limits of its own."""
+    low, high = model.actuator_ctrlrange.T
+    limited = model.actuator_ctrllimited.astype(bool)
+    return np.where(limited, low, -0.01), np.where(limited, high, 0.01)
+
+
 def moved(case, model, steps):
     """Data after each of some steps under random controls, the joints set anew now and then."""
     rng = np.random.default_rng(case.seed)
     data = mujoco.MjData(model)
-    low, high = model.actuator_ctrlrange.T
-    limited = model.actuator_ctrllimited.astype(bool)
-    low, high = np.where(limited, low, -0.01), np.where(limited, high, 0.01)  # a reel's [m]
+    low, high = control_range(model)
     for step in range(steps):
         if step % 8 == 0:
             target = low + (high - low) * rng.random(model.nu)
