@@ -113,6 +113,12 @@ class Mjcf:
         assets = [folder / f for e in self.root.iter() for f in _files_of(e) for folder in folders]
         return any(file.exists() and file.samefile(path) for file in [*self._files, *assets])
 
+    def outside(self) -> list[Path]:
+        """Files that are included and lie neither in the main file's folder nor below it."""
+        here = self.path.parent.resolve()
+        files = (file.resolve() for file in self._files)
+        return [file for file in files if not file.is_relative_to(here)]
+
     def write(self, path: Path) -> None:
         """Write it as one file."""
         ElementTree.indent(self.root)

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import copy
 import math
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree
@@ -27,7 +28,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.attach.mjcf import Mjcf, number, numbers, set_first
 from tendon_mj.builders.load import load_model, load_spec, model_path
-from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
+from tendon_mj.errors import InvalidValueError, TendonError, TendonWarning, UnknownNameError
 from tendon_mj.replay.live_parameters import CORRECTION, DRAWN_BEND, EXTRA_BEND, custom_text
 from tendon_mj.replay.parameters import Adjustable
 
@@ -58,6 +59,9 @@ def patch_model(
 
     Returns:
         The path.
+
+    Warns:
+        TendonWarning: the model includes files from outside its folder, whose text is written too.
 
     Raises:
         UnknownNameError: no such model or parameter, or an interval of none that is given.
@@ -93,6 +97,13 @@ def patch_model(
     text.root.insert(0, ElementTree.Comment(_says(source, adjustable, parameters, intervals)))
     text.move_to(target.parent, spec)
     text.write(target)
+    if text.outside():
+        files = ", ".join(map(str, text.outside()))
+        warnings.warn(
+            f"{target} holds the text of {files}, which {source} includes from outside its folder",
+            TendonWarning,
+            stacklevel=2,
+        )
     try:
         _check_written(target, adjustable, parameters)
     except TendonError:

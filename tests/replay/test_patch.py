@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.builders.load import load_model, load_spec, model_path
-from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
+from tendon_mj.errors import InvalidValueError, TendonError, TendonWarning, UnknownNameError
 from tendon_mj.recordings import Measured, Recording
 from tendon_mj.replay import Adjustable, Simulator, patch_model, read_intervals, replay_recording
 
@@ -227,6 +227,15 @@ def test_includes_and_meshes_are_found_from_elsewhere(tmp_path):
     assert values["plain.kv"].value == 1.0
     assert model.actuator("motor").gear[:2].tolist() == [3.0, 1.0]
     assert model.opt.timestep == 0.001
+
+
+def test_text_from_outside_the_model_s_folder_is_told_of(tmp_path):
+    (tmp_path / "rig").mkdir()
+    source = own_model(tmp_path / "rig", parts=PARTS.replace('user="1 0.5"', ""))
+    (tmp_path / "rig" / "parts.xml").rename(tmp_path / "secret.xml")
+    source.write_text(source.read_text().replace("parts.xml", "../secret.xml"))
+    with pytest.warns(TendonWarning, match=r"p.xml holds the text of .*secret\.xml, which .*own"):
+        patch_model(source, {"hinge.stiffness": 4.0}, tmp_path / "p.xml")
 
 
 @pytest.mark.parametrize(
