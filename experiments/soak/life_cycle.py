@@ -1,9 +1,13 @@
-"""Lives of models: made, copied, pickled, recompiled, reloaded and deleted, in any order."""
+"""Lives of models: made, copied, pickled, recompiled, reloaded and deleted, in any order.
+
+In this process, in three threads at once, and in processes that were forked or spawned.
+"""
 
 from __future__ import annotations
 
 import copy
 import gc
+import multiprocessing
 import pickle
 import random
 import warnings
@@ -12,19 +16,27 @@ from concurrent.futures import ThreadPoolExecutor
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 import tendon_mj
 from experiments.soak.batches import report_batch
 from tendon_mj.builders import load_spec
 
+Array = NDArray[np.float64]
+
 _MODELS = ("bench", "joint", "finger")
+_PROCESSES = 4  # lives in processes of their own, half of them forked
 _FULL = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 def trials(seed: int, count: int) -> Iterator[tuple[str, str]]:
-    """Lead a life in this thread, and two more at the same time every fourth trial."""
+    """Lead lives: some in processes of their own first, then each in this thread or in three."""
     warnings.simplefilter("ignore")
     draw = random.Random(seed)
+    if count >= 2 * _PROCESSES:
+        count -= _PROCESSES
+        for start in ("fork", "spawn"):  # before there are threads, which a fork would lose
+            yield from ((f"{start}ed", said) for said in _in_processes(start, draw))
     with ThreadPoolExecutor(2) as pool:
         for k in range(count):
             seeds = [draw.randrange(2**32) for _ in range(3)]
@@ -36,6 +48,27 @@ def trials(seed: int, count: int) -> Iterator[tuple[str, str]]:
                 yield "one thread", _life(seeds[0])
             if k % 50 == 0:
                 gc.collect()
+
+
+def _in_processes(start: str, draw: random.Random) -> Iterator[str]:
+    """Send a model and its data to processes, which must go on as this one does, and live there."""
+    spec = load_spec(draw.choice(_MODELS))
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 10)
+    seeds = [draw.randrange(2**32) for _ in range(_PROCESSES // 2)]
+    with multiprocessing.get_context(start).Pool(2) as pool:
+        there = pool.starmap(_continued, [(model, data, seed) for seed in seeds])
+    mujoco.mj_step(model, data)
+    for state, said in there:
+        same = np.array_equal(state, data.plugin_state)
+        yield said if same else f"{start}: a process went another way"
+
+
+def _continued(model: mujoco.MjModel, data: mujoco.MjData, seed: int) -> tuple[Array, str]:
+    """State after a step in this process, and what was not as it should be in a life here."""
+    mujoco.mj_step(model, data)
+    return data.plugin_state.copy(), _life(seed)
 
 
 def _life(seed: int) -> str:
