@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ import tyro
 from experiments.hidden_effects.suite.case import make_case
 from experiments.hidden_effects.suite.case_plan import CasePlan, Kind
 from experiments.hidden_effects.suite.plan_suite import KINDS, plan_suite
+from experiments.worker_processes import worker_processes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +63,7 @@ def make(suite: Suite) -> None:
     todo = todo[: suite.cases] if suite.cases else todo
     jobs = [(plan, suite.out / f"case_{k + 1:04d}") for k, plan in enumerate(todo)]
     begun, keys = time.monotonic(), {}
-    with ProcessPoolExecutor(suite.processes) as pool:
+    with worker_processes(suite.processes) as pool:
         for (_, folder), key in zip(jobs, pool.map(_one, jobs), strict=True):
             keys[folder.name] = key
             spent = time.monotonic() - begun

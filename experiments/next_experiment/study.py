@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 import json
-import os
 import time
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from concurrent.futures import as_completed
 from pathlib import Path
 
 from experiments.next_experiment.case import Case
 from experiments.next_experiment.settle import settle
+from experiments.worker_processes import worker_processes
 
 
 def settle_all(cases: Sequence[Case], out: Path, processes: int) -> None:
     """Settle the cases that have no file in the folder yet, and print the progress."""
     todo = [case for case in cases if not (out / f"{case.name}.json").exists()]
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ[name] = "1"  # a process has one core; spawned ones read it before NumPy
     begun = time.monotonic()
-    with ProcessPoolExecutor(processes, get_context("spawn")) as pool:
+    with worker_processes(processes) as pool:
         waiting = [pool.submit(_one, case, out) for case in todo]
         for done, future in enumerate(as_completed(waiting), 1):
             spent = time.monotonic() - begun

@@ -10,12 +10,14 @@ from dataclasses import asdict
 from pathlib import Path
 
 from experiments.command import run_experiment
+from experiments.hidden_effects.make import Suite, make
 from experiments.soak.batches import Outcomes, run_batches
 from experiments.soak.killed_runs import killed_runs
 from experiments.soak.long_run import long_run
-from tendon_mj.builders import example_recording
+from tendon_mj.builders import example_recording, example_rig
 from tendon_mj.cli import Output, console, progress_bar
 
+_CASES = 6  # of the hidden suite whose diagnosis is killed
 _FUZZ = ("model_fuzz", "recording_fuzz", "life_cycle")
 
 
@@ -61,18 +63,38 @@ def soak(
                 f"{run.unsolved:.0f} unsolved",
                 soft_wrap=True,
             )
-        for arguments in (["replay", str(example_recording())], ["compare"]):
-            with tempfile.TemporaryDirectory() as folder:
-                killed = killed_runs(arguments, Path(folder) / "out", kills, seed, progress)
-            result[f"killed_{arguments[0]}"] = asdict(killed)
-            console.print(
-                f"{arguments[0]}: {killed.kills} killed, {killed.ended} ended before, "
-                f"{len(killed.broken)} files half-written, the last run "
-                f"{killed.failed or 'did it all'}",
-                soft_wrap=True,
-            )
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            for job, (command, finished) in _long_jobs(folder).items():
+                killed = killed_runs(
+                    command, folder / job, kills, seed, finished=finished, progress=progress
+                )
+                result[f"killed_{job}"] = asdict(killed)
+                console.print(
+                    f"{job}: {killed.kills} killed, {killed.ended} ended before, "
+                    f"{len(killed.broken)} files half-written, {len(killed.repeated)} parts done "
+                    f"twice, the last run {killed.failed or 'did it all'}",
+                    soft_wrap=True,
+                )
     output.result(result)
     output.close()
+
+
+def _long_jobs(folder: Path) -> dict[str, tuple[list[str], str]]:
+    """Modules and their arguments, and what a finished part of each leaves in its folder."""
+    recording, rig, suite = str(example_recording()), example_rig(), folder / "suite"
+    train, held_out = str(rig / "triangles.csv"), str(rig / "sines.csv")
+    about = ["--description", str(rig / "rig.toml"), "--no-sysid"]
+    make(Suite(out=suite, keys=folder / "keys", kinds=("effect",), strengths=(5.0,), cases=_CASES))
+    return {
+        "replay": (["tendon_mj", "replay", recording], ""),
+        "compare": (["tendon_mj", "compare"], ""),
+        "diagnose": (["tendon_mj", "diagnose", train, "--hold-out", held_out, *about], ""),
+        "suite": (
+            ["experiments.hidden_effects.diagnose_suite", "--suite", str(suite)],
+            "*/run.json",
+        ),
+    }
 
 
 def _said(found: Outcomes) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+import shutil
 import subprocess
 import sys
 import time
@@ -18,6 +19,8 @@ from PIL import Image
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings import read_recording
 
+_ORPHANS = 0.5  # in which the workers of a killed run see that they are alone [s]
+
 
 @dataclass
 class KilledRuns:
@@ -27,46 +30,72 @@ class KilledRuns:
         kills: number of runs that were killed before they ended.
         ended: number that ended before they would have been killed.
         broken: files that were found half-written.
+        repeated: finished parts that a later run did again.
         failed: messages of the last run, which was left alone, if it failed.
     """
 
     kills: int = 0
     ended: int = 0
     broken: list[str] = field(default_factory=list)
+    repeated: list[str] = field(default_factory=list)
     failed: str = ""
 
 
 def killed_runs(
-    arguments: Sequence[str], out: Path, kills: int, seed: int = 0, progress: Progress = silent
+    command: Sequence[str],
+    out: Path,
+    kills: int,
+    seed: int = 0,
+    *,
+    finished: str = "",
+    progress: Progress = silent,
 ) -> KilledRuns:
-    """Run ``tendon-mj <arguments> --out <out>``, kill it at random moments, and look at the files.
+    """Run ``python -m <command> --out <out>``, kill it at random moments, and look at the files.
 
     Args:
-        arguments: of the command, without ``--out``.
+        command: a module and its arguments, without ``--out``.
         out: folder for all runs.
         kills: number of runs to kill.
         seed: of the moments.
+        finished: pattern of the files in ``out`` that a finished part leaves, which no later run
+            may write again; where it is given, the runs begin with an empty folder.
         progress: is told of every run.
     """
     found, draw = KilledRuns(), random.Random(seed)
-    command = [sys.executable, "-m", "tendon_mj", *arguments, "--out", str(out)]
+    whole_command = [sys.executable, "-m", *command, "--out", str(out)]
     began = time.perf_counter()
-    subprocess.run(command, capture_output=True, check=True)
+    subprocess.run(whole_command, capture_output=True, check=True)
     longest = time.perf_counter() - began
+    if finished:
+        shutil.rmtree(out)
+    done: dict[Path, int] = {}
     for k in range(kills):
-        with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as run:
+        with subprocess.Popen(
+            whole_command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        ) as run:
             try:
                 run.wait(draw.uniform(0.3, 1.0) * longest)
                 found.ended += 1
             except subprocess.TimeoutExpired:
                 run.kill()
                 found.kills += 1
+        time.sleep(_ORPHANS)
         found.broken += [str(path) for path in sorted(out.rglob("*")) if not whole(path)]
-        progress(f"kill {arguments[0]}", k + 1, kills)
-    last = subprocess.run(command, capture_output=True, text=True)
-    if last.returncode != 0 or not (out / "result.json").exists():
+        _see_finished(out, finished, done, found)
+        progress(f"kill {command[0]}", k + 1, kills)
+    last = subprocess.run(whole_command, capture_output=True, text=True)
+    _see_finished(out, finished, done, found)
+    if last.returncode != 0 or not any(out.glob(finished or "result.json")):
         found.failed = last.stderr.strip() or f"status {last.returncode}"
     return found
+
+
+def _see_finished(out: Path, finished: str, done: dict[Path, int], found: KilledRuns) -> None:
+    """Compare when finished parts were written with what ``done`` has, and add new ones to it."""
+    for path in sorted(out.glob(finished)) if finished else []:
+        written = path.stat().st_mtime_ns
+        if done.setdefault(path, written) != written:
+            found.repeated.append(str(path))
 
 
 def whole(path: Path) -> bool:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
 import time
 from collections.abc import Callable, Collection
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from experiments.worker_processes import worker_processes
 from tendon_mj.errors import TendonError
 from tendon_mj.recordings import Recording, read_recording
 from tendon_mj.whole_file import whole_file
@@ -63,9 +62,7 @@ def solve_suite(
     folders = folders[:cases] if cases else folders
     todo = [f for f in folders if again or not (out / f.name / "run.json").exists()]
     begun = time.monotonic()
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ[name] = "1"  # a process has one core; spawned ones read it before NumPy
-    with ProcessPoolExecutor(processes, get_context("spawn")) as pool:
+    with worker_processes(processes) as pool:
         waiting = [pool.submit(_one, solve, folder, out / folder.name) for folder in todo]
         for done, future in enumerate(as_completed(waiting), 1):
             spent = time.monotonic() - begun
