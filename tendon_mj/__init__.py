@@ -18,6 +18,7 @@ from tendon_mj.attach import add_servo as add_servo
 from tendon_mj.attach import add_sites as add_sites
 from tendon_mj.attach import add_tendon as add_tendon
 from tendon_mj.attach import arc_points as arc_points
+from tendon_mj.attach import bent_points as bent_points
 from tendon_mj.attach import remove_friction as remove_friction
 from tendon_mj.attach import show_tension as show_tension
 from tendon_mj.attach import view_sheath as view_sheath
@@ -127,6 +128,7 @@ __all__ = [
     "add_sites",
     "add_tendon",
     "arc_points",
+    "bent_points",
     "diagnose",
     "example_rig",
     "fit_with_sysid",

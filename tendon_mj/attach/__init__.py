@@ -6,6 +6,7 @@ from tendon_mj.attach.removal import remove_friction as remove_friction
 from tendon_mj.attach.route import add_sites as add_sites
 from tendon_mj.attach.route import add_tendon as add_tendon
 from tendon_mj.attach.route import arc_points as arc_points
+from tendon_mj.attach.route import bent_points as bent_points
 from tendon_mj.attach.sensor import add_sensor as add_sensor
 from tendon_mj.attach.servo import add_servo as add_servo
 from tendon_mj.attach.spool import Spool as Spool

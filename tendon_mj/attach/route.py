@@ -48,6 +48,64 @@ def arc_points(
         raise InvalidValueError(
             f"guides = {guides} cannot bend by {bend:g} rad: each turns by π at most"
         )
+    steps = np.full(guides + 1, length / guides)
+    steps[[0, -1]] /= 2.0
+    return _path(bend / guides * np.arange(guides + 1), steps, start, direction, normal)
+
+
+def bent_points(
+    length: float,
+    bends: Sequence[tuple[float, float, float]],
+    guides: int,
+    start: ArrayLike = (0.0, 0.0, 0.0),
+    direction: ArrayLike = (1.0, 0.0, 0.0),
+    normal: ArrayLike = (0.0, 0.0, 1.0),
+) -> NDArray[np.float64]:
+    """Points of a sheath that is bent in places and straight between them.
+
+    Where the bends lie decides how much of the tendon moves after a reversal, and so how stiff it
+    feels; the loss between its ends is that of an arc of the same total bend.
+
+    Args:
+        length: of the sheath [m].
+        bends: of each bend, in order, where it begins and ends along the sheath [m], and the angle
+            that it turns through [rad].
+        guides: of all bends, shared out by their angles; each bend has one at least.
+        start, direction, normal: as in ``arc_points``.
+
+    Returns:
+        (n+2, 3) points [m], n the number of guides that came of it.
+
+    Raises:
+        InvalidValueError: bends that overlap, lie outside the sheath or turn by nothing; too few
+            guides.
+    """
+    total = sum(abs(angle) for _, _, angle in bends)
+    where, turns, before = [0.0], [0.0], 0.0
+    for begin, end, angle in bends:
+        if not (before <= begin < end <= length and np.isfinite(angle) and angle != 0.0):
+            raise InvalidValueError(
+                f"bend ({begin:g} m, {end:g} m, {angle:g} rad) must lie behind the one before, "
+                f"within the sheath's {length:g} m, and turn"
+            )
+        share = max(1, round(guides * abs(angle) / total))
+        if abs(angle) / share > np.pi:
+            raise InvalidValueError(f"guides = {guides} are too few: each turns by π at most")
+        where += [begin + (k + 0.5) * (end - begin) / share for k in range(share)]
+        turns += share * [angle / share]
+        before = end
+    steps = np.diff([*where, length])
+    return _path(np.cumsum(turns), steps, start, direction, normal)
+
+
+def _path(
+    headings: ArrayLike,
+    steps: ArrayLike,
+    start: ArrayLike,
+    direction: ArrayLike,
+    normal: ArrayLike,
+) -> NDArray[np.float64]:
+    """Corners of a plane path whose legs have these headings [rad] and lengths [m]."""
     along = np.asarray(direction, float)
     axis = np.asarray(normal, float)
     left = np.cross(axis, along)
@@ -56,12 +114,9 @@ def arc_points(
     left /= np.linalg.norm(left)
     along = np.cross(left, axis)
     along /= np.linalg.norm(along)
-    headings = bend / guides * np.arange(guides + 1)
-    steps = np.full(guides + 1, length / guides)
-    steps[[0, -1]] /= 2.0
     turns = np.outer(np.cos(headings), along) + np.outer(np.sin(headings), left)
-    path: NDArray[np.float64] = np.zeros((guides + 2, 3))
-    path[1:] = np.cumsum(steps[:, None] * turns, axis=0)
+    path: NDArray[np.float64] = np.zeros((len(turns) + 1, 3))
+    path[1:] = np.cumsum(np.reshape(steps, (-1, 1)) * turns, axis=0)
     path += np.asarray(start, float)
     return path
 

@@ -6,6 +6,7 @@ import copy
 from collections.abc import Iterator
 
 import mujoco
+import numpy as np
 import tomli_w
 
 from tendon_mj.recordings.units import unit_fault
@@ -13,7 +14,9 @@ from tendon_mj.replay.parameters import Adjustable, Parameter
 from tendon_mj.replay.units import control_unit, ending_of, reading_unit
 
 _SHEATH = ("axial_stiffness", "pretension", "drawn_bend")
-_JOINT = ("stiffness", "springref", "damping", "frictionloss")
+_JOINT = ("stiffness", "springref", "damping", "frictionloss", "armature")
+_MOTOR = ("command_scale", "command_offset", "kp", "kv", "gear")
+_NO_LOAD = 1e-9  # [N or N m], what rounding leaves
 _GUESS, _SPAN = 0.15, 3.0  # μ where the model has none, and by what it may be more or less
 
 _HEAD = """\
@@ -46,13 +49,34 @@ def format_template(model: mujoco.MjModel, name: str) -> str:
     parts = [
         f"{_HEAD}\nmodel = {_quoted(name)}",
         'source = ""  # who measured it, when, on which rig, under which licence\n'
-        "settle = 0.5  # [s], in which a replay comes to the first drive value before it begins",
+        + _settle(model),
         "\n".join(["[drive]", _DRIVE, *_drive(model)]),
         "\n".join(["[measured]", _MEASURED, *_measured(model)]),
         "\n".join(["[known]", _KNOWN, *_known(model, parameters)]),
         "\n".join(["[uncertain]", _UNCERTAIN, *_uncertain(parameters)]),
     ]
     return "\n\n".join(parts) + "\n"
+
+
+def _settle(model: mujoco.MjModel) -> str:
+    """How a replay begins: at once where an actuator bears a load in the reference pose."""
+    if _bears_a_load(model):
+        return (
+            "# A motor bears a load at rest: a replay begins with the first drive value, since a\n"
+            "# control of 0 would let go.\n"
+            "settle = 0.0  # [s]"
+        )
+    return "settle = 0.5  # [s], in which a replay comes to the first drive value before it begins"
+
+
+def _bears_a_load(model: mujoco.MjModel) -> bool:
+    """Whether a pretension, a spring or weight pulls at a joint that an actuator turns."""
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    load = np.abs(data.qfrc_passive - data.qfrc_bias)
+    on_joints = model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT
+    turned = model.jnt_dofadr[model.actuator_trnid[on_joints, 0]]
+    return bool((load[turned] > _NO_LOAD).any())
 
 
 def _drive(model: mujoco.MjModel) -> Iterator[str]:
@@ -90,8 +114,9 @@ def _known(model: mujoco.MjModel, parameters: dict[str, Parameter]) -> Iterator[
             "live": which in _SHEATH and parameter.value > 0.0,
             "joint": which in _JOINT and parameter.value != 0.0,
             "body": True,
-            "actuator": which == "command_scale" and element in driven,
-            "motor": which == "command_scale" and element in driven,
+            "actuator": which in _MOTOR and element in driven,
+            "motor": which in _MOTOR and element in driven,
+            "gravity": True,
         }
         if told.get(parameter.kind, False):
             unit = "control per column, such as a radius" if "scale" in which else parameter.unit
@@ -102,7 +127,7 @@ def _uncertain(parameters: dict[str, Parameter]) -> Iterator[str]:
     for name, parameter in parameters.items():
         if parameter.kind == "live" and name.endswith(".friction"):
             value = parameter.value or _GUESS
-            low, high = (_number(value * factor) for factor in (1.0 / _SPAN, _SPAN))
+            low, high = _number(parameter.value / _SPAN), _number(value * _SPAN)
             entry = f"{{ value = {_number(value)}, low = {low}, high = {high} }}"
             yield f"{_quoted(name)} = {entry}  # [-], of the capstan law"
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
-from tendon_mj import add_sites, add_tendon, arc_points
+from tendon_mj import add_sites, add_tendon, arc_points, bent_points
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 
 vectors = some.tuples(*[some.floats(-1.0, 1.0)] * 3)
@@ -112,3 +112,35 @@ def test_a_bad_route_is_refused_by_name(call, error, message):
     with pytest.raises(error, match=message):
         call(spec)
     assert len(spec.tendons) == tendons
+
+
+BENDS = [(0.10, 0.28, np.pi / 2), (0.42, 0.52, -0.7), (0.65, 0.72, 0.35)]
+
+
+def test_a_sheath_bent_in_places_has_its_length_its_bends_and_its_straight_stretches():
+    points = bent_points(0.8, BENDS, guides=18)
+    legs = np.diff(points, axis=0)
+    lengths = np.linalg.norm(legs, axis=1)
+    assert lengths.sum() == pytest.approx(0.8, rel=1e-12)
+    headings = np.unwrap(np.arctan2(legs[:, 1], legs[:, 0]))
+    along = np.cumsum(lengths)[:-1]  # where each guide lies
+    for begin, end, angle in BENDS:
+        inside = (along > begin) & (along < end)
+        assert np.diff(headings)[inside].sum() == pytest.approx(angle, abs=1e-12)
+    assert all(any(begin < at < end for begin, end, _ in BENDS) for at in along)
+
+
+def test_one_bend_all_along_is_an_arc():
+    one = bent_points(0.6, [(0.0, 0.6, 2.0)], guides=7, start=(1, 2, 3), direction=(0, 1, 1))
+    arc = arc_points(0.6, 2.0, 7, start=(1, 2, 3), direction=(0, 1, 1))
+    np.testing.assert_allclose(one, arc, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "bends",
+    [[(0.1, 0.3, 0.0)], [(0.3, 0.1, 1.0)], [(0.1, 0.9, 1.0)], [*BENDS, (0.7, 0.75, 1.0)]],
+    ids=["turns by nothing", "ends before it begins", "beyond the end", "overlaps"],
+)
+def test_a_bend_that_cannot_be_is_refused(bends):
+    with pytest.raises(InvalidValueError, match=r"bend .* must lie behind the one before"):
+        bent_points(0.8, bends, guides=18)

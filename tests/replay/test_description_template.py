@@ -46,6 +46,23 @@ def test_what_it_says_of_parameters_is_what_the_model_has(name: str) -> None:
         assert guess.value == pytest.approx(there[parameter].value, rel=1e-3)
 
 
+HELD = """<mujoco><worldbody><body><joint name="j" axis="0 1 0" {spring}/><geom size=".1"
+  pos=".1 0 0"/></body></worldbody><actuator><{kind} name="a" joint="j"/></actuator></mujoco>"""
+
+
+@pytest.mark.parametrize("kind", ["motor", "position"])
+def test_a_motor_that_bears_a_load_at_rest_begins_with_the_first_drive_value(kind: str) -> None:
+    """From a control of 0 it would let go first; without a load nothing is lost by coming to it."""
+    held = mujoco.MjModel.from_xml_string(HELD.format(kind=kind, spring=""))
+    assert parse_description(format_template(held, "m"), "m").settle == 0.0
+    held.opt.gravity[:] = 0.0
+    assert parse_description(format_template(held, "m"), "m").settle == 0.5
+    sprung = HELD.format(kind=kind, spring='stiffness="1" springref="30"')
+    model = mujoco.MjModel.from_xml_string(sprung)
+    model.opt.gravity[:] = 0.0
+    assert parse_description(format_template(model, "m"), "m").settle == 0.0
+
+
 @pytest.mark.parametrize("name", ["bench", "joint"])
 def test_once_it_is_filled_in_a_check_accepts_it(name: str, tmp_path: Path) -> None:
     text = format_template(load_model(name), name)
