@@ -2,6 +2,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from tendon_mj import add_friction
 from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.builders.load import load_model
 from tendon_mj.errors import InvalidValueError, TendonError
@@ -101,6 +102,31 @@ def test_the_model_itself_keeps_its_looks(model):
     assert bare.tendon_rgba[0, 3] == 0.0
     assert (model.tendon_rgba == before[0]).all()
     assert (model.site_rgba == before[1]).all()
+
+
+def test_only_the_sites_on_the_path_are_hidden():
+    """A path names sites, geoms and pulleys by numbers of three kinds."""
+    spec = mujoco.MjSpec.from_string("""
+    <mujoco><worldbody>
+      <replicate count="20" offset="0 0 1"><geom size=".1"/></replicate>
+      <geom name="drum" type="cylinder" size=".05 .1" pos=".3 0 0" euler="90 0 0"/>
+      <site name="a"/><site name="b" pos=".6 0 0"/>
+      <body pos=".8 0 0"><joint type="slide"/><geom size=".01"/>
+        <site name="c"/><site name="d" pos="0 0 .1"/></body>
+      <site name="beside"/>
+    </worldbody>
+    <tendon><spatial name="t">
+      <site site="a"/><geom geom="drum"/><site site="b"/><pulley divisor="2"/>
+      <site site="c"/><site site="d"/>
+    </spatial></tendon>
+    <actuator><motor tendon="t" gear="-1"/></actuator></mujoco>""")
+    add_friction(spec, "t", friction=0.1)
+    model = spec.compile()
+    assert (model.wrap_objid >= model.nsite).any(), "the number of a geom is that of no site"
+    assert (model.wrap_objid < 0).any(), "that of a pulley neither"
+    bare = without_tendons(model)
+    hidden = {model.site(k).name for k in range(model.nsite) if bare.site_rgba[k, 3] == 0.0}
+    assert hidden == {"a", "b", "c", "d"}
 
 
 def test_cables_side_by_side_do_not_touch(model):
