@@ -8,13 +8,13 @@ from matplotlib.colors import Normalize
 
 from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.builders.load import load_model
-from tendon_mj.engine import segment_tensions
+from tendon_mj.engine import segment_tensions, sheaths
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.finger.control import simulate_finger
 from tendon_mj.finger.trajectories import tap
 from tendon_mj.replay.default_motion import default_motion
-from tendon_mj.replay.frames import FrameRecorder, record_frames
-from tendon_mj.view.render.cable import COLOURS, add_cable, without_tendons
+from tendon_mj.replay.frames import Cable, FrameRecorder, record_frames
+from tendon_mj.view.render.cable import COLOURS, add_cable, cable_radius, without_tendons
 from tendon_mj.view.render.clip import render_clip
 from tendon_mj.view.render.offscreen import Offscreen, find_camera, project
 
@@ -98,28 +98,42 @@ def test_a_clip_of_a_replay_is_drawn_on_the_scene_that_the_bare_model_lacks(gl, 
     assert np.abs(frames[5].astype(float) - frames[0]).max() > 30.0
 
 
-@pytest.mark.parametrize("camera", ["view", "finger"])
-def test_the_colour_of_a_segment_is_that_of_the_bar(gl, camera):
+@pytest.mark.parametrize(
+    ("name", "camera"),
+    [
+        ("finger", "view"),
+        ("finger", "finger"),
+        ("joint", "view"),
+        ("joint", "spool"),
+        ("joint", "hinge"),
+        ("bench", "view"),
+    ],
+)
+def test_the_colour_of_a_segment_is_that_of_the_bar(gl, name, camera):
     """At 20 tensions, within 4 of 255, also in conduits, phalanges, light and shadow."""
-    model = load_model("finger", scene=True)
-    data, scale, size = mujoco.MjData(model), Normalize(0.0, 40.0), (640, 480)
+    model = load_model(name, scene=True)
+    data, scale, size = mujoco.MjData(model), Normalize(0.0, 40.0), (960, 720)
     mujoco.mj_forward(model, data)
-    points, _ = segment_tensions(model, data, "flexor_sheath")
-    thick = 0.006 * model.stat.extent
+    paths = {name: segment_tensions(model, data, name)[0] for name in sheaths(model)}
+    cables = {name: Cable(points[None], np.empty((1, 0))) for name, points in paths.items()}
+    thick = cable_radius(model, cables)
     compared = 0
     with Offscreen(without_tendons(model), *size) as offscreen:
         for tension in np.linspace(1.0, 39.0, 20):
-            tensions = np.full(len(points) - 1, tension)
-            image = offscreen.draw(
-                data,
-                find_camera(model, camera),
-                lambda scene, t=tensions: add_cable(scene, points, t, scale, thick),
-            )
-            seen = project(offscreen.scene, 0.5 * (points[1:] + points[:-1]), *size)
-            long = np.linalg.norm(np.diff(project(offscreen.scene, points, *size), axis=0), axis=1)
-            inside = ((seen > 2) & (seen < np.array(size) - 2)).all(axis=1) & (long > 12.0)
-            columns, rows = seen[inside].round().astype(int).T
-            bar = 255.0 * np.array(COLOURS(scale(tension))[:3])
-            np.testing.assert_allclose(image[rows, columns], np.tile(bar, (len(rows), 1)), atol=4.0)
-            compared += len(rows)
-    assert compared >= 60
+
+            def add(scene, tension=tension):
+                for points in paths.values():
+                    add_cable(scene, points, np.full(len(points) - 1, tension), scale, thick)
+
+            image = offscreen.draw(data, find_camera(model, camera), add)
+            for points in paths.values():
+                seen = project(offscreen.scene, 0.5 * (points[1:] + points[:-1]), *size)
+                ends = project(offscreen.scene, points, *size)
+                long = np.linalg.norm(np.diff(ends, axis=0), axis=1) > 24.0  # of more than beads
+                inside = ((seen > 2) & (seen < np.array(size) - 2)).all(axis=1) & long
+                columns, rows = seen[inside].astype(int).T
+                bar = 255.0 * np.array(COLOURS(scale(tension))[:3])
+                expected = np.tile(bar, (len(rows), 1))
+                np.testing.assert_allclose(image[rows, columns], expected, atol=4.0)
+                compared += len(rows)
+    assert compared >= 40
