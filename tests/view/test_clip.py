@@ -5,6 +5,8 @@ import mujoco
 import numpy as np
 import pytest
 from matplotlib.colors import Normalize
+from scipy.ndimage import minimum_filter
+from scipy.spatial import KDTree
 
 from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.builders.load import load_model
@@ -15,7 +17,7 @@ from tendon_mj.finger.trajectories import tap
 from tendon_mj.replay.default_motion import default_motion
 from tendon_mj.replay.frames import Cable, FrameRecorder, record_frames
 from tendon_mj.view.render.cable import COLOURS, add_cable, cable_radius, without_tendons
-from tendon_mj.view.render.clip import render_clip
+from tendon_mj.view.render.clip import draw_frames, render_clip
 from tendon_mj.view.render.offscreen import Offscreen, find_camera, project
 
 
@@ -52,6 +54,7 @@ def test_a_clip_has_its_size_its_frames_and_moves(gl, model, tmp_path):
     frames, said = frames_of(path, 480, 270)
     assert frames.shape == (8, 270, 480, 3)
     assert "480x270" in said
+    assert "yuv420p(tv, bt709" in said, "which all browsers play, and in which matrix"
     assert "10 fps" in said
     assert told[-1] == ("draw", 8, 8)
     assert ("simulate", 8, 8) in told
@@ -137,3 +140,24 @@ def test_the_colour_of_a_segment_is_that_of_the_bar(gl, name, camera):
                 np.testing.assert_allclose(image[rows, columns], expected, atol=4.0)
                 compared += len(rows)
     assert compared >= 40
+
+
+@pytest.mark.parametrize("name", ["finger", "joint"])
+def test_a_tension_is_read_off_a_clip_to_a_step_of_the_bar(gl, name, tmp_path):
+    """The median within one of 256 steps, 19 of 20 within three."""
+    model, size = load_model(name, scene=True), (1280, 720)
+    drive = default_motion(name, model)
+    recorded = record_frames(model, drive, duration=0.8, fps=5)
+    width, height = size
+    drawn = np.stack(list(draw_frames(model, recorded, width=width, height=height)))
+    decoded, _ = frames_of(
+        render_clip(model, recorded, tmp_path / "c.mp4", width=width, height=height), *size
+    )
+    bar = KDTree(255.0 * np.array(COLOURS(np.arange(256)))[:, :3])
+    away, step = bar.query(drawn[:, :, :800].reshape(-1, 3))  # the scene, without the panel
+    of_cable = minimum_filter(away.reshape(-1, height, 800) < 1.0, size=(1, 3, 3))
+    assert of_cable.sum() > 1000, "pixels inside a cable"
+    _, read = bar.query(decoded[:, :, :800][of_cable])
+    error = np.abs(read - step.reshape(of_cable.shape)[of_cable])
+    assert np.median(error) <= 1.0
+    assert np.quantile(error, 0.95) <= 3.0

@@ -41,7 +41,13 @@ from tendon_mj.whole_file import whole_file
 
 _PANEL = 0.34  # share of the width that the panel takes
 _SMALLEST, _LARGEST = 64, 8192  # [pixels]
-_QUALITY = 18  # constant rate factor of H.264, less is better
+_QUALITY = 4  # constant rate factor of H.264, less is better: the colour of a tendon is a reading
+# Said in the file, lest players guess: they take another matrix of colours for large pictures.
+_COLOURS: Final = (
+    "-vf",
+    "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+bicubic",
+    *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"),
+)
 _ARROW = 0.12  # length of the largest force's arrow over the model's extent
 _HALO: Final[dict[str, Any]] = {"stroke_width": 2, "stroke_fill": "white"}  # on any background
 _BYTES_A_PIXEL = 60  # of colour and depth, four samples of each, and what a frame is drawn with
@@ -59,6 +65,9 @@ def render_clip(
     progress: Progress | None = None,
 ) -> Path:
     """Draw recorded frames as an MP4, tendons in sheaths coloured by their tension.
+
+    H.264 changes colours: half of a tendon's pixels are within one of the bar's 256 steps of what
+    was drawn, 19 of 20 within three. The frames that `draw_frames` gives are exact.
 
     A panel beside the picture has the colour bar, forces, tensions, joint angles and controls, as
     many as there is place for; a model without a sheath is shown without it.
@@ -89,7 +98,9 @@ def render_clip(
     try:
         with (
             whole_file(path) as made,
-            mediapy.VideoWriter(made, (height, width), fps=frames.fps, crf=_QUALITY) as writer,
+            mediapy.VideoWriter(
+                made, (height, width), fps=frames.fps, crf=_QUALITY, ffmpeg_args=_COLOURS
+            ) as writer,
         ):
             for k, image in enumerate(itertools.chain([first], images)):
                 writer.add_image(image)
