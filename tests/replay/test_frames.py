@@ -7,7 +7,7 @@ from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.builders.load import load_model
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.finger.control import simulate_finger
-from tendon_mj.finger.trajectories import tap
+from tendon_mj.finger.trajectories import lasting, press, tap
 from tendon_mj.replay.frames import FrameRecorder, frictionless, record_frames
 from tendon_mj.view.render.cable import add_cable, cable_radius, tension_scale, without_tendons
 
@@ -152,12 +152,13 @@ def test_frames_of_a_replay_change_no_reading_and_show_its_poses():
 
 def test_the_contact_force_of_a_frame_is_what_the_touch_sensor_feels():
     model, recorder = load_model("finger"), FrameRecorder(fps=50)
-    simulate_finger(tap(), model, recorder=recorder)
+    simulate_finger(lasting(press(), 4.0), model, recorder=recorder)
     frames = recorder.frames()
     felt = frames.readings[:, model.sensor("tip_force").adr[0]]
     assert felt.max() > 0.5
     for reading, rows in zip(felt, frames.contacts, strict=True):
         pushed = np.linalg.norm(rows[:, 3:], axis=1).max() if len(rows) else 0.0
+        assert (pushed > 0.0) == (reading > 0.0), "no arrow of a link that feels nothing"
         assert pushed >= reading - 1e-9  # a touch sensor leaves out what is tangential
     pressed = frames.contacts[int(felt.argmax())]
     assert pressed[0, 3] < 0.0, "the object is pushed towards the palm"
