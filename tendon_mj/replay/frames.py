@@ -57,7 +57,8 @@ class Frames:
         cables: by name of the sheath.
         readings: (frames, nsensordata) of the sensors [SI].
         contacts: of each frame, (k, 6): where two bodies touch [m], and the force there on the one
-            that comes later in the model [N], one row per pair of bodies.
+            that comes later in the model [N], one row per pair of bodies. In a model with touch
+            sensors only of the bodies that they are on, as what is shown is what is felt.
     """
 
     fps: float
@@ -141,6 +142,8 @@ class FrameRecorder:
 
 def _contact_forces(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     """Point and force of every pair of bodies that touch, (k, 6); see `Frames.contacts`."""
+    sites = model.sensor_objid[model.sensor_type == mujoco.mjtSensor.mjSENS_TOUCH.value]
+    feeling = set(model.site_bodyid[sites].tolist())
     pairs: dict[tuple[int, int], list[Array]] = {}
     wrench = np.empty(6)
     for k in range(data.ncon):
@@ -148,7 +151,8 @@ def _contact_forces(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
         bodies = [int(model.geom_bodyid[geom]) for geom in contact.geom if geom >= 0]
         mujoco.mj_contactForce(model, data, k, wrench)
         force = contact.frame.reshape(3, 3).T @ wrench[:3]  # on the second geom
-        if len(bodies) == 2 and wrench[0] > 0.0:
+        felt = not feeling or not feeling.isdisjoint(bodies)
+        if felt and len(bodies) == 2 and wrench[0] > 0.0:
             later = force if bodies[1] >= bodies[0] else -force
             pair = min(bodies), max(bodies)
             pairs.setdefault(pair, []).append(np.concatenate([contact.pos, later, wrench[:1]]))

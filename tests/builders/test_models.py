@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 import os
 import re
 import tomllib
@@ -186,6 +187,21 @@ def test_a_scene_adds_only_what_is_seen(name):
     assert "view" in cameras
 
 
+@pytest.mark.parametrize("name", ALL)
+def test_a_scene_changes_no_motion(name):
+    """To the last bit: what it adds neither moves nor touches."""
+    found = []
+    for scene in (False, True):
+        model = load_model(name, scene=scene)
+        data = mujoco.MjData(model)
+        for _ in range(200):
+            data.ctrl[:] = 1e-3 * np.sin(20.0 * data.time)
+            mujoco.mj_step(model, data)
+        found.append((data.qpos.copy(), data.qvel.copy(), data.sensordata.copy()))
+    for bare, shown in zip(*found, strict=True):
+        assert np.array_equal(bare, shown)
+
+
 def test_the_joints_scene_shows_the_sheath_where_the_guides_are():
     model = load_model("joint", scene=True)
     data = mujoco.MjData(model)
@@ -197,11 +213,15 @@ def test_the_joints_scene_shows_the_sheath_where_the_guides_are():
     shown = [
         data.geom_xpos[k]
         for k in range(model.ngeom)
-        if model.geom_bodyid[k] == 0 and model.geom_type[k] == mujoco.mjtGeom.mjGEOM_CYLINDER
+        if model.geom_bodyid[k] == 0 and model.geom_type[k] == mujoco.mjtGeom.mjGEOM_BOX
     ]
-    assert len(shown) == len(centre) + 1
-    for a, b, middle in zip(centre[:-1], centre[1:], shown[1:-1], strict=True):
-        np.testing.assert_allclose(0.5 * (a + b), middle, atol=1e-6)
+    walls, floors = shown[::2], shown[1::2]
+    assert len(walls) == len(floors) == len(centre) + 1
+    for k, (a, b) in enumerate(itertools.pairwise(centre)):
+        middle, way = 0.5 * (a + b), (b - a) / np.linalg.norm(b - a)
+        inward = np.array([-way[1], way[0], 0.0])
+        np.testing.assert_allclose(walls[k + 1] - middle, 0.0037 * inward, atol=1e-6)
+        np.testing.assert_allclose(floors[k + 1] - middle, [0.0, 0.0, -0.0069], atol=1e-6)
 
 
 def snippets(readme):

@@ -2,11 +2,12 @@ import mujoco
 import numpy as np
 import pytest
 
+from tendon_mj import add_friction
 from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.builders.load import load_model
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.finger.control import simulate_finger
-from tendon_mj.finger.trajectories import tap
+from tendon_mj.finger.trajectories import lasting, press, tap
 from tendon_mj.replay.frames import FrameRecorder, frictionless, record_frames
 from tendon_mj.view.render.cable import add_cable, cable_radius, tension_scale, without_tendons
 
@@ -103,6 +104,31 @@ def test_the_model_itself_keeps_its_looks(model):
     assert (model.site_rgba == before[1]).all()
 
 
+def test_only_the_sites_on_the_path_are_hidden():
+    """A path names sites, geoms and pulleys by numbers of three kinds."""
+    spec = mujoco.MjSpec.from_string("""
+    <mujoco><worldbody>
+      <replicate count="20" offset="0 0 1"><geom size=".1"/></replicate>
+      <geom name="drum" type="cylinder" size=".05 .1" pos=".3 0 0" euler="90 0 0"/>
+      <site name="a"/><site name="b" pos=".6 0 0"/>
+      <body pos=".8 0 0"><joint type="slide"/><geom size=".01"/>
+        <site name="c"/><site name="d" pos="0 0 .1"/></body>
+      <site name="beside"/>
+    </worldbody>
+    <tendon><spatial name="t">
+      <site site="a"/><geom geom="drum"/><site site="b"/><pulley divisor="2"/>
+      <site site="c"/><site site="d"/>
+    </spatial></tendon>
+    <actuator><motor tendon="t" gear="-1"/></actuator></mujoco>""")
+    add_friction(spec, "t", friction=0.1)
+    model = spec.compile()
+    assert (model.wrap_objid >= model.nsite).any(), "the number of a geom is that of no site"
+    assert (model.wrap_objid < 0).any(), "that of a pulley neither"
+    bare = without_tendons(model)
+    hidden = {model.site(k).name for k in range(model.nsite) if bare.site_rgba[k, 3] == 0.0}
+    assert hidden == {"a", "b", "c", "d"}
+
+
 def test_cables_side_by_side_do_not_touch(model):
     frames = record_frames(model, wind_in, duration=0.1, fps=10)
     one = frames.cables["sheath"]
@@ -126,12 +152,13 @@ def test_frames_of_a_replay_change_no_reading_and_show_its_poses():
 
 def test_the_contact_force_of_a_frame_is_what_the_touch_sensor_feels():
     model, recorder = load_model("finger"), FrameRecorder(fps=50)
-    simulate_finger(tap(), model, recorder=recorder)
+    simulate_finger(lasting(press(), 4.0), model, recorder=recorder)
     frames = recorder.frames()
     felt = frames.readings[:, model.sensor("tip_force").adr[0]]
     assert felt.max() > 0.5
     for reading, rows in zip(felt, frames.contacts, strict=True):
         pushed = np.linalg.norm(rows[:, 3:], axis=1).max() if len(rows) else 0.0
+        assert (pushed > 0.0) == (reading > 0.0), "no arrow of a link that feels nothing"
         assert pushed >= reading - 1e-9  # a touch sensor leaves out what is tangential
     pressed = frames.contacts[int(felt.argmax())]
     assert pressed[0, 3] < 0.0, "the object is pushed towards the palm"

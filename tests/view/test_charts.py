@@ -8,9 +8,10 @@ from tendon_mj.builders.finger_shapes import TENDON_COLOUR
 from tendon_mj.builders.load import load_model
 from tendon_mj.finger.control import simulate_finger
 from tendon_mj.finger.trajectories import lasting, press
-from tendon_mj.replay.frames import FrameRecorder
+from tendon_mj.replay.frames import FrameRecorder, record_frames
+from tendon_mj.replay.units import control_unit
 from tendon_mj.view.figures.style import BLUE, VERMILLION
-from tendon_mj.view.render.charts import charts, control_unit, tendon_colours
+from tendon_mj.view.render.charts import charts, tendon_colours
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +27,16 @@ def pressed():
 
 def test_every_chart_has_a_unit(pressed):
     labels = [chart.label for chart in charts(*pressed)]
-    assert labels == ["tip force [N]", "tension [N]", "joint angle [deg]", "control [N m]"]
+    assert labels == ["tip force [N]", "tension [N]", "joint angle [°]", "control [mN m]"]
+
+
+def test_controls_of_one_chart_are_in_units_that_engineers_read():
+    model = load_model("joint")
+    frames = record_frames(model, [[1.0, 2e-3, 0.0]], duration=0.1, fps=20)
+    frames.controls[0] = 0.0
+    (controls,) = [chart for chart in charts(model, frames) if chart.label.startswith("control")]
+    shown = {line.name: line.values[-1] for line in controls.lines}
+    assert shown == pytest.approx({"command [°]": np.rad2deg(1.0), "reel_1 [mm]": 2.0})
 
 
 def test_the_twin_presses_harder_and_stands_beside_in_the_charts(pressed):

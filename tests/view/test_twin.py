@@ -66,11 +66,33 @@ def test_a_twin_of_another_length_is_refused():
 def test_an_arrow_reaches_from_its_point_to_its_head_and_no_further_aside():
     image = np.full((100, 200, 3), 255, np.uint8)
     font = ImageFont.truetype(findfont("DejaVu Sans"), 12)
-    drawn = draw_arrow(image, np.array([40.0, 50.0]), np.array([120.0, 50.0]), "", font)
+    drawn = draw_arrow(image, np.array([40.0, 50.0]), np.array([120.0, 50.0]), "", font, [])
     rows, columns = np.nonzero((drawn != 255).any(axis=2))
     assert 36 <= columns.min() <= 42
     assert 117 <= columns.max() <= 122
     assert np.abs(rows - 50).max() <= 8
     assert (image == 255).all(), "the picture that it was given is not changed"
     nowhere = np.array([np.nan, np.nan])  # behind the camera
-    assert (draw_arrow(image, nowhere, nowhere, "1 N", font) == image).all()
+    assert (draw_arrow(image, nowhere, nowhere, "1 N", font, []) == image).all()
+
+
+def test_values_of_two_arrows_do_not_lie_on_each_other():
+    image = np.full((200, 300, 3), 255, np.uint8)
+    font, written = ImageFont.truetype(findfont("DejaVu Sans"), 12), []
+    start, end = np.array([100.0, 60.0]), np.array([100.0, 100.0])
+    for aside in (0.0, 4.0):
+        away = np.array([aside, 0.0])
+        image = draw_arrow(image, start + away, end + away, "1.2 N", font, written)
+    one, other = written
+    assert other[1] - one[1] > 12.0
+
+
+@pytest.mark.parametrize(("camera", "upper"), [("view", False), ("finger", True)])
+def test_what_the_beads_are_is_said_in_the_emptier_corner(gl, camera, upper):
+    """The close camera has the stand in the lower one."""
+    recorder = FrameRecorder(fps=10)
+    simulate_finger(lasting(press(), 0.5), load_model("finger"), recorder=recorder)
+    scene, frames = load_model("finger", scene=True), recorder.frames()
+    first = next(draw_frames(scene, frames, width=960, height=540, camera=camera))
+    dark = (first[:30, :300].max(axis=2) < 90).sum()
+    assert (dark > 100) == upper

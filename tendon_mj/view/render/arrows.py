@@ -7,6 +7,7 @@ from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 
 from tendon_mj.replay.frames import Array
+from tendon_mj.view.render.labels import free_spot
 from tendon_mj.view.render.offscreen import Image
 
 _COLOUR, _RIM = (150, 20, 40), (255, 255, 255)
@@ -15,7 +16,12 @@ _LEAST = 0.2  # force that is shown, over the largest in the clip
 
 
 def draw_arrow(
-    image: Image, start: Array, end: Array, text: str, font: ImageFont.FreeTypeFont
+    image: Image,
+    start: Array,
+    end: Array,
+    text: str,
+    font: ImageFont.FreeTypeFont,
+    written: list[Array],
 ) -> Image:
     """Draw an arrow with its value beyond its head.
 
@@ -24,6 +30,7 @@ def draw_arrow(
         start, end: columns and rows [pixels].
         text: beside the head.
         font: of the text.
+        written: places of other arrows' values, from which this one's keeps clear; it is added.
     """
     way = end - start
     length = float(np.linalg.norm(way))
@@ -58,7 +65,7 @@ def draw_arrow(
         draw.polygon([tuple(_FINE * (corner - low)) for corner in outline], fill=colour)
     picture.paste(patch.resize(tuple(high - low), Picture.Resampling.BOX), tuple(low))
     anchor = "rm" if way[0] < 0 else "lm"
-    spot = end + 0.5 * font.size * way
+    spot = free_spot(end + 0.5 * font.size * way, written, font.size)
     ImageDraw.Draw(picture).text(
         tuple(spot), text, fill=_COLOUR, font=font, anchor=anchor, stroke_width=2, stroke_fill=_RIM
     )

@@ -54,8 +54,10 @@ def without_tendons(model: mujoco.MjModel) -> mujoco.MjModel:
     for sheath in sheaths(model).values():
         tendon = model.tendon(sheath.tendon).id
         start, count = model.tendon_adr[tendon], model.tendon_num[tendon]
+        path = slice(start, start + count)
+        sites = model.wrap_type[path] == mujoco.mjtWrap.mjWRAP_SITE.value  # not geoms, pulleys
         bare.tendon_rgba[tendon, 3] = 0.0
-        bare.site_rgba[model.wrap_objid[start : start + count], 3] = 0.0
+        bare.site_rgba[model.wrap_objid[path][sites], 3] = 0.0
     return bare
 
 

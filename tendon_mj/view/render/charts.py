@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections import Counter
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,7 +12,9 @@ import numpy as np
 from matplotlib.colors import to_hex
 
 from tendon_mj.engine import sheaths
+from tendon_mj.replay.engineering_units import EngineeringUnit, engineering_unit
 from tendon_mj.replay.frames import Array, Frames
+from tendon_mj.replay.units import control_unit
 from tendon_mj.view.figures.style import (
     BLACK,
     BLUE,
@@ -22,10 +26,13 @@ from tendon_mj.view.figures.style import (
     VERMILLION,
 )
 
-Style = Literal["-", "--"]
-_MANY = (BLUE, VERMILLION, GREEN, PURPLE)  # of tendons that the model leaves grey
+Style = Literal["-", "--", "-.", ":"]
+# of tendons that the model's own colours do not tell apart; the last two are of Paul Tol's palette
+TENDONS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, "#332288", "#882255")
 _OTHERS = (GREEN, PURPLE, ORANGE, SKY)  # of joints, apart from the colours of two tendons
+_ENDS: tuple[tuple[Style, Style], ...] = (("-", "--"), ("-.", ":"))  # input and output end
 _MOST = 4  # lines of one kind in a chart
+_MOST_TENDONS = len(TENDONS) * len(_ENDS)
 _UNCOLOURED = (0.5, 0.5, 0.5)  # MuJoCo's own colour of a tendon
 
 
@@ -53,21 +60,25 @@ class Chart:
         label: of the axis, with its unit.
         lines: in the order of the legend.
         twin: lines of the frictionless twin, in grey behind the others.
+        left_out: number of entries that there was no place for.
     """
 
     label: str
     lines: tuple[Line, ...]
     twin: tuple[Line, ...] = ()
+    left_out: int = 0
 
 
 def tendon_colours(model: mujoco.MjModel) -> dict[str, str]:
-    """Colour of the tendon of every sheath: the model's own, else one of four in turn."""
-    found = {}
-    for k, (name, sheath) in enumerate(sheaths(model).items()):
-        rgb = model.tendon_rgba[model.tendon(sheath.tendon).id, :3]
-        drawn = not np.allclose(rgb, _UNCOLOURED)
-        found[name] = to_hex(rgb) if drawn else _MANY[k % len(_MANY)]
-    return found
+    """Colour of the tendon of every sheath: the model's own if no other has it, else the next."""
+    drawn = {
+        name: to_hex(model.tendon_rgba[model.tendon(sheath.tendon).id, :3])
+        for name, sheath in sheaths(model).items()
+    }
+    given = Counter(drawn.values())
+    own = {c for c, times in given.items() if times == 1 and c != to_hex(_UNCOLOURED)}
+    free = itertools.cycle([c for c in TENDONS if c.lower() not in own])
+    return {name: colour if colour in own else next(free) for name, colour in drawn.items()}
 
 
 def charts(model: mujoco.MjModel, frames: Frames, twin: Frames | None = None) -> list[Chart]:
@@ -107,51 +118,67 @@ def _forces(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> Chart
 
 
 def _tensions(model: mujoco.MjModel, frames: Frames) -> Chart:
-    lines, colours = [], tendon_colours(model)
-    ends: tuple[tuple[str, int, Style, str], ...] = (
-        ("input", 0, "-", BLUE),
-        ("output", -1, "--", VERMILLION),
-    )
-    several = len(frames.cables) > 1
-    for name, cable in frames.cables.items():
-        tendon = sheaths(model)[name].tendon
-        for end, k, style, alone in ends:
-            colour = colours[name] if several else alone
-            entry = tendon if several and end == "input" else "" if several else f"{end} end"
-            lines.append(Line(entry, cable.tensions[:, k], colour, style))
-    return Chart("tension [N]", tuple(lines))
+    if len(frames.cables) == 1:
+        ((_, cable),) = frames.cables.items()
+        ends = cable.tensions[:, 0], cable.tensions[:, -1]
+        lines = [
+            Line("input end", ends[0], BLUE, _ENDS[0][0]),
+            Line("output end", ends[1], VERMILLION, _ENDS[0][1]),
+        ]
+        return Chart("tension [N]", tuple(lines))
+    lines, colours, seen = [], tendon_colours(model), Counter[str]()
+    for name, cable in list(frames.cables.items())[:_MOST_TENDONS]:
+        colour = colours[name]
+        styles = _ENDS[seen[colour] % len(_ENDS)]
+        seen[colour] += 1
+        lines.append(Line(sheaths(model)[name].tendon, cable.tensions[:, 0], colour, styles[0]))
+        lines.append(Line("", cable.tensions[:, -1], colour, styles[1]))
+    return Chart("tension [N]", tuple(lines), left_out=len(frames.cables) - len(lines) // 2)
 
 
 def _joints(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> Chart:
     """Hinges, or slides where there are none, that no actuator moves directly."""
     driven = model.actuator_trnid[model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT.value, 0]
-    for kind, label, factor in (
-        (mujoco.mjtJoint.mjJNT_HINGE, "joint angle [deg]", 180.0 / np.pi),
-        (mujoco.mjtJoint.mjJNT_SLIDE, "displacement [mm]", 1e3),
+    for kind, what, si in (
+        (mujoco.mjtJoint.mjJNT_HINGE, "joint angle", "rad"),
+        (mujoco.mjtJoint.mjJNT_SLIDE, "displacement", "m"),
     ):
         chosen = [k for k in range(model.njnt) if model.jnt_type[k] == kind.value]
-        places = [model.jnt_qposadr[k] for k in chosen if k not in driven][:_MOST]
-        names = [model.joint(k).name or f"joint {k}" for k in chosen if k not in driven]
-        if places:
+        chosen = [k for k in chosen if k not in driven]
+        shown = chosen[:_MOST]
+        if shown:
+            places = [model.jnt_qposadr[k] for k in shown]
+            unit = engineering_unit(si, frames.poses[:, places].ravel())
             lines = [
-                Line(name, factor * frames.poses[:, place], colour)
-                for name, place, colour in zip(names, places, _OTHERS, strict=False)
+                Line(model.joint(k).name or f"joint {k}", unit.factor * frames.poses[:, p], colour)
+                for k, p, colour in zip(shown, places, _OTHERS, strict=False)
             ]
-            behind = [Line("", factor * twin.poses[:, p], GREY, "--") for p in places if twin]
-            return Chart(label, tuple(lines), tuple(behind))
+            behind = [Line("", unit.factor * twin.poses[:, p], GREY, "--") for p in places if twin]
+            label, more = f"{what} [{unit.symbol}]", len(chosen) - len(shown)
+            return Chart(label, tuple(lines), tuple(behind), more)
     return Chart("", ())
 
 
 def _controls(model: mujoco.MjModel, frames: Frames) -> Chart:
-    moving = [k for k in range(model.nu) if np.ptp(frames.controls[:, k]) > 0.0][:_MOST]
-    units = {control_unit(model, k) for k in moving}
-    shared = f" [{units.pop()}]" if len(units) == 1 else ""
+    moving = [k for k in range(model.nu) if np.ptp(frames.controls[:, k]) > 0.0]
+    shown = moving[:_MOST]
+    found: dict[str, list[int]] = {}
+    for k in shown:
+        found.setdefault(control_unit(model, k), []).append(k)
+    units = {si: engineering_unit(si, frames.controls[:, ks].ravel()) for si, ks in found.items()}
     lines = []
-    for colour, k in zip(_OTHERS, moving, strict=False):
-        name = model.actuator(k).name or f"actuator {k}"
-        unit = "" if shared else f" [{control_unit(model, k)}]"
-        lines.append(Line(name + unit, frames.controls[:, k], _tendon_of(model, name) or colour))
-    return Chart(f"control{shared}", tuple(lines))
+    for colour, k in zip(_OTHERS, shown, strict=False):
+        name, unit = model.actuator(k).name or f"actuator {k}", units[control_unit(model, k)]
+        values = unit.factor * frames.controls[:, k]
+        entry = name if len(units) == 1 else _labelled(name, unit)
+        lines.append(Line(entry, values, _tendon_of(model, name) or colour))
+    label = _labelled("control", *(units.values() if len(units) == 1 else ()))
+    return Chart(label, tuple(lines), left_out=len(moving) - len(shown))
+
+
+def _labelled(name: str, unit: EngineeringUnit | None = None) -> str:
+    """A name with its unit, if it has one."""
+    return f"{name} [{unit.symbol}]" if unit and unit.symbol else name
 
 
 def _tendon_of(model: mujoco.MjModel, actuator: str) -> str:
@@ -160,31 +187,3 @@ def _tendon_of(model: mujoco.MjModel, actuator: str) -> str:
         if actuator.startswith(sheaths(model)[name].tendon):
             return colour
     return ""
-
-
-def control_unit(model: mujoco.MjModel, actuator: int) -> str:
-    """Unit of an actuator's control; 1 where its kind does not say.
-
-    Args:
-        model: compiled.
-        actuator: its number.
-    """
-    if model.actuator_plugin[actuator] >= 0:
-        return "m"
-    kind = model.actuator_trntype[actuator]
-    turning = False
-    if kind == mujoco.mjtTrn.mjTRN_JOINT.value:
-        joint = model.actuator_trnid[actuator, 0]
-        turning = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE.value
-    elif kind != mujoco.mjtTrn.mjTRN_TENDON.value:
-        return "1"
-    if model.actuator_dyntype[actuator] == mujoco.mjtDyn.mjDYN_MUSCLE.value:
-        return "1"
-    position, velocity = model.actuator_biasprm[actuator, 1:3]
-    if model.actuator_biastype[actuator] != mujoco.mjtBias.mjBIAS_AFFINE.value:
-        return "N m" if turning else "N"
-    if position:
-        return "rad" if turning else "m"
-    if velocity:
-        return "rad/s" if turning else "m/s"
-    return "1"

@@ -34,6 +34,7 @@ from tendon_mj.view.render.cable import (
     without_tendons,
 )
 from tendon_mj.view.render.charts import tendon_colours
+from tendon_mj.view.render.labels import free_spot
 from tendon_mj.view.render.offscreen import Image, Offscreen, find_camera, project
 from tendon_mj.view.render.panel import INK, Panel, text_scale
 from tendon_mj.view.render.twin import GHOST_COLOUR, Ghost
@@ -41,7 +42,13 @@ from tendon_mj.whole_file import whole_file
 
 _PANEL = 0.34  # share of the width that the panel takes
 _SMALLEST, _LARGEST = 64, 8192  # [pixels]
-_QUALITY = 18  # constant rate factor of H.264, less is better
+_QUALITY = 4  # constant rate factor of H.264, less is better: the colour of a tendon is a reading
+# Said in the file, lest players guess: they take another matrix of colours for large pictures.
+_COLOURS: Final = (
+    "-vf",
+    "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+bicubic",
+    *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"),
+)
 _ARROW = 0.12  # length of the largest force's arrow over the model's extent
 _HALO: Final[dict[str, Any]] = {"stroke_width": 2, "stroke_fill": "white"}  # on any background
 _BYTES_A_PIXEL = 60  # of colour and depth, four samples of each, and what a frame is drawn with
@@ -59,6 +66,9 @@ def render_clip(
     progress: Progress | None = None,
 ) -> Path:
     """Draw recorded frames as an MP4, tendons in sheaths coloured by their tension.
+
+    H.264 changes colours: half of a tendon's pixels are within one of the bar's 256 steps of what
+    was drawn, 19 of 20 within three. The frames that `draw_frames` gives are exact.
 
     A panel beside the picture has the colour bar, forces, tensions, joint angles and controls, as
     many as there is place for; a model without a sheath is shown without it.
@@ -89,7 +99,9 @@ def render_clip(
     try:
         with (
             whole_file(path) as made,
-            mediapy.VideoWriter(made, (height, width), fps=frames.fps, crf=_QUALITY) as writer,
+            mediapy.VideoWriter(
+                made, (height, width), fps=frames.fps, crf=_QUALITY, ffmpeg_args=_COLOURS
+            ) as writer,
         ):
             for k, image in enumerate(itertools.chain([first], images)):
                 writer.add_image(image)
@@ -152,9 +164,9 @@ def check_size(width: int, height: int) -> None:
             )
 
 
-def _overlap(apart: Array, size: float) -> bool:
-    """Whether two labels of a tendon's name would overlap, that far apart [pixels]."""
-    return bool(abs(apart[1]) < 1.25 * size and abs(apart[0]) < 5.0 * size)
+def _crowded(picture: Picture.Image, box: tuple[float, float, float, float]) -> float:
+    """How much there is to see in a box of a picture: the spread of its colours."""
+    return float(np.std(np.array(picture.crop(box))))
 
 
 def _pictures(painter: _FramePainter) -> Iterator[Image]:
@@ -194,6 +206,7 @@ class _FramePainter:
         self._font = ImageFont.truetype(findfont("DejaVu Sans"), size)
         self._largest = max((largest_force(rows) for rows in frames.contacts), default=0.0)
         self._arrow = arrow_scale(frames.contacts, _ARROW * float(model.stat.extent))
+        self._legend_row: float | None = None
         self._offscreen = Offscreen(self._model, width - panel, height)
         self._ghost = Ghost(self._model, self._offscreen, camera) if twin is not None else None
 
@@ -207,8 +220,9 @@ class _FramePainter:
         if self._ghost is not None and self._twin is not None:
             depth = self._offscreen.depth
             image = self._ghost.behind(image, depth, self._twin.poses[k], POSE)
+        written: list[Array] = []
         for contact in shown_contacts(self._frames.contacts[k], self._largest):
-            image = self._draw_force(image, contact)
+            image = self._draw_force(image, contact, written)
         image = self._label_ends(image, k)
         return image if self._panel is None else np.hstack([image, self._panel.draw(k)])
 
@@ -220,12 +234,12 @@ class _FramePainter:
         for cable in self._frames.cables.values():
             add_cable(scene, cable.points[k], cable.tensions[k], self._scale, self._radius)
 
-    def _draw_force(self, image: Image, contact: Array) -> Image:
+    def _draw_force(self, image: Image, contact: Array, written: list[Array]) -> Image:
         point, force = contact[:3], contact[3:]
         ends = np.stack([point, point + self._arrow * force])
         start, end = project(self._offscreen.scene, ends, *self._size)
         text = f"{np.linalg.norm(force):.1f} N"
-        return draw_arrow(image, start, end, text, self._font)
+        return draw_arrow(image, start, end, text, self._font, written)
 
     def _label_ends(self, image: Image, k: int) -> Image:
         """Write the tendons' names beside their input ends, and below what else is drawn."""
@@ -243,26 +257,31 @@ class _FramePainter:
                 spot = seen[end] + 2.2 * size * away / max(float(np.linalg.norm(away)), 1.0)
                 inside = bool(((seen[end] > 0.0) & (seen[end] < self._size)).all())
                 if inside and np.isfinite(spot).all():
-                    while any(_overlap(spot - other, size) for other in written):
-                        spot[1] += 0.3 * size
-                    written.append(spot.copy())
+                    spot = free_spot(spot, written, size)
                     wide = self._font.getlength(text) + 2.0
                     spot[0] -= wide if away[0] < 0.0 else 0.0
                     spot[0] = np.clip(spot[0], 2.0, max(2.0, self._size[0] - wide))
                     ink = colour if several else INK
                     draw.text(tuple(spot), text, fill=ink, font=self._font, anchor="lm", **_HALO)
         if self._frames.cables:
-            self._explain(draw)
+            self._explain(picture, draw)
         return np.array(picture)
 
-    def _explain(self, draw: ImageDraw.ImageDraw) -> None:
-        """Say in the lower left corner what a grey bead and the grey ghost are."""
+    def _explain(self, picture: Picture.Image, draw: ImageDraw.ImageDraw) -> None:
+        """Say in a left corner what a grey bead and the grey ghost are."""
         size = float(self._font.size)
         x, radius = 1.2 * size, 0.35 * size
         lines = [("guide: bends the tendon, which rubs on it", GUIDE_COLOUR, "")]
         if self._twin is not None:
             lines.append(("the same drive without friction", GHOST_COLOUR, "black"))
-        y = self._size[1] - 1.2 * size - 1.5 * size * (len(lines) - 1)
+        high = 1.5 * size * (len(lines) - 1)
+        if self._legend_row is None:  # the emptier corner of the first frame, for all of the clip
+            wide = max(self._font.getlength(text) for text, _, _ in lines) + 2.0 * x
+            rows = self._size[1] - 1.2 * size - high, 1.2 * size
+            self._legend_row = min(
+                rows, key=lambda y: _crowded(picture, (0.0, y - size, wide, y + high + size))
+            )
+        y = self._legend_row
         for text, colour, outline in lines:
             box = [x - radius, y - radius, x + radius, y + radius]
             draw.ellipse(box, fill=colour, outline=outline or None)

@@ -18,13 +18,15 @@ from tendon_mj.replay.frames import Frames
 from tendon_mj.view.figures.style import GREY, new_figure, print_style
 from tendon_mj.view.render.cable import COLOURS
 from tendon_mj.view.render.charts import Chart, charts, tendon_colours, touch_forces
+from tendon_mj.view.render.legend import Legend, shortened
 from tendon_mj.view.render.offscreen import Image
 
 _DPI, _LEGIBLE = 100.0, 84.0  # at 720 pixels of height; the least that is read with ease
 _LEAST_INCHES = 5.0  # height that a chart, a colour bar and the values take
 HEIGHT = 720  # [pixels]
 _ROWS = 4  # sheaths whose tensions are also written as numbers
-_CHART = 1.35  # least height of a chart [inch]
+_CHART, _BAR = 1.2, 0.6  # least height of a chart without its legend, and of the bar [inch]
+_LEGEND = 0.92  # width of a legend over the panel's
 INK = "#202020"
 
 
@@ -59,7 +61,7 @@ class Panel:
         dpi, table = _DPI * self._unit, (66 + 24 * len(self._rows)) * self._unit / height
         inches = height / dpi
         shown = charts(model, frames, twin)
-        shown = shown[: max(1, int(((1.0 - table) * inches - 0.6) / _CHART))]
+        shown = _that_fit(shown, (1.0 - table) * inches - _BAR, width / dpi)
         with print_style():
             figure = new_figure(width / dpi, inches)
             figure.set_dpi(dpi)
@@ -68,7 +70,7 @@ class Panel:
             bar, *axes = figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=True)
             _draw_bar(figure, bar, scale)
             for one, chart in zip(axes, shown, strict=True):
-                _draw_chart(one, chart, frames)
+                _draw_chart(one, chart, frames, width / dpi)
                 one.tick_params(labelbottom=one is axes[-1])
                 one.set_xlim(frames.time[0], max(frames.time[-1], frames.time[0] + 1e-3))
             axes[-1].set_xlabel("time [s]")
@@ -112,7 +114,8 @@ class Panel:
         y += 10 * self._unit
         for name, colour, cells in self._rows:
             y += 24 * self._unit
-            draw.text((0.05 * width, y), name, fill=colour, font=small)
+            kept = shortened(name, 0.48 * width / small.size)
+            draw.text((0.05 * width, y), kept, fill=colour, font=small)
             for cell, x in zip(cells, columns, strict=True):
                 text = cell if isinstance(cell, str) else f"{cell[frame]:.1f}"
                 draw.text((x, y), text, fill=colour, font=small, anchor="ra")
@@ -133,11 +136,21 @@ def _table(
         rows.append((name, INK, ("", values) if other is None else (values, other)))
     rows.append(("tension [N]", INK, ("input", "output")))
     colours = tendon_colours(model)
-    for name, cable in list(frames.cables.items())[:_ROWS]:
+    found = list(frames.cables.items())
+    listed = found if len(found) == _ROWS + 1 else found[:_ROWS]  # one more needs no row to say so
+    for name, cable in listed:
         ends = cable.tensions[:, 0], cable.tensions[:, -1]
         colour = colours[name] if len(frames.cables) > 1 else INK
         rows.append((f"  {sheaths(model)[name].tendon}", colour, ends))
+    if len(listed) < len(found):
+        rows.append((f"  … and {len(found) - len(listed)} more", GREY, ("", "")))
     return rows
+
+
+def _that_fit(found: list[Chart], height: float, width: float) -> list[Chart]:
+    """The first of some charts that there is place for [inch], at least one."""
+    taken = np.cumsum([_CHART + Legend(_entries(c)[0], _LEGEND * width).height for c in found])
+    return found[: max(1, int((taken <= height).sum()))]
 
 
 def _draw_bar(figure: Figure, axes: Axes, scale: Normalize) -> None:
@@ -145,9 +158,16 @@ def _draw_bar(figure: Figure, axes: Axes, scale: Normalize) -> None:
     axes.set_title("tension along the tendon [N]", fontweight="normal", fontsize=9.0)
 
 
-def _draw_chart(axes: Axes, chart: Chart, frames: Frames) -> None:
+def _draw_chart(axes: Axes, chart: Chart, frames: Frames, width: float) -> None:
     for line in (*chart.twin, *chart.lines):
         axes.plot(frames.time, line.values, color=line.colour, linestyle=line.style)
+    names, entries = _entries(chart)
+    Legend(names, _LEGEND * width).draw(axes, entries, left=-0.12)
+    axes.set_ylabel(chart.label)
+
+
+def _entries(chart: Chart) -> tuple[list[str], list[Line2D]]:
+    """Names and lines of a chart's legend."""
     entries = [Line2D([], [], color=o.colour, linestyle=o.style) for o in chart.lines if o.name]
     names = [line.name for line in chart.lines if line.name]
     if chart.twin:
@@ -155,21 +175,10 @@ def _draw_chart(axes: Axes, chart: Chart, frames: Frames) -> None:
         names.append("no friction")
     elif any(line.style == "--" for line in chart.lines):
         names, entries = _with_ends(names, entries)
-    axes.set_title(" ", fontsize=8.0)  # the legend's place, which may be wider than the chart
-    legend = axes.legend(
-        entries,
-        names,
-        loc="lower left",
-        bbox_to_anchor=(-0.12, 1.0),
-        ncols=4,
-        borderaxespad=0.1,
-        columnspacing=0.8,
-        handlelength=1.3,
-        handletextpad=0.4,
-        fontsize=8.0,
-    )
-    legend.set_in_layout(False)
-    axes.set_ylabel(chart.label)
+    if chart.left_out:
+        names.append(f"… and {chart.left_out} more")
+        entries.append(Line2D([], [], color="none"))
+    return names, entries
 
 
 def _with_ends(names: list[str], entries: list[Line2D]) -> tuple[list[str], list[Line2D]]:
