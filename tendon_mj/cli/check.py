@@ -9,6 +9,7 @@ import tyro
 
 from tendon_mj.builders.load import load_model
 from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.cli.values_of import ValuesOf, applied
 from tendon_mj.data_check import Checked, check_recording
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings import read_recording
@@ -23,6 +24,7 @@ def check(
     out: Path = Path("out/check"),
     description: Path | None = None,
     model: str | None = None,
+    values_of: ValuesOf | None = None,
     settle: float | None = None,
 ) -> dict[str, object]:
     """Draw recordings over their model before anything is fitted, and warn of what looks wrong.
@@ -33,6 +35,8 @@ def check(
         out: folder for result.json and a picture of each recording.
         description: TOML that says what the columns of all recordings are.
         model: to simulate instead of the recordings' own: a name or an MJCF file.
+        values_of: whether [known], [uncertain] and [session] of the description are applied to the
+            model; by default all but what a diagnosis fitted, if it wrote the model.
         settle: time in seconds before the first sample in which the model comes to the first drive
             value; by default as the description says.
 
@@ -43,12 +47,15 @@ def check(
         raise RecordingError("check needs at least one recording")
     output = Output(out)
     read = [read_recording(path, description) for path in recordings]
-    compiled = load_model(model) if model else None
+    shared = load_model(model) if model else None
+    compiled = [shared or load_model(one.model, beside=one.beside) for one in read]
+    described = [applied(values_of, *pair) for pair in zip(read, compiled, strict=True)]
     checked = []
     with progress_bar() as progress:
         for k, recording in enumerate(read):
             progress("simulate", k, len(read))
-            checked.append(check_recording(recording, compiled, settle=settle))
+            found = check_recording(recording, compiled[k], described=described[k], settle=settle)
+            checked.append(found)
         progress("simulate", len(read), len(read))
     for one in checked:
         if one.simulated is not None and one.recording.measured:

@@ -119,6 +119,36 @@ def test_the_model_that_is_written_has_what_was_found(rig, found):
     np.testing.assert_allclose(again.columns[column], after.columns[column], atol=1e-9)
 
 
+def test_a_replay_on_the_model_that_was_written_keeps_what_was_found(rig, found, tmp_path, capsys):
+    """The report's first advice; the description's guess would overrule it silently."""
+    out, result = found
+    held_out = rig[1.0][1]
+    errors = {}
+    for values in ([], ["--values-of", "model"], ["--values-of", "description"]):
+        arguments = ["replay", held_out, "--model", str(out / "model.xml"), *values]
+        assert main([*arguments, "--out", str(tmp_path)]) == 0
+        (rmse, *_) = json.loads((tmp_path / "result.json").read_text("utf-8"))["rmse"].values()
+        errors[values[-1] if values else ""] = rmse["output_tension_N"]["rmse"] / NOISE
+    assert errors[""] == pytest.approx(result["gap"]["held_out"]["after"], rel=1e-3)
+    assert errors["model"] == pytest.approx(errors[""])
+    assert errors["description"] > 2.0 * errors[""]
+    said = " ".join(capsys.readouterr().out.split())
+    assert "wrote into the model, such as sheath.friction, is kept over the description" in said
+    assert "warning: b_1: the description overrules what a diagnosis found" in said
+    assert "--model model.xml" in (out / "report.html").read_text("utf-8").replace(
+        '<a href="model.xml">model.xml</a>', "model.xml"
+    )
+
+
+def test_a_check_on_the_model_that_was_written_keeps_what_was_found(rig, found, tmp_path):
+    out, result = found
+    arguments = ["check", rig[1.0][1], "--model", str(out / "model.xml"), "--out", str(tmp_path)]
+    assert main(arguments) == 0
+    (one,) = json.loads((tmp_path / "result.json").read_text("utf-8"))["recordings"]
+    after = result["gap"]["held_out"]["after"]
+    assert one["rmse"]["output_tension_N"] / NOISE == pytest.approx(after, rel=1e-3)
+
+
 def test_an_uncertain_number_without_a_range_is_in_the_model(rig, tmp_path):
     train, held_out = rig[0.0]
     fixed = []
