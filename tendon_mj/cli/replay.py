@@ -17,6 +17,7 @@ from tendon_mj.cli.values_of import ValuesOf, applied
 from tendon_mj.data_check import timing_warnings
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.recordings.recording import Recording, read_recording, write_recording
+from tendon_mj.replay.engineering_units import quantity
 from tendon_mj.replay.misfit import Misfit, replay_error
 from tendon_mj.replay.patch import read_intervals
 from tendon_mj.replay.replay_recording import replay_recording
@@ -88,7 +89,7 @@ def replay(
         }
         for column, error in errors.items():
             console.print(
-                f"{label}: {column} rms error {error.rmse:.4g}, "
+                f"{label}: {measured.written(column)} rms error {_rms(error, column)}, "
                 f"{error.share_of_range:.2%} of its range",
                 soft_wrap=True,
             )
@@ -108,11 +109,19 @@ def _conclusion(
 ) -> str:
     """What came out, in a sentence: of every column the error as stated and without friction."""
     parts = [
-        f"{measured.written(column)} by {errors[stated][column].rmse:.3g} {column_unit(column)}"
-        + (f" (without friction {errors[WITHOUT][column].rmse:.3g})" if WITHOUT in errors else "")
+        f"{measured.written(column)} by {_rms(errors[stated][column], column)}"
+        + (
+            f" (without friction {_rms(errors[WITHOUT][column], column)})"
+            if WITHOUT in errors
+            else ""
+        )
         for column in measured.measured
     ]
     return f"{stated.capitalize()}, the simulation misses {', '.join(parts)}, rms."
+
+
+def _rms(error: Misfit, column: str) -> str:
+    return quantity(error.rmse, column_unit(column))
 
 
 def _parse(text: str, model: mujoco.MjModel) -> dict[str, float]:
