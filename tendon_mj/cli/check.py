@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +15,9 @@ from tendon_mj.cli.values_of import ValuesOf, applied
 from tendon_mj.data_check import Checked, check_recording
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings import read_recording
-from tendon_mj.replay.misfit import replay_error
+from tendon_mj.replay.engineering_units import quantity
+from tendon_mj.replay.misfit import Misfit, replay_error
+from tendon_mj.replay.units import column_unit
 from tendon_mj.view.figures.replay import replay_figure
 
 _LABEL = "model as stated"
@@ -61,16 +65,32 @@ def check(
         if one.simulated is not None and one.recording.measured:
             figure = replay_figure(one.recording, {_LABEL: one.simulated})
             output.figure(one.recording.name, figure)
-        for warning in one.warnings:
-            console.print(f"warning: {warning.sentence}", soft_wrap=True)
+        _say(one)
     result: dict[str, object] = {"recordings": [_result(one) for one in checked]}
     output.result(result)
-    output.close(_conclusion(sum(len(one.warnings) for one in checked), len(checked)))
+    output.close(_conclusion(checked))
     return result
 
 
+def _errors(one: Checked) -> dict[str, Misfit]:
+    return {} if one.simulated is None else replay_error(one.recording, one.simulated)
+
+
+def _say(one: Checked) -> None:
+    for column, error in _errors(one).items():
+        share = error.share_of_range
+        of_range = f", {share:.1%} of its range" if math.isfinite(share) else ""
+        console.print(
+            f"{one.recording.name}: {one.recording.written(column)} rms error"
+            f" {quantity(error.rmse, column_unit(column))}{of_range}",
+            soft_wrap=True,
+        )
+    for warning in one.warnings:
+        console.print(f"warning: {warning.sentence}", soft_wrap=True)
+
+
 def _result(one: Checked) -> dict[str, object]:
-    errors = {} if one.simulated is None else replay_error(one.recording, one.simulated)
+    errors = _errors(one)
     return {
         "name": one.recording.name,
         "source": one.recording.source,
@@ -83,9 +103,14 @@ def _result(one: Checked) -> dict[str, object]:
     }
 
 
-def _conclusion(warnings: int, recordings: int) -> str:
+def _conclusion(checked: Sequence[Checked]) -> str:
+    warnings, recordings = sum(len(one.warnings) for one in checked), len(checked)
     of = "1 recording" if recordings == 1 else f"{recordings} recordings"
     if not warnings:
-        return f"Checked {of}: nothing looks wrong. What remains is for tendon-mj diagnose."
+        off = max((e.share_of_range for one in checked for e in _errors(one).values()), default=0.0)
+        return (
+            f"Checked {of}: nothing looks wrong; the model is off by up to {off:.0%} of a column's"
+            " range. What remains is for tendon-mj diagnose."
+        )
     said = "1 warning" if warnings == 1 else f"{warnings} warnings"
     return f"Checked {of}: {said}. A diagnosis would take such faults for properties of the rig."

@@ -11,7 +11,7 @@ from typing import Annotated
 import tyro
 
 from tendon_mj.cli.output import Output, console, progress_bar
-from tendon_mj.data_check import timing_warnings
+from tendon_mj.data_check import check_recording
 from tendon_mj.diagnosis import (
     Diagnosis,
     SysidResult,
@@ -76,13 +76,12 @@ def diagnose(
         [_read(path, description, model, settle) for path in paths]
         for paths in (recordings, hold_out)
     )
-    for recording in (*train, *held_out):
-        for warning in timing_warnings(recording):
-            console.print(f"warning: {warning.sentence}", soft_wrap=True)
+    doubts = _check((*train, *held_out))
     if bounds and train:  # before the diagnosis, which takes longer
         check_bounds(train, bounds)
     with progress_bar() as progress:
         diagnosis = find(train, held_out, exclude=exclude, progress=progress)
+        diagnosis = replace(diagnosis, warnings=(*doubts, *diagnosis.warnings))
         fits = sysid and sysid_is_there()
         compared = fit_with_sysid(train, held_out, progress) if fits else None
         simulated = diagnosis.simulate(progress)
@@ -131,6 +130,16 @@ def diagnose(
     if failure:
         raise failure
     return result
+
+
+def _check(recordings: Sequence[Recording]) -> list[str]:
+    """What looks wrong with the recordings, said before a search that takes it for the rig's."""
+    found = [
+        w.sentence for one in recordings for w in check_recording(one, described=True).warnings
+    ]
+    for sentence in found:
+        console.print(f"warning: {sentence}", soft_wrap=True)
+    return [f"Before any fit: {sentence}." for sentence in found]
 
 
 def _suggest(

@@ -11,6 +11,7 @@ import mujoco
 from tendon_mj.builders.load import load_model
 from tendon_mj.data_check.actuation import actuation_warnings
 from tendon_mj.data_check.readings import drive_warnings, reading_warnings
+from tendon_mj.data_check.samples import spike_warnings
 from tendon_mj.data_check.timing import timing_warnings
 from tendon_mj.data_check.warning import DataWarning
 from tendon_mj.errors import TendonError
@@ -63,7 +64,12 @@ def check_recording(
     Schedule(recording, adjustable.model, settle)  # refuses what fits the model nowhere
     adjustable.set(stated_values(recording, model, adjustable.names(), described))
     still = drive_warnings(recording)
-    found = [*timing, *still, *actuation_warnings(recording, adjustable)]
+    found = [
+        *timing,
+        *spike_warnings(recording),
+        *still,
+        *actuation_warnings(recording, adjustable),
+    ]
     try:
         with warnings.catch_warnings(record=True):
             simulated = replay_recording(recording, model, described=described, settle=settle)

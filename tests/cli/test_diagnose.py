@@ -162,6 +162,25 @@ def test_an_uncertain_number_without_a_range_is_in_the_model(rig, tmp_path):
     assert Parameters(patched, mujoco.MjData(patched))["sheath.friction"] == 0.2
 
 
+def test_what_the_check_knows_is_said_before_the_search_and_on_the_first_screen(
+    rig, tmp_path, capsys
+):
+    """A sensor that counts the other way: no effect of the catalogue explains it."""
+    train, held_out = (read_recording(path) for path in rig[0.0])
+    tension = 40.0 - train.columns["output_tension_N"]
+    turned = replace(train, columns={**train.columns, "output_tension_N": tension})
+    paths = [str(write(r, tmp_path / f"{k}.csv")) for k, r in enumerate((turned, held_out))]
+    arguments = ["diagnose", paths[0], "--hold-out", paths[1], "--out", str(tmp_path / "out")]
+    assert main([*arguments, "--no-sysid", "--exclude", *OTHERS]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    warning = "runs against sensor 'output_tension' of the model"
+    assert said.index(warning) < said.index("The misfit is")
+    result = json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))
+    assert warning in result["warnings"][0]
+    page = (tmp_path / "out" / "report.html").read_text("utf-8")
+    assert page.index("runs against sensor") < page.index("Verdict in full")
+
+
 def test_where_nothing_is_missing_it_says_so(rig, tmp_path, capsys):
     arguments = ["diagnose", *rig[0.0], "--out", str(tmp_path), "--no-sysid"]
     assert main([*arguments, "--exclude", *OTHERS]) == 0

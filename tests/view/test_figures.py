@@ -126,7 +126,7 @@ def test_the_replay_states_each_rms_error_with_its_unit():
     texts = legend_texts(replays())
     rmse = np.sqrt(np.mean((0.5 * np.sin(recording().time - 0.3)) ** 2))
     assert f"friction 0\nrms error {np.degrees(rmse):.3g}°" in texts
-    assert "friction 0\nrms error 0 rad/s" in texts
+    assert "friction 0\nrms error 0°/s" in texts
 
 
 def test_a_recording_that_drives_nothing_is_drawn_over_time_alone():
