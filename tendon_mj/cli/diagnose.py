@@ -30,7 +30,8 @@ from tendon_mj.next_experiment import (
     suggest_experiment,
 )
 from tendon_mj.recordings import Recording, read_recording
-from tendon_mj.view.report.tables import short
+from tendon_mj.replay.engineering_units import estimated_percent, quantity
+from tendon_mj.view.report.tables import ABSENT, value_rows
 from tendon_mj.view.report.write import MODEL, write_report
 
 _LEFT_OUT = "The comparison with mujoco.sysid was left out (--no-sysid)."
@@ -177,24 +178,25 @@ def _say(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> N
     console.print(diagnosis.located.sentence, soft_wrap=True)
     for finding in diagnosis.findings:
         console.print(
-            f"  {finding.identifier} ({finding.where}), confidence {finding.confidence:.0%}:"
-            f" {finding.equation}",
+            f"  {finding.identifier} ({finding.where}), confidence"
+            f" {estimated_percent(finding.confidence)}: {finding.equation}",
             soft_wrap=True,
         )
-    for name, value in {**diagnosis.calibrated, **diagnosis.parameters}.items():
-        span = f"{short(value.low)} … {short(value.high)}"
+    values = {**diagnosis.calibrated, **diagnosis.parameters}
+    for row, value in zip(value_rows(values), values.values(), strict=True):
+        span = f"{row.low} … {row.high}"
+        unit = "" if row.unit == ABSENT else f" {row.unit}"
         loose = f"at an end of its range {span}" if value.at_end else f"anywhere in {span}"
         sure = f"95 % within {span}" if value.determined else loose
         console.print(
-            f"  {name} = {short(value.value)}{value.suffix}, {sure};"
-            f" the model said {short(value.before)}",
+            f"  {row.name} = {row.value}{unit}, {sure}; the model said {row.before}",
             soft_wrap=True,
         )
     for name, spread in diagnosis.sessions.items():
-        values = ", ".join(f"{short(v)} in {where}" for where, v in spread.values.items())
+        each = ", ".join(f"{quantity(v, spread.unit)} in {r}" for r, v in spread.values.items())
         console.print(
-            f"  {name} was set anew: {values} [{spread.unit}]; spread {short(spread.estimated)},"
-            f" {short(spread.stated)} was stated",
+            f"  {name} was set anew: {each}; spread {quantity(spread.estimated, spread.unit)},"
+            f" {quantity(spread.stated, spread.unit)} was stated",
             soft_wrap=True,
         )
     for label, errors in (("train", diagnosis.train), ("held out", diagnosis.held_out)):

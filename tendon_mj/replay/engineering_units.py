@@ -110,3 +110,15 @@ def with_unit(number: str, unit: EngineeringUnit) -> str:
     if not unit.symbol:
         return number
     return f"{number}{'' if unit.symbol.startswith('°') else ' '}{unit.symbol}"
+
+
+def percent(share: float) -> str:
+    """A share in whole percents; 100 % only where it is exactly 1."""
+    if not math.isfinite(share):
+        return "–"
+    return "more than 99 %" if 0.995 <= share < 1.0 else f"{100.0 * share:.0f} %"
+
+
+def estimated_percent(share: float) -> str:
+    """An estimate of a share in whole percents; none is so sure that it is 100 %."""
+    return percent(min(share, 0.999))
