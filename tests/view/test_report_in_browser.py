@@ -171,7 +171,8 @@ def test_print_cuts_nothing_at_the_edge_of_the_paper(browser, reports):
     """Hashes of files are longer than a line; paper does not scroll."""
     load(browser, reports["named"], 1280, "light")
     digest = "<code>" + "0123456789abcdef" * 8 + "</code>"
-    browser.execute_script(f"document.querySelector('.scroll td').innerHTML = '{digest}'")
+    files = f"<table class=files><tr><td><code>rig.csv</code></td><td>{digest}</td></tr></table>"
+    browser.execute_script(f"document.querySelector('.scroll').innerHTML = '{files}'")
     metrics = {"width": 718, "height": 1000, "deviceScaleFactor": 1, "mobile": False}  # A4
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})

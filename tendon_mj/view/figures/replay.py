@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings.recording import Recording
-from tendon_mj.replay.engineering_units import quantity
+from tendon_mj.replay.engineering_units import engineering_unit, plain, with_unit
 from tendon_mj.replay.misfit import Misfit, replay_error
 from tendon_mj.replay.units import column_unit
 from tendon_mj.view.figures.labels import column_label, drawn_unit
@@ -90,10 +90,13 @@ def _draw(axes: Axes, x: FloatArray, series: Mapping[str, FloatArray]) -> None:
 def _draw_key(key: Axes, drawn: Axes, column: str, errors: Mapping[str, Misfit]) -> None:
     """The legend of a row, beside it."""
     key.set_axis_off()
-    unit = column_unit(column)
+    rms = {label: error.rmse for label, error in errors.items()}
+    unit = engineering_unit(column_unit(column), rms.values())
     handles, labels = drawn.get_legend_handles_labels()
     said = [
-        f"{label}\nrms error {quantity(errors[label].rmse, unit)}" if label in errors else label
+        f"{label}\nrms error {with_unit(plain(unit.factor * rms[label]), unit)}"
+        if label in rms
+        else label
         for label in labels
     ]
     key.legend(handles, said, loc="center left", borderaxespad=0.0, labelspacing=0.9)
