@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -9,10 +11,13 @@ import tyro
 
 from tendon_mj.builders.load import load_model
 from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.cli.values_of import ValuesOf, applied
 from tendon_mj.data_check import Checked, check_recording
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings import read_recording
-from tendon_mj.replay.misfit import replay_error
+from tendon_mj.replay.engineering_units import quantity
+from tendon_mj.replay.misfit import Misfit, replay_error
+from tendon_mj.replay.units import column_unit
 from tendon_mj.view.figures.replay import replay_figure
 
 _LABEL = "model as stated"
@@ -23,6 +28,7 @@ def check(
     out: Path = Path("out/check"),
     description: Path | None = None,
     model: str | None = None,
+    values_of: ValuesOf | None = None,
     settle: float | None = None,
 ) -> dict[str, object]:
     """Draw recordings over their model before anything is fitted, and warn of what looks wrong.
@@ -33,6 +39,8 @@ def check(
         out: folder for result.json and a picture of each recording.
         description: TOML that says what the columns of all recordings are.
         model: to simulate instead of the recordings' own: a name or an MJCF file.
+        values_of: whether [known], [uncertain] and [session] of the description are applied to the
+            model; by default all but what a diagnosis fitted, if it wrote the model.
         settle: time in seconds before the first sample in which the model comes to the first drive
             value; by default as the description says.
 
@@ -43,27 +51,46 @@ def check(
         raise RecordingError("check needs at least one recording")
     output = Output(out)
     read = [read_recording(path, description) for path in recordings]
-    compiled = load_model(model) if model else None
+    shared = load_model(model) if model else None
+    compiled = [shared or load_model(one.model, beside=one.beside) for one in read]
+    described = [applied(values_of, *pair) for pair in zip(read, compiled, strict=True)]
     checked = []
     with progress_bar() as progress:
         for k, recording in enumerate(read):
             progress("simulate", k, len(read))
-            checked.append(check_recording(recording, compiled, settle=settle))
+            found = check_recording(recording, compiled[k], described=described[k], settle=settle)
+            checked.append(found)
         progress("simulate", len(read), len(read))
     for one in checked:
         if one.simulated is not None and one.recording.measured:
             figure = replay_figure(one.recording, {_LABEL: one.simulated})
             output.figure(one.recording.name, figure)
-        for warning in one.warnings:
-            console.print(f"warning: {warning.sentence}", soft_wrap=True)
+        _say(one)
     result: dict[str, object] = {"recordings": [_result(one) for one in checked]}
     output.result(result)
-    output.close(_conclusion(sum(len(one.warnings) for one in checked), len(checked)))
+    output.close(_conclusion(checked))
     return result
 
 
+def _errors(one: Checked) -> dict[str, Misfit]:
+    return {} if one.simulated is None else replay_error(one.recording, one.simulated)
+
+
+def _say(one: Checked) -> None:
+    for column, error in _errors(one).items():
+        share = error.share_of_range
+        of_range = f", {share:.1%} of its range" if math.isfinite(share) else ""
+        console.print(
+            f"{one.recording.name}: {one.recording.written(column)} rms error"
+            f" {quantity(error.rmse, column_unit(column))}{of_range}",
+            soft_wrap=True,
+        )
+    for warning in one.warnings:
+        console.print(f"warning: {warning.sentence}", soft_wrap=True)
+
+
 def _result(one: Checked) -> dict[str, object]:
-    errors = {} if one.simulated is None else replay_error(one.recording, one.simulated)
+    errors = _errors(one)
     return {
         "name": one.recording.name,
         "source": one.recording.source,
@@ -76,9 +103,14 @@ def _result(one: Checked) -> dict[str, object]:
     }
 
 
-def _conclusion(warnings: int, recordings: int) -> str:
+def _conclusion(checked: Sequence[Checked]) -> str:
+    warnings, recordings = sum(len(one.warnings) for one in checked), len(checked)
     of = "1 recording" if recordings == 1 else f"{recordings} recordings"
     if not warnings:
-        return f"Checked {of}: nothing looks wrong. What remains is for tendon-mj diagnose."
+        off = max((e.share_of_range for one in checked for e in _errors(one).values()), default=0.0)
+        return (
+            f"Checked {of}: nothing looks wrong; the model is off by up to {off:.0%} of a column's"
+            " range. What remains is for tendon-mj diagnose."
+        )
     said = "1 warning" if warnings == 1 else f"{warnings} warnings"
     return f"Checked {of}: {said}. A diagnosis would take such faults for properties of the rig."

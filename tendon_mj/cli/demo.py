@@ -35,9 +35,11 @@ def demo(out: Path = Path("out/demo")) -> dict[str, object]:
     except EngineError as error:  # a machine without GL still shows the rest
         console.print(f"no clip: {error}", soft_wrap=True)
         result["render"] = {"clip": None, "reason": str(error)}
-    console.rule("replay (a recording made by the package, not measured)")
+    console.rule("replay")
+    console.print("A recording made by the package, not measured.")
     result["replay"] = replay(example_recording(), out / "replay")
-    console.rule("diagnose (the rig of docs/your_rig.md: simulated elsewhere, with a hidden cause)")
+    console.rule("diagnose")
+    console.print("The rig of docs/your_rig.md: simulated elsewhere, with a hidden cause.")
     rig = example_rig()
     result["diagnose"] = found = diagnose(
         (rig / "triangles.csv",),

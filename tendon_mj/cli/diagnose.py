@@ -11,7 +11,7 @@ from typing import Annotated
 import tyro
 
 from tendon_mj.cli.output import Output, console, progress_bar
-from tendon_mj.data_check import timing_warnings
+from tendon_mj.data_check import check_recording
 from tendon_mj.diagnosis import (
     Diagnosis,
     SysidResult,
@@ -30,7 +30,8 @@ from tendon_mj.next_experiment import (
     suggest_experiment,
 )
 from tendon_mj.recordings import Recording, read_recording
-from tendon_mj.view.report.tables import short
+from tendon_mj.replay.engineering_units import estimated_percent, quantity
+from tendon_mj.view.report.tables import ABSENT, value_rows
 from tendon_mj.view.report.write import MODEL, write_report
 
 _LEFT_OUT = "The comparison with mujoco.sysid was left out (--no-sysid)."
@@ -76,13 +77,12 @@ def diagnose(
         [_read(path, description, model, settle) for path in paths]
         for paths in (recordings, hold_out)
     )
-    for recording in (*train, *held_out):
-        for warning in timing_warnings(recording):
-            console.print(f"warning: {warning.sentence}", soft_wrap=True)
+    doubts = _check((*train, *held_out))
     if bounds and train:  # before the diagnosis, which takes longer
         check_bounds(train, bounds)
     with progress_bar() as progress:
         diagnosis = find(train, held_out, exclude=exclude, progress=progress)
+        diagnosis = replace(diagnosis, warnings=(*doubts, *diagnosis.warnings))
         fits = sysid and sysid_is_there()
         compared = fit_with_sysid(train, held_out, progress) if fits else None
         simulated = diagnosis.simulate(progress)
@@ -133,6 +133,16 @@ def diagnose(
     return result
 
 
+def _check(recordings: Sequence[Recording]) -> list[str]:
+    """What looks wrong with the recordings, said before a search that takes it for the rig's."""
+    found = [
+        w.sentence for one in recordings for w in check_recording(one, described=True).warnings
+    ]
+    for sentence in found:
+        console.print(f"warning: {sentence}", soft_wrap=True)
+    return [f"Before any fit: {sentence}." for sentence in found]
+
+
 def _suggest(
     diagnosis: Diagnosis, bounds: ExperimentBounds | None
 ) -> tuple[Suggestion | None, TendonError | None]:
@@ -168,24 +178,25 @@ def _say(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> N
     console.print(diagnosis.located.sentence, soft_wrap=True)
     for finding in diagnosis.findings:
         console.print(
-            f"  {finding.identifier} ({finding.where}), confidence {finding.confidence:.0%}:"
-            f" {finding.equation}",
+            f"  {finding.identifier} ({finding.where}), confidence"
+            f" {estimated_percent(finding.confidence)}: {finding.equation}",
             soft_wrap=True,
         )
-    for name, value in {**diagnosis.calibrated, **diagnosis.parameters}.items():
-        span = f"{short(value.low)} … {short(value.high)}"
+    values = {**diagnosis.calibrated, **diagnosis.parameters}
+    for row, value in zip(value_rows(values), values.values(), strict=True):
+        span = f"{row.low} … {row.high}"
+        unit = "" if row.unit == ABSENT else f" {row.unit}"
         loose = f"at an end of its range {span}" if value.at_end else f"anywhere in {span}"
         sure = f"95 % within {span}" if value.determined else loose
         console.print(
-            f"  {name} = {short(value.value)}{value.suffix}, {sure};"
-            f" the model said {short(value.before)}",
+            f"  {row.name} = {row.value}{unit}, {sure}; the model said {row.before}",
             soft_wrap=True,
         )
     for name, spread in diagnosis.sessions.items():
-        values = ", ".join(f"{short(v)} in {where}" for where, v in spread.values.items())
+        each = ", ".join(f"{quantity(v, spread.unit)} in {r}" for r, v in spread.values.items())
         console.print(
-            f"  {name} was set anew: {values} [{spread.unit}]; spread {short(spread.estimated)},"
-            f" {short(spread.stated)} was stated",
+            f"  {name} was set anew: {each}; spread {quantity(spread.estimated, spread.unit)},"
+            f" {quantity(spread.stated, spread.unit)} was stated",
             soft_wrap=True,
         )
     for label, errors in (("train", diagnosis.train), ("held out", diagnosis.held_out)):

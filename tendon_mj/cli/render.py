@@ -111,7 +111,8 @@ def _finger_frames(
     twin: bool,
 ) -> tuple[Frames, Frames | None]:
     trajectory = find_trajectory(motion)
-    check_frames(compiled, duration or float(trajectory.time[-1]), fps)
+    length = float(trajectory.time[-1]) if duration is None else duration
+    check_frames(compiled, length, fps)
     if duration is not None:
         trajectory = lasting(trajectory, duration)
     found = []
@@ -136,7 +137,7 @@ def _frames(
         drive, length = read_motion(Path(motion), compiled)
     elif name not in model_names():
         _say_what_moves(compiled)
-    length = duration or length
+    length = length if duration is None else duration
     frames = record_frames(compiled, drive, duration=length, fps=fps, progress=progress)
     without = frictionless(compiled) if twin else {}
     if not without:

@@ -13,15 +13,18 @@ import tyro
 from tendon_mj.attach import Parameters
 from tendon_mj.builders.load import load_model
 from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.cli.values_of import ValuesOf, applied
 from tendon_mj.data_check import timing_warnings
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.recordings.recording import Recording, read_recording, write_recording
+from tendon_mj.replay.engineering_units import quantity
 from tendon_mj.replay.misfit import Misfit, replay_error
+from tendon_mj.replay.patch import read_intervals
 from tendon_mj.replay.replay_recording import replay_recording
 from tendon_mj.replay.units import column_unit
 from tendon_mj.view.figures.replay import replay_figure
 
-DESCRIBED = "as described"
+DESCRIBED, KEPT = "as described", "with the model's values"
 WITHOUT = "friction 0"
 
 
@@ -30,6 +33,7 @@ def replay(
     out: Path = Path("out/replay"),
     description: Path | None = None,
     model: str | None = None,
+    values_of: ValuesOf | None = None,
     settle: float | None = None,
     change: tuple[str, ...] = (),
 ) -> dict[str, object]:
@@ -41,6 +45,8 @@ def replay(
         out: folder for result.json, the simulated recordings and the picture.
         description: TOML that says what the columns are.
         model: to replay on instead of the recording's own: a name or an MJCF file.
+        values_of: whether [known], [uncertain] and [session] of the description are applied to the
+            model; by default all but what a diagnosis fitted, if it wrote the model.
         settle: time in seconds before the first sample in which the model comes to the first drive
             value; by default as the description says.
         change: more variants, each like "*.friction=0.1,joint.stiffness=0.03".
@@ -57,7 +63,10 @@ def replay(
     for warning in timing_warnings(measured):
         console.print(f"warning: {warning.sentence}", soft_wrap=True)
     compiled = load_model(model) if model else load_model(measured.model, beside=measured.beside)
-    variants: dict[str, dict[str, float]] = {DESCRIBED: {}}
+    described = applied(values_of, measured, compiled)
+    kept = not described and bool(read_intervals(compiled) or values_of)
+    stated = KEPT if kept else DESCRIBED
+    variants: dict[str, dict[str, float]] = {stated: {}}
     frictions = [name for name in _known(compiled) if name.endswith(".friction")]
     if frictions:
         variants[WITHOUT] = dict.fromkeys(frictions, 0.0)
@@ -67,7 +76,7 @@ def replay(
         for k, (label, parameters) in enumerate(variants.items()):
             progress("replay", k, len(variants))
             simulated[label] = replay_recording(
-                measured, compiled, parameters=parameters, settle=settle
+                measured, compiled, parameters=parameters, described=described, settle=settle
             )
         progress("replay", len(variants), len(variants))
     result: dict[str, object] = {}
@@ -80,14 +89,14 @@ def replay(
         }
         for column, error in errors.items():
             console.print(
-                f"{label}: {column} rms error {error.rmse:.4g}, "
+                f"{label}: {measured.written(column)} rms error {_rms(error, column)}, "
                 f"{error.share_of_range:.2%} of its range",
                 soft_wrap=True,
             )
         output.add(write_recording(answer, out / f"simulated_{k}.csv"))
     output.figure("replay", replay_figure(measured, simulated))
     output.result({"recording": str(recording), "source": measured.source, "rmse": result})
-    output.close(_conclusion(measured, errors_of))
+    output.close(_conclusion(measured, errors_of, stated))
     return result
 
 
@@ -95,14 +104,24 @@ def _known(model: mujoco.MjModel) -> list[str]:
     return list(Parameters(model, mujoco.MjData(model)))
 
 
-def _conclusion(measured: Recording, errors: Mapping[str, Mapping[str, Misfit]]) -> str:
-    """What came out, in a sentence: of every column the error as described and without friction."""
+def _conclusion(
+    measured: Recording, errors: Mapping[str, Mapping[str, Misfit]], stated: str
+) -> str:
+    """What came out, in a sentence: of every column the error as stated and without friction."""
     parts = [
-        f"{measured.written(column)} by {errors[DESCRIBED][column].rmse:.3g} {column_unit(column)}"
-        + (f" (without friction {errors[WITHOUT][column].rmse:.3g})" if WITHOUT in errors else "")
+        f"{measured.written(column)} by {_rms(errors[stated][column], column)}"
+        + (
+            f" (without friction {_rms(errors[WITHOUT][column], column)})"
+            if WITHOUT in errors
+            else ""
+        )
         for column in measured.measured
     ]
-    return f"As described, the model misses {', '.join(parts)}, rms."
+    return f"{stated.capitalize()}, the simulation misses {', '.join(parts)}, rms."
+
+
+def _rms(error: Misfit, column: str) -> str:
+    return quantity(error.rmse, column_unit(column))
 
 
 def _parse(text: str, model: mujoco.MjModel) -> dict[str, float]:

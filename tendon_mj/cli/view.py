@@ -7,6 +7,7 @@ from typing import Annotated
 import tyro
 
 from tendon_mj.cli.output import console
+from tendon_mj.errors import InvalidValueError
 from tendon_mj.live import open_window, prepare, serve
 
 
@@ -31,6 +32,8 @@ def view(
     Example:
         tendon-mj view finger --motion press --web
     """
+    if seconds is not None and not seconds > 0.0:
+        raise InvalidValueError(f"--seconds {seconds:g} must be greater than 0")
     prepared = prepare(model, motion)
     if prepared.still:
         console.print(f"{model} does not move: {prepared.still}", soft_wrap=True)

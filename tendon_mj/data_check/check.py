@@ -11,13 +11,14 @@ import mujoco
 from tendon_mj.builders.load import load_model
 from tendon_mj.data_check.actuation import actuation_warnings
 from tendon_mj.data_check.readings import drive_warnings, reading_warnings
+from tendon_mj.data_check.samples import spike_warnings
 from tendon_mj.data_check.timing import timing_warnings
 from tendon_mj.data_check.warning import DataWarning
 from tendon_mj.errors import TendonError
 from tendon_mj.recordings import Recording
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.replay_recording import replay_recording
-from tendon_mj.replay.schedule import Schedule, described_values
+from tendon_mj.replay.schedule import Schedule, stated_values
 
 
 @dataclass(frozen=True)
@@ -36,13 +37,18 @@ class Checked:
 
 
 def check_recording(
-    recording: Recording, model: mujoco.MjModel | None = None, *, settle: float | None = None
+    recording: Recording,
+    model: mujoco.MjModel | None = None,
+    *,
+    described: bool | None = None,
+    settle: float | None = None,
 ) -> Checked:
     """Simulate a recording at the numbers that its description states, and warn of what is odd.
 
     Args:
         recording: what was driven and measured.
         model: in place of the one that the recording names; not changed.
+        described: whether its description's values are applied, as in `replay_recording`.
         settle: time before the first sample [s]; default: as the recording says.
 
     Raises:
@@ -56,12 +62,17 @@ def check_recording(
     if any(warning.identifier == "times_in_ms" for warning in timing):
         return Checked(recording, None, (*timing, *drive_warnings(recording)))
     Schedule(recording, adjustable.model, settle)  # refuses what fits the model nowhere
-    adjustable.set(described_values(recording, adjustable.names()))
+    adjustable.set(stated_values(recording, model, adjustable.names(), described))
     still = drive_warnings(recording)
-    found = [*timing, *still, *actuation_warnings(recording, adjustable)]
+    found = [
+        *timing,
+        *spike_warnings(recording),
+        *still,
+        *actuation_warnings(recording, adjustable),
+    ]
     try:
         with warnings.catch_warnings(record=True):
-            simulated = replay_recording(recording, model, settle=settle)
+            simulated = replay_recording(recording, model, described=described, settle=settle)
     except TendonError as error:
         failed = DataWarning(
             "unstable",

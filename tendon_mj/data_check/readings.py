@@ -5,13 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_mj.data_check.samples import frozen, usual_range
 from tendon_mj.data_check.warning import DataWarning
 from tendon_mj.recordings import Recording
+from tendon_mj.replay.engineering_units import quantity
 from tendon_mj.replay.units import column_unit
 
 FloatArray = NDArray[np.float64]
 
 _THOUSAND = 100.0  # ratio of two ranges from which it may be 1000: friction is not proportional
+_BEYOND = 3000.0  # ratio of two ranges that no mistaken unit explains
 _ALL = 5.0  # ratio from which, if every column is off by it, the drive is meant
 _DEGREES, _NEARLY = (
     180.0 / np.pi,
@@ -71,7 +74,7 @@ def reading_warnings(recording: Recording, simulated: Recording) -> list[DataWar
 
 def _ratio(read: FloatArray, shown: FloatArray) -> float:
     """Range as measured over the range as simulated; inf where the model stands still."""
-    return float(np.ptp(read)) / float(np.ptp(shown)) if not _stands(shown) else np.inf
+    return usual_range(read) / usual_range(shown) if not _stands(shown) else np.inf
 
 
 def _is_slack(column: str, read: FloatArray, shown: FloatArray) -> bool:
@@ -83,7 +86,8 @@ def _slack(recording: Recording, column: str) -> DataWarning:
     return DataWarning(
         "slack",
         f"{recording.name}, [measured] {recording.written(column)!r}",
-        f"reads {np.median(recording.columns[column]):.4g} N in the middle, and the model 0 N",
+        f"reads {quantity(float(np.median(recording.columns[column])), 'N')} in the middle, and the"
+        " model 0 N",
         "if this is a cable's tension, it is slack in the model: does its pull turn the joint the"
         " right way (the sign of the radius), and has it its pretension?",
     )
@@ -107,31 +111,38 @@ def _one_warning(recording: Recording, column: str, shown: FloatArray) -> DataWa
     read, unit = recording.columns[column], column_unit(column)
     place = f"{recording.name}, [measured] {recording.written(column)!r}"
     sensor = recording.measured[column].sensor
-    span, simulated = float(np.ptp(read)), float(np.ptp(shown))
+    span, simulated = usual_range(read), usual_range(shown)
     if _stands(read):
         return DataWarning(
             "nothing_moves",
             place,
-            f"reads {read[0]:.4g} {unit} from the first sample to the last",
+            f"reads {quantity(read[0], unit)} from the first sample to the last",
             "if the sensor was not connected, leave the column out of [measured]",
         )
-    if _stands(shown):
+    if _stands(shown) or span > _BEYOND * simulated:
+        model = f"stands still at {quantity(shown[0], unit)}" if _stands(shown) else "hardly moves"
         return DataWarning(
             "nothing_moves",
             place,
-            f"moves by {span:.3g} {unit}, where sensor {sensor!r} of the model stands still at"
-            f" {shown[0]:.4g} {unit}",
+            f"moves by {quantity(span, unit)}, where sensor {sensor!r} of the model {model}",
             "is it this sensor, does the actuator in [drive] move it, and in which unit is that?",
+        )
+    if simulated > _BEYOND * span:
+        return DataWarning(
+            "nothing_moves",
+            place,
+            f"hardly moves, by {quantity(span, unit)}, the model by {quantity(simulated, unit)}",
+            "if the sensor was not connected, leave the column out of [measured]",
         )
     fault = _unit_fault(span / simulated)
     if fault:
         return DataWarning(
             "unit",
             place,
-            f"moves by {span:.3g} {unit}, the model by {simulated:.3g} {unit}: {fault}",
+            f"moves by {quantity(span, unit)}, the model by {quantity(simulated, unit)}: {fault}",
             "name the column with the unit that it is in, or else the one in [drive]",
         )
-    correlation = float(np.corrcoef(read, shown)[0, 1])
+    correlation = float(np.corrcoef(_clipped(read), _clipped(shown))[0, 1])
     if correlation < _AGAINST:
         return DataWarning(
             "sign",
@@ -140,7 +151,7 @@ def _one_warning(recording: Recording, column: str, shown: FloatArray) -> DataWa
             f'if the sensor counts the other way, write "{sensor}.scale" = -1 in [known]; if all'
             ' columns do, "<actuator>.command_scale" = -1, or turn the axis in the model',
         )
-    return _start_warning(recording, column, shown, place)
+    return frozen(recording, column, shown) or _start_warning(recording, column, shown, place)
 
 
 def _unit_fault(ratio: float) -> str:
@@ -163,9 +174,10 @@ def _start_warning(
     read, unit = recording.columns[column], column_unit(column)
     off = float(np.median(read[:_FIRST]) - np.median(shown[:_FIRST]))
     noise = recording.measured[column].noise or 0.0
-    if abs(off) <= max(_OFF * float(np.ptp(read)), _NOISES * noise):
+    if abs(off) <= max(_OFF * usual_range(read), _NOISES * noise):
         return None
-    start = f"starts at {np.median(read[:_FIRST]):.4g} {unit}, the model at {shown[0]:.4g} {unit}"
+    first, simulated = (quantity(float(np.median(s[:_FIRST])), unit) for s in (read, shown))
+    start = f"starts at {first}, the model at {simulated}"
     sensor = recording.measured[column].sensor
     cause = (
         "the pretension may be another: give its range in [uncertain]"
@@ -179,6 +191,12 @@ def _start_warning(
         f'{cause}; or the sensor\'s zero: write "{sensor}.offset" in [known] or [uncertain]; or the'
         " recording begins in motion: record half a second of rest before it",
     )
+
+
+def _clipped(series: FloatArray) -> FloatArray:
+    """A series without the peaks of its most extreme samples, which would be all that counts."""
+    clipped: FloatArray = np.clip(series, *np.percentile(series, [1.0, 99.0]))
+    return clipped if np.ptp(clipped) > 0.0 else series
 
 
 def _stands(series: FloatArray) -> bool:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.diagnosis.data.problem import Problem
 from tendon_mj.diagnosis.data.regimes import regimes
+from tendon_mj.replay.units import column_name
 
 FloatArray = NDArray[np.float64]
 
@@ -119,8 +120,10 @@ def _describe(bins: Sequence[Bin], residual: FloatArray, frequency: float) -> st
         if found.regime not in reported:
             reported.append(found.regime)
             share = min(found.excess, 1.0)  # more, where another bin is below the noise
+            of_signal = f"those of the signal {column_name(found.label)}"
+            place = f"where {found.regime} is {found.label}"
             text += f"; {share:.0%} of the excess lies in {found.time:.0%} of the samples, "
-            text += f"where {found.regime} is {found.label}"
+            text += of_signal if found.regime == "signal" else place
         if len(reported) == 3:
             break
     return text + ("." if reported else ", spread over all regimes.")

@@ -35,8 +35,11 @@ def colour_key(
     figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, layout="constrained")
     canvas: Any = FigureCanvasAgg(figure)
     scale = ScalarMappable(Normalize(*limits), colormaps["viridis"])
-    bar = figure.colorbar(scale, cax=figure.add_subplot(), orientation="horizontal")
-    bar.set_label("tension along the tendon [N]; magenta: it slips over this guide", size=_FONT)
+    bar = figure.colorbar(scale, cax=figure.add_subplot(), orientation="horizontal", extend="both")
+    bar.set_label(
+        "tension along the tendon [N], at the tips or beyond;\nmagenta: it slips over this guide",
+        size=_FONT,
+    )
     bar.ax.tick_params(labelsize=_FONT)
     lines = [
         Line2D([], [], color=colour, linewidth=2.5, label=f"{name} {end}")
@@ -59,4 +62,4 @@ def colour_key(
 
 def key_height(tendons: int) -> int:
     """Height that the picture of so many tendons' colours needs [pixels]."""
-    return 68 + 17 * -(-2 * tendons // _COLUMNS)
+    return 92 + 17 * -(-2 * tendons // _COLUMNS)

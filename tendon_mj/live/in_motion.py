@@ -7,7 +7,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.errors import InvalidValueError
 from tendon_mj.finger.control import FINGERS, prepare_finger
 from tendon_mj.finger.trajectories import find_trajectory
 from tendon_mj.replay.default_motion import Drive, default_motion, read_motion
@@ -33,8 +33,9 @@ def in_motion(name: str, model: mujoco.MjModel, motion: str | None) -> tuple[muj
         motion that ends begins anew.
 
     Raises:
-        UnknownNameError: no such motion, or a column for an actuator that is not there.
-        RecordingError: the CSV cannot be read.
+        UnknownNameError: the finger has no such motion, or a column is for an actuator that is not
+            there.
+        RecordingError: there is no such CSV, or it cannot be read.
         InvalidValueError: a motion out of reach of the finger.
     """
     if name in FINGERS:
@@ -46,8 +47,6 @@ def in_motion(name: str, model: mujoco.MjModel, motion: str | None) -> tuple[muj
         return adjustable.model, repeated(rows, model.opt.timestep)
     if motion is None:
         return model, default_motion(name, model)
-    if not Path(motion).is_file():
-        raise UnknownNameError("motion of this model, or CSV file", motion, [])
     drive, length = read_motion(Path(motion), model)
     times = np.arange(0.0, length, model.opt.timestep)
     if not len(times):

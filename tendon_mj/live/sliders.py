@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from tendon_mj.engine import PARAMETERS
+from tendon_mj.replay.engineering_units import engineering_unit
 
 # those that one changes most, in the order in which they are shown; the others are folded away
 FIRST = ("friction", "pretension", "backlash", "axial_stiffness")
@@ -30,7 +32,7 @@ _TYPICAL = {
     "creep_time": 10.0,
     "sheath_compliance": 1e-4,
     "tendon_mass": 0.05,
-    "extra_bend": 3.0,
+    "extra_bend": math.pi,
 }
 
 
@@ -42,8 +44,9 @@ class Slider:
         parameter: its name.
         label: with the unit.
         hint: what it is.
-        low, high, step: of its values, in SI units.
-        value: at which it begins.
+        low, high, step: of what it shows, in the unit of the label.
+        value: at which it begins, likewise.
+        factor: what it shows over the value in SI.
     """
 
     parameter: str
@@ -53,6 +56,7 @@ class Slider:
     high: float
     step: float
     value: float
+    factor: float
 
 
 def slider(parameter: str, value: float) -> Slider | None:
@@ -72,6 +76,7 @@ def slider(parameter: str, value: float) -> Slider | None:
     low = 0.0 if known.range.admits(0.0) else step
     if known.range.low < 0.0:
         low = max(-high, known.range.low + step)
-    unit = "" if known.unit in ("-", "1") else f" [{known.unit}]"
-    label = f"{parameter.replace('_', ' ')}{unit}"
-    return Slider(parameter, label, known.text, low, high, step, value)
+    unit = engineering_unit(known.unit, [high])
+    label = parameter.replace("_", " ") + (f" [{unit.symbol}]" if unit.symbol else "")
+    low, high, step, value = (unit.factor * number for number in (low, high, step, value))
+    return Slider(parameter, label, known.text, low, high, step, value, unit.factor)

@@ -13,7 +13,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from tendon_mj.errors import EngineError, MissingPackageError
+from tendon_mj.errors import EngineError, InvalidValueError, MissingPackageError
 from tendon_mj.live.first_view import FirstView
 from tendon_mj.live.prepare import Prepared
 from tendon_mj.live.real_time import RealTime, run_in_real_time
@@ -21,6 +21,7 @@ from tendon_mj.live.web_cable import WebCable
 from tendon_mj.live.web_panel import WebPanel
 
 HOST = "localhost"  # nobody else's browser: what it changes is not protected
+_LAST_PORT = 65535
 _FLOOR, _THIN = 3.0, 1e-3  # half a plane's width and height over the model's extent
 _EVERY = 4  # frames of the simulation for one of the scene
 _RARELY = 8  # for new numbers and curves
@@ -43,6 +44,7 @@ def serve(
 
     Raises:
         MissingPackageError: mjviser is not installed.
+        InvalidValueError: there is no such port.
         EngineError: the port is taken.
         TendonError: the simulation became unstable.
     """
@@ -86,6 +88,10 @@ def _drawable(model: mujoco.MjModel) -> mujoco.MjModel:
 
 def _check_free(port: int) -> None:
     """Refuse a port that something else serves; viser would silently take another."""
+    if not 0 <= port <= _LAST_PORT:
+        raise InvalidValueError(
+            f"--port {port}: ports go from 0, any that is free, to {_LAST_PORT}"
+        )
     with socket.socket() as probe:
         if probe.connect_ex((HOST, port)) == 0:
             raise EngineError(f"port {port} is taken; give another by --port")

@@ -19,6 +19,7 @@ _MOST = 6  # tendons that have curves
 _WIDTH = 400  # of the key of colours [pixels]
 _HEIGHT = 230  # of the curves [pixels]
 _POINTS = 400  # of a curve
+_RESTART = "restart the motion"  # the sliders stay as they are
 
 
 def tension_table(tendons: Sequence[str], tensions: Array, time: float) -> str:
@@ -91,11 +92,11 @@ class WebPanel:
 
     def _add_buttons(self) -> None:
         simulation = self._simulation
-        buttons = self._gui.add_button_group("simulation", ("halt or go on", "reset"))
+        buttons = self._gui.add_button_group("simulation", ("halt or go on", _RESTART))
 
         @buttons.on_click
         def _(event: Any) -> None:
-            if buttons.value == "reset":
+            if buttons.value == _RESTART:
                 simulation.reset()
                 self.draw()
             else:
@@ -114,26 +115,28 @@ class WebPanel:
         parameters = [
             key.partition(".")[2] for key in simulation.parameters if key.startswith(f"{names[0]}.")
         ]
-        handles = {}
+        handles: dict[str, tuple[Any, float]] = {}
         for parameter in FIRST:
-            handles[parameter] = self._add_slider(parameter, sheaths)
+            self._add_slider(parameter, sheaths, handles)
         with self._gui.add_folder("further effects", expand_by_default=False):
             for parameter in parameters:
                 if parameter not in handles:
-                    handles[parameter] = self._add_slider(parameter, sheaths)
+                    self._add_slider(parameter, sheaths, handles)
         if chosen is not None:
 
             @chosen.on_update
             def _(event: Any) -> None:
-                for parameter, handle in handles.items():
-                    if handle is not None:
-                        handle.value = simulation.parameters[f"{sheaths()[0]}.{parameter}"]
+                for parameter, (handle, factor) in handles.items():
+                    value = simulation.parameters[f"{sheaths()[0]}.{parameter}"]
+                    handle.value = factor * value
 
-    def _add_slider(self, parameter: str, sheaths: Any) -> Any:
+    def _add_slider(
+        self, parameter: str, sheaths: Any, handles: dict[str, tuple[Any, float]]
+    ) -> None:
         simulation = self._simulation
         found = slider(parameter, simulation.parameters[f"{sheaths()[0]}.{parameter}"])
         if found is None:
-            return None
+            return
         handle = self._gui.add_slider(
             found.label, found.low, found.high, found.step, found.value, hint=found.hint
         )
@@ -144,9 +147,9 @@ class WebPanel:
                 return
             try:
                 for sheath in sheaths():
-                    simulation.set(f"{sheath}.{parameter}", float(handle.value))
+                    simulation.set(f"{sheath}.{parameter}", float(handle.value) / found.factor)
                 self._problem.visible = False
             except TendonError as error:
                 self._problem.content, self._problem.visible = f"**{error}**", True
 
-        return handle
+        handles[parameter] = handle, found.factor

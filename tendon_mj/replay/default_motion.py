@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.errors import UnknownNameError
+from tendon_mj.errors import RecordingError, UnknownNameError
 from tendon_mj.recordings.table_checks import TIME
 from tendon_mj.recordings.table_file import read_table
 from tendon_mj.recordings.units import UNITS
@@ -65,6 +65,13 @@ def read_motion(path: Path, model: mujoco.MjModel) -> tuple[Drive, float]:
         RecordingError: the file cannot be read.
         UnknownNameError: a column names no actuator.
     """
+    if not path.is_file():
+        columns = ", ".join(f"{model.actuator(k).name}_…" for k in range(min(model.nu, 3)))
+        raise RecordingError(
+            f"--motion {path}: no such file. Motions with a name, such as curl, are the finger's;"
+            " that of another model is a CSV with time_s and a column for each actuator that moves,"
+            f" its unit at the end: {columns}"
+        )
     table = read_table(path)
     time = table.pop(TIME)
     actuators = [model.actuator(k).name for k in range(model.nu)]

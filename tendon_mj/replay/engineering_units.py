@@ -14,7 +14,10 @@ _PREFIXED: Final = {
     "m/s": "mµ",
     "N": "kmµ",
     "N/m": "Mkm",
+    "N/s": "kmµ",
+    "N s": "kmµ",
     "N s/m": "kmµ",
+    "m/N": "mµ",
     "N m": "kmµ",
     "N m/rad": "kmµ",
     "N m s/rad": "kmµ",
@@ -23,6 +26,9 @@ _PREFIXED: Final = {
 _REPLACED: Final = {
     "rad": ("°", 180.0 / math.pi),
     "rad/s": ("°/s", 180.0 / math.pi),
+    "rad/s²": ("°/s²", 180.0 / math.pi),
+    "1/s": ("%/s", 100.0),
+    "1/m": ("%/m", 100.0),
     "kg m²": ("g cm²", 1e7),
 }
 _UNITLESS: Final = ("", "-", "1")
@@ -70,14 +76,16 @@ def plain(value: float, digits: int = 3) -> str:
     return f"{float(f'{value:.{digits}g}'):g}"
 
 
-def quantity(value: float, unit: str) -> str:
+def quantity(value: float, unit: str, digits: int = 3) -> str:
     """A value with its unit, as in "12 mN m", "4°" or "0.18".
 
     Args:
         value: [unit].
         unit: an SI unit; "-" or empty for a ratio.
+        digits: significant ones.
     """
-    return with_unit(plain(value * (chosen := engineering_unit(unit, [value])).factor), chosen)
+    chosen = engineering_unit(unit, [value])
+    return with_unit(plain(value * chosen.factor, digits), chosen)
 
 
 def from_to(
@@ -102,3 +110,15 @@ def with_unit(number: str, unit: EngineeringUnit) -> str:
     if not unit.symbol:
         return number
     return f"{number}{'' if unit.symbol.startswith('°') else ' '}{unit.symbol}"
+
+
+def percent(share: float) -> str:
+    """A share in whole percents; 100 % only where it is exactly 1."""
+    if not math.isfinite(share):
+        return "–"
+    return "more than 99 %" if 0.995 <= share < 1.0 else f"{100.0 * share:.0f} %"
+
+
+def estimated_percent(share: float) -> str:
+    """An estimate of a share in whole percents; none is so sure that it is 100 %."""
+    return percent(min(share, 0.999))

@@ -16,7 +16,7 @@ from tendon_mj.replay.misfit import Misfit as Misfit
 from tendon_mj.replay.misfit import replay_error as replay_error
 from tendon_mj.replay.open_loop import Progress, run_open_loop
 from tendon_mj.replay.parameters import Adjustable
-from tendon_mj.replay.schedule import Schedule, described_values
+from tendon_mj.replay.schedule import Schedule, stated_values
 
 FloatArray = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ def replay_recording(
     model: mujoco.MjModel | None = None,
     *,
     parameters: Mapping[str, float] | None = None,
-    described: bool = True,
+    described: bool | None = None,
     settle: float | None = None,
     progress: Progress | None = None,
     recorder: FrameRecorder | None = None,
@@ -45,8 +45,8 @@ def replay_recording(
         model: to drive in place of the one that ``recording.model`` names; not changed.
         parameters: ``<element>.<parameter>`` to value (see `replay.parameters`), over
             ``recording.known`` and the values of ``recording.uncertain`` and ``recording.session``.
-        described: whether those three are applied; not where ``model`` knows better, as a patched
-            one does.
+        described: whether those three are applied; default: all but what a diagnosis fitted, if
+            ``model`` is one that it wrote (see `stated_values`).
         settle: time before the first sample [s]; with 0 the model starts in its reference pose.
             Default: as the recording says.
         progress: called with the share that is done, 0 … 1, every 2000 steps.
@@ -66,7 +66,7 @@ def replay_recording(
         model = load_model(recording.model, beside=recording.beside)
     adjustable = Adjustable(copy.copy(model))
     schedule = Schedule(recording, adjustable.model, settle)
-    stated = described_values(recording, adjustable.names()) if described else {}
+    stated = stated_values(recording, model, adjustable.names(), described)
     values = {**stated, **(parameters or {})}
     adjustable.set(values)
     schedule.prepare(adjustable)

@@ -14,6 +14,7 @@ from tendon_mj.recordings.recording import Recording, Session, Uncertain
 from tendon_mj.replay.clock import make_clock
 from tendon_mj.replay.grouped_names import expand
 from tendon_mj.replay.parameters import Adjustable
+from tendon_mj.replay.patch import read_intervals
 from tendon_mj.replay.readout import Readout
 from tendon_mj.replay.units import column_unit, name_in, reading_unit
 
@@ -153,6 +154,35 @@ def described_values(recording: Recording, names: Collection[str]) -> dict[str, 
         }
     except UnknownNameError as error:
         raise RecordingError(f"recording {recording.name!r}: {error}") from error
+
+
+def stated_values(
+    recording: Recording,
+    model: mujoco.MjModel,
+    names: Collection[str],
+    described: bool | None = None,
+) -> dict[str, float]:
+    """Parameters that a recording's description sets on a model.
+
+    Args:
+        recording: whose description it is.
+        model: of the simulation.
+        names: of all parameters that there are.
+        described: whether ``known``, ``uncertain`` and ``session`` are applied. None: all but what
+            a diagnosis fitted, if ``model`` carries intervals of it: those parameters, and
+            ``uncertain``.
+
+    Raises:
+        RecordingError: a name with wildcards that no parameter fits.
+    """
+    if described is False:
+        return {}
+    values = described_values(recording, names)
+    found = read_intervals(model)
+    if described or not found:
+        return values
+    fitted = {*found, *expand(recording.uncertain, names)}
+    return {name: value for name, value in values.items() if name not in fitted}
 
 
 def _sensor_addresses(recording: Recording, model: mujoco.MjModel) -> dict[str, tuple[int, int]]:

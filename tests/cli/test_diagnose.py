@@ -119,6 +119,36 @@ def test_the_model_that_is_written_has_what_was_found(rig, found):
     np.testing.assert_allclose(again.columns[column], after.columns[column], atol=1e-9)
 
 
+def test_a_replay_on_the_model_that_was_written_keeps_what_was_found(rig, found, tmp_path, capsys):
+    """The report's first advice; the description's guess would overrule it silently."""
+    out, result = found
+    held_out = rig[1.0][1]
+    errors = {}
+    for values in ([], ["--values-of", "model"], ["--values-of", "description"]):
+        arguments = ["replay", held_out, "--model", str(out / "model.xml"), *values]
+        assert main([*arguments, "--out", str(tmp_path)]) == 0
+        (rmse, *_) = json.loads((tmp_path / "result.json").read_text("utf-8"))["rmse"].values()
+        errors[values[-1] if values else ""] = rmse["output_tension_N"]["rmse"] / NOISE
+    assert errors[""] == pytest.approx(result["gap"]["held_out"]["after"], rel=1e-3)
+    assert errors["model"] == pytest.approx(errors[""])
+    assert errors["description"] > 2.0 * errors[""]
+    said = " ".join(capsys.readouterr().out.split())
+    assert "wrote into the model, such as sheath.friction, is kept over the description" in said
+    assert "warning: b_1: the description overrules what a diagnosis found" in said
+    assert "--model model.xml" in (out / "report.html").read_text("utf-8").replace(
+        '<a href="model.xml">model.xml</a>', "model.xml"
+    )
+
+
+def test_a_check_on_the_model_that_was_written_keeps_what_was_found(rig, found, tmp_path):
+    out, result = found
+    arguments = ["check", rig[1.0][1], "--model", str(out / "model.xml"), "--out", str(tmp_path)]
+    assert main(arguments) == 0
+    (one,) = json.loads((tmp_path / "result.json").read_text("utf-8"))["recordings"]
+    after = result["gap"]["held_out"]["after"]
+    assert one["rmse"]["output_tension_N"] / NOISE == pytest.approx(after, rel=1e-3)
+
+
 def test_an_uncertain_number_without_a_range_is_in_the_model(rig, tmp_path):
     train, held_out = rig[0.0]
     fixed = []
@@ -130,6 +160,25 @@ def test_an_uncertain_number_without_a_range_is_in_the_model(rig, tmp_path):
     assert main([*arguments, "--no-sysid", "--exclude", *OTHERS]) == 0
     patched = mujoco.MjModel.from_xml_path(str(tmp_path / "out" / "model.xml"))
     assert Parameters(patched, mujoco.MjData(patched))["sheath.friction"] == 0.2
+
+
+def test_what_the_check_knows_is_said_before_the_search_and_on_the_first_screen(
+    rig, tmp_path, capsys
+):
+    """A sensor that counts the other way: no effect of the catalogue explains it."""
+    train, held_out = (read_recording(path) for path in rig[0.0])
+    tension = 40.0 - train.columns["output_tension_N"]
+    turned = replace(train, columns={**train.columns, "output_tension_N": tension})
+    paths = [str(write(r, tmp_path / f"{k}.csv")) for k, r in enumerate((turned, held_out))]
+    arguments = ["diagnose", paths[0], "--hold-out", paths[1], "--out", str(tmp_path / "out")]
+    assert main([*arguments, "--no-sysid", "--exclude", *OTHERS]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    warning = "runs against sensor 'output_tension' of the model"
+    assert said.index(warning) < said.index("The misfit is")
+    result = json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))
+    assert warning in result["warnings"][0]
+    page = (tmp_path / "out" / "report.html").read_text("utf-8")
+    assert page.index("runs against sensor") < page.index("Verdict in full")
 
 
 def test_where_nothing_is_missing_it_says_so(rig, tmp_path, capsys):

@@ -64,7 +64,7 @@ def test_replay_warns_of_gaps_too(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert main(["replay", str(tmp_path / "r.csv"), "--out", str(tmp_path)]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "warning: r, column 'time_s': 1 gap, the longest 0.52 s" in said
-    assert re.search(r"misses pull_N by [\d.]+ N \(without friction [\d.]+\), rms\.$", said)
+    assert re.search(r"misses pull_N by [\d.]+ N \(without friction [\d.]+ N\), rms\.$", said)
 
 
 def test_a_demo_ends_with_the_verdict_and_its_report(

@@ -161,6 +161,49 @@ def test_a_sensor_that_the_model_lacks_is_refused(pull: Recording) -> None:
         check_recording(replace(pull, measured={"out_N": Measured("outputtension")}))
 
 
+def test_a_spike_is_told_with_its_row_and_not_taken_for_a_unit(pull: Recording) -> None:
+    out = pull.columns["out_N"].copy()
+    out[100] = 4000.0
+    found = said(changed(pull, out_N=out))
+    assert set(found) == {"spike"}
+    assert "reads 4 kN in row 102, between" in found["spike"]
+
+
+def test_a_step_of_the_drive_is_no_spike(pull: Recording) -> None:
+    stepped = np.where(np.sin(5.0 * pull.time) > 0.0, 1e-3, -1e-3)
+    assert "spike" not in said(changed(pull, reel_m=stepped))
+
+
+@pytest.mark.parametrize("factor", [1e4, 1e5])
+def test_a_model_that_hardly_moves_is_no_unit_error(pull: Recording, factor: float) -> None:
+    still = {"output_tension.scale": 1.0 / factor, "output_tension.offset": 20.0}
+    found = said(replace(pull, known=still))
+    assert set(found) == {"nothing_moves"}
+    assert "of the model hardly moves" in found["nothing_moves"]
+    assert "[drive]" in found["nothing_moves"]
+
+
+def test_a_column_that_hardly_moves_is_no_unit_error(pull: Recording) -> None:
+    found = said(changed(pull, out_N=20.0 + 1e-5 * pull.columns["out_N"]))
+    assert set(found) == {"nothing_moves"}
+    assert "not connected" in found["nothing_moves"]
+
+
+def test_readings_that_freeze_while_the_model_moves_on_are_told_with_their_rows(
+    pull: Recording,
+) -> None:
+    out = pull.columns["out_N"].copy()
+    out[60:110] = out[60]
+    found = said(changed(pull, out_N=out))
+    assert set(found) == {"frozen"}
+    assert "from row 62 to 111" in found["frozen"]
+
+
+def test_an_encoder_with_coarse_steps_is_not_frozen(pull: Recording) -> None:
+    span = float(np.ptp(pull.columns["out_N"]))
+    assert said(changed(pull, out_N=np.round(pull.columns["out_N"] / span, 2) * span)) == {}
+
+
 # --- actuators
 
 MOTOR = """<mujoco><extension><plugin plugin="tendon_mj.sheath">

@@ -6,7 +6,7 @@ import pytest
 
 import tendon_mj
 from tendon_mj.engine import TENSION_SCALE
-from tendon_mj.errors import TendonError, UnknownNameError
+from tendon_mj.errors import RecordingError, TendonError, UnknownNameError
 from tendon_mj.live import prepare
 from tendon_mj.live.first_view import first_view
 from tendon_mj.live.in_motion import in_motion, repeated, stands_still
@@ -77,7 +77,7 @@ def test_a_table_moves_any_model(tmp_path):
 def test_a_motion_that_is_none_is_refused(tmp_path):
     with pytest.raises(UnknownNameError, match="did you mean 'press'"):
         prepare("finger", "pres")
-    with pytest.raises(UnknownNameError, match="'curl'"):
+    with pytest.raises(RecordingError, match="Motions with a name, such as curl, are the finger's"):
         in_motion("bench", tendon_mj.load_model("bench"), "curl")
     with pytest.raises(UnknownNameError, match=r"column 'push_N': unknown actuator 'push'"):
         prepare(written(tmp_path), table(tmp_path, "time_s,push_N\n0,0\n1,1\n"))

@@ -59,6 +59,21 @@ def test_a_page_is_served_for_the_time_that_is_asked_for():
     assert "× real time" in last
 
 
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--seconds", "-1"], "--seconds -1 must be greater than 0"),
+        (["--web", "--port", "99999"], "--port 99999: ports go from 0, any that is free, to 65535"),
+        (["--web", "--port", "-1"], "--port -1: ports go from 0"),
+        (["--motion", "curl"], "a CSV with time_s and a column for each actuator"),
+    ],
+)
+def test_odd_arguments_are_refused_in_a_line(arguments, said, capsys):
+    pytest.importorskip("mjviser")
+    assert main(["view", "bench", *arguments]) == 2
+    assert said in " ".join(capsys.readouterr().err.split())
+
+
 def test_an_unknown_motion_is_refused_in_a_line(capsys):
     assert main(["view", "finger", "--motion", "curls"]) == 2
     assert "did you mean 'curl'" in capsys.readouterr().err

@@ -171,6 +171,22 @@ def test_every_live_parameter_of_a_sheath_has_a_slider_that_admits_its_ends():
         if found is None:
             assert "radius" in parameter or parameter == "drawn_bend"
             continue
-        assert found.low <= value <= found.high
-        for end in (found.low, found.high, value):
-            simulation.set(name, end)
+        assert found.low <= value * found.factor <= found.high
+        for end in (found.low, found.high, value * found.factor):
+            simulation.set(name, end / found.factor)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "label", "high"),
+    [
+        ("backlash", 0.0, "backlash [mm]", 5.0),
+        ("axial_stiffness", 4000.0, "axial stiffness [kN]", 12.0),
+        ("sheath_compliance", 0.0, "sheath compliance [µm/N]", 100.0),
+        ("extra_bend", 0.0, "extra bend [°]", 180.0),
+        ("friction", 0.1, "friction", 0.6),
+    ],
+)
+def test_a_slider_is_in_the_unit_in_which_one_thinks(parameter, value, label, high):
+    found = slider(parameter, value)
+    assert (found.label, found.high) == (label, pytest.approx(high))
+    assert found.value == pytest.approx(found.factor * value)

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from tendon_mj.engine import GAINS, PARAMETERS
 from tendon_mj.replay.engineering_units import engineering_unit, from_to, quantity
 
 
@@ -18,6 +19,10 @@ from tendon_mj.replay.engineering_units import engineering_unit, from_to, quanti
         (math.pi, "rad", "180°"),
         (0.5, "rad/s", "28.6°/s"),
         (-0.02, "s", "-20 ms"),
+        (6.06e-5, "m/N", "60.6 µm/N"),
+        (0.004, "N s", "4 mN s"),
+        (0.02, "1/s", "2 %/s"),
+        (0.5, "1/m", "50 %/m"),
         (0.18, "-", "0.18"),
         (0.18, "", "0.18"),
         (3.0, "1", "3"),
@@ -40,15 +45,24 @@ def test_two_values_share_the_unit_of_the_larger():
     assert from_to(0.19, 0.15, "-") == "0.19 → 0.15"
 
 
-@pytest.mark.parametrize("unit", ["m", "N", "N m", "s", "rad", "kg m²", "N/m", "kg", "m/s²"])
+@pytest.mark.parametrize(
+    "unit", ["m", "N", "N m", "s", "rad", "kg m²", "N/m", "kg", "m/s²", "m/N", "1/s"]
+)
 @pytest.mark.parametrize("power", range(-8, 9))
 def test_a_value_stays_the_same_quantity(unit, power):
     """Written in an engineering unit and back, whatever its size."""
     symbol, factor = engineering_unit(unit, [10.0**power])
     scale = {"M": 1e6, "k": 1e3, "m": 1e-3, "µ": 1e-6}
-    other = {"°": math.pi / 180.0, "g cm²": 1e-7, "g": 1e-3, unit: 1.0}
+    other = {"°": math.pi / 180.0, "g cm²": 1e-7, "g": 1e-3, "%/s": 1e-2, unit: 1.0}
     one = other.get(symbol) or scale[symbol[0]]  # in SI
     assert factor * one == pytest.approx(1.0)
+
+
+def test_every_parameter_s_unit_is_known():
+    """A small value of none of them is written as a power of ten, a ratio or a count aside."""
+    for name, parameter in {**PARAMETERS, **GAINS}.items():
+        if parameter.unit not in ("-", "1"):
+            assert "e-" not in quantity(2.5e-4, parameter.unit), name
 
 
 def test_what_is_not_finite_does_not_choose_a_unit():

@@ -11,7 +11,7 @@ import pytest
 
 from tendon_mj.builders.load import load_model, load_spec, model_path
 from tendon_mj.errors import InvalidValueError, TendonError, TendonWarning, UnknownNameError
-from tendon_mj.recordings import Measured, Recording
+from tendon_mj.recordings import Measured, Recording, Uncertain
 from tendon_mj.replay import Adjustable, Simulator, patch_model, read_intervals, replay_recording
 
 TIME = np.arange(0.0, 0.4, 0.005)
@@ -103,6 +103,19 @@ def test_its_own_values_overrule_the_guesses_of_a_recording(tmp_path):
     assert all(
         np.array_equal(told.columns[c], replay_recording(plain).columns[c]) for c in told.columns
     )
+
+
+def test_what_was_fitted_is_kept_and_what_else_is_known_is_applied(tmp_path):
+    """On a model with intervals, which a diagnosis wrote."""
+    recording = recording_of("bench", known={"input_tension.offset": 0.5})
+    guess = {"sheath.friction": Uncertain(0.15, 0.05, 0.4)}
+    described = dataclasses.replace(recording, uncertain=guess)
+    within = {"sheath.friction": (0.2, 0.3)}
+    path = patch_model("bench", {"sheath.friction": 0.25}, tmp_path / "m.xml", intervals=within)
+    told = replay_recording(described, load_model(str(path)))
+    meant = replay_recording(recording, parameters={"sheath.friction": 0.25})
+    for column in recording.measured:
+        np.testing.assert_allclose(told.columns[column], meant.columns[column], rtol=1e-12)
 
 
 @pytest.mark.parametrize("name", DRIVEN)

@@ -357,7 +357,7 @@ def test_figures_name_units_and_draw_what_they_were_given():
     assert set(figures) == {"misfit", "gap", "proof", "before_after"}
     loop, _, left, _ = figures["before_after"].axes
     assert loop.get_ylabel() == "output tension [N]"
-    assert left.get_xlabel() == "input displacement [m]"
+    assert left.get_xlabel() == "input displacement [mm]"
     np.testing.assert_allclose(left.lines[0].get_ydata(), 1.0)
     np.testing.assert_allclose(left.lines[1].get_ydata(), 0.1)
     widths = sorted(bar.get_width() for bar in figures["gap"].axes[1].patches)

@@ -11,7 +11,7 @@ from tendon_mj.recordings.recording import Measured, Recording
 from tendon_mj.verification.first_motion import BenchReadings, FirstMotion
 from tendon_mj.view.figures.benchmark import CostSeries, cost_figure, scaling_figure
 from tendon_mj.view.figures.convergence import convergence_figure
-from tendon_mj.view.figures.labels import column_label
+from tendon_mj.view.figures.labels import column_label, drawn_unit
 from tendon_mj.view.figures.loops import loops_figure
 from tendon_mj.view.figures.replay import replay_figure
 from tendon_mj.view.figures.sweep import sweep_figure
@@ -125,8 +125,8 @@ def test_the_sweep_is_relative_to_the_tendon_without_friction():
 def test_the_replay_states_each_rms_error_with_its_unit():
     texts = legend_texts(replays())
     rmse = np.sqrt(np.mean((0.5 * np.sin(recording().time - 0.3)) ** 2))
-    assert f"friction 0\nrms error {rmse:.3g} rad" in texts
-    assert "friction 0\nrms error 0 rad/s" in texts
+    assert f"friction 0\nrms error {np.degrees(rmse):.3g}°" in texts
+    assert "friction 0\nrms error 0°/s" in texts
 
 
 def test_a_recording_that_drives_nothing_is_drawn_over_time_alone():
@@ -148,16 +148,18 @@ def test_a_recording_that_measured_nothing_is_refused():
 
 
 @pytest.mark.parametrize(
-    ("column", "label"),
+    ("column", "largest", "label"),
     [
-        ("joint_rad", "joint [rad]"),
-        ("tension_1_N", "tension 1 [N]"),
-        ("tip_speed_m_per_s", "tip speed [m/s]"),
-        ("torque_Nm", "torque [N m]"),
+        ("joint_rad", 0.5, "joint [°]"),
+        ("tension_1_N", 20.0, "tension 1 [N]"),
+        ("tip_speed_m_per_s", 2.0, "tip speed [m/s]"),
+        ("input_displacement_m", 1e-3, "input displacement [mm]"),
+        ("torque_Nm", 0.02, "torque [mN m]"),
     ],
 )
-def test_a_column_is_labelled_with_its_unit(column, label):
-    assert column_label(column) == label
+def test_a_column_is_labelled_with_the_unit_in_which_it_is_read(column, largest, label):
+    series = np.array([0.0, -largest, np.nan])
+    assert column_label(column, drawn_unit(column, series[:2])) == label
 
 
 def test_the_scaling_shows_medians_in_microseconds_and_leaves_out_what_noise_exceeds():

@@ -150,3 +150,39 @@ def test_print_shows_the_pictures(on_a_desk):
     shown = "return [...document.querySelectorAll('figure img')].every(i => i.offsetParent)"
     assert on_a_desk.execute_script(shown)
     on_a_desk.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+
+
+def test_from_a_dark_screen_it_is_printed_in_light_colours(browser, reports):
+    """Charts that have no picture for print would be pale on white."""
+    load(browser, reports["named"], 1280, "light")
+    colours = """return [...document.querySelectorAll('.plots > div')].map(
+      (e) => [e._fullLayout.font.color, ...e._fullData.map((t) => t.line?.color)].join())"""
+    light = browser.execute_script(colours)
+    set_theme(browser, "dark")
+    WebDriverWait(browser, 60).until(lambda b: b.execute_script(colours) != light)
+    dark = browser.execute_script(colours)
+    browser.execute_script("dispatchEvent(new Event('beforeprint'))")
+    assert browser.execute_script(colours) == light
+    browser.execute_script("dispatchEvent(new Event('afterprint'))")
+    assert browser.execute_script(colours) == dark
+
+
+def test_print_cuts_nothing_at_the_edge_of_the_paper(browser, reports):
+    """Hashes of files are longer than a line; paper does not scroll."""
+    load(browser, reports["named"], 1280, "light")
+    digest = "<code>" + "0123456789abcdef" * 8 + "</code>"
+    files = f"<table class=files><tr><td><code>rig.csv</code></td><td>{digest}</td></tr></table>"
+    browser.execute_script(f"document.querySelector('.scroll').innerHTML = '{files}'")
+    metrics = {"width": 718, "height": 1000, "deviceScaleFactor": 1, "mobile": False}  # A4
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    cut = "[...document.querySelectorAll('.scroll')].filter((e) => e.scrollWidth > e.clientWidth)"
+    assert browser.execute_script(f"return {cut}.map((e) => e.outerHTML.slice(0, 200))") == []
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+
+
+def test_on_a_phone_no_row_is_a_column_of_words(browser, reports):
+    for page in reports.values():
+        load(browser, page, 390, "light")
+        rows = "[...document.querySelectorAll('tr')].map((e) => e.getBoundingClientRect().height)"
+        assert browser.execute_script(f"return Math.max(...{rows})") < 110

@@ -217,9 +217,8 @@ class Diagnosis:
         What is known differently from recording to recording, or was set anew for each, is left as
         the model has it. Where nothing is proven, it is the model with what is closest.
 
-        Intervals that the data determine are in the file too. To replay it, do not let a
-        recording's guesses overrule it:
-        ``replay_recording(recording, load_model(path), described=False)``.
+        Intervals that the data determine are in the file too, by which `replay_recording` knows
+        not to let a recording's guesses overrule what was found.
 
         Args:
             path: MJCF file to write, in an existing folder.

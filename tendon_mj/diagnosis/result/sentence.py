@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from tendon_mj.diagnosis.result.diagnosis import Finding, Value, Verdict
 from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
-from tendon_mj.replay.engineering_units import from_to
+from tendon_mj.replay.engineering_units import estimated_percent, from_to
 from tendon_mj.replay.units import column_name, column_unit
 
 _SLIPS = (
@@ -72,7 +72,8 @@ def state(stated: Statement) -> str:
 def warn_of_ends(calibrated: Mapping[str, Value]) -> list[str]:
     """Warn of calibrated values at an end of their range."""
     return [
-        f"{name} stands at an end of its range, {value.low:g} … {value.high:g}{value.suffix}:"
+        f"{name} stands at an end of its range,"
+        f" {from_to(value.low, value.high, value.unit, ' … ')}:"
         " if that is not the rig's limit, widen it."
         for name, value in calibrated.items()
         if value.at_end
@@ -130,7 +131,9 @@ def _shrank(stated: Statement) -> str:
         )
     text += _too_long(stated, errors.after)
     if errors.reducible_closed > 0.0:
-        text += f", which closes {min(errors.reducible_closed, 1.0):.0%} of what could be closed"
+        text += (
+            f", which closes {estimated_percent(errors.reducible_closed)} of what could be closed"
+        )
     return text
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,9 +13,10 @@ from numpy.typing import NDArray
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings.noise import noise_levels
 from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.engineering_units import engineering_unit, plain, with_unit
 from tendon_mj.replay.misfit import replay_error
 from tendon_mj.replay.units import column_unit
-from tendon_mj.view.figures.labels import column_label, column_name
+from tendon_mj.view.figures.labels import column_label, column_name, drawn_unit
 from tendon_mj.view.figures.style import (
     BLUE,
     PALE,
@@ -53,6 +55,8 @@ def before_after_figure(
     errors = {label: replay_error(measured, answer) for label, (answer, *_) in answers.items()}
     noise = noise_levels(measured)
     drive = next(iter(measured.drive))
+    across = drawn_unit(drive, measured.columns[drive])
+    driven = across.factor * measured.columns[drive]
     rows = len(measured.measured)
     with print_style():
         figure = new_figure(8.0, 0.9 + 3.1 * rows)
@@ -62,37 +66,42 @@ def before_after_figure(
             2 * rows, 2, squeeze=False, sharex="col", sharey="row", height_ratios=(1.7, 1.0) * rows
         )
         for k, column in enumerate(measured.measured):
-            unit = column_unit(column)
+            unit = drawn_unit(column, measured.columns[column])
+            true, band = unit.factor * measured.columns[column], unit.factor * noise[column]
             for axes, left, x in zip(
-                grid[2 * k], grid[2 * k + 1], (measured.columns[drive], measured.time), strict=True
+                grid[2 * k], grid[2 * k + 1], (driven, measured.time), strict=True
             ):
-                axes.plot(x, measured.columns[column], color=PALE, linewidth=3.0, label="measured")
+                axes.plot(x, true, color=PALE, linewidth=3.0, label="measured")
                 left.axhspan(
-                    -_BAND * noise[column],
-                    _BAND * noise[column],
+                    -_BAND * band,
+                    _BAND * band,
                     color=PALE,
                     alpha=0.5,
                     linewidth=0.0,
                     label=f"±{_BAND:g} × noise",
                 )
                 for named, (answer, colour, style) in answers.items():
-                    series = answer.columns[column]
+                    series = unit.factor * answer.columns[column]
                     _draw(axes, x, series, colour, style, named)
-                    _draw(left, x, series - measured.columns[column], colour, style, "_residual")
-            grid[2 * k][0].set_ylabel(column_label(column))
-            grid[2 * k + 1][0].set_ylabel(f"simulated −\nmeasured [{unit}]")
-            errors_text = [f"{errors[named][column].rmse:.3g} {unit} {named}" for named in answers]
-            grid[2 * k][0].set_title(
-                f"{column_name(column)}: rms error {', '.join(errors_text)};"
-                f" noise {noise[column]:.2g} {unit}",
-                fontsize=9.0,
-            )
-        grid[-1][0].set_xlabel(column_label(drive))
+                    _draw(left, x, series - true, colour, style, "_residual")
+            grid[2 * k][0].set_ylabel(column_label(column, unit))
+            grid[2 * k + 1][0].set_ylabel(f"simulated −\nmeasured [{unit.symbol}]")
+            rms = {named: found[column].rmse for named, found in errors.items()}
+            grid[2 * k][0].set_title(_title(column, rms, noise[column]), fontsize=9.0)
+        grid[-1][0].set_xlabel(column_label(drive, across))
         grid[-1][0].locator_params(axis="x", nbins=5)
         grid[-1][1].set_xlabel("time [s]")
         _gather_labels(grid[0][0], grid[1][0])
         legend_below(figure, grid[0][0], columns=4)
     return figure
+
+
+def _title(column: str, rms: Mapping[str, float], noise: float) -> str:
+    """A signal's errors and its noise, in one unit."""
+    unit = engineering_unit(column_unit(column), [*rms.values(), noise])
+    said = [f"{with_unit(plain(unit.factor * e), unit)} {named}" for named, e in rms.items()]
+    level = with_unit(plain(unit.factor * noise, 2), unit)
+    return f"{column_name(column)}: rms error {', '.join(said)}; noise {level}"
 
 
 def _draw(axes: Axes, x: FloatArray, y: FloatArray, colour: str, style: str, label: str) -> None:

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tendon_mj.diagnosis import ErrorReduction
+from tendon_mj.replay.engineering_units import EngineeringUnit, engineering_unit, plain, with_unit
 from tendon_mj.replay.units import column_unit
 from tendon_mj.view.figures.labels import column_name
 from tendon_mj.view.figures.style import (
@@ -50,6 +51,8 @@ def error_bars_figure(
         grid = figure.subplots(len(columns), 2, squeeze=False, sharex=True)
         longest = 1.0
         for row, column in zip(grid, columns, strict=True):
+            shown = [*held_out.signals[column][:2], *train.signals.get(column, ())[:2]]
+            unit = engineering_unit(column_unit(column), shown)
             for axes, errors, extra in zip(row, (train, held_out), (None, sysid), strict=True):
                 before, after, noise = errors.signals.get(column, (0.0, 0.0, 1.0))
                 bars = {_BEFORE if changed else _CALIBRATED: before}
@@ -57,7 +60,7 @@ def error_bars_figure(
                     bars[_SYSID] = extra[column]
                 if changed:
                     bars[_AFTER] = after
-                _draw(axes, bars, noise, column_unit(column))
+                _draw(axes, bars, noise, unit)
                 longest = max(longest, *(value / noise for value in bars.values()))
             row[0].set_ylabel(column_name(column))
         grid[0][0].set_xlim(0.0, _AXIS_SPAN * longest)
@@ -69,12 +72,12 @@ def error_bars_figure(
     return figure
 
 
-def _draw(axes: Axes, bars: Mapping[str, float], noise: float, unit: str) -> None:
+def _draw(axes: Axes, bars: Mapping[str, float], noise: float, unit: EngineeringUnit) -> None:
     for k, (label, value) in enumerate(bars.items()):
         colour, hatch = _COLOURS[label]
         axes.barh(k, value / noise, 0.75, color=colour, hatch=hatch, edgecolor="white", label=label)
         axes.annotate(
-            f"{value / noise:.2f} × ({value:#.3g} {unit})".replace(" )", ")"),
+            f"{value / noise:.2f} × ({with_unit(plain(unit.factor * value), unit)})",
             (value / noise, k),
             xytext=(4, 0),
             textcoords="offset points",

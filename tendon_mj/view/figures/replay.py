@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.engineering_units import engineering_unit, plain, with_unit
 from tendon_mj.replay.misfit import Misfit, replay_error
 from tendon_mj.replay.units import column_unit
-from tendon_mj.view.figures.labels import column_label
+from tendon_mj.view.figures.labels import column_label, drawn_unit
 from tendon_mj.view.figures.style import PALE, SERIES, new_figure, print_style
 
 FloatArray = NDArray[np.float64]
@@ -40,7 +41,9 @@ def replay_figure(measured: Recording, simulated: Mapping[str, Recording]) -> Fi
     if not measured.measured:
         raise RecordingError(f"recording {measured.name!r}: no [measured] column to draw")
     errors = {label: replay_error(measured, answer) for label, answer in simulated.items()}
-    drive = next(iter(measured.drive), None)
+    drive = next(iter(measured.drive), "")
+    driven = measured.columns[drive] if drive else measured.time
+    across = drawn_unit(drive, driven)
     rows = len(measured.measured)
     with print_style():
         figure = new_figure(9.5 if drive else 6.5, 0.6 + 2.2 * rows)
@@ -51,28 +54,30 @@ def replay_figure(measured: Recording, simulated: Mapping[str, Recording]) -> Fi
         ratios = (1.25, 1.0, 0.5) if drive else (1.25, 0.6)
         grid = figure.subplots(rows, len(ratios), squeeze=False, sharex="col", width_ratios=ratios)
         for (time, *over, key), column in zip(grid, measured.measured, strict=True):
-            _draw(time, measured.time, measured, simulated, column)
-            time.set_ylabel(column_label(column))
+            series = {RECORDED: measured.columns[column]}
+            series |= {label: answer.columns[column] for label, answer in simulated.items()}
+            unit = drawn_unit(column, *series.values())
+            series = {label: unit.factor * one for label, one in series.items()}
+            _draw(time, measured.time, series)
+            time.set_ylabel(column_label(column, unit))
             for axes in over:
-                _draw(axes, measured.columns[str(drive)], measured, simulated, column)
+                _draw(axes, across.factor * driven, series)
                 axes.sharey(time)
                 axes.tick_params(labelleft=False)
             _draw_key(key, time, column, {label: e[column] for label, e in errors.items()})
         grid[-1][0].set_xlabel("time [s]")
         if drive:
-            grid[-1][1].set_xlabel(column_label(drive))
+            grid[-1][1].set_xlabel(column_label(drive, across))
     return figure
 
 
-def _draw(
-    axes: Axes, x: FloatArray, measured: Recording, simulated: Mapping[str, Recording], column: str
-) -> None:
-    axes.plot(x, measured.columns[column], color=PALE, linewidth=2.8, label=RECORDED)
-    for k, (label, answer) in enumerate(simulated.items()):
+def _draw(axes: Axes, x: FloatArray, series: Mapping[str, FloatArray]) -> None:
+    axes.plot(x, series[RECORDED], color=PALE, linewidth=2.8, label=RECORDED)
+    for k, (label, answer) in enumerate(one for one in series.items() if one[0] != RECORDED):
         colour, style, marker = SERIES[k % len(SERIES)]
         axes.plot(
             x,
-            answer.columns[column],
+            answer,
             color=colour,
             linestyle=style,
             marker=marker,
@@ -85,10 +90,13 @@ def _draw(
 def _draw_key(key: Axes, drawn: Axes, column: str, errors: Mapping[str, Misfit]) -> None:
     """The legend of a row, beside it."""
     key.set_axis_off()
-    unit = column_unit(column)
+    rms = {label: error.rmse for label, error in errors.items()}
+    unit = engineering_unit(column_unit(column), rms.values())
     handles, labels = drawn.get_legend_handles_labels()
     said = [
-        f"{label}\nrms error {errors[label].rmse:.3g} {unit}" if label in errors else label
+        f"{label}\nrms error {with_unit(plain(unit.factor * rms[label]), unit)}"
+        if label in rms
+        else label
         for label in labels
     ]
     key.legend(handles, said, loc="center left", borderaxespad=0.0, labelspacing=0.9)

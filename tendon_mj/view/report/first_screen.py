@@ -67,7 +67,10 @@ def what_to_do(diagnosis: Diagnosis) -> list[str]:
         else:
             first = "Do not rely on model.xml: it is only calibrated, and an error remains."
         return [first, *(advice or [_record_more(diagnosis)])]
-    said = ["Use model.xml, which has what was found; replay it with described=False."]
+    said = [
+        "Use model.xml, which has what was found; tendon-mj replay RECORDING --model model.xml"
+        " shows how it follows a recording."
+    ]
     if diagnosis.verdict == "partly":
         said = ["Use model.xml with care: an error remains that nothing in the catalogue explains."]
         said.append(_record_more(diagnosis))

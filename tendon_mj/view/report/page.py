@@ -17,6 +17,7 @@ from tendon_mj.diagnosis.correlations import parameter_correlations
 from tendon_mj.diagnosis.noise_sensitivity import noise_sensitivity
 from tendon_mj.diagnosis.provenance import Provenance, collect_provenance
 from tendon_mj.diagnosis.whiteness import residual_autocorrelations
+from tendon_mj.replay.engineering_units import estimated_percent, percent
 from tendon_mj.view.figures.labels import column_name
 from tendon_mj.view.figures.style import BLACK, BLUE, GREY, PALE, SKY
 from tendon_mj.view.report.advice import advise
@@ -25,7 +26,7 @@ from tendon_mj.view.report.charts.chart import Chart
 from tendon_mj.view.report.charts.matrix import correlation_chart
 from tendon_mj.view.report.first_screen import MEANING, headline, most_telling, what_to_do
 from tendon_mj.view.report.library import packed_plotly
-from tendon_mj.view.report.tables import error_rows, percent, short, value_rows
+from tendon_mj.view.report.tables import error_rows, short, value_rows
 
 _KEPT = {False: "its last quarter", True: "left out in turn"}
 LEFT_OUT = "The comparison with mujoco.sysid was left out."
@@ -65,6 +66,7 @@ def report_page(
     environment.filters |= {
         "short": short,
         "percent": percent,
+        "estimated_percent": estimated_percent,
         "signal": column_name,
         "file_name": lambda path: Path(path).name,
         "value_rows": value_rows,

@@ -92,10 +92,3 @@ def short(value: float) -> str:
     if 1e4 <= abs(value) < 1e7:
         return f"{value:,.0f}".replace(",", "\u202f")
     return f"{value:.4g}"
-
-
-def percent(share: float) -> str:
-    """A share in whole percents; 100 % only where it is exactly 1."""
-    if not math.isfinite(share):
-        return ABSENT
-    return "more than 99 %" if 0.995 <= share < 1.0 else f"{100.0 * share:.0f} %"

@@ -10,10 +10,9 @@ import numpy as np
 from tendon_mj.diagnosis.before_after import BeforeAfter
 from tendon_mj.diagnosis.whiteness import Autocorrelation
 from tendon_mj.recordings.noise import noise_levels
-from tendon_mj.replay.engineering_units import EngineeringUnit, engineering_unit
-from tendon_mj.replay.units import column_unit
+from tendon_mj.replay.engineering_units import engineering_unit
 from tendon_mj.view.figures.before_after import AFTER, BEFORE
-from tendon_mj.view.figures.labels import column_name
+from tendon_mj.view.figures.labels import column_label, column_name, drawn_unit
 from tendon_mj.view.figures.style import PALE
 from tendon_mj.view.report.charts.chart import Chart, FloatArray, numbers, text, thin
 
@@ -32,7 +31,7 @@ def over_time(row: BeforeAfter, column: str, *, changed: bool, height: int = 420
         height: of the chart [px].
     """
     measured = row.measured
-    unit = _unit(measured.columns[column], column)
+    unit = drawn_unit(column, measured.columns[column])
     noise = noise_levels(measured)[column] * unit.factor
     true = measured.columns[column] * unit.factor
     traces = [_line(measured.time, true, "measured", PALE, 5.0)]
@@ -60,7 +59,7 @@ def over_time(row: BeforeAfter, column: str, *, changed: bool, height: int = 420
         "height": height,
         "hovermode": "x unified",
         "xaxis": {"title": {"text": "time [s]"}, "anchor": "y2"},
-        "yaxis": {"title": {"text": _label(column, unit)}, "domain": [0.42, 1.0]},
+        "yaxis": {"title": {"text": text(column_label(column, unit))}, "domain": [0.42, 1.0]},
         "yaxis2": {"title": {"text": f"residual [{unit.symbol}]"}, "domain": [0.0, 0.34]},
         "shapes": [band],
     }
@@ -71,7 +70,7 @@ def over_drive(row: BeforeAfter, column: str, *, changed: bool) -> Chart:
     """A measured signal with its simulations over the first driven column: its hysteresis loop."""
     measured = row.measured
     drive = next(iter(measured.drive))
-    across, up = (_unit(measured.columns[c], c) for c in (drive, column))
+    across, up = (drawn_unit(c, measured.columns[c]) for c in (drive, column))
     place = measured.columns[drive] * across.factor
     kept = np.unique(np.linspace(0, place.size - 1, _MOST_IN_LOOP).astype(int))
 
@@ -83,8 +82,8 @@ def over_drive(row: BeforeAfter, column: str, *, changed: bool) -> Chart:
     traces += [loop(s, name, c, 1.6) for name, s, (c, _) in _simulated(row, column, changed)]
     layout = {
         "height": 320,
-        "xaxis": {"title": {"text": _label(drive, across)}},
-        "yaxis": {"title": {"text": _label(column, up)}},
+        "xaxis": {"title": {"text": text(column_label(drive, across))}},
+        "yaxis": {"title": {"text": text(column_label(column, up))}},
     }
     return {"data": traces, "layout": layout}
 
@@ -128,14 +127,6 @@ def _simulated(
     yield ("before" if changed else "simulated"), row.before.columns[column], BEFORE
     if changed:
         yield "after", row.after.columns[column], AFTER
-
-
-def _unit(values: FloatArray, column: str) -> EngineeringUnit:
-    return engineering_unit(column_unit(column), values.tolist())
-
-
-def _label(column: str, unit: EngineeringUnit) -> str:
-    return text(f"{column_name(column)} [{unit.symbol}]" if unit.symbol else column_name(column))
 
 
 def _line(x: FloatArray, y: FloatArray, name: str, colour: str, width: float) -> dict[str, Any]:

@@ -9,16 +9,17 @@
   script.textContent = await new Response(stream).text();
   document.head.append(script);
 
-  const theme = matchMedia("(prefers-color-scheme: dark)");
+  const theme = matchMedia("(prefers-color-scheme: dark)"), page = document.documentElement;
+  const isDark = () => theme.matches && !page.classList.contains("printing");
   const inTheme = (value) => {
-    if (typeof value === "string") return (theme.matches && dark[value]) || value;
+    if (typeof value === "string") return (isDark() && dark[value]) || value;
     if (Array.isArray(value)) return value.map(inTheme);
     if (value && typeof value === "object")
       return Object.fromEntries(Object.entries(value).map(([k, v]) => [k, inTheme(v)]));
     return value;
   };
   const style = (layout) => {
-    const css = getComputedStyle(document.documentElement);
+    const css = getComputedStyle(page);
     const colour = (name) => css.getPropertyValue(name).trim();
     const axis = { gridcolor: colour("--grid"), linecolor: colour("--line"), zerolinecolor: colour("--line") };
     const axes = Object.keys(layout).filter((key) => /^[xy]axis/.test(key));
@@ -49,5 +50,7 @@
   };
   draw();
   theme.addEventListener("change", draw);
-  document.documentElement.dataset.ready = "charts";
+  for (const [event, printing] of [["beforeprint", true], ["afterprint", false]])
+    addEventListener(event, () => { page.classList.toggle("printing", printing); draw(); });
+  page.dataset.ready = "charts";
 })();
