@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from tendon_mj.data_check.warning import DataWarning
 from tendon_mj.engine import sensor_kind
 from tendon_mj.recordings import Recording
 from tendon_mj.replay.parameters import Adjustable
 
+FloatArray = NDArray[np.float64]
+
 _NEAR = 1e-6  # of a control range: a control this near to an end is at it
 _MOST = 0.01  # of the samples that may be at an end
 _PULL = 1.05  # times the largest pull, above which a tension is beyond it
+_HELD = 0.5  # of a load, below which an actuator counts as bearing it
 _JOINT = (mujoco.mjtTrn.mjTRN_JOINT.value, mujoco.mjtTrn.mjTRN_JOINTINPARENT.value)
 _TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
 
@@ -29,6 +34,7 @@ def actuation_warnings(recording: Recording, adjustable: Adjustable) -> list[Dat
     return [
         *_saturated(recording, adjustable),
         *_cannot_hold(recording, adjustable),
+        *_lets_go(recording, adjustable),
         *_cannot_pull(recording, adjustable.model),
     ]
 
@@ -61,14 +67,8 @@ def _saturated(recording: Recording, adjustable: Adjustable) -> list[DataWarning
 
 def _cannot_hold(recording: Recording, adjustable: Adjustable) -> list[DataWarning]:
     """Joints whose actuators are too weak for what pulls on them in the reference pose."""
-    model, data = adjustable.model, adjustable.data
-    state = mujoco.mjtState.mjSTATE_INTEGRATION
-    kept = np.empty(mujoco.mj_stateSize(model, state))
-    mujoco.mj_getState(model, data, kept, state)
-    mujoco.mj_forward(model, data)
-    load = np.array(data.qfrc_passive - data.qfrc_bias)
-    mujoco.mj_setState(model, data, kept, state)
-    found = []
+    model, found = adjustable.model, []
+    load, _ = _forces_at_start(adjustable, {})
     for joint in range(model.njnt):
         on = np.isin(model.actuator_trntype, _JOINT) & (model.actuator_trnid[:, 0] == joint)
         dof = int(model.jnt_dofadr[joint])
@@ -94,6 +94,55 @@ def _cannot_hold(recording: Recording, adjustable: Adjustable) -> list[DataWarni
                 )
             )
     return found
+
+
+def _lets_go(recording: Recording, adjustable: Adjustable) -> list[DataWarning]:
+    """Actuators that bear a load with the first drive value, and none with the control of 0.
+
+    A replay that comes to the first value from 0 lets the load go first, which friction remembers.
+    """
+    model = adjustable.model
+    if recording.settle == 0.0:
+        return []
+    found: list[DataWarning] = []
+    none = np.add(*_forces_at_start(adjustable, {}))
+    for column, name in recording.drive.items():
+        actuator = model.actuator(name).id
+        if model.actuator_trntype[actuator] not in _JOINT:
+            continue
+        dof = int(model.jnt_dofadr[model.actuator_trnid[actuator, 0]])
+        scale, offset, _ = adjustable.commands[actuator]
+        first = float(scale * recording.columns[column][0] + offset)
+        held = np.add(*_forces_at_start(adjustable, {actuator: first}))
+        if abs(held[dof]) < _HELD * abs(none[dof]):
+            found.append(
+                DataWarning(
+                    "lets_go",
+                    f"{recording.name}, [drive] {recording.written(column)!r}",
+                    f"actuator {name!r} bears a load at rest with the first drive value, and a"
+                    f" replay comes to it in {recording.settle:g} s from a control of 0, which"
+                    " lets go",
+                    "write settle = 0.0 (or try --settle 0): the replay then begins with the first"
+                    " drive value",
+                )
+            )
+    return found
+
+
+def _forces_at_start(
+    adjustable: Adjustable, controls: Mapping[int, float]
+) -> tuple[FloatArray, FloatArray]:
+    """Loads and actuators' forces on the degrees of freedom in the reference pose [N or N m]."""
+    model, data = adjustable.model, adjustable.data
+    state = mujoco.mjtState.mjSTATE_INTEGRATION
+    kept = np.empty(mujoco.mj_stateSize(model, state))
+    mujoco.mj_getState(model, data, kept, state)
+    for actuator, control in controls.items():
+        data.ctrl[actuator] = control
+    mujoco.mj_forward(model, data)
+    forces = data.qfrc_passive - data.qfrc_bias, data.qfrc_actuator.copy()
+    mujoco.mj_setState(model, data, kept, state)
+    return forces
 
 
 def _cannot_pull(recording: Recording, model: mujoco.MjModel) -> list[DataWarning]:

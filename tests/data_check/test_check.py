@@ -224,13 +224,14 @@ MOTOR = """<mujoco><extension><plugin plugin="tendon_mj.sheath">
 <jointpos name="spool" joint="spool"/></sensor></mujoco>"""
 
 
-def driven(limits: str) -> dict[str, str]:
+def driven(limits: str, rest: float = 0.0, settle: float = 0.5) -> dict[str, str]:
     model = mujoco.MjModel.from_xml_string(MOTOR.format(limits=limits))
     time = np.arange(0.0, 1.0, 0.01)
-    angle = 0.3 * np.sin(9.0 * time)
+    angle = rest + 0.3 * np.sin(9.0 * time)
     made = Recording(
         name="pull",
         model="motor",
+        settle=settle,
         source="a test",
         time=time,
         columns={"motor_rad": angle, "spool_rad": 0.9 * angle},
@@ -245,6 +246,13 @@ def test_a_drive_at_the_ends_of_its_range_is_told() -> None:
     found = driven('ctrlrange="-0.2 0.2" ctrllimited="true"')
     assert "control range of actuator 'motor', -0.2 to 0.2" in found["saturated"]
     assert "the column goes from -0.2" in found["saturated"]
+
+
+def test_a_motor_that_lets_go_before_it_begins_is_told() -> None:
+    """Its servo bears T_0 r = 0.2 N m at rest with a command of 0.2/kp, and not with 0."""
+    assert "lets_go" not in driven("")
+    assert "lets_go" not in driven("", rest=0.2 / 50, settle=0.0)
+    assert "write settle = 0.0" in driven("", rest=0.2 / 50)["lets_go"]
 
 
 def test_a_motor_that_cannot_bear_the_pretension_is_told() -> None:
