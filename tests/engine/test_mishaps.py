@@ -1,5 +1,6 @@
 """Failures while a simulation runs are counted and survived."""
 
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 
 import mujoco
@@ -187,3 +188,18 @@ def test_a_warning_holds_any_name(name, told):
     (message,) = told
     assert message.startswith(f"tendon_mj: sheath '{name[:100]}")
     assert message.endswith("counts them")
+
+
+def test_a_muscle_s_length_range_is_found_without_a_warning():
+    """MuJoCo steps a model without passive forces to find it."""
+    lever = """<mujoco><worldbody><site name="a" pos="0 0 .05"/>
+      <body pos=".1 0 0"><joint axis="0 1 0" range="-60 60" damping=".05"/>
+        <geom size=".02" fromto="0 0 0 .2 0 0" type="capsule"/>
+        <site name="b" pos=".02 0 .03"/><site name="c" pos=".1 0 .03"/></body></worldbody>
+      <tendon><spatial name="t"><site site="a"/><site site="b"/><site site="c"/></spatial></tendon>
+      <actuator><muscle tendon="t" force="20"/></actuator></mujoco>"""
+    spec = mujoco.MjSpec.from_string(lever)
+    add_friction(spec, "t", friction=0.1, extra_bend=1.0, inner_guides=2)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        spec.compile()

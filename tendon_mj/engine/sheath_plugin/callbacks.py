@@ -39,7 +39,7 @@ _WARNING = text("tendon_mj: sheath '")
 _UNNAMED = text("")
 _REASONS = text(
     "' was not solved in an evaluation: a control is not finite, more tendon is wound in than there"
-    " is, a stretch has no length, or passive forces are off; its sensor `unsolved` counts them"
+    " is, or a stretch has no length; its sensor `unsolved` counts them"
 )
 
 
@@ -118,9 +118,8 @@ def _advance(layout: Layout, m: int, d: int, instance: int) -> None:
     state = state_at(address)
     if state.has_trial == 0.0:
         if _is_skipped(layout, m):
-            state.unsolved += 1.0  # it was not evaluated at all
-            if state.unsolved == 1.0:
-                _warn(layout, m, instance)
+            # it was not evaluated at all, as where MuJoCo finds the range of a muscle's length
+            state.unsolved += 1.0
     elif is_bound(layout, m, d, instance):
         commit(address)
 
