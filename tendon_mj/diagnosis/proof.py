@@ -76,8 +76,7 @@ def prove(
     while True:
         after = held_out.simulate(selection.final.fit) if selection.effects else before
         findings = _findings(context, selection, catalogue)
-        kinds = [found.kind for found in findings]
-        evidence, bars, deviations = _weigh(context, selection, held_out, (before, after), kinds)
+        evidence, bars, deviations = _weigh(context, selection, held_out, (before, after))
         verdict = decide(evidence)
         if verdict != "partly":
             break
@@ -158,7 +157,6 @@ def _weigh(
     selection: Selection,
     held_out: HeldOut,
     unseen: tuple[Unseen, Unseen],
-    kinds: Collection[str],
 ) -> tuple[Evidence, FloatArray, dict[str, float]]:
     """Evidence of a selection; (m,) bars of the held-out residuals; and the reproducibility."""
     before, after = unseen
@@ -167,8 +165,10 @@ def _weigh(
     bars = bar(judged, deviations)
     step, lumping = step_error((after.correction / bars)[mask]), discretisation_error(judged, bars)
     limit = detection_limit(judged, step, bars)
+    base = context.base
+    final = {**base, **selection.final.fit.parameters(base)}
     evidence = Evidence(
-        kinds=kinds,
+        kinds=[selected.candidate.found(base, final) for selected in selection.effects],
         calibrated=selection.calibrated.excess <= context.detection_limit,
         extrapolated=measure_errors(judged, before.extrapolated, after.extrapolated, mask, bars),
         stated=measure_errors(judged, before.stated, after.stated, mask, bars),
