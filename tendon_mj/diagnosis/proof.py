@@ -41,6 +41,7 @@ from tendon_mj.diagnosis.result.sentence import (
     warn_of_ends,
     warn_of_step_and_noise,
 )
+from tendon_mj.diagnosis.result.soft_friction import warn_of_soft_friction
 from tendon_mj.diagnosis.verdict import LARGEST, decide
 
 FloatArray = NDArray[np.float64]
@@ -109,6 +110,8 @@ def prove(
     model = {**base, **parameters[1], **after.sessions}
     lumped = too_few_guides(proof, model, stated.after) if stated.after > ABOVE_NOISE else []
     limits = [*warn_of_ends(calibrated), *warn_of_guides(lumped)]
+    if verdict in ("partly", "unknown"):
+        limits += warn_of_soft_friction(own.simulate, model, _considered(selection))
     return Diagnosis(
         verdict=verdict,
         sentence=" ".join([state(told), *limits]),
@@ -150,6 +153,12 @@ def _findings(
     base, known = context.base, context.problem.simulate.parameters
     final = {**base, **selection.final.fit.parameters(base)}
     return tuple(finding(effect, catalogue, known, base, final) for effect in selection.effects)
+
+
+def _considered(selection: Selection) -> set[str]:
+    """Parameters of the selected effects and of their rivals."""
+    candidates = (c for s in selection.effects for c in (s.candidate, *s.rivals))
+    return {target for candidate in candidates for target in candidate.targets}
 
 
 def _weigh(
