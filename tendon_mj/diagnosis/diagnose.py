@@ -192,6 +192,7 @@ def describe_system(problem: Problem) -> SystemDescription:
         motors=tuple(name for name in inputs if name in motors),
         slides=frozenset(j for j in joints if parameters.get(f"{j}.armature", _NONE).unit == "kg"),
         joints={name: p.joints for name, p in parameters.items() if p.joints},
+        reference={name: p.reference for name, p in parameters.items() if p.reference},
     )
 
 

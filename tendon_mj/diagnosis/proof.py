@@ -41,6 +41,7 @@ from tendon_mj.diagnosis.result.sentence import (
     warn_of_ends,
     warn_of_step_and_noise,
 )
+from tendon_mj.diagnosis.result.soft_friction import warn_of_soft_friction
 from tendon_mj.diagnosis.verdict import LARGEST, decide
 
 FloatArray = NDArray[np.float64]
@@ -76,8 +77,7 @@ def prove(
     while True:
         after = held_out.simulate(selection.final.fit) if selection.effects else before
         findings = _findings(context, selection, catalogue)
-        kinds = [found.kind for found in findings]
-        evidence, bars, deviations = _weigh(context, selection, held_out, (before, after), kinds)
+        evidence, bars, deviations = _weigh(context, selection, held_out, (before, after))
         verdict = decide(evidence)
         if verdict != "partly":
             break
@@ -110,6 +110,8 @@ def prove(
     model = {**base, **parameters[1], **after.sessions}
     lumped = too_few_guides(proof, model, stated.after) if stated.after > ABOVE_NOISE else []
     limits = [*warn_of_ends(calibrated), *warn_of_guides(lumped)]
+    if verdict in ("partly", "unknown"):
+        limits += warn_of_soft_friction(own.simulate, model, _considered(selection))
     return Diagnosis(
         verdict=verdict,
         sentence=" ".join([state(told), *limits]),
@@ -153,12 +155,17 @@ def _findings(
     return tuple(finding(effect, catalogue, known, base, final) for effect in selection.effects)
 
 
+def _considered(selection: Selection) -> set[str]:
+    """Parameters of the selected effects and of their rivals."""
+    candidates = (c for s in selection.effects for c in (s.candidate, *s.rivals))
+    return {target for candidate in candidates for target in candidate.targets}
+
+
 def _weigh(
     context: SelectionContext,
     selection: Selection,
     held_out: HeldOut,
     unseen: tuple[Unseen, Unseen],
-    kinds: Collection[str],
 ) -> tuple[Evidence, FloatArray, dict[str, float]]:
     """Evidence of a selection; (m,) bars of the held-out residuals; and the reproducibility."""
     before, after = unseen
@@ -167,8 +174,10 @@ def _weigh(
     bars = bar(judged, deviations)
     step, lumping = step_error((after.correction / bars)[mask]), discretisation_error(judged, bars)
     limit = detection_limit(judged, step, bars)
+    base = context.base
+    final = {**base, **selection.final.fit.parameters(base)}
     evidence = Evidence(
-        kinds=kinds,
+        kinds=[selected.candidate.found(base, final) for selected in selection.effects],
         calibrated=selection.calibrated.excess <= context.detection_limit,
         extrapolated=measure_errors(judged, before.extrapolated, after.extrapolated, mask, bars),
         stated=measure_errors(judged, before.stated, after.stated, mask, bars),

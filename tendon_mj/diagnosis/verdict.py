@@ -8,7 +8,7 @@ from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
 from tendon_mj.diagnosis.result.evidence import Evidence as Evidence
 
 LARGEST = 8.0  # excess χ² (3 rms), above which a model is not proven whatever it explains
-_MOST = 2.0 / 3.0  # of the error that could be removed: what removes less may be an imitation
+PART = 2.0 / 3.0  # of the error that could be removed: what removes less may be an imitation
 _WORSE = 1.05  # times the error before, from which a signal got worse
 
 
@@ -23,7 +23,7 @@ def decide(evidence: Evidence) -> Verdict:
     closed = errors.reducible_closed >= CLOSED or evidence.left <= evidence.limit
     if closed and evidence.left <= evidence.largest:
         return "named" if "missing" in evidence.kinds else "parameter"
-    return "partly" if errors.reducible_closed >= _MOST and not _worsened(errors) else "unknown"
+    return "partly" if errors.reducible_closed >= PART and not _worsened(errors) else "unknown"
 
 
 def _worsened(errors: ErrorReduction) -> list[str]:

@@ -42,7 +42,8 @@ class Parameter(NamedTuple):
 
     ``live``: of a sheath or servo, in `mjData.plugin_state`. ``motor``: an actuator whose force
     depends on nothing but its control. ``low``: the least that it may be. ``joints``: those that an
-    actuator is on, or that move a body, its own first.
+    actuator is on, or that move a body, its own first. ``reference``: of a position, what it is in
+    the model's reference pose (qpos0).
     """
 
     value: float
@@ -50,6 +51,7 @@ class Parameter(NamedTuple):
     kind: Kind
     low: float = -math.inf
     joints: tuple[str, ...] = ()
+    reference: float = 0.0
 
 
 class _Entry(NamedTuple):
@@ -58,6 +60,7 @@ class _Entry(NamedTuple):
     places: list[_Place]
     low: float = -math.inf
     joints: tuple[str, ...] = ()
+    reference: float = 0.0
 
 
 class Adjustable:
@@ -97,7 +100,7 @@ class Adjustable:
             for name, value in self.live.items()
         }
         found |= {
-            name: Parameter(_value(entry), entry.unit, entry.kind, entry.low, entry.joints)
+            name: Parameter(_value(entry), entry.unit, entry.kind, *entry[3:])
             for name, entry in self._entries.items()
         }
         return dict(sorted(found.items()))
@@ -147,6 +150,8 @@ class Adjustable:
                     unit = JOINT[parameter][slides]
                     places: list[_Place] = [(array, index, 1.0)]
                     found[f"{name}.{parameter}"] = _Entry("joint", unit, places, low)
+                entry = found[f"{name}.springref"]
+                found[f"{name}.springref"] = entry._replace(reference=float(m.qpos0[angle]))
         return found
 
     def _bodies(self) -> dict[str, _Entry]:

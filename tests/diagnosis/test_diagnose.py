@@ -142,6 +142,22 @@ def test_every_signal_is_stated_in_its_own_unit_before_all_together() -> None:
     assert "elbow 5.73° to 1.15°; input tension 3 to 0.5 N; over all from 9.00 to 2.00" in said
 
 
+@pytest.mark.parametrize(("after", "asked"), [(3.0, True), (2.0, False)])
+def test_what_closes_too_little_of_the_error_is_told_how_much_is_asked(
+    after: float, asked: bool
+) -> None:
+    errors = ErrorReduction(5.0, after, 1.0, {})
+    unknown = Statement(
+        verdict="unknown",
+        findings=[Finding("backlash", "play", "", "sheath", "missing", 1.0, ())],
+        errors=errors,
+        judged=errors,
+        extrapolated=after,
+        limit=0.2,
+    )
+    assert ("of which two thirds are asked" in state(unknown)) is asked
+
+
 @pytest.mark.parametrize("high", [3e4, 1e300])
 def test_a_range_of_decades_turns_no_verdict(high: float) -> None:
     train, held_out = rig(1, {"sheath.friction": 0.2})

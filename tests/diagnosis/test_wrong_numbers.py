@@ -115,21 +115,23 @@ def test_a_wrong_number_is_found_on_its_element_within_its_interval(
 
 
 @pytest.mark.parametrize(
-    ("number", "effect", "value"),
+    ("number", "effect", "value", "words"),
     [
-        ("elbow.damping", "joint_damping", 0.1),
-        ("elbow.frictionloss", "joint_friction", 0.2),
-        ("elbow.stiffness", "joint_stiffness", 1.2),
+        ("elbow.damping", "joint_damping", 0.1, "damping"),
+        ("elbow.frictionloss", "joint_friction", 0.2, "dry friction"),
+        ("elbow.stiffness", "joint_stiffness", 1.2, "stiffness"),
     ],
 )
-def test_what_a_model_has_too_little_of_is_missing_and_what_it_has_is_said(
-    number: str, effect: str, value: float, tmp_path: Path
+def test_what_a_model_has_too_little_of_is_told_as_a_wrong_number(
+    number: str, effect: str, value: float, words: str, tmp_path: Path
 ) -> None:
     found = diagnosed("motor", {number: value}, tmp_path)
     assert (found.verdict, found.effects) == ("named", [effect])
     assert found.parameters[number].low <= value <= found.parameters[number].high
-    assert "joint elbow, " in found.sentence  # and then the value
-    assert "of which the model has" in found.sentence
+    assert [f.kind for f in found.findings] == ["parameter"]
+    assert found.sentence.startswith(
+        f"A parameter was wrong: the {words} of joint elbow is too low: "
+    )
 
 
 def test_a_drive_that_acts_late_is_told_from_a_sensor_that_reports_late(tmp_path: Path) -> None:

@@ -34,5 +34,5 @@ JOINT_EFFECTS: Mapping[str, Callable[[np.random.Generator], HiddenEffect[Referen
     "joint_stiffness": _parameter(
         "joint_stiffness", "stiffness", "joint.stiffness", Joint.stiffness, 0.06
     ),
-    "gravity_load": _parameter("gravity_load", "gravity", "gravity.z", 0.0, 30.0, sign=-1.0),
+    "gravity_load": _parameter("gravity_load", "gravity", "gravity.z", 0.0, 9.81, sign=-1.0),
 }  # N m s/rad, N m, N m/rad, m/s²

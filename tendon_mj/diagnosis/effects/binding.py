@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from tendon_mj.diagnosis.effects.effect import Binding, Bound, SystemDescription, Term
@@ -25,6 +25,8 @@ class ParameterSpecification:
         relative_to, starts: see `Term`.
         relative: a factor of the model's own value is fitted, in common for several elements
             whatever their values; an element whose value is 0 is left out.
+        times: with ``relative`` a position: the factor is of its distance from the reference pose
+            times this parameter of its element, as of the torque of a spring in that pose.
 
     Raises:
         InvalidValueError: an empty range, no probe, or a start outside the range or not positive.
@@ -38,6 +40,7 @@ class ParameterSpecification:
     relative_to: str = ""
     starts: tuple[float, ...] = ()
     relative: bool = False
+    times: str = ""
 
     def __post_init__(self) -> None:
         if not self.low < self.high:
@@ -67,6 +70,10 @@ class ParameterSpecification:
         own = tuple(system.values[target] for target in targets)
         if self.relative:
             factor = Term(targets, "-", 1.0, self.low, self.high, self.probe, own=own)
+            if self.times:
+                origin, by = system.reference.get(targets[0], 0.0), system.values
+                own = tuple((own[0] - origin) * by[f"{e}.{self.times}"] for e in elements)
+                factor = replace(factor, own=own, divided_by=self.times, origin=origin)
             return factor if all(own) else None
         if self.starts:  # a logarithm is fitted, which no scale stretches
             low, high, probe = self.low, self.high, self.probe

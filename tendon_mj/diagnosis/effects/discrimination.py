@@ -42,6 +42,10 @@ DISCRIMINATING_EXPERIMENTS: Final[dict[frozenset[str], str]] = {
         "Record the same motion with the rig turned by 90°: a spring turns with it, weight does"
         " not."
     ),
+    frozenset({"joint_spring", "gravity_load"}): (
+        "Record the same motion with the rig turned by 90°: a spring turns with it, weight does"
+        " not."
+    ),
     frozenset({"command_offset", "gravity_load"}): (
         "Record the same motion with the rig turned by 180°: weight turns with it, the force of a"
         " motor does not."

@@ -32,6 +32,7 @@ class SystemDescription:
         motors: inputs whose force depends on nothing but their control.
         slides: joints that slide.
         joints: parameter of an actuator or a body → the joints that it is on or that move it.
+        reference: position → what it is in the model's reference pose, where not 0.
     """
 
     values: Mapping[str, float]
@@ -43,6 +44,7 @@ class SystemDescription:
     motors: tuple[str, ...] = ()
     slides: frozenset[str] = frozenset()
     joints: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    reference: Mapping[str, float] = field(default_factory=dict)
 
     def moves_freely(self, name: str) -> bool:
         """Whether a parameter's joints are free ones, one of them at least."""
@@ -67,6 +69,9 @@ class Term:
         relative_to: where given, a target on element e is (1 + number) × the parameter
             ``e.relative_to``.
         own: where given, the model's value of each target, which is multiplied by the number.
+        divided_by: where given, ``own`` are products with the parameter ``e.divided_by``, and a
+            target on element e is ``origin`` + number × own / ``e.divided_by``.
+        origin: see there.
         beyond: where given, what each target is more than the number; the first is the number.
         starts: values to begin from, for a number that shapes an effect and does nothing alone.
         spread: standard deviation about inert that is expected of it; 0 where nothing is.
@@ -83,20 +88,27 @@ class Term:
     spread: float = 0.0
     own: tuple[float, ...] = ()
     beyond: tuple[float, ...] = ()
+    divided_by: str = ""
+    origin: float = 0.0
+
+    @property
+    def depends_on(self) -> str:
+        """Parameter of the targets' elements by which their values go; empty where by none."""
+        return self.relative_to or self.divided_by
 
     def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
         """Parameter → value for the number, beside what the other parameters are."""
-        if self.own:
+        if self.own and not self.divided_by:
             return {t: number * value for t, value in zip(self.targets, self.own, strict=True)}
         if self.beyond:
             return {t: number + more for t, more in zip(self.targets, self.beyond, strict=True)}
-        if not self.relative_to:
+        if not self.depends_on:
             return dict.fromkeys(self.targets, number)
-        written = {}
-        for target in self.targets:
-            element = target.rsplit(".", 1)[0]
-            written[target] = (1.0 + number) * values[f"{element}.{self.relative_to}"]
-        return written
+        others = [values[f"{t.rsplit('.', 1)[0]}.{self.depends_on}"] for t in self.targets]
+        if self.relative_to:
+            return {t: (1.0 + number) * v for t, v in zip(self.targets, others, strict=True)}
+        rows = zip(self.targets, self.own, others, strict=True)
+        return {t: self.origin + number * own / other for t, own, other in rows}
 
     def scaled(self, number: float) -> float:
         """The number as a fit sees it: in probes from inert, or the logarithm of a shape."""
@@ -141,6 +153,10 @@ class Candidate:
         """Whether what it changes is there, with these values of the parameters."""
         elements = {target.rsplit(".", 1)[0] for target in self.targets}
         return not self.changes or any(values[f"{e}.{self.changes}"] != 0.0 for e in elements)
+
+    def in_model(self, before: Mapping[str, float]) -> bool:
+        """Whether a model has some of it, with parameter → value before the fit."""
+        return any(before[target] != self.absent for target in self.terms[0].targets)
 
     def found(self, before: Mapping[str, float], after: Mapping[str, float]) -> Kind:
         """Kind of what was found: a model that has more than the data want lacks nothing.

@@ -66,8 +66,8 @@ def tie_width(best: FittedCandidate) -> float:
 def simplest(ranked: Sequence[FittedCandidate]) -> FittedCandidate:
     """Simplest model tied with the first.
 
-    Parameters before effects, effects of the rig before those of its sensors, and few terms before
-    many.
+    Single parameters before effects, effects of the rig before those of its sensors, and few terms
+    before many.
     """
     equal = [model for model in ranked if tied(ranked[0], model)]
     return min(equal, key=lambda model: (_complexity(model.candidate), model.excess))
@@ -76,4 +76,5 @@ def simplest(ranked: Sequence[FittedCandidate]) -> FittedCandidate:
 def _complexity(candidate: Candidate | None) -> tuple[bool, bool, int]:
     if candidate is None:
         return (False, False, 0)
-    return (candidate.kind == "missing", candidate.on_sensor, len(candidate.terms))
+    count = len(candidate.terms)
+    return (candidate.kind == "missing" or count > 1, candidate.on_sensor, count)

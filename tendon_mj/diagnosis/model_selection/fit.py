@@ -128,9 +128,9 @@ def written(
 ) -> dict[str, float]:
     """Parameter → value; terms relative to another parameter see the values of the others."""
     parameters: dict[str, float] = {}
-    for relative in (False, True):
+    for relative in (False, True):  # to another parameter
         for term, value in zip(terms, values, strict=True):
-            if bool(term.relative_to) == relative:
+            if bool(term.depends_on) == relative:
                 parameters |= term.write(float(value), {**base, **parameters})
     return parameters
 

@@ -72,7 +72,7 @@ def screen(
     scores = [
         ScreeningScore(candidate, np.array([*fitted.values, _probe(candidate), *shape]), 0.0, k)
         for candidate in candidates
-        for k, shape in enumerate(product(*(term.starts for term in candidate.terms[1:])))
+        for k, shape in enumerate(product(*(t.starts or (t.inert,) for t in candidate.terms[1:])))
     ]
     screening = _Screening(problem, base, fitted, progress)
     best: dict[tuple[str, int], ScreeningScore] = {}

@@ -59,7 +59,7 @@ class Finding:
     Attributes:
         identifier, name, equation: from the catalogue.
         where: elements it is on.
-        kind: "missing" or "parameter".
+        kind: "missing", or "parameter" for a number that the model has at another value.
         confidence: that it is this one and none of the rivals, 0 … 1.
         rivals: identifiers of effects that the data cannot tell from it.
         elsewhere: elements on which the data cannot tell the same effect from it.

@@ -45,7 +45,7 @@ def finding(
         name=effect.name,
         equation=effect.equation,
         where=candidate.where,
-        kind=candidate.found(before, after),
+        kind="parameter" if candidate.in_model(before) else candidate.kind,
         statement=state_finding(effect, candidate, parameters, before, after),
         parameter=candidate.terms[0].targets[0],
         confidence=selected.confidence,
@@ -103,6 +103,8 @@ def fitted_values(
     """Fitted parameters with intervals: the calibrated ones, or else those of the effects."""
     written = fit.parameters(base)
     ranges = intervals(problem, fit, refits)
+    inside = fit.free & (np.ptp(ranges, axis=1) < [term.high - term.low for term in fit.terms])
+    others = [fit.parameters(base, np.where(inside, end, fit.values)) for end in ranges.T]
     first = len(fit.calibrated)
     values = {}
     for k, term in enumerate(fit.terms):
@@ -112,8 +114,9 @@ def fitted_values(
         narrower = bool(ranges[k][0] > term.low or ranges[k][1] < term.high)
         determined = bool(fit.free[k]) and narrower and not at_end
         span = ranges[k] if determined else (term.low, term.high)
+        around = [written, *others] if term.depends_on else [written]
         for target in term.targets:
-            ends = [term.write(float(end), {**base, **written})[target] for end in span]
+            ends = [term.write(float(e), {**base, **o})[target] for e in span for o in around]
             unit = problem.simulate.parameters[target].unit
             values[target] = Value(
                 written[target], min(ends), max(ends), unit, base[target], determined, at_end

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from tendon_mj.diagnosis.result.diagnosis import Finding, Value, Verdict
 from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
+from tendon_mj.diagnosis.verdict import PART
 from tendon_mj.replay.engineering_units import estimated_percent, from_to
 from tendon_mj.replay.units import column_name, column_unit
 
@@ -107,9 +108,16 @@ def _unknown(stated: Statement) -> str:
         f", and it would take {', '.join(stated.beyond)} beyond its range" if stated.beyond else ""
     )
     text += (
-        f" What comes closest is not proven: {_list(stated.findings)}; {_shrank(stated)}{taken}."
+        f" What comes closest is not proven: {_list(stated.findings)}; {_shrank(stated)}"
+        f"{_too_little(stated)}{taken}."
     )
     return text + (_SLIPS if stated.non_smooth else "")
+
+
+def _too_little(stated: Statement) -> str:
+    """What share of the error had to be closed, where less of it was."""
+    shares = stated.errors.reducible_closed, stated.judged.reducible_closed
+    return ", of which two thirds are asked" if 0.0 < max(shares) < PART else ""
 
 
 def _shrank(stated: Statement) -> str:

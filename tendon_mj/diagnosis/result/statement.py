@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from tendon_mj.diagnosis.effects.effect import Candidate, Effect
+from tendon_mj.diagnosis.effects.effect import Candidate, Effect, Term
 from tendon_mj.replay.engineering_units import engineering_unit, from_to, plain, quantity
 from tendon_mj.replay.parameters import Parameter
 
@@ -21,6 +21,7 @@ _NAMES: Final = {
     "command_scale": "scale of the command",
     "command_offset": "offset of the command",
     "command_delay": "delay of the command",
+    **{axis: f"{axis} component" for axis in "xyz"},
 }
 # Positions and offsets, which are neither high nor low.
 _SIGNED: Final = {"springref", "extra_bend", "command_offset", "offset", "drift", "x", "y", "z"}
@@ -42,31 +43,39 @@ def state_finding(
         parameters: of the simulator, for units and kinds of elements.
         before, after: parameter → value of the model, and as fitted.
     """
-    targets = candidate.terms[0].targets
-    first = targets[0]
+    first = candidate.terms[0].targets[0]
     unit = parameters[first].unit
-    parameter = first.rsplit(".", 1)[1]
-    name = _NAMES.get(parameter, parameter.replace("_", " "))
-    if candidate.found(before, after) == "missing":
-        called = "" if engineering_unit(unit, ()).symbol else f"{name} "
-        text = f"{_placed(effect, candidate)}, {called}{quantity(after[first], unit)}"
-        if before[first] != effect.absent:
-            text += f", of which the model has {quantity(before[first], unit)}"
-        return text
+    if candidate.kind == "missing" and not candidate.in_model(before):
+        called = "" if engineering_unit(unit, ()).symbol else f"{_named(first)} "
+        return f"{_placed(effect, candidate)}, {called}{quantity(after[first], unit)}"
+    numbers = candidate.terms if candidate.kind == "parameter" else candidate.terms[:1]
+    return ", and ".join(_wrong(t, candidate.absent, parameters, before, after) for t in numbers)
+
+
+def _wrong(
+    term: Term,
+    absent: float,
+    parameters: Mapping[str, Parameter],
+    before: Mapping[str, float],
+    after: Mapping[str, float],
+) -> str:
+    """Which number of the model was wrong, which way, and what it should be."""
+    targets, first = term.targets, term.targets[0]
+    unit = parameters[first].unit
     of = " and ".join(t.rsplit(".", 1)[0] for t in targets)
     if len(targets) == 1 and parameters[first].kind in _ELEMENTS:
         of = f"{parameters[first].kind} {of}"
-    said = f"the {name} of {of} is {_off(parameter, before[first], after[first])}"
+    said = f"the {_named(first)} of {of} is {_off(first, before[first], after[first])}"
     differ = len({plain(before[target]) for target in targets}) > 1
-    if differ and candidate.terms[0].beyond:
+    if differ and term.beyond:
         change = after[first] - before[first]
         more = "more" if change > 0.0 else "less"
         return f"{said}: {quantity(abs(change), unit)} {more} than the model says"
     if differ:
         return f"{said}: {plain(after[first] / before[first])} times what the model says"
     found = after[first]
-    if abs(found - candidate.absent) < _NONE * candidate.terms[0].probe:
-        found = candidate.absent
+    if abs(found - absent) < _NONE * term.probe:
+        found = absent
     return f"{said}: {from_to(found, before[first], unit, ', not ')}"
 
 
@@ -77,8 +86,14 @@ def _placed(effect: Effect, candidate: Candidate) -> str:
     return f"{effect.name} ({candidate.where})"
 
 
+def _named(parameter: str) -> str:
+    """A parameter, without its element, in words."""
+    name = parameter.rsplit(".", 1)[1]
+    return _NAMES.get(name, name.replace("_", " "))
+
+
 def _off(parameter: str, before: float, after: float) -> str:
     """Which way a number was wrong."""
-    if parameter in _SIGNED or before * after < 0.0:
+    if parameter.rsplit(".", 1)[1] in _SIGNED or before * after < 0.0:
         return "wrong"
     return "too high" if abs(after) < abs(before) else "too low"
