@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from tendon_mj.diagnosis.model_selection.thresholds import CLOSED
+from tendon_mj.diagnosis.model_selection.thresholds import CLOSED, PART
 from tendon_mj.diagnosis.result.diagnosis import Verdict
 from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
 from tendon_mj.diagnosis.result.evidence import Evidence as Evidence
 
 LARGEST = 8.0  # excess χ² (3 rms), above which a model is not proven whatever it explains
-PART = 2.0 / 3.0  # of the error that could be removed: what removes less may be an imitation
 _WORSE = 1.05  # times the error before, from which a signal got worse
 
 

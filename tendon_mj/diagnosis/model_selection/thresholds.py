@@ -13,6 +13,7 @@ FloatArray = NDArray[np.float64]
 SMALLEST_EXCESS = 0.2  # 0.45 noise rms: less is not worth a name
 STANDARD_ERRORS = 2.0  # of a gain in χ²: less may be chance
 CLOSED = 0.985  # of the rms error above noise: a model that closes less does not explain it
+PART = 2.0 / 3.0  # likewise: what closes less may be an imitation
 _DISCRETISATION = 0.0025  # of a signal's range: what lumping and stepping leave
 _SHARE = 0.05, 0.1  # of the excess left now, that an effect has to gain; across recordings
 

@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from tendon_mj.diagnosis.model_selection.thresholds import PART
 from tendon_mj.diagnosis.result.diagnosis import Finding, Value, Verdict
 from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
-from tendon_mj.diagnosis.verdict import PART
 from tendon_mj.replay.engineering_units import from_to
 from tendon_mj.replay.units import column_name, column_unit
 
