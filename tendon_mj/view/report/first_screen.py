@@ -21,6 +21,14 @@ MEANING: Final[dict[Verdict, str]] = {
 }
 
 
+def meaning(diagnosis: Diagnosis) -> str:
+    """What the verdict means; a named effect that the model has too little of is not missing."""
+    verdict = diagnosis.verdict
+    if verdict == "named" and all(found.kind == "parameter" for found in diagnosis.findings):
+        verdict = "parameter"
+    return MEANING[verdict]
+
+
 def headline(diagnosis: Diagnosis) -> str:
     """What was found, in a sentence with the values and their units."""
     if diagnosis.verdict == "nothing missing":

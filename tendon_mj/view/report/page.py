@@ -24,7 +24,7 @@ from tendon_mj.view.report.advice import advise
 from tendon_mj.view.report.charts import bars, curves
 from tendon_mj.view.report.charts.chart import Chart
 from tendon_mj.view.report.charts.matrix import correlation_chart
-from tendon_mj.view.report.first_screen import MEANING, headline, most_telling, what_to_do
+from tendon_mj.view.report.first_screen import headline, meaning, most_telling, what_to_do
 from tendon_mj.view.report.library import packed_plotly
 from tendon_mj.view.report.tables import error_rows, short, value_rows
 
@@ -82,7 +82,7 @@ def report_page(
     return environment.get_template("report.html").render(
         d=diagnosis,
         changed=diagnosis.changed,
-        meaning=MEANING[diagnosis.verdict],
+        meaning=meaning(diagnosis),
         headline=headline(diagnosis),
         to_do=what_to_do(diagnosis),
         errors=error_rows(diagnosis.held_out, rival),
