@@ -70,7 +70,7 @@ def test_the_page_says_what_its_commands_say(ran):
     folder, printed = ran
     assert (folder / "out" / "check" / "triangles.png").is_file()
     assert "nothing looks wrong" in printed
-    assert "a sheath whose mount yields" in printed
+    assert "an elastic mount of the sheath" in printed
     errors = [float(x) for x in re.findall(r"rms error of the lever ([\d.]+) deg", printed)]
     zones = [float(x) for x in re.findall(r"dead zone ([\d.]+) deg", printed)]
     assert errors[1] < 0.2 < 0.9 < errors[0]

@@ -73,7 +73,7 @@ def test_help_joins_the_lines_of_an_argument_and_leaves_the_example_out():
     [
         (
             ["replay", str(example_recording())],
-            r"misses input_tension_N by 0\.0\d+ N \(without friction \d\.\d+\), .* rms\.$",
+            r"misses input_tension_N by \d\d\.\d mN \(without friction \d\.\d+ N\), .* rms\.$",
         ),
         (
             ["simulate", "finger", "--motion", "tap", "--no-clip"],

@@ -152,7 +152,7 @@ TRANSMISSION: Final = (
     ),
     Effect(
         identifier="sheath_compliance",
-        name="a sheath whose mount yields",
+        name="an elastic mount of the sheath",
         equation="of ξ_in only ξ_in − C_s (T_in − T_0) reaches the tendon",
         signature=(
             "both tensions too small for the displacement, in proportion to the input tension"

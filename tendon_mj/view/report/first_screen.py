@@ -87,7 +87,9 @@ def what_to_do(diagnosis: Diagnosis) -> list[str]:
         said.append(f"These data can't tell {names}. {' '.join(advise(group, catalogue))}")
     where = dict.fromkeys(f.where for f in diagnosis.findings if f.kind == "missing")
     if where:
-        said.append(f"If the rig should not have it, look for the cause at {', '.join(where)}.")
+        said.append(
+            f"If the rig should not have this effect, inspect it there: {', '.join(where)}."
+        )
     return said
 
 

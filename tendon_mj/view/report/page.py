@@ -96,6 +96,7 @@ def report_page(
         dark=_DARK,
         library=packed_plotly(),
         shown=row.measured.name,
+        role=", held out" if row.measured.name in {r.name for r in held_out} else "",
         signal=column,
         white=white,
         correlations=correlations,
