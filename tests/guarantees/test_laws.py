@@ -10,6 +10,7 @@ from tests.engine.models import sheath_view
 from tests.guarantees.random_tendon import DRIVEN, WOUND, cases, diverged, moved, thorough
 
 STEPS = 60
+STRAIN = 2e-15  # to which a tension over EA is known, from lengths that are known to 2e-16
 pytestmark = pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
 
 
@@ -49,7 +50,7 @@ def test_friction_takes_from_what_flows(case):
     """
     for _, segments, guides, _ in states(case):
         tension, passed = segments["tension"], guides["trial_flow"]
-        rounded = 1e-12 * (tension[:-1] + tension[1:]) * np.abs(passed)
+        rounded = (1e-12 * (tension[:-1] + tension[1:]) + STRAIN) * np.abs(passed)
         within = guides["is_pulley"] == 0.0
         assert (-np.diff(tension) * passed >= -rounded)[within].all()
 
