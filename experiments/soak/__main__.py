@@ -82,7 +82,7 @@ def soak(
 
 def _long_jobs(folder: Path) -> dict[str, tuple[list[str], str]]:
     """Modules and their arguments, and what a finished part of each leaves in its folder."""
-    recording, rig, suite = str(example_recording()), example_rig(), folder / "suite"
+    recording, rig, suite = str(example_recording()), example_rig(), folder / "cases"
     train, held_out = str(rig / "triangles.csv"), str(rig / "sines.csv")
     about = ["--description", str(rig / "rig.toml"), "--no-sysid"]
     make(Suite(out=suite, keys=folder / "keys", kinds=("effect",), strengths=(5.0,), cases=_CASES))
