@@ -97,8 +97,8 @@ def patch_model(
     text.root.insert(0, ElementTree.Comment(_says(source, adjustable, parameters, intervals)))
     text.move_to(target.parent, spec)
     text.write(target)
-    if text.outside():
-        files = ", ".join(map(str, text.outside()))
+    files = ", ".join(map(str, text.outside()))
+    if files:
         warnings.warn(
             f"{target} holds the text of {files}, which {source} includes from outside its folder",
             TendonWarning,

@@ -1,5 +1,7 @@
 """Small models on which the plugin's laws are tested, and how to read them."""
 
+import contextlib
+
 import mujoco
 import numpy as np
 
@@ -133,6 +135,17 @@ def started(model, seed=None, speed=1.0):
     if seed is not None:
         data.qvel[:] = speed * np.random.default_rng(seed).normal(size=model.nv)
     return data
+
+
+@contextlib.contextmanager
+def warnings_of_ours():
+    """Messages of our warnings that MuJoCo is given; its own are left out."""
+    messages, before = [], mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda m: messages.append(m) if "tendon_mj" in m else None)
+    try:
+        yield messages
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 def run(model, data, steps, each=None):

@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 
 from tendon_mj.attach import add_friction, add_sites, add_tendon
-from tests.engine.models import arm, fixed_sheaths, run, snapshot, started, tendon_total, unpacked
+from tests.engine.models import (
+    arm,
+    fixed_sheaths,
+    run,
+    snapshot,
+    started,
+    tendon_total,
+    unpacked,
+    warnings_of_ours,
+)
 
 
 @pytest.fixture(autouse=True)
@@ -157,10 +166,8 @@ def test_a_corner_given_more_than_once_still_bends_the_tendon_once(repeats):
 @pytest.fixture
 def told():
     """Warnings of ours that MuJoCo was given; its own are of the control."""
-    messages, before = [], mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda m: messages.append(m) if "tendon_mj" in m else None)
-    yield messages
-    mujoco.set_mju_user_warning(before)
+    with warnings_of_ours() as messages:
+        yield messages
 
 
 def test_one_warning_since_the_reset_names_the_sheath(told):

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 from tendon_mj.engine import sheaths
-from tests.engine.models import fixed_sheaths, sheath_view, unpacked
+from tests.engine.models import fixed_sheaths, sheath_view, unpacked, warnings_of_ours
 from tests.guarantees.random_tendon import cases, diverged, moved, thorough
 
 STEPS = 60
@@ -21,10 +21,8 @@ pytestmark = pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
 @pytest.fixture(autouse=True, scope="module")
 def told():
     """Warnings of ours that MuJoCo was given."""
-    messages, before = [], mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda m: messages.append(m) if "tendon_mj" in m else None)
-    yield messages
-    mujoco.set_mju_user_warning(before)
+    with warnings_of_ours() as messages:
+        yield messages
 
 
 @thorough
