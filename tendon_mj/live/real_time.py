@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from tendon_mj.live.simulation import LiveSimulation
@@ -45,7 +48,8 @@ def run_in_real_time(
 ) -> RealTime:
     """Simulate and show by turns, until there is nobody to watch or the time is up.
 
-    Ctrl-C ends it as closing the window does.
+    Ctrl-C ends it as closing the window does, after the frame at hand: an interruption within one
+    may be lost in a callback of the viewer, or leave a lock behind.
 
     Args:
         simulation: is advanced.
@@ -56,10 +60,10 @@ def run_in_real_time(
         TendonError: the simulation became unstable.
     """
     simulated, elapsed, owed, frames = 0.0, 0.0, 0.0, 0
-    try:
+    with _interruption() as interrupted:
         watched = show()  # the first time a window or a page opens, which is no part of the pace
         last = time.perf_counter()
-        while watched and (seconds is None or elapsed < seconds):
+        while watched and not interrupted() and (seconds is None or elapsed < seconds):
             rest = last + 1.0 / FPS - time.perf_counter()
             if rest > 0.0:
                 time.sleep(rest)
@@ -72,6 +76,27 @@ def run_in_real_time(
                 simulated, owed = simulated + done, owed - done
             watched = show()
             frames += 1
-    except KeyboardInterrupt:
-        pass
     return RealTime(simulated, elapsed, frames)
+
+
+@contextmanager
+def _interruption() -> Iterator[Callable[[], bool]]:
+    """Whether Ctrl-C was pressed; a second one interrupts at once.
+
+    Only the main thread is told of signals; in others, nothing is changed.
+    """
+    pressed = threading.Event()
+
+    def press(number: int, frame: object) -> None:
+        if pressed.is_set():
+            raise KeyboardInterrupt
+        pressed.set()
+
+    if threading.current_thread() is not threading.main_thread():
+        yield pressed.is_set
+        return
+    before = signal.signal(signal.SIGINT, press)
+    try:
+        yield pressed.is_set
+    finally:
+        signal.signal(signal.SIGINT, before or signal.SIG_DFL)

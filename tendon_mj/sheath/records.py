@@ -138,12 +138,15 @@ class Arcs(Protocol):
 
 
 def record_type(described: type) -> np.dtype[Any]:
-    """NumPy's type for the annotated fields of a class: float64, or records of their own."""
+    """NumPy's type for the annotated fields of a class: float64, or records of their own.
+
+    Its fields are attributes in Python too, in which NUMBA_DISABLE_JIT has the solver run.
+    """
     hints = get_type_hints(described)
     members: list[Any] = [
         (name, np.float64 if kind is float else record_type(kind)) for name, kind in hints.items()
     ]
-    return np.dtype(members, align=True)
+    return np.dtype((np.record, np.dtype(members, align=True)))
 
 
 SEGMENT = record_type(Segment)

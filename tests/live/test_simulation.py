@@ -1,5 +1,9 @@
 """A live simulation goes on as `mj_step` does, remembers tensions, and takes new parameters."""
 
+import contextlib
+import signal
+import threading
+
 import mujoco
 import numpy as np
 import pytest
@@ -96,17 +100,39 @@ def test_it_keeps_the_pace_of_the_clock_until_nobody_watches():
 
 
 def test_ctrl_c_ends_it_quietly_and_a_pause_stands_still():
-    simulation = pulled().simulation
+    simulation, before = pulled().simulation, signal.getsignal(signal.SIGINT)
     simulation.paused, left = True, iter([True] * 3)
 
     def show():
         if next(left, None) is None:
-            raise KeyboardInterrupt
+            with contextlib.suppress(KeyboardInterrupt):  # as a viewer's callback may
+                signal.raise_signal(signal.SIGINT)
         return True
 
     done = run_in_real_time(simulation, show)
-    assert (done.simulated, done.elapsed, done.frames) == (0.0, 0.0, 2)
+    assert (done.simulated, done.elapsed, done.frames) == (0.0, 0.0, 3)
     assert simulation.data.time == 0.0
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_second_ctrl_c_ends_it_at_once():
+    def show():
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+        raise AssertionError("not reached")
+
+    with pytest.raises(KeyboardInterrupt):
+        run_in_real_time(pulled().simulation, show)
+
+
+def test_in_a_thread_of_its_own_it_leaves_signals_alone():
+    simulation, done = pulled().simulation, []
+    run = threading.Thread(
+        target=lambda: done.append(run_in_real_time(simulation, lambda: True, seconds=0.05))
+    )
+    run.start()
+    run.join()
+    assert done[0].frames > 0
 
 
 def test_it_ends_when_the_time_is_up():

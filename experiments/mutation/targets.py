@@ -1,0 +1,96 @@
+"""What is mutated, and the tests that have to notice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+_PYTEST: Final = "-m pytest -x -q -p no:cacheprovider"
+# An example that fails is not made smaller: that a test fails is enough.
+_LAWS: Final = "-W ignore::RuntimeWarning"
+
+
+@dataclass(frozen=True)
+class Target:
+    """A part of the package.
+
+    Attributes:
+        modules: files, from the root of the project.
+        tests: arguments of Python that run the tests, those that fail soonest first.
+        timeout: after which a mutant counts as killed [s].
+        interpreted: whether the compiled functions run as Python, which saves compiling each mutant
+            and makes a step a thousand times slower.
+    """
+
+    modules: tuple[Path, ...]
+    tests: str
+    timeout: float
+    interpreted: bool = False
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """Environment variables of the tests."""
+        return {"NUMBA_DISABLE_JIT": "1"} if self.interpreted else {}
+
+
+def _modules(folder: str, *names: str) -> tuple[Path, ...]:
+    """Files of a folder of the package."""
+    return tuple(Path("tendon_mj", folder, f"{name}.py") for name in names)
+
+
+TARGETS: Final = {
+    "sheath": Target(
+        modules=_modules(
+            "sheath",
+            "law",
+            "segment_law",
+            "tension_solver",
+            "tension_by_slip_pattern",
+            "tension_by_sweep",
+            "tension_with_drag",
+        ),
+        # left out: the bench, which is compiled, and random bits, of which Python warns
+        tests=f"{_PYTEST} {_LAWS} tests/sheath --ignore tests/sheath/test_bench_effects.py"
+        " --deselect tests/sheath/test_limits.py::test_it_ends_whatever_it_is_given",
+        timeout=300.0,
+        interpreted=True,
+    ),
+    "engine": Target(
+        modules=_modules(
+            "engine/sheath_plugin",
+            "driven",
+            "evaluate",
+            "forces",
+            "holding_ratios",
+            "input_force",
+            "sliding_resistance",
+            "spools",
+            "state",
+            "strain_law",
+            "trial",
+        ),
+        tests=f"{_PYTEST} tests/engine tests/guarantees/test_laws.py",
+        timeout=1200.0,
+    ),
+    "diagnosis": Target(
+        modules=(
+            *_modules("diagnosis", "proof", "verdict"),
+            *_modules(
+                "diagnosis/model_selection",
+                "backtracking",
+                "comparison",
+                "confidence",
+                "context",
+                "cross_validation",
+                "forward_selection",
+                "screening",
+                "select",
+                "swap",
+                "thresholds",
+            ),
+        ),
+        tests=f"{_PYTEST} tests/diagnosis",
+        timeout=600.0,
+    ),
+}
