@@ -10,6 +10,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+import numba
+
 from tendon_mj.attach import Parameters as Parameters
 from tendon_mj.attach import Spool as Spool
 from tendon_mj.attach import add_friction as add_friction
@@ -182,4 +184,5 @@ def __dir__() -> list[str]:
     return __all__
 
 
-_register()
+if not numba.config.DISABLE_JIT:  # C calls a plugin's functions, which Python's can't be
+    _register()
