@@ -53,7 +53,7 @@ TARGETS: Final = {
         # left out: the bench, which is compiled, and random bits, of which Python warns
         tests=f"{_PYTEST} {_LAWS} tests/sheath --ignore tests/sheath/test_bench_effects.py"
         " --deselect tests/sheath/test_limits.py::test_it_ends_whatever_it_is_given",
-        timeout=300.0,
+        timeout=900.0,
         interpreted=True,
     ),
     "engine": Target(

@@ -6,8 +6,10 @@ import io
 import math
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 import pandas as pd
@@ -20,13 +22,14 @@ from tendon_mj.recordings.table_checks import (
     check_table,
     too_few_rows,
 )
-from tendon_mj.recordings.text_file import read_text
+from tendon_mj.recordings.text_file import check_file, read_text
 from tendon_mj.whole_file import whole_file
 
 # what a cell may be; NaN and inf are refused by name
 _NUMBER = re.compile(
     r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?|nan|inf|infinity)", re.IGNORECASE
 )
+_BLOCK = 2**24  # characters that are read at a time: a table takes many times its text otherwise
 
 
 def read_csv(path: Path) -> dict[str, FloatArray]:
@@ -36,23 +39,51 @@ def read_csv(path: Path) -> dict[str, FloatArray]:
     `check_table` refuses and for empty files, duplicate columns, ragged or empty rows, and cells
     that are empty or no numbers.
     """
-    text = read_text(path)
-    if not text.strip():
+    check_file(path)
+    try:
+        with path.open(encoding="utf-8-sig") as file:
+            return _read(file, path)
+    except UnicodeDecodeError:
+        read_text(path)  # which says where
+        raise
+
+
+def _read(file: TextIO, path: Path) -> dict[str, FloatArray]:
+    header, texts = file.readline(), _blocks(file)
+    first = next(texts, "")
+    if not (header + first).strip():
         raise RecordingError(f"{path}, row 1: the file is empty; its first column is {TIME!r}")
-    header, _, body = text.rstrip("\n").partition("\n")
-    names = [cell.strip() for cell in header.split(",")]
+    names = [cell.strip() for cell in header.rstrip("\n").split(",")]
     check_names(names, str(path))
-    count = body.count("\n") + 1 if body else 0
-    if count < 2:
-        raise RecordingError(too_few_rows(count, str(path)))
-    cells = _numbers(body, len(names))
-    # pandas reads ragged rows and empty cells as NaN or not at all, and says no row
-    if cells is None or cells.shape[0] != count or not np.isfinite(cells).all():
-        fault = _first_bad_cell(body.split("\n"), names, path)
-        raise RecordingError(fault or f"{path}: not a table of numbers")
-    table = dict(zip(names, np.ascontiguousarray(cells.T), strict=True))
+    if "\n" not in first:
+        raise RecordingError(too_few_rows(int(first != ""), str(path)))
+    row, blocks = 2, list[FloatArray]()
+    for text in chain([first], texts):
+        count, cells = text.count("\n") + 1, _numbers(text, len(names))
+        # pandas reads ragged rows and empty cells as NaN or not at all, and says no row
+        if cells is None or cells.shape[0] != count or not np.isfinite(cells).all():
+            fault = _first_bad_cell(text.split("\n"), row, names, path)
+            raise RecordingError(fault or f"{path}: not a table of numbers")
+        blocks.append(cells)
+        row += count
+    table = {name: np.concatenate([b[:, k] for b in blocks]) for k, name in enumerate(names)}
     check_table(table, str(path))
     return table
+
+
+def _blocks(file: TextIO) -> Iterator[str]:
+    """The rest of a file in blocks of rows, two at least, but for blank ones at its end."""
+    blank = ""
+    while lines := file.readlines(_BLOCK):
+        if len(lines) == 1:
+            lines.append(file.readline())
+        text = "".join(lines)
+        body = text.rstrip("\n")
+        if body:
+            yield blank + body
+            blank = text[len(body) + 1 :]
+        else:
+            blank += text
 
 
 def write_csv(table: Mapping[str, FloatArray], path: Path) -> None:
@@ -86,9 +117,9 @@ def _numbers(body: str, columns: int) -> FloatArray | None:
     return np.asarray(frame.to_numpy(np.float64))
 
 
-def _first_bad_cell(lines: Sequence[str], names: Sequence[str], path: Path) -> str:
-    """Say which cell is no number: slow, and only walked where there is one."""
-    for row, line in enumerate(lines, start=2):
+def _first_bad_cell(lines: Sequence[str], first: int, names: Sequence[str], path: Path) -> str:
+    """Say which cell of rows from ``first`` on is no number: slow, and only where there is one."""
+    for row, line in enumerate(lines, start=first):
         cells = [cell.strip() for cell in line.split(",")]
         if cells == [""] and len(names) > 1:
             return f"{path}, row {row}: empty row"

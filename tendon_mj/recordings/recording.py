@@ -127,14 +127,14 @@ def read_recording(
         if description is not None
         else f"; it describes {file.name}, or pass `description` (--description)"
     )
-    if file.suffix.lower() == ".mcap":
-        text = read_text(toml, hint)
-        held = parse_description(text, str(toml)).hold
-        table = read_columns(file, parse_topics(text, str(toml)), held)
-    else:  # the table first: its faults are told before a description that is missing
-        table = read_columns(file)
-        text = read_text(toml, hint)
+    if file.suffix.lower() != ".mcap" and not toml.exists():
+        read_columns(file)  # whose faults are told before a description that is missing
+    text = read_text(toml, hint)
     described = parse_description(text, str(toml))
+    if file.suffix.lower() == ".mcap":
+        table = read_columns(file, parse_topics(text, str(toml)), described.hold)
+    else:
+        table = read_columns(file)
     described.check(table, str(toml))
     described = replace(_described_in_si(described), model=_model_beside(toml, described.model))
     columns = in_si(table, str(file))

@@ -1,0 +1,58 @@
+"""A table is read in blocks, of which neither a number nor a refusal depends."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_array_equal
+
+from tendon_mj.errors import RecordingError
+from tendon_mj.recordings import csv_table
+from tendon_mj.recordings.csv_table import read_csv, write_csv
+
+ROWS = "".join(f"{0.1 * k:.1f},{k}\n" for k in range(40))
+FAULTS = {
+    "an empty row": (ROWS.replace("2.0,", "\n2.0,"), "row 22: empty row"),
+    "empty rows, then more": (ROWS + "\n\n4.0,1\n", "row 42: empty row"),
+    "a word": (ROWS.replace("\n3.0,30", "\n3.0,x"), "row 32, column 'a_N': 'x' is not a number"),
+    "a short row": (ROWS.replace("\n3.5,35", "\n3.5"), "row 37, column 'a_N': missing"),
+    "going back": (ROWS.replace("\n3.5,", "\n0.5,"), "row 37, column 'time_s': 0.5 does not"),
+    "one row": ("0.0,1\n", "row 3: missing"),
+    "no row": ("", "row 2: missing"),
+}
+SIZES = [1, 5, 30, 10_000]
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("end", ["", "\n", "\n\n\n\n\n\n\n\n\n"])
+@pytest.mark.parametrize("line_end", ["\n", "\r\n"])
+def test_a_table_is_the_same(size, end, line_end, tmp_path, monkeypatch):
+    monkeypatch.setattr(csv_table, "_BLOCK", size)
+    path = tmp_path / "r.csv"
+    path.write_bytes(("\ufefftime_s,a_N\n" + ROWS[:-1] + end).replace("\n", line_end).encode())
+    table = read_csv(path)
+    assert_array_equal(table["time_s"], [float(f"{0.1 * k:.1f}") for k in range(40)])
+    assert_array_equal(table["a_N"], np.arange(40.0))
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_is_told_at_its_row(size, fault, tmp_path, monkeypatch):
+    monkeypatch.setattr(csv_table, "_BLOCK", size)
+    text, message = FAULTS[fault]
+    path = tmp_path / "r.csv"
+    path.write_text("time_s,a_N\n" + text)
+    with pytest.raises(RecordingError, match=message):
+        read_csv(path)
+
+
+@given(
+    st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=2, max_size=30),
+    st.integers(1, 200),
+)
+def test_what_is_written_reads_back_from_any_blocks(tmp_path_factory, values, size):
+    path = tmp_path_factory.mktemp("blocks") / "r.csv"
+    write_csv({"time_s": np.arange(float(len(values))), "a_N": np.array(values)}, path)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(csv_table, "_BLOCK", size)
+        assert_array_equal(read_csv(path)["a_N"], values)
