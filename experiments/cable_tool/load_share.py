@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.cable_tool.recording import ToolRecording
-from experiments.cable_tool.strokes import Array
-from experiments.cable_tool.tool import MID_STROKE
+from experiments.cable_tool.strokes import MID_STROKE, Array
 
 _RESAMPLES = 400
 _QUANTILES = (0.025, 0.975)

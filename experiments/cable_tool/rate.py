@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.cable_tool.recording import ToolRecording
-from experiments.cable_tool.tool import MID_STROKE, Tool
+from experiments.cable_tool.strokes import MID_STROKE
+from experiments.cable_tool.tool import Tool
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from tendon_mj.compilation import checked
 
 Array = NDArray[np.float64]
+MID_STROKE = 0.26  # within this of the middle of the range the output slides both ways [rad]
 ENCODER_NOISE = 1e-3  # a reversal is seen when the input has come back by twice this [rad]
 
 
@@ -26,6 +28,13 @@ class Strokes:
     direction: Array
     travel: Array
     excursion: Array
+
+    @cached_property
+    def middle(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Samples in mid-stroke, closing and opening."""
+        near = np.abs(self.excursion) < MID_STROKE
+        closing, opening = (np.flatnonzero(near & (self.direction == s)) for s in (-1.0, 1.0))
+        return closing, opening
 
 
 def find_strokes(angle: Array) -> Strokes:

@@ -15,8 +15,6 @@ from experiments.cable_tool.strokes import Array
 from experiments.cable_tool.transmission import predict_load
 from tendon_mj.errors import RecordingError
 
-MID_STROKE = 0.26  # within this of the middle of the range the output slides both ways [rad]
-
 
 @dataclass(frozen=True)
 class Tool:
@@ -71,10 +69,10 @@ class Tool:
 
     def mid_stroke(self, recording: ToolRecording) -> tuple[float, float]:
         """Medians of T_in + k (θ − θ_mid) in mid-stroke, closing and opening [N m]."""
-        strokes = recording.strokes
-        drive = recording.input_torque + self.stiffness * strokes.excursion
-        middle = np.abs(strokes.excursion) < MID_STROKE
-        closing, opening = (drive[middle & (strokes.direction == sense)] for sense in (-1.0, 1.0))
+        strokes, torque = recording.strokes, recording.input_torque
+        closing, opening = (
+            torque[stroke] + self.stiffness * strokes.excursion[stroke] for stroke in strokes.middle
+        )
         if not (closing.size and opening.size):
             raise RecordingError(
                 f"{recording.name} does not pass the middle of its range both ways"

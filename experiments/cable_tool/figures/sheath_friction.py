@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from experiments.cable_tool.strokes import MID_STROKE
 from experiments.cable_tool.study import Study
-from experiments.cable_tool.tool import MID_STROKE
 from tendon_mj.view import BLUE, GREY, VERMILLION, legend_below, new_figure, print_style
 
 _MARKERS = {"straight": "o", "pitch": "s", "roll": "^"}
