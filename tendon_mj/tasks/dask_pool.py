@@ -1,0 +1,128 @@
+"""Workers of Dask: a cluster of this machine's own, or one that a scheduler has (extra `cluster`)."""
+
+from __future__ import annotations
+
+import logging
+import time
+import warnings
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future
+from contextlib import ExitStack, contextmanager
+from typing import Any
+
+import cloudpickle
+import dask
+import distributed
+
+from tendon_mj.errors import WorkerError
+from tendon_mj.tasks.identity import THREADS, check_same, identity
+from tendon_mj.tasks.job import Function, Job
+
+_AHEAD = 2  # tasks a worker: one that runs, and one that waits
+_ALLOWED_LOSSES = 10  # of workers under one task, on a cluster of our own
+_CONNECT, _WORKERS = 10.0, 60.0  # longest wait for a scheduler, and for its first worker [s]
+_COUNTED = 1.0  # interval at which workers are counted [s]
+
+
+class DaskPool:
+    """Workers that a client's scheduler has, as many as there are at a time."""
+
+    lost: tuple[type[BaseException], ...] = (distributed.KilledWorker,)
+
+    def __init__(self, client: distributed.Client, job: Job) -> None:
+        self._client = client
+        self._executor = client.get_executor(pure=False)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Sending large graph")  # once a run
+            # a task and no scattered data: it is done anew where all workers that had it died
+            self._job = client.submit(_same, job, key=f"job-{job.digest}", pure=False)
+        self._counted, self._workers = -_COUNTED, 1
+
+    def submit(self, key: str, argument: Any) -> Future[Any]:
+        """Begin a task, or let it wait for a worker."""
+        return self._executor.submit(_run, self._job, key, argument)
+
+    def capacity(self) -> int:
+        """Tasks under way or waiting."""
+        if time.monotonic() - self._counted > _COUNTED:
+            self._workers = max(1, len(self._client.scheduler_info(n_workers=-1)["workers"]))
+            self._counted = time.monotonic()
+        return _AHEAD * self._workers
+
+    def mend(self) -> None:
+        """Do nothing: the scheduler gives the tasks to other workers, and nannies begin new ones."""
+
+
+@contextmanager
+def dask_pool(
+    workers: int | None,
+    scheduler: str | None,
+    function: Function,
+    shared: Any,
+    sources: Sequence[str],
+) -> Iterator[DaskPool]:
+    """Workers that do the tasks of a function.
+
+    Args:
+        workers: of a cluster made for this run, each a process with one thread.
+        scheduler: address of one that runs already.
+        function, shared, sources: see `run_tasks`.
+
+    Raises:
+        WorkerError: no scheduler answers, it has no worker, or one computes with other versions.
+    """
+    with ExitStack() as stack:
+        if scheduler is None:
+            losses = {"distributed.scheduler.allowed-failures": _ALLOWED_LOSSES}
+            stack.enter_context(dask.config.set(losses))
+            scheduler = stack.enter_context(
+                distributed.LocalCluster(
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    dashboard_address=None,
+                    silence_logs=logging.CRITICAL,  # workers that died are begun anew
+                )
+            ).scheduler_address
+        client = stack.enter_context(_client(scheduler))
+        _check_workers(client, scheduler, sources)
+        job = Job.of(function, shared, sources, cloudpickle.dumps)
+        yield DaskPool(client, job)
+
+
+def _client(scheduler: str) -> distributed.Client:
+    try:
+        client = distributed.Client(scheduler, timeout=_CONNECT, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise WorkerError(
+            f"no Dask scheduler answers at {scheduler} ({error}); start one with `dask scheduler`,"
+            " which prints its address"
+        ) from None
+    try:
+        client.wait_for_workers(1, timeout=_WORKERS)
+    except TimeoutError:
+        client.close()
+        raise WorkerError(
+            f"the scheduler at {scheduler} has no worker; start some with"
+            f" `dask worker {scheduler} --nworkers 2 --nthreads 1`"
+        ) from None
+    return client
+
+
+def _check_workers(client: distributed.Client, scheduler: str, sources: Sequence[str]) -> None:
+    """Refuse a worker with other versions before anything is sent to it."""
+    expected = {**identity(sources), THREADS: "1", "--nthreads": "1"}
+    threads = client.nthreads()
+    answers = client.run(identity, tuple(sources), on_error="return")
+    for worker, found in answers.items():
+        where = f"worker {worker} of the scheduler at {scheduler}"
+        if isinstance(found, BaseException):
+            raise WorkerError(f"{where} cannot load tendon_mj: {found}; install the same there")
+        check_same(expected, {**found, "--nthreads": str(threads.get(worker, 1))}, where)
+
+
+def _same(job: Job) -> Job:
+    return job
+
+
+def _run(job: Job, key: str, argument: Any) -> Any:
+    return job.run(key, argument)
