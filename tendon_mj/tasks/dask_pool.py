@@ -1,4 +1,4 @@
-"""Workers of Dask: a cluster of this machine's own, or one that a scheduler has (extra `cluster`)."""
+"""Workers of Dask: of a cluster on this machine, or of a scheduler (extra `cluster`)."""
 
 from __future__ import annotations
 
@@ -40,7 +40,8 @@ class DaskPool:
 
     def submit(self, key: str, argument: Any) -> Future[Any]:
         """Begin a task, or let it wait for a worker."""
-        return self._executor.submit(_run, self._job, key, argument)
+        begun: Future[Any] = self._executor.submit(_run, self._job, key, argument)
+        return begun
 
     def capacity(self) -> int:
         """Tasks under way or waiting."""
@@ -50,7 +51,7 @@ class DaskPool:
         return _AHEAD * self._workers
 
     def mend(self) -> None:
-        """Do nothing: the scheduler gives the tasks to other workers, and nannies begin new ones."""
+        """Do nothing: others take the tasks over, and nannies replace the workers."""
 
 
 @contextmanager

@@ -64,7 +64,7 @@ def check_same(expected: Mapping[str, str], found: Mapping[str, str], where: str
     ]
     if differing:
         way_out = (
-            "install the same on every machine, and start workers as `dask worker ADDRESS --nworkers"
-            f" 2 --nthreads 1`, which sets {THREADS}"
+            "install the same on every machine, and start workers as"
+            f" `dask worker ADDRESS --nworkers 2 --nthreads 1`, which sets {THREADS}"
         )
         raise WorkerError(f"{where} differs from this process; {'; '.join(differing)}; {way_out}")
