@@ -47,8 +47,8 @@ def check_plan(path: Path, found: Plan, wanted: Plan) -> None:
 
 
 def recording_digest(recording: Recording) -> str:
-    """16 hexadecimal digits of what a recording drives, its times included."""
-    whole = hashlib.sha256(recording.time.tobytes())
+    """16 hexadecimal digits of what a recording drives and measures."""
+    whole = hashlib.sha256(recording.time.tobytes() + repr(sorted(recording.hold)).encode())
     for name in [*recording.drive, *recording.measured]:
         whole.update(name.encode())
         whole.update(recording.columns[name].tobytes())

@@ -102,6 +102,7 @@ class Sweep:
             "seed": seed,
             "recording": f"{recording.name} {recording_digest(recording)}",
             "settle [s]": settle,
+            "described": dict(self.rollouts.described),
             "outputs": [output.name for output in self.outputs],
         }
 

@@ -21,6 +21,8 @@ from tendon_mj.tasks.job import Function, Job
 _AHEAD = 2  # tasks a worker: one that runs, and one that waits
 _ALLOWED_LOSSES = 10  # of workers under one task, on a cluster of our own
 _CONNECT, _WORKERS = 10.0, 60.0  # longest wait for a scheduler, and for its first worker [s]
+_REPLACED = "1 h"  # until a worker that died is given up; a busy machine takes more than 15 s
+_PATIENCE = 300.0  # with a scheduler that has lost all workers [s]
 _COUNTED = 1.0  # interval at which workers are counted [s]
 
 
@@ -29,14 +31,15 @@ class DaskPool:
 
     lost: tuple[type[BaseException], ...] = (distributed.KilledWorker,)
 
-    def __init__(self, client: distributed.Client, job: Job) -> None:
+    def __init__(self, client: distributed.Client, scheduler: str, job: Job) -> None:
         self._client = client
         self._executor = client.get_executor(pure=False)
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Sending large graph")  # once a run
             # a task and no scattered data: it is done anew where all workers that had it died
             self._job = client.submit(_same, job, key=f"job-{job.digest}", pure=False)
-        self._counted, self._workers = -_COUNTED, 1
+        self._scheduler = scheduler
+        self._counted, self._seen, self._workers = -_COUNTED, time.monotonic(), 1
 
     def submit(self, key: str, argument: Any) -> Future[Any]:
         """Begin a task, or let it wait for a worker."""
@@ -45,10 +48,23 @@ class DaskPool:
 
     def capacity(self) -> int:
         """Tasks under way or waiting."""
+        return _AHEAD * max(1, self._count())
+
+    def check(self) -> None:
+        """Refuse to wait for a scheduler that has had no worker for minutes."""
+        if self._count():
+            self._seen = time.monotonic()
+        elif time.monotonic() - self._seen > _PATIENCE:
+            raise WorkerError(
+                f"the scheduler at {self._scheduler} has had no worker for {_PATIENCE:g} s; start"
+                " some, and the same command goes on where it was"
+            )
+
+    def _count(self) -> int:
         if time.monotonic() - self._counted > _COUNTED:
-            self._workers = max(1, len(self._client.scheduler_info(n_workers=-1)["workers"]))
+            self._workers = len(self._client.scheduler_info(n_workers=-1)["workers"])
             self._counted = time.monotonic()
-        return _AHEAD * self._workers
+        return self._workers
 
     def mend(self) -> None:
         """Do nothing: others take the tasks over, and nannies replace the workers."""
@@ -74,20 +90,30 @@ def dask_pool(
     """
     with ExitStack() as stack:
         if scheduler is None:
-            losses = {"distributed.scheduler.allowed-failures": _ALLOWED_LOSSES}
-            stack.enter_context(dask.config.set(losses))
-            scheduler = stack.enter_context(
-                distributed.LocalCluster(
-                    n_workers=workers,
-                    threads_per_worker=1,
-                    dashboard_address=None,
-                    silence_logs=logging.CRITICAL,  # workers that died are begun anew
-                )
-            ).scheduler_address
+            scheduler = stack.enter_context(local_cluster(workers))
         client = stack.enter_context(_client(scheduler))
         _check_workers(client, scheduler, sources)
         job = Job.of(function, shared, sources, cloudpickle.dumps)
-        yield DaskPool(client, job)
+        yield DaskPool(client, scheduler, job)
+
+
+@contextmanager
+def local_cluster(workers: int | None) -> Iterator[str]:
+    """Address of a scheduler with workers on this machine, which are begun anew when they die."""
+    settings = {
+        "distributed.scheduler.allowed-failures": _ALLOWED_LOSSES,
+        "distributed.deploy.lost-worker-timeout": _REPLACED,
+    }
+    with (
+        dask.config.set(settings),
+        distributed.LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            dashboard_address="127.0.0.1:0",
+            silence_logs=logging.CRITICAL + 1,
+        ) as cluster,
+    ):
+        yield cluster.scheduler_address
 
 
 def _client(scheduler: str) -> distributed.Client:
@@ -111,7 +137,7 @@ def _client(scheduler: str) -> distributed.Client:
 
 def _check_workers(client: distributed.Client, scheduler: str, sources: Sequence[str]) -> None:
     """Refuse a worker with other versions before anything is sent to it."""
-    expected = {**identity(sources), THREADS: "1", "--nthreads": "1"}
+    expected = _expected(sources)
     threads = client.nthreads()
     answers = client.run(identity, tuple(sources), on_error="return")
     for worker, found in answers.items():
@@ -119,6 +145,10 @@ def _check_workers(client: distributed.Client, scheduler: str, sources: Sequence
         if isinstance(found, BaseException):
             raise WorkerError(f"{where} cannot load tendon_mj: {found}; install the same there")
         check_same(expected, {**found, "--nthreads": str(threads.get(worker, 1))}, where)
+
+
+def _expected(sources: Sequence[str]) -> dict[str, str]:
+    return {**identity(sources), THREADS: "1", "--nthreads": "1"}
 
 
 def _same(job: Job) -> Job:

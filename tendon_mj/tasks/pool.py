@@ -23,6 +23,10 @@ class Pool(Protocol):
         """Tasks that may be under way or wait at a worker, so that none is idle."""
         ...
 
+    def check(self) -> None:
+        """Raise `WorkerError` where nothing will come of waiting any longer."""
+        ...
+
     def mend(self) -> None:
         """Replace workers that died, where nothing else does."""
         ...

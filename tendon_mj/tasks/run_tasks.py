@@ -15,6 +15,7 @@ Shared = TypeVar("Shared")
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")
 _Result = TypeVar("_Result", contravariant=True)
+_CHECKED = 10.0  # longest interval at which workers are looked at [s]
 _LOSSES = 5  # of workers in a row, without a result in between
 
 
@@ -92,7 +93,8 @@ def _run_all(
         while rest and len(waiting) < pool.capacity():
             key = rest.pop()
             waiting[pool.submit(key, argument(key))] = key
-        finished, _ = wait(waiting, return_when=FIRST_COMPLETED)
+        finished, _ = wait(waiting, _CHECKED, FIRST_COMPLETED)
+        pool.check()
         ended = {future: waiting.pop(future) for future in finished}
         failed, lost = dict[str, BaseException](), list[str]()
         for future, key in ended.items():
