@@ -52,9 +52,7 @@ class DaskPool:
 
     def check(self) -> None:
         """Refuse to wait for a scheduler that has had no worker for minutes."""
-        if self._count():
-            self._seen = time.monotonic()
-        elif time.monotonic() - self._seen > _PATIENCE:
+        if not self._count() and time.monotonic() - self._seen > _PATIENCE:
             raise WorkerError(
                 f"the scheduler at {self._scheduler} has had no worker for {_PATIENCE:g} s; start"
                 " some, and the same command goes on where it was"
@@ -62,8 +60,15 @@ class DaskPool:
 
     def _count(self) -> int:
         if time.monotonic() - self._counted > _COUNTED:
-            self._workers = len(self._client.scheduler_info(n_workers=-1)["workers"])
+            try:
+                self._workers = len(self._client.scheduler_info(n_workers=-1)["workers"])
+            except OSError as error:
+                raise WorkerError(
+                    f"the scheduler at {self._scheduler} is gone ({error}); what was computed"
+                    " before is kept, and the same command goes on where it was"
+                ) from None
             self._counted = time.monotonic()
+            self._seen = self._counted if self._workers else self._seen
         return self._workers
 
     def mend(self) -> None:

@@ -94,7 +94,6 @@ def _run_all(
             key = rest.pop()
             waiting[pool.submit(key, argument(key))] = key
         finished, _ = wait(waiting, _CHECKED, FIRST_COMPLETED)
-        pool.check()
         ended = {future: waiting.pop(future) for future in finished}
         failed, lost = dict[str, BaseException](), list[str]()
         for future, key in ended.items():
@@ -118,6 +117,7 @@ def _run_all(
             pool.mend()
             rest += sorted(lost, reverse=True)
         report(len(rest) + len(waiting))
+        pool.check()
 
 
 def _gone(key: str) -> WorkerError:

@@ -62,5 +62,6 @@ class Workers:
         if self.scheduler is not None:
             return f"the scheduler at {self.scheduler}"
         if self.workers is not None:
-            return f"{self.workers} local workers of Dask"
-        return f"{self.processes or os.cpu_count() or 1} processes"
+            return f"{self.workers} local worker{'s' if self.workers > 1 else ''} of Dask"
+        count = self.processes or os.cpu_count() or 1
+        return f"{count} process{'es' if count > 1 else ''}"

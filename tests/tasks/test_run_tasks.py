@@ -31,6 +31,7 @@ def run(function, shared, store, **options):
     return store
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
 def test_a_killed_process_loses_no_result(tmp_path):
     store = run(functions.mortal, str(tmp_path), Kept(), on=Workers(processes=2))
     assert store.results == {key: number(key) for key in KEYS}
