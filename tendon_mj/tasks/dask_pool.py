@@ -116,6 +116,7 @@ def local_cluster(workers: int | None) -> Iterator[str]:
             threads_per_worker=1,
             dashboard_address="127.0.0.1:0",
             silence_logs=logging.CRITICAL + 1,
+            preload=["tendon_mj.tasks.worker_setup"],
         ) as cluster,
     ):
         yield cluster.scheduler_address
