@@ -14,7 +14,7 @@ from experiments.hidden_effects.suite.case import make_case
 from experiments.hidden_effects.suite.case_folder import SOURCES
 from experiments.hidden_effects.suite.case_plan import CasePlan, Kind
 from experiments.hidden_effects.suite.plan_suite import KINDS, plan_suite
-from tendon_mj.tasks import Workers, run_tasks
+from tendon_mj.tasks import Workers, run_tasks, versions
 from tendon_mj.whole_file import whole_file
 
 
@@ -56,9 +56,8 @@ class Suite:
 
 
 class Made(NamedTuple):
-    """A case: its plan and its key, and the files of the suite that belong to it."""
+    """A case: its key, and the files of the suite that belong to it."""
 
-    plan: CasePlan
     key: dict[str, Any]
     files: dict[str, bytes]
 
@@ -77,12 +76,12 @@ class MadeCases:
         self._keys.mkdir(parents=True, exist_ok=True)
 
     def done(self) -> set[str]:
-        """Names of the cases that were made after the same plan, and are there."""
+        """Names of the cases that were made after the same plan by the same code, and are there."""
         found = {p.stem: p for p in self._keys.glob("case_*.json") if p.stem in self._plans}
         return {
             name
             for name, path in found.items()
-            if json.loads(path.read_text(encoding="utf-8"))["plan"] == str(self._plans[name])
+            if json.loads(path.read_text(encoding="utf-8"))["plan"] == self._plan(name)
             and (self._suite.out / name / "case.json").exists()
         }
 
@@ -93,9 +92,12 @@ class MadeCases:
             path.parent.mkdir(parents=True, exist_ok=True)
             with whole_file(path) as made:
                 made.write_bytes(content)
-        text = json.dumps({"plan": str(result.plan), "key": result.key}) + "\n"
+        text = json.dumps({"plan": self._plan(key), "key": result.key}) + "\n"
         with whole_file(self._keys / f"{key}.json") as made:  # last: with it the case is done
             made.write_text(text, encoding="utf-8")
+
+    def _plan(self, name: str) -> list[object]:
+        return [str(self._plans[name]), versions(SOURCES)]
 
     def keys(self) -> dict[str, Any]:
         """The key of every case."""
@@ -140,7 +142,7 @@ def _one(_: None, job: tuple[str, CasePlan]) -> Made:
         root = Path(folder)
         key = make_case(plan, root / name)
         paths = [path for path in root.rglob("*") if path.is_file()]
-        return Made(plan, key, {p.relative_to(root).as_posix(): p.read_bytes() for p in paths})
+        return Made(key, {p.relative_to(root).as_posix(): p.read_bytes() for p in paths})
 
 
 if __name__ == "__main__":

@@ -35,7 +35,7 @@ from tendon_mj.sweep.plan_file import (
     write_plan,
 )
 from tendon_mj.sweep.rollouts import FAILED, UNSOLVED, Batch, Rollouts, simulate
-from tendon_mj.tasks import ParquetParts, Workers, identity, run_tasks
+from tendon_mj.tasks import ParquetParts, Workers, run_tasks, versions
 from tendon_mj.whole_file import whole_file
 
 PLAN, TABLE = "plan.json", "rollouts"  # beside each other in the folder of a sweep
@@ -125,8 +125,7 @@ class Sweep:
     @cached_property
     def plan(self) -> Plan:
         """What determines every number of the sweep."""
-        used = {name: value for name, value in identity().items() if name != "OMP_NUM_THREADS"}
-        return {**self._stated, **self.rollouts.identity(), **used}
+        return {**self._stated, **self.rollouts.identity(), **versions()}
 
     def batch(self, number: int, size: int) -> Batch:
         """The rollouts of a task."""

@@ -26,7 +26,12 @@ def identity(sources: Sequence[str] = ("tendon_mj",)) -> dict[str, str]:
     Args:
         sources: packages of which the sources count, and not only the version.
     """
-    return {**_versions(tuple(sources)), THREADS: os.environ.get(THREADS, _FREE)}
+    return {**versions(sources), THREADS: os.environ.get(THREADS, _FREE)}
+
+
+def versions(sources: Sequence[str] = ("tendon_mj",)) -> dict[str, str]:
+    """Name → version of packages, and digest of the sources of some."""
+    return dict(_versions(tuple(sources)))
 
 
 @cache
