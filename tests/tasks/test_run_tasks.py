@@ -73,6 +73,7 @@ def row(folder, k):
 
 
 def test_a_killed_client_goes_on_where_it_was(tmp_path):
+    pytest.importorskip("pyarrow", reason="the extra tendon-mj[parquet] is not installed")
     program = tmp_path / "program.py"
     program.write_text(PROGRAM)
     command = [sys.executable, str(program), str(tmp_path)]
