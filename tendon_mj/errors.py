@@ -47,6 +47,10 @@ class NoPluginsError(EngineError, NotImplementedError):
     """Another engine than MuJoCo's, which runs no plugins."""
 
 
+class WorkerError(TendonError, RuntimeError):
+    """Workers that died, or one that would compute with something else than this process."""
+
+
 class MissingPackageError(TendonError, ImportError):
     """A package that is not installed; the message says what needs it and how to install it."""
 

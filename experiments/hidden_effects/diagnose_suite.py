@@ -25,14 +25,18 @@ class SuiteDiagnosis:
         suite: folder of cases.
         out: folder for a folder per case with result.json and run.json (seconds, error).
         cases: the first so many only; 0 is all.
-        processes: number of worker processes.
+        processes: of this machine, without Dask; default: as many as it has cores.
+        workers: of a Dask cluster that lives as long as the run.
+        scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786.
         again: diagnose also cases that already have a verdict.
     """
 
     suite: Path
     out: Path
     cases: int = 0
-    processes: int = 2
+    processes: int | None = None
+    workers: int | None = None
+    scheduler: str | None = None
     again: bool = False
 
 
@@ -42,7 +46,7 @@ def diagnose_suite(settings: SuiteDiagnosis) -> None:
 
 
 def _diagnose(case: Case) -> dict[str, Any]:
-    simulator = partial(Simulator, threads=1)
+    simulator = partial(Simulator, model=case.model, threads=1)
     return diagnose(case.train, case.held_out, simulator, exclude=case.exclude).result()
 
 

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
-import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
 
 import tyro
 
 from experiments.hidden_effects.suite.case import make_case
+from experiments.hidden_effects.suite.case_folder import SOURCES
 from experiments.hidden_effects.suite.case_plan import CasePlan, Kind
 from experiments.hidden_effects.suite.plan_suite import KINDS, plan_suite
-from experiments.worker_processes import worker_processes
+from tendon_mj.tasks import Workers, run_tasks, versions
+from tendon_mj.whole_file import whole_file
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +35,9 @@ class Suite:
         nothing: cases in which nothing is hidden; of sessions a quarter as many.
         pairs: cases with two effects.
         cases: the first so many only; 0 is all.
-        processes: number of worker processes.
+        processes: of this machine, without Dask; default: as many as it has cores.
+        workers: of a Dask cluster that lives as long as the run.
+        scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786.
     """
 
     out: Path
@@ -46,7 +50,61 @@ class Suite:
     nothing: int = 40
     pairs: int = 40
     cases: int = 0
-    processes: int = 1
+    processes: int | None = None
+    workers: int | None = None
+    scheduler: str | None = None
+
+
+class Made(NamedTuple):
+    """A case: its key, and the files of the suite that belong to it."""
+
+    key: dict[str, Any]
+    files: dict[str, bytes]
+
+
+class MadeCases:
+    """Keeps the files of cases, and beside the keys' folder's keys.json each key for itself.
+
+    Args:
+        suite: where the files and the keys go.
+        plans: of the cases by their names.
+    """
+
+    def __init__(self, suite: Suite, plans: dict[str, CasePlan]) -> None:
+        self._suite, self._plans = suite, plans
+        self._keys = suite.keys / "cases"
+        self._keys.mkdir(parents=True, exist_ok=True)
+
+    def done(self) -> set[str]:
+        """Names of the cases that were made after the same plan by the same code, and are there."""
+        found = {p.stem: p for p in self._keys.glob("case_*.json") if p.stem in self._plans}
+        return {
+            name
+            for name, path in found.items()
+            if json.loads(path.read_text(encoding="utf-8"))["plan"] == self._plan(name)
+            and (self._suite.out / name / "case.json").exists()
+        }
+
+    def write(self, key: str, result: Made) -> None:
+        """Keep a case."""
+        for name, content in result.files.items():
+            path = self._suite.out / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with whole_file(path) as made:
+                made.write_bytes(content)
+        text = json.dumps({"plan": self._plan(key), "key": result.key}) + "\n"
+        with whole_file(self._keys / f"{key}.json") as made:  # last: with it the case is done
+            made.write_text(text, encoding="utf-8")
+
+    def _plan(self, name: str) -> list[object]:
+        return [str(self._plans[name]), versions(SOURCES)]
+
+    def keys(self) -> dict[str, Any]:
+        """The key of every case."""
+        return {
+            name: json.loads((self._keys / f"{name}.json").read_text(encoding="utf-8"))["key"]
+            for name in self._plans
+        }
 
 
 def make(suite: Suite) -> None:
@@ -61,22 +119,30 @@ def make(suite: Suite) -> None:
         suite.pairs,
     )
     todo = todo[: suite.cases] if suite.cases else todo
-    jobs = [(plan, suite.out / f"case_{k + 1:04d}") for k, plan in enumerate(todo)]
-    begun, keys = time.monotonic(), {}
-    with worker_processes(suite.processes) as pool:
-        for (_, folder), key in zip(jobs, pool.map(_one, jobs), strict=True):
-            keys[folder.name] = key
-            spent = time.monotonic() - begun
-            print(f"\r{len(keys)}/{len(jobs)} cases, {spent:.0f} s", end="", flush=True)
+    plans = {f"case_{k + 1:04d}": plan for k, plan in enumerate(todo)}
+    store = MadeCases(suite, plans)
+    on = Workers(processes=suite.processes, workers=suite.workers, scheduler=suite.scheduler)
+    jobs = {name: (name, plan) for name, plan in plans.items()}
+    run_tasks(
+        _one, None, list(plans), jobs.__getitem__, store, on=on, sources=SOURCES, progress=_say
+    )
     print()
-    suite.keys.mkdir(parents=True, exist_ok=True)
-    whole = {"seed": suite.seed, "cases": keys}
+    whole = {"seed": suite.seed, "cases": store.keys()}
     (suite.keys / "keys.json").write_text(json.dumps(whole, indent=1) + "\n", encoding="utf-8")
 
 
-def _one(job: tuple[CasePlan, Path]) -> dict[str, Any]:
-    plan, folder = job
-    return make_case(plan, folder)
+def _say(what: str, done: int, total: int) -> None:
+    print(f"\r{done}/{total} cases", end="", flush=True)
+
+
+def _one(_: None, job: tuple[str, CasePlan]) -> Made:
+    """Make a case in a folder of its own; whoever asked writes its files where they belong."""
+    name, plan = job
+    with TemporaryDirectory() as folder:
+        root = Path(folder)
+        key = make_case(plan, root / name)
+        paths = [path for path in root.rglob("*") if path.is_file()]
+        return Made(key, {p.relative_to(root).as_posix(): p.read_bytes() for p in paths})
 
 
 if __name__ == "__main__":

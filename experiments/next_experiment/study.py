@@ -5,30 +5,60 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Sequence
-from concurrent.futures import as_completed
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from experiments.next_experiment.case import Case
 from experiments.next_experiment.settle import settle
-from experiments.worker_processes import worker_processes
+from tendon_mj.tasks import Workers, run_tasks
+from tendon_mj.whole_file import whole_file
+
+
+class Settled(NamedTuple):
+    """What came of a case, and the same in a line."""
+
+    result: dict[str, Any]
+    line: str
+
+
+class SettledCases:
+    """Keeps a file per case, and prints the progress.
+
+    Args:
+        folder: of the files.
+        cases: number of cases.
+    """
+
+    def __init__(self, folder: Path, cases: int) -> None:
+        self._folder, self._cases = folder, cases
+        self._begun, self._written = time.monotonic(), 0
+
+    def done(self) -> set[str]:
+        """Names of the cases that have a file."""
+        return {path.stem for path in self._folder.glob("*.json")}
+
+    def write(self, key: str, result: Settled) -> None:
+        """Keep what came of a case."""
+        text = json.dumps(result.result, indent=1, ensure_ascii=False)
+        with whole_file(self._folder / f"{key}.json") as made:
+            made.write_text(text + "\n", encoding="utf-8")
+        self._written += 1
+        spent = time.monotonic() - self._begun
+        print(f"{self._written}/{self._cases}, {spent:.0f} s: {result.line}", flush=True)
 
 
 def settle_all(cases: Sequence[Case], out: Path, processes: int) -> None:
     """Settle the cases that have no file in the folder yet, and print the progress."""
-    todo = [case for case in cases if not (out / f"{case.name}.json").exists()]
-    begun = time.monotonic()
-    with worker_processes(processes) as pool:
-        waiting = [pool.submit(_one, case, out) for case in todo]
-        for done, future in enumerate(as_completed(waiting), 1):
-            spent = time.monotonic() - begun
-            print(f"{done}/{len(todo)}, {spent:.0f} s: {future.result()}", flush=True)
+    named = {case.name: case for case in cases}
+    store = SettledCases(out, len(named))
+    on = Workers(processes=processes)
+    run_tasks(_one, None, list(named), named.__getitem__, store, on=on)
 
 
-def _one(case: Case, out: Path) -> str:
-    """Settle one case, write what came of it, and say it in a line."""
+def _one(_: None, case: Case) -> Settled:
+    """Settle one case."""
     outcome = settle(case)
-    text = json.dumps(outcome.result(), indent=1, ensure_ascii=False)
-    (out / f"{case.name}.json").write_text(text + "\n", encoding="utf-8")
     tie = "; ".join(" or ".join(group) for group in outcome.ties)
     settled = outcome.suggested and outcome.suggested.settled
-    return f"{case.name} {outcome.verdict} {tie or '-'} {settled if outcome.tie else ''}"
+    line = f"{case.name} {outcome.verdict} {tie or '-'} {settled if outcome.tie else ''}"
+    return Settled(outcome.result(), line)

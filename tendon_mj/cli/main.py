@@ -21,6 +21,7 @@ from tendon_mj.cli.render import render
 from tendon_mj.cli.repeated_options import gathered, options_of_several
 from tendon_mj.cli.replay import replay
 from tendon_mj.cli.simulate import simulate
+from tendon_mj.cli.sweep import sweep
 from tendon_mj.cli.view import view
 from tendon_mj.errors import TendonError
 
@@ -34,6 +35,7 @@ COMMANDS: dict[str, Command] = {
     "diagnose": diagnose,
     "render": render,
     "simulate": simulate,
+    "sweep": sweep,
     "view": view,
     "demo": demo,
 }

@@ -163,7 +163,7 @@ def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
 
         def report(what: str, done: int, total: int) -> None:
             if what not in tasks:
-                tasks[what] = bars.add_task(what, total=total)
+                tasks[what] = bars.add_task(what, total=total, completed=done)  # by an earlier run
             bars.update(tasks[what], completed=done, total=total)
 
         yield report

@@ -87,7 +87,8 @@ def _drive(model: mujoco.MjModel) -> Iterator[str]:
         elif ending_of(unit):
             limits = model.actuator_ctrlrange[k].tolist() if model.actuator_ctrllimited[k] else []
             span = f", {limits[0]:g} … {limits[1]:g}" if limits else ""
-            yield f"{_quoted_key(_column(name, unit))} = {_quoted(name)}  # control in {unit}{span}"
+            column = _quoted_key(column_of(name, unit))
+            yield f"{column} = {_quoted(name)}  # control in {unit}{span}"
         else:
             yield f"# {name}_N = {_quoted(name)}  # the model does not say in which unit"
 
@@ -100,7 +101,7 @@ def _measured(model: mujoco.MjModel) -> Iterator[str]:
         elif size != 1:
             yield f"# sensor {name!r} reads {size} numbers, and a column is one"
         elif ending_of(unit):
-            column = _quoted_key(_column(name, unit))
+            column = _quoted_key(column_of(name, unit))
             yield f"{column} = {{ sensor = {_quoted(name)} }}  # [{unit}]"
         else:
             yield f"# {name}_N = {{ sensor = {_quoted(name)} }}  # in which unit is it?"
@@ -132,8 +133,8 @@ def _uncertain(parameters: dict[str, Parameter]) -> Iterator[str]:
             yield f"{_quoted(name)} = {entry}  # [-], of the capstan law"
 
 
-def _column(name: str, unit: str) -> str:
-    """A name for an element's column, which ends in its unit and in no other before it."""
+def column_of(name: str, unit: str) -> str:
+    """A name for an element's column, which ends in its unit [SI] and in no other before it."""
     ending = ending_of(unit)
     column = name if name.endswith(ending) else name + ending
     return f"{name}_of_it{ending}" if unit_fault(column, si=True) else column

@@ -52,6 +52,8 @@ def write_case(
     reference, stated = draw.reference, draw.reference.description
     own = plan.kind in REAL_KINDS
     model = _write_model(reference, folder, raised) if own else reference.write_model(folder.parent)
+    if Path(model).is_absolute():
+        model = f"../{Path(model).name}"  # beside the cases, wherever the suite is moved to
     ranges = {p: stated.ranges[n] for n in draw.uncertain for p in stated.uncertain[n]}
     for (name, (drive, readings)), state in zip(series.items(), sessions.states, strict=True):
         bare = noisy_recording(reference, model, rng, name, drive, readings, noise)

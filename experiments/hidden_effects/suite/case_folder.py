@@ -5,15 +5,19 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Collection
-from concurrent.futures import as_completed
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from experiments.worker_processes import worker_processes
+import mujoco
+
+from tendon_mj import load_model
 from tendon_mj.errors import TendonError
 from tendon_mj.recordings import Recording, read_recording
+from tendon_mj.tasks import Workers, run_tasks
 from tendon_mj.whole_file import whole_file
+
+SOURCES = ("tendon_mj", "experiments")  # that workers need the same of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,12 +28,14 @@ class Case:
         name: of its folder.
         train, held_out: recordings to explain, and those that prove it.
         exclude: effects to take out of the catalogue.
+        model: that the recordings name, for workers that do not have its file.
     """
 
     name: str
     train: list[Recording]
     held_out: list[Recording]
     exclude: Collection[str]
+    model: mujoco.MjModel | None = None
 
 
 Solve = Callable[[Case], dict[str, Any]]  # case → content of result.json
@@ -37,55 +43,102 @@ Solve = Callable[[Case], dict[str, Any]]  # case → content of result.json
 
 def read_case(folder: Path) -> Case:
     """Read the recordings of a case and its ``case.json``, never the keys."""
+    train = _recordings(folder, "train")
     return Case(
         name=folder.name,
-        train=_recordings(folder, "train"),
+        train=train,
         held_out=_recordings(folder, "held_out"),
         exclude=json.loads((folder / "case.json").read_text(encoding="utf-8"))["exclude"],
+        model=load_model(train[0].model, beside=train[0].beside),
     )
 
 
+@dataclass(frozen=True)
+class Solved:
+    """Outcome of a case: content of result.json (None where it failed), and of run.json."""
+
+    result: dict[str, Any] | None
+    seconds: float
+    error: str
+
+    @property
+    def summary(self) -> str:
+        """The verdict and its effects in a line, or why there is none."""
+        if self.result is None:
+            return self.error
+        return f"{self.result['verdict']} {', '.join(self.result['effects'])}"
+
+
+class SolvedCases:
+    """Keeps a folder per case with result.json and run.json (seconds, error), and prints progress.
+
+    Args:
+        folder: of the folders.
+        cases: number of cases to solve.
+        again: whether cases that have an outcome are solved again.
+    """
+
+    def __init__(self, folder: Path, cases: int, again: bool) -> None:
+        self._folder, self._cases, self._again = folder, cases, again
+        self._begun, self._written = time.monotonic(), 0
+
+    def done(self) -> set[str]:
+        """Names of the cases that have an outcome."""
+        return set() if self._again else {p.parent.name for p in self._folder.glob("*/run.json")}
+
+    def write(self, key: str, result: Solved) -> None:
+        """Keep the outcome of a case."""
+        out = self._folder / key
+        out.mkdir(parents=True, exist_ok=True)
+        if result.result is not None:
+            text = json.dumps(result.result, indent=1, allow_nan=False) + "\n"
+            with whole_file(out / "result.json") as made:
+                made.write_text(text, encoding="utf-8")
+        about = {"seconds": result.seconds, "error": result.error}
+        with whole_file(out / "run.json") as made:  # last: with it the case is done
+            made.write_text(json.dumps(about) + "\n", encoding="utf-8")
+        self._written += 1
+        spent = time.monotonic() - self._begun
+        said = f"{self._written}/{self._cases}, {spent:.0f} s: {key} {result.summary}"
+        print(said, flush=True)
+
+
 def solve_suite(
-    solve: Solve, suite: Path, out: Path, *, cases: int, processes: int, again: bool
+    solve: Solve,
+    suite: Path,
+    out: Path,
+    *,
+    cases: int,
+    again: bool,
+    processes: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
 ) -> None:
-    """Write result.json and run.json (seconds, error) for every case, and print the progress.
+    """Solve every case, keep the outcomes as they come, and print the progress.
 
     Args:
         solve: what is run on each case, in processes of its own.
         suite: folder of cases.
         out: folder for a folder per case.
         cases: the first so many only; 0 is all.
-        processes: number of worker processes.
         again: solve also cases that already have a result.
+        processes, workers, scheduler: see `Workers`.
     """
-    folders = sorted(p.parent for p in suite.glob("*/case.json"))
-    folders = folders[:cases] if cases else folders
-    todo = [f for f in folders if again or not (out / f.name / "run.json").exists()]
-    begun = time.monotonic()
-    with worker_processes(processes) as pool:
-        waiting = [pool.submit(_one, solve, folder, out / folder.name) for folder in todo]
-        for done, future in enumerate(as_completed(waiting), 1):
-            spent = time.monotonic() - begun
-            print(f"{done}/{len(todo)}, {spent:.0f} s: {future.result()}", flush=True)
+    folders = {p.parent.name: p.parent for p in sorted(suite.glob("*/case.json"))}
+    names = list(folders)[:cases] if cases else list(folders)
+    on = Workers(processes=processes, workers=workers, scheduler=scheduler)
+    store = SolvedCases(out, len(names), again)
+    run_tasks(_one, solve, names, lambda n: read_case(folders[n]), store, on=on, sources=SOURCES)
 
 
-def _one(solve: Solve, folder: Path, out: Path) -> str:
-    """Solve one case; return a line with its verdict."""
-    case = read_case(folder)
-    out.mkdir(parents=True, exist_ok=True)
-    begun, error, summary = time.monotonic(), "", "failed"
+def _one(solve: Solve, case: Case) -> Solved:
+    """Outcome of one case."""
+    begun, error, result = time.monotonic(), "", None
     try:
         result = solve(case)
-        summary = f"{result['verdict']} {', '.join(result['effects'])}"
-        text = json.dumps(result, indent=1, allow_nan=False) + "\n"
-        with whole_file(out / "result.json") as made:
-            made.write_text(text, encoding="utf-8")
     except TendonError as failure:
-        error = summary = str(failure)
-    about = {"seconds": time.monotonic() - begun, "error": error}
-    with whole_file(out / "run.json") as made:  # last: with it the case is done
-        made.write_text(json.dumps(about) + "\n", encoding="utf-8")
-    return f"{folder.name} {summary}"
+        error = str(failure)
+    return Solved(result, time.monotonic() - begun, error)
 
 
 def _recordings(case: Path, kind: str) -> list[Recording]:

@@ -1,0 +1,1 @@
+"""What Dask costs a sweep, and what is lost when workers and clients are killed."""

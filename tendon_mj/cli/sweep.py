@@ -1,0 +1,172 @@
+"""`tendon-mj sweep`: rollouts of a model over grids and random draws of its parameters."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import mujoco
+import tyro
+
+from tendon_mj.builders.load import load_model, model_path
+from tendon_mj.cli.output import Output, console, print_table, progress_bar
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.recordings.recording import Recording, read_recording
+from tendon_mj.sweep.motion import motion_recording
+from tendon_mj.sweep.outputs import Output as SweepOutput
+from tendon_mj.sweep.run_sweep import TABLE, Sweep, SweepResult, check_folder, run_sweep
+from tendon_mj.tasks import Workers
+from tendon_mj.view.figures.parameter_sweep import parameter_figure
+
+_SHOWN = 8  # outputs on the console; result.json has all
+
+
+def sweep(
+    model: Annotated[str, tyro.conf.Positional],
+    parameter: tuple[str, ...],
+    out: Path = Path("out/sweep"),
+    draws: int = 0,
+    seed: int = 0,
+    motion: str | None = None,
+    recording: Path | None = None,
+    duration: float | None = None,
+    settle: float | None = None,
+    outputs: tuple[str, ...] = (),
+    processes: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    again: bool = False,
+) -> dict[str, object]:
+    """Simulate a model with many values of its parameters; a run that was ended goes on.
+
+    Args:
+        model: bench, joint, finger, finger_spring, or the path of an MJCF file.
+        parameter: what varies: "flexor.friction=0.05:0.3:6" (six values of the range),
+            "flexor.friction=0.1,0.2" (these), or "flexor.friction=0.05:0.3" (drawn from the range,
+            or five values of it without --draws). A tendon stands for its sheath, and * for any
+            text. Grids are combined with each other.
+        out: folder for the table (rollouts/*.parquet, and table.csv up to 10000 rollouts),
+            result.json and the picture.
+        draws: random draws of the ranges that are no grids, the same for every combination of
+            those.
+        seed: of the draws.
+        motion: as for render and view: of a finger curl, tap, press, hold or a CSV; of any other
+            model a CSV with time_s and a column for every actuator that moves.
+        recording: drives the model in place of a motion; outputs then include the error.
+        duration: of the motion in seconds; default: its own.
+        settle: time in seconds before the first sample in which the model comes to the first
+            command; by default as the recording says, and 0.5 before a motion.
+        outputs: what is kept of a rollout: "tip_force.max"; final, min, max, mean, rms and (of a
+            recording) error of a sensor, or the sensor alone for all of them; default: all.
+        processes: of this machine, without Dask; default: as many as it has cores.
+        workers: of a Dask cluster that lives as long as the run.
+        scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786.
+        again: begin anew in a folder that holds another sweep.
+
+    Example:
+        tendon-mj sweep finger --parameter flexor.friction=0.05:0.3:6 --motion press
+    """
+    on = Workers(processes=processes, workers=workers, scheduler=scheduler)
+    compiled = load_model(model)
+    driven = _driven(model, compiled, motion, recording, duration)
+    asked = Sweep(
+        compiled,
+        driven,
+        parameter,
+        draws=draws,
+        seed=seed,
+        outputs=outputs,
+        measured=recording is not None,
+        settle=settle,
+    )
+    if not again:
+        check_folder(asked, out)
+    output = Output(out)
+    console.print(
+        f"{asked.design.rollouts} rollouts of {asked.rollouts.steps} steps on {on}", soft_wrap=True
+    )
+    with progress_bar() as progress:
+        found = run_sweep(asked, out, on=on, again=again, progress=progress)
+    output.add(out / TABLE)
+    table = found.write_csv(out / "table.csv")
+    if table:
+        output.add(table)
+    drawn = found.drawn()
+    if all(drawn):
+        axes = {f"{a.name} [{asked.units[a.name]}]": found.column(a.name) for a in drawn[0]}
+        values = {f"{o.name} [{o.unit}]": found.column(o.name) for o in drawn[1]}
+        solid = found.solid
+        figure = parameter_figure(
+            {label: given[solid] for label, given in axes.items()},
+            {label: given[solid] for label, given in values.items()},
+        )
+        output.figure("sweep", figure)
+    summaries = {o.name: found.summary(o) for o in asked.outputs}
+    failed = int((~found.solid).sum())
+    result: dict[str, object] = {
+        "model": model,
+        "motion": driven.name,
+        "rollouts": asked.design.rollouts,
+        "steps": asked.rollouts.steps,
+        "failed": failed,
+        "unsolved": found.unsolved,
+        "parameters": {
+            axis.name: {
+                "targets": list(axis.targets),
+                "unit": asked.units[axis.name],
+                "low": axis.low,
+                "high": axis.high,
+            }
+            for axis in asked.axes
+        },
+        "outputs": summaries,
+    }
+    output.result(result)
+    shown = drawn[1] or list(asked.outputs[:1])
+    _print(found, shown)
+    output.close(_sentence(found, shown[0], model, failed))
+    return result
+
+
+def _driven(
+    name: str,
+    model: mujoco.MjModel,
+    motion: str | None,
+    recording: Path | None,
+    duration: float | None,
+) -> Recording:
+    if recording is None:
+        return motion_recording(model_path(name).stem, model, motion, duration)
+    given = {"motion": motion, "duration": duration}
+    other = next((f"--{k} {value}" for k, value in given.items() if value is not None), "")
+    if other:
+        raise InvalidValueError(f"{other} and --recording {recording}: give one of them")
+    return read_recording(recording)
+
+
+def _print(found: SweepResult, outputs: list[SweepOutput]) -> None:
+    rows = []
+    for output in outputs[:_SHOWN]:
+        summary = found.summary(output)
+        if "min" in summary:
+            shares = [f"{name} {share:.0%}" for name, share in summary["share_of_variance"].items()]
+            span = f"{summary['min']:.4g} … {summary['max']:.4g} {output.unit}"
+            rows.append((output.name, span, f"{summary['mean']:.4g}", ", ".join(shares)))
+    if rows:
+        print_table(("output", "range", "mean", "share of its variance"), rows)
+
+
+def _sentence(found: SweepResult, output: SweepOutput, model: str, failed: int) -> str:
+    """What came out, of the first output."""
+    rollouts, summary = found.sweep.design.rollouts, found.summary(output)
+    if "min" not in summary:
+        return f"All {rollouts} rollouts of {model} became unstable."
+    ended = f"{failed} became unstable" if failed else "all stayed stable"
+    if found.unsolved:
+        ended += f", and in {found.unsolved} a sheath found no equilibrium at some time"
+    name, share = max(summary["share_of_variance"].items(), key=lambda item: item[1])
+    return (
+        f"In {rollouts} rollouts of {model} {output.name} goes from {summary['min']:.4g} to "
+        f"{summary['max']:.4g} {output.unit}, and {share:.0%} of its variance follows {name};"
+        f" {ended}."
+    )

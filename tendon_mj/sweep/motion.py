@@ -1,0 +1,110 @@
+"""A motion as a recording without measurements, sampled at every step of the model."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.builders.finger_parameters import Finger
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.finger.control import FINGERS, drive_recording
+from tendon_mj.finger.trajectories import find_trajectory, lasting
+from tendon_mj.recordings.recording import Measured, Recording
+from tendon_mj.replay.default_motion import default_motion, read_motion
+from tendon_mj.replay.description_template import column_of
+from tendon_mj.replay.units import control_unit, ending_of, reading_unit
+
+Array = NDArray[np.float64]
+
+_DURATION = 6.0  # of a model without a motion of its own [s]
+
+
+def motion_recording(
+    name: str, model: mujoco.MjModel, motion: str | None, duration: float | None
+) -> Recording:
+    """What drives a model in a motion, with every sensor of one number as measured.
+
+    Args:
+        name: of the model.
+        model: compiled.
+        motion: of a finger: curl, tap, press, hold or a CSV; default: curl. Of any other model a
+            CSV with a column for every actuator that moves; default: `default_motion`.
+        duration: of it [s]; default: that of the motion, or 6.
+
+    Raises:
+        UnknownNameError: no such motion, or a column for no actuator.
+        InvalidValueError: no duration, a motion out of reach, or an actuator without a name moves.
+        RecordingError: the CSV cannot be read.
+    """
+    if duration is not None and not (math.isfinite(duration) and duration > 0.0):
+        raise InvalidValueError(f"duration = {duration:g} [s] must be finite and > 0")
+    if name in FINGERS:
+        trajectory = find_trajectory(motion or "curl")
+        if duration is not None:
+            trajectory = lasting(trajectory, duration)
+        driven = drive_recording(trajectory, model, Finger(), name=name)
+        time = _steps(float(trajectory.time[-1]), model)
+        columns = {c: np.interp(time, driven.time, driven.columns[c]) for c in driven.drive}
+        return dataclasses.replace(
+            _recording(trajectory.name, name, model, time, columns, driven.drive),
+            known=driven.known,
+        )
+    if motion is None:
+        drive, length = default_motion(name, model), _DURATION
+    else:
+        drive, length = read_motion(Path(motion), model)
+    time = _steps(length if duration is None else duration, model)
+    controls = np.array([drive(now) for now in time]).reshape(len(time), model.nu)
+    columns, actuators = {}, {}
+    for k in range(model.nactuator):
+        control = controls[:, model.actuator_ctrladr[k]]
+        if control.any():
+            actuator = model.actuator(k).name
+            if not actuator:
+                raise InvalidValueError(f"actuator {k} moves and has no name; give it one")
+            column = _column(actuator, control_unit(model, k))
+            columns[column], actuators[column] = control, actuator
+    return _recording(
+        Path(motion).stem if motion else "default motion", name, model, time, columns, actuators
+    )
+
+
+def _recording(
+    motion: str,
+    name: str,
+    model: mujoco.MjModel,
+    time: Array,
+    driven: Mapping[str, Array],
+    actuators: Mapping[str, str],
+) -> Recording:
+    """A motion beside what each sensor of one number would read, which is nothing yet."""
+    sensors = {
+        _column(model.sensor(k).name, reading_unit(model, k)): model.sensor(k).name
+        for k in range(model.nsensor)
+        if model.sensor_dim[k] == 1 and model.sensor(k).name
+    }
+    return Recording(
+        name=motion,
+        model=name,
+        source="a motion of tendon-mj sweep",
+        time=time,
+        columns={**driven, **dict.fromkeys(sensors.keys() - driven.keys(), np.zeros_like(time))},
+        drive=actuators,
+        measured={c: Measured(s) for c, s in sensors.items() if c not in driven},
+    )
+
+
+def _steps(length: float, model: mujoco.MjModel) -> Array:
+    """Times of all steps of a duration [s], two at least."""
+    step = float(model.opt.timestep)
+    return np.arange(max(1, round(length / step)) + 1, dtype=np.float64) * step
+
+
+def _column(name: str, unit: str) -> str:
+    return column_of(name, unit if ending_of(unit) else "N")  # it matters to no number

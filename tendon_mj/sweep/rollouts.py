@@ -1,0 +1,141 @@
+"""Rollouts of a sweep: one model and one recording, with parameters of their own each."""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.open_loop import try_open_loop, unsolved_sheaths
+from tendon_mj.replay.parameters import Adjustable
+from tendon_mj.replay.schedule import Schedule
+from tendon_mj.replay.silenced_warnings import suppress_mujoco_log
+from tendon_mj.sweep.outputs import Output, summarised
+
+Array = NDArray[np.float64]
+ROLLOUT, FAILED, UNSOLVED = "rollout", "failed", "unsolved"
+
+
+class Batch(NamedTuple):
+    """Rollouts of one task: number of the first, and (rollouts, axes) values."""
+
+    start: int
+    values: Array
+
+
+class _Ready(NamedTuple):
+    """A model at hand with its data, and what it is driven by."""
+
+    adjustable: Adjustable
+    schedule: Schedule
+    sensors: dict[str, str]  # of the outputs → column
+    measured: dict[str, Array]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rollouts:
+    """What the rollouts of a sweep share; each is that of `Simulator`, to the bit.
+
+    Attributes:
+        model: compiled; not changed.
+        recording: that drives it; of those measured, the columns of the outputs are read off.
+        settle: time before the first sample [s].
+        described: parameter → value in every rollout, below what the axes say.
+        axes: name → parameters that have its value.
+        outputs: of each rollout.
+    """
+
+    model: mujoco.MjModel
+    recording: Recording
+    settle: float
+    described: Mapping[str, float]
+    axes: Mapping[str, tuple[str, ...]]
+    outputs: tuple[Output, ...]
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    def identity(self) -> dict[str, str]:
+        """Digest of the model that is simulated, as it is in this process."""
+        return {f"model {self.recording.model}": model_digest(self.model)}
+
+    @property
+    def steps(self) -> int:
+        """Time steps of a rollout."""
+        return self._ready.schedule.steps
+
+    @cached_property
+    def _ready(self) -> _Ready:
+        adjustable = Adjustable(copy.copy(self.model))
+        wanted = {output.sensor for output in self.outputs}
+        columns = {m.sensor: c for c, m in self.recording.measured.items() if m.sensor in wanted}
+        schedule = Schedule(self.recording, adjustable.model, self.settle)
+        schedule.addresses = {c: schedule.addresses[c] for c in columns.values()}
+        measured = {sensor: self.recording.columns[column] for sensor, column in columns.items()}
+        return _Ready(adjustable, schedule, columns, measured)
+
+    def of(self, batch: Batch) -> dict[str, NDArray[Any]]:
+        """A table: column → (rollouts,); `rollout`, axes, outputs, `failed` and `unsolved`.
+
+        The outputs of a rollout that became unstable are NaN. `unsolved` counts evaluations in
+        which a sheath found no equilibrium and took the best that it had.
+
+        Raises:
+            InvalidValueError: a value outside its range; it names the rollout.
+        """
+        rows, unsolved = np.full((len(batch.values), len(self.outputs)), np.nan), list[int]()
+        with suppress_mujoco_log():
+            for k, values in enumerate(batch.values):
+                try:
+                    found, stuck = self._one(values)
+                except InvalidValueError as error:
+                    raise InvalidValueError(f"rollout {batch.start + k}: {error}") from error
+                unsolved.append(stuck)
+                if found is not None:
+                    rows[k] = found
+        number = np.arange(batch.start, batch.start + len(rows))
+        return {
+            ROLLOUT: number,
+            **dict(zip(self.axes, batch.values.T, strict=True)),
+            **{output.name: rows[:, k] for k, output in enumerate(self.outputs)},
+            FAILED: np.isnan(rows).any(axis=1),
+            UNSOLVED: np.array(unsolved),
+        }
+
+    def _one(self, values: Array) -> tuple[list[float] | None, int]:
+        adjustable, schedule, columns, measured = self._ready
+        model, data = adjustable.model, adjustable.data
+        mujoco.mj_resetData(model, data)
+        given = dict(self.described)
+        for targets, value in zip(self.axes.values(), values.tolist(), strict=True):
+            given |= dict.fromkeys(targets, value)
+        adjustable.set(given)
+        schedule.prepare(adjustable)
+        readings = try_open_loop(model, data, schedule.control(adjustable))
+        stuck = sum(unsolved_sheaths(model, data).values())
+        if readings is None:
+            return None, stuck
+        series = schedule.read_out(adjustable, readings)
+        named = {sensor: series[column] for sensor, column in columns.items()}
+        return summarised(self.outputs, named, measured), stuck
+
+
+def simulate(rollouts: Rollouts, batch: Batch) -> dict[str, NDArray[Any]]:
+    """The table of a batch, for `run_tasks`."""
+    return rollouts.of(batch)
+
+
+def model_digest(model: mujoco.MjModel) -> str:
+    """16 hexadecimal digits of a compiled model's content."""
+    content = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, content)
+    return hashlib.sha256(content.tobytes()).hexdigest()[:16]

@@ -1,0 +1,287 @@
+"""A sweep: rollouts over a design, in batches that go on where a killed run was."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pandas
+from numpy.typing import NDArray
+
+from tendon_mj.engine import sheaths
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.progress import Progress, silent
+from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.parameters import Parameter
+from tendon_mj.replay.schedule import stated_values
+from tendon_mj.replay.simulator import Simulator
+from tendon_mj.replay.units import reading_unit
+from tendon_mj.sweep.axes import Axis, parse_axes
+from tendon_mj.sweep.design import Design
+from tendon_mj.sweep.influence import share_of_variance
+from tendon_mj.sweep.outputs import Output, parse_outputs
+from tendon_mj.sweep.plan_file import (
+    BATCH,
+    Plan,
+    check_plan,
+    read_plan,
+    recording_digest,
+    write_plan,
+)
+from tendon_mj.sweep.rollouts import FAILED, UNSOLVED, Batch, Rollouts, simulate
+from tendon_mj.tasks import ParquetParts, Workers, run_tasks, versions
+from tendon_mj.whole_file import whole_file
+
+PLAN, TABLE = "plan.json", "rollouts"  # beside each other in the folder of a sweep
+_TASK = 2.0  # longest duration of a task, as a loss of it is cheap [s]
+_LEAST = 0.2  # shortest, that scheduling costs little [s]
+_DRAWN = 4  # axes and outputs of a picture
+_MOST_ROWS = 10_000  # of a CSV
+_TASKS = 256  # as many as keep workers busy to the end
+
+
+class Sweep:
+    """What is varied, what drives the model, and what is read off.
+
+    Args:
+        model: compiled; not changed.
+        recording: that drives it, measured or of `motion_recording`.
+        parameters: see `parse_axes`.
+        draws: of the ranges that are no grids.
+        seed: of the draws.
+        outputs: see `parse_outputs`.
+        measured: whether the recording has measurements.
+        settle: time before the first sample [s]; default: as the recording says.
+
+    Attributes:
+        axes, outputs, design: what is varied, what is read off, and the values.
+        units: axis → unit of its parameters.
+
+    Raises:
+        UnknownNameError, InvalidValueError: see `parse_axes` and `parse_outputs`.
+        RecordingError: the recording does not fit the model.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        recording: Recording,
+        parameters: Sequence[str],
+        *,
+        draws: int = 0,
+        seed: int = 0,
+        outputs: Sequence[str] = (),
+        measured: bool = False,
+        settle: float | None = None,
+    ) -> None:
+        if draws < 0:
+            raise InvalidValueError(f"--draws {draws} must be ≥ 0")
+        known = Simulator([recording], model, described=False, settle=settle)
+        self.axes = self._axes(parameters, draws, known.parameters, known.model)
+        self.design = Design(self.axes, draws, seed)
+        self.units = {axis.name: known.parameters[axis.targets[0]].unit for axis in self.axes}
+        self.outputs = parse_outputs(outputs, _readings(recording, known.model), measured)
+        settle = recording.settle if settle is None else settle
+        self.rollouts = Rollouts(
+            model=known.model,
+            recording=recording,
+            settle=settle,
+            described=stated_values(recording, model, list(known.parameters)),
+            axes={axis.name: axis.targets for axis in self.axes},
+            outputs=self.outputs,
+        )
+        self._stated: Plan = {
+            "parameters": list(parameters),
+            "draws": draws,
+            "seed": seed,
+            "recording": f"{recording.name} {recording_digest(recording)}",
+            "settle [s]": settle,
+            "described": dict(self.rollouts.described),
+            "outputs": [output.name for output in self.outputs],
+        }
+
+    @staticmethod
+    def _axes(
+        texts: Sequence[str], draws: int, known: Mapping[str, Parameter], model: mujoco.MjModel
+    ) -> list[Axis]:
+        tendons = {name: found.tendon for name, found in sheaths(model).items()}
+        axes = parse_axes(texts, draws, known, tendons)
+        for axis in axes:
+            for target in axis.targets:
+                least = known[target].low
+                if axis.low < least:
+                    raise InvalidValueError(
+                        f"--parameter {axis.name}: {axis.low:g} is below {least:g}, the least that"
+                        f" {target} may be"
+                    )
+        return axes
+
+    @cached_property
+    def plan(self) -> Plan:
+        """What determines every number of the sweep."""
+        return {**self._stated, **self.rollouts.identity(), **versions()}
+
+    def batch(self, number: int, size: int) -> Batch:
+        """The rollouts of a task."""
+        start = number * size
+        return Batch(start, self.design.values(start, min(start + size, self.design.rollouts)))
+
+    def seconds(self) -> float:
+        """Time of a rollout in this process, the first and what it prepares left out [s].
+
+        Raises:
+            InvalidValueError: a value of the first rollout is outside its range.
+        """
+        first = self.batch(0, 1)
+        self.rollouts.of(first)
+        begun = time.perf_counter()
+        self.rollouts.of(first)
+        return time.perf_counter() - begun
+
+
+@dataclass(frozen=True)
+class SweepResult:
+    """Results of a sweep, on disk.
+
+    Attributes:
+        sweep: what was asked.
+        table: `rollout`, axes, outputs, `failed`, `unsolved`; a row a rollout.
+    """
+
+    sweep: Sweep
+    table: ParquetParts
+
+    def column(self, name: str) -> NDArray[Any]:
+        """A column of the table, (rollouts,)."""
+        return self.table.read([name])[name]
+
+    @cached_property
+    def solid(self) -> NDArray[np.bool_]:
+        """(rollouts,) whether each stayed stable."""
+        return ~self.column(FAILED).astype(bool)
+
+    @cached_property
+    def unsolved(self) -> int:
+        """Rollouts in which a sheath found no equilibrium at some time."""
+        return int((self.column(UNSOLVED) > 0).sum())
+
+    def drawn(self) -> tuple[list[Axis], list[Output]]:
+        """The axes and outputs of a picture, four of each at most.
+
+        Of each sensor it is the first of error, max, rms, … there is; forces come first, and
+        what does not vary is left out.
+        """
+        ranks = {"error": 0, "max": 1, "rms": 2, "final": 3, "mean": 4, "min": 5}
+        first: dict[str, Output] = {}
+        for output in sorted(self.sweep.outputs, key=lambda o: ranks[o.summary]):
+            first.setdefault(output.sensor, output)
+        found = list[Output]()
+        for output in sorted(first.values(), key=lambda o: o.unit != "N"):
+            values = self.column(output.name)[self.solid]
+            if len(found) < _DRAWN and len(values) and np.ptp(values) > 0.0:
+                found.append(output)
+        return self.sweep.axes[:_DRAWN], found
+
+    def write_csv(self, path: Path) -> Path | None:
+        """Write the table as CSV where it has at most 10,000 rows; return its path if so."""
+        if self.sweep.design.rollouts > _MOST_ROWS:
+            return None
+        with whole_file(path) as made:
+            pandas.DataFrame(self.table.read()).to_csv(made, index=False)
+        return path
+
+    def summary(self, output: Output) -> dict[str, Any]:
+        """Range, mean and standard deviation of an output, and what each axis accounts for."""
+        values = self.column(output.name)[self.solid]
+        if not len(values):  # every rollout failed
+            return {"unit": output.unit}
+        shares = {
+            axis.name: share_of_variance(self.column(axis.name)[self.solid], values)
+            for axis in self.sweep.axes
+        }
+        return {
+            "unit": output.unit,
+            "min": float(values.min()),
+            "max": float(values.max()),
+            "mean": float(values.mean()),
+            "std": float(values.std()),
+            "share_of_variance": shares,
+        }
+
+
+def run_sweep(
+    sweep: Sweep,
+    folder: Path,
+    *,
+    on: Workers | None = None,
+    again: bool = False,
+    progress: Progress = silent,
+) -> SweepResult:
+    """Simulate every rollout that has no result in the folder yet.
+
+    Args:
+        sweep: what is asked.
+        folder: for the plan and the table.
+        on: where to run; default: this machine's cores.
+        again: begin anew, whatever is there.
+        progress: called with "rollouts", how many are done, and of how many.
+
+    Raises:
+        InvalidValueError: the folder holds another sweep, or a value is outside its range.
+        MissingPackageError: pyarrow, or Dask where it is wanted, is not installed.
+        WorkerError: see `run_tasks`.
+    """
+    table, path = ParquetParts(folder / TABLE), folder / PLAN
+    begun = None if again else read_plan(path)
+    if begun is None:
+        path.unlink(missing_ok=True)
+        table.clear()
+        begun = {**sweep.plan, BATCH: batch_size(sweep.seconds(), sweep.design.rollouts)}
+        write_plan(path, begun)
+    check_plan(path, begun, sweep.plan)
+    size, total = int(str(begun[BATCH])), sweep.design.rollouts
+    numbers = {f"rollouts_{number:06d}": number for number in range(-(-total // size))}
+    run_tasks(
+        simulate,
+        sweep.rollouts,
+        list(numbers),
+        lambda key: sweep.batch(numbers[key], size),
+        table,
+        on=on,
+        progress=lambda _, done, tasks: progress("rollouts", min(done * size, total), total),
+    )
+    return SweepResult(sweep, table)
+
+
+def check_folder(sweep: Sweep, folder: Path) -> None:
+    """Refuse a folder that holds another sweep, before anything in it is changed.
+
+    Raises:
+        InvalidValueError: names the first difference, with both values.
+    """
+    begun = read_plan(folder / PLAN)
+    if begun is not None:
+        check_plan(folder / PLAN, begun, sweep.plan)
+
+
+def batch_size(seconds: float, rollouts: int) -> int:
+    """Rollouts of a task: 0.2 s to 2 s of them, and where that leaves a choice 256 tasks.
+
+    Args:
+        seconds: time of one rollout [s].
+        rollouts: of the sweep.
+    """
+    least, most = _LEAST / seconds, _TASK / seconds
+    return max(1, round(min(most, max(least, rollouts / _TASKS))))
+
+
+def _readings(recording: Recording, model: mujoco.MjModel) -> dict[str, str]:
+    """Sensor → unit of its reading, of all that the recording measures."""
+    sensors = [measured.sensor for measured in recording.measured.values()]
+    return {sensor: reading_unit(model, model.sensor(sensor).id) for sensor in sensors}

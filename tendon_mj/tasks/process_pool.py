@@ -1,0 +1,102 @@
+"""Worker processes of this machine with one core each, which end with the one that made them."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import threading
+from collections.abc import Iterator, Sequence
+from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import Connection, wait
+from typing import Any
+
+from tendon_mj.tasks.identity import THREADS
+from tendon_mj.tasks.job import Function, Job
+
+_SPAWN = get_context("spawn")
+_AHEAD = 2  # tasks a process: one that runs, and one that waits
+
+
+class ProcessPool:
+    """Processes of this machine; where one dies, all are begun anew."""
+
+    lost: tuple[type[BaseException], ...] = (BrokenExecutor,)
+
+    def __init__(self, count: int, job: Job) -> None:
+        self._count, self._job = count, job
+        self._begin()
+
+    def _begin(self) -> None:
+        self._read, self._write = _SPAWN.Pipe(duplex=False)
+        arguments = (self._job, self._read)
+        self._pool = ProcessPoolExecutor(self._count, _SPAWN, _begin_worker, arguments)
+
+    def submit(self, key: str, argument: Any) -> Future[Any]:
+        """Begin a task, or let it wait for a process."""
+        try:
+            return self._pool.submit(_run, key, argument)
+        except BrokenExecutor as error:
+            failed = Future[Any]()
+            failed.set_exception(error)
+            return failed
+
+    def capacity(self) -> int:
+        """Tasks under way or waiting."""
+        return _AHEAD * self._count
+
+    def check(self) -> None:
+        """Do nothing: where a process ends, its futures say so."""
+
+    def mend(self) -> None:
+        """Begin all processes anew."""
+        self.end()
+        self._begin()
+
+    def end(self) -> None:
+        """End the processes at once, whatever they do."""
+        self._write.close()  # they wait for that
+        self._pool.shutdown(wait=True, cancel_futures=True)
+        self._read.close()
+
+
+@contextmanager
+def process_pool(
+    count: int, function: Function, shared: Any, sources: Sequence[str]
+) -> Iterator[ProcessPool]:
+    """Processes that do the tasks of a function, each with one thread for linear algebra."""
+    job = Job.of(function, shared, sources, pickle.dumps)
+    names = (THREADS, "OPENBLAS_NUM_THREADS")
+    before = {name: os.environ.get(name) for name in names}
+    os.environ |= dict.fromkeys(names, "1")  # processes read it before NumPy
+    pool = ProcessPool(count, job)
+    try:
+        yield pool
+    finally:
+        pool.end()
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+_JOBS: list[Job] = []  # that of this worker process
+
+
+def _begin_worker(job: Job, end: Connection) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that made this one
+    threading.Thread(target=_wait_for_end, args=(end,), daemon=True).start()
+    _JOBS[:] = [job]
+
+
+def _wait_for_end(end: Connection) -> None:
+    parent = parent_process()
+    wait([end, parent.sentinel] if parent is not None else [end])
+    os._exit(1)
+
+
+def _run(key: str, argument: Any) -> Any:
+    return _JOBS[0].run(key, argument)

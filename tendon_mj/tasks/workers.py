@@ -1,0 +1,67 @@
+"""Where tasks run: processes of this machine, local workers of Dask, or those of a scheduler."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Any
+
+from tendon_mj.errors import InvalidValueError, MissingPackageError
+from tendon_mj.tasks.job import Function
+from tendon_mj.tasks.pool import Pool
+from tendon_mj.tasks.process_pool import process_pool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Workers:
+    """Where tasks run; at most one of the three is given.
+
+    Attributes:
+        processes: of this machine, without Dask; default: as many as it has cores.
+        workers: of a Dask cluster that lives as long as the run.
+        scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786.
+
+    Raises:
+        InvalidValueError: two of them, or less than one process or worker.
+    """
+
+    processes: int | None = None
+    workers: int | None = None
+    scheduler: str | None = None
+
+    def __post_init__(self) -> None:
+        given = {name: value for name, value in vars(self).items() if value is not None}
+        if len(given) > 1:
+            options = " and ".join(f"--{name} {value}" for name, value in given.items())
+            raise InvalidValueError(f"{options}: give one of them, which says where tasks run")
+        for name in ("processes", "workers"):
+            if given.get(name, 1) < 1:
+                raise InvalidValueError(f"--{name} {given[name]}: there must be at least one")
+
+    def opened(
+        self, function: Function, shared: Any, sources: Sequence[str]
+    ) -> AbstractContextManager[Pool]:
+        """A pool that does the tasks of a function; see `run_tasks`.
+
+        Raises:
+            MissingPackageError: Dask is wanted and not installed.
+        """
+        if self.workers is None and self.scheduler is None:
+            return process_pool(self.processes or os.cpu_count() or 1, function, shared, sources)
+        try:
+            from tendon_mj.tasks.dask_pool import dask_pool
+        except ImportError as error:
+            raise MissingPackageError(
+                f"--workers and --scheduler need Dask ({error}); pip install 'tendon-mj[cluster]'"
+            ) from None
+        return dask_pool(self.workers, self.scheduler, function, shared, sources)
+
+    def __str__(self) -> str:
+        if self.scheduler is not None:
+            return f"the scheduler at {self.scheduler}"
+        if self.workers is not None:
+            return f"{self.workers} local worker{'s' if self.workers > 1 else ''} of Dask"
+        count = self.processes or os.cpu_count() or 1
+        return f"{count} process{'es' if count > 1 else ''}"

@@ -1,0 +1,68 @@
+"""The command `sweep` from its arguments to its files."""
+
+import json
+
+import pytest
+
+from tendon_mj.builders.load import example_recording
+from tendon_mj.cli import main
+from tendon_mj.recordings import read_table
+
+pytest.importorskip("pyarrow", reason="the extra tendon-mj[parquet] is not installed")
+
+BENCH = ["sweep", "bench", "--processes", "1"]
+VARIED = ["--parameter", "sheath.friction=0.05:0.3:3", "environment.stiffness=9.9e3:1.01e4"]
+
+
+def test_a_sweep_has_a_table_a_picture_and_says_what_matters(tmp_path, capsys):
+    options = ["--duration", "0.3", "--draws", "4", "--outputs", "output_tension"]
+    assert main([*BENCH, *VARIED, *options, "--out", str(tmp_path)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "12 rollouts" in said
+    assert "of its variance follows sheath.friction; all stayed stable." in said
+    result = json.loads((tmp_path / "result.json").read_text("utf-8"))
+    assert result["rollouts"] == 12
+    assert result["outputs"]["output_tension.max"]["share_of_variance"].keys() == {
+        "sheath.friction",
+        "environment.stiffness",
+    }
+    assert {"rollouts", "sweep.png", "table.csv"} == set(result["files"])
+    assert len((tmp_path / "table.csv").read_text().splitlines()) == 13
+    assert (tmp_path / "sweep.png").stat().st_size > 10_000
+    options[3] = "5"
+    assert main([*BENCH, *VARIED, *options, "--out", str(tmp_path)]) == 2
+    assert "draws is 4 there and 5 here" in " ".join(capsys.readouterr().err.split())
+    assert (tmp_path / "result.json").exists()  # nothing was touched
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--parameter", "sheath.fricton=0.1,0.2"], "did you mean 'sheath.friction'"),
+        ([*VARIED, "--workers", "2", "--scheduler", "tcp://a:1"], "give one of them"),
+        ([*VARIED, "--motion", "nowhere.csv"], "no such file"),
+        ([*VARIED, "--outputs", "output_force"], "did you mean 'output_tension'"),
+        ([*VARIED, "--duration", "1", "--recording", str(example_recording())], "give one of them"),
+    ],
+)
+def test_refusals_are_one_line_and_come_before_anything_is_written(options, said, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["sweep", "bench", *options, "--out", str(out)]) == 2
+    error = capsys.readouterr().err
+    assert said in " ".join(error.split())
+    assert "Traceback" not in error
+    assert not out.exists()
+
+
+def test_a_recording_s_sweep_tells_the_error(tmp_path):
+    table = read_table(example_recording())
+    rows = [",".join(table)]
+    rows += [",".join(map(repr, map(float, row))) for row in zip(*table.values(), strict=True)]
+    (tmp_path / "short.csv").write_text("\n".join(rows[:60]) + "\n")
+    toml = example_recording().with_suffix(".toml").read_text("utf-8")
+    (tmp_path / "short.toml").write_text(toml)
+    arguments = ["--recording", str(tmp_path / "short.csv"), "--outputs", "*.error"]
+    varied = ["--parameter", "sheath.friction=0.1,0.15,0.2"]
+    assert main([*BENCH, *varied, *arguments, "--out", str(tmp_path / "out")]) == 0
+    outputs = json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))["outputs"]
+    assert all(name.endswith(".error") for name in outputs)

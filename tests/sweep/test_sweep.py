@@ -1,0 +1,159 @@
+"""Laws of a sweep: each rollout is its own single run, wherever and in whatever company it runs."""
+
+import dataclasses
+import importlib
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj.builders.load import example_recording, load_model
+from tendon_mj.errors import InvalidValueError, RecordingError
+from tendon_mj.recordings import read_recording
+from tendon_mj.replay import Simulator, replay_error, replay_recording
+from tendon_mj.sweep import Sweep, motion_recording, run_sweep
+from tendon_mj.sweep.rollouts import FAILED
+from tendon_mj.sweep.run_sweep import batch_size
+from tendon_mj.tasks import Workers
+
+VARIED = (
+    "flexor.friction=0.05:0.3",
+    "mcp.armature=1e-5:1e-4",  # changes what MuJoCo computes from a model before it runs
+    "pip.mass=0.004:0.01",
+    "flexor_sheath.drawn_bend=2:4",
+    "flexor_angle.command_scale=0.9:1.1",
+    "extensor_angle.command_delay=0:0.02",
+    "mcp_angle.lag=0:0.01",
+    "gravity.z=-9.81:0",
+)
+
+
+@pytest.fixture(scope="module")
+def finger():
+    return load_model("finger")
+
+
+def finger_sweep(model, *varied, duration=0.06, **options):
+    recording = motion_recording("finger", model, "tap", duration)
+    return Sweep(model, recording, varied, settle=0.02, **options)
+
+
+def test_each_rollout_is_its_own_single_run_to_the_bit(finger):
+    sweep = finger_sweep(finger, *VARIED, draws=6, seed=4)
+    table = sweep.rollouts.of(sweep.batch(0, 6))
+    recording = sweep.rollouts.recording
+    single = Simulator([recording], finger, settle=0.02, threads=1)
+    values = sweep.design.values(0, 6)
+    targets = [axis.targets[0] for axis in sweep.axes]
+    for k in reversed(range(6)):
+        ((series,),) = single([dict(zip(targets, values[k].tolist(), strict=True))])
+        for column, measured in recording.measured.items():
+            assert table[f"{measured.sensor}.final"][k] == series[column][-1]
+            assert table[f"{measured.sensor}.max"][k] == series[column].max()
+    assert len(np.unique(table["flexor_output_tension.final"])) == 6
+
+
+def test_numbers_depend_on_neither_processes_nor_batches_and_a_run_goes_on(
+    finger, tmp_path, monkeypatch
+):
+    pytest.importorskip("pyarrow", reason="the extra tendon-mj[parquet] is not installed")
+    module = importlib.import_module("tendon_mj.sweep.run_sweep")
+    monkeypatch.setattr(module, "batch_size", lambda seconds, rollouts: 5)
+    sweep = finger_sweep(finger, "*.friction=0.05:0.3", "mcp.damping=0:0.01:2", draws=8)
+    found = run_sweep(sweep, tmp_path, on=Workers(processes=2))
+    whole = sweep.rollouts.of(sweep.batch(0, sweep.design.rollouts))
+    table = found.table.read()
+    assert table.keys() == whole.keys()
+    for name, column in whole.items():
+        assert (table[name] == column).all()
+    lost, *kept = sorted((tmp_path / "rollouts").glob("*.parquet"))
+    lost.unlink()
+    before = {path: path.stat().st_mtime_ns for path in kept}
+    said = []
+    run_sweep(sweep, tmp_path, on=Workers(processes=1), progress=lambda *a: said.append(a[1:]))
+    assert {path: path.stat().st_mtime_ns for path in kept} == before
+    assert (found.table.read()["mcp.damping"] == whole["mcp.damping"]).all()
+    assert said == [(15, 16), (16, 16)]
+    other = finger_sweep(finger, "*.friction=0.05:0.3", "mcp.damping=0:0.01:2", draws=8, seed=3)
+    with pytest.raises(InvalidValueError, match="seed is 0 there and 3 here; give another --out"):
+        run_sweep(other, tmp_path)
+    heavy = load_model("finger")
+    heavy.body("pip").mass *= 2
+    other = finger_sweep(heavy, "*.friction=0.05:0.3", "mcp.damping=0:0.01:2", draws=8)
+    with pytest.raises(InvalidValueError, match=r"model finger is \w+ there and \w+ here"):
+        run_sweep(other, tmp_path)
+
+
+def test_the_error_of_a_recording_is_that_of_its_replay():
+    recording = read_recording(example_recording())
+    short = dataclasses.replace(
+        recording,
+        time=recording.time[:60],
+        columns={name: values[:60] for name, values in recording.columns.items()},
+    )
+    model = load_model(recording.model)
+    sweep = Sweep(model, short, ["sheath.friction=0.1,0.2"], measured=True, outputs=["*.error"])
+    table = sweep.rollouts.of(sweep.batch(0, 2))
+    for k, friction in enumerate((0.1, 0.2)):
+        replayed = replay_recording(short, model, parameters={"sheath.friction": friction})
+        for column, misfit in replay_error(short, replayed).items():
+            sensor = short.measured[column].sensor
+            assert table[f"{sensor}.error"][k] == pytest.approx(misfit.rmse, rel=1e-12)
+
+
+def test_a_rollout_that_becomes_unstable_is_nan_and_the_next_is_not():
+    model = load_model("bench")
+    recording = motion_recording("bench", model, None, 0.1)
+    sweep = Sweep(
+        model, recording, ["environment.stiffness=1e12,1e4,1e12"], outputs=["output_tension.max"]
+    )
+    table = sweep.rollouts.of(sweep.batch(0, 3))
+    alone = Sweep(
+        model, recording, ["environment.stiffness=1e4,1e4"], outputs=["output_tension.max"]
+    )
+    assert table[FAILED].tolist() == np.isnan(table["output_tension.max"]).tolist()
+    assert (
+        table["output_tension.max"][1]
+        == alone.rollouts.of(alone.batch(0, 1))["output_tension.max"][0]
+    )
+
+
+@pytest.mark.parametrize(
+    ("varied", "said"),
+    [
+        ("mcp.damping=-1:1", "-1 is below 0, the least that mcp.damping may be"),
+        ("flexor_sheath.static_friction=0.2,0.05", "rollout 1: .*friction"),
+    ],
+)
+def test_values_out_of_range_are_refused_by_name(varied, said, finger):
+    with pytest.raises(InvalidValueError, match=said):
+        (lambda sweep: sweep.rollouts.of(sweep.batch(0, 2)))(finger_sweep(finger, varied))
+
+
+ARM = """
+<mujoco>
+  <worldbody>
+    <body><joint name="elbow" stiffness="1" damping="1"/><geom size=".1" pos=".2 0 0"/></body>
+  </worldbody>
+  <actuator><general name="pull" joint="elbow" gainprm="3" gaintype="affine"/></actuator>
+  <sensor><jointpos name="angle" joint="elbow"/><jointvel joint="elbow"/></sensor>
+</mujoco>"""
+
+
+def test_any_model_moves_as_its_default_motion_has_it():
+    model = mujoco.MjModel.from_xml_string(ARM)
+    sweep = Sweep(model, motion_recording("arm", model, None, 0.2), ["elbow.stiffness=1:4:3"])
+    table = sweep.rollouts.of(sweep.batch(0, 3))
+    assert {name.partition(".")[0] for name in table} >= {"angle"}
+    assert np.ptp(table["angle.rms"]) > 0.0
+    with pytest.raises(InvalidValueError, match="duration = 0"):
+        motion_recording("arm", model, None, 0.0)
+    with pytest.raises(RecordingError, match="no such file"):
+        motion_recording("arm", model, "curl", None)
+
+
+def test_tasks_last_from_a_fifth_of_a_second_to_two():
+    assert batch_size(1e-3, 100_000) == 391  # 256 tasks
+    assert batch_size(1e-3, 100) == 200  # all in one
+    assert batch_size(1e-3, 10**8) == 2000
+    assert batch_size(5.0, 10**6) == 1
