@@ -94,7 +94,7 @@ def _run_all(
             key = rest.pop()
             waiting[pool.submit(key, argument(key))] = key
         finished, _ = wait(waiting, _CHECKED, FIRST_COMPLETED)
-        ended = {future: waiting.pop(future) for future in finished}
+        ended = {f: waiting.pop(f) for f in list(waiting) if f in finished}  # in their order
         failed, lost = dict[str, BaseException](), list[str]()
         for future, key in ended.items():
             error = CancelledError() if future.cancelled() else future.exception()
