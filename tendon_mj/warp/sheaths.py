@@ -72,9 +72,10 @@ class Sheaths:
             check_range(parameter, float(value), "tendon_mj.warp")
         table = self.parameters[parameter].numpy()
         part = table if sheath is None else table[:, self.names.index(sheath)]
-        if np.broadcast_shapes(given.shape, part.shape) != part.shape:
+        try:
+            part[...] = np.broadcast_to(given, part.shape)
+        except ValueError:
             raise InvalidValueError(
                 f"{parameter}: values of shape {given.shape} do not broadcast to {part.shape}"
-            )
-        part[...] = given
+            ) from None
         wp.copy(self.parameters[parameter], wp.array(table, dtype=wp.float32))
