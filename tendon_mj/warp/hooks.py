@@ -51,15 +51,17 @@ def evaluate(m: Any, d: Any, driven: bool) -> None:
     motion.timestep, motion.nv = m.opt.timestep, m.nv
     motion.spring = 0.0 if m.opt.disableflags & _SPRING_OFF else 1.0
     motion.damper = 0.0 if m.opt.disableflags & _DAMPER_OFF else 1.0
-    dim = (len(found.names), d.nworld)
-    wp.launch(solve, dim=dim, inputs=[scene, motion, found.tendons, driven])
-    wp.launch(apply, dim=(m.nv, d.nworld), inputs=[motion, found.tendons, driven, d.qfrc_passive])
+    device = d.qpos.device
+    inputs = [scene, motion, found.tendons, driven]
+    wp.launch(solve, dim=(len(found.names), d.nworld), inputs=inputs, device=device)
+    inputs = [motion, found.tendons, driven, d.qfrc_passive]
+    wp.launch(apply, dim=(m.nv, d.nworld), inputs=inputs, device=device)
 
 
 def show(d: Any, shown: Any) -> None:
     """Write what sensors of sheaths show; ``shown`` as of `shown_numbers`."""
-    dim = (shown.shape[0], d.nworld)
-    wp.launch(measure, dim=dim, inputs=[sheaths_of(d).tendons, shown, d.sensordata])
+    inputs = [sheaths_of(d).tendons, shown, d.sensordata]
+    wp.launch(measure, dim=(shown.shape[0], d.nworld), inputs=inputs, device=d.qpos.device)
 
 
 def _with(struct: Any, *parts: tuple[Any, tuple[str, ...]]) -> Any:

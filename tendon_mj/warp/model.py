@@ -97,10 +97,11 @@ def reset_data(model: Any, data: Any, reset: Any = None) -> None:
         reset: (worlds,) Warp array of bool, which ones; all without.
     """
     mjw.reset_data(model, data, reset)
-    sheaths = sheaths_of(data)
-    worlds = wp.full(data.nworld, True, dtype=wp.bool) if reset is None else reset
+    sheaths, device = sheaths_of(data), data.qpos.device
+    if reset is None:
+        reset = wp.full(data.nworld, True, dtype=wp.bool, device=device)
     dim = (len(sheaths.names), data.nworld)
-    wp.launch(forget, dim=dim, inputs=[sheaths.tendons, worlds])
+    wp.launch(forget, dim=dim, inputs=[sheaths.tendons, reset], device=device)
 
 
 def _with_sheaths(put: Any, model: mujoco.MjModel, data: mujoco.MjData) -> Any:
@@ -108,7 +109,8 @@ def _with_sheaths(put: Any, model: mujoco.MjModel, data: mujoco.MjData) -> Any:
     if found:
         reels = [int(sheath.state["reel_actuator"]) for sheath in found.values()]
         addresses = [int(model.actuator_ctrladr[k]) if k >= 0 else -1 for k in reels]
-        put.tendon_mj = Sheaths(found, addresses, put.nworld)
+        with wp.ScopedDevice(put.qpos.device):
+            put.tendon_mj = Sheaths(found, addresses, put.nworld)
     return put
 
 
