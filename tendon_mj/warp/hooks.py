@@ -17,8 +17,8 @@ from tendon_mj.warp.sheaths import Sheaths
 _SPRING_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value
 _DAMPER_OFF = mujoco.mjtDisableBit.mjDSBL_DAMPER.value
 _TENDONS = ("tendon_adr", "tendon_num", "wrap_type", "wrap_objid")
-_GEOMETRY = ("site_bodyid", "geom_bodyid", "geom_size")
-_POSES = ("geom_xpos", "geom_xmat", "ten_wrapadr", "ten_wrapnum", "wrap_obj", "wrap_xpos")
+_GEOMETRY = ("site_bodyid", "site_pos", "geom_bodyid", "geom_pos", "geom_size")
+_POSES = ("xpos", "xmat", "geom_xmat", "ten_wrapadr", "ten_wrapnum", "wrap_obj", "wrap_xpos")
 _BODIES = ("body_rootid", "body_isdofancestor", "dof_invweight0", "jnt_qposadr", "jnt_dofadr")
 _REST = ("qpos0", "tendon_length0", "tendon_stiffness", "tendon_damping", "tendon_lengthspring")
 _CONTROLS = ("actuator_ctrllimited", "actuator_ctrlrange")

@@ -1,7 +1,11 @@
 """Lengths, bends and spans of a tendon over sites and around spheres and cylinders.
 
-The same as `tendon_mj.engine.sheath_plugin.path`, without pulleys; points come from MuJoCo Warp.
-Where the input is the last site, elements and points come in the reverse of their order.
+The same as `tendon_mj.engine.sheath_plugin.path`, without pulleys. Where the input is the last
+site, elements and points come in the reverse of their order.
+
+Sites and geoms are placed anew, in double precision: a stretch between two of one body would else
+change by what single precision leaves of their places. Tangent points are MuJoCo Warp's; a geom and
+a straight line share what these are wrong by.
 """
 
 import warp as wp
@@ -26,20 +30,18 @@ class Scene:
     wrap_type: wp.array[wp.int32]
     wrap_objid: wp.array[wp.int32]
     site_bodyid: wp.array[wp.int32]
+    site_pos: wp.array2d[wp.vec3]
     geom_bodyid: wp.array[wp.int32]
+    geom_pos: wp.array2d[wp.vec3]
     geom_size: wp.array2d[wp.vec3]
     # of the worlds
-    geom_xpos: wp.array2d[wp.vec3]
+    xpos: wp.array2d[wp.vec3]
+    xmat: wp.array2d[wp.mat33]
     geom_xmat: wp.array2d[wp.mat33]
     ten_wrapadr: wp.array2d[wp.int32]
     ten_wrapnum: wp.array2d[wp.int32]
     wrap_obj: wp.array2d[wp.vec2i]
     wrap_xpos: wp.array2d[wp.spatial_vector]
-
-
-@wp.func
-def _double(v: wp.vec3) -> wp.vec3d:
-    return wp.vec3d(v)
 
 
 @wp.func
@@ -52,8 +54,21 @@ def point_at(wrap_xpos: wp.array2d[wp.spatial_vector], world: int, at: int) -> w
 
 
 @wp.func
-def _point(m: Scene, world: int, at: int) -> wp.vec3d:
-    return _double(point_at(m.wrap_xpos, world, at))
+def _tangent(m: Scene, w: int, at: int) -> wp.vec3d:
+    return wp.vec3d(point_at(m.wrap_xpos, w, at))
+
+
+@wp.func
+def _place(m: Scene, w: int, body: int, at: wp.vec3) -> wp.vec3d:
+    """A point of a body in the world [m]."""
+    return wp.vec3d(m.xpos[w, body]) + wp.mat33d(m.xmat[w, body]) * wp.vec3d(at)
+
+
+@wp.func
+def _site(m: Scene, w: int, element: int) -> wp.vec3d:
+    """The site that is an element of a path, in the world [m]."""
+    site = m.wrap_objid[element]
+    return _place(m, w, m.site_bodyid[site], m.site_pos[w % m.site_pos.shape[0], site])
 
 
 @wp.func
@@ -123,9 +138,9 @@ def _set_no_span(t: Tendons, s: Sheath, j: int, length: wp.float64) -> None:
 
 @wp.func
 def _wrap(
-    m: Scene, t: Tendons, s: Sheath, geom: int, kind: int, at: int, arc: int, j: int
+    m: Scene, t: Tendons, s: Sheath, element: int, at: int, arc: int, j: int
 ) -> tuple[wp.float64, bool]:
-    """Fill in guides and inner segments on a geom that the tendon touches, from segment j on.
+    """Fill in guides and inner segments on a geom behind a site, from segment j on.
 
     Returns:
         Length of the arc before the first guide [m], and behind the last; whether the guides are
@@ -134,19 +149,20 @@ def _wrap(
     w = s.world
     step = t.step[s.index]
     count = t.arc_guides[s.index]
+    geom = m.wrap_objid[element + step]
     into = wp.transpose(wp.mat33d(m.geom_xmat[w, geom]))
-    centre = _double(m.geom_xpos[w, geom])
+    centre = _place(m, w, m.geom_bodyid[geom], m.geom_pos[w % m.geom_pos.shape[0], geom])
     radius = wp.float64(m.geom_size[w % m.geom_size.shape[0], geom][0])
-    first, second = _point(m, w, at + step), _point(m, w, at + 2 * step)
+    first, second = _tangent(m, w, at + step), _tangent(m, w, at + 2 * step)
     p, q = into * (first - centre), into * (second - centre)
-    u = into * (first - _point(m, w, at))
-    v = into * (_point(m, w, at + 3 * step) - second)
+    u = into * (first - _site(m, w, element))
+    v = into * (_site(m, w, element + 2 * step) - second)
     length = wp.float64(0.0)
     turn = wp.float64(0.0)
     if wp.length(q - p) <= wp.float64(1e-6) * radius:
         turn = _angle(u, v)  # inside the geom, or just touching
     else:
-        length, turn = _arc(kind, radius, p, q, u)
+        length, turn = _arc(m.wrap_type[element + step], radius, p, q, u)
     there = wp.float64(0.0)
     back = wp.float64(0.0)
     jumped = not t.touched[arc, w]
@@ -220,32 +236,35 @@ def trace_path(m: Scene, t: Tendons, s: Sheath) -> None:
         t.angle[s.guide + j, w] = wp.float64(0.0)
         j += 1
     while step * (end - element) > 0:
-        kind = m.wrap_type[element + step]
         near = m.site_bodyid[m.wrap_objid[element]]
-        goes = _point(m, w, at + step) - _point(m, w, at)
+        over_site = m.wrap_type[element + step] == _SITE
+        behind = element + wp.where(over_site, step, 2 * step)  # the next site
+        far = m.site_bodyid[m.wrap_objid[behind]]
+        geom = m.wrap_objid[element + step]
+        touches = not over_site and m.wrap_obj[w, (at + step) // 2][(at + step) % 2] == geom
+        ahead = _site(m, w, behind)
+        if touches:
+            ahead = _tangent(m, w, at + step)
+        goes = ahead - _site(m, w, element)
         if bends:
             t.angle[s.guide + j - 1, w] = _angle(came, goes)
         if wp.length(goes) > _ZERO:
             came = goes
-        if kind == _SITE:
-            far = m.site_bodyid[m.wrap_objid[element + step]]
+        if over_site:
             _set_span(t, s, j, wp.length(goes), at, step, near, far)
-            element += step
             at += step
         else:
-            geom = m.wrap_objid[element + step]
-            far = m.site_bodyid[m.wrap_objid[element + 2 * step]]
             count = t.arc_guides[s.index]
             begins = int(j)
             jumped = bool(False)
-            if m.wrap_obj[w, (at + step) // 2][(at + step) % 2] == geom:
+            if touches:
                 drum = m.geom_bodyid[geom]
-                half, moved = _wrap(m, t, s, geom, kind, at, arc, j)
+                half, moved = _wrap(m, t, s, element, at, arc, j)
                 jumped = moved
                 _set_span(t, s, j, wp.length(goes) + half, at, step, near, drum)
                 j += count
                 leaves = at + 2 * step
-                left = _point(m, w, at + 3 * step) - _point(m, w, leaves)
+                left = _site(m, w, behind) - _tangent(m, w, leaves)
                 _set_span(t, s, j, wp.length(left) + half, leaves, step, drum, far)
                 if wp.length(left) > _ZERO:
                     came = left
@@ -261,7 +280,7 @@ def trace_path(m: Scene, t: Tendons, s: Sheath) -> None:
             if jumped and t.started[s.index, w]:
                 _hand_over(t, s, begins)
             arc += 1
-            element += 2 * step
+        element = int(behind)
         bends = element != end
         if bends:
             j += 1
