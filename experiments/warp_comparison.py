@@ -1,10 +1,10 @@
-"""`python -m experiments.warp_comparison [MODEL.xml…]`: sheaths on MuJoCo Warp beside the plugin's.
+"""`python -m experiments.warp_comparison [MODEL…]`: sheaths on MuJoCo Warp beside the plugin's.
 
-Bench, finger and the given models run on both engines with the same smooth random controls. To a
-given model friction is added on every tendon that an actuator pulls, at one axial stiffness after
-the other. What the engines themselves differ by is measured on the same model without sheaths: on
-bench and finger tendons are MuJoCo's springs then, of the same stiffness, and a model without
-controls is pushed at its joints.
+`bench`, `finger` and models in files run on both engines with the same smooth random controls. To a
+model in a file friction is added on every tendon that an actuator pulls, at one axial stiffness
+after the other. What the engines themselves differ by is measured on the same model without
+sheaths: on bench and finger tendons are MuJoCo's springs then, of the same stiffness, and a model
+without controls is pushed at its joints.
 """
 
 from __future__ import annotations
@@ -38,7 +38,10 @@ except ImportError as error:
 
 Array = NDArray[np.float64]
 
-_REEL = 5e-4  # amplitude of the bench's reel [m]
+_AMPLITUDES = {
+    "bench": 5e-4,
+    "finger": 1.0,
+}  # of the reel [m]; of the controls over half their range
 _PUSH = 20.0  # force on the joints of a model without controls [N]
 
 
@@ -59,7 +62,7 @@ class Pair(NamedTuple):
 
 
 def warp_comparison(
-    models: Annotated[tuple[Path, ...], tyro.conf.Positional] = (),
+    models: Annotated[tuple[str, ...], tyro.conf.Positional] = ("bench", "finger"),
     out: Path = Path("out/warp_comparison"),
     friction: float = 0.15,
     stiffness: tuple[float, ...] = (1e5,),
@@ -70,7 +73,7 @@ def warp_comparison(
     """Compare sheaths on MuJoCo Warp with the plugin's, in single precision.
 
     Args:
-        models: MJCF files.
+        models: bench, finger, or MJCF files.
         out: folder for result.json.
         friction: mu of every sheath of a given model.
         stiffness: axial stiffnesses EA in N of these, after the one that is chosen without any.
@@ -80,9 +83,12 @@ def warp_comparison(
     """
     wp.config.quiet = True
     output = Output(out)
-    pairs = [_own("bench", _REEL), _own("finger", 1.0)]
-    for path in models:
-        pairs += [_given(path, friction, ea) for ea in (None, *stiffness)]
+    pairs: list[Pair] = []
+    for model in models:
+        if model in _AMPLITUDES:
+            pairs.append(_own(model, _AMPLITUDES[model]))
+        else:
+            pairs += [_given(Path(model), friction, ea) for ea in (None, *stiffness)]
     rows: list[dict[str, Any]] = []
     with progress_bar() as progress:
         for number, pair in enumerate(pairs):
