@@ -1,4 +1,4 @@
-"""Train a policy in 256 worlds at once, each with a friction of its own, on MuJoCo Warp.
+"""Train a policy in 128 worlds at once, each with a friction of its own, on MuJoCo Warp.
 
 A motor bends a knuckle through a sheath. The policy sets its pull from the angle that is missing,
 its sum and the speed; the cross-entropy method tries each drawn policy in worlds of 8 frictions.
@@ -25,7 +25,7 @@ MODEL = """<mujoco>
     <site site="knuckle"/><site site="link"/></spatial></tendon>
   <actuator><motor name="pull" tendon="flexor" ctrlrange="-30 0"/></actuator>
 </mujoco>"""
-POLICIES, ELITE, GENERATIONS, STEPS, WANTED = 32, 6, 4, 80, 0.4  # the last an angle [rad]
+POLICIES, ELITE, GENERATIONS, STEPS, WANTED = 16, 4, 3, 60, 0.4  # the last an angle [rad]
 model = tendon_mj.add_friction(mujoco.MjSpec.from_string(MODEL), "flexor", friction=0.1).compile()
 m = tendon_mj.warp.put_model(model)
 

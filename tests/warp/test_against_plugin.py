@@ -8,7 +8,7 @@ from tendon_mj import remove_friction
 from tests.engine.given_models import GIVEN, sheathed
 from tests.warp.models import controls, fingers, fingers_xml, mjw, put, step, tensions, tw
 
-STEPS = 120
+STEPS = 80
 OF_RANGE = 1e-3  # largest difference of a tension over the range of all
 
 
