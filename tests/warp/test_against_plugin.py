@@ -93,6 +93,20 @@ def test_without_friction_a_driven_tendon_moves_as_mujoco_warp_s_own():
     np.testing.assert_allclose(d.qpos.numpy(), stock_d.qpos.numpy(), atol=1e-6)
 
 
+def test_a_control_between_the_halves_of_a_step_drives_a_tendon_in_that_step():
+    model = fingers(kinds=("drum",))
+    m, whole = put(model)
+    halves = tw.make_data(model)
+    for control in controls(model, 10):
+        step(m, whole, control)
+        mjw.step1(m, halves)
+        halves.ctrl.assign(control[None])
+        mjw.step2(m, halves)
+    pulled = tw.sheaths_of(whole).tension.numpy()
+    assert pulled.max() > 0.1
+    np.testing.assert_allclose(tw.sheaths_of(halves).tension.numpy(), pulled, rtol=1e-4)
+
+
 @pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")  # of guides on the last body
 @pytest.mark.parametrize("name", GIVEN[:1])
 def test_a_model_of_others_has_the_plugin_s_tensions(name):
