@@ -11,7 +11,7 @@ from experiments.warp_comparison import warp_comparison  # noqa: E402
 
 
 def test_the_bench_agrees_to_a_thousandth_of_its_tensions(tmp_path):
-    warp_comparison(("bench",), out=tmp_path, duration=0.02, worlds=2, rounds=1)
+    warp_comparison(("bench",), out=tmp_path, duration=0.01, worlds=2, rounds=1)
     (row,) = json.loads((tmp_path / "result.json").read_text())["rows"]
     assert row["model"] == "bench"
     assert 0.0 < row["rms"] <= row["largest"] < 1e-3
