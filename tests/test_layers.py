@@ -27,6 +27,7 @@ LAYERS = {
     "replay": 5,
     "builders": 4,
     "attach": 3,
+    "warp": 3,
     "engine": 2,
     "abi": 1,
     "sheath": 1,

@@ -13,7 +13,8 @@ import tendon_mj
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-APART = {"tendon_mj.environment"}  # needs the extra of dm-control, and has a page of its own
+# packages that need an extra, and have a page of their own
+APART = {"tendon_mj.environment", "tendon_mj.warp"}
 
 
 @pytest.mark.parametrize("name", tendon_mj.__all__)

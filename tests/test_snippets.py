@@ -43,6 +43,8 @@ def blocks(language):
 
 @pytest.mark.parametrize("code", list(blocks("python")))
 def test_python_snippet_runs(code, tmp_path, monkeypatch, capsys):
+    if "mujoco_warp" in code:
+        pytest.importorskip("mujoco_warp", reason="the extra `warp` is not installed")
     (tmp_path / "hand.xml").write_text(FINGER.format(""))
     monkeypatch.chdir(tmp_path)
     names = {}

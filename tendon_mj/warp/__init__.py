@@ -1,0 +1,21 @@
+"""Sheaths on MuJoCo Warp: thousands of worlds at once, on a GPU or, slowly, on the CPU."""
+
+from __future__ import annotations
+
+from tendon_mj.errors import MissingPackageError
+
+try:
+    from tendon_mj.warp.hooks import sheaths_of as sheaths_of
+    from tendon_mj.warp.model import make_data as make_data
+    from tendon_mj.warp.model import put_data as put_data
+    from tendon_mj.warp.model import put_model as put_model
+    from tendon_mj.warp.model import reset_data as reset_data
+    from tendon_mj.warp.sheaths import Sheaths as Sheaths
+except ModuleNotFoundError as error:
+    package = str(error.name).partition(".")[0]
+    if package not in ("warp", "mujoco_warp"):
+        raise
+    raise MissingPackageError(
+        f"tendon_mj.warp needs {package}, which is not installed: pip install 'tendon-mj[warp]'",
+        name=package,
+    ) from None

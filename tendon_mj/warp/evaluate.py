@@ -1,0 +1,236 @@
+"""Kernels: tensions of every sheath of every world, and the forces on the degrees of freedom.
+
+An evaluation starts from the committed state. It leaves its result on trial, which the next
+evaluation commits once time has gone on: stepping needs no call of its own for that, and evaluating
+twice in a step does no harm. Where time has gone back the world was reset, and the tendon is laid
+anew.
+"""
+
+import warp as wp
+
+from tendon_mj.warp.motion import Motion, input_force, reeled, span_jacobian, wound
+from tendon_mj.warp.path import Scene, trace_path
+from tendon_mj.warp.segment_law import held
+from tendon_mj.warp.solver import solve_flow
+from tendon_mj.warp.tendons import Sheath, Tendons, sheath_at
+
+wp.set_module_options({"enable_backward": False})
+
+_ZERO = wp.constant(wp.float64(0.0))
+_ONE = wp.constant(wp.float64(1.0))
+_STIFF, _SOFTEST = wp.constant(wp.float64(1e6)), wp.constant(wp.float64(1e2))  # see `driven`
+
+
+@wp.func
+def _commit(t: Tendons, s: Sheath) -> None:
+    """Make the step on trial the committed state."""
+    k, w = s.index, s.world
+    last = s.segment + s.guides
+    arc = int(t.first_arc[k])
+    behind = wp.where(k + 1 < t.first_arc.shape[0], t.first_arc[k + 1], t.touched.shape[0])
+    while arc < behind:
+        t.touched[arc, w] = t.trial_touches[arc, w]
+        t.near_tangent[arc, w] = t.trial_near[arc, w]
+        t.far_tangent[arc, w] = t.trial_far[arc, w]
+        arc += 1
+    t.stored[s.segment, w] -= t.trial_wound_in[k, w] - t.wound_in[k, w]
+    t.stored[last, w] -= t.trial_wound_out[k, w] - t.wound_out[k, w]
+    t.wound_in[k, w] = t.trial_wound_in[k, w]
+    t.wound_out[k, w] = t.trial_wound_out[k, w]
+    for i in range(s.guides):
+        guide = s.guide + i
+        flow = t.flow[guide, w]
+        passed = flow + t.shift[guide, w]
+        t.stored[s.segment + i, w] += passed
+        t.stored[s.segment + i + 1, w] -= passed
+        t.previous_slip[guide, w] = wp.where(flow != _ZERO, t.slip[guide, w], 0)
+    for j in range(s.guides + 1):
+        t.before[s.segment + j, w] = t.tension[s.segment + j, w]
+    if s.given:  # the input takes in or spares what its tension says
+        t.stored[s.segment, w] = held(t, s, 0, t.tension[s.segment, w])
+    t.has_trial[k, w] = False
+
+
+@wp.func
+def _let_guides_yield(b: Motion, t: Tendons, s: Sheath, ea: wp.float64) -> None:
+    """Let the guides of a driven tendon yield by what makes a step resolve its stretches."""
+    w = s.world
+    h = wp.float64(b.timestep[w % b.timestep.shape[0]])
+    for j in range(s.guides + 1):
+        row = s.segment + j
+        mobility = wp.float64(0.0)
+        for dof in range(b.nv):
+            slope = wp.float64(span_jacobian(b, t, row, w, dof))
+            inverse = b.dof_invweight0[w % b.dof_invweight0.shape[0], dof]
+            mobility += slope * slope * wp.float64(inverse)
+        length = t.length[row, w]
+        yields = wp.max(ea * h * h * mobility, ea / _STIFF * length)
+        yields = wp.min(yields, ea / _SOFTEST * length) - length
+        t.give[row, w] = wp.max(_ZERO, yields)
+
+
+@wp.func
+def _lay(b: Motion, t: Tendons, s: Sheath, ea: wp.float64, tau: wp.float64) -> None:
+    """Lay the tendon along its path: under τ where that is given, else with the length it has."""
+    k, w = s.index, s.world
+    total = wp.float64(0.0)
+    for j in range(s.guides + 1):
+        total += t.length[s.segment + j, w]
+    strain = tau
+    unstretched = wp.float64(0.0)
+    if not s.given:
+        length0 = b.tendon_length0[w % b.tendon_length0.shape[0], t.tendon[k]]
+        unstretched = wp.float64(length0) / (_ONE + wp.float64(t.pretension[w, k]) / ea)
+        t.wound_in[k, w] = wound(b, t.reel_joint[k], t.reel_radius[k], w)
+        t.wound_out[k, w] = wound(b, t.output_joint[k], t.output_radius[k], w)
+        unstretched -= t.wound_in[k, w] + t.wound_out[k, w]
+        strain = total / unstretched - _ONE
+    for j in range(s.guides + 1):
+        row = s.segment + j
+        t.stored[row, w] = held(t, s, j, strain)
+        if not s.given:
+            t.stored[row, w] = t.length[row, w] * unstretched / total
+        t.before[row, w] = strain
+    for i in range(s.guides):
+        t.previous_slip[s.guide + i, w] = 0
+    t.started[k, w] = True
+
+
+@wp.func
+def _update_ratios(t: Tendons, s: Sheath, ea: wp.float64) -> None:
+    """Bring the ratios that the guides can hold up to date."""
+    k, w = s.index, s.world
+    sliding = wp.float64(t.friction[w, k])
+    static = wp.max(sliding, wp.float64(t.static_friction[w, k]))
+    more = wp.float64(t.extra_bend[w, k]) / t.sharing[k]
+    constant = wp.float64(t.constant_friction[w, k]) / (t.sharing[k] * ea)
+    for i in range(s.guides):
+        row = s.guide + i
+        bend = t.angle[row, w]
+        t.constant[row, w] = wp.float64(0.0)
+        if not t.is_on_arc[row, w]:
+            bend = wp.max(_ZERO, bend + more)
+            t.constant[row, w] = constant
+        t.dynamic_ratio[row, w] = wp.exp(sliding * bend)
+        t.static_ratio[row, w] = wp.exp(static * bend)
+
+
+@wp.func
+def _forget(t: Tendons, s: Sheath) -> None:
+    """Forget how the tendon lay."""
+    k, w = s.index, s.world
+    t.started[k, w] = False
+    t.has_trial[k, w] = False
+    t.unsolved[w, k] = 0
+    t.wound_in[k, w] = wp.float64(0.0)
+    t.wound_out[k, w] = wp.float64(0.0)
+    behind = wp.where(k + 1 < t.first_arc.shape[0], t.first_arc[k + 1], t.touched.shape[0])
+    for arc in range(t.first_arc[k], behind):
+        t.touched[arc, w] = False
+    for j in range(s.guides + 1):
+        t.give[s.segment + j, w] = wp.float64(0.0)
+
+
+@wp.kernel
+def forget(t: Tendons, worlds: wp.array[wp.bool]) -> None:
+    """Forget how the tendons lay in some worlds; threads (sheaths, worlds)."""
+    k, w = wp.tid()
+    if worlds[w]:
+        _forget(t, sheath_at(t, k, w))
+
+
+@wp.kernel
+def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
+    """Tensions of the sheaths that are driven, or of the others; threads (sheaths, worlds)."""
+    k, w = wp.tid()
+    if t.driven[k] != driven:
+        return
+    s = sheath_at(t, k, w)
+    now = b.time[w]
+    if t.has_trial[k, w]:
+        if now > t.trial_time[k, w]:
+            _commit(t, s)
+        elif now < t.trial_time[k, w]:
+            _forget(t, s)
+    trace_path(m, t, s)
+    ea = wp.float64(t.axial_stiffness[w, k])
+    tau = wp.float64(0.0)
+    if driven:
+        force = input_force(b, t.tendon[k], w)
+        if not wp.isfinite(force):
+            t.unsolved[w, k] += 1
+            t.has_trial[k, w] = False
+            for j in range(s.guides + 1):
+                t.pull[s.segment + j, w] = wp.float64(0.0)
+            return
+        tau = wp.max(_ZERO, -force) / ea
+    if not t.started[k, w]:
+        if driven:
+            _let_guides_yield(b, t, s, ea)
+        _lay(b, t, s, ea, tau)
+    _update_ratios(t, s, ea)
+    wound_in = wound(b, t.reel_joint[k], t.reel_radius[k], w) + reeled(b, t.reel[k], w)
+    wound_out = wound(b, t.output_joint[k], t.output_radius[k], w)
+    for j in range(s.guides + 1):
+        t.kept[s.segment + j, w] = t.stored[s.segment + j, w]
+        t.tension[s.segment + j, w] = t.before[s.segment + j, w]
+    for i in range(s.guides):
+        t.kept[s.segment + i, w] += t.shift[s.guide + i, w]
+        t.kept[s.segment + i + 1, w] -= t.shift[s.guide + i, w]
+    last = s.segment + s.guides
+    if driven:
+        t.tension[s.segment, w] = tau
+    else:
+        t.kept[s.segment, w] -= wound_in - t.wound_in[k, w]
+        t.kept[last, w] -= wound_out - t.wound_out[k, w]
+    finite = wp.isfinite(wound_in + wound_out)
+    solved = bool(False)
+    if finite:
+        solved = solve_flow(t, s)
+    if not solved:
+        t.unsolved[w, k] += 1
+    if not (finite and wp.isfinite(t.tension[last, w])):
+        t.has_trial[k, w] = False
+        for j in range(s.guides + 1):
+            t.pull[s.segment + j, w] = wp.float64(0.0)
+        t.reel_torque[k, w] = wp.float64(0.0)
+        t.output_torque[k, w] = wp.float64(0.0)
+        return
+    for j in range(s.guides + 1):
+        row = s.segment + j
+        t.pull[row, w] = ea * (t.tension[row, w] - tau)
+        t.tension_out[w, row] = wp.float32(ea * t.tension[row, w])
+    t.input_tension[w, k] = t.tension_out[w, s.segment]
+    t.output_tension[w, k] = t.tension_out[w, last]
+    first, final = t.tension[s.segment, w], t.tension[last, w]
+    half = wp.float64(0.5)
+    t.reel_torque[k, w] = t.reel_radius[k] * ea * first * (_ONE + half * first)
+    t.output_torque[k, w] = t.output_radius[k] * ea * final * (_ONE + half * final)
+    t.trial_wound_in[k, w] = wound_in
+    t.trial_wound_out[k, w] = wound_out
+    t.trial_time[k, w] = now
+    t.has_trial[k, w] = True
+
+
+@wp.kernel
+def apply(b: Motion, t: Tendons, driven: bool, qfrc: wp.array2d[wp.float32]) -> None:
+    """Add the forces of the sheaths that are driven, or of the others; threads (dofs, worlds).
+
+    A thread adds up what acts on its degree of freedom, always in the same order.
+    """
+    dof, w = wp.tid()
+    total = wp.float64(0.0)
+    for k in range(t.tendon.shape[0]):
+        if t.driven[k] == driven:
+            for j in range(t.guides[k] + 1):
+                row = t.first_segment[k] + j
+                pull = t.pull[row, w]
+                if pull != _ZERO:
+                    total -= pull * wp.float64(span_jacobian(b, t, row, w, dof))
+            if t.reel_joint[k] >= 0:
+                if b.jnt_dofadr[t.reel_joint[k]] == dof:
+                    total -= t.reel_torque[k, w]
+            if t.output_joint[k] >= 0:
+                if b.jnt_dofadr[t.output_joint[k]] == dof:
+                    total -= t.output_torque[k, w]
+    qfrc[w, dof] += wp.float32(total)

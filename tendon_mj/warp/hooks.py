@@ -1,0 +1,72 @@
+"""What MuJoCo Warp calls within a step: it launches kernels and waits for nothing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import warp as wp
+
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.warp.evaluate import apply, solve
+from tendon_mj.warp.measure import measure
+from tendon_mj.warp.motion import Motion
+from tendon_mj.warp.path import Scene
+from tendon_mj.warp.sheaths import Sheaths
+
+_SPRING_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value
+_DAMPER_OFF = mujoco.mjtDisableBit.mjDSBL_DAMPER.value
+_TENDONS = ("tendon_adr", "tendon_num", "wrap_type", "wrap_objid")
+_GEOMETRY = ("site_bodyid", "site_pos", "geom_bodyid", "geom_pos", "geom_size")
+_POSES = ("xpos", "xmat", "geom_xmat", "ten_wrapadr", "ten_wrapnum", "wrap_obj", "wrap_xpos")
+_BODIES = ("body_rootid", "body_isdofancestor", "dof_invweight0", "jnt_qposadr", "jnt_dofadr")
+_REST = ("qpos0", "tendon_length0", "tendon_stiffness", "tendon_damping", "tendon_lengthspring")
+_CONTROLS = ("actuator_ctrllimited", "actuator_ctrlrange")
+_ACTUATORS = ("nactuator", "actuator_trntype", "actuator_trnid", "actuator_gear")
+_MOTION = ("time", "qpos", "ctrl", "ten_length", "ten_velocity", "actuator_force")
+_FRAMES = ("subtree_com", "cdof", "wrap_xpos")
+
+
+def sheaths_of(data: Any) -> Sheaths:
+    """Sheaths of the worlds in data that `put_data` or `make_data` made.
+
+    Raises:
+        InvalidValueError: data made otherwise, which have none.
+    """
+    found = getattr(data, "tendon_mj", None)
+    if not isinstance(found, Sheaths):
+        raise InvalidValueError(
+            "these data have no sheaths: make them by tendon_mj.warp.make_data or put_data, of a "
+            "model that has some"
+        )
+    return found
+
+
+def evaluate(m: Any, d: Any, driven: bool) -> None:
+    """Solve the sheaths that are driven, or the others, and add their forces."""
+    found = sheaths_of(d)
+    scene = _with(Scene(), (m, _TENDONS), (m, _GEOMETRY), (d, _POSES))
+    motion = _with(Motion(), (m, _BODIES), (m, _REST), (m, _CONTROLS), (m, _ACTUATORS))
+    _with(motion, (d, _MOTION), (d, _FRAMES))
+    motion.timestep, motion.nv = m.opt.timestep, m.nv
+    motion.spring = 0.0 if m.opt.disableflags & _SPRING_OFF else 1.0
+    motion.damper = 0.0 if m.opt.disableflags & _DAMPER_OFF else 1.0
+    device = d.qpos.device
+    inputs = [scene, motion, found.tendons, driven]
+    wp.launch(solve, dim=(len(found.names), d.nworld), inputs=inputs, device=device)
+    inputs = [motion, found.tendons, driven, d.qfrc_passive]
+    wp.launch(apply, dim=(m.nv, d.nworld), inputs=inputs, device=device)
+
+
+def show(d: Any, shown: Any) -> None:
+    """Write what sensors of sheaths show; ``shown`` as of `shown_numbers`."""
+    inputs = [sheaths_of(d).tendons, shown, d.sensordata]
+    wp.launch(measure, dim=(shown.shape[0], d.nworld), inputs=inputs, device=d.qpos.device)
+
+
+def _with(struct: Any, *parts: tuple[Any, tuple[str, ...]]) -> Any:
+    """Struct with the named fields of a model or of data."""
+    for source, names in parts:
+        for name in names:
+            setattr(struct, name, getattr(source, name))
+    return struct

@@ -1,0 +1,132 @@
+"""Models with sheaths on MuJoCo Warp: what goes to the device, and the hooks that solve sheaths.
+
+MuJoCo Warp runs no plugins. A copy of the model goes there in which a reel is an actuator without
+force and a sheath's sensor one of the user's. The sheaths are solved by kernels of ours: those that
+are wound where passive forces are computed, and those that actuators drive as soon as these have
+their forces, both before accelerations are. Nothing of it waits for the device.
+"""
+
+from __future__ import annotations
+
+import copy
+import inspect
+from typing import Any
+
+import mujoco
+import mujoco_warp as mjw
+import warp as wp
+
+from tendon_mj.abi.layout import read_layout
+from tendon_mj.abi.memory import set_integer
+from tendon_mj.warp.evaluate import forget
+from tendon_mj.warp.hooks import evaluate, sheaths_of, show
+from tendon_mj.warp.sensors import sensors_of_sheaths, shown_numbers
+from tendon_mj.warp.sheaths import Sheaths
+from tendon_mj.warp.simulated import Simulated, simulated_sheaths
+from tendon_mj.warp.support import check_supported
+
+_put_model = inspect.unwrap(mjw.put_model)  # without our refusal of plugins
+_ACTUATION_OFF = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
+_LAST = mujoco.mjtStage.mjSTAGE_ACC.value
+
+
+def put_model(model: mujoco.MjModel, **options: Any) -> Any:
+    """Put a model with sheaths on the device, as `mujoco_warp.put_model` does one without.
+
+    Args:
+        model: any that MuJoCo Warp takes but for its sheaths.
+        options: of `mujoco_warp.put_model`.
+
+    Returns:
+        `mujoco_warp.Model`, with hooks in ``callback``; its data are made by `put_data` or
+        `make_data` of this package.
+
+    Raises:
+        NoPluginsError: what is not supported is named, with what to do instead.
+    """
+    found = simulated_sheaths(model, mujoco.MjData(model))
+    if not found:
+        return _put_model(model, **options)
+    check_supported(model, found)
+    put = _put_model(_without_plugins(model, found), **options)
+    driven = [bool(sheath.state["driven"]) for sheath in found.values()]
+    acts = model.nactuator > 0 and not model.opt.disableflags & _ACTUATION_OFF
+    late = acts and any(driven)  # driven ones need what the actuators do
+
+    def passive(m: Any, d: Any) -> None:
+        if not all(driven):
+            evaluate(m, d, False)
+        if any(driven) and not late:
+            evaluate(m, d, True)
+
+    put.callback.passive = passive
+    if late:
+        put.callback.act_bias = lambda m, d: evaluate(m, d, True)
+    shown = shown_numbers(model, found)
+    if shown.shape[0]:
+        put.callback.sensor = lambda m, d, stage: show(d, shown) if stage == _LAST else None
+    return put
+
+
+def put_data(model: mujoco.MjModel, data: mujoco.MjData, nworld: int = 1, **sizes: Any) -> Any:
+    """Put a simulation with its sheaths on the device, as they are, once for each world.
+
+    Args:
+        model: as given to `put_model`.
+        data: whose state and live parameters every world begins with.
+        nworld: number of worlds.
+        sizes: of `mujoco_warp.put_data`.
+
+    Returns:
+        `mujoco_warp.Data`, whose sheaths `sheaths_of` gives.
+    """
+    return _with_sheaths(mjw.put_data(model, data, nworld, **sizes), model, data)
+
+
+def make_data(model: mujoco.MjModel, nworld: int = 1, **sizes: Any) -> Any:
+    """Make data on the device as after a reset; arguments as of `put_data`."""
+    return _with_sheaths(mjw.make_data(model, nworld, **sizes), model, mujoco.MjData(model))
+
+
+def reset_data(model: Any, data: Any, reset: Any = None) -> None:
+    """Reset worlds with their sheaths, as `mujoco_warp.reset_data` does without; parameters stay.
+
+    Args:
+        model: on the device.
+        data: on the device.
+        reset: (worlds,) Warp array of bool, which ones; all without.
+    """
+    mjw.reset_data(model, data, reset)
+    sheaths, device = sheaths_of(data), data.qpos.device
+    if reset is None:
+        reset = wp.full(data.nworld, True, dtype=wp.bool, device=device)
+    dim = (len(sheaths.names), data.nworld)
+    wp.launch(forget, dim=dim, inputs=[sheaths.tendons, reset], device=device)
+
+
+def _with_sheaths(put: Any, model: mujoco.MjModel, data: mujoco.MjData) -> Any:
+    found = simulated_sheaths(model, data)
+    if found:
+        reels = [int(sheath.state["reel_actuator"]) for sheath in found.values()]
+        addresses = [int(model.actuator_ctrladr[k]) if k >= 0 else -1 for k in reels]
+        with wp.ScopedDevice(put.qpos.device):
+            put.tendon_mj = Sheaths(found, addresses, put.nworld)
+    return put
+
+
+def _without_plugins(model: mujoco.MjModel, found: dict[str, Simulated]) -> mujoco.MjModel:
+    """A copy in which no actuator and no sensor is a sheath's, and nothing a plugin's."""
+    plain = copy.copy(model)
+    reels = [k for sheath in found.values() if (k := int(sheath.state["reel_actuator"])) >= 0]
+    plain.actuator_gaintype[reels] = mujoco.mjtGain.mjGAIN_FIXED
+    plain.actuator_biastype[reels] = mujoco.mjtBias.mjBIAS_NONE
+    plain.actuator_gainprm[reels] = 0.0
+    plain.actuator_plugin[reels] = -1
+    shown = list(sensors_of_sheaths(model))
+    plain.sensor_type[shown] = mujoco.mjtSensor.mjSENS_USER
+    plain.sensor_datatype[shown] = mujoco.mjtDataType.mjDATATYPE_REAL
+    plain.sensor_needstage[shown] = mujoco.mjtStage.mjSTAGE_ACC
+    plain.sensor_plugin[shown] = -1
+    # MuJoCo Warp keeps the plugins of geoms alone, and expects as many as there are of all
+    set_integer(plain._address + read_layout().m_nplugin, 0)
+    return plain

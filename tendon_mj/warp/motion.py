@@ -1,0 +1,104 @@
+"""What of a model and its worlds turns tensions into forces, and controls into pulls."""
+
+import warp as wp
+
+from tendon_mj.warp.path import point_at
+from tendon_mj.warp.tendons import Tendons
+
+wp.set_module_options({"enable_backward": False})
+
+_TENDON = wp.constant(3)  # mjtTrn
+
+
+@wp.struct
+class Motion:
+    """What of a model and its worlds turns tensions into forces, and controls into pulls."""
+
+    # of the model
+    timestep: wp.array[wp.float32]
+    nv: wp.int32
+    body_rootid: wp.array[wp.int32]
+    body_isdofancestor: wp.array2d[wp.int32]
+    dof_invweight0: wp.array2d[wp.float32]
+    jnt_qposadr: wp.array[wp.int32]
+    jnt_dofadr: wp.array[wp.int32]
+    qpos0: wp.array2d[wp.float32]
+    tendon_length0: wp.array2d[wp.float32]
+    tendon_stiffness: wp.array2d[wp.float32]
+    tendon_damping: wp.array2d[wp.float32]
+    tendon_lengthspring: wp.array2d[wp.vec2]
+    actuator_ctrllimited: wp.array[wp.bool]
+    actuator_ctrlrange: wp.array2d[wp.vec2]
+    spring: wp.float32  # 1 where the option leaves springs on, else 0
+    damper: wp.float32
+    nactuator: wp.int32
+    actuator_trntype: wp.array[wp.int32]
+    actuator_trnid: wp.array[wp.vec2i]
+    actuator_gear: wp.array2d[wp.spatial_vector]
+    # of the worlds
+    time: wp.array[wp.float32]
+    qpos: wp.array2d[wp.float32]
+    ctrl: wp.array2d[wp.float32]
+    ten_length: wp.array2d[wp.float32]
+    ten_velocity: wp.array2d[wp.float32]
+    actuator_force: wp.array2d[wp.float32]
+    subtree_com: wp.array2d[wp.vec3]
+    cdof: wp.array2d[wp.spatial_vector]
+    wrap_xpos: wp.array2d[wp.spatial_vector]
+
+
+@wp.func
+def span_jacobian(b: Motion, t: Tendons, row: int, w: int, dof: int) -> float:
+    """∂ℓ/∂q of a segment's straight span, 0 for a dof that moves both its ends or neither."""
+    at = t.point[row, w]
+    if at < 0:
+        return 0.0
+    near, far = t.near_body[row, w], t.far_body[row, w]
+    moves_near, moves_far = b.body_isdofancestor[near, dof], b.body_isdofancestor[far, dof]
+    if moves_near == moves_far:
+        return 0.0
+    p, q = point_at(b.wrap_xpos, w, at), point_at(b.wrap_xpos, w, at + 1)
+    u = wp.normalize(q - p)
+    end = wp.where(moves_far != 0, q, p)
+    body = wp.where(moves_far != 0, far, near)
+    r = end - b.subtree_com[w, b.body_rootid[body]]
+    motion = b.cdof[w, dof]
+    turns, moves = wp.spatial_top(motion), wp.spatial_bottom(motion)
+    value = wp.dot(turns, wp.cross(r, u)) + wp.dot(moves, u)
+    return wp.where(moves_far != 0, value, -value)
+
+
+@wp.func
+def wound(b: Motion, joint: int, radius: wp.float64, w: int) -> wp.float64:
+    """Tendon that a spool on a joint has wound in since `qpos0` [m]; 0 without a joint."""
+    if joint < 0:
+        return wp.float64(0.0)
+    adr = b.jnt_qposadr[joint]
+    return radius * wp.float64(b.qpos[w, adr] - b.qpos0[w % b.qpos0.shape[0], adr])
+
+
+@wp.func
+def reeled(b: Motion, control: int, w: int) -> wp.float64:
+    """Control of a reel within its range [m]; 0 without a reel."""
+    if control < 0:
+        return wp.float64(0.0)
+    value = b.ctrl[w, control]
+    if b.actuator_ctrllimited[control]:
+        limits = b.actuator_ctrlrange[w % b.actuator_ctrlrange.shape[0], control]
+        value = wp.clamp(value, limits[0], limits[1])
+    return wp.float64(value)
+
+
+@wp.func
+def input_force(b: Motion, tendon: int, w: int) -> wp.float64:
+    """Force along the tendon [N] by actuators, its spring and its damper; negative pulls."""
+    force = float(0.0)
+    for a in range(b.nactuator):
+        if b.actuator_trntype[a] == _TENDON and b.actuator_trnid[a][0] == tendon:
+            force += b.actuator_gear[w % b.actuator_gear.shape[0], a][0] * b.actuator_force[w, a]
+    length = b.ten_length[w, tendon]
+    ends = b.tendon_lengthspring[w % b.tendon_lengthspring.shape[0], tendon]
+    x = wp.where(length > ends[1], length - ends[1], wp.min(0.0, length - ends[0]))
+    force -= b.spring * x * b.tendon_stiffness[w % b.tendon_stiffness.shape[0], tendon]
+    damping = b.damper * b.tendon_damping[w % b.tendon_damping.shape[0], tendon]
+    return wp.float64(force - damping * b.ten_velocity[w, tendon])

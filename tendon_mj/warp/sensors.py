@@ -1,0 +1,89 @@
+"""Sensors of sheaths: which numbers of `sensordata` are theirs, and what they show."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import mujoco
+import numpy as np
+import warp as wp
+
+from tendon_mj.abi.library import C
+from tendon_mj.engine import sensor_kind, sheaths
+from tendon_mj.errors import NoPluginsError
+from tendon_mj.warp.measure import ANGLE, SLIP, TENSION, UNSOLVED, WOUND
+from tendon_mj.warp.simulated import Simulated
+
+
+def sensors_of_sheaths(model: mujoco.MjModel) -> dict[int, str]:
+    """Sensors that show something of a sheath, with the kind; empty for both ends' tensions."""
+    own = {instance.state for instance in sheaths(model).values()}
+    found = {}
+    for sensor in np.flatnonzero(model.sensor_plugin >= 0).tolist():
+        kind = sensor_kind(model, sensor)
+        if kind or int(model.plugin_stateadr[model.sensor_plugin[sensor]]) in own:
+            found[sensor] = kind
+    return found
+
+
+def shown_numbers(model: mujoco.MjModel, found: Mapping[str, Simulated]) -> Any:
+    """(numbers, 3) Warp array of every number that sensors of sheaths show.
+
+    Its columns are the quantity, its row in the arrays of `Tendons`, and its address in
+    `sensordata`.
+
+    Args:
+        model: with sheaths.
+        found: each by name.
+    """
+    guides = np.array([len(sheath.guides) for sheath in found.values()])
+    first_guide = np.cumsum(guides) - guides
+    rows: list[tuple[int, int, int]] = []
+    for sensor, kind in sensors_of_sheaths(model).items():
+        k = _shown(model, sensor, found)
+        segment, guide, n = int(first_guide[k]) + k, int(first_guide[k]), int(guides[k])
+        shown = _quantities(kind, k, segment, guide, n)
+        start, width = int(model.sensor_adr[sensor]), int(model.sensor_dim[sensor])
+        rows += [(*one, start + at) for at, one in enumerate(shown) if at < width]
+    return wp.array(np.array(rows, np.int32).reshape(-1, 3), dtype=wp.int32)
+
+
+def _quantities(kind: str, k: int, segment: int, guide: int, n: int) -> Iterator[tuple[int, int]]:
+    """Quantity and row of each number of a sensor."""
+    if kind in ("", "input_tension"):
+        yield TENSION, segment
+    if kind in ("", "output_tension"):
+        yield TENSION, segment + n
+    if kind == "tension":
+        yield from ((TENSION, segment + j) for j in range(n + 1))
+    if kind in ("bend_angle", "slip"):
+        yield from ((ANGLE if kind == "bend_angle" else SLIP, guide + i) for i in range(n))
+    if kind in ("reel_displacement", "unsolved"):
+        yield (WOUND if kind == "reel_displacement" else UNSOLVED), k
+
+
+def _shown(model: mujoco.MjModel, sensor: int, found: Mapping[str, Simulated]) -> int:
+    """Index of the sheath that a sensor shows.
+
+    Raises:
+        NoPluginsError: its configuration names no tendon as the model has it.
+    """
+    instance = int(model.sensor_plugin[sensor])
+    for k, own in enumerate(sheaths(model).values()):
+        if own.state == int(model.plugin_stateadr[instance]):
+            return k
+    tendons = [int(sheath.state["tendon"]) for sheath in found.values()]
+    if model.sensor_objtype[sensor] == mujoco.mjtObj.mjOBJ_TENDON:
+        return tendons.index(int(model.sensor_objid[sensor]))
+    written = (C.mj_getPluginConfig(model._address, instance, b"tendon") or b"").decode()
+    names = [model.tendon(tendon).name for tendon in tendons]
+    meant = [k for k, name in enumerate(names) if name == written] or [
+        k for k, name in enumerate(names) if written in name
+    ]
+    if len(meant) != 1:
+        raise NoPluginsError(
+            f"sensor {model.sensor(sensor).name!r} shows a sheath of tendon {written!r}, which "
+            'tendon_mj.warp does not find: give it objtype="tendon" and the tendon as its objname'
+        )
+    return meant[0]

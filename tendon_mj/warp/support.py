@@ -1,0 +1,89 @@
+"""What of a model with sheaths MuJoCo Warp can simulate; all else is refused by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+import mujoco
+import numpy as np
+
+from tendon_mj.engine import sensor_kind, servos
+from tendon_mj.errors import NoPluginsError
+from tendon_mj.sheath.law import LAW
+from tendon_mj.warp.simulated import Simulated
+
+# live parameters that each world has of its own, by the names that the plugin has for them
+PARAMETERS: Final = (
+    "axial_stiffness",
+    "friction",
+    "static_friction",
+    "constant_friction",
+    "pretension",
+    "extra_bend",
+)
+_SCALES = {found.scale for found in LAW.values()}  # of no effect by themselves
+_INTEGRATORS = (
+    mujoco.mjtIntegrator.mjINT_EULER,
+    mujoco.mjtIntegrator.mjINT_IMPLICIT,
+    mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
+)
+_PASSIVE_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value | mujoco.mjtDisableBit.mjDSBL_DAMPER.value
+
+
+def check_supported(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> None:
+    """Refuse what is not supported on MuJoCo Warp.
+
+    Args:
+        model: with sheaths.
+        sheaths: each by name.
+
+    Raises:
+        NoPluginsError: names it, where it is, and what to do instead.
+    """
+    for servo in servos(model):
+        _refuse(f"servo {servo!r}", "put its law into your policy or into the control")
+    integrator = mujoco.mjtIntegrator(int(model.opt.integrator))
+    if integrator not in _INTEGRATORS:
+        name = integrator.name.removeprefix("mjINT_")
+        _refuse(f"integrator {name}", "take Euler, implicit or implicitfast")
+    if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP.value:
+        _refuse("the flag sleep, for bodies of which some have tendons in sheaths", "disable it")
+    if model.opt.disableflags & _PASSIVE_OFF == _PASSIVE_OFF:
+        _refuse("disabling springs and dampers both", "disable one of them at most")
+    for geom in np.flatnonzero(model.geom_plugin >= 0):
+        _refuse(f"geom {model.geom(geom).name!r} of another plugin", "take a mesh or a primitive")
+    for sensor in range(model.nsensor):
+        if sensor_kind(model, sensor) == "friction_work":
+            _refuse(f"sensor {model.sensor(sensor).name!r} of friction_work", "remove it")
+    for name, sheath in sheaths.items():
+        _check_sheath(model, f"sheath {name!r}: ", sheath)
+
+
+def _check_sheath(model: mujoco.MjModel, where: str, sheath: Simulated) -> None:
+    """Refuse what of one sheath is not supported."""
+    state = sheath.state
+    tendon = int(state["tendon"])
+    for effect, found in LAW.items():
+        value = float(state["law"][effect])
+        if effect not in PARAMETERS and effect not in _SCALES and value != 0.0:
+            _refuse(f"{where}{effect} = {value:g} [{found.unit}]", "set it to 0")
+    if state["pulleys"]:
+        _refuse(f"{where}a tendon that branches at a pulley", "give each branch a tendon")
+    if not state["driven"]:
+        reel = int(state["reel_actuator"])
+        if reel >= 0 and model.actuator_delay[reel] > 0.0:
+            _refuse(f"{where}a reel with a delay", "delay the control yourself")
+        return
+    if model.tendon_actfrclimited[tendon]:
+        _refuse(f"{where}actuatorfrcrange of its tendon", "give the actuator a forcerange")
+    for kind in ("stiffness", "damping"):
+        if np.any(getattr(model, f"tendon_{kind}poly")[tendon]):
+            _refuse(f"{where}a polynomial {kind} of its tendon", "give it a linear one")
+
+
+def _refuse(what: str, remedy: str) -> None:
+    raise NoPluginsError(
+        f"{what}: tendon_mj.warp does not support this; {remedy}, or simulate the model with "
+        "mujoco.mj_step, or many at once with mujoco.rollout"
+    )

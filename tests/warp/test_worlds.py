@@ -1,0 +1,109 @@
+"""Worlds are independent: each is what it is alone, to the bit, and is reset alone."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tests.warp.models import controls, fingers, mjw, step, tw
+
+wp = pytest.importorskip("warp")
+
+KINDS = ("reel", "drum")
+FRICTION = np.array([0.0, 0.1, 0.35])
+STEPS = 15
+
+
+@pytest.fixture(scope="module")
+def model():
+    return fingers(kinds=KINDS)
+
+
+@pytest.fixture(scope="module")
+def on_device(model):
+    return tw.put_model(model)
+
+
+def state(d):
+    """All that a world shows of itself, a row for each."""
+    sheaths = tw.sheaths_of(d)
+    parts = (d.qpos, d.qvel, d.sensordata, sheaths.tension, sheaths.unsolved)
+    return np.concatenate([part.numpy() for part in parts], axis=1)
+
+
+def run(m, d, inputs, steps=STEPS):
+    for k in range(steps):
+        step(m, d, inputs[k])
+    return state(d)
+
+
+def alone(model, m, friction, inputs, steps=STEPS):
+    """State of one world that runs alone."""
+    d = tw.make_data(model)
+    tw.sheaths_of(d).set("friction", friction)
+    return run(m, d, inputs, steps)[0]
+
+
+def test_each_world_with_friction_of_its_own_is_as_it_is_alone(model, on_device):
+    inputs = controls(model, STEPS)
+    d = tw.make_data(model, len(FRICTION))
+    tw.sheaths_of(d).set("friction", FRICTION[:, None])
+    together = run(on_device, d, inputs)
+    for row, friction in zip(together, FRICTION, strict=True):
+        assert (row == alone(model, on_device, friction, inputs)).all()
+    assert np.ptp(together[:, : model.nq], axis=0).max() > 1e-5  # friction does something
+
+
+def test_a_world_that_is_reset_is_as_it_was_at_first_and_the_others_go_on(model, on_device):
+    inputs = controls(model, 2 * STEPS)
+    d = tw.make_data(model, 2)
+    run(on_device, d, inputs)
+    tw.reset_data(on_device, d, wp.array([True, False], dtype=wp.bool))
+    run(on_device, d, np.stack([inputs[:STEPS], inputs[STEPS:]], axis=1))
+    first, second = state(d)
+    fresh, long = tw.make_data(model), tw.make_data(model)
+    assert (first == run(on_device, fresh, inputs)[0]).all()
+    assert (second == run(on_device, long, inputs, 2 * STEPS)[0]).all()
+
+
+def test_a_reset_by_mujoco_warp_alone_is_noticed(model, on_device):
+    inputs = controls(model, STEPS)
+    d = tw.make_data(model)
+    first = run(on_device, d, inputs)
+    mjw.reset_data(on_device, d)
+    assert (run(on_device, d, inputs) == first).all()
+
+
+def test_a_step_waits_for_nothing(model, on_device, monkeypatch):
+    """So that it can be captured in a CUDA graph."""
+    d = tw.make_data(model, 2)
+    inputs = controls(model, 3)
+    step(on_device, d, inputs[0])
+
+    def waits(*_, **__):
+        raise AssertionError("the host waits for the device")
+
+    monkeypatch.setattr(wp.array, "numpy", waits)
+    monkeypatch.setattr(wp, "synchronize", waits)
+    mjw.step(on_device, d)
+
+
+def test_parameters_are_checked_and_named(model):
+    sheaths = tw.sheaths_of(tw.make_data(model, 3))
+    assert sheaths.names == KINDS
+    sheaths.set("constant_friction", [0.0, 1.0, 2.0], "drum")
+    assert sheaths.parameters["constant_friction"].numpy()[:, 1].tolist() == [0.0, 1.0, 2.0]
+    with pytest.raises(UnknownNameError, match="did you mean 'friction'"):
+        sheaths.set("frictoin", 0.1)
+    with pytest.raises(UnknownNameError, match="sheath 'flexor'"):
+        sheaths.set("friction", 0.1, "flexor")
+    with pytest.raises(InvalidValueError, match="friction"):
+        sheaths.set("friction", -0.1)
+    with pytest.raises(InvalidValueError, match=r"\(2,\) do not broadcast to \(3,\)"):
+        sheaths.set("friction", [0.1, 0.2], "drum")
+
+
+def test_data_made_otherwise_are_refused():
+    plain = mujoco.MjModel.from_xml_string("<mujoco/>")
+    with pytest.raises(InvalidValueError, match="make_data"):
+        tw.sheaths_of(mjw.make_data(plain))
