@@ -70,8 +70,9 @@ def _guard(module: ModuleType, names: tuple[str, ...]) -> None:
             if isinstance(model, mujoco.MjModel):
                 for name in sorted(set(plugins_of(model).values()) & set(names)):
                     raise NoPluginsError(
-                        f"the model has plugin {name}, and {engine} runs no plugins; simulate it "
-                        "with mujoco.mj_step, or many at once with mujoco.rollout"
+                        f"the model has plugin {name}, and {engine} runs no plugins; "
+                        "tendon_mj.warp.put_model takes sheaths to MuJoCo Warp; mujoco.mj_step, "
+                        "and mujoco.rollout for many at once, simulate every model"
                     )
         return original(*arguments, **named)
 
