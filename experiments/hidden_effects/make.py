@@ -128,7 +128,8 @@ def make(suite: Suite) -> None:
     )
     print()
     whole = {"seed": suite.seed, "cases": store.keys()}
-    (suite.keys / "keys.json").write_text(json.dumps(whole, indent=1) + "\n", encoding="utf-8")
+    with whole_file(suite.keys / "keys.json") as made:
+        made.write_text(json.dumps(whole, indent=1) + "\n", encoding="utf-8")
 
 
 def _say(what: str, done: int, total: int) -> None:

@@ -14,7 +14,8 @@ from tendon_mj.errors import InvalidValueError
 from tendon_mj.recordings.recording import Recording, read_recording
 from tendon_mj.sweep.motion import motion_recording
 from tendon_mj.sweep.outputs import Output as SweepOutput
-from tendon_mj.sweep.run_sweep import TABLE, Sweep, SweepResult, check_folder, run_sweep
+from tendon_mj.sweep.result import CSV, SweepResult
+from tendon_mj.sweep.run_sweep import TABLE, Sweep, check_folder, run_sweep
 from tendon_mj.tasks import Workers
 from tendon_mj.view.figures.parameter_sweep import parameter_figure
 
@@ -29,6 +30,7 @@ def sweep(
     seed: int = 0,
     motion: str | None = None,
     recording: Path | None = None,
+    description: Path | None = None,
     duration: float | None = None,
     settle: float | None = None,
     outputs: tuple[str, ...] = (),
@@ -52,7 +54,9 @@ def sweep(
         seed: of the draws.
         motion: as for render and view: of a finger curl, tap, press, hold or a CSV; of any other
             model a CSV with time_s and a column for every actuator that moves.
-        recording: drives the model in place of a motion; outputs then include the error.
+        recording: drives the model in place of a motion; outputs are then of what it measures, and
+            include the error.
+        description: TOML of the recording where it does not lie beside it.
         duration: of the motion in seconds; default: its own.
         settle: time in seconds before the first sample in which the model comes to the first
             command; by default as the recording says, and 0.5 before a motion.
@@ -68,7 +72,7 @@ def sweep(
     """
     on = Workers(processes=processes, workers=workers, scheduler=scheduler)
     compiled = load_model(model)
-    driven = _driven(model, compiled, motion, recording, duration)
+    driven = _driven(model, compiled, motion, recording, description, duration)
     asked = Sweep(
         compiled,
         driven,
@@ -88,7 +92,7 @@ def sweep(
     with progress_bar() as progress:
         found = run_sweep(asked, out, on=on, again=again, progress=progress)
     output.add(out / TABLE)
-    table = found.write_csv(out / "table.csv")
+    table = found.write_csv(out / CSV)
     if table:
         output.add(table)
     drawn = found.drawn()
@@ -101,7 +105,6 @@ def sweep(
             {label: given[solid] for label, given in values.items()},
         )
         output.figure("sweep", figure)
-    summaries = {o.name: found.summary(o) for o in asked.outputs}
     failed = int((~found.solid).sum())
     result: dict[str, object] = {
         "model": model,
@@ -119,7 +122,7 @@ def sweep(
             }
             for axis in asked.axes
         },
-        "outputs": summaries,
+        "outputs": found.summaries,
     }
     output.result(result)
     shown = drawn[1] or list(asked.outputs[:1])
@@ -133,21 +136,24 @@ def _driven(
     model: mujoco.MjModel,
     motion: str | None,
     recording: Path | None,
+    description: Path | None,
     duration: float | None,
 ) -> Recording:
     if recording is None:
+        if description is not None:
+            raise InvalidValueError(f"--description {description}: there is no --recording")
         return motion_recording(model_path(name).stem, model, motion, duration)
     given = {"motion": motion, "duration": duration}
     other = next((f"--{k} {value}" for k, value in given.items() if value is not None), "")
     if other:
         raise InvalidValueError(f"{other} and --recording {recording}: give one of them")
-    return read_recording(recording)
+    return read_recording(recording, description)
 
 
 def _print(found: SweepResult, outputs: list[SweepOutput]) -> None:
     rows = []
     for output in outputs[:_SHOWN]:
-        summary = found.summary(output)
+        summary = found.summaries[output.name]
         if "min" in summary:
             shares = [f"{name} {share:.0%}" for name, share in summary["share_of_variance"].items()]
             span = f"{summary['min']:.4g} … {summary['max']:.4g} {output.unit}"
@@ -158,7 +164,7 @@ def _print(found: SweepResult, outputs: list[SweepOutput]) -> None:
 
 def _sentence(found: SweepResult, output: SweepOutput, model: str, failed: int) -> str:
     """What came out, of the first output."""
-    rollouts, summary = found.sweep.design.rollouts, found.summary(output)
+    rollouts, summary = found.rollouts, found.summaries[output.name]
     if "min" not in summary:
         return f"All {rollouts} rollouts of {model} became unstable."
     ended = f"{failed} became unstable" if failed else "all stayed stable"

@@ -1,6 +1,6 @@
 """Parameter sweeps: many rollouts of a motion or a recording over grids and random draws."""
 
 from tendon_mj.sweep.motion import motion_recording as motion_recording
+from tendon_mj.sweep.result import SweepResult as SweepResult
 from tendon_mj.sweep.run_sweep import Sweep as Sweep
-from tendon_mj.sweep.run_sweep import SweepResult as SweepResult
 from tendon_mj.sweep.run_sweep import run_sweep as run_sweep

@@ -85,7 +85,7 @@ def _recording(
 ) -> Recording:
     """A motion beside what each sensor of one number would read, which is nothing yet."""
     sensors = {
-        _column(model.sensor(k).name, reading_unit(model, k)): model.sensor(k).name
+        _column(f"{model.sensor(k).name} reading", reading_unit(model, k)): model.sensor(k).name
         for k in range(model.nsensor)
         if model.sensor_dim[k] == 1 and model.sensor(k).name
     }

@@ -16,12 +16,20 @@ BATCH = "rollouts a task"  # may differ: it changes no number
 
 
 def read_plan(path: Path) -> Plan | None:
-    """The plan in a file; None where there is none that can be read."""
+    """The plan in a file; None where there is none.
+
+    Raises:
+        InvalidValueError: it cannot be read.
+    """
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except FileNotFoundError:
         return None
-    return found if isinstance(found, dict) else None
+    except (OSError, ValueError) as error:
+        raise InvalidValueError(
+            f"{path} cannot be read ({error}); give another --out, or --again to begin anew"
+        ) from error
+    return found if isinstance(found, dict) else {}
 
 
 def write_plan(path: Path, plan: Plan) -> None:
@@ -49,7 +57,8 @@ def check_plan(path: Path, found: Plan, wanted: Plan) -> None:
 def recording_digest(recording: Recording) -> str:
     """16 hexadecimal digits of what a recording drives and measures."""
     whole = hashlib.sha256(recording.time.tobytes() + repr(sorted(recording.hold)).encode())
-    for name in [*recording.drive, *recording.measured]:
-        whole.update(name.encode())
+    read = {column: measured.sensor for column, measured in recording.measured.items()}
+    for name, element in [*recording.drive.items(), *read.items()]:
+        whole.update(f"{name} {element}".encode())
         whole.update(recording.columns[name].tobytes())
     return whole.hexdigest()[:16]

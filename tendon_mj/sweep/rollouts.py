@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -111,14 +111,22 @@ class Rollouts:
             UNSOLVED: np.array(unsolved),
         }
 
+    def check(self, values: Sequence[float]) -> None:
+        """Set the axes to values, without a simulation.
+
+        Raises:
+            InvalidValueError: a value that a parameter may not have.
+        """
+        given = dict(self.described)
+        for targets, value in zip(self.axes.values(), values, strict=True):
+            given |= dict.fromkeys(targets, value)
+        self._ready.adjustable.set(given)
+
     def _one(self, values: Array) -> tuple[list[float] | None, int]:
         adjustable, schedule, columns, measured = self._ready
         model, data = adjustable.model, adjustable.data
         mujoco.mj_resetData(model, data)
-        given = dict(self.described)
-        for targets, value in zip(self.axes.values(), values.tolist(), strict=True):
-            given |= dict.fromkeys(targets, value)
-        adjustable.set(given)
+        self.check(values.tolist())
         schedule.prepare(adjustable)
         readings = try_open_loop(model, data, schedule.control(adjustable))
         stuck = sum(unsolved_sheaths(model, data).values())

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from pathlib import Path
-from typing import Any
 
 import mujoco
-import numpy as np
-import pandas
-from numpy.typing import NDArray
 
 from tendon_mj.engine import sheaths
 from tendon_mj.errors import InvalidValueError
@@ -24,8 +20,7 @@ from tendon_mj.replay.simulator import Simulator
 from tendon_mj.replay.units import reading_unit
 from tendon_mj.sweep.axes import Axis, parse_axes
 from tendon_mj.sweep.design import Design
-from tendon_mj.sweep.influence import share_of_variance
-from tendon_mj.sweep.outputs import Output, parse_outputs
+from tendon_mj.sweep.outputs import parse_outputs
 from tendon_mj.sweep.plan_file import (
     BATCH,
     Plan,
@@ -34,16 +29,15 @@ from tendon_mj.sweep.plan_file import (
     recording_digest,
     write_plan,
 )
-from tendon_mj.sweep.rollouts import FAILED, UNSOLVED, Batch, Rollouts, simulate
+from tendon_mj.sweep.result import CSV, SweepResult
+from tendon_mj.sweep.rollouts import Batch, Rollouts, simulate
 from tendon_mj.tasks import ParquetParts, Workers, run_tasks, versions
-from tendon_mj.whole_file import whole_file
 
 PLAN, TABLE = "plan.json", "rollouts"  # beside each other in the folder of a sweep
 _TASK = 2.0  # longest duration of a task, as a loss of it is cheap [s]
 _LEAST = 0.2  # shortest, that scheduling costs little [s]
-_DRAWN = 4  # axes and outputs of a picture
-_MOST_ROWS = 10_000  # of a CSV
 _TASKS = 256  # as many as keep workers busy to the end
+_COMBINED = 10  # axes of which all combinations of ends are checked
 
 
 class Sweep:
@@ -120,7 +114,25 @@ class Sweep:
                         f"--parameter {axis.name}: {axis.low:g} is below {least:g}, the least that"
                         f" {target} may be"
                     )
+            units = {known[target].unit: target for target in axis.targets}
+            if len(units) > 1:
+                each = ", ".join(f"{target} [{unit}]" for unit, target in units.items())
+                raise InvalidValueError(
+                    f"--parameter {axis.name} stands for parameters of different units: {each};"
+                    " name those of one unit"
+                )
         return axes
+
+    def check(self) -> None:
+        """Set the ends of the axes, in every combination, without a simulation.
+
+        Raises:
+            InvalidValueError: a value that a parameter may not have, or not beside another's.
+        """
+        ends = [(axis.low, axis.high) for axis in self.axes[:_COMBINED]]
+        rest = [axis.low for axis in self.axes[_COMBINED:]]
+        for corner in product(*ends):
+            self.rollouts.check([*corner, *rest])
 
     @cached_property
     def plan(self) -> Plan:
@@ -143,76 +155,6 @@ class Sweep:
         begun = time.perf_counter()
         self.rollouts.of(first)
         return time.perf_counter() - begun
-
-
-@dataclass(frozen=True)
-class SweepResult:
-    """Results of a sweep, on disk.
-
-    Attributes:
-        sweep: what was asked.
-        table: `rollout`, axes, outputs, `failed`, `unsolved`; a row a rollout.
-    """
-
-    sweep: Sweep
-    table: ParquetParts
-
-    def column(self, name: str) -> NDArray[Any]:
-        """A column of the table, (rollouts,)."""
-        return self.table.read([name])[name]
-
-    @cached_property
-    def solid(self) -> NDArray[np.bool_]:
-        """(rollouts,) whether each stayed stable."""
-        return ~self.column(FAILED).astype(bool)
-
-    @cached_property
-    def unsolved(self) -> int:
-        """Rollouts in which a sheath found no equilibrium at some time."""
-        return int((self.column(UNSOLVED) > 0).sum())
-
-    def drawn(self) -> tuple[list[Axis], list[Output]]:
-        """The axes and outputs of a picture, four of each at most.
-
-        Of each sensor it is the first of error, max, rms, … there is; forces come first, and
-        what does not vary is left out.
-        """
-        ranks = {"error": 0, "max": 1, "rms": 2, "final": 3, "mean": 4, "min": 5}
-        first: dict[str, Output] = {}
-        for output in sorted(self.sweep.outputs, key=lambda o: ranks[o.summary]):
-            first.setdefault(output.sensor, output)
-        found = list[Output]()
-        for output in sorted(first.values(), key=lambda o: o.unit != "N"):
-            values = self.column(output.name)[self.solid]
-            if len(found) < _DRAWN and len(values) and np.ptp(values) > 0.0:
-                found.append(output)
-        return self.sweep.axes[:_DRAWN], found
-
-    def write_csv(self, path: Path) -> Path | None:
-        """Write the table as CSV where it has at most 10,000 rows; return its path if so."""
-        if self.sweep.design.rollouts > _MOST_ROWS:
-            return None
-        with whole_file(path) as made:
-            pandas.DataFrame(self.table.read()).to_csv(made, index=False)
-        return path
-
-    def summary(self, output: Output) -> dict[str, Any]:
-        """Range, mean and standard deviation of an output, and what each axis accounts for."""
-        values = self.column(output.name)[self.solid]
-        if not len(values):  # every rollout failed
-            return {"unit": output.unit}
-        shares = {
-            axis.name: share_of_variance(self.column(axis.name)[self.solid], values)
-            for axis in self.sweep.axes
-        }
-        return {
-            "unit": output.unit,
-            "min": float(values.min()),
-            "max": float(values.max()),
-            "mean": float(values.mean()),
-            "std": float(values.std()),
-            "share_of_variance": shares,
-        }
 
 
 def run_sweep(
@@ -238,13 +180,16 @@ def run_sweep(
         WorkerError: see `run_tasks`.
     """
     table, path = ParquetParts(folder / TABLE), folder / PLAN
+    if not again:
+        check_folder(sweep, folder)
     begun = None if again else read_plan(path)
     if begun is None:
         path.unlink(missing_ok=True)
+        (folder / CSV).unlink(missing_ok=True)
         table.clear()
+        sweep.check()
         begun = {**sweep.plan, BATCH: batch_size(sweep.seconds(), sweep.design.rollouts)}
         write_plan(path, begun)
-    check_plan(path, begun, sweep.plan)
     size, total = int(str(begun[BATCH])), sweep.design.rollouts
     numbers = {f"rollouts_{number:06d}": number for number in range(-(-total // size))}
     run_tasks(
@@ -256,11 +201,11 @@ def run_sweep(
         on=on,
         progress=lambda _, done, tasks: progress("rollouts", min(done * size, total), total),
     )
-    return SweepResult(sweep, table)
+    return SweepResult(sweep.axes, sweep.outputs, sweep.design.rollouts, table)
 
 
 def check_folder(sweep: Sweep, folder: Path) -> None:
-    """Refuse a folder that holds another sweep, before anything in it is changed.
+    """Refuse a folder that holds another sweep, or tables of none, before anything is changed.
 
     Raises:
         InvalidValueError: names the first difference, with both values.
@@ -268,6 +213,11 @@ def check_folder(sweep: Sweep, folder: Path) -> None:
     begun = read_plan(folder / PLAN)
     if begun is not None:
         check_plan(folder / PLAN, begun, sweep.plan)
+    elif any((folder / TABLE).glob("*.parquet")):
+        raise InvalidValueError(
+            f"{folder / TABLE} holds tables, and there is no {PLAN} that says of which sweep; give"
+            " another --out, or --again to begin anew without them"
+        )
 
 
 def batch_size(seconds: float, rollouts: int) -> int:

@@ -162,4 +162,7 @@ def _same(job: Job) -> Job:
 
 
 def _run(job: Job, key: str, argument: Any) -> Any:
+    # of workers that came after the first look too: threads would share one simulation
+    threads = str(distributed.get_worker().state.nthreads)
+    check_same({"--nthreads": "1"}, {"--nthreads": threads}, "a worker")
     return job.run(key, argument)

@@ -31,16 +31,12 @@ def identity(sources: Sequence[str] = ("tendon_mj",)) -> dict[str, str]:
 
 def versions(sources: Sequence[str] = ("tendon_mj",)) -> dict[str, str]:
     """Name → version of packages, and digest of the sources of some."""
-    return dict(_versions(tuple(sources)))
-
-
-@cache
-def _versions(sources: tuple[str, ...]) -> Mapping[str, str]:
     found = {"python": ".".join(map(str, sys.version_info[:2]))}
     found |= {name: importlib.metadata.version(name) for name in _PACKAGES}
     return found | {name: f"sources {_digest(name)}" for name in sources}
 
 
+@cache  # a package is imported once, and its files may change afterwards
 def _digest(package: str) -> str:
     """16 hexadecimal digits of a package's Python sources."""
     found, whole = importlib.util.find_spec(package), hashlib.sha256()

@@ -109,7 +109,7 @@ def _run_all(
             raise _gone(key) if isinstance(error, CancelledError) else error
         if lost:
             losses += 1
-            if losses > _LOSSES:
+            if losses >= _LOSSES:
                 raise WorkerError(
                     f"workers died {losses} times in a row, the last time in {', '.join(lost)};"
                     " where memory ran out, give fewer workers. What was computed before is kept"

@@ -147,11 +147,10 @@ def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
         return
     s = sheath_at(t, k, w)
     now = b.time[w]
-    if t.has_trial[k, w]:
-        if now > t.trial_time[k, w]:
-            _commit(t, s)
-        elif now < t.trial_time[k, w]:
-            _forget(t, s)
+    if t.started[k, w] and now < t.trial_time[k, w]:
+        _forget(t, s)
+    if t.has_trial[k, w] and now > t.trial_time[k, w]:
+        _commit(t, s)
     trace_path(m, t, s)
     ea = wp.float64(t.axial_stiffness[w, k])
     tau = wp.float64(0.0)
@@ -160,6 +159,7 @@ def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
         if not wp.isfinite(force):
             t.unsolved[w, k] += 1
             t.has_trial[k, w] = False
+            t.trial_time[k, w] = now
             for j in range(s.guides + 1):
                 t.pull[s.segment + j, w] = wp.float64(0.0)
             return
@@ -191,6 +191,7 @@ def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
         t.unsolved[w, k] += 1
     if not (finite and wp.isfinite(t.tension[last, w])):
         t.has_trial[k, w] = False
+        t.trial_time[k, w] = now
         for j in range(s.guides + 1):
             t.pull[s.segment + j, w] = wp.float64(0.0)
         t.reel_torque[k, w] = wp.float64(0.0)

@@ -28,6 +28,7 @@ _INTEGRATORS = (
     mujoco.mjtIntegrator.mjINT_IMPLICIT,
     mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
 )
+_TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
 _PASSIVE_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value | mujoco.mjtDisableBit.mjDSBL_DAMPER.value
 
 
@@ -77,6 +78,9 @@ def _check_sheath(model: mujoco.MjModel, where: str, sheath: Simulated) -> None:
         return
     if model.tendon_actfrclimited[tendon]:
         _refuse(f"{where}actuatorfrcrange of its tendon", "give the actuator a forcerange")
+    on = (model.actuator_trntype == _TENDON) & (model.actuator_trnid[:, 0] == tendon)
+    if np.any(model.actuator_dampingpoly[on]):
+        _refuse(f"{where}a polynomial damping of its actuator", "give it a linear one")
     for kind in ("stiffness", "damping"):
         if np.any(getattr(model, f"tendon_{kind}poly")[tendon]):
             _refuse(f"{where}a polynomial {kind} of its tendon", "give it a linear one")

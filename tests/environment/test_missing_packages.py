@@ -13,7 +13,7 @@ import tendon_mj
 
 def names(path, prefix):
     for module in pkgutil.iter_modules(path, prefix):
-        if module.name not in ("tendon_mj.environment", "tendon_mj.__main__"):
+        if module.name not in ("tendon_mj.environment", "tendon_mj.warp", "tendon_mj.__main__"):
             yield module.name
             if module.ispkg:
                 yield from names(importlib.import_module(module.name).__path__, module.name + ".")

@@ -12,6 +12,7 @@ from tendon_mj.errors import InvalidValueError, RecordingError
 from tendon_mj.recordings import read_recording
 from tendon_mj.replay import Simulator, replay_error, replay_recording
 from tendon_mj.sweep import Sweep, motion_recording, run_sweep
+from tendon_mj.sweep.plan_file import recording_digest
 from tendon_mj.sweep.rollouts import FAILED
 from tendon_mj.sweep.run_sweep import batch_size
 from tendon_mj.tasks import Workers
@@ -157,3 +158,40 @@ def test_tasks_last_from_a_fifth_of_a_second_to_two():
     assert batch_size(1e-3, 100) == 200  # all in one
     assert batch_size(1e-3, 10**8) == 2000
     assert batch_size(5.0, 10**6) == 1
+
+
+def test_one_value_for_parameters_of_different_units_is_refused(finger):
+    with pytest.raises(InvalidValueError, match=r"stiffness \[N/m\].*name those of one unit"):
+        finger_sweep(finger, "*.stiffness=0.05:0.2")
+
+
+def test_values_that_cannot_be_together_are_refused_before_the_first_rollout(finger, tmp_path):
+    pytest.importorskip("pyarrow", reason="the extra tendon-mj[parquet] is not installed")
+    varied = ("flexor.friction=0.1:0.3", "flexor.static_friction=0.15:0.4")
+    with pytest.raises(InvalidValueError, match=r"static_friction = 0\.15 must be ≥ friction"):
+        run_sweep(finger_sweep(finger, *varied, draws=3), tmp_path)
+    assert not list(tmp_path.rglob("*.parquet"))
+    assert not (tmp_path / "plan.json").exists()
+
+
+def test_tables_of_another_hand_are_not_removed(finger, tmp_path):
+    pytest.importorskip("pyarrow", reason="the extra tendon-mj[parquet] is not installed")
+    (tmp_path / "rollouts").mkdir()
+    other = tmp_path / "rollouts" / "mine.parquet"
+    other.write_bytes(b"mine")
+    with pytest.raises(InvalidValueError, match=r"no plan\.json that says of which sweep"):
+        run_sweep(finger_sweep(finger, "flexor.friction=0.1:0.3", draws=1), tmp_path)
+    (tmp_path / "plan.json").write_text("{")
+    with pytest.raises(InvalidValueError, match="cannot be read"):
+        run_sweep(finger_sweep(finger, "flexor.friction=0.1:0.3", draws=1), tmp_path)
+    assert other.read_bytes() == b"mine"
+
+
+def test_what_a_column_drives_or_shows_is_part_of_the_plan(finger):
+    recording = motion_recording("finger", finger, "tap", 0.06)
+    first, second, *rest = recording.measured
+    swapped = {first: recording.measured[second], second: recording.measured[first]}
+    other = dataclasses.replace(
+        recording, measured={**swapped, **{c: recording.measured[c] for c in rest}}
+    )
+    assert recording_digest(other) != recording_digest(recording)

@@ -74,6 +74,16 @@ def test_a_reset_by_mujoco_warp_alone_is_noticed(model, on_device):
     assert (run(on_device, d, inputs) == first).all()
 
 
+def test_a_world_that_diverged_is_new_after_a_reset_by_mujoco_warp_alone(model, on_device):
+    inputs = controls(model, STEPS)
+    d = tw.make_data(model)
+    first = run(on_device, d, inputs)
+    d.qpos.fill_(float("nan"))
+    mjw.step(on_device, d)
+    mjw.reset_data(on_device, d)
+    assert (run(on_device, d, inputs) == first).all()
+
+
 def test_a_step_waits_for_nothing(model, on_device, monkeypatch):
     """So that it can be captured in a CUDA graph."""
     d = tw.make_data(model, 2)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ import mujoco
 from tendon_mj import load_model
 from tendon_mj.errors import TendonError
 from tendon_mj.recordings import Recording, read_recording
-from tendon_mj.tasks import Workers, run_tasks
+from tendon_mj.tasks import Workers, run_tasks, versions
 from tendon_mj.whole_file import whole_file
 
 SOURCES = ("tendon_mj", "experiments")  # that workers need the same of
@@ -74,17 +75,32 @@ class SolvedCases:
 
     Args:
         folder: of the folders.
-        cases: number of cases to solve.
+        cases: name → folder of the case.
         again: whether cases that have an outcome are solved again.
     """
 
-    def __init__(self, folder: Path, cases: int, again: bool) -> None:
+    def __init__(self, folder: Path, cases: Mapping[str, Path], again: bool) -> None:
         self._folder, self._cases, self._again = folder, cases, again
         self._begun, self._written = time.monotonic(), 0
 
     def done(self) -> set[str]:
-        """Names of the cases that have an outcome."""
-        return set() if self._again else {p.parent.name for p in self._folder.glob("*/run.json")}
+        """Names of the cases whose outcome is of the files that are there, and of this code."""
+        if self._again:
+            return set()
+        found = {p.parent.name: p for p in self._folder.glob("*/run.json")}
+        return {
+            name
+            for name, path in found.items()
+            if name in self._cases
+            and json.loads(path.read_text(encoding="utf-8")).get("of") == self._of(name)
+        }
+
+    def _of(self, name: str) -> list[object]:
+        """What an outcome is of: digest of a case's files, and what computes it."""
+        whole = hashlib.sha256()
+        for path in sorted(p for p in self._cases[name].iterdir() if p.is_file()):
+            whole.update(path.name.encode() + path.read_bytes())
+        return [whole.hexdigest()[:16], versions(SOURCES)]
 
     def write(self, key: str, result: Solved) -> None:
         """Keep the outcome of a case."""
@@ -94,12 +110,12 @@ class SolvedCases:
             text = json.dumps(result.result, indent=1, allow_nan=False) + "\n"
             with whole_file(out / "result.json") as made:
                 made.write_text(text, encoding="utf-8")
-        about = {"seconds": result.seconds, "error": result.error}
+        about = {"seconds": result.seconds, "error": result.error, "of": self._of(key)}
         with whole_file(out / "run.json") as made:  # last: with it the case is done
             made.write_text(json.dumps(about) + "\n", encoding="utf-8")
         self._written += 1
         spent = time.monotonic() - self._begun
-        said = f"{self._written}/{self._cases}, {spent:.0f} s: {key} {result.summary}"
+        said = f"{self._written}/{len(self._cases)}, {spent:.0f} s: {key} {result.summary}"
         print(said, flush=True)
 
 
@@ -121,13 +137,13 @@ def solve_suite(
         suite: folder of cases.
         out: folder for a folder per case.
         cases: the first so many only; 0 is all.
-        again: solve also cases that already have a result.
+        again: solve also cases that already have a result of the same files and code.
         processes, workers, scheduler: see `Workers`.
     """
     folders = {p.parent.name: p.parent for p in sorted(suite.glob("*/case.json"))}
     names = list(folders)[:cases] if cases else list(folders)
     on = Workers(processes=processes, workers=workers, scheduler=scheduler)
-    store = SolvedCases(out, len(names), again)
+    store = SolvedCases(out, {name: folders[name] for name in names}, again)
     run_tasks(_one, solve, names, lambda n: read_case(folders[n]), store, on=on, sources=SOURCES)
 
 
