@@ -14,13 +14,13 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
-import distributed
 import numpy as np
 import psutil
 import tyro
 from numpy.typing import NDArray
 
 from tendon_mj.tasks import ParquetParts, Workers, run_tasks
+from tendon_mj.tasks.dask_pool import local_cluster
 
 _WORKERS = 2
 _LONGEST = 0.2  # of a task [s]
@@ -109,13 +109,11 @@ def counted(folder: Path, tasks: int) -> dict[str, object]:
 def main(settings: Settings) -> None:
     """Try both, and print what came of it."""
     said: dict[str, object] = {"kills": settings.kills, "workers": _WORKERS}
-    with distributed.LocalCluster(
-        n_workers=_WORKERS, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=60
-    ) as cluster:
+    with local_cluster(_WORKERS) as scheduler:
         for trial in (kill_workers, kill_clients):
             folder = settings.out.resolve() / trial.__name__
             folder.mkdir(parents=True, exist_ok=True)
-            trial(folder, settings, cluster.scheduler_address)
+            trial(folder, settings, scheduler)
             said[trial.__name__] = counted(folder, settings.tasks)
             print(trial.__name__, said[trial.__name__], flush=True)
     text = json.dumps(said, indent=1) + "\n"
@@ -126,8 +124,4 @@ if __name__ == "__main__":
     if sys.argv[1:2] == ["client"]:
         run_client(Path(sys.argv[2]), int(sys.argv[3]), sys.argv[4])
     else:
-        import dask
-
-        dask.config.set({"distributed.deploy.lost-worker-timeout": "1 h"})
-        dask.config.set({"distributed.scheduler.allowed-failures": 10})
         main(tyro.cli(Settings))

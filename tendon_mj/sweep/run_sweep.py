@@ -180,9 +180,7 @@ def run_sweep(
         WorkerError: see `run_tasks`.
     """
     table, path = ParquetParts(folder / TABLE), folder / PLAN
-    if not again:
-        check_folder(sweep, folder)
-    begun = None if again else read_plan(path)
+    begun = None if again else check_folder(sweep, folder)
     if begun is None:
         path.unlink(missing_ok=True)
         (folder / CSV).unlink(missing_ok=True)
@@ -204,8 +202,11 @@ def run_sweep(
     return SweepResult(sweep.axes, sweep.outputs, sweep.design.rollouts, table)
 
 
-def check_folder(sweep: Sweep, folder: Path) -> None:
+def check_folder(sweep: Sweep, folder: Path) -> Plan | None:
     """Refuse a folder that holds another sweep, or tables of none, before anything is changed.
+
+    Returns:
+        The plan that was begun there; None where there is none.
 
     Raises:
         InvalidValueError: names the first difference, with both values.
@@ -218,6 +219,7 @@ def check_folder(sweep: Sweep, folder: Path) -> None:
             f"{folder / TABLE} holds tables, and there is no {PLAN} that says of which sweep; give"
             " another --out, or --again to begin anew without them"
         )
+    return begun
 
 
 def batch_size(seconds: float, rollouts: int) -> int:
