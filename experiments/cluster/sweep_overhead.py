@@ -15,7 +15,7 @@ import tyro
 
 from tendon_mj import load_model
 from tendon_mj.sweep import Sweep, motion_recording, run_sweep
-from tendon_mj.tasks import Workers
+from tendon_mj.tasks import Workers, local_cluster
 
 _INTERVAL = 2.0  # between two looks at memory [s]
 
@@ -70,10 +70,8 @@ def measure(settings: Settings) -> Overhead:
         model, recording, parameters, draws=settings.rollouts, outputs=outputs, settle=0.0
     )
     with (
-        distributed.LocalCluster(
-            n_workers=settings.workers, threads_per_worker=1, dashboard_address="127.0.0.1:0"
-        ) as cluster,
-        distributed.Client(cluster) as client,
+        local_cluster(settings.workers) as scheduler,
+        distributed.Client(scheduler) as client,
         distributed.get_task_stream(client) as stream,
     ):
         me = psutil.Process()
@@ -81,7 +79,7 @@ def measure(settings: Settings) -> Overhead:
         watch = threading.Thread(target=_watch, args=(me, memory, ended))
         before, begun = _processor(me), time.monotonic()
         watch.start()
-        run_sweep(sweep, settings.out, on=Workers(scheduler=cluster.scheduler_address), again=True)
+        run_sweep(sweep, settings.out, on=Workers(scheduler=scheduler), again=True)
         wall = time.monotonic() - begun
         mine, theirs = (b - a for a, b in zip(before, _processor(me), strict=True))
         ended.set()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import time
 import warnings
 from collections.abc import Iterator, Sequence
@@ -11,17 +10,15 @@ from contextlib import ExitStack, contextmanager
 from typing import Any
 
 import cloudpickle
-import dask
 import distributed
 
 from tendon_mj.errors import WorkerError
 from tendon_mj.tasks.identity import THREADS, check_same, identity
 from tendon_mj.tasks.job import Function, Job
+from tendon_mj.tasks.local_cluster import local_cluster
 
 _AHEAD = 2  # tasks a worker: one that runs, and one that waits
-_ALLOWED_LOSSES = 10  # of workers under one task, on a cluster of our own
 _CONNECT, _WORKERS = 10.0, 60.0  # longest wait for a scheduler, and for its first worker [s]
-_REPLACED = "1 h"  # until a worker that died is given up; a busy machine takes more than 15 s
 _PATIENCE = 300.0  # with a scheduler that has lost all workers [s]
 _COUNTED = 1.0  # interval at which workers are counted [s]
 
@@ -100,26 +97,6 @@ def dask_pool(
         _check_workers(client, scheduler, sources)
         job = Job.of(function, shared, sources, cloudpickle.dumps)
         yield DaskPool(client, scheduler, job)
-
-
-@contextmanager
-def local_cluster(workers: int | None) -> Iterator[str]:
-    """Address of a scheduler with workers on this machine, which are begun anew when they die."""
-    settings = {
-        "distributed.scheduler.allowed-failures": _ALLOWED_LOSSES,
-        "distributed.deploy.lost-worker-timeout": _REPLACED,
-    }
-    with (
-        dask.config.set(settings),
-        distributed.LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            dashboard_address="127.0.0.1:0",
-            silence_logs=logging.CRITICAL + 1,
-            preload=["tendon_mj.tasks.worker_setup"],
-        ) as cluster,
-    ):
-        yield cluster.scheduler_address
 
 
 def _client(scheduler: str) -> distributed.Client:

@@ -19,7 +19,7 @@ NUMBERS = {key: k for k, key in enumerate(KEYS)}
 @pytest.fixture(scope="module")
 def scheduler():
     """Address of a scheduler with two workers."""
-    from tendon_mj.tasks.dask_pool import local_cluster
+    from tendon_mj.tasks import local_cluster
 
     with local_cluster(2) as address:
         yield address
