@@ -13,11 +13,12 @@ PACKAGE = Path(__file__).parents[1] / "tendon_mj"
 MODULES = sorted(p for p in PACKAGE.rglob("*.py") if "models" not in p.parts)
 # layer of each package, counted from the bottom; packages of one layer do not import each other
 LAYERS = {
-    "__main__": 10,
-    "cli": 9,
-    "environment": 9,
-    "view": 8,
-    "live": 8,
+    "__main__": 11,
+    "cli": 10,
+    "environment": 10,
+    "view": 9,
+    "live": 9,
+    "fleet": 8,
     "next_experiment": 8,
     "diagnosis": 7,
     "verification": 7,
@@ -241,6 +242,7 @@ SHOWN = {
     "tendon_mj.replay.engineering_units",
     "tendon_mj.replay.units",
     "tendon_mj.sweep.influence",
+    "tendon_mj.fleet.result",
     "tendon_mj.verification.first_motion.BenchReadings",
     "tendon_mj.verification.first_motion.FirstMotion",
     "tendon_mj.diagnosis.BeforeAfter",

@@ -15,6 +15,7 @@ from tendon_mj.cli.check import check
 from tendon_mj.cli.compare import compare
 from tendon_mj.cli.demo import demo
 from tendon_mj.cli.diagnose import diagnose
+from tendon_mj.cli.fleet import fleet
 from tendon_mj.cli.help import Command, documented, example
 from tendon_mj.cli.init import init
 from tendon_mj.cli.render import render
@@ -36,6 +37,7 @@ COMMANDS: dict[str, Command] = {
     "render": render,
     "simulate": simulate,
     "sweep": sweep,
+    "fleet": fleet,
     "view": view,
     "demo": demo,
 }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -13,6 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_mj.builders.model_digest import model_digest
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.open_loop import try_open_loop, unsolved_sheaths
@@ -140,10 +140,3 @@ class Rollouts:
 def simulate(rollouts: Rollouts, batch: Batch) -> dict[str, NDArray[Any]]:
     """The table of a batch, for `run_tasks`."""
     return rollouts.of(batch)
-
-
-def model_digest(model: mujoco.MjModel) -> str:
-    """16 hexadecimal digits of a compiled model's content."""
-    content = np.empty(mujoco.mj_sizeModel(model), np.uint8)
-    mujoco.mj_saveModel(model, None, content)
-    return hashlib.sha256(content.tobytes()).hexdigest()[:16]

@@ -18,6 +18,7 @@ from scipy.optimize import least_squares
 
 from tendon_mj.diagnosis.data.problem import Problem
 from tendon_mj.diagnosis.effects.effect import Candidate, Term
+from tendon_mj.diagnosis.model_selection.differences import differences
 from tendon_mj.replay.silenced_warnings import suppress_unsolved_warnings
 
 FloatArray = NDArray[np.float64]
@@ -275,8 +276,9 @@ class _Solver:
         key = point.tobytes()
         if key not in self._jacobian:
             step = np.where(point > self.bounds.mean(axis=0), -_DIFFERENCE, _DIFFERENCE)
-            moved = [self._parameters(shifted) for shifted in point + np.diag(step)]
-            matrix = (self.problem.residuals(moved) - self._residual(point)).T / step
+            matrix = differences(
+                self.problem, self.terms, self._parameters, point, step, self._residual(point)
+            )
             self._jacobian.clear()  # a minute of recordings is megabytes
             self._jacobian[key] = np.nan_to_num(matrix, posinf=0.0, neginf=0.0)
         rows = self._jacobian[key][self.problem.in_train]

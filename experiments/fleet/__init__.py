@@ -1,0 +1,1 @@
+"""Hidden fleets: rigs of one kind recorded over days, some of which change in something."""

@@ -1,0 +1,68 @@
+"""`tendon-mj fleet`: which of many rigs of one kind changed, in what, and since when."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.diagnosis.provenance import collect_provenance
+from tendon_mj.fleet import run_fleet
+from tendon_mj.tasks import Workers
+from tendon_mj.view.figures.fleet import changes_figure, spread_figure
+from tendon_mj.view.fleet.page import CHANGES, SPREAD, fleet_page, pictures_of
+from tendon_mj.view.fleet.table import write_table
+from tendon_mj.whole_file import whole_file
+
+PAGE, TABLE = "fleet.html", "fleet.csv"
+
+
+def fleet(
+    folder: Annotated[Path, tyro.conf.Positional],
+    out: Path = Path("out/fleet"),
+    processes: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    again: bool = False,
+) -> dict[str, object]:
+    """Find which rig of many changed, in what and since when, and which differs from its fellows.
+
+    Args:
+        folder: one folder a rig in it, with recordings named after their day, as 2026-03-03.csv, or
+            in folders so named; each has its TOML beside it, or there is a description.toml for
+            all.
+        out: folder for the page, the table, result.json, and what was computed of each rig, which
+            the next run does not compute again.
+        processes: of this machine, without Dask; default: as many as it has cores.
+        workers: of a Dask cluster that lives as long as the run.
+        scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786.
+        again: compute every rig again.
+
+    Example:
+        tendon-mj fleet hands --out out/hands
+    """
+    on = Workers(processes=processes, workers=workers, scheduler=scheduler)
+    output = Output(out)
+    with progress_bar() as progress:
+        found = run_fleet(folder, out / "rigs", on=on, again=again, progress=progress)
+    figures = {CHANGES: changes_figure(found), SPREAD: spread_figure(found)}
+    for name, figure in figures.items():
+        if figure is not None:
+            output.figure(name, figure)
+    output.add(write_table(found, out / TABLE))
+    command = shlex.join(["tendon-mj", "fleet", str(folder), "--out", str(out)])
+    provenance = collect_provenance(command)
+    with whole_file(out / PAGE) as made:
+        page = fleet_page(found, pictures_of(figures), provenance, str(folder))
+        made.write_text(page, encoding="utf-8")
+    output.add(out / PAGE)
+    result = found.result() | {"provenance": provenance.result()}
+    output.result(result)
+    for verdict in ("changed", "differs", "failed"):
+        for rig in found.of(verdict):
+            console.print(f"  {rig.sentence(found.units)}", soft_wrap=True)
+    output.close(f"{found.sentence} Page: {out / PAGE}")
+    return result

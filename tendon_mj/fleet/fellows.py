@@ -1,0 +1,61 @@
+"""A rig beside its fellows: which of its numbers is not as theirs are.
+
+Of a number x_r with standard error s_r on rig r, the fleet has the median m and, from the median
+absolute deviation, a spread S that no few rigs can widen. A rig differs where
+
+    |x_r − m| > 5 √(S² + s_r²).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+FEWEST = 5  # rigs, for a spread between them
+DIFFERENT = 5.0  # standard deviations
+_GAUSS = 0.6744897501960817  # median |x| of a standard normal variable
+
+
+@dataclass(frozen=True)
+class Spread:
+    """A number on all rigs of a fleet: its median, and its spread between them [its unit]."""
+
+    median: float
+    between: float
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A number of a rig that is not as its fellows' [its unit]; how much, in spreads [-]."""
+
+    name: str
+    value: float
+    spread: Spread
+    significance: float
+
+
+def spread_between(values: Mapping[str, float], errors: Mapping[str, float]) -> Spread:
+    """Median and spread of rig → value, beyond their standard errors."""
+    found = np.array(list(values.values()))
+    median = float(np.median(found))
+    deviation = float(np.median(np.abs(found - median))) / _GAUSS
+    own = float(np.median([errors[rig] for rig in values]))
+    return Spread(median, float(np.sqrt(max(deviation**2 - own**2, 0.0))))
+
+
+def differences(
+    name: str, values: Mapping[str, float], errors: Mapping[str, float], spread: Spread
+) -> dict[str, Difference]:
+    """Rig → how it differs, of the rigs that do; none where there are too few to tell."""
+    if len(values) < FEWEST:
+        return {}
+    found = {}
+    for rig, value in values.items():
+        expected = float(np.hypot(spread.between, errors[rig]))
+        away = abs(value - spread.median)
+        if away > DIFFERENT * expected:
+            ratio = away / expected if expected > 0.0 else np.inf
+            found[rig] = Difference(name, value, spread, float(ratio))
+    return found

@@ -1,0 +1,204 @@
+"""What was found of a fleet: of each rig whether it changed, or differs from its fellows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from datetime import datetime
+from typing import Any, Literal
+
+from tendon_mj.diagnosis.effects.catalogue import CATALOGUE
+from tendon_mj.fleet.fellows import Difference, Spread
+from tendon_mj.fleet.rig import stamp
+from tendon_mj.fleet.series import Series
+from tendon_mj.fleet.since import Change
+from tendon_mj.replay.engineering_units import engineering_unit, plain, quantity
+
+Verdict = Literal["changed", "differs", "as its fellows", "failed"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigFound:
+    """What was found of one rig.
+
+    Attributes:
+        name: of its folder.
+        dates: of its recordings.
+        error: why there is nothing to say of it; empty where there is.
+        values, errors: parameter → fitted value and its standard error [its unit]; where it
+            changed, before that.
+        misfit: root mean square of what the calibrated model leaves [noise].
+        left: likewise, with the change.
+        change: what changed, and since when; None where nothing did.
+        series: the number that changed, day by day.
+        rivals: numbers whose change explains the recordings as well.
+        differences: numbers that are not as its fellows'.
+    """
+
+    name: str
+    dates: tuple[datetime, ...]
+    error: str = ""
+    values: Mapping[str, float]
+    errors: Mapping[str, float]
+    misfit: float = float("nan")
+    left: float = float("nan")
+    change: Change | None = None
+    series: Series | None = None
+    rivals: tuple[Series, ...] = ()
+    differences: tuple[Difference, ...] = ()
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict in a word or three."""
+        if self.error:
+            return "failed"
+        if self.change:
+            return "changed"
+        return "differs" if self.differences else "as its fellows"
+
+    def sentence(self, units: Mapping[str, str]) -> str:
+        """What is to be said of the rig, with units; ``units``: parameter → its unit."""
+        parts = [self._changed()] if self.change else []
+        for one in self.differences:
+            unit = units.get(one.name, "noise")
+            text = f"{one.name} is {_pair(one.value, one.spread.median, unit)[0]}"
+            parts.append(f"{text}, the fleet's median {quantity(one.spread.median, unit)}")
+        said = "; ".join(parts) or self.error or "as its fellows"
+        return f"{self.name}: {said}."
+
+    def _changed(self) -> str:
+        change, series = self.change, self.series
+        if change is None or series is None:
+            return ""
+        before, after = _pair(change.before, change.after, series.unit)
+        how = "since" if change.course == "step" else "growing since"
+        text = f"{what(series)} {before} → {after} {how} {stamp(change.since)}"
+        if self.rivals:
+            text += f", or as well {', or '.join(what(rival) for rival in self.rivals)}"
+        return text
+
+    def result(self) -> dict[str, Any]:
+        """Plain numbers and words, as in `result.json`."""
+        change, series = self.change, self.series
+        changed = None
+        if change is not None and series is not None:
+            changed = {
+                **asdict(change),
+                "since": change.since.isoformat(),
+                "last_same": change.last_same.isoformat(),
+                "parameter": series.parameter,
+                "effect": series.number.identifier,
+                "unit": series.unit,
+                "values": series.values.tolist(),
+                "errors": series.errors.tolist(),
+                "rivals": [
+                    {"parameter": r.parameter, "effect": r.number.identifier} for r in self.rivals
+                ],
+            }
+        return {
+            "rig": self.name,
+            "verdict": self.verdict,
+            "error": self.error,
+            "dates": [date.isoformat() for date in self.dates],
+            "values": dict(self.values),
+            "errors": dict(self.errors),
+            "misfit": self.misfit,
+            "left": self.left,
+            "changed": changed,
+            "differs": [
+                {
+                    "name": d.name,
+                    "value": d.value,
+                    "median": d.spread.median,
+                    "between": d.spread.between,
+                    "significance": d.significance,
+                }
+                for d in self.differences
+            ],
+        }
+
+
+def what(series: Series) -> str:
+    """A number in words: its parameter, and the effect that it is of."""
+    if not series.number.identifier:
+        return series.number.name
+    return f"{series.number.name} ({CATALOGUE[series.number.identifier].name})"
+
+
+def _pair(before: float, after: float, unit: str) -> tuple[str, str]:
+    """Two values in one unit, the second with its symbol."""
+    chosen = engineering_unit(unit, [before, after])
+    symbol = f" {chosen.symbol}" if chosen.symbol and chosen.symbol != "°" else chosen.symbol
+    numbers = [plain(value * chosen.factor) for value in (before, after)]
+    return numbers[0], f"{numbers[1]}{symbol}"
+
+
+@dataclass(frozen=True)
+class FleetFound:
+    """What was found of a fleet.
+
+    Attributes:
+        rigs: in the order of their names.
+        spreads: parameter → median and spread between rigs [its unit].
+        units: parameter → its unit.
+    """
+
+    rigs: Sequence[RigFound]
+    spreads: Mapping[str, Spread]
+    units: Mapping[str, str]
+
+    def of(self, verdict: Verdict) -> list[RigFound]:
+        """The rigs with a verdict."""
+        return [rig for rig in self.rigs if rig.verdict == verdict]
+
+    @property
+    def sentence(self) -> str:
+        """What came out, in a sentence."""
+        changed, differ, failed = (self.of(v) for v in ("changed", "differs", "failed"))
+        parts = [f"{len(changed)} changed" + _names(changed)]
+        if differ:
+            parts.append(f"{len(differ)} differ from their fellows" + _names(differ))
+        if failed:
+            parts.append(f"{len(failed)} could not be fitted" + _names(failed))
+        return f"Of {len(self.rigs)} rigs {', '.join(parts)}."
+
+    def result(self) -> dict[str, Any]:
+        """Plain numbers and words, as in `result.json`."""
+        return {
+            "sentence": self.sentence,
+            "rigs": [{**rig.result(), "sentence": rig.sentence(self.units)} for rig in self.rigs],
+            "spreads": {
+                name: {**asdict(s), "unit": self.units[name]} for name, s in self.spreads.items()
+            },
+        }
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each rig."""
+        return [_row(rig) for rig in self.rigs]
+
+
+def _names(rigs: Sequence[RigFound]) -> str:
+    return f" ({', '.join(rig.name for rig in rigs)})" if rigs else ""
+
+
+def _row(rig: RigFound) -> dict[str, Any]:
+    change, series = rig.change, rig.series
+    return {
+        "rig": rig.name,
+        "verdict": rig.verdict,
+        "recordings": len(rig.dates),
+        "first": rig.dates[0].isoformat(),
+        "last": rig.dates[-1].isoformat(),
+        "changed": series.parameter if series and change else "",
+        "effect": series.number.identifier if series and change else "",
+        "since": change.since.isoformat() if change else "",
+        "before": change.before if change else None,
+        "after": change.after if change else None,
+        "unit": series.unit if series and change else "",
+        "significance": change.significance if change else None,
+        "differs": "; ".join(d.name for d in rig.differences),
+        "misfit_noise": rig.misfit,
+        "left_noise": rig.left,
+        **rig.values,
+        "error": rig.error,
+    }

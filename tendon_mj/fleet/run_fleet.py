@@ -1,0 +1,200 @@
+"""A fleet of rigs of one kind: which one changed, in what and since when, and which one differs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from tendon_mj.builders.load import load_model
+from tendon_mj.builders.model_digest import model_digest
+from tendon_mj.errors import TendonError
+from tendon_mj.fleet.changes import SIGNIFICANT, reproducibility, suspects
+from tendon_mj.fleet.fellows import Spread, differences, spread_between
+from tendon_mj.fleet.number import Number
+from tendon_mj.fleet.observation import Observation, observe
+from tendon_mj.fleet.result import FleetFound, RigFound
+from tendon_mj.fleet.rig import Rig, find_rigs
+from tendon_mj.fleet.series import Asked, Series, explanation, fit_series
+from tendon_mj.fleet.since import find_change
+from tendon_mj.fleet.store import RigFiles, digest_of
+from tendon_mj.progress import Progress, silent
+from tendon_mj.recordings.recording import Recording
+from tendon_mj.tasks import Workers, run_tasks
+
+_ERROR, _SERIES = "error", "series"
+
+_Task = tuple[tuple[Recording, ...], mujoco.MjModel]
+_SeriesTask = tuple[tuple[Recording, ...], mujoco.MjModel, list[float], list[Asked]]
+
+
+def run_fleet(
+    folder: Path,
+    out: Path,
+    *,
+    on: Workers | None = None,
+    again: bool = False,
+    progress: Progress = silent,
+) -> FleetFound:
+    """Find which rigs of a fleet changed, and which differ from their fellows.
+
+    Each rig is calibrated by itself. What differs between days where nothing changed, and between
+    rigs that are alike, is estimated from all of them, and is what a change or a difference is
+    judged by. What was computed of a rig is kept in ``out``, and is computed again only where its
+    recordings, its model or the version are others.
+
+    Args:
+        folder: see `find_rigs`.
+        out: for what is kept.
+        on: where to run; default: this machine's cores.
+        again: compute also what is kept.
+        progress: called with a label, how many rigs are done, and of how many.
+
+    Raises:
+        RecordingError: the folder is no fleet, or a file of it cannot be read.
+        WorkerError: see `run_tasks`.
+    """
+    rigs = {rig.name: rig for rig in find_rigs(folder)}
+    tasks = {name: _task(rig) for name, rig in rigs.items()}
+    of = {name: digest_of(rig, model_digest(tasks[name][1]).encode()) for name, rig in rigs.items()}
+    kept = RigFiles(out / "observations", of, again=again)
+    run_tasks(
+        _observe,
+        None,
+        list(rigs),
+        tasks.__getitem__,
+        kept,
+        on=on,
+        progress=progress,
+        what="calibrate",
+    )
+    read = {name: kept.read(name) for name in rigs}
+    errors = {name: found[_ERROR] for name, found in read.items() if _ERROR in found}
+    seen = {n: Observation.from_plain(f) for n, f in read.items() if _ERROR not in f}
+    spreads = reproducibility(list(seen.values()))
+    asked = {
+        name: [
+            Asked(one.numbers[s.index], tuple((s.change * s.template.weights).tolist()))
+            for s in suspects(one, rigs[name].dates, spreads)
+        ]
+        for name, one in seen.items()
+    }
+    again_fitted = {
+        name: (*tasks[name], seen[name].terms.tolist(), found)
+        for name, found in asked.items()
+        if found
+    }
+    series = _all_series(again_fitted, of, out, on=on, again=again, progress=progress)
+    found = [
+        _found(rig, seen.get(name), series.get(name, []), spreads, errors.get(name, ""))
+        for name, rig in rigs.items()
+    ]
+    return _beside_fellows(found, _units(seen.values()))
+
+
+def _task(rig: Rig) -> _Task:
+    recordings = rig.read()
+    return recordings, load_model(recordings[0].model, beside=recordings[0].beside)
+
+
+def _observe(_: None, task: _Task) -> dict[str, Any]:
+    try:
+        return observe(*task).plain()
+    except TendonError as error:
+        return {_ERROR: str(error)}
+
+
+def _fit_series(_: None, task: _SeriesTask) -> dict[str, Any]:
+    recordings, model, start, asked = task
+    found = fit_series(recordings, start, asked, model)
+    return {_SERIES: [one.plain() for one in found]}
+
+
+def _all_series(
+    tasks: Mapping[str, _SeriesTask],
+    of: Mapping[str, str],
+    out: Path,
+    *,
+    on: Workers | None,
+    again: bool,
+    progress: Progress,
+) -> dict[str, list[Series]]:
+    """Rig → the numbers that may have changed, day by day, the one that explains most first."""
+    digests = {name: f"{of[name]} {asked}" for name, (*_, asked) in tasks.items()}
+    kept = RigFiles(out / "changes", digests, again=again)
+    run_tasks(
+        _fit_series,
+        None,
+        list(tasks),
+        tasks.__getitem__,
+        kept,
+        on=on,
+        progress=progress,
+        what="day by day",
+    )
+    return {n: [Series.from_plain(one) for one in kept.read(n)[_SERIES]] for n in tasks}
+
+
+def _found(
+    rig: Rig,
+    observation: Observation | None,
+    series: Sequence[Series],
+    spreads: Mapping[Number, float],
+    error: str,
+) -> RigFound:
+    """What is found of a rig by itself."""
+    make = partial(RigFound, name=rig.name, dates=rig.dates)
+    if observation is None:
+        return make(error=error, values={}, errors={})
+    names = [number.name for number in observation.numbers[: observation.shared]]
+    values = dict(zip(names, observation.values.tolist(), strict=True))
+    errors = dict(zip(names, observation.errors.tolist(), strict=True))
+    misfit = _misfit(observation.square)
+    if not series:
+        return make(values=values, errors=errors, misfit=misfit, left=misfit)
+    first, rivals = explanation(series)
+    deviations = np.hypot(first.errors, spreads[first.number] * first.probe)
+    change = find_change(rig.dates, first.values, deviations)
+    if change.significance < SIGNIFICANT:
+        return make(values=values, errors=errors, misfit=misfit, left=misfit)
+    before = {**first.others, first.number.name: change.before}
+    return make(
+        values={name: before.get(name, value) for name, value in values.items()},
+        errors=errors,
+        misfit=misfit,
+        left=_misfit(first.square),
+        change=change,
+        series=first,
+        rivals=tuple(rivals),
+    )
+
+
+def _beside_fellows(rigs: Sequence[RigFound], units: Mapping[str, str]) -> FleetFound:
+    """Compare what was fitted between rigs."""
+    solid = [rig for rig in rigs if not rig.error]
+    spreads: dict[str, Spread] = {}
+    different: dict[str, list[Any]] = {rig.name: [] for rig in rigs}
+    for name in units:
+        values = {rig.name: rig.values[name] for rig in solid if name in rig.values}
+        errors = {rig.name: rig.errors[name] for rig in solid if name in rig.values}
+        spreads[name] = spread_between(values, errors)
+        for rig, one in differences(name, values, errors, spreads[name]).items():
+            different[rig].append(one)
+    return FleetFound(
+        [replace(rig, differences=tuple(different[rig.name])) for rig in rigs], spreads, units
+    )
+
+
+def _units(observations: Any) -> dict[str, str]:
+    return {
+        number.name: number.unit for one in observations for number in one.numbers[: one.shared]
+    }
+
+
+def _misfit(square: Any) -> float:
+    return float(np.sqrt(np.mean(square)))

@@ -1,0 +1,59 @@
+"""A fleet that takes seconds: short recordings of a coarse bench, simulated by the model itself."""
+
+import dataclasses
+from datetime import date, timedelta
+from pathlib import Path
+
+import numpy as np
+
+from tendon_mj.builders.bench import Bench, build_bench
+from tendon_mj.recordings import Measured, Recording, Uncertain, write_recording
+from tendon_mj.replay import Simulator
+
+DAYS = 7
+FIRST = date(2026, 3, 1)
+CHANGED, SINCE = "hand_2", 4  # which rig, and its first recording with the change
+BEFORE, AFTER = 0.15, 0.24  # friction of that one
+NOISE = 0.05  # [N]
+UNCERTAIN = {
+    "sheath.friction": Uncertain(0.15, 0.05, 0.4),
+    "sheath.pretension": Uncertain(20.0, 15.0, 25.0),
+}
+
+
+def write_fleet(folder: Path, rigs: int = 4) -> None:
+    """Write rigs of which one changes its friction, with one description for all."""
+    rng = np.random.default_rng(3)
+    folder.mkdir(parents=True, exist_ok=True)
+    model = build_bench(Bench(guides=4, timestep=1e-3))
+    (folder / "bench.xml").write_text(model.to_xml() if model.compile() else "", encoding="utf-8")
+    time = np.arange(0.0, 1.2, 0.01)
+    drive = 1e-3 * np.sin(2.0 * np.pi * 1.5 * time)
+    bare = Recording(
+        name="any",
+        model=str(folder / "bench.xml"),
+        source="made for a test",
+        time=time,
+        columns={"reel_m": drive, "input_N": 0.0 * time, "output_N": 0.0 * time},
+        drive={"reel_m": "reel"},
+        measured={
+            "input_N": Measured("input_tension", NOISE),
+            "output_N": Measured("output_tension", NOISE),
+        },
+        uncertain=UNCERTAIN,
+    )
+    simulate = Simulator([bare], threads=1)
+    for k in range(rigs):
+        rig = folder / f"hand_{k + 1}"
+        rig.mkdir()
+        own = {"sheath.pretension": 20.0 + 0.3 * k}
+        for day in range(DAYS):
+            changed = rig.name == CHANGED and day >= SINCE
+            friction = (AFTER if changed else BEFORE) * (1.0 + rng.normal(0.0, 0.01))
+            (answer,) = simulate([{**own, "sheath.friction": friction}])[0]
+            noisy = {c: v + rng.normal(0.0, NOISE, v.size) for c, v in answer.items()}
+            one = dataclasses.replace(
+                bare, model="bench.xml", columns={"reel_m": drive, **noisy}, name="any"
+            )
+            path = write_recording(one, rig / f"{FIRST + timedelta(days=day)}")
+            path.with_suffix(".toml").replace(folder / "description.toml")

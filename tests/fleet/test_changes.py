@@ -1,0 +1,131 @@
+"""Changes over time: planted ones are found where they are, and nothing where nothing changed."""
+
+from datetime import datetime, timedelta
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tendon_mj.fleet.changes import reproducibility, suspects, templates
+from tendon_mj.fleet.fellows import differences, spread_between
+from tendon_mj.fleet.number import Number
+from tendon_mj.fleet.observation import Observation
+from tendon_mj.fleet.since import find_change
+
+DAYS = 10
+DATES = [datetime(2026, 3, 1) + timedelta(days=k) for k in range(DAYS)]
+NUMBERS = tuple(
+    Number(f"e.{name}", name if k > 1 else "", "-", 0.1) for k, name in enumerate("abcd")
+)
+DAILY = 0.3  # probes, from day to day
+
+
+def rig(seed, planted=None, first=5, change=0.0, course="step"):
+    """What a linear rig says whose first two numbers are fitted to all recordings."""
+    rng = np.random.default_rng(seed)
+    shapes = np.random.default_rng(0).normal(size=(200, len(NUMBERS)))
+    residuals = []
+    for k in range(DAYS):
+        share = float(k >= first)
+        if course == "ramp":
+            share = min(max((k - first + 1) / (DAYS - first), 0.0), 1.0)
+        numbers = rng.normal(0.0, DAILY, len(NUMBERS))
+        if planted is not None:
+            numbers[planted] += share * change
+        residuals.append(-shapes @ numbers + rng.normal(size=200))
+    shared = 2
+    jacobian, rows = shapes[:, :shared], np.array(residuals)
+    fit = np.linalg.lstsq(np.tile(jacobian, (DAYS, 1)), rows.ravel(), rcond=None)[0]
+    rows = rows - jacobian @ fit
+    return Observation(
+        numbers=NUMBERS,
+        shared=shared,
+        terms=np.zeros(shared),
+        values=np.zeros(shared),
+        errors=np.zeros(shared),
+        samples=np.full(DAYS, 200.0),
+        square=(rows**2).mean(axis=1),
+        normal=np.array([shapes.T @ shapes] * DAYS),
+        gradient=rows @ shapes,
+    )
+
+
+FLEET = [rig(100 + k) for k in range(20)]
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    planted=st.integers(0, len(NUMBERS) - 1),
+    first=st.integers(2, DAYS - 2),
+    sign=st.sampled_from([-1.0, 1.0]),
+    seed=st.integers(0, 1000),
+)
+def test_a_planted_step_is_found_in_its_number_and_on_its_day(planted, first, sign, seed):
+    changed = rig(seed, planted, first, sign * 12.0 * DAILY)
+    spreads = reproducibility([*FLEET, changed])
+    best, *_ = suspects(changed, DATES, spreads)
+    assert best.index == planted
+    assert best.template.first == first
+    assert best.change == pytest.approx(sign * 12.0 * DAILY, abs=4.0 * DAILY)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(2000, 10**6))
+def test_what_differs_from_day_to_day_is_no_change(seed):
+    same = rig(seed)
+    assert not suspects(same, DATES, reproducibility([*FLEET, same]))
+
+
+def test_reproducibility_is_that_of_the_days_whatever_a_few_rigs_do():
+    wild = [rig(500 + k, 0, 5, 100.0) for k in range(4)]
+    for number, spread in reproducibility([*FLEET, *wild]).items():
+        assert spread == pytest.approx(DAILY, rel=0.5), number
+
+
+def test_few_recordings_have_no_template():
+    assert not templates(DATES[:3])
+    assert {t.course for t in templates(DATES[:4])} == {"step"}
+    for template in templates(DATES):
+        assert template.weights[template.first - 1] == 0.0 < template.weights[template.first]
+        assert template.weights.max() == 1.0
+
+
+@pytest.mark.parametrize("course", ["step", "ramp"])
+@pytest.mark.parametrize("first", [2, 4, 6])
+def test_a_series_says_since_when_and_how(course, first):
+    shares = np.array([float(k >= first) for k in range(DAYS)])
+    if course == "ramp":
+        shares = np.clip((np.arange(DAYS) - first + 1) / (DAYS - first), 0.0, 1.0)
+    values = 3.0 + 2.0 * shares + 0.02 * np.random.default_rng(1).normal(size=DAYS)
+    found = find_change(DATES, values, np.full(DAYS, 0.02))
+    assert found.course == course
+    assert found.since == DATES[first]
+    assert found.last_same == DATES[first - 1]
+    assert [found.before, found.after] == pytest.approx([3.0, 5.0], abs=0.06)
+    assert found.significance > 30.0
+
+
+def test_one_odd_day_is_no_change():
+    values = np.ones(DAYS)
+    values[6] = 9.0
+    assert find_change(DATES, values, np.full(DAYS, 0.1)).significance < 5.0
+
+
+def test_a_rig_differs_where_its_fellows_do_not():
+    rng = np.random.default_rng(2)
+    values = {f"rig_{k}": 5.0 + 0.2 * rng.normal() for k in range(30)} | {"odd": 7.0}
+    errors = dict.fromkeys(values, 0.01)
+    spread = spread_between(values, errors)
+    assert spread.median == pytest.approx(5.0, abs=0.1)
+    assert spread.between == pytest.approx(0.2, rel=0.4)
+    assert set(differences("e.a", values, errors, spread)) == {"odd"}
+    few = {name: values[name] for name in ("rig_0", "rig_1", "odd")}
+    assert not differences("e.a", few, errors, spread_between(few, errors))
+
+
+def test_an_observation_survives_json():
+    one = FLEET[0]
+    again = Observation.from_plain(one.plain())
+    assert again.numbers == one.numbers
+    assert np.array_equal(again.normal, one.normal)

@@ -1,0 +1,64 @@
+"""A fleet from its folder to its page."""
+
+import json
+
+import pandas
+import pytest
+
+from tendon_mj.cli.main import main
+from tests.fleet.small_fleet import AFTER, BEFORE, CHANGED, write_fleet
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """Folders of a fleet and of what was found of it."""
+    base = tmp_path_factory.mktemp("fleet")
+    write_fleet(base / "hands")
+    broken = base / "hands" / "hand_9"
+    broken.mkdir()
+    still = "time_s,reel_m,input_N,output_N\n" + "".join(f"{0.1 * k},0,20,20\n" for k in range(20))
+    (broken / "2026-03-01.csv").write_text(still, encoding="utf-8")
+    assert main(["fleet", str(base / "hands"), "--out", str(base / "out"), "--processes", "1"]) == 0
+    return base
+
+
+def test_the_rig_that_changed_is_named_with_what_and_since_when(run):
+    found = json.loads((run / "out" / "result.json").read_text(encoding="utf-8"))
+    rigs = {rig["rig"]: rig for rig in found["rigs"]}
+    changed = rigs[CHANGED]["changed"]
+    assert {name for name, rig in rigs.items() if rig["verdict"] == "changed"} == {CHANGED}
+    assert changed["parameter"] == "sheath.friction"
+    assert changed["course"] == "step"
+    assert changed["since"].startswith("2026-03-05")
+    assert [changed["before"], changed["after"]] == pytest.approx([BEFORE, AFTER], abs=0.01)
+    assert f"{CHANGED}: sheath.friction 0.1" in rigs[CHANGED]["sentence"]
+    assert "since 2026-03-05" in rigs[CHANGED]["sentence"]
+
+
+def test_a_rig_that_cannot_be_fitted_is_told_and_stops_no_other(run):
+    found = json.loads((run / "out" / "result.json").read_text(encoding="utf-8"))
+    rigs = {rig["rig"]: rig for rig in found["rigs"]}
+    assert rigs["hand_9"]["verdict"] == "failed"
+    assert rigs["hand_9"]["error"]
+    assert "hand_9" in found["sentence"]
+
+
+def test_table_and_page_have_every_rig(run):
+    table = pandas.read_csv(run / "out" / "fleet.csv")
+    assert list(table["rig"]) == ["hand_1", "hand_2", "hand_3", "hand_4", "hand_9"]
+    page = (run / "out" / "fleet.html").read_text(encoding="utf-8")
+    for name in table["rig"]:
+        assert page.count(name) >= 1
+    assert "http" not in page.replace("http-equiv", "")
+
+
+def test_a_second_run_computes_only_what_is_new(run, capsys):
+    kept = sorted((run / "out" / "rigs").rglob("*.json"))
+    times = {path: path.stat().st_mtime_ns for path in kept}
+    fleet = run / "hands"
+    rows = (fleet / "hand_3" / "2026-03-07.csv").read_text(encoding="utf-8")
+    (fleet / "hand_3" / "2026-03-09.csv").write_text(rows.replace("1.19,", "1.195,"))
+    assert main(["fleet", str(fleet), "--out", str(run / "out"), "--processes", "1"]) == 0
+    again = {path.name for path, time in times.items() if path.stat().st_mtime_ns != time}
+    assert again == {"hand_3.json"}
+    assert "1 changed (hand_2)" in capsys.readouterr().out
