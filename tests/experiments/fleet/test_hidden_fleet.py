@@ -1,0 +1,77 @@
+"""Hidden fleets: what changes does so on its day, and the score counts what was found."""
+
+import json
+
+import numpy as np
+import pytest
+
+from experiments.fleet.changing_rig import KINDS, RigChange, draw_change
+from experiments.fleet.make_fleet import Settings, make_fleet
+from experiments.fleet.score_fleet import score
+from experiments.hidden_effects.references.bench import ReferenceBench
+from tendon_mj.fleet import find_rigs
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_change_begins_on_its_day_and_a_ramp_grows(kind):
+    change = draw_change(kind, 12, np.random.default_rng(1))
+    rig = ReferenceBench()
+    assert all(change.applied(rig, k, 12) is rig for k in range(change.first))
+    assert change.applied(rig, change.first, 12) != rig
+    assert change.applied(rig, 11, 12) == KINDS[kind].apply(rig, change.size)
+
+
+def test_a_ramp_grows():
+    change = RigChange("friction", 0.4, "ramp", 8)
+    rig = ReferenceBench()
+    grown = [change.applied(rig, k, 12).friction / rig.friction for k in range(7, 12)]
+    assert grown == pytest.approx([1.0, 1.1, 1.2, 1.3, 1.4])
+
+
+def test_a_fleet_is_written_with_its_key(tmp_path):
+    settings = Settings(
+        out=tmp_path / "fleet",
+        key=tmp_path / "key.json",
+        rigs=2,
+        changing=1,
+        recordings=8,
+        processes=1,
+    )
+    make_fleet(settings)
+    rigs = {rig.name: rig for rig in find_rigs(settings.out)}
+    key = json.loads(settings.key.read_text(encoding="utf-8"))
+    assert [len(rig.dates) for rig in rigs.values()] == [8, 8]
+    ((name, true),) = key.items()
+    assert true["since"] == rigs[name].dates[true["first"]].isoformat()
+    assert rigs[name].read()[0].uncertain.keys() >= {"sheath.friction"}
+
+
+def test_the_score_counts_what_was_found_named_and_dated():
+    dates = ["2026-03-01T00:00:00", "2026-03-02T00:00:00", "2026-03-04T00:00:00"]
+
+    def rig(name, parameter=None, since=None, rivals=(), verdict=None):
+        changed = None
+        if parameter:
+            changed = {"parameter": parameter, "since": since, "before": 1.0, "after": 2.0}
+            changed["rivals"] = [{"parameter": one} for one in rivals]
+        verdict = verdict or ("changed" if changed else "as its fellows")
+        return {"rig": name, "dates": dates, "changed": changed, "verdict": verdict}
+
+    true = {"kind": "friction", "course": "step", "size": 0.3, "since": dates[1]}
+    key = {n: {**true, "parameter": "sheath.friction"} for n in "abc"}
+    rigs = [
+        rig("a", "sheath.friction", dates[2]),
+        rig("b", "reel.delay", dates[1], ["sheath.friction"]),
+        rig("c"),
+        rig("d", "sheath.creep", dates[1]),
+        rig("e", verdict="differs"),
+        rig("f"),
+    ]
+    found = score(key, rigs)
+    assert [found[k] for k in ("found", "named", "named_first", "within_a_recording")] == [
+        2,
+        2,
+        1,
+        2,
+    ]
+    assert found["false_alarms"] == ["d", "e"]
