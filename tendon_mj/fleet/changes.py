@@ -15,7 +15,7 @@ from the differences between successive days of all rigs (their median is blind 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
@@ -23,7 +23,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.fleet.number import Number
+from tendon_mj.fleet.number import Label
 from tendon_mj.fleet.observation import Observation
 
 FloatArray = NDArray[np.float64]
@@ -86,30 +86,31 @@ def daily(observation: Observation) -> FloatArray:
     return np.where(diagonal > 0.0, found, np.nan)
 
 
-def reproducibility(observations: Sequence[Observation]) -> dict[Number, float]:
-    """Number → standard deviation from day to day [probes], of all rigs together."""
-    differences: dict[Number, list[FloatArray]] = {}
-    floors: dict[Number, list[float]] = {}
+def reproducibility(observations: Sequence[Observation]) -> dict[Label, float]:
+    """Number → standard deviation from day to day [its unit], of all rigs together."""
+    differences: dict[Label, list[FloatArray]] = {}
+    floors: dict[Label, list[float]] = {}
     for one in observations:
-        steps = np.diff(daily(one), axis=0) / np.sqrt(2.0)
+        probes = np.array([number.probe for number in one.numbers])
+        steps = probes * np.diff(daily(one), axis=0) / np.sqrt(2.0)
         information = np.einsum("kii->ki", one.normal)
         noise = np.sqrt(np.maximum(one.square, 1.0))[:, None]
         with np.errstate(divide="ignore"):
-            floor = np.median(noise / np.sqrt(information), axis=0)
+            floor = probes * np.median(noise / np.sqrt(information), axis=0)
         for k, number in enumerate(one.numbers):
-            differences.setdefault(number, []).append(steps[:, k])
-            floors.setdefault(number, []).append(float(floor[k]))
+            differences.setdefault(number.label, []).append(steps[:, k])
+            floors.setdefault(number.label, []).append(float(floor[k]))
     found = {}
-    for number, parts in differences.items():
-        steps = np.concatenate(parts)
-        steps = np.abs(steps[np.isfinite(steps)])
-        spread = float(np.median(steps)) / _GAUSS if steps.size else np.inf
-        found[number] = max(spread, float(np.median(floors[number])))
+    for label, parts in differences.items():
+        every = np.concatenate(parts)
+        every = np.abs(every[np.isfinite(every)])
+        spread = float(np.median(every)) / _GAUSS if every.size else np.inf
+        found[label] = max(spread, float(np.median(floors[label])))
     return found
 
 
 def suspects(
-    observation: Observation, dates: Sequence[datetime], spreads: dict[Number, float]
+    observation: Observation, dates: Sequence[datetime], spreads: Mapping[Label, float]
 ) -> list[Suspect]:
     """Numbers that may have changed, those that explain most first; none where nothing did."""
     courses, best = templates(dates), dict[int, Suspect]()
@@ -118,7 +119,7 @@ def suspects(
         lever = float(np.sqrt(((template.weights - template.weights.mean()) ** 2).sum()))
         for k, number in enumerate(observation.numbers):
             if k not in best or gain[k] > best[k].gain:
-                significance = abs(change[k]) * lever / spreads[number]
+                significance = abs(change[k]) * number.probe * lever / spreads[number.label]
                 best[k] = Suspect(k, template, float(change[k]), float(gain[k]), significance)
     ranked = sorted(best.values(), key=lambda s: -s.gain)
     if not ranked or ranked[0].significance < SIGNIFICANT:

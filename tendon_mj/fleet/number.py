@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+Label = tuple[str, str, tuple[float, ...]]  # identifier, name, shape
+
 
 @dataclass(frozen=True)
 class Number:
@@ -24,6 +26,11 @@ class Number:
     unit: str
     probe: float
     shape: tuple[float, ...] = ()
+
+    @property
+    def label(self) -> Label:
+        """What it is on every rig; a probe may differ, as it goes by what was measured."""
+        return self.identifier, self.name, self.shape
 
     @property
     def key(self) -> tuple[str, str]:

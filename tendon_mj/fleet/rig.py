@@ -51,10 +51,7 @@ class Rig:
         Raises:
             RecordingError: one cannot be read, or has the model of another kind of rig.
         """
-        found = [
-            replace(read_recording(path, self.descriptions.get(path)), name=stamp(date))
-            for date, path in self.tables.items()
-        ]
+        found = [self._read(date) for date in self.tables]
         for path, recording in zip(self.tables.values(), found, strict=True):
             if recording.model != found[0].model:
                 raise RecordingError(
@@ -62,6 +59,14 @@ class Rig:
                     f" recording {found[0].model!r}; a rig has one model"
                 )
         return tuple(found)
+
+    def read_first(self) -> Recording:
+        """The first recording."""
+        return self._read(self.dates[0])
+
+    def _read(self, date: datetime) -> Recording:
+        path = self.tables[date]
+        return replace(read_recording(path, self.descriptions.get(path)), name=stamp(date))
 
 
 def stamp(date: datetime) -> str:

@@ -16,7 +16,7 @@ from tendon_mj.builders.model_digest import model_digest
 from tendon_mj.errors import TendonError
 from tendon_mj.fleet.changes import SIGNIFICANT, reproducibility, suspects
 from tendon_mj.fleet.fellows import Spread, differences, spread_between
-from tendon_mj.fleet.number import Number
+from tendon_mj.fleet.number import Label
 from tendon_mj.fleet.observation import Observation, observe
 from tendon_mj.fleet.result import FleetFound, RigFound
 from tendon_mj.fleet.rig import Rig, find_rigs
@@ -29,8 +29,7 @@ from tendon_mj.tasks import Workers, run_tasks
 
 _ERROR, _SERIES = "error", "series"
 
-_Task = tuple[tuple[Recording, ...], mujoco.MjModel]
-_SeriesTask = tuple[tuple[Recording, ...], mujoco.MjModel, list[float], list[Asked]]
+_Task = tuple[tuple[Recording, ...], mujoco.MjModel] | str
 
 
 def run_fleet(
@@ -60,14 +59,13 @@ def run_fleet(
         WorkerError: see `run_tasks`.
     """
     rigs = {rig.name: rig for rig in find_rigs(folder)}
-    tasks = {name: _task(rig) for name, rig in rigs.items()}
-    of = {name: digest_of(rig, model_digest(tasks[name][1]).encode()) for name, rig in rigs.items()}
+    of = {name: digest_of(rig, _model_digest(rig)) for name, rig in rigs.items()}
     kept = RigFiles(out / "observations", of, again=again)
     run_tasks(
         _observe,
         None,
         list(rigs),
-        tasks.__getitem__,
+        lambda name: _task(rigs[name]),
         kept,
         on=on,
         progress=progress,
@@ -84,12 +82,19 @@ def run_fleet(
         ]
         for name, one in seen.items()
     }
-    again_fitted = {
-        name: (*tasks[name], seen[name].terms.tolist(), found)
-        for name, found in asked.items()
-        if found
-    }
-    series = _all_series(again_fitted, of, out, on=on, again=again, progress=progress)
+    digests = {name: f"{of[name]} {found}" for name, found in asked.items() if found}
+    daily = RigFiles(out / "changes", digests, again=again)
+    run_tasks(
+        _fit_series,
+        None,
+        list(digests),
+        lambda name: (_task(rigs[name]), seen[name].terms.tolist(), asked[name]),
+        daily,
+        on=on,
+        progress=progress,
+        what="day by day",
+    )
+    series = {n: [Series.from_plain(one) for one in daily.read(n)[_SERIES]] for n in digests}
     found = [
         _found(rig, seen.get(name), series.get(name, []), spreads, errors.get(name, ""))
         for name, rig in rigs.items()
@@ -98,53 +103,48 @@ def run_fleet(
 
 
 def _task(rig: Rig) -> _Task:
-    recordings = rig.read()
-    return recordings, load_model(recordings[0].model, beside=recordings[0].beside)
+    """A rig's recordings and model, or why there are none."""
+    try:
+        recordings = rig.read()
+        return recordings, _model_of(recordings[0])
+    except (TendonError, OSError) as error:
+        return str(error)
+
+
+def _model_of(recording: Recording) -> mujoco.MjModel:
+    return load_model(recording.model, beside=recording.beside)
+
+
+def _model_digest(rig: Rig) -> str:
+    try:
+        return model_digest(_model_of(rig.read_first()))
+    except (TendonError, OSError) as error:
+        return str(error)
 
 
 def _observe(_: None, task: _Task) -> dict[str, Any]:
+    if isinstance(task, str):
+        return {_ERROR: task}
     try:
         return observe(*task).plain()
     except TendonError as error:
         return {_ERROR: str(error)}
 
 
-def _fit_series(_: None, task: _SeriesTask) -> dict[str, Any]:
-    recordings, model, start, asked = task
+def _fit_series(_: None, given: tuple[_Task, list[float], list[Asked]]) -> dict[str, Any]:
+    task, start, asked = given
+    if isinstance(task, str):
+        return {_SERIES: []}
+    recordings, model = task
     found = fit_series(recordings, start, asked, model)
     return {_SERIES: [one.plain() for one in found]}
-
-
-def _all_series(
-    tasks: Mapping[str, _SeriesTask],
-    of: Mapping[str, str],
-    out: Path,
-    *,
-    on: Workers | None,
-    again: bool,
-    progress: Progress,
-) -> dict[str, list[Series]]:
-    """Rig → the numbers that may have changed, day by day, the one that explains most first."""
-    digests = {name: f"{of[name]} {asked}" for name, (*_, asked) in tasks.items()}
-    kept = RigFiles(out / "changes", digests, again=again)
-    run_tasks(
-        _fit_series,
-        None,
-        list(tasks),
-        tasks.__getitem__,
-        kept,
-        on=on,
-        progress=progress,
-        what="day by day",
-    )
-    return {n: [Series.from_plain(one) for one in kept.read(n)[_SERIES]] for n in tasks}
 
 
 def _found(
     rig: Rig,
     observation: Observation | None,
     series: Sequence[Series],
-    spreads: Mapping[Number, float],
+    spreads: Mapping[Label, float],
     error: str,
 ) -> RigFound:
     """What is found of a rig by itself."""
@@ -158,7 +158,9 @@ def _found(
     if not series:
         return make(values=values, errors=errors, misfit=misfit, left=misfit)
     first, rivals = explanation(series)
-    deviations = np.hypot(first.errors, spreads[first.number] * first.probe)
+    deviations = np.hypot(
+        first.errors, spreads[first.number.label] * first.probe / first.number.probe
+    )
     change = find_change(rig.dates, first.values, deviations)
     if change.significance < SIGNIFICANT:
         return make(values=values, errors=errors, misfit=misfit, left=misfit)

@@ -60,12 +60,12 @@ class RigFiles:
             return None
 
 
-def digest_of(rig: Rig, model: bytes) -> str:
-    """16 hexadecimal digits of a rig's files, its model and what computes."""
+def digest_of(rig: Rig, model: str) -> str:
+    """16 hexadecimal digits of a rig's files, the digest of its model, and what computes."""
     whole = hashlib.sha256(json.dumps(versions(), sort_keys=True).encode())
     for path in rig.files:
         whole.update(path.name.encode() + path.read_bytes())
     for date in rig.dates:
         whole.update(date.isoformat().encode())
-    whole.update(model)
+    whole.update(model.encode())
     return whole.hexdigest()[:16]
