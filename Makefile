@@ -20,7 +20,7 @@ ifneq ($(wildcard ../shared/models),)
 export TENDON_MJ_MODELS ?= $(abspath ../shared/models)
 endif
 
-.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system compiled docs test soak check format test-wheel test-mujoco4 clean
+.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system compiled docs test soak check format test-wheel test-mujoco4 test-warp clean
 
 demo: $(STAMP)                ## the main job: compare, render, replay, diagnose
 	$(BIN)/tendon-mj demo --out $(OUT)
@@ -90,6 +90,15 @@ test-mujoco4: .venv4/.ready
 	.venv4/bin/python $(PIP) install --no-deps $(MUJOCO4)
 	touch $@
 
+# The sheaths on MuJoCo Warp, on its CPU device, with the extra `warp` that the other tests do without.
+test-warp: .venv-warp/.ready
+	.venv-warp/bin/pytest tests/warp tests/experiments/test_warp_comparison.py tests/test_examples.py -k warp
+
+.venv-warp/.ready: pyproject.toml constraints.txt
+	$(PYTHON) -m venv --clear .venv-warp
+	.venv-warp/bin/python $(PIP) install -c constraints.txt -e '.[dev,warp]'
+	touch $@
+
 clean:
-	rm -rf .venv .venv-wheel .venv4 out dist .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv .venv-wheel .venv-warp .venv4 out dist .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
