@@ -119,7 +119,7 @@ def suspects(
         lever = float(np.sqrt(((template.weights - template.weights.mean()) ** 2).sum()))
         for k, number in enumerate(observation.numbers):
             if k not in best or gain[k] > best[k].gain:
-                significance = abs(change[k]) * number.probe * lever / spreads[number.label]
+                significance = float(abs(change[k])) * number.probe * lever / spreads[number.label]
                 best[k] = Suspect(k, template, float(change[k]), float(gain[k]), significance)
     ranked = sorted(best.values(), key=lambda s: -s.gain)
     if not ranked or ranked[0].significance < SIGNIFICANT:

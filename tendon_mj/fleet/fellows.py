@@ -4,6 +4,8 @@ Of a number x_r with standard error s_r on rig r, the fleet has the median m and
 absolute deviation, a spread S that no few rigs can widen. A rig differs where
 
     |x_r − m| > 5 √(S² + s_r²).
+
+What the calibrated model leaves of a rig, its misfit, differs where it is also twice the median.
 """
 
 from __future__ import annotations
@@ -15,6 +17,8 @@ import numpy as np
 
 FEWEST = 5  # rigs, for a spread between them
 DIFFERENT = 5.0  # standard deviations
+MISFIT = "misfit"  # in place of a parameter's name [noise]
+_LARGER = 2.0  # times the median
 _GAUSS = 0.6744897501960817  # median |x| of a standard normal variable
 
 
@@ -59,3 +63,11 @@ def differences(
             ratio = away / expected if expected > 0.0 else np.inf
             found[rig] = Difference(name, value, spread, float(ratio))
     return found
+
+
+def larger_misfits(misfits: Mapping[str, float]) -> dict[str, Difference]:
+    """Rig → how its misfit differs, of the rigs whose model leaves far more than their fellows'."""
+    errors = dict.fromkeys(misfits, 0.0)
+    spread = spread_between(misfits, errors)
+    found = differences(MISFIT, misfits, errors, spread)
+    return {rig: one for rig, one in found.items() if one.value > _LARGER * spread.median}

@@ -15,7 +15,7 @@ from tendon_mj.builders.load import load_model
 from tendon_mj.builders.model_digest import model_digest
 from tendon_mj.errors import TendonError
 from tendon_mj.fleet.changes import SIGNIFICANT, reproducibility, suspects
-from tendon_mj.fleet.fellows import Spread, differences, spread_between
+from tendon_mj.fleet.fellows import Difference, Spread, differences, larger_misfits, spread_between
 from tendon_mj.fleet.number import Label
 from tendon_mj.fleet.observation import Observation, observe
 from tendon_mj.fleet.result import FleetFound, RigFound
@@ -180,12 +180,15 @@ def _beside_fellows(rigs: Sequence[RigFound], units: Mapping[str, str]) -> Fleet
     """Compare what was fitted between rigs."""
     solid = [rig for rig in rigs if not rig.error]
     spreads: dict[str, Spread] = {}
-    different: dict[str, list[Any]] = {rig.name: [] for rig in rigs}
+    different: dict[str, list[Difference]] = {rig.name: [] for rig in rigs}
     for name in units:
         values = {rig.name: rig.values[name] for rig in solid if name in rig.values}
         errors = {rig.name: rig.errors[name] for rig in solid if name in rig.values}
         spreads[name] = spread_between(values, errors)
         for rig, one in differences(name, values, errors, spreads[name]).items():
+            different[rig].append(one)
+    if solid:
+        for rig, one in larger_misfits({rig.name: rig.left for rig in solid}).items():
             different[rig].append(one)
     return FleetFound(
         [replace(rig, differences=tuple(different[rig.name])) for rig in rigs], spreads, units

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tendon_mj.fleet.changes import reproducibility, suspects, templates
-from tendon_mj.fleet.fellows import differences, spread_between
+from tendon_mj.fleet.fellows import differences, larger_misfits, spread_between
 from tendon_mj.fleet.number import Number
 from tendon_mj.fleet.observation import Observation
 from tendon_mj.fleet.since import find_change
@@ -122,6 +122,12 @@ def test_a_rig_differs_where_its_fellows_do_not():
     assert set(differences("e.a", values, errors, spread)) == {"odd"}
     few = {name: values[name] for name in ("rig_0", "rig_1", "odd")}
     assert not differences("e.a", few, errors, spread_between(few, errors))
+
+
+def test_a_misfit_differs_only_where_it_is_far_larger():
+    alike = {f"rig_{k}": 1.5 + 0.01 * k for k in range(20)}
+    assert set(larger_misfits(alike | {"lacking": 6.0, "better": 0.9, "odd": 2.0})) == {"lacking"}
+    assert not larger_misfits({"a": 1.0, "b": 9.0})
 
 
 def test_an_observation_survives_json():
