@@ -10,6 +10,7 @@ from tendon_mj.diagnosis.result.diagnosis import Verdict
 from tendon_mj.recordings.noise import noise_levels
 from tendon_mj.replay.misfit import replay_error
 from tendon_mj.view.report.advice import advise
+from tendon_mj.view.report.parts import PARTS
 
 # verdict → what it means
 MEANING: Final[dict[Verdict, str]] = {
@@ -85,11 +86,12 @@ def what_to_do(diagnosis: Diagnosis) -> list[str]:
     for group in diagnosis.indistinguishable:
         names = " from ".join(name.replace("_", " ") for name in group[:2])
         said.append(f"These data can't tell {names}. {' '.join(advise(group, catalogue))}")
-    where = dict.fromkeys(f.where for f in diagnosis.findings if f.kind == "missing")
-    if where:
-        said.append(
-            f"If the rig should not have this effect, inspect it there: {', '.join(where)}."
-        )
+    missing = [f for f in diagnosis.findings if f.kind == "missing"]
+    for finding in missing:
+        part = PARTS.get(finding.identifier)
+        look = f"look at {part} ({finding.where})" if part else f"inspect {finding.where}"
+        effect = f"{catalogue[finding.identifier].name}" if len(missing) > 1 else "this effect"
+        said.append(f"If the rig should not have {effect}, {look}.")
     return said
 
 
