@@ -74,12 +74,16 @@ def stamp(date: datetime) -> str:
     return date.strftime("%Y-%m-%d" if date == _midnight(date) else "%Y-%m-%d %H:%M:%S")
 
 
-def find_rigs(folder: Path) -> list[Rig]:
+def find_rigs(folder: Path, apart: Path | None = None) -> list[Rig]:
     """The rigs of a fleet: each folder in ``folder`` that has recordings, at whatever depth.
 
     A table's date is that in its file's name, or else in that of the nearest folder above it
     (ISO 8601, with or without separators, with or without a time of day). Its description lies
     beside it, or is the nearest ``description.toml`` from there up to ``folder``.
+
+    Args:
+        folder: of the fleet.
+        apart: folder in it that is no rig's, such as that of results.
 
     Raises:
         RecordingError: no rig, a table without a date or description, or two of one date.
@@ -89,7 +93,7 @@ def find_rigs(folder: Path) -> list[Rig]:
     rigs = [
         _rig(inner, folder)
         for inner in sorted(p for p in folder.iterdir() if p.is_dir())
-        if not inner.name.startswith(".") and _tables(inner)
+        if not inner.name.startswith(".") and not _holds(inner, apart) and _tables(inner)
     ]
     if not rigs:
         raise RecordingError(
@@ -97,6 +101,10 @@ def find_rigs(folder: Path) -> list[Rig]:
             " folder for each rig, with its recordings in it"
         )
     return rigs
+
+
+def _holds(folder: Path, other: Path | None) -> bool:
+    return other is not None and other.resolve().is_relative_to(folder.resolve())
 
 
 def _rig(folder: Path, fleet: Path) -> Rig:

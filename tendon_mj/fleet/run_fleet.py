@@ -49,7 +49,7 @@ def run_fleet(
 
     Args:
         folder: see `find_rigs`.
-        out: for what is kept.
+        out: for what is kept; no rig is sought in it.
         on: where to run; default: this machine's cores.
         again: compute also what is kept.
         progress: called with a label, how many rigs are done, and of how many.
@@ -58,7 +58,7 @@ def run_fleet(
         RecordingError: the folder is no fleet, or a file of it cannot be read.
         WorkerError: see `run_tasks`.
     """
-    rigs = {rig.name: rig for rig in find_rigs(folder)}
+    rigs = {rig.name: rig for rig in find_rigs(folder, apart=out)}
     of = {name: digest_of(rig, _model_digest(rig)) for name, rig in rigs.items()}
     kept = RigFiles(out / "observations", of, again=again)
     run_tasks(

@@ -20,6 +20,7 @@ from tendon_mj.recordings.recording import Recording
 FloatArray = NDArray[np.float64]
 
 _CONVERGED = 6  # evaluations, from near the best values
+_NOTABLE = 0.01  # of what the better one leaves, likewise
 _RESOLVED = 2.0  # standard errors of the mean, by which two explanations differ
 
 
@@ -145,8 +146,8 @@ def explanation(found: Sequence[Series]) -> tuple[Series, list[Series]]:
     """What explains the recordings, and what explains them as well.
 
     Two are told apart where the mean, over the recordings, of how much less one leaves is more
-    than twice its standard error. Among those that are not, a parameter that the recordings call
-    uncertain is the likelier one.
+    than twice its standard error, and a hundredth of what is left. Among those that are not, a
+    parameter that the recordings call uncertain is the likelier one.
 
     Args:
         found: the one that leaves least first.
@@ -156,7 +157,7 @@ def explanation(found: Sequence[Series]) -> tuple[Series, list[Series]]:
     for other in rest:
         less = other.square - best.square
         error = float(np.std(less, ddof=1)) / np.sqrt(less.size)
-        if not float(less.mean()) > _RESOLVED * error:
+        if not float(less.mean()) > max(_RESOLVED * error, _NOTABLE * float(best.square.mean())):
             alike.append(other)
     first = min(alike, key=lambda series: bool(series.number.identifier))  # else the first
     return first, [other for other in alike if other is not first]

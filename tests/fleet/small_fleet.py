@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from tendon_mj.builders.bench import Bench, build_bench
-from tendon_mj.recordings import Measured, Recording, Uncertain, write_recording
+from tendon_mj.recordings import Measured, Recording, Session, Uncertain, write_recording
 from tendon_mj.replay import Simulator
 
 DAYS = 7
@@ -21,8 +21,14 @@ UNCERTAIN = {
 }
 
 
-def write_fleet(folder: Path, rigs: int = 4) -> None:
-    """Write rigs of which one changes its friction, with one description for all."""
+def write_fleet(folder: Path, rigs: int = 4, zero: float = 0.0) -> None:
+    """Write rigs of which one changes its friction, with one description for all.
+
+    Args:
+        folder: of the fleet.
+        rigs: number of them.
+        zero: standard deviation of a sensor's zero, set anew each day [N].
+    """
     rng = np.random.default_rng(3)
     folder.mkdir(parents=True, exist_ok=True)
     model = build_bench(Bench(guides=4, timestep=1e-3))
@@ -41,6 +47,7 @@ def write_fleet(folder: Path, rigs: int = 4) -> None:
             "output_N": Measured("output_tension", NOISE),
         },
         uncertain=UNCERTAIN,
+        session={"input_tension.offset": Session(0.0, zero)} if zero else {},
     )
     simulate = Simulator([bare], threads=1)
     for k in range(rigs):
@@ -51,6 +58,7 @@ def write_fleet(folder: Path, rigs: int = 4) -> None:
             changed = rig.name == CHANGED and day >= SINCE
             friction = (AFTER if changed else BEFORE) * (1.0 + rng.normal(0.0, 0.01))
             (answer,) = simulate([{**own, "sheath.friction": friction}])[0]
+            answer["input_N"] = answer["input_N"] + rng.normal(0.0, zero)
             noisy = {c: v + rng.normal(0.0, NOISE, v.size) for c, v in answer.items()}
             one = dataclasses.replace(
                 bare, model="bench.xml", columns={"reel_m": drive, **noisy}, name="any"

@@ -6,6 +6,8 @@ import pandas
 import pytest
 
 from tendon_mj.cli.main import main
+from tendon_mj.fleet import run_fleet
+from tendon_mj.tasks import Workers
 from tests.fleet.small_fleet import AFTER, BEFORE, CHANGED, write_fleet
 
 
@@ -62,3 +64,12 @@ def test_a_second_run_computes_only_what_is_new(run, capsys):
     again = {path.name for path, time in times.items() if path.stat().st_mtime_ns != time}
     assert again == {"hand_3.json"}
     assert "1 changed (hand_2)" in capsys.readouterr().out
+
+
+def test_what_is_set_anew_each_day_is_no_change(tmp_path):
+    write_fleet(tmp_path / "hands", rigs=3, zero=0.8)
+    found = run_fleet(tmp_path / "hands", tmp_path / "out", on=Workers(processes=1))
+    (changed,) = found.of("changed")
+    assert changed.name == CHANGED
+    assert changed.series.parameter == "sheath.friction"
+    assert changed.change.after == pytest.approx(AFTER, abs=0.015)

@@ -77,3 +77,10 @@ def test_a_rig_has_one_model(tmp_path):
     (rig,) = find_rigs(tmp_path)
     with pytest.raises(RecordingError, match="a rig has one model"):
         rig.read()
+
+
+def test_results_in_the_fleet_s_folder_are_no_rig(tmp_path):
+    written(tmp_path, "description.toml", "a/2026-03-04.csv", "out/fleet/fleet.csv")
+    assert [rig.name for rig in find_rigs(tmp_path, tmp_path / "out" / "fleet")] == ["a"]
+    with pytest.raises(RecordingError, match="no date"):
+        find_rigs(tmp_path)
