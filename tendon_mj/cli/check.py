@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -14,7 +15,7 @@ from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.cli.values_of import ValuesOf, applied
 from tendon_mj.data_check import Checked, check_recording
 from tendon_mj.errors import RecordingError
-from tendon_mj.recordings import read_recording
+from tendon_mj.recordings import Recording, read_recording
 from tendon_mj.replay.engineering_units import quantity
 from tendon_mj.replay.misfit import Misfit, replay_error
 from tendon_mj.replay.units import column_unit
@@ -50,7 +51,7 @@ def check(
     if not recordings:
         raise RecordingError("check needs at least one recording")
     output = Output(out)
-    read = [read_recording(path, description) for path in recordings]
+    read = _told_apart([read_recording(path, description) for path in recordings])
     shared = load_model(model) if model else None
     compiled = [shared or load_model(one.model, beside=one.beside) for one in read]
     described = [applied(values_of, *pair) for pair in zip(read, compiled, strict=True)]
@@ -70,6 +71,13 @@ def check(
     output.result(result)
     output.close(_conclusion(checked))
     return result
+
+
+def _told_apart(recordings: list[Recording]) -> list[Recording]:
+    """Recordings of one name, as of folders of their own, with their number before it."""
+    if len({one.name for one in recordings}) == len(recordings):
+        return recordings
+    return [replace(one, name=f"{k}_{one.name}") for k, one in enumerate(recordings)]
 
 
 def _errors(one: Checked) -> dict[str, Misfit]:

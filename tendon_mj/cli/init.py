@@ -36,6 +36,7 @@ def init(
     named = model
     if model not in model_names() and Path(model).is_file():
         named = Path(os.path.relpath(model, path.parent)).as_posix()
+    path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as made:
         made.write_text(format_template(compiled, named), encoding="utf-8", newline="\n")
     console.print(

@@ -11,7 +11,7 @@ import mujoco
 from tendon_mj.builders.load import load_model
 from tendon_mj.data_check.actuation import actuation_warnings
 from tendon_mj.data_check.readings import drive_warnings, reading_warnings
-from tendon_mj.data_check.samples import spike_warnings
+from tendon_mj.data_check.samples import spike_warnings, turn_warnings
 from tendon_mj.data_check.timing import timing_warnings
 from tendon_mj.data_check.warning import DataWarning
 from tendon_mj.errors import TendonError
@@ -19,6 +19,8 @@ from tendon_mj.recordings import Recording
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.replay_recording import replay_recording
 from tendon_mj.replay.schedule import Schedule, stated_values
+
+_WRONG_TIMES = ("times_in_ms", "times_too_short")  # with which no simulation is of use
 
 
 @dataclass(frozen=True)
@@ -59,13 +61,14 @@ def check_recording(
         model = load_model(recording.model, beside=recording.beside)
     adjustable = Adjustable(copy.copy(model))
     timing = timing_warnings(recording)
-    if any(warning.identifier == "times_in_ms" for warning in timing):
+    if any(warning.identifier in _WRONG_TIMES for warning in timing):
         return Checked(recording, None, (*timing, *drive_warnings(recording)))
     Schedule(recording, adjustable.model, settle)  # refuses what fits the model nowhere
     adjustable.set(stated_values(recording, model, adjustable.names(), described))
     still = drive_warnings(recording)
     found = [
         *timing,
+        *turn_warnings(recording),
         *spike_warnings(recording),
         *still,
         *actuation_warnings(recording, adjustable),

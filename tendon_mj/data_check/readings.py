@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.data_check.samples import frozen, usual_range
+from tendon_mj.data_check.samples import frozen, lost_turns, usual_range
 from tendon_mj.data_check.warning import DataWarning
 from tendon_mj.recordings import Recording
 from tendon_mj.replay.engineering_units import quantity
@@ -55,11 +55,13 @@ def drive_warnings(recording: Recording) -> list[DataWarning]:
 def reading_warnings(recording: Recording, simulated: Recording) -> list[DataWarning]:
     """Warn of measured columns: no motion, a wrong unit, a reversed sign, another start.
 
-    Of a cable that is slack in the model, or where all columns are off by much, as by a drive in a
-    wrong unit, that alone is told: the rest follows from it. A column that moves in one of the two
-    alone, or in a wrong unit, is told nothing more of either.
+    A column that jumps by a turn is told of elsewhere. Of a cable that is slack in the model, or
+    where all columns are off by much, as by a drive in a wrong unit, that alone is told: the rest
+    follows from it. A column that moves in one of the two alone, or in a wrong unit, is told
+    nothing more of either.
     """
-    pairs = {c: (recording.columns[c], simulated.columns[c]) for c in recording.measured}
+    whole = [c for c in recording.measured if not lost_turns(recording, c).size]
+    pairs = {c: (recording.columns[c], simulated.columns[c]) for c in whole}
     slack = [_slack(recording, c) for c, pair in pairs.items() if _is_slack(c, *pair)]
     if slack:
         return slack
@@ -94,16 +96,25 @@ def _slack(recording: Recording, column: str) -> DataWarning:
 
 
 def _drive_unit(recording: Recording, said: str, ratios: list[float]) -> DataWarning:
-    finite = [max(r, 1.0 / r) for r in ratios if 0.0 < r < np.inf]
+    factors = [max(r, 1.0 / r) for r in ratios if 0.0 < r < np.inf]
+    finite = [factor for factor in factors if factor < _BEYOND] or factors[:1]
     span = f"{min(finite):.0f}" + (f" to {max(finite):.0f}" if len(finite) > 1 else "")
+    span += "" if len(finite) == len(ratios) else " or more"
     driven = ", ".join(repr(recording.written(column)) for column in recording.drive)
-    actuator = next(iter(recording.drive.values()))
+    scale = f"{next(iter(recording.drive.values()))}.command_scale"
+    stated = recording.known.get(scale)
+    by_scale = (
+        f'if it is the angle of a spool and the control a length, write the radius as "{scale}" in'
+        " [known]"
+        if stated is None
+        else f"it is multiplied by {scale} = {stated:g} of [known], which is for a column in"
+        " another unit, such as a spool's angle in rad"
+    )
     return DataWarning(
         "unit",
         f"{recording.name}, [drive] {driven}",
         f"in the model every measured column moves {said}, by a factor of {span}",
-        "name the column with the unit that it is in; if it is the angle of a spool and the control"
-        f' a length, write the radius as "{actuator}.command_scale" in [known]',
+        f"name the column with the unit that it is in; {by_scale}",
     )
 
 

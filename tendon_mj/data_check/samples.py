@@ -1,4 +1,4 @@
-"""Warnings about samples of a column: spikes, and readings that are frozen."""
+"""Warnings about samples of a column: spikes, lost turns, and readings that are frozen."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ FloatArray = NDArray[np.float64]
 _AROUND = 2  # samples on either side: an excursion of so many at most is a spike
 _SPIKE = 0.5  # of the usual range, that a spike is off by at least
 _NOISES = 12.0  # times the median deviation from the neighbours, likewise
+_TURN, _NEARLY = 2.0 * np.pi, 0.15  # of an encoder [rad], and by what share a jump may differ
+_SMOOTH = 0.1  # of a turn, by which other samples differ at most, in the median
 _HELD = 10  # equal samples at least
 _MEANWHILE = 0.25  # of its range, by which the model moves on in that time
 _OUTER = 1.0  # percent of the samples at either end that do not count for the usual range
@@ -27,11 +29,45 @@ def usual_range(series: FloatArray) -> float:
     return float(high - low) or float(np.ptp(series))
 
 
+def lost_turns(recording: Recording, column: str) -> NDArray[np.int64]:
+    """Samples before which an angle jumps by a turn, as of an encoder that begins anew."""
+    if column_unit(column) != "rad":
+        return np.zeros(0, np.int64)
+    steps = np.abs(np.diff(recording.columns[column]))
+    if float(np.median(steps)) > _SMOOTH * _TURN:
+        return np.zeros(0, np.int64)
+    return np.flatnonzero(np.abs(steps - _TURN) < _NEARLY * _TURN) + 1
+
+
+def turn_warnings(recording: Recording) -> list[DataWarning]:
+    """Warn of driven and measured angles that jump by a turn."""
+    found = []
+    for table, columns in (("drive", recording.drive), ("measured", recording.measured)):
+        for column in columns:
+            jumps = lost_turns(recording, column)
+            if jumps.size:
+                before, after = recording.columns[column][jumps[0] - 1 : jumps[0] + 1]
+                times = f", and {jumps.size - 1} times more" if jumps.size > 1 else ""
+                found.append(
+                    DataWarning(
+                        "turn",
+                        f"{recording.name}, [{table}] {recording.written(column)!r}",
+                        f"jumps from {quantity(before, 'rad')} to {quantity(after, 'rad')} in row"
+                        f" {jumps[0] + _HEADER}{times}: a turn",
+                        "an encoder that begins anew after a turn: unwrap it, as"
+                        " numpy.unwrap(angle, period=360) does with degrees",
+                    )
+                )
+    return found
+
+
 def spike_warnings(recording: Recording) -> list[DataWarning]:
     """Warn of samples of driven and measured columns that their neighbours know nothing of."""
     found = []
     for table, columns in (("drive", recording.drive), ("measured", recording.measured)):
         for column in columns:
+            if lost_turns(recording, column).size:
+                continue  # told of already
             series = recording.columns[column]
             off = np.abs(series - _median_around(series))
             limit = max(_SPIKE * usual_range(series), _NOISES * float(np.median(off)))

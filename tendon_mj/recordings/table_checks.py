@@ -32,8 +32,9 @@ def check_names(names: Sequence[str], where: str, *, si: bool = False) -> None:
             raise RecordingError(f"{here}: {name!r} is already the name of column {first}")
         if position == 1 and name not in (TIMES[:1] if si else TIMES):
             hint = f" (it is column {names.index(TIME) + 1})" if TIME in names else ""
-            comma = "; cells are separated by commas" if TIME in re.split("[;\t ]", name) else ""
-            raise RecordingError(f"{here}: the first column is {TIME!r}{hint}, not {name!r}{comma}")
+            raise RecordingError(
+                f"{here}: the first column is {TIME!r}{hint}, not {name!r}{_way_out(name)}"
+            )
         if name != name.strip() or not name.isprintable() or {",", '"'} & set(name):
             raise RecordingError(
                 f"{here}: {name!r} is no column name; write a word such as 'tension_N', unquoted"
@@ -41,6 +42,18 @@ def check_names(names: Sequence[str], where: str, *, si: bool = False) -> None:
         fault = unit_fault(name, si=si)
         if fault:
             raise RecordingError(f"{here}: {name!r} {fault}")
+
+
+def _way_out(name: str) -> str:
+    """What to do where a first column is nearly one of times."""
+    bare = name.strip("\"'")
+    if bare != name and bare in TIMES:
+        return "; write the names without quotes"
+    if {cell.strip("\"'") for cell in re.split("[;\t ]", name)} & {*TIMES}:
+        return "; cells are separated by commas, and decimals by a point"
+    if name.lower() in ("time", "t", "timestamp"):
+        return f"; say its unit: {', '.join(map(repr, TIMES))}"
+    return ""
 
 
 def check_table(table: Mapping[str, FloatArray], where: str, *, si: bool = False) -> None:

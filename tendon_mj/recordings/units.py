@@ -35,6 +35,21 @@ _IN_PINT = {
 }
 _TORQUE = re.compile(r"([umk]?N|k?gf)([cm]?m)")
 # the unit that a name claims, compound ones whole: `rate_deg_per_s` must not pass as seconds
+# words that stand for units in exports of others
+_WORDS = {
+    "_degrees": "_deg",
+    "_degree": "_deg",
+    "_radians": "_rad",
+    "_radian": "_rad",
+    "_newton": "_N",
+    "_newtons": "_N",
+    "_seconds": "_s",
+    "_sec": "_s",
+    "_meters": "_m",
+    "_metres": "_m",
+    "_millimeters": "_mm",
+    "_millimetres": "_mm",
+}
 _CLAIMED = re.compile(r"(?:(?:^|_)[^_]+_per)?_[^_]+$")
 
 
@@ -91,6 +106,8 @@ def unit_fault(column: str, *, si: bool) -> str:
 def _nearest(ending: str, allowed: tuple[str, ...]) -> str:
     """Message that a unit is unknown, with the nearest of all and those of SI."""
     near = unknown("unit", ending, allowed).partition(" (there are")[0]
+    if ending.lower() in _WORDS:
+        near = f"unknown unit {ending!r}; did you mean {_WORDS[ending.lower()]!r}?"
     of_si = ", ".join(map(repr, UNITS))
     offset = "; a unit with an offset is none" if ending in ("_degC", "_degF", "_C") else ""
     return f"{near}{offset} (SI: {of_si})"

@@ -110,3 +110,23 @@ def test_settle_overrules_the_description(tmp_path: Path) -> None:
         assert errors[settle] == pytest.approx(replay_error(recording, shown)["pull_N"].rmse)
     assert errors[0.0] != pytest.approx(errors[0.5], rel=0.01)
     assert main(["diagnose", str(tmp_path / "r.csv"), "--settle", "-1"]) == 2
+
+
+def test_recordings_of_one_name_have_a_picture_each(tmp_path: Path) -> None:
+    example = example_recording()
+    paths = []
+    for folder in ("day_1", "day_2"):
+        (tmp_path / folder).mkdir()
+        for suffix in (".csv", ".toml"):
+            text = example.with_suffix(suffix).read_text()
+            (tmp_path / folder / f"run{suffix}").write_text(text)
+        paths.append(str(tmp_path / folder / "run.csv"))
+    assert main(["check", *paths, "--out", str(tmp_path / "out")]) == 0
+    found = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert [one["name"] for one in found["recordings"]] == ["0_run", "1_run"]
+    assert found["files"] == ["0_run.png", "1_run.png"]
+
+
+def test_init_makes_the_folder_that_it_is_to_write_to(tmp_path: Path) -> None:
+    assert main(["init", "bench", "--out", str(tmp_path / "new" / "pull.toml")]) == 0
+    assert (tmp_path / "new" / "pull.toml").is_file()

@@ -10,6 +10,7 @@ import pytest
 
 from tendon_mj import Measured, Recording, Uncertain, replay_recording
 from tendon_mj.data_check import check_recording, timing_warnings
+from tendon_mj.data_check.samples import spike_warnings, turn_warnings
 from tendon_mj.errors import RecordingError
 
 NOISE = 0.05
@@ -294,3 +295,43 @@ def test_a_tension_beyond_what_a_muscle_can_pull_is_told(most: float, weak: bool
     assert ("weak_motor" in found) == weak
     if weak:
         assert "the actuators of tendon 'cable' pull with 30 N at most" in found["weak_motor"]
+
+
+def test_an_angle_that_jumps_by_a_turn_is_told_with_its_row_and_nothing_else_is() -> None:
+    time = np.arange(0.0, 2.0, 0.01)
+    angle = 3.0 * np.sin(3.0 * time)
+    wrapped = np.mod(angle + np.pi, 2.0 * np.pi) - np.pi
+    lost = np.where(time > 1.2, angle + 2.0 * np.pi, angle)
+    bare = Recording(
+        name="turns",
+        model="joint",
+        source="a test",
+        time=time,
+        columns={"command_rad": 0.5 * angle, "joint_rad": 1.2 * angle},
+        drive={"command_rad": "command"},
+        measured={"joint_rad": Measured("joint_angle", 0.01)},
+    )
+    assert not turn_warnings(bare)
+    for series in (lost, np.mod(1.2 * angle, 2.0 * np.pi), wrapped * 1.0):
+        jumps = int((np.abs(np.diff(series)) > 5.0).sum())
+        found = turn_warnings(changed(bare, joint_rad=series))
+        assert len(found) == (jumps > 0)
+        if found:
+            row = int(np.argmax(np.abs(np.diff(series)) > 5.0)) + 3
+            assert f"in row {row}" in found[0].value
+            assert not spike_warnings(changed(bare, joint_rad=series))
+
+
+def test_times_in_a_larger_unit_than_named_are_told(pull: Recording) -> None:
+    (warning,) = timing_warnings(replace(pull, time=1e-3 * pull.time))
+    assert warning.identifier == "times_too_short"
+    assert "200 samples 10 µs apart, 1.99 ms in all" in warning.value
+    checked = check_recording(replace(pull, time=1e-3 * pull.time))
+    assert checked.simulated is None
+
+
+def test_a_drive_that_is_scaled_already_is_not_told_to_be_scaled(pull: Recording) -> None:
+    scaled = replace(pull, known={"reel.command_scale": 0.01})
+    found = said(scaled)
+    assert "multiplied by reel.command_scale = 0.01" in found["unit"]
+    assert "write the radius" not in found["unit"]

@@ -78,7 +78,7 @@ def what_to_do(diagnosis: Diagnosis) -> list[str]:
         return [first, *(advice or [_record_more(diagnosis)])]
     said = [
         "Use model.xml, which has what was found; tendon-mj replay RECORDING --model model.xml"
-        " shows how it follows a recording."
+        " shows how it follows a recording, with the --description of this diagnosis if it had one."
     ]
     if diagnosis.verdict == "partly":
         said = ["Use model.xml with care: an error remains that nothing in the catalogue explains."]
