@@ -23,7 +23,7 @@ class Kind:
     Attributes:
         parameter: of the model, that changes.
         sizes: smallest and largest size.
-        apply: (rig, size, share of the size) → rig.
+        apply: (rig, size) → rig.
         ramp: whether it may also grow from day to day.
     """
 

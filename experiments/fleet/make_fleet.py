@@ -35,7 +35,6 @@ STATED = {
     "axial_stiffness": Uncertain(20000.0, 10000.0, 30000.0),
 }
 KNOWN = ("environment.stiffness", "sensor.stiffness")
-KEY = "key.json"
 
 
 @dataclass(frozen=True, kw_only=True)

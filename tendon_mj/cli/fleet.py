@@ -13,7 +13,7 @@ from tendon_mj.diagnosis.provenance import collect_provenance
 from tendon_mj.fleet import run_fleet
 from tendon_mj.tasks import Workers
 from tendon_mj.view.figures.fleet import changes_figure, spread_figure
-from tendon_mj.view.fleet.page import CHANGES, SPREAD, fleet_page, pictures_of
+from tendon_mj.view.fleet.page import CHANGES, SPREAD, fleet_page
 from tendon_mj.view.fleet.table import write_table
 from tendon_mj.whole_file import whole_file
 
@@ -49,14 +49,16 @@ def fleet(
     with progress_bar() as progress:
         found = run_fleet(folder, out / "rigs", on=on, again=again, progress=progress)
     figures = {CHANGES: changes_figure(found), SPREAD: spread_figure(found)}
-    for name, figure in figures.items():
-        if figure is not None:
-            output.figure(name, figure)
+    pictures = {
+        name: output.figure(name, figure).read_bytes()
+        for name, figure in figures.items()
+        if figure is not None
+    }
     output.add(write_table(found, out / TABLE))
     command = shlex.join(["tendon-mj", "fleet", str(folder), "--out", str(out)])
     provenance = collect_provenance(command)
     with whole_file(out / PAGE) as made:
-        page = fleet_page(found, pictures_of(figures), provenance, str(folder))
+        page = fleet_page(found, pictures, provenance, str(folder))
         made.write_text(page, encoding="utf-8")
     output.add(out / PAGE)
     result = found.result() | {"provenance": provenance.result()}

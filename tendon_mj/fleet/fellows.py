@@ -14,12 +14,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import median_abs_deviation
 
 FEWEST = 5  # rigs, for a spread between them
 DIFFERENT = 5.0  # standard deviations
 MISFIT = "misfit"  # in place of a parameter's name [noise]
 _LARGER = 2.0  # times the median
-_GAUSS = 0.6744897501960817  # median |x| of a standard normal variable
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def spread_between(values: Mapping[str, float], errors: Mapping[str, float]) -> 
     """Median and spread of rig → value, beyond their standard errors."""
     found = np.array(list(values.values()))
     median = float(np.median(found))
-    deviation = float(np.median(np.abs(found - median))) / _GAUSS
+    deviation = float(median_abs_deviation(found, scale="normal"))
     own = float(np.median([errors[rig] for rig in values]))
     return Spread(median, float(np.sqrt(max(deviation**2 - own**2, 0.0))))
 

@@ -68,7 +68,6 @@ class Observation:
         terms: (p,) all that was fitted, in the order of the terms [their units].
         values: (shared,) of these, what holds in all recordings.
         errors: (shared,) their standard errors [their units].
-        samples: (n,) residuals of each recording.
         square: (n,) mean square residual of each recording, calibrated [noise²].
         normal: (n, w, w) A_k.
         gradient: (n, w) b_k.
@@ -79,7 +78,6 @@ class Observation:
     terms: FloatArray
     values: FloatArray
     errors: FloatArray
-    samples: FloatArray
     square: FloatArray
     normal: FloatArray
     gradient: FloatArray
@@ -98,7 +96,7 @@ class Observation:
         return cls(numbers=numbers, shared=int(fields["shared"]), **arrays)
 
 
-_ARRAYS = ("terms", "values", "errors", "samples", "square", "normal", "gradient")
+_ARRAYS = ("terms", "values", "errors", "square", "normal", "gradient")
 
 
 def calibrate(
@@ -149,7 +147,7 @@ def observe(recordings: Sequence[Recording], model: mujoco.MjModel | None = None
     sessions = fitted.jacobian[:, own]
     prior = fitted.weights[own]
     deviation = (prior * fitted.scaled[own]) if own.any() else np.zeros(0)
-    normals, gradients, squares, samples = [], [], [], []
+    normals, gradients, squares = [], [], []
     for k in range(len(recordings)):
         rows = rig.problem.recording_of == k
         normal, gradient = _eliminated(
@@ -158,7 +156,6 @@ def observe(recordings: Sequence[Recording], model: mujoco.MjModel | None = None
         normals.append(normal)
         gradients.append(gradient)
         squares.append(float(np.mean(fitted.residual[rows] ** 2)))
-        samples.append(float(rows.sum()))
     watched = tuple(one for one, is_seen in zip(rig.watched, seen, strict=True) if is_seen)
     count = len(uncertain)
     probes = np.array([one.term.probe for one in watched[:count]])
@@ -168,7 +165,6 @@ def observe(recordings: Sequence[Recording], model: mujoco.MjModel | None = None
         terms=fitted.values,
         values=np.array([one.value for one in watched[:count]]),
         errors=probes * _errors(np.sum(normals, axis=0)[:count, :count], np.array(squares)),
-        samples=np.array(samples),
         square=np.array(squares),
         normal=np.array(normals),
         gradient=np.array(gradients),

@@ -55,7 +55,7 @@ def find_change(dates: Sequence[datetime], values: FloatArray, deviations: Float
     fits = [(_fit(t, values, deviations), t) for t in templates(dates)]
     best = {
         course: min(((f, t) for f, t in fits if t.course == course), key=lambda p: p[0][0])
-        for course in {t.course for t in templates(dates)}
+        for course in {t.course for _, t in fits}
     }
     (left, before, change, error), template = best["step"]
     if "ramp" in best and best["ramp"][0][0] < left - _CLEARER:

@@ -44,7 +44,6 @@ def rig(seed, planted=None, first=5, change=0.0, course="step"):
         terms=np.zeros(shared),
         values=np.zeros(shared),
         errors=np.zeros(shared),
-        samples=np.full(DAYS, 200.0),
         square=(rows**2).mean(axis=1),
         normal=np.array([shapes.T @ shapes] * DAYS),
         gradient=rows @ shapes,

@@ -11,7 +11,6 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from tendon_mj.diagnosis.provenance import Provenance
 from tendon_mj.fleet.result import FleetFound, RigFound
 from tendon_mj.replay.engineering_units import engineering_unit, plain, quantity
-from tendon_mj.view.report.write import as_png
 
 TEMPLATES = [Path(__file__).parent, Path(__file__).parents[1] / "report" / "template"]
 CHANGES, SPREAD = "changes", "spread"  # names of the pictures
@@ -58,11 +57,6 @@ def fleet_page(
         ],
         provenance=provenance,
     )
-
-
-def pictures_of(figures: Mapping[str, object]) -> dict[str, bytes]:
-    """Name → PNG of the figures that there are."""
-    return {name: as_png(figure) for name, figure in figures.items() if figure is not None}  # type: ignore[arg-type]
 
 
 def _unit_of(found: FleetFound, name: str) -> tuple[str, float]:
