@@ -2,8 +2,8 @@
 
 A series x_k with standard deviations s_k is x_0 + δ w_k for a template w; for each the best x_0 and
 δ are those of weighted least squares, and the template with the smallest sum of squares is taken.
-A ramp has to leave notably less than a step to be one. The change has to be as significant
-whichever recording is left out, so that one odd day is none.
+A ramp has to leave notably less than a step to be one. A change has to be large, measured by its
+standard error, whichever recording is left out, so that one odd day is none.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Change:
         since: date of the first recording with it.
         before, after: value before and at the end [the number's unit].
         error: standard error of the difference [the number's unit].
-        significance: difference over that error, the least whichever recording is left out [-].
+        significance: the least difference, whichever recording is left out, over that error [-].
     """
 
     course: Course
@@ -67,19 +67,18 @@ def find_change(dates: Sequence[datetime], values: FloatArray, deviations: Float
         before=before,
         after=before + change,
         error=error,
-        significance=min(
-            _significance(template, values, deviations, np.arange(len(values)) != k)
-            for k in range(len(values))
-        ),
+        significance=_least_change(template, values, deviations) / error if error > 0.0 else 0.0,
     )
 
 
-def _significance(
-    template: Template, values: FloatArray, deviations: FloatArray, used: NDArray[np.bool_]
-) -> float:
-    some = replace(template, weights=template.weights[used])
-    _, _, change, error = _fit(some, values[used], deviations[used])
-    return abs(change) / error if error > 0.0 else 0.0
+def _least_change(template: Template, values: FloatArray, deviations: FloatArray) -> float:
+    """The smallest size of the change, whichever recording is left out."""
+    sizes = []
+    for k in range(len(values)):
+        used = np.arange(len(values)) != k
+        some = replace(template, weights=template.weights[used])
+        sizes.append(abs(_fit(some, values[used], deviations[used])[2]))
+    return min(sizes)
 
 
 def _fit(

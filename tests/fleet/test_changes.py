@@ -105,10 +105,18 @@ def test_a_series_says_since_when_and_how(course, first):
     assert found.significance > 30.0
 
 
-def test_one_odd_day_is_no_change():
+@pytest.mark.parametrize("odd", range(DAYS))
+def test_one_odd_day_is_no_change(odd):
     values = np.ones(DAYS)
-    values[6] = 9.0
+    values[odd] = 9.0
     assert find_change(DATES, values, np.full(DAYS, 0.1)).significance < 5.0
+
+
+def test_a_change_on_every_day_is_as_significant_as_its_standard_error_says():
+    values = np.where(np.arange(DAYS) >= DAYS // 2, 1.0, 0.0)
+    found = find_change(DATES, values, np.full(DAYS, 0.2))
+    assert found.error == pytest.approx(0.2 * np.sqrt(4 / DAYS))
+    assert found.significance == pytest.approx(1.0 / found.error)
 
 
 def test_a_rig_differs_where_its_fellows_do_not():
