@@ -14,6 +14,7 @@ from tendon_mj.errors import InvalidValueError
 from tendon_mj.recordings.recording import Recording, read_recording
 from tendon_mj.sweep.motion import motion_recording
 from tendon_mj.sweep.outputs import Output as SweepOutput
+from tendon_mj.sweep.policy import Policy, read_policy
 from tendon_mj.sweep.result import CSV, SweepResult
 from tendon_mj.sweep.run_sweep import TABLE, Sweep, check_folder, run_sweep
 from tendon_mj.tasks import Workers
@@ -29,6 +30,7 @@ def sweep(
     draws: int = 0,
     seed: int = 0,
     motion: str | None = None,
+    policy: str | None = None,
     recording: Path | None = None,
     description: Path | None = None,
     duration: float | None = None,
@@ -54,6 +56,9 @@ def sweep(
         seed: of the draws.
         motion: as for render and view: of a finger curl, tap, press, hold or a CSV; of any other
             model a CSV with time_s and a column for every actuator that moves.
+        policy: "file.py:name", a function that is called with model and data before every step
+            and sets data.ctrl, or a class of which each rollout makes one; it finds there what the
+            motion commands, or 0.
         recording: drives the model in place of a motion; outputs are then of what it measures, and
             include the error.
         description: TOML of the recording where it does not lie beside it.
@@ -72,7 +77,8 @@ def sweep(
     """
     on = Workers(processes=processes, workers=workers, scheduler=scheduler)
     compiled = load_model(model)
-    driven = _driven(model, compiled, motion, recording, description, duration)
+    acting = read_policy(policy) if policy is not None else None
+    driven = _driven(model, compiled, motion, acting, recording, description, duration)
     asked = Sweep(
         compiled,
         driven,
@@ -82,6 +88,7 @@ def sweep(
         outputs=outputs,
         measured=recording is not None,
         settle=settle,
+        policy=acting,
     )
     if not again:
         check_folder(asked, out)
@@ -109,6 +116,7 @@ def sweep(
     result: dict[str, object] = {
         "model": model,
         "motion": driven.name,
+        "policy": policy,
         "rollouts": asked.design.rollouts,
         "steps": asked.rollouts.steps,
         "failed": failed,
@@ -135,6 +143,7 @@ def _driven(
     name: str,
     model: mujoco.MjModel,
     motion: str | None,
+    policy: Policy | None,
     recording: Path | None,
     description: Path | None,
     duration: float | None,
@@ -142,8 +151,9 @@ def _driven(
     if recording is None:
         if description is not None:
             raise InvalidValueError(f"--description {description}: there is no --recording")
-        return motion_recording(model_path(name).stem, model, motion, duration)
-    given = {"motion": motion, "duration": duration}
+        still = policy is not None
+        return motion_recording(model_path(name).stem, model, motion, duration, still=still)
+    given = {"motion": motion, "policy": policy, "duration": duration}
     other = next((f"--{k} {value}" for k, value in given.items() if value is not None), "")
     if other:
         raise InvalidValueError(f"{other} and --recording {recording}: give one of them")

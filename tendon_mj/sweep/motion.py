@@ -26,7 +26,12 @@ _DURATION = 6.0  # of a model without a motion of its own [s]
 
 
 def motion_recording(
-    name: str, model: mujoco.MjModel, motion: str | None, duration: float | None
+    name: str,
+    model: mujoco.MjModel,
+    motion: str | None,
+    duration: float | None,
+    *,
+    still: bool = False,
 ) -> Recording:
     """What drives a model in a motion, with every sensor of one number as measured.
 
@@ -36,6 +41,7 @@ def motion_recording(
         motion: of a finger: curl, tap, press, hold or a CSV; default: curl. Of any other model a
             CSV with a column for every actuator that moves; default: `default_motion`.
         duration: of it [s]; default: that of the motion, or 6.
+        still: whether without a motion every control is 0, for a policy to set.
 
     Raises:
         UnknownNameError: no such motion, or a column for no actuator.
@@ -44,6 +50,9 @@ def motion_recording(
     """
     if duration is not None and not (math.isfinite(duration) and duration > 0.0):
         raise InvalidValueError(f"duration = {duration:g} [s] must be finite and > 0")
+    if still and motion is None:
+        time = _steps(_DURATION if duration is None else duration, model)
+        return _recording("no motion", name, model, time, {}, {})
     if name in FINGERS:
         trajectory = find_trajectory(motion or "curl")
         if duration is not None:

@@ -20,6 +20,7 @@ from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.schedule import Schedule
 from tendon_mj.replay.silenced_warnings import suppress_mujoco_log
 from tendon_mj.sweep.outputs import Output, summarised
+from tendon_mj.sweep.policy import Policy, try_policy
 
 Array = NDArray[np.float64]
 ROLLOUT, FAILED, UNSOLVED = "rollout", "failed", "unsolved"
@@ -52,6 +53,7 @@ class Rollouts:
         described: parameter → value in every rollout, below what the axes say.
         axes: name → parameters that have its value.
         outputs: of each rollout.
+        policy: that sets the controls; None: the recording alone does.
     """
 
     model: mujoco.MjModel
@@ -60,6 +62,7 @@ class Rollouts:
     described: Mapping[str, float]
     axes: Mapping[str, tuple[str, ...]]
     outputs: tuple[Output, ...]
+    policy: Policy | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         return {field.name: getattr(self, field.name) for field in fields(self)}
@@ -67,6 +70,15 @@ class Rollouts:
     def identity(self) -> dict[str, str]:
         """Digest of the model that is simulated, as it is in this process."""
         return {f"model {self.recording.model}": model_digest(self.model)}
+
+    def prepare_policy(self) -> None:
+        """Make the policy once, without a simulation.
+
+        Raises:
+            InvalidValueError, UnknownNameError: see `Policy.make`.
+        """
+        if self.policy is not None:
+            self.policy.make(self._ready.adjustable.model)
 
     @property
     def steps(self) -> int:
@@ -128,7 +140,11 @@ class Rollouts:
         mujoco.mj_resetData(model, data)
         self.check(values.tolist())
         schedule.prepare(adjustable)
-        readings = try_open_loop(model, data, schedule.control(adjustable))
+        control = schedule.control(adjustable)
+        if self.policy is None:
+            readings = try_open_loop(model, data, control)
+        else:
+            readings = try_policy(model, data, self.policy, control, schedule.lead)
         stuck = sum(unsolved_sheaths(model, data).values())
         if readings is None:
             return None, stuck

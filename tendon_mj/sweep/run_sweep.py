@@ -29,6 +29,7 @@ from tendon_mj.sweep.plan_file import (
     recording_digest,
     write_plan,
 )
+from tendon_mj.sweep.policy import Policy
 from tendon_mj.sweep.result import CSV, SweepResult
 from tendon_mj.sweep.rollouts import Batch, Rollouts, simulate
 from tendon_mj.tasks import ParquetParts, Workers, run_tasks, versions
@@ -52,14 +53,17 @@ class Sweep:
         outputs: see `parse_outputs`.
         measured: whether the recording has measurements.
         settle: time before the first sample [s]; default: as the recording says.
+        policy: that sets the controls from the first sample on; it finds those of the recording.
 
     Attributes:
         axes, outputs, design: what is varied, what is read off, and the values.
         units: axis → unit of its parameters.
 
     Raises:
-        UnknownNameError, InvalidValueError: see `parse_axes` and `parse_outputs`.
+        UnknownNameError, InvalidValueError: see `parse_axes` and `parse_outputs`; a parameter of
+            commands beside a policy.
         RecordingError: the recording does not fit the model.
+        TendonError: the policy cannot be made, see `Policy.make`.
     """
 
     def __init__(
@@ -73,11 +77,14 @@ class Sweep:
         outputs: Sequence[str] = (),
         measured: bool = False,
         settle: float | None = None,
+        policy: Policy | None = None,
     ) -> None:
         if draws < 0:
             raise InvalidValueError(f"--draws {draws} must be ≥ 0")
         known = Simulator([recording], model, described=False, settle=settle)
         self.axes = self._axes(parameters, draws, known.parameters, known.model)
+        if policy is not None:
+            self._check_commands(policy)
         self.design = Design(self.axes, draws, seed)
         self.units = {axis.name: known.parameters[axis.targets[0]].unit for axis in self.axes}
         self.outputs = parse_outputs(outputs, _readings(recording, known.model), measured)
@@ -89,12 +96,15 @@ class Sweep:
             described=stated_values(recording, model, list(known.parameters)),
             axes={axis.name: axis.targets for axis in self.axes},
             outputs=self.outputs,
+            policy=policy,
         )
+        self.rollouts.prepare_policy()
         self._stated: Plan = {
             "parameters": list(parameters),
             "draws": draws,
             "seed": seed,
             "recording": f"{recording.name} {recording_digest(recording)}",
+            "policy": f"{policy} {policy.digest}" if policy else None,
             "settle [s]": settle,
             "described": dict(self.rollouts.described),
             "outputs": [output.name for output in self.outputs],
@@ -122,6 +132,16 @@ class Sweep:
                     " name those of one unit"
                 )
         return axes
+
+    def _check_commands(self, policy: Policy) -> None:
+        """Refuse parameters of the commands, which a policy does not follow."""
+        for axis in self.axes:
+            for target in axis.targets:
+                if target.rpartition(".")[2].startswith("command_"):
+                    raise InvalidValueError(
+                        f"--parameter {axis.name}: {target} changes what a motion commands, and"
+                        f" --policy {policy} sets the controls itself"
+                    )
 
     def check(self) -> None:
         """Set the ends of the axes, in every combination, without a simulation.

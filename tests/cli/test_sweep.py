@@ -43,6 +43,7 @@ def test_a_sweep_has_a_table_a_picture_and_says_what_matters(tmp_path, capsys):
         ([*VARIED, "--motion", "nowhere.csv"], "no such file"),
         ([*VARIED, "--outputs", "output_force"], "did you mean 'output_tension'"),
         ([*VARIED, "--duration", "1", "--recording", str(example_recording())], "give one of them"),
+        ([*VARIED, "--policy", "nowhere.py:pull"], "nowhere.py cannot be read"),
     ],
 )
 def test_refusals_are_one_line_and_come_before_anything_is_written(options, said, tmp_path, capsys):
