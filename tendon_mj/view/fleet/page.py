@@ -6,13 +6,11 @@ import base64
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
 from tendon_mj.diagnosis.provenance import Provenance
 from tendon_mj.fleet.result import FleetFound, RigFound
 from tendon_mj.replay.engineering_units import engineering_unit, plain, quantity
+from tendon_mj.view.page.templates import templates
 
-TEMPLATES = [Path(__file__).parent, Path(__file__).parents[1] / "report" / "template"]
 CHANGES, SPREAD = "changes", "spread"  # names of the pictures
 _CAPTIONS = {
     CHANGES: "What changed, day by day: fitted to each recording by itself, everything else to all"
@@ -32,15 +30,8 @@ def fleet_page(
         provenance: command, versions and date.
         folder: of the fleet, to name it.
     """
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     telling = [*found.of("changed"), *found.of("differs"), *found.of("failed")]
-    return environment.get_template("fleet.html").render(
+    return templates(Path(__file__).parent).get_template("fleet.html").render(
         found=found,
         folder=folder,
         telling=[(rig.verdict, rig.sentence(found.units)) for rig in telling],

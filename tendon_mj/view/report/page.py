@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 from PIL import Image
 
@@ -20,6 +19,7 @@ from tendon_mj.diagnosis.whiteness import residual_autocorrelations
 from tendon_mj.replay.engineering_units import estimated_percent, percent
 from tendon_mj.view.figures.labels import column_name
 from tendon_mj.view.figures.style import BLACK, BLUE, GREY, PALE, SKY
+from tendon_mj.view.page.templates import templates
 from tendon_mj.view.report.advice import advise
 from tendon_mj.view.report.charts import bars, curves
 from tendon_mj.view.report.charts.chart import Chart
@@ -56,13 +56,7 @@ def report_page(
         provenance: default: versions and date alone.
         model: file of the final model beside the page, to link to; empty where there is none.
     """
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent / "template"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = templates(Path(__file__).parent / "template")
     environment.filters |= {
         "short": short,
         "percent": percent,
