@@ -20,6 +20,7 @@ from tendon_mj.diagnosis import (
     write_before_after,
 )
 from tendon_mj.diagnosis import diagnose as find
+from tendon_mj.diagnosis.data.sessions import Spread
 from tendon_mj.diagnosis.provenance import collect_provenance, files_of
 from tendon_mj.errors import TendonError
 from tendon_mj.next_experiment import (
@@ -30,7 +31,12 @@ from tendon_mj.next_experiment import (
     suggest_experiment,
 )
 from tendon_mj.recordings import Recording, read_recording
-from tendon_mj.replay.engineering_units import estimated_percent, quantity
+from tendon_mj.replay.engineering_units import (
+    engineering_unit,
+    estimated_percent,
+    plain,
+    with_unit,
+)
 from tendon_mj.view.report.tables import ABSENT, value_rows
 from tendon_mj.view.report.write import MODEL, write_report
 
@@ -57,8 +63,9 @@ def diagnose(
         recordings: CSVs (or Parquet, MCAP) of one rig, each with its TOML beside it unless
             --description names one.
         out: folder for result.json, report.html, model.xml, pictures and simulated recordings.
-        hold_out: recordings for the proof alone; without any, the last quarter of each recording
-            is kept for it.
+        hold_out: recordings for the proof alone. Without any, three or more recordings of different
+            states or sessions of the rig are each predicted from the others, and of any others the
+            last quarter of each is kept for the proof.
         description: TOML that says what the columns of all recordings are.
         model: to diagnose instead of the recordings' own: a name or an MJCF file.
         settle: time in seconds before the first sample in which the model comes to the first drive
@@ -193,18 +200,28 @@ def _say(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> N
             soft_wrap=True,
         )
     for name, spread in diagnosis.sessions.items():
-        each = ", ".join(f"{quantity(v, spread.unit)} in {r}" for r, v in spread.values.items())
-        console.print(
-            f"  {name} was set anew: {each}; spread {quantity(spread.estimated, spread.unit)},"
-            f" {quantity(spread.stated, spread.unit)} was stated",
-            soft_wrap=True,
-        )
+        console.print(_set_anew(name, spread), soft_wrap=True)
     for label, errors in (("train", diagnosis.train), ("held out", diagnosis.held_out)):
         console.print(
             f"{label}: rms error {errors.before:.2f} before, {errors.after:.2f} after,"
             f" noise floor {errors.noise_floor:.2f} [noise]"
         )
+    if diagnosis.bars:
+        judged = diagnosis.judged
+        console.print(
+            f"held out, by which the verdict is: {judged.before:.2f} before, {judged.after:.2f}"
+            f" after [{judged.unit}]"
+        )
     if compared:
         console.print(f"mujoco.sysid alone: {compared.held_out_rms:.2f} held out, in noise")
     else:
         console.print(no_sysid, soft_wrap=True)
+
+
+def _set_anew(name: str, spread: Spread) -> str:
+    """What was set anew for each recording, in one unit."""
+    numbers = (*spread.values.values(), spread.estimated, spread.stated)
+    unit = engineering_unit(spread.unit, numbers)
+    *own, found, stated = (with_unit(plain(v * unit.factor), unit) for v in numbers)
+    each = ", ".join(f"{value} in {r}" for r, value in zip(spread.values, own, strict=True))
+    return f"  {name} was set anew: {each}; spread {found}, {stated} was stated"

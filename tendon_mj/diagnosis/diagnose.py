@@ -68,8 +68,9 @@ def diagnose(
 
     Args:
         train: recordings of one model, for selection and fits.
-        held_out: recordings for the proof alone; without any, the last quarter of each of
-            ``train`` is held out.
+        held_out: recordings for the proof alone; without any, each of ``train`` is held out in turn
+            where there are three or more of different states or sessions of the rig, else the last
+            quarter of each.
         simulator: makes the simulator of recordings; see `tendon_mj.Simulates`.
         catalogue: effects that can be named, in place of the package's own or beside them:
             ``[*CATALOGUE.values(), mine]``.

@@ -2,7 +2,8 @@
 
 Nothing is fitted or simulated again: least squares finds the same values whatever the noise is, if
 it changes for all signals alike. An error of E times the noise is E/f times a noise that is f times
-as large; an excess χ² that steps and guides leave is 1/f² of what it was. With these numbers the
+as large; an excess χ² that steps and guides leave is 1/f² of what it was. Where the rig differs
+between sessions, that too is taken to be f times as large. With these numbers the
 criteria of the verdict are applied again, to the same findings. Whether a search with another noise
 would have found others is not known.
 """
@@ -12,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from tendon_mj.diagnosis.model_selection.thresholds import CLOSED, SMALLEST_EXCESS
+from tendon_mj.diagnosis.model_selection.thresholds import CLOSED, PART, SMALLEST_EXCESS
 from tendon_mj.diagnosis.result.diagnosis import Diagnosis, Verdict
 from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
 from tendon_mj.diagnosis.result.evidence import Evidence
@@ -29,8 +30,8 @@ class NoiseCase:
 
     Attributes:
         factor: noise over the stated one.
-        before, after: rms error on held-out data [that noise].
-        closed: share of the error above that noise that is removed; 1 where all is.
+        before, after: rms error on held-out data [that noise and reproducibility].
+        closed: share of the error above that which is removed; 1 where all is.
         verdict: that the criteria give for the same findings; None where an error remains to which
             no finding belongs, so that a search would have to decide.
         reason: the criterion that decides, in a sentence.
@@ -116,33 +117,36 @@ def _scaled(errors: ErrorReduction, factor: float) -> ErrorReduction:
 def _judge(evidence: Evidence) -> tuple[Verdict | None, str]:
     """The verdict by its criteria, and the one that decides."""
     errors, limit = evidence.extrapolated, evidence.limit
+    unit = f"this {errors.unit}"
     small = evidence.calibrated and errors.before**2 - 1.0 <= limit
     if small:
         return "nothing missing", (
-            f"The calibrated model leaves {errors.before:.2f} times this noise, which is below the"
+            f"The calibrated model leaves {errors.before:.2f} times {unit}, which is below the"
             f" detection limit of {(1.0 + limit) ** 0.5:.2f}."
         )
     if not evidence.kinds:
         return None, (
-            f"The calibrated model leaves {errors.before:.2f} times this noise, above the detection"
+            f"The calibrated model leaves {errors.before:.2f} times {unit}, above the detection"
             f" limit of {(1.0 + limit) ** 0.5:.2f}: an effect would be sought."
         )
     verdict = decide(evidence)
     if evidence.beyond:
         return verdict, "The findings would take a parameter beyond its range, at any noise."
-    removed = f"{100.0 * min(errors.reducible_closed, 1.0):.1f} % of the error above this noise"
+    removed = f"{100.0 * min(errors.reducible_closed, 1.0):.1f} % of the error above {unit}"
+    remains = f"{errors.after:.2f} times {unit} remains"
     wanted = f"{100.0 * CLOSED:.1f} % is wanted"
     if verdict in ("named", "parameter"):
         if errors.reducible_closed >= CLOSED:
             return verdict, f"{removed} is removed; {wanted}."
         return verdict, (
-            f"{errors.after:.2f} times this noise remains, which is below the detection limit of"
-            f" {(1.0 + limit) ** 0.5:.2f}."
+            f"{remains}, which is below the detection limit of {(1.0 + limit) ** 0.5:.2f}."
         )
-    return verdict, (
-        f"{removed} is removed, and {wanted}; {errors.after:.2f} times this noise remains: a"
-        " further effect would be sought."
-    )
+    if verdict == "partly":
+        asked = "two thirds are asked for a part of it"
+        return verdict, f"{removed} is removed, and {asked}; {remains}, which is not explained."
+    if errors.reducible_closed < PART:
+        return verdict, f"{removed} is removed, and two thirds are asked; {remains}."
+    return verdict, f"{removed} is removed, but of a signal more remains than before."
 
 
 def _reach(evidence: Evidence, verdict: Verdict, ratio: float) -> float:

@@ -2,11 +2,14 @@
 
 Two estimates, of which the larger counts, column by column:
 
-* repeats: of recordings in one state under one drive, half the mean square difference;
+* repeats: of recordings in one state under one drive, half the mean square difference of their
+  residuals. What was fitted to each, such as a sensor's zero, is no part of it, nor is what the
+  model says wrongly of all of them;
 * zeros and scales: the residual of recording k is a_k + b_k y_k + rest, y the measured signal. What
   all recordings of one state have in common, the means of a and b, is an error of the model; how
   they scatter about it differs from session to session. Of R recordings in one state the variance
-  is R/(R−1) times the mean square of a_k − ā + (b_k − b̄) y_k.
+  is R/(R−1) times the mean square of a_k − ā + (b_k − b̄) y_k. Where they were driven in different
+  ways, what the model says wrongly of one drive and not of another is in it too.
 
 Where each state was recorded once, what differs between sessions cannot be told from what the model
 says wrongly of the state. It is then 0, as it is in a single session, and the stated noise is all
@@ -40,7 +43,7 @@ def reproducibility(problem: Problem, residual: FloatArray) -> dict[str, float]:
     found = dict.fromkeys((column for _, column, _ in problem.layout()), 0.0)
     if by_recording(problem.recordings):
         found |= _from_zeros_and_scales(problem, residual)
-    for column, deviation in _from_repeats(problem).items():
+    for column, deviation in _from_repeats(problem, residual).items():
         found[column] = max(found[column], deviation)
     return found
 
@@ -55,18 +58,26 @@ def bar(problem: Problem, deviations: Mapping[str, float]) -> FloatArray:
     )
 
 
+def _errors(problem: Problem, residual: FloatArray) -> dict[tuple[int, str], FloatArray]:
+    """(recording, column) → (samples,) error [the column's unit], NaN outside the training data."""
+    edges = np.cumsum([0, *(size for _, _, size in problem.layout())])
+    shown = np.where(problem.in_train, residual, np.nan)
+    return {
+        (k, column): shown[first:last] * problem.noise[k][column]
+        for (k, column, _), first, last in zip(problem.layout(), edges, edges[1:], strict=False)
+    }
+
+
 def _from_zeros_and_scales(problem: Problem, residual: FloatArray) -> dict[str, float]:
     lines: dict[tuple[str, int], list[tuple[FloatArray, FloatArray]]] = {}
     states = [recording.known for recording in problem.recordings]
-    edges = np.cumsum([0, *(size for _, _, size in problem.layout())])
-    for (k, column, _), first, last in zip(problem.layout(), edges, edges[1:], strict=False):
-        used = problem.in_train[first:last]
+    for (k, column), error in _errors(problem, residual).items():
+        used = np.isfinite(error)
         if not used.any():
             continue
         signal = problem.recordings[k].columns[column][used]
         basis = np.column_stack([np.ones(signal.size), signal])
-        error = residual[first:last][used] * problem.noise[k][column]
-        line = np.asarray(np.linalg.lstsq(basis, error, rcond=None)[0], np.float64)
+        line = np.asarray(np.linalg.lstsq(basis, error[used], rcond=None)[0], np.float64)
         lines.setdefault((column, states.index(states[k])), []).append((basis, line))
     powers: dict[str, list[float]] = {}
     for (column, _), rows in lines.items():
@@ -80,17 +91,19 @@ def _from_zeros_and_scales(problem: Problem, residual: FloatArray) -> dict[str, 
     return {column: float(np.sqrt(np.mean(power))) for column, power in powers.items()}
 
 
-def _from_repeats(problem: Problem) -> dict[str, float]:
-    powers: dict[str, list[float]] = {}
+def _from_repeats(problem: Problem, residual: FloatArray) -> dict[str, float]:
+    errors, powers = _errors(problem, residual), dict[str, list[float]]()
     for (j, one), (k, other) in combinations(enumerate(problem.recordings), 2):
         if not _repeat(one, other):
             continue
         size = min(one.time.size, other.time.size)
         for column in one.measured.keys() & other.measured.keys():
-            difference = one.columns[column][:size] - other.columns[column][:size]
-            noise = problem.noise[j][column] ** 2 + problem.noise[k][column] ** 2
-            power = 0.5 * (float(np.mean(difference**2)) - noise)
-            powers.setdefault(column, []).append(max(power, 0.0))
+            difference = errors[j, column][:size] - errors[k, column][:size]
+            difference = difference[np.isfinite(difference)]
+            if difference.size:
+                noise = problem.noise[j][column] ** 2 + problem.noise[k][column] ** 2
+                power = 0.5 * (float(np.mean(difference**2)) - noise)
+                powers.setdefault(column, []).append(max(power, 0.0))
     return {column: float(np.sqrt(np.mean(power))) for column, power in powers.items()}
 
 

@@ -88,7 +88,8 @@ class Ranked:
         explains: share of the calibrated model's excess χ² that it removes by screening [-].
         left: cross-validated rms error [noise]; None where it was not fitted, as others promised
             more.
-        at_end: end of its range at which its strength stands, so that it names nothing [its unit].
+        at_end: end of its range at which its strength stands, so that it names nothing [unit].
+        unit: of its strength.
     """
 
     identifier: str
@@ -96,6 +97,7 @@ class Ranked:
     explains: float
     left: float | None
     at_end: float | None = None
+    unit: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,6 +177,22 @@ class Diagnosis:
     def confidence(self) -> float:
         """Lowest confidence of the findings; 1 where nothing was named."""
         return min((finding.confidence for finding in self.findings), default=1.0)
+
+    @property
+    def judged(self) -> ErrorReduction:
+        """Errors on held-out data in the unit of the verdict, noise and reproducibility together.
+
+        It is the noise where nothing is known of the reproducibility.
+        """
+        return self.evidence.stated if self.evidence else self.held_out
+
+    @property
+    def bars(self) -> dict[str, float]:
+        """Column → unit of the verdict on held-out data [noise]; empty where it is the noise."""
+        if self.judged.unit == self.held_out.unit:
+            return {}
+        noise = {column: level for column, (_, _, level) in self.held_out.signals.items()}
+        return {c: bar / noise[c] for c, (_, _, bar) in self.judged.signals.items()}
 
     @property
     def proven(self) -> bool:
@@ -262,6 +280,7 @@ class Diagnosis:
             "gap": {
                 "train": self.train.result(),
                 "held_out": self.held_out.result() | {"regimes": _regimes(*self.proof)},
+                "judged": self.judged.result(),
             },
             "where": {
                 "sentence": self.located.sentence,

@@ -62,7 +62,7 @@ def ranking(selection: Selection, in_train: NDArray[np.bool_]) -> tuple[Ranked, 
         return ()
     excess = float(np.mean(selection.calibrated.fit.residual[in_train] ** 2)) - 1.0
     first = selection.first
-    left, ends = dict[str, float](), dict[str, float]()
+    left, ends = dict[str, float](), dict[str, tuple[float, str]]()
     for model in (*first.fitted, *first.at_end):
         candidate = model.candidate
         if candidate is not None:
@@ -74,8 +74,8 @@ def ranking(selection: Selection, in_train: NDArray[np.bool_]) -> tuple[Ranked, 
         candidate, share = score.candidate, min(score.explained / excess, 1.0)
         if share >= _EXPLAINS:
             label = candidate.label
-            found = left.get(label), ends.get(label)
-            row = Ranked(candidate.identifier, candidate.where, share, *found)
+            end, unit = ends.get(label, (None, ""))
+            row = Ranked(candidate.identifier, candidate.where, share, left.get(label), end, unit)
             ranked.setdefault(label, row)
     return tuple(
         sorted(
@@ -85,11 +85,12 @@ def ranking(selection: Selection, in_train: NDArray[np.bool_]) -> tuple[Ranked, 
     )
 
 
-def _nearest_end(fit: Fit, candidate: Candidate) -> float:
-    """End of its range at which a candidate's strength stands."""
+def _nearest_end(fit: Fit, candidate: Candidate) -> tuple[float, str]:
+    """End of its range at which a candidate's strength stands, and its unit."""
     strength = int(fit.terms_of(candidate).start)
     term, value = fit.terms[strength], float(fit.values[strength])
-    return term.high if abs(term.high - value) < abs(term.low - value) else term.low
+    nearest = term.high if abs(term.high - value) < abs(term.low - value) else term.low
+    return nearest, term.unit
 
 
 def fitted_values(

@@ -13,22 +13,26 @@ from tendon_mj.replay.units import column_unit
 
 FloatArray = NDArray[np.float64]
 
+NOISE, NOISE_AND_REPRODUCIBILITY = "noise", "noise and reproducibility"
+_NO_MORE = 1.01  # bar [noise], up to which reproducibility adds nothing
+
 
 @dataclass(frozen=True)
 class ErrorReduction:
     """Root mean square errors before and after effects were added.
 
     Attributes:
-        before, after: over all signals, each in units of its own noise [-], or of noise and
-            reproducibility together.
+        before, after: over all signals [``unit``], each in units of its own.
         noise_floor: error of a perfect model, 1 by definition of the unit.
-        signals: column → (before, after, that unit) [the column's unit].
+        signals: column → (before, after, one unit) [the column's unit].
+        unit: noise, or noise and reproducibility together.
     """
 
     before: float
     after: float
     noise_floor: float
     signals: dict[str, tuple[float, float, float]]
+    unit: str = NOISE
 
     @property
     def reducible_closed(self) -> float:
@@ -39,7 +43,7 @@ class ErrorReduction:
     def result(self) -> dict[str, Any]:
         """Plain numbers and words, as in `result.json`."""
         return {
-            "unit": "noise",
+            "unit": self.unit,
             "before": self.before,
             "after": self.after,
             "noise_floor": self.noise_floor,
@@ -84,4 +88,7 @@ def measure_errors(
         if count > 0.0
     }
     rms = [float(np.sqrt(np.mean((r[mask] / bars[mask]) ** 2))) for r in (before, after)]
-    return ErrorReduction(rms[0], rms[1], 1.0, {c: (b, a, n) for c, (b, a, n) in signals.items()})
+    unit = NOISE if bool((bars[mask] <= _NO_MORE).all()) else NOISE_AND_REPRODUCIBILITY
+    return ErrorReduction(
+        rms[0], rms[1], 1.0, {c: (b, a, n) for c, (b, a, n) in signals.items()}, unit
+    )

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from tendon_mj.diagnosis.model_selection.thresholds import PART
 from tendon_mj.diagnosis.result.diagnosis import Finding, Value, Verdict
-from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
-from tendon_mj.replay.engineering_units import estimated_percent, from_to
+from tendon_mj.diagnosis.result.error_reduction import NOISE, ErrorReduction
+from tendon_mj.replay.engineering_units import estimated_percent, from_to, quantity
 from tendon_mj.replay.units import column_name, column_unit
 
 _SLIPS = (
@@ -28,8 +28,10 @@ class Statement:
 
     Attributes:
         verdict, findings: to state.
-        errors: of calibrated and final model on held-out data, with the model's own step.
-        judged: the same for a step of zero, by which the verdict was decided.
+        errors: of calibrated and final model on held-out data, with the model's own step [noise].
+        weighed: the same in units of noise and reproducibility together.
+        judged: these for a step of zero, by which the verdict was decided.
+        reproducibility: column → standard deviation between sessions [the column's unit].
         extrapolated: error of the final model for a step of zero [noise].
         limit: excess χ² that is put down to the simulation [-].
         beyond: uncertain parameters that the explanation would take beyond their ranges.
@@ -41,7 +43,9 @@ class Statement:
     verdict: Verdict
     findings: Sequence[Finding]
     errors: ErrorReduction
+    weighed: ErrorReduction
     judged: ErrorReduction
+    reproducibility: Mapping[str, float]
     extrapolated: float
     limit: float
     beyond: Sequence[str] = ()
@@ -51,11 +55,11 @@ class Statement:
 
 
 def state(stated: Statement) -> str:
-    """State the verdict, its findings, and the error on held-out data."""
+    """State the verdict, its findings, the error on held-out data, and what it is judged by."""
     if stated.verdict == "nothing missing":
-        return _nothing(stated)
+        return _nothing(stated) + _between_sessions(stated)
     if stated.verdict == "unknown":
-        return _unknown(stated)
+        return _unknown(stated) + _between_sessions(stated)
     missing = [finding for finding in stated.findings if finding.kind == "missing"]
     wrong = [finding for finding in stated.findings if finding.kind != "missing"]
     parts = [f"Missing: {_list(missing)}"] if missing else []
@@ -64,10 +68,10 @@ def state(stated: Statement) -> str:
     text = f"{'; '.join(parts)}; {_shrank(stated)}."
     if stated.verdict == "partly":
         text = (
-            f"In part: {text} Nothing in the catalogue{_without(stated)} explains what remains,"
-            f" {stated.judged.after:.2f} times noise and reproducibility."
+            f"In part {text[0].lower()}{text[1:]} Nothing in the catalogue{_without(stated)}"
+            f" explains what remains, {_times(stated.judged, stated.judged.after)}."
         )
-    return text
+    return text + _between_sessions(stated)
 
 
 def warn_of_ends(calibrated: Mapping[str, Value]) -> list[str]:
@@ -116,7 +120,7 @@ def _unknown(stated: Statement) -> str:
 
 def _too_little(stated: Statement) -> str:
     """What share of the error had to be closed, where less of it was."""
-    shares = stated.errors.reducible_closed, stated.judged.reducible_closed
+    shares = stated.weighed.reducible_closed, stated.judged.reducible_closed
     return ", of which two thirds are asked" if 0.0 < max(shares) < PART else ""
 
 
@@ -138,11 +142,35 @@ def _shrank(stated: Statement) -> str:
             f" {errors.after:.2f} times the noise"
         )
     text += _too_long(stated, errors.after)
-    if errors.reducible_closed > 0.0:
-        text += (
-            f", which closes {estimated_percent(errors.reducible_closed)} of what could be closed"
-        )
+    if _differs(stated):
+        before = f"{stated.weighed.before:.2f}"
+        text += f", from {before} to {_times(stated.weighed, stated.weighed.after)} together"
+    if (closed := stated.weighed.reducible_closed) > 0.0:
+        text += f", which closes {estimated_percent(closed)} of what could be closed"
     return text
+
+
+def _times(errors: ErrorReduction, error: float) -> str:
+    """An error in the unit of others: "2.85 times the noise"."""
+    unit = "the noise" if errors.unit == NOISE else errors.unit
+    return f"{error:.2f} times {unit}"
+
+
+def _differs(stated: Statement) -> bool:
+    """Whether a session of the rig differs from the next by more than noise."""
+    return stated.weighed.unit != NOISE
+
+
+def _between_sessions(stated: Statement) -> str:
+    """How much the rig differs between sessions, which decides beside the noise."""
+    if not _differs(stated):
+        return ""
+    levels = [
+        f"{column_name(column)} {quantity(deviation, column_unit(column), 2)}"
+        for column, deviation in stated.reproducibility.items()
+        if deviation > 0.0
+    ]
+    return f" Between sessions of the rig, beyond noise, differ {', '.join(levels)} rms."
 
 
 def _without(stated: Statement) -> str:
@@ -169,11 +197,9 @@ def _steps_too_long(stated: Statement, error: float) -> int:
 
 
 def _nothing(stated: Statement) -> str:
-    errors, steps = stated.errors, _too_long(stated, stated.errors.before)
-    text = (
-        f"Nothing is missing: calibrated, the model is off by {errors.before:.2f} times the noise"
-        f"{steps}"
-    )
+    errors, steps = stated.weighed, _too_long(stated, stated.errors.before)
+    off = _times(errors, errors.before)
+    text = f"Nothing is missing: calibrated, the model is off by {off}{steps}"
     if errors.before > ABOVE_NOISE and not steps:
         guides = " and its guides in place of a smooth sheath" if stated.sheathed else ""
         text += (

@@ -14,6 +14,7 @@ from tendon_mj.view.figures.labels import column_name
 from tendon_mj.view.figures.style import (
     BLACK,
     BLUE,
+    GREY,
     PURPLE,
     VERMILLION,
     legend_below,
@@ -22,7 +23,7 @@ from tendon_mj.view.figures.style import (
 )
 
 _BEFORE, _SYSID, _AFTER = "before", "mujoco.sysid alone", "after"
-_CALIBRATED = "calibrated, nothing added"
+_CALIBRATED, _FLOOR = "calibrated, nothing added", "noise and reproducibility"
 _HATCHED = (VERMILLION, "////")
 _COLOURS = {_CALIBRATED: _HATCHED, _BEFORE: _HATCHED, _SYSID: (PURPLE, "...."), _AFTER: (BLUE, "")}
 _AXIS_SPAN = 1.5  # over the longest bar, for the label behind it
@@ -34,6 +35,7 @@ def error_bars_figure(
     sysid: Mapping[str, float] | None = None,
     *,
     changed: bool = True,
+    floors: Mapping[str, float] | None = None,
 ) -> Figure:
     """Draw rms errors before and after, in units of the noise, labelled in the signal's unit.
 
@@ -41,6 +43,8 @@ def error_bars_figure(
         train, held_out: errors on training data and on held-out data.
         sysid: column → held-out rms error of `mujoco.sysid` alone [the column's unit].
         changed: whether the model was changed, so that there is an after.
+        floors: column → noise and reproducibility together on held-out data [noise], where
+            sessions of the rig differ.
 
     Returns:
         A figure with a row for each signal, and a panel each for training and held-out data.
@@ -61,6 +65,8 @@ def error_bars_figure(
                 if changed:
                     bars[_AFTER] = after
                 _draw(axes, bars, noise, unit)
+                if floors and errors is held_out:
+                    axes.axvline(floors[column], color=GREY, linewidth=1.3, label=_FLOOR)
                 longest = max(longest, *(value / noise for value in bars.values()))
             row[0].set_ylabel(column_name(column))
         grid[0][0].set_xlim(0.0, _AXIS_SPAN * longest)
@@ -68,7 +74,7 @@ def error_bars_figure(
         grid[0][1].set_title("held-out data")
         for axes in grid[-1]:
             axes.set_xlabel("rms error [× noise]")
-        legend_below(figure, grid[0][1], columns=4)
+        legend_below(figure, grid[0][1], columns=5)
     return figure
 
 

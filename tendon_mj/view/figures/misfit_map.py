@@ -56,11 +56,17 @@ def misfit_figure(located: Located, remaining: Located | None) -> Figure:
     return _by_regime(located, series, located.sentence, "share [%]")
 
 
-def proof_figure(before: Located, after: Located) -> Figure:
+def quadratic_mean(floors: Mapping[str, float]) -> float:
+    """Noise and reproducibility together over all signals, from those of each [noise]."""
+    return float(np.sqrt(np.mean(np.square(list(floors.values())))))
+
+
+def proof_figure(before: Located, after: Located, floors: Mapping[str, float]) -> Figure:
     """Draw the rms error in every bin of every regime, before and after, in units of noise.
 
     Args:
         before, after: misfits of the same data.
+        floors: column → noise and reproducibility together [noise]; empty where it is the noise.
 
     Returns:
         As `misfit_figure`.
@@ -74,10 +80,15 @@ def proof_figure(before: Located, after: Located) -> Figure:
         ]
 
     title = "Error on held-out data, before and after; 1 is the noise floor"
+    floor = quadratic_mean(floors) if floors else 1.0
+    if floors:
+        title += f", {floor:.2f} that of noise and reproducibility together (grey line)"
     figure = _by_regime(before, series, title, "rms error [noise]")
     for axes in figure.axes:
         if axes.axison:
             axes.axvline(1.0, color=GREY, linestyle="--", linewidth=0.8)
+            if floors:
+                axes.axvline(floor, color=GREY, linewidth=1.1)
     return figure
 
 

@@ -31,22 +31,30 @@ def fleet_page(
         folder: of the fleet, to name it.
     """
     telling = [*found.of("changed"), *found.of("differs"), *found.of("failed")]
-    return templates(Path(__file__).parent).get_template("fleet.html").render(
-        found=found,
-        folder=folder,
-        telling=[(rig.verdict, rig.sentence(found.units)) for rig in telling],
-        spreads=[
-            (name, quantity(s.median, found.units[name]), quantity(s.between, found.units[name]))
-            for name, s in found.spreads.items()
-        ],
-        heads=[_head(found, name) for name in found.units],
-        rows=[_cells(found, rig) for rig in found.rigs],
-        pictures=[
-            (name, base64.b64encode(pictures[name]).decode("ascii"), _CAPTIONS[name])
-            for name in (CHANGES, SPREAD)
-            if name in pictures
-        ],
-        provenance=provenance,
+    return (
+        templates(Path(__file__).parent)
+        .get_template("fleet.html")
+        .render(
+            found=found,
+            folder=folder,
+            telling=[(rig.verdict, rig.sentence(found.units)) for rig in telling],
+            spreads=[
+                (
+                    name,
+                    quantity(s.median, found.units[name]),
+                    quantity(s.between, found.units[name]),
+                )
+                for name, s in found.spreads.items()
+            ],
+            heads=[_head(found, name) for name in found.units],
+            rows=[_cells(found, rig) for rig in found.rigs],
+            pictures=[
+                (name, base64.b64encode(pictures[name]).decode("ascii"), _CAPTIONS[name])
+                for name in (CHANGES, SPREAD)
+                if name in pictures
+            ],
+            provenance=provenance,
+        )
     )
 
 

@@ -34,8 +34,10 @@ def diagnosis_figures(
     if diagnosis.verdict != "nothing missing":
         remaining = diagnosis.remaining if changed else None
         figures["misfit"] = misfit_figure(diagnosis.located, remaining)
-    figures["gap"] = error_bars_figure(diagnosis.train, diagnosis.held_out, sysid, changed=changed)
+    figures["gap"] = error_bars_figure(
+        diagnosis.train, diagnosis.held_out, sysid, changed=changed, floors=diagnosis.bars
+    )
     if changed:
-        figures["proof"] = proof_figure(*diagnosis.proof)
+        figures["proof"] = proof_figure(*diagnosis.proof, diagnosis.bars)
     figures["before_after"] = before_after_figure(measured, before, after if changed else None)
     return figures

@@ -81,7 +81,11 @@ def what_to_do(diagnosis: Diagnosis) -> list[str]:
         " shows how it follows a recording, with the --description of this diagnosis if it had one."
     ]
     if diagnosis.verdict == "partly":
-        said = ["Use model.xml with care: an error remains that nothing in the catalogue explains."]
+        without = f", without {', '.join(diagnosis.excluded)}," if diagnosis.excluded else ""
+        said = [
+            "Use model.xml with care: an error remains that nothing in the catalogue"
+            f"{without} explains."
+        ]
         said.append(_record_more(diagnosis))
     for group in diagnosis.indistinguishable:
         names = " from ".join(name.replace("_", " ") for name in group[:2])

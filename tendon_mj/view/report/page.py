@@ -13,10 +13,11 @@ from PIL import Image
 
 from tendon_mj.diagnosis import BeforeAfter, Diagnosis, SysidResult
 from tendon_mj.diagnosis.correlations import parameter_correlations
+from tendon_mj.diagnosis.data.problem import by_recording
 from tendon_mj.diagnosis.noise_sensitivity import noise_sensitivity
 from tendon_mj.diagnosis.provenance import Provenance, collect_provenance
 from tendon_mj.diagnosis.whiteness import residual_autocorrelations
-from tendon_mj.replay.engineering_units import estimated_percent, percent
+from tendon_mj.replay.engineering_units import estimated_percent, percent, quantity
 from tendon_mj.view.figures.labels import column_name
 from tendon_mj.view.figures.style import BLACK, BLUE, GREY, PALE, SKY
 from tendon_mj.view.page.templates import templates
@@ -64,6 +65,7 @@ def report_page(
         "signal": column_name,
         "file_name": lambda path: Path(path).name,
         "value_rows": value_rows,
+        "quantity": quantity,
         "linked": partial(_linked, file=model),
     }
     train, held_out = diagnosis.recordings, diagnosis.held_out_recordings
@@ -79,7 +81,7 @@ def report_page(
         meaning=meaning(diagnosis),
         headline=headline(diagnosis),
         to_do=what_to_do(diagnosis),
-        errors=error_rows(diagnosis.held_out, rival),
+        errors=error_rows(diagnosis.held_out, rival, diagnosis.reproducibility),
         errors_in_training=error_rows(diagnosis.train),
         catalogue=diagnosis.catalogue,
         stills={name: _inline(picture) for name, picture in pictures.items()},
@@ -93,6 +95,7 @@ def report_page(
         role=", held out" if row.measured.name in {r.name for r in held_out} else "",
         signal=column,
         white=white,
+        left_out="recording" if by_recording(diagnosis.recordings) else "block",
         correlations=correlations,
         sensitivity=noise_sensitivity(diagnosis),
         sysid=sysid,
@@ -111,7 +114,7 @@ def _charts(
     changed = diagnosis.changed
     charts = {
         "first": [curves.over_time(row, column, changed=changed)],
-        "errors": [bars.errors(diagnosis.held_out, sysid, changed=changed)],
+        "errors": [bars.errors(diagnosis.held_out, sysid, changed=changed, floors=diagnosis.bars)],
         "signals": [
             chart
             for c in row.measured.measured
@@ -125,7 +128,7 @@ def _charts(
         remaining = diagnosis.remaining if changed else None
         charts["misfit"] = list(bars.misfit(diagnosis.located, remaining).values())
     if changed:
-        charts["proof"] = list(bars.proof(*diagnosis.proof).values())
+        charts["proof"] = list(bars.proof(*diagnosis.proof, diagnosis.bars).values())
     return charts
 
 

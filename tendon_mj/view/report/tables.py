@@ -21,6 +21,7 @@ class ErrorRow(NamedTuple):
     after: str
     sysid: str
     noise: str
+    between: str
     unit: str
 
 
@@ -36,12 +37,17 @@ class ValueRow(NamedTuple):
     note: str
 
 
-def error_rows(errors: ErrorReduction, sysid: Mapping[str, float] | None = None) -> list[ErrorRow]:
+def error_rows(
+    errors: ErrorReduction,
+    sysid: Mapping[str, float] | None = None,
+    reproducibility: Mapping[str, float] | None = None,
+) -> list[ErrorRow]:
     """A row for each signal.
 
     Args:
         errors: before and after.
         sysid: column → error of `mujoco.sysid` alone [the column's unit].
+        reproducibility: column → standard deviation between sessions [the column's unit].
     """
     rows = []
     for column, (before, after, noise) in errors.signals.items():
@@ -54,6 +60,7 @@ def error_rows(errors: ErrorReduction, sysid: Mapping[str, float] | None = None)
                 after=_written(after, unit.factor),
                 sysid=_written(rival, unit.factor),
                 noise=_written(noise, unit.factor),
+                between=_written((reproducibility or {}).get(column, math.nan), unit.factor),
                 unit=unit.symbol,
             )
         )

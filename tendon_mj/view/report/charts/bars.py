@@ -8,16 +8,22 @@ from typing import Any
 from tendon_mj.diagnosis import Bin, ErrorReduction, Located
 from tendon_mj.replay.engineering_units import quantity
 from tendon_mj.replay.units import column_name, column_unit
-from tendon_mj.view.figures.style import BLACK, BLUE, PALE, PURPLE, VERMILLION
+from tendon_mj.view.figures.misfit_map import quadratic_mean
+from tendon_mj.view.figures.style import BLACK, BLUE, GREY, PALE, PURPLE, VERMILLION
 from tendon_mj.view.report.charts.chart import Chart, numbers, text
 
 _BAR, _AROUND = 15, 92  # height of a bar, and of what is above and below all of them [px]
 TIME_SPENT, BEFORE, SYSID, AFTER = "time spent there", "before", "mujoco.sysid alone", "after"
-COLOURS = {TIME_SPENT: PALE, BEFORE: VERMILLION, SYSID: PURPLE, AFTER: BLUE}
+FLOOR = "noise and reproducibility"
+COLOURS = {TIME_SPENT: PALE, BEFORE: VERMILLION, SYSID: PURPLE, AFTER: BLUE, FLOOR: GREY}
 
 
 def errors(
-    found: ErrorReduction, sysid: Mapping[str, float] | None = None, *, changed: bool
+    found: ErrorReduction,
+    sysid: Mapping[str, float] | None = None,
+    *,
+    changed: bool,
+    floors: Mapping[str, float],
 ) -> Chart:
     """Rms error of every signal in units of its noise, labelled in the signal's own unit.
 
@@ -25,6 +31,7 @@ def errors(
         found: errors of a diagnosis.
         sysid: column → error of `mujoco.sysid` alone [the column's unit].
         changed: whether there is an after.
+        floors: column → noise and reproducibility together [noise]; empty where it is the noise.
     """
     columns = list(found.signals)
     own = {BEFORE: {c: found.signals[c][0] for c in columns}}
@@ -41,7 +48,11 @@ def errors(
         ]
         trace = _bars([column_name(c) for c in values], times, name)
         traces.append(trace | {"text": labels, "textposition": "auto", "constraintext": "none"})
-    layout = _layout("rms error [noise]", len(columns) * len(own), floor=True)
+    if floors:
+        mark = {"symbol": "line-ns-open", "size": 26, "color": GREY, "line": {"width": 2}}
+        trace = _bars([column_name(c) for c in columns], [floors[c] for c in columns], FLOOR)
+        traces.append(trace | {"type": "scatter", "mode": "markers", "marker": mark})
+    layout = _layout("rms error [noise]", len(columns) * len(own), [1.0])
     return {"data": traces, "layout": layout}
 
 
@@ -67,14 +78,15 @@ def misfit(located: Located, remaining: Located | None) -> dict[str, Chart]:
             drawn[AFTER] = [unit * _excess(b.time, r) for b, r in zip(bins, rms, strict=True)]
         return drawn
 
-    return _by_regime(located, series, "share [%]", floor=False)
+    return _by_regime(located, series, "share [%]", [])
 
 
-def proof(before: Located, after: Located) -> dict[str, Chart]:
+def proof(before: Located, after: Located, floors: Mapping[str, float]) -> dict[str, Chart]:
     """Regime → rms error on held-out data in each of its bins, in units of noise.
 
     Args:
         before, after: misfits of the same data.
+        floors: column → noise and reproducibility together [noise]; empty where it is the noise.
     """
     left = _rms(after)
 
@@ -84,15 +96,15 @@ def proof(before: Located, after: Located) -> dict[str, Chart]:
             AFTER: [left.get((b.regime, b.label), b.rms) for b in bins],
         }
 
-    return _by_regime(before, series, "rms error [noise]", floor=True)
+    lines = [1.0, *([quadratic_mean(floors)] if floors else [])]
+    return _by_regime(before, series, "rms error [noise]", lines)
 
 
 def _by_regime(
     located: Located,
     series: Callable[[Sequence[Bin]], dict[str, list[float]]],
     label: str,
-    *,
-    floor: bool,
+    lines: Sequence[float],
 ) -> dict[str, Chart]:
     groups: dict[str, list[Bin]] = {}
     for found in located.bins:
@@ -101,7 +113,7 @@ def _by_regime(
     for regime, bins in groups.items():
         names = [column_name(b.label) if regime == "signal" else b.label for b in bins]
         drawn = series(bins)
-        layout = _layout(label, len(bins) * len(drawn), floor=floor)
+        layout = _layout(label, len(bins) * len(drawn), lines)
         layout |= {"title": {"text": text(regime)}}
         traces = [_bars(names, values, name) for name, values in drawn.items()]
         charts[regime] = {"data": traces, "layout": layout}
@@ -120,23 +132,20 @@ def _bars(names: Sequence[str], values: Sequence[float], name: str) -> dict[str,
     }
 
 
-def _layout(label: str, bars: int, *, floor: bool) -> dict[str, Any]:
-    line = {
-        "type": "line",
-        "x0": 1,
-        "x1": 1,
-        "yref": "paper",
-        "y0": 0,
-        "y1": 1,
-        "line": {"color": BLACK, "dash": "dot", "width": 1.3},
-    }
+def _layout(label: str, bars: int, lines: Sequence[float]) -> dict[str, Any]:
+    """Layout with upright lines: that of the noise, and that of what differs between sessions."""
+    upright = {"type": "line", "yref": "paper", "y0": 0, "y1": 1}
+    looks = {"color": BLACK, "dash": "dot", "width": 1.3}, {"color": GREY, "width": 1.3}
     return {
         "height": _AROUND + _BAR * bars + 8 * (bars // 2),
         "barmode": "group",
         "showlegend": False,
         "xaxis": {"title": {"text": label}, "rangemode": "tozero"},
         "yaxis": {"autorange": "reversed", "automargin": True, "type": "category"},
-        "shapes": [line] if floor else [],
+        "shapes": [
+            {**upright, "x0": x, "x1": x, "line": look}
+            for x, look in zip(numbers(lines), looks, strict=False)
+        ],
     }
 
 
