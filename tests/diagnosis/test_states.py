@@ -253,6 +253,22 @@ def test_reproducibility_is_that_of_repeats_and_none_where_no_state_was_repeated
     assert bar(data, {COLUMN: 0.0}) == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("strange", [0.0, 2.0])
+def test_neither_what_is_fitted_to_each_session_nor_an_error_of_all_is_scatter(
+    strange: float,
+) -> None:
+    zeros = {"first": 0.4, "second": -0.4}
+    repeats = [
+        record(name, 1.0, zero, TRUTH, strange, seed=k)
+        for k, (name, zero) in enumerate(zeros.items())
+    ]
+    data = Problem(tuple(repeats), Rig(repeats), all_samples(repeats))
+    fitted = {name_in_session("gauge.offset", name): zero for name, zero in zeros.items()}
+    found = reproducibility(data, data.residuals([{**TRUTH, **fitted}])[0])
+    assert found == {COLUMN: 0.0}
+    assert (bar(data, found) == 1.0).all()
+
+
 def test_what_cannot_be_set_for_each_recording_is_refused() -> None:
     class Deaf(Rig):
         sessions = False

@@ -11,6 +11,8 @@ Two estimates, of which the larger counts, column by column:
   is R/(R−1) times the mean square of a_k − ā + (b_k − b̄) y_k. Where they were driven in different
   ways, what the model says wrongly of one drive and not of another is in it too.
 
+What adds less than a twentieth to the noise is none.
+
 Where each state was recorded once, what differs between sessions cannot be told from what the model
 says wrongly of the state. It is then 0, as it is in a single session, and the stated noise is all
 there is.
@@ -31,6 +33,7 @@ FloatArray = NDArray[np.float64]
 
 _SAME_DRIVE = 0.01  # of its range, rms difference
 _SAME_TIME = 1e-3  # of the duration
+_MORE = 1.05  # times the noise
 
 
 def reproducibility(problem: Problem, residual: FloatArray) -> dict[str, float]:
@@ -45,7 +48,13 @@ def reproducibility(problem: Problem, residual: FloatArray) -> dict[str, float]:
         found |= _from_zeros_and_scales(problem, residual)
     for column, deviation in _from_repeats(problem, residual).items():
         found[column] = max(found[column], deviation)
-    return found
+    return {c: d if _adds(problem, c, d) else 0.0 for c, d in found.items()}
+
+
+def _adds(problem: Problem, column: str, deviation: float) -> bool:
+    """Whether a deviation makes more of the noise of a column."""
+    noise = min(levels[column] for levels in problem.noise if column in levels)
+    return bool(np.hypot(1.0, deviation / noise) > _MORE)
 
 
 def bar(problem: Problem, deviations: Mapping[str, float]) -> FloatArray:

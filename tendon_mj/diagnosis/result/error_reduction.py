@@ -14,7 +14,6 @@ from tendon_mj.replay.units import column_unit
 FloatArray = NDArray[np.float64]
 
 NOISE, NOISE_AND_REPRODUCIBILITY = "noise", "noise and reproducibility"
-_NO_MORE = 1.01  # bar [noise], up to which reproducibility adds nothing
 
 
 @dataclass(frozen=True)
@@ -88,7 +87,7 @@ def measure_errors(
         if count > 0.0
     }
     rms = [float(np.sqrt(np.mean((r[mask] / bars[mask]) ** 2))) for r in (before, after)]
-    unit = NOISE if bool((bars[mask] <= _NO_MORE).all()) else NOISE_AND_REPRODUCIBILITY
+    unit = NOISE if bool((bars[mask] == 1.0).all()) else NOISE_AND_REPRODUCIBILITY
     return ErrorReduction(
         rms[0], rms[1], 1.0, {c: (b, a, n) for c, (b, a, n) in signals.items()}, unit
     )
