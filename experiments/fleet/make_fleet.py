@@ -7,19 +7,23 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import tyro
 from numpy.typing import NDArray
 
+from experiments.command import run_experiment
 from experiments.fleet.changing_rig import KINDS, RigChange, draw_change
 from experiments.hidden_effects.references import excitation
 from experiments.hidden_effects.references.bench import COLUMNS, ReferenceBench
 from experiments.hidden_effects.suite.noisy_recording import noisy_recording
+from tendon_mj.errors import InvalidValueError
 from tendon_mj.recordings import Uncertain, write_recording
 from tendon_mj.tasks import Workers, run_tasks
 
@@ -35,6 +39,7 @@ STATED = {
     "axial_stiffness": Uncertain(20000.0, 10000.0, 30000.0),
 }
 KNOWN = ("environment.stiffness", "sensor.stiffness")
+_MADE = ".made"  # in the folder of a rig that is whole
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,24 +74,47 @@ class _Plan:
 
 
 class _Written:
-    """Keeps the recordings of each rig; those that are there are not made again."""
+    """Keeps the recordings of each rig; those that are there are not made again.
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    Args:
+        folder: of the fleet.
+        of: what the rigs are made of; a folder has those of one.
+
+    Raises:
+        InvalidValueError: the folder has rigs of other settings.
+    """
+
+    def __init__(self, folder: Path, of: Mapping[str, int]) -> None:
+        self._folder, self._of = folder, json.dumps(of)
+        for made in sorted(folder.glob(f"*/{_MADE}")):
+            if (there := made.read_text(encoding="utf-8")) != self._of:
+                raise InvalidValueError(
+                    f"{made.parent} was made with {there}, and {self._of} is asked for; give"
+                    " another --out"
+                )
 
     def done(self) -> set[str]:
-        return {p.parent.name for p in self._folder.glob("*/.made")}
+        return {p.parent.name for p in self._folder.glob(f"*/{_MADE}")}
 
     def write(self, key: str, result: dict[str, Any]) -> None:
         folder = self._folder / key
         folder.mkdir(parents=True, exist_ok=True)
         for recording in result["recordings"]:
             write_recording(recording, folder / recording.name)
-        (folder / ".made").touch()
+        (folder / _MADE).write_text(self._of, encoding="utf-8")
 
 
-def make_fleet(settings: Settings) -> None:
-    """Write the recordings of every rig, and the key."""
+def make_fleet(settings: Annotated[Settings, tyro.conf.arg(name="")]) -> None:
+    """Write the recordings of every rig, and the key.
+
+    Args:
+        settings: of the fleet.
+
+    Raises:
+        InvalidValueError: the folder has a fleet of other settings.
+    """
+    made_of = {name: getattr(settings, name) for name in ("seed", "rigs", "changing", "recordings")}
+    written = _Written(settings.out, made_of)
     rng = np.random.default_rng(settings.seed)
     drive = 0.85 * excitation.held_out(rng, 1.0)[0][: int(5.0 * excitation.RATE)]
     names = [f"finger_{k + 1:02d}" for k in range(settings.rigs)]
@@ -106,7 +134,7 @@ def make_fleet(settings: Settings) -> None:
         None,
         names,
         plans.__getitem__,
-        _Written(settings.out),
+        written,
         on=Workers(processes=settings.processes),
         sources=("tendon_mj", "experiments"),
         progress=lambda what, done, total: print(f"\r{done}/{total} rigs", end="", flush=True),
@@ -162,4 +190,4 @@ def _scaled(rig: ReferenceBench, shares: dict[str, float]) -> ReferenceBench:
 
 
 if __name__ == "__main__":
-    make_fleet(tyro.cli(Settings))
+    sys.exit(run_experiment(make_fleet, "fleet.make_fleet"))

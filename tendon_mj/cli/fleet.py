@@ -55,8 +55,10 @@ def fleet(
         if figure is not None
     }
     output.add(write_table(found, out / TABLE))
-    command = shlex.join(["tendon-mj", "fleet", str(folder), "--out", str(out)])
-    provenance = collect_provenance(command)
+    options = {"--processes": processes, "--workers": workers, "--scheduler": scheduler}
+    given = [str(word) for pair in options.items() if pair[1] is not None for word in pair]
+    command = ["tendon-mj", "fleet", str(folder), "--out", str(out), *given]
+    provenance = collect_provenance(shlex.join(command + ["--again"] * again))
     with whole_file(out / PAGE) as made:
         page = fleet_page(found, pictures, provenance, str(folder))
         made.write_text(page, encoding="utf-8")

@@ -1,5 +1,6 @@
 """Hidden fleets: what changes does so on its day, and the score counts what was found."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -9,6 +10,7 @@ from experiments.fleet.changing_rig import KINDS, RigChange, draw_change
 from experiments.fleet.make_fleet import Settings, make_fleet
 from experiments.fleet.score_fleet import score
 from experiments.hidden_effects.references.bench import ReferenceBench
+from tendon_mj.errors import InvalidValueError
 from tendon_mj.fleet import find_rigs
 
 
@@ -44,6 +46,9 @@ def test_a_fleet_is_written_with_its_key(tmp_path):
     ((name, true),) = key.items()
     assert true["since"] == rigs[name].dates[true["first"]].isoformat()
     assert rigs[name].read()[0].uncertain.keys() >= {"sheath.friction"}
+    make_fleet(settings)  # goes on with what is there
+    with pytest.raises(InvalidValueError, match=r'"seed": 1.*"seed": 2.*another --out'):
+        make_fleet(dataclasses.replace(settings, seed=2))
 
 
 def test_the_score_counts_what_was_found_named_and_dated():
