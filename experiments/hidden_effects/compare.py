@@ -1,51 +1,72 @@
 """Scores of several tools beside each other; `python -m experiments.hidden_effects.compare --help`.
 
-All are scored on the cases on which each of them has a verdict.
+All are scored on all cases of the suite; one without a result of a tool counts as failed for that
+tool, and for no other.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import sys
 from pathlib import Path
 
-import tyro
-
-from experiments.hidden_effects.scoring.suite_statistics import table
+from experiments.command import run_experiment
+from experiments.hidden_effects.scoring.rates import Row
+from experiments.hidden_effects.scoring.suite_statistics import ANY_TOOL, table
 from experiments.hidden_effects.scoring.tables import markdown
 from experiments.hidden_effects.scoring.verdicts import judge
+from tendon_mj.errors import InvalidValueError
 
 
-@dataclass(frozen=True, kw_only=True)
-class Comparison:
-    """Scores of several tools on one suite.
+def compare(
+    verdicts: tuple[Path, ...], keys: Path, out: Path | None = None, partial: bool = False
+) -> None:
+    """Print a table with a column for each tool; "–" where a tool names or states nothing.
 
-    Attributes:
+    Args:
         verdicts: folders with a folder per case, one for each tool; their names head the columns.
         keys: folder with keys.json.
         out: Markdown file for the table, which is printed in any case.
+        partial: score only the cases on which each of the tools has a result.
     """
-
-    verdicts: tuple[Path, ...]
-    keys: Path
-    out: Path | None = None
-
-
-def compare(settings: Comparison) -> None:
-    """Print a table with a column for each tool; "–" where a tool names nothing at all."""
-    tools = [{j.name: j for j in judge(folder, settings.keys)} for folder in settings.verdicts]
-    common = [name for name in tools[0] if all(name in cases for cases in tools)]
-    tables = [{row[0]: row for row in table([cases[name] for name in common])} for cases in tools]
-    rows = [
-        [quantity, wanted, *(t[quantity][2] if quantity in t else "–" for t in tables), cases]
-        for quantity, wanted, _, cases in max(tables, key=len).values()
-        if cases
-    ]
-    names = [folder.name for folder in settings.verdicts]
-    text = markdown(["quantity", "wanted", *names, "cases"], rows)
-    if settings.out is not None:
-        settings.out.write_text(text, encoding="utf-8")
+    if not verdicts:
+        raise InvalidValueError("--verdicts names no folder; give one for each tool")
+    tools = [{j.name: j for j in judge(folder, keys)} for folder in verdicts]
+    cases = [n for n in tools[0] if not (partial and any(tool[n].missing for tool in tools))]
+    if not cases:
+        raise InvalidValueError(
+            "there is no case on which each of the tools has a result; without --partial, those"
+            " without one count as failed"
+        )
+    tables = [{row[0]: row for row in table([tool[name] for name in cases])} for tool in tools]
+    rows = []
+    for quantity, wanted, _, _ in max(tables, key=len).values():
+        found = [of_tool.get(quantity) for of_tool in tables]
+        counted = max(row[3] for row in found if row is not None)
+        if counted or quantity in ANY_TOOL:
+            rows.append([quantity, wanted, *(_figure(row, counted) for row in found), counted])
+    text = markdown(["quantity", "wanted", *(folder.name for folder in verdicts), "cases"], rows)
+    if partial:
+        of = f"{len(cases)} of {len(tools[0])} cases"
+        text += f"\nScored are the {of} on which each tool has a result (--partial).\n"
+    elif any(j.missing for tool in tools for j in tool.values()):
+        text += f"\n{_OF_MISSING}\n"
+    if out is not None:
+        out.write_text(text, encoding="utf-8")
     print(text)
 
 
+_OF_MISSING = (
+    "Cases without a result count as failed; where they were left out on purpose, --partial scores"
+    " only those on which each tool has one."
+)
+
+
+def _figure(row: Row | None, cases: int) -> str:
+    """Figure of a tool, with the number of cases where other tools have more."""
+    if row is None:
+        return "–"
+    return row[2] if row[3] in (0, cases) else f"{row[2]} (of {row[3]})"
+
+
 if __name__ == "__main__":
-    compare(tyro.cli(Comparison))
+    sys.exit(run_experiment(compare, "hidden_effects.compare"))

@@ -22,13 +22,15 @@ class JudgedCase:
         key: entry of the case in keys.json.
         result: content of result.json, of which README.md says what is read; None where the
             diagnosis failed.
-        seconds: that the diagnosis took [s].
+        seconds: that the diagnosis took, as the tool states it [s]; None where it does not.
+        missing: whether the tool wrote nothing at all about the case, which counts as failed.
     """
 
     name: str
     key: Mapping[str, Any]
     result: Mapping[str, Any] | None
-    seconds: float
+    seconds: float | None
+    missing: bool = False
 
     @property
     def kind(self) -> str:
@@ -55,7 +57,7 @@ class JudgedCase:
     @property
     def ties(self) -> list[list[str]]:
         """Groups of two or more effects that the data cannot tell apart, as the verdict says."""
-        groups = [] if self.result is None else self.result.get("indistinguishable", [])
+        groups = [] if self.result is None else self.result.get("indistinguishable") or []
         return [list(g) for g in groups if len(g) > 1]
 
     @property
@@ -143,7 +145,7 @@ class JudgedCase:
     @property
     def _given(self) -> dict[str, dict[str, float]]:
         """Parameters as found; a drawn bend as the extra bend that keys state in its place."""
-        found = dict({} if self.result is None else self.result.get("parameters", {}))
+        found = dict({} if self.result is None else self.result.get("parameters") or {})
         for name in [n for n in found if n.endswith(".drawn_bend")]:
             bend = found.pop(name)
             shifted = {k: bend[k] - ReferenceBench.bend for k in ("value", "low", "high")}
@@ -152,8 +154,8 @@ class JudgedCase:
 
     @property
     def _held_out(self) -> Mapping[str, Any]:
-        gap = {} if self.result is None else self.result.get("gap", {})
-        return dict(gap.get("held_out", {}))
+        gap = {} if self.result is None else self.result.get("gap") or {}
+        return dict(gap.get("held_out") or {})
 
     def errors(self) -> list[tuple[str, float, bool]]:
         """(parameter, relative error [-], whether its interval covers the truth), for each."""

@@ -2,57 +2,46 @@
 
 from __future__ import annotations
 
-import json
-import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from experiments.hidden_effects.scoring.judged_case import PREDICTION, JudgedCase
-from tendon_mj.errors import TendonError, unknown
-
-VERDICTS = ("named", "partly", "parameter", "nothing missing", "unknown", PREDICTION)
+from experiments.hidden_effects.scoring.judged_case import JudgedCase
+from experiments.hidden_effects.scoring.result_file import read_json, read_result, read_run
+from tendon_mj.errors import InvalidValueError, TendonError
 
 
 def judge(verdicts: Path, keys: Path) -> list[JudgedCase]:
-    """Cases of a suite that have a verdict or an error, each with its key.
+    """Every case of a suite, with its key; one without a verdict or an error is `missing`.
 
     Args:
         verdicts: folder with a folder per case, in which are result.json, run.json or both.
         keys: folder with keys.json.
 
     Raises:
-        TendonError: no case of the suite has a verdict, or a result.json is not as README.md says.
+        TendonError: no case of the suite has a verdict, or a file is not as README.md says.
     """
-    cases = json.loads((keys / "keys.json").read_text(encoding="utf-8"))["cases"]
-    judged = []
-    for name, key in cases.items():
-        about, result = (_read(verdicts / name / f"{part}.json") for part in ("run", "result"))
-        if about is None and result is None:
-            continue
-        if result is not None:
-            _check(result, verdicts / name / "result.json")
-        failed = bool((about or {}).get("error"))
-        seconds = (about or result or {}).get("seconds", math.nan)
-        judged.append(JudgedCase(name, key, None if failed else result, float(seconds)))
-    if not judged:
+    cases = _keys(keys / "keys.json")
+    judged = [_case(name, key, verdicts / name) for name, key in cases.items()]
+    if all(case.missing for case in judged):
         raise TendonError(f"{verdicts}: no verdict on any of the {len(cases)} cases of {keys}")
     return judged
 
 
-def _read(path: Path) -> dict[str, Any] | None:
-    if not path.exists():
-        return None
-    content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    return content
+def _case(name: str, key: Mapping[str, Any], folder: Path) -> JudgedCase:
+    run = read_run(folder / "run.json")
+    failed = run is not None and bool(run.error)
+    result = None if failed else read_result(folder / "result.json")
+    seconds = None if run is None else run.seconds
+    if seconds is None and result is not None:
+        seconds = result.get("seconds")
+    return JudgedCase(name, key, result, seconds, missing=run is None and result is None)
 
 
-def _check(result: dict[str, Any], path: Path) -> None:
-    verdict = result.get("verdict")
-    if verdict not in VERDICTS:
-        raise TendonError(f"{path}: {unknown('verdict', str(verdict), VERDICTS)}")
-    if verdict in ("named", "partly", "parameter") and not result.get("effects"):
-        raise TendonError(f"{path}: the verdict is {verdict!r}, and 'effects' names nothing")
-    for name, value in result.get("parameters", {}).items():
-        lacking = {"value", "low", "high"} - value.keys()
-        if lacking:
-            raise TendonError(f"{path}: parameter {name!r} lacks {', '.join(sorted(lacking))}")
+def _keys(path: Path) -> dict[str, Any]:
+    cases = (read_json(path) or {}).get("cases")
+    if not isinstance(cases, dict) or not cases:
+        raise InvalidValueError(
+            f"{path} has no 'cases'; --keys is the folder of keys.json, as make writes it"
+        )
+    return cases

@@ -1,14 +1,11 @@
 """Laws of the score: what counts as a hit, a false name, a number rightly called wrong."""
 
-import json
 import math
 
 import pytest
 
 from experiments.hidden_effects.scoring.judged_case import JudgedCase
 from experiments.hidden_effects.scoring.suite_statistics import confusion, table
-from experiments.hidden_effects.scoring.verdicts import judge
-from tendon_mj.errors import TendonError
 
 KEY = {
     "kind": "effect",
@@ -27,8 +24,15 @@ RESULT = {
 }
 
 
+NOTHING = {"kind": "nothing", "hidden": []}
+
+
 def judged(key=None, **result):
     return JudgedCase("case", {**KEY, **(key or {})}, {**RESULT, **result}, 1.0)
+
+
+def figures(*cases):
+    return {quantity: figure for quantity, _, figure, _ in table(cases)}
 
 
 def test_a_hit_counts_one_a_tie_a_half_and_a_wrong_name_nothing():
@@ -111,34 +115,32 @@ def test_a_number_is_rightly_wrong_with_its_element_alone_and_the_truth_in_its_i
     assert not right(**damping(18.0, 20.0, **{"joint.armature": {"value": 0, "low": 0, "high": 0}}))
 
 
-def verdict(folder, name, **content):
-    (folder / name).mkdir()
-    (folder / name / "result.json").write_text(json.dumps(content))
+def test_a_case_without_a_result_is_right_in_no_figure():
+    kinds = ("effect", "pair", "parameter", "outside", "too_high", "session", "remainder")
+    hidden = [["creep", "sensor_lag"] if kind == "pair" else ["creep"] for kind in kinds]
+    cases = [
+        JudgedCase(kind, {**KEY, "kind": kind, "hidden": names}, None, None, missing=True)
+        for kind, names in zip(kinds, hidden, strict=True)
+    ]
+    rows = table([*cases, judged(NOTHING, verdict="nothing missing", effects=[])])
+    wanted = {q: figure for q, wanted, figure, count in rows if wanted.startswith("≥") and count}
+    assert len(wanted) == 7
+    assert set(wanted.values()) == {"0.0 %"}
+    found = {quantity: figure for quantity, _, figure, _ in rows}
+    assert found["cases without a result, which count as failed"] == "7"
+    assert found["failed"] == "87.5 %"
 
 
-def test_any_tool_s_results_are_scored_and_a_case_without_one_is_left_out(tmp_path):
-    (tmp_path / "keys.json").write_text(json.dumps({"cases": {"a": KEY, "b": KEY}}))
-    verdict(tmp_path, "a", verdict="named", effects=["creep"])
-    (case,) = judge(tmp_path, tmp_path)
-    assert (case.name, case.hit, case.closed, case.left) == ("a", 1.0, None, None)
-
-
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ({"verdict": "namd"}, "named"),
-        ({"verdict": "named", "effects": []}, "names nothing"),
-        (
-            {"verdict": "unknown", "parameters": {"a.b": {"value": 1.0, "low": 0.0}}},
-            "'a.b' lacks high",
-        ),
-    ],
-)
-def test_a_result_that_is_not_one_is_refused(content, message, tmp_path):
-    (tmp_path / "keys.json").write_text(json.dumps({"cases": {"a": KEY}}))
-    verdict(tmp_path, "a", **content)
-    with pytest.raises(TendonError, match=message):
-        judge(tmp_path, tmp_path)
+def test_what_a_tool_states_of_itself_says_so_and_what_it_does_not_is_a_dash():
+    case = JudgedCase("case", KEY, {**RESULT, "gap": None, "parameters": None}, None)
+    found = {quantity: figure for quantity, figure in figures(case).items() if "stated" in quantity}
+    assert set(found.values()) == {"–"}
+    assert len(found) == 3
+    stated = {"held_out": {"after": 1.2, "reducible_closed": 0.9}}
+    found = figures(judged(gap=stated))
+    assert found["error left on held-out data, as stated, median / worst decile [noise]"] == (
+        "1.20 / 1.20"
+    )
 
 
 def test_of_a_tool_that_only_predicts_no_rate_of_names_is_stated():
