@@ -11,6 +11,7 @@ from experiments.hidden_effects.references.bench import ReferenceBench
 PREDICTION = "prediction only"  # verdict of a tool that names nothing
 NAMING = ("named", "partly")  # verdicts that name effects
 PARAMETERS = ("friction", "axial_stiffness", "pretension", "bend_angle", "moment_arm")
+RIVALS = 2  # most that a name may have in a tie; with more, the verdict leaves too much open
 
 
 @dataclass(frozen=True)
@@ -55,10 +56,29 @@ class JudgedCase:
         return [e for e in self.result["effects"] if e not in PARAMETERS]
 
     @property
+    def named(self) -> list[str]:
+        """All that the verdict names, effects and wrong numbers, the most important first."""
+        if self.result is None or self.verdict not in (*NAMING, "parameter"):
+            return []
+        return list(self.result["effects"])
+
+    @property
     def ties(self) -> list[list[str]]:
-        """Groups of two or more effects that the data cannot tell apart, as the verdict says."""
+        """Names of the verdict that have one or two rivals, each with these."""
+        return [[n, *rivals] for n, rivals in self._rivals.items() if 0 < len(rivals) <= RIVALS]
+
+    @property
+    def _rivals(self) -> dict[str, list[str]]:
+        """Name of the verdict → what the data cannot tell from it, over all groups that have it."""
         groups = [] if self.result is None else self.result.get("indistinguishable") or []
-        return [list(g) for g in groups if len(g) > 1]
+        return {
+            name: list(dict.fromkeys(r for g in groups if name in g for r in g if r != name))
+            for name in self.named
+        }
+
+    def _tied(self, name: str) -> list[str]:
+        """Names of the tie of a name, itself included; empty where it is in none."""
+        return next((tie for tie in self.ties if tie[0] == name), [])
 
     @property
     def named_effect(self) -> bool:
@@ -67,38 +87,45 @@ class JudgedCase:
 
     @property
     def confident(self) -> bool:
-        """Whether the first effect named is not part of a tie."""
-        return self.named_effect and not any(self.effects[0] in tie for tie in self.ties)
+        """Whether something is named, and what comes first, be it a number, is in no tie."""
+        return bool(self.named) and not self._tied(self.named[0])
 
     @property
     def contains(self) -> bool:
-        """Whether the verdict mentions all hidden effects, be it in a tie."""
-        mentioned = {*self.effects, *(e for tie in self.ties for e in tie)}
-        return self.verdict != "nothing missing" and set(self.hidden) <= mentioned
+        """Whether the verdict mentions all that is hidden, be it in a tie, and little else.
+
+        Little is at most three names for each that is hidden: itself and the rivals of a tie.
+        """
+        mentioned = {*self.named, *(name for tie in self.ties for name in tie)}
+        most = (1 + RIVALS) * len(self.hidden)
+        return set(self.hidden) <= mentioned and len(mentioned) <= most
 
     @property
     def hit(self) -> float:
         """1 where the one hidden effect comes first; ½ where it is one of "A or B"."""
-        if len(self.hidden) != 1 or not self.contains or self.verdict not in NAMING:
+        if len(self.hidden) != 1 or not self.named_effect:
             return 0.0
-        tied = next((tie for tie in self.ties if self.hidden[0] in tie), [])
-        first = bool(self.effects) and (
-            self.effects[0] == self.hidden[0] or self.effects[0] in tied
-        )
-        return 0.0 if not first else 0.5 if tied else 1.0
+        first = self.effects[0]
+        tied = self._tied(first)
+        return 0.0 if self.hidden[0] not in (first, *tied) else 0.5 if tied else 1.0
+
+    @property
+    def false_names(self) -> list[str]:
+        """All that is named and neither hidden nor tied with what is hidden.
+
+        The rivals of a name that has more of them than a tie may have count as named.
+        """
+        wide = [r for rivals in self._rivals.values() if len(rivals) > RIVALS for r in rivals]
+        tied = {name for tie in self.ties if set(tie) & set(self.hidden) for name in tie}
+        right = {*self.hidden, *(tied - set(wide))}
+        return [name for name in dict.fromkeys([*self.named, *wide]) if name not in right]
 
     @property
     def extra(self) -> list[str]:
-        """Effects named that are neither hidden nor tied with a hidden one."""
-        tied = {e for tie in self.ties if set(tie) & set(self.hidden) for e in tie}
-        return [e for e in self.effects if e not in self.hidden and e not in tied]
-
-    @property
-    def named(self) -> list[str]:
-        """All that the verdict names, effects and wrong numbers, the most important first."""
-        if self.result is None or self.verdict not in (*NAMING, "parameter"):
+        """Like `false_names`, without numbers called wrong."""
+        if not self.named_effect:
             return []
-        return list(self.result["effects"])
+        return [name for name in self.false_names if name not in PARAMETERS]
 
     @property
     def leads(self) -> float:
@@ -106,17 +133,11 @@ class JudgedCase:
         return self.hit if self.named[:1] == self.effects[:1] else 0.0
 
     @property
-    def false_names(self) -> list[str]:
-        """Like `extra`, with numbers called wrong that are not."""
-        tied = {e for tie in self.ties if set(tie) & set(self.hidden) for e in tie}
-        return [e for e in self.named if e not in self.hidden and e not in tied]
-
-    @property
     def column(self) -> str:
         """Column of the case in the confusion matrix."""
         if not self.named_effect:
             return self.verdict
-        return self.effects[0] if self.confident else "A or B"
+        return "A or B" if self._tied(self.effects[0]) else self.effects[0]
 
     @property
     def closed(self) -> float | None:
@@ -135,7 +156,7 @@ class JudgedCase:
     @property
     def right_number(self) -> bool:
         """Whether the verdict calls the hidden number wrong, no other, and its interval holds."""
-        if self.result is None or self.verdict != "parameter":
+        if self.result is None or self.verdict != "parameter" or self.false_names:
             return False
         given, true = self._given, self.key["parameters"]
         return given.keys() == true.keys() and all(

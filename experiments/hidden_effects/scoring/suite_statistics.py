@@ -39,15 +39,11 @@ def table(judged: Sequence[JudgedCase]) -> list[Row]:
         ),
         share("… contained in the verdict", "≥ 99 %", strong, lambda j: j.contains),
         share("one effect, 2 noise: first (tie: half)", "≥ 90 %", weak, lambda j: j.hit),
-        share("one effect: something named that is not there", "", alone, lambda j: bool(j.extra)),
-        share("one effect: abstained", "", alone, lambda j: not j.named_effect),
-        share(
-            "two effects: both named",
-            "≥ 85 %",
-            pairs,
-            lambda j: set(j.hidden) <= set(j.effects) or (j.named_effect and j.contains),
-        ),
-        share("nothing hidden: false name", "≤ 3 %", nothing, lambda j: j.named_effect),
+        _false("one effect", alone),
+        share("one effect: abstained", "", alone, lambda j: not j.named),
+        share("two effects: both named", "≥ 85 %", pairs, lambda j: j.named_effect and j.contains),
+        _false("two effects", pairs),
+        share("nothing hidden: false name", "≤ 3 %", nothing, lambda j: bool(j.false_names)),
         share(
             "outside the catalogue: unknown or a tie",
             "≥ 90 %",
@@ -64,6 +60,7 @@ def table(judged: Sequence[JudgedCase]) -> list[Row]:
             lambda j: j.result is not None and not j.effects,
         ),
         share("wrong parameter: called so", "", parameter, lambda j: j.verdict == "parameter"),
+        _false("wrong parameter", parameter),
         quantile("reducible error removed on held-out, as stated, median", "≥ 95 %", closed, 0.5),
         quantile("… worst decile", "≥ 80 %", closed, 0.1),
         quantile("parameter error, ≥ 5 noise, median", "≤ 10 %", [e[1] for e in errors], 0.5),
@@ -71,6 +68,12 @@ def table(judged: Sequence[JudgedCase]) -> list[Row]:
         *reality(judged),
         *_of_any_tool(judged),
     ]
+
+
+def _false(cases: str, judged: Sequence[JudgedCase]) -> Row:
+    """Share of cases in which an effect is named, or a number called wrong, that is not hidden."""
+    quantity = f"{cases}: something named that is not there"
+    return share(quantity, "", judged, lambda j: bool(j.false_names))
 
 
 def _of_any_tool(judged: Sequence[JudgedCase]) -> list[Row]:

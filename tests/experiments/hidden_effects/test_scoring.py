@@ -6,6 +6,7 @@ import pytest
 
 from experiments.hidden_effects.scoring.judged_case import JudgedCase
 from experiments.hidden_effects.scoring.suite_statistics import confusion, table
+from tendon_mj.diagnosis import CATALOGUE
 
 KEY = {
     "kind": "effect",
@@ -25,6 +26,7 @@ RESULT = {
 
 
 NOTHING = {"kind": "nothing", "hidden": []}
+PAIR = {"kind": "pair", "hidden": ["creep", "sensor_lag"]}
 
 
 def judged(key=None, **result):
@@ -113,6 +115,62 @@ def test_a_number_is_rightly_wrong_with_its_element_alone_and_the_truth_in_its_i
     assert not right("named", **damping(18.0, 20.0))
     assert not right(**{"other.damping": {"value": 19.0, "low": 18.0, "high": 20.0}})
     assert not right(**damping(18.0, 20.0, **{"joint.armature": {"value": 0, "low": 0, "high": 0}}))
+
+
+def test_a_number_is_not_rightly_wrong_beside_one_that_is_not():
+    effects = ["joint_damping", "friction"]
+    case = judged(TOO_HIGH, verdict="parameter", effects=effects, parameters=damping(18.0, 20.0))
+    assert case.false_names == ["friction"]
+    assert not case.right_number
+
+
+def test_two_rivals_are_a_tie_and_more_are_named_wrongly():
+    tie = judged(effects=["stiffening"], indistinguishable=[["stiffening", "creep", "backlash"]])
+    assert (tie.contains, tie.hit, tie.false_names) == (True, 0.5, [])
+    group = ["stiffening", "creep", "backlash", "sensor_lag"]
+    wide = judged(effects=["stiffening"], indistinguishable=[group])
+    assert (wide.contains, wide.hit, wide.ties) == (False, 0.0, [])
+    assert wide.false_names == ["stiffening", "backlash", "sensor_lag"]
+    assert judged(indistinguishable=[group[:2]]).hit == 0.5
+    assert judged(indistinguishable=[group]).false_names == ["stiffening", "backlash", "sensor_lag"]
+
+
+def test_rivals_of_a_name_count_over_all_groups_and_groups_without_a_name_do_not():
+    rivals = ["creep", "backlash", "sensor_lag"]
+    pairs = judged(effects=["stiffening"], indistinguishable=[["stiffening", r] for r in rivals])
+    assert not pairs.contains
+    assert pairs.false_names == ["stiffening", "backlash", "sensor_lag"]
+    apart = judged(effects=["stiffening"], indistinguishable=[["creep", "backlash"]])
+    assert (apart.contains, apart.false_names) == (False, ["stiffening"])
+    assert not judged(verdict="unknown", effects=[], indistinguishable=[["creep"]]).contains
+
+
+def test_a_verdict_that_lists_everything_contains_nothing():
+    for listed in (
+        {"effects": list(CATALOGUE)},
+        {"effects": ["creep"], "indistinguishable": [list(CATALOGUE)]},
+    ):
+        found = figures(judged(PAIR, **listed))
+        assert found["two effects: both named"] == "0.0 %"
+        assert found["two effects: something named that is not there"] == "100.0 %"
+    assert not judged(effects=list(CATALOGUE)).contains
+    ties = [["creep", "stiffening", "backlash"], ["sensor_delay", "sensor_lag"]]
+    found = figures(judged(PAIR, effects=["creep", "sensor_delay"], indistinguishable=ties))
+    assert found["two effects: both named"] == "100.0 %"
+    assert found["two effects: something named that is not there"] == "0.0 %"
+
+
+def test_a_number_falsely_called_wrong_is_a_false_name_and_no_abstention():
+    wrong = {"verdict": "parameter", "effects": ["friction"], "parameters": {}}
+    assert figures(judged(NOTHING, **wrong))["nothing hidden: false name"] == "100.0 %"
+    found = figures(judged(**wrong))
+    assert found["one effect: something named that is not there"] == "100.0 %"
+    assert found["one effect: abstained"] == "0.0 %"
+    assert judged({"kind": "outside"}, **wrong).confident
+    another = {"kind": "parameter", "hidden": ["pretension"]}
+    quantity = "wrong parameter: something named that is not there"
+    assert figures(judged(another, **wrong))[quantity] == "100.0 %"
+    assert figures(judged({**another, "hidden": ["friction"]}, **wrong))[quantity] == "0.0 %"
 
 
 def test_a_case_without_a_result_is_right_in_no_figure():
