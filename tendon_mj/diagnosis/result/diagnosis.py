@@ -205,6 +205,11 @@ class Diagnosis:
         return bool(self.findings or self.closest)
 
     @property
+    def left_out(self) -> str:
+        """What the selection leaves out one at a time, "recording" or "block"."""
+        return "recording" if by_recording(self.recordings) else "block"
+
+    @property
     def leaves_one_out(self) -> bool:
         """Whether each recording was held out in turn, for a model fitted to the others."""
         return not self.held_out_recordings and by_recording(self.recordings)

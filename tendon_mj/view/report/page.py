@@ -13,7 +13,6 @@ from PIL import Image
 
 from tendon_mj.diagnosis import BeforeAfter, Diagnosis, SysidResult
 from tendon_mj.diagnosis.correlations import parameter_correlations
-from tendon_mj.diagnosis.data.problem import by_recording
 from tendon_mj.diagnosis.noise_sensitivity import noise_sensitivity
 from tendon_mj.diagnosis.provenance import Provenance, collect_provenance
 from tendon_mj.diagnosis.whiteness import residual_autocorrelations
@@ -95,7 +94,6 @@ def report_page(
         role=", held out" if row.measured.name in {r.name for r in held_out} else "",
         signal=column,
         white=white,
-        left_out="recording" if by_recording(diagnosis.recordings) else "block",
         correlations=correlations,
         sensitivity=noise_sensitivity(diagnosis),
         sysid=sysid,
