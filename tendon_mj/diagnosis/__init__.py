@@ -18,8 +18,9 @@ from tendon_mj.diagnosis.effects.binding import (
 from tendon_mj.diagnosis.effects.catalogue import CATALOGUE
 from tendon_mj.diagnosis.effects.effect import Candidate, Effect, SystemDescription, Term
 from tendon_mj.diagnosis.locate import Bin, Located
-from tendon_mj.diagnosis.result.diagnosis import Diagnosis, Finding, Ranked, Value
+from tendon_mj.diagnosis.result.diagnosis import Diagnosis, Finding, Value
 from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
+from tendon_mj.diagnosis.result.ranked import Ranked
 from tendon_mj.diagnosis.sysid import SysidResult, fit_with_sysid, sysid_is_there
 
 __all__ = [

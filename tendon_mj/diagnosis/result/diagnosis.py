@@ -16,6 +16,7 @@ from tendon_mj.diagnosis.model_selection.context import SelectionContext
 from tendon_mj.diagnosis.model_selection.select import Selection
 from tendon_mj.diagnosis.result.error_reduction import ErrorReduction
 from tendon_mj.diagnosis.result.evidence import Evidence
+from tendon_mj.diagnosis.result.ranked import Ranked
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.grouped_names import expand
@@ -77,27 +78,6 @@ class Finding:
     elsewhere: tuple[str, ...] = ()
     statement: str = ""
     parameter: str = ""
-
-
-@dataclass(frozen=True)
-class Ranked:
-    """A candidate for the first finding.
-
-    Attributes:
-        identifier, where: effect and elements.
-        explains: share of the calibrated model's excess χ² that it removes by screening [-].
-        left: cross-validated rms error [noise]; None where it was not fitted, as others promised
-            more.
-        at_end: end of its range at which its strength stands, so that it names nothing [unit].
-        unit: of its strength.
-    """
-
-    identifier: str
-    where: str
-    explains: float
-    left: float | None
-    at_end: float | None = None
-    unit: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,8 @@ from tendon_mj.diagnosis.model_selection.confidence import SelectedEffect
 from tendon_mj.diagnosis.model_selection.fit import Fit
 from tendon_mj.diagnosis.model_selection.intervals import beyond_range, intervals
 from tendon_mj.diagnosis.model_selection.select import Selection
-from tendon_mj.diagnosis.result.diagnosis import Finding, Ranked, Value
+from tendon_mj.diagnosis.result.diagnosis import Finding, Value
+from tendon_mj.diagnosis.result.ranked import Ranked
 from tendon_mj.diagnosis.result.statement import state_finding
 from tendon_mj.replay.parameters import Parameter
 
