@@ -89,7 +89,8 @@ class _Written:
         for made in sorted(folder.glob(f"*/{_MADE}")):
             if (there := made.read_text(encoding="utf-8")) != self._of:
                 raise InvalidValueError(
-                    f"{made.parent} was made with {there}, and {self._of} is asked for; give"
+                    f"{made.parent} was made with {there or 'an older version'}, and {self._of} is"
+                    " asked for; give"
                     " another --out"
                 )
 

@@ -92,7 +92,7 @@ def _right(j: JudgedCase) -> bool:
     if j.kind == "nothing":
         return j.verdict == "nothing missing"
     if j.kind == "outside":
-        return not j.confident
+        return j.verdict == "unknown" or (j.named_effect and not j.confident)
     if j.kind == "parameter":
         return not j.effects and not j.false_names
     if j.kind == "too_high":

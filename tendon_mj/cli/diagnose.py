@@ -207,10 +207,11 @@ def _say(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> N
             f" noise floor {errors.noise_floor:.2f} [noise]"
         )
     if diagnosis.bars:
-        judged = diagnosis.judged
+        weighed = diagnosis.weighed
         console.print(
-            f"held out, by which the verdict is: {judged.before:.2f} before, {judged.after:.2f}"
-            f" after [{judged.unit}]"
+            f"held out, in the unit of the verdict: {weighed.before:.2f} before,"
+            f" {weighed.after:.2f} after [{weighed.unit}]",
+            soft_wrap=True,
         )
     if compared:
         console.print(f"mujoco.sysid alone: {compared.held_out_rms:.2f} held out, in noise")

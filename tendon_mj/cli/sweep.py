@@ -56,9 +56,9 @@ def sweep(
         seed: of the draws.
         motion: as for render and view: of a finger curl, tap, press, hold or a CSV; of any other
             model a CSV with time_s and a column for every actuator that moves.
-        policy: "file.py:name", a function that is called with model and data before every step
-            and sets data.ctrl, or a class of which each rollout makes one; it finds there what the
-            motion commands, or 0.
+        policy: "file.py:name", a function that is called with model and data before every step,
+            once the model has settled, and sets data.ctrl, or a class of which each rollout makes
+            one; it finds there what the motion commands, or 0.
         recording: drives the model in place of a motion; outputs are then of what it measures, and
             include the error.
         description: TOML of the recording where it does not lie beside it.

@@ -146,6 +146,8 @@ def _judge(evidence: Evidence) -> tuple[Verdict | None, str]:
         return verdict, f"{removed} is removed, and {asked}; {remains}, which is not explained."
     if errors.reducible_closed < PART:
         return verdict, f"{removed} is removed, and two thirds are asked; {remains}."
+    if evidence.stated.after >= evidence.stated.before:
+        return verdict, f"{removed} is removed, but with the model's own step the error stays."
     return verdict, f"{removed} is removed, but of a signal more remains than before."
 
 

@@ -67,18 +67,18 @@ def find_change(dates: Sequence[datetime], values: FloatArray, deviations: Float
         before=before,
         after=before + change,
         error=error,
-        significance=_least_change(template, values, deviations) / error if error > 0.0 else 0.0,
+        significance=_least(change, template, values, deviations) / error if error > 0.0 else 0.0,
     )
 
 
-def _least_change(template: Template, values: FloatArray, deviations: FloatArray) -> float:
-    """The smallest size of the change, whichever recording is left out."""
-    sizes = []
+def _least(change: float, template: Template, values: FloatArray, deviations: FloatArray) -> float:
+    """The least size of a change, whichever recording is left out; 0 if it turns about."""
+    sizes = [0.0] if change == 0.0 else []
     for k in range(len(values)):
         used = np.arange(len(values)) != k
         some = replace(template, weights=template.weights[used])
-        sizes.append(abs(_fit(some, values[used], deviations[used])[2]))
-    return min(sizes)
+        sizes.append(np.sign(change) * _fit(some, values[used], deviations[used])[2])
+    return max(0.0, float(min(sizes)))
 
 
 def _fit(

@@ -25,10 +25,11 @@ _FORM = "file.py:name"
 class Policy:
     """A function or class of a Python file, whose text goes along to the workers.
 
-    A function is called as ``name(model, data)`` before every step, and sets ``data.ctrl``, as
-    MuJoCo's control callback does; it finds there what the motion commands, and the readings of the
-    step before. Of a class each rollout has an instance of its own, ``name(model)``, that is called
-    so; what is remembered between steps has to be in it.
+    A function is called as ``name(model, data)`` before every step from the first sample on, and
+    sets ``data.ctrl``; it finds there what the motion commands. Time, positions and velocities are
+    those of now, readings of sensors those of the step before. Of a class each rollout has an
+    instance of its own, ``name(model)``, that is called so; what is remembered between steps has to
+    be in it.
 
     Attributes:
         path: of the file.
@@ -87,8 +88,8 @@ class Policy:
             module.__file__ = self.path
             sys.modules[name] = module
             try:
-                exec(compile(self.source, self.path, "exec"), vars(module))
-            except Exception as error:
+                exec(compile(self.source, self.path, "exec", dont_inherit=True), vars(module))
+            except (Exception, SystemExit) as error:
                 del sys.modules[name]
                 raise InvalidValueError(f"--policy {self}: {_said(error)}") from error
         return sys.modules[name]
@@ -146,5 +147,5 @@ def _call(act: Act, model: mujoco.MjModel, data: mujoco.MjData, policy: Policy) 
         ) from error
 
 
-def _said(error: Exception) -> str:
+def _said(error: BaseException) -> str:
     return f"it raised {type(error).__name__}: {error}"

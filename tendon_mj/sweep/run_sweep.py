@@ -104,7 +104,7 @@ class Sweep:
             "draws": draws,
             "seed": seed,
             "recording": f"{recording.name} {recording_digest(recording)}",
-            "policy": f"{policy} {policy.digest}" if policy else None,
+            "policy": f"{policy.name} {policy.digest}" if policy else None,
             "settle [s]": settle,
             "described": dict(self.rollouts.described),
             "outputs": [output.name for output in self.outputs],

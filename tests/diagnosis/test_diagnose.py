@@ -169,6 +169,28 @@ def test_the_unit_of_the_verdict_is_told_where_sessions_of_the_rig_differ() -> N
     )
 
 
+def test_nothing_missing_is_told_in_noise_first_and_no_noise_is_called_too_large() -> None:
+    errors = ErrorReduction(1.2, 1.2, 1.0, {})
+    weighed = ErrorReduction(0.55, 0.55, 1.0, {}, NOISE_AND_REPRODUCIBILITY)
+    said = state(
+        Statement(
+            verdict="nothing missing",
+            findings=[],
+            errors=errors,
+            weighed=weighed,
+            judged=weighed,
+            reproducibility={"elbow_rad": 0.01},
+            extrapolated=1.2,
+            limit=0.2,
+        )
+    )
+    assert said == (
+        "Nothing is missing: calibrated, the model is off by 1.20 times the noise, 0.55 times noise"
+        " and reproducibility together. Between sessions of the rig, beyond noise, differ elbow"
+        " 0.57° rms."
+    )
+
+
 @pytest.mark.parametrize(("after", "asked"), [(3.0, True), (2.0, False)])
 def test_what_closes_too_little_of_the_error_is_told_how_much_is_asked(
     after: float, asked: bool

@@ -112,6 +112,12 @@ def test_one_odd_day_is_no_change(odd):
     assert find_change(DATES, values, np.full(DAYS, 0.1)).significance < 5.0
 
 
+def test_a_change_whose_direction_one_day_decides_is_none():
+    values = np.where(np.arange(DAYS) >= DAYS - 2, -0.55, 0.0)
+    values[-2] = 2.0
+    assert find_change(DATES, values, np.full(DAYS, 0.1)).significance == 0.0
+
+
 def test_a_change_on_every_day_is_as_significant_as_its_standard_error_says():
     values = np.where(np.arange(DAYS) >= DAYS // 2, 1.0, 0.0)
     found = find_change(DATES, values, np.full(DAYS, 0.2))

@@ -122,6 +122,13 @@ def test_another_policy_is_another_sweep(policy, arm, tmp_path):
         run_sweep(arm_sweep(arm, policy("pull")), tmp_path / "out", on=Workers(processes=1))
 
 
+def test_a_file_is_what_it_is_when_imported(tmp_path, arm):
+    (tmp_path / "typed.py").write_text(
+        "def act(model, data: int):\n    pass\nassert act.__annotations__ == {'data': int}\n"
+    )
+    assert arm_sweep(arm, read_policy(f"{tmp_path / 'typed.py'}:act")).rollouts.policy.name == "act"
+
+
 def test_what_cannot_act_is_refused_by_name(policy, arm, tmp_path):
     with pytest.raises(UnknownNameError, match="did you mean 'pull'"):
         arm_sweep(arm, policy("pul"))
@@ -136,6 +143,9 @@ def test_what_cannot_act_is_refused_by_name(policy, arm, tmp_path):
     (tmp_path / "bad.py").write_text("def pull(:")
     with pytest.raises(InvalidValueError, match="raised SyntaxError"):
         arm_sweep(arm, read_policy(f"{tmp_path / 'bad.py'}:pull"))
+    (tmp_path / "ends.py").write_text("raise SystemExit(3)")
+    with pytest.raises(InvalidValueError, match="raised SystemExit"):
+        arm_sweep(arm, read_policy(f"{tmp_path / 'ends.py'}:pull"))
     with pytest.raises(InvalidValueError, match="cannot be read"):
         read_policy(f"{tmp_path / 'none.py'}:pull")
     with pytest.raises(InvalidValueError, match=r"not like file\.py:name"):

@@ -22,7 +22,8 @@ def table(judged: Sequence[JudgedCase]) -> list[Row]:
 
     Of a tool that only predicts, those on names are left out.
     """
-    if all(j.verdict in (PREDICTION, "failed") for j in judged):
+    only = {j.verdict for j in judged} <= {PREDICTION, "failed"}
+    if only and any(j.verdict == PREDICTION for j in judged):
         return _of_any_tool(judged)
     alone = [j for j in judged if j.kind in ("effect", "joint") and j.key["reached"]]
     strong = [j for j in alone if j.key["target"] >= STRONG]

@@ -107,8 +107,8 @@ class Diagnosis:
         seconds: duration of the diagnosis [s].
         catalogue: identifier → effect, of all that could have been named.
         simulator: of the held-out recordings; where there are none, of all.
-        recordings, held_out_recordings: data of the diagnosis; without the second, the last
-            quarter of each of the first was held out.
+        recordings, held_out_recordings: data of the diagnosis; without the second, each of the
+            first was held out in turn, or the last quarter of each.
         search: training data and the models that were compared on them, with which
             `suggest_experiment` goes on; None for a diagnosis that `diagnose` did not make.
         evidence: what the verdict was decided by; None likewise.
@@ -159,7 +159,7 @@ class Diagnosis:
         return min((finding.confidence for finding in self.findings), default=1.0)
 
     @property
-    def judged(self) -> ErrorReduction:
+    def weighed(self) -> ErrorReduction:
         """Errors on held-out data in the unit of the verdict, noise and reproducibility together.
 
         It is the noise where nothing is known of the reproducibility.
@@ -169,10 +169,10 @@ class Diagnosis:
     @property
     def bars(self) -> dict[str, float]:
         """Column → unit of the verdict on held-out data [noise]; empty where it is the noise."""
-        if self.judged.unit == self.held_out.unit:
+        if self.weighed.unit == self.held_out.unit:
             return {}
         noise = {column: level for column, (_, _, level) in self.held_out.signals.items()}
-        return {c: bar / noise[c] for c, (_, _, bar) in self.judged.signals.items()}
+        return {c: bar / noise[c] for c, (_, _, bar) in self.weighed.signals.items()}
 
     @property
     def proven(self) -> bool:
@@ -265,7 +265,7 @@ class Diagnosis:
             "gap": {
                 "train": self.train.result(),
                 "held_out": self.held_out.result() | {"regimes": _regimes(*self.proof)},
-                "judged": self.judged.result(),
+                "weighed": self.weighed.result(),
             },
             "where": {
                 "sentence": self.located.sentence,

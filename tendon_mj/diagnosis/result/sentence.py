@@ -106,8 +106,7 @@ def warn_of_step_and_noise(stated: Statement) -> list[str]:
 def _unknown(stated: Statement) -> str:
     text = f"Nothing in the catalogue{_without(stated)} explains the error."
     if not stated.findings:
-        off = f"{stated.errors.before:.2f} times the noise"
-        return f"{text} On held-out data the model is off by {off}."
+        return f"{text} On held-out data the model is off by {_off(stated)}."
     taken = (
         f", and it would take {', '.join(stated.beyond)} beyond its range" if stated.beyond else ""
     )
@@ -148,6 +147,14 @@ def _shrank(stated: Statement) -> str:
     if (closed := stated.weighed.reducible_closed) > 0.0:
         text += f", which closes {estimated_percent(closed)} of what could be closed"
     return text
+
+
+def _off(stated: Statement) -> str:
+    """The error of the calibrated model in units of noise, and in that of the verdict."""
+    off = _times(stated.errors, stated.errors.before)
+    if not _differs(stated):
+        return off
+    return f"{off}, {_times(stated.weighed, stated.weighed.before)} together"
 
 
 def _times(errors: ErrorReduction, error: float) -> str:
@@ -197,10 +204,9 @@ def _steps_too_long(stated: Statement, error: float) -> int:
 
 
 def _nothing(stated: Statement) -> str:
-    errors, steps = stated.weighed, _too_long(stated, stated.errors.before)
-    off = _times(errors, errors.before)
-    text = f"Nothing is missing: calibrated, the model is off by {off}{steps}"
-    if errors.before > ABOVE_NOISE and not steps:
+    errors, steps = stated.errors, _too_long(stated, stated.errors.before)
+    text = f"Nothing is missing: calibrated, the model is off by {_off(stated)}{steps}"
+    if stated.weighed.before > ABOVE_NOISE and not steps:
         guides = " and its guides in place of a smooth sheath" if stated.sheathed else ""
         text += (
             f"; up to {math.sqrt(1.0 + stated.limit):.2f} is put down to the simulation itself, its"

@@ -25,6 +25,8 @@ MEANING: Final[dict[Verdict, str]] = {
 def meaning(diagnosis: Diagnosis) -> str:
     """What the verdict means; a named effect that the model has too little of is not missing."""
     verdict = diagnosis.verdict
+    if verdict == "nothing missing" and diagnosis.bars:
+        return "The model explains the recordings down to what differs between sessions of the rig."
     if verdict == "named" and all(found.kind == "parameter" for found in diagnosis.findings):
         verdict = "parameter"
     return MEANING[verdict]
