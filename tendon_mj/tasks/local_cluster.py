@@ -32,6 +32,9 @@ def local_cluster(workers: int | None) -> Iterator[str]:
     settings = {
         "distributed.scheduler.allowed-failures": _ALLOWED_LOSSES,
         "distributed.deploy.lost-worker-timeout": _REPLACED,
+        # watching the workers fifty to a hundred times a second took a fifth of their time
+        "distributed.worker.profile.enabled": False,
+        "distributed.admin.tick.interval": "500ms",
     }
     with (
         dask.config.set(settings),
