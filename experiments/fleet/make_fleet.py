@@ -90,8 +90,7 @@ class _Written:
             if (there := made.read_text(encoding="utf-8")) != self._of:
                 raise InvalidValueError(
                     f"{made.parent} was made with {there or 'an older version'}, and {self._of} is"
-                    " asked for; give"
-                    " another --out"
+                    " asked for; give another --out"
                 )
 
     def done(self) -> set[str]:

@@ -30,6 +30,7 @@ from tendon_mj.diagnosis.data.problem import Problem, by_recording
 from tendon_mj.recordings.recording import Recording
 
 FloatArray = NDArray[np.float64]
+Errors = Mapping[tuple[int, str], FloatArray]
 
 _SAME_DRIVE = 0.01  # of its range, rms difference
 _SAME_TIME = 1e-3  # of the duration
@@ -43,10 +44,11 @@ def reproducibility(problem: Problem, residual: FloatArray) -> dict[str, float]:
         problem: data, of which the training samples count.
         residual: (m,) of a model, in units of noise.
     """
+    errors = _errors(problem, residual)
     found = dict.fromkeys((column for _, column, _ in problem.layout()), 0.0)
     if by_recording(problem.recordings):
-        found |= _from_zeros_and_scales(problem, residual)
-    for column, deviation in _from_repeats(problem, residual).items():
+        found |= _from_zeros_and_scales(problem, errors)
+    for column, deviation in _from_repeats(problem, errors).items():
         found[column] = max(found[column], deviation)
     return {c: d if _adds(problem, c, d) else 0.0 for c, d in found.items()}
 
@@ -67,7 +69,7 @@ def bar(problem: Problem, deviations: Mapping[str, float]) -> FloatArray:
     )
 
 
-def _errors(problem: Problem, residual: FloatArray) -> dict[tuple[int, str], FloatArray]:
+def _errors(problem: Problem, residual: FloatArray) -> Errors:
     """(recording, column) → (samples,) error [the column's unit], NaN outside the training data."""
     edges = np.cumsum([0, *(size for _, _, size in problem.layout())])
     shown = np.where(problem.in_train, residual, np.nan)
@@ -77,10 +79,10 @@ def _errors(problem: Problem, residual: FloatArray) -> dict[tuple[int, str], Flo
     }
 
 
-def _from_zeros_and_scales(problem: Problem, residual: FloatArray) -> dict[str, float]:
+def _from_zeros_and_scales(problem: Problem, errors: Errors) -> dict[str, float]:
     lines: dict[tuple[str, int], list[tuple[FloatArray, FloatArray]]] = {}
     states = [recording.known for recording in problem.recordings]
-    for (k, column), error in _errors(problem, residual).items():
+    for (k, column), error in errors.items():
         used = np.isfinite(error)
         if not used.any():
             continue
@@ -100,8 +102,8 @@ def _from_zeros_and_scales(problem: Problem, residual: FloatArray) -> dict[str, 
     return {column: float(np.sqrt(np.mean(power))) for column, power in powers.items()}
 
 
-def _from_repeats(problem: Problem, residual: FloatArray) -> dict[str, float]:
-    errors, powers = _errors(problem, residual), dict[str, list[float]]()
+def _from_repeats(problem: Problem, errors: Errors) -> dict[str, float]:
+    powers: dict[str, list[float]] = {}
     for (j, one), (k, other) in combinations(enumerate(problem.recordings), 2):
         if not _repeat(one, other):
             continue
