@@ -43,6 +43,10 @@ class DaskPool:
         begun: Future[Any] = self._executor.submit(_run, self._job, key, argument)
         return begun
 
+    def result(self, done: Future[Any]) -> Any:
+        """What a task gave."""
+        return done.result()
+
     def capacity(self) -> int:
         """Tasks under way or waiting."""
         return _AHEAD * max(1, self._count())

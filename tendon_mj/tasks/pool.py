@@ -19,6 +19,10 @@ class Pool(Protocol):
         """Begin a task, or let it wait for a worker."""
         ...
 
+    def result(self, done: Future[Any]) -> Any:
+        """What a task gave that is done and did not fail."""
+        ...
+
     def capacity(self) -> int:
         """Tasks that may be under way or wait at a worker, so that none is idle."""
         ...

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 import pickle
+import shutil
 import signal
+import tempfile
 import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
+from pathlib import Path
 from typing import Any
 
 from tendon_mj.tasks.identity import THREADS
@@ -18,6 +21,9 @@ from tendon_mj.tasks.job import Function, Job
 
 _SPAWN = get_context("spawn")
 _AHEAD = 2  # tasks a process: one that runs, and one that waits
+# A pipe takes so many bytes whole or not at all. Of a longer result, the half that a killed process
+# has written would be waited on forever; it comes in a file, and only its path in the pipe.
+_WHOLE = 2048
 
 
 class ProcessPool:
@@ -25,13 +31,13 @@ class ProcessPool:
 
     lost: tuple[type[BaseException], ...] = (BrokenExecutor,)
 
-    def __init__(self, count: int, job: Job) -> None:
-        self._count, self._job = count, job
+    def __init__(self, count: int, job: Job, folder: Path) -> None:
+        self._count, self._job, self._folder = count, job, folder
         self._begin()
 
     def _begin(self) -> None:
         self._read, self._write = _SPAWN.Pipe(duplex=False)
-        arguments = (self._job, self._read)
+        arguments = (self._job, self._read, self._folder)
         self._pool = ProcessPoolExecutor(self._count, _SPAWN, _begin_worker, arguments)
 
     def submit(self, key: str, argument: Any) -> Future[Any]:
@@ -42,6 +48,15 @@ class ProcessPool:
             failed = Future[Any]()
             failed.set_exception(error)
             return failed
+
+    def result(self, done: Future[Any]) -> Any:
+        """What a task gave, from the pipe or from its file."""
+        given = done.result()
+        if isinstance(given, Path):
+            content = given.read_bytes()
+            given.unlink()
+            return pickle.loads(content)
+        return pickle.loads(given)
 
     def capacity(self) -> int:
         """Tasks under way or waiting."""
@@ -71,11 +86,13 @@ def process_pool(
     names = (THREADS, "OPENBLAS_NUM_THREADS")
     before = {name: os.environ.get(name) for name in names}
     os.environ |= dict.fromkeys(names, "1")  # processes read it before NumPy
-    pool = ProcessPool(count, job)
+    folder = Path(tempfile.mkdtemp(prefix="tendon_mj_"))
+    pool = ProcessPool(count, job, folder)
     try:
         yield pool
     finally:
         pool.end()
+        shutil.rmtree(folder)
         for name, value in before.items():
             if value is None:
                 del os.environ[name]
@@ -83,20 +100,29 @@ def process_pool(
                 os.environ[name] = value
 
 
-_JOBS: list[Job] = []  # that of this worker process
+_JOBS: list[tuple[Job, Path]] = []  # that of this worker process, and the folder of its results
 
 
-def _begin_worker(job: Job, end: Connection) -> None:
+def _begin_worker(job: Job, end: Connection, folder: Path) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that made this one
-    threading.Thread(target=_wait_for_end, args=(end,), daemon=True).start()
-    _JOBS[:] = [job]
+    threading.Thread(target=_wait_for_end, args=(end, folder), daemon=True).start()
+    _JOBS[:] = [(job, folder)]
 
 
-def _wait_for_end(end: Connection) -> None:
+def _wait_for_end(end: Connection, folder: Path) -> None:
     parent = parent_process()
-    wait([end, parent.sentinel] if parent is not None else [end])
+    assert parent is not None
+    if parent.sentinel in wait([end, parent.sentinel]):
+        shutil.rmtree(folder, ignore_errors=True)  # nobody else will
     os._exit(1)
 
 
-def _run(key: str, argument: Any) -> Any:
-    return _JOBS[0].run(key, argument)
+def _run(key: str, argument: Any) -> bytes | Path:
+    ((job, folder),) = _JOBS
+    content = pickle.dumps(job.run(key, argument))
+    if len(content) <= _WHOLE:
+        return content
+    descriptor, name = tempfile.mkstemp(dir=folder)
+    with os.fdopen(descriptor, "wb") as file:
+        file.write(content)
+    return Path(name)

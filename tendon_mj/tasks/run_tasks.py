@@ -99,7 +99,7 @@ def _run_all(
         for future, key in ended.items():
             error = CancelledError() if future.cancelled() else future.exception()
             if error is None:
-                store.write(key, future.result())
+                store.write(key, pool.result(future))
                 losses = 0
             elif isinstance(error, pool.lost):
                 lost.append(key)

@@ -3,9 +3,12 @@
 import os
 import signal
 import time
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 from tendon_mj.errors import InvalidValueError
+
+PIPE_BUF = 4096  # bytes that Linux writes to a pipe at once
 
 
 class Kept:
@@ -41,6 +44,21 @@ def mortal(folder, number):
         mark.touch()
         os.kill(os.getpid(), signal.SIGKILL)
     return logged(folder, number)
+
+
+def killed_while_it_answers(folder, number):
+    """Give much, and kill the worker halfway through any message that a pipe may take in parts."""
+    send, mark = Connection._send, Path(folder, "killed")
+
+    def send_half(self, content, *rest):
+        if len(content) > PIPE_BUF and not mark.exists():
+            mark.touch()
+            send(self, content[: len(content) // 2], *rest)
+            os.kill(os.getpid(), signal.SIGKILL)
+        send(self, content, *rest)
+
+    Connection._send = send_half
+    return bytes(1_000_000 + number)
 
 
 def doomed(_, number):

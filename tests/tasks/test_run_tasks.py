@@ -40,6 +40,16 @@ def test_a_killed_process_loses_no_result(tmp_path):
     assert len(completed) <= len(KEYS) + 1  # but what the other process was at
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
+def test_a_process_killed_while_it_answers_halts_nothing(tmp_path, monkeypatch):
+    files = tmp_path / "files"
+    files.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(files))
+    store = run(functions.killed_while_it_answers, str(tmp_path), Kept(), on=Workers(processes=2))
+    assert [len(store.results[key]) for key in KEYS] == [1_000_000 + number(k) for k in KEYS]
+    assert list(files.iterdir()) == []
+
+
 def test_what_was_done_before_is_not_computed_again_and_progress_says_so():
     store, said = Kept(done=KEYS[:10]), []
     run(functions.threads, 3, store, on=Workers(processes=1), progress=lambda *a: said.append(a))
