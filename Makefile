@@ -20,7 +20,7 @@ ifneq ($(wildcard ../shared/models),)
 export TENDON_MJ_MODELS ?= $(abspath ../shared/models)
 endif
 
-.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system compiled docs test soak check format test-wheel test-mujoco4 test-warp clean
+.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system compiled docs test test-oldest test-newest soak check format test-wheel test-mujoco4 test-warp clean
 
 demo: $(STAMP)                ## the main job: compare, render, replay, diagnose
 	$(BIN)/tendon-mj demo --out $(OUT)
@@ -90,6 +90,19 @@ test-mujoco4: .venv4/.ready
 	.venv4/bin/python $(PIP) install --no-deps $(MUJOCO4)
 	touch $@
 
+# The suite with the oldest and with the newest release of every requirement, as pyproject.toml bounds them.
+test-oldest test-newest: test-%: .venv-%/.ready
+	.venv-$*/bin/pytest -n auto --dist worksteal -o filterwarnings=default  # packages warn of one another
+
+.venv-oldest/.ready: RELEASES := lowest-direct
+.venv-newest/.ready: RELEASES := highest
+.venv-oldest/.ready .venv-newest/.ready: pyproject.toml
+	$(PYTHON) -m venv --clear $(@D)
+	$(@D)/bin/python $(PIP) install uv
+	VIRTUAL_ENV=$(@D) $(@D)/bin/uv pip install --quiet --resolution $(RELEASES) -e '.[dev]'
+	VIRTUAL_ENV=$(@D) $(@D)/bin/uv pip install --quiet --no-deps 'dm-control>=1.0.50,<2'
+	touch $@
+
 # The sheaths on MuJoCo Warp, on its CPU device, with the extra `warp` that the other tests do without.
 test-warp: .venv-warp/.ready
 	.venv-warp/bin/pytest tests/warp tests/experiments/test_warp_comparison.py tests/test_examples.py -k warp
@@ -100,5 +113,5 @@ test-warp: .venv-warp/.ready
 	touch $@
 
 clean:
-	rm -rf .venv .venv-wheel .venv-warp .venv4 out dist .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv .venv-* .venv4 out dist .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

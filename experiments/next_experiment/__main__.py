@@ -24,7 +24,8 @@ def next_experiment(
 ) -> None:
     """Hide effects, record poorly, diagnose; where that ties, run the next experiment.
 
-    Cases that are done are in the folder, and are not done again. Takes about an hour on two cores.
+    Cases that this code has settled are in the folder, and are not settled again. Takes about an
+    hour on two cores.
 
     Args:
         out: folder for a file per case, and the table.

@@ -8,9 +8,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from experiments.hidden_effects.suite.case_folder import SOURCES
 from experiments.next_experiment.case import Case
 from experiments.next_experiment.settle import settle
-from tendon_mj.tasks import Workers, run_tasks
+from tendon_mj.tasks import Workers, run_tasks, versions
 from tendon_mj.whole_file import whole_file
 
 
@@ -34,12 +35,18 @@ class SettledCases:
         self._begun, self._written = time.monotonic(), 0
 
     def done(self) -> set[str]:
-        """Names of the cases that have a file."""
-        return {path.stem for path in self._folder.glob("*.json")}
+        """Names of the cases that have a file which this code wrote."""
+        files = {path.stem: path for path in self._folder.glob("*.json")}
+        return {
+            name
+            for name, path in files.items()
+            if json.loads(path.read_text(encoding="utf-8")).get("of") == versions(SOURCES)
+        }
 
     def write(self, key: str, result: Settled) -> None:
         """Keep what came of a case."""
-        text = json.dumps(result.result, indent=1, ensure_ascii=False)
+        about = {**result.result, "of": versions(SOURCES)}
+        text = json.dumps(about, indent=1, ensure_ascii=False)
         with whole_file(self._folder / f"{key}.json") as made:
             made.write_text(text + "\n", encoding="utf-8")
         self._written += 1
@@ -48,11 +55,11 @@ class SettledCases:
 
 
 def settle_all(cases: Sequence[Case], out: Path, processes: int) -> None:
-    """Settle the cases that have no file in the folder yet, and print the progress."""
+    """Settle the cases that have no file of this code in the folder, and print the progress."""
     named = {case.name: case for case in cases}
     store = SettledCases(out, len(named))
     on = Workers(processes=processes)
-    run_tasks(_one, None, list(named), named.__getitem__, store, on=on)
+    run_tasks(_one, None, list(named), named.__getitem__, store, on=on, sources=SOURCES)
 
 
 def _one(_: None, case: Case) -> Settled:

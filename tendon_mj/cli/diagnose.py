@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -11,6 +10,7 @@ from typing import Annotated
 import tyro
 
 from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.cli.typed_command import typed_command
 from tendon_mj.data_check import check_recording
 from tendon_mj.diagnosis import (
     Diagnosis,
@@ -103,8 +103,9 @@ def diagnose(
         "--next": next,
         "--settle": settle,
         "--out": out,
+        "--no-sysid": not sysid,
     }
-    command = _command(recordings, options) + ("" if sysid else " --no-sysid")
+    command = typed_command("diagnose", recordings, options)
     provenance = collect_provenance(command, files_of((*recordings, *hold_out), description, train))
     for path in (
         *write_before_after(simulated, out),
@@ -161,15 +162,6 @@ def _suggest(
             return suggest_experiment(diagnosis, bounds, progress=progress), None
     except TendonError as error:
         return None, error
-
-
-def _command(recordings: Sequence[Path], options: Mapping[str, object]) -> str:
-    """The command as it can be typed; an option with several values takes them all."""
-    typed = ["tendon-mj", "diagnose", *map(str, recordings)]
-    for name, given in options.items():
-        values = given if isinstance(given, tuple) else () if given is None else (given,)
-        typed += [name, *map(str, values)] if values else []
-    return shlex.join(typed)
 
 
 def _read(

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
 from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.cli.typed_command import typed_command
 from tendon_mj.diagnosis.provenance import collect_provenance
 from tendon_mj.fleet import run_fleet
 from tendon_mj.tasks import Workers
@@ -55,10 +55,14 @@ def fleet(
         if figure is not None
     }
     output.add(write_table(found, out / TABLE))
-    options = {"--processes": processes, "--workers": workers, "--scheduler": scheduler}
-    given = [str(word) for pair in options.items() if pair[1] is not None for word in pair]
-    command = ["tendon-mj", "fleet", str(folder), "--out", str(out), *given]
-    provenance = collect_provenance(shlex.join(command + ["--again"] * again))
+    options = {
+        "--out": out,
+        "--processes": processes,
+        "--workers": workers,
+        "--scheduler": scheduler,
+        "--again": again,
+    }
+    provenance = collect_provenance(typed_command("fleet", [folder], options))
     with whole_file(out / PAGE) as made:
         page = fleet_page(found, pictures, provenance, str(folder))
         made.write_text(page, encoding="utf-8")

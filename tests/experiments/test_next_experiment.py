@@ -20,6 +20,7 @@ from experiments.next_experiment.rig import (
     record,
     run,
 )
+from experiments.next_experiment.study import Settled, SettledCases
 from experiments.next_experiment.table import table
 from tendon_mj.next_experiment import draw_experiment
 from tendon_mj.recordings import read_recording, write_recording
@@ -90,3 +91,9 @@ def test_the_table_counts_ties_only():
     assert "| settled by the suggested experiment, of these | 1 of 1, 100% |" in text
     assert "| settled by a random one, of these | 1 of 2, 50% |" in text
     assert "| settled by the suggested experiment, of all ties | 1 of 2, 50% |" in text
+
+
+def test_what_other_code_settled_is_settled_again(tmp_path):
+    SettledCases(tmp_path, 2).write("new", Settled({"verdict": "named"}, "new"))
+    (tmp_path / "old.json").write_text('{"verdict": "named", "of": {"tendon_mj": "sources 0"}}')
+    assert SettledCases(tmp_path, 2).done() == {"new"}
