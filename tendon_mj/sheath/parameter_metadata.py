@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from tendon_mj.errors import InvalidValueError
 
 _KEY = "parameter"
+_LARGEST = 1e30  # in size: products of parameters beyond may not be finite
 
 
 class Range(NamedTuple):
@@ -118,4 +119,10 @@ def check_in_range(
     if not found.range.admits(value):
         raise InvalidValueError(
             f"{in_place(where)}{name} = {value:g} [{found.unit}] must be {found.range}"
+        )
+    smallest = 0.0 if found.range.closed else 1.0 / _LARGEST  # what must not be 0 is divided by
+    if not smallest <= abs(value) <= _LARGEST and value != 0.0:
+        raise InvalidValueError(
+            f"{in_place(where)}{name} = {value:g} [{found.unit}] is no size that can be computed"
+            f" with, {smallest:g} to {_LARGEST:g}"
         )

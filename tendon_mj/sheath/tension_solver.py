@@ -80,7 +80,9 @@ def solve_flow(
         solved = _balance(segments, guides, dragged, given)
         if not (stiction and solved and _release(guides)):
             break
-    if not math.isfinite(segments[len(segments) - 1].tension):
-        for i in range(len(guides)):
-            guides[i].flow, guides[i].slip = 0.0, guides[i].previous_slip
+    for j in range(len(segments)):
+        if not math.isfinite(segments[j].tension):  # a stretch was emptied: there is no solution
+            for i in range(len(guides)):
+                guides[i].flow, guides[i].slip = 0.0, guides[i].previous_slip
+            return False
     return solved

@@ -33,9 +33,19 @@ _TOLERANCE = 8 * ROUNDING
 
 
 @compiled
+def _spare(segments: Segments, j: int, stored: float) -> float:
+    """Unstretched length that segment j may lose when it holds ``stored``, s + g/a [m].
+
+    An elastic support shortens the path as the tension rises, by more than the segment's own length
+    where it comes to that.
+    """
+    return stored + segments[j].support_compliance / segments[j].strain_slope
+
+
+@compiled
 def _tension_at(segments: Segments, j: int, stored: float) -> tuple[float, float]:
     """τ of segment j when it holds ``stored``, and dτ/ds ≤ 0; 0 where slack, inf where empty."""
-    if not stored > 0.0:
+    if not _spare(segments, j, stored) > 0.0:
         return np.inf, -np.inf
     stretch = 1.0 + segments[j].strain_offset
     pull = segments[j].length - stored * stretch
@@ -70,7 +80,7 @@ def _set_initial_flows(segments: Segments, guides: Guides) -> bool:
     """Set flows to start from, after which every segment holds tendon; False if there is none."""
     emptied, path, total = False, 0.0, 0.0
     for j in range(len(segments)):
-        emptied |= not segments[j].stored > 0.0
+        emptied |= not _spare(segments, j, segments[j].stored) > 0.0
         path += segments[j].length
         total += segments[j].stored
     for i in range(len(guides)):
@@ -108,11 +118,11 @@ def _newton_step(segments: Segments, guides: Guides, steps: Array, ratios: Array
         left, left_slope = right, right_slope
     for i in range(n - 2, -1, -1):
         steps[i] += ratios[i] * steps[i + 1]
-    # no segment may lose more than four fifths of what it holds at once
+    # no segment may lose more than four fifths of what it can at once
     most, part = 0.0, 1.0
     for j in range(n + 1):
         change = (steps[j] if j < n else 0.0) - (steps[j - 1] if j > 0 else 0.0)
-        change /= _stored_after(segments, guides, j)
+        change /= _spare(segments, j, _stored_after(segments, guides, j))
         most = max(most, abs(change))
         if change < -0.8:
             part = min(part, -0.8 / change)
@@ -187,12 +197,13 @@ def _flow_alone(segments: Segments, guides: Guides, i: int) -> float:
     """Flow over guide i for which its law holds while its neighbours' flows stay."""
     here = _stored_after(segments, guides, i) - guides[i].flow
     beyond = _stored_after(segments, guides, i + 1) + guides[i].flow
+    lowest, highest = -_spare(segments, i, here), _spare(segments, i + 1, beyond)
     left, right = _tension_at(segments, i, here)[0], _tension_at(segments, i + 1, beyond)[0]
     constant, momentum = guides[i].constant_friction, guides[i].momentum
     if left > guides[i].input_ratio * right + constant + momentum:
-        slip, low, high = 1.0, max(0.0, -here), beyond
+        slip, low, high = 1.0, max(0.0, lowest), highest
     elif right > guides[i].output_ratio * left + constant - momentum:
-        slip, low, high = -1.0, -here, min(0.0, beyond)
+        slip, low, high = -1.0, lowest, min(0.0, highest)
     else:
         return 0.0
     p, q, c = _law(guides, i, slip)
@@ -208,7 +219,7 @@ def _flow_alone(segments: Segments, guides: Guides, i: int) -> float:
         step = flow + missing / (guides[i].drag - p * left_slope - q * right_slope)
         if not low < step < high:
             step = 0.5 * (low + high)
-        if abs(step - flow) <= 1e-15 * (here + beyond) or step in (low, high):
+        if abs(step - flow) <= 1e-15 * (highest - lowest) or step in (low, high):
             return step
         flow = step
     return flow

@@ -85,6 +85,29 @@ def test_winding_in_more_than_there_is_is_counted_and_undone_by_a_reset(control)
     np.testing.assert_allclose(data.sensordata[:2], 20.0, rtol=1e-9)
 
 
+@pytest.mark.parametrize("drag", [{"viscous_friction": 1e-6}, {"tendon_mass": 1e-12}])
+@pytest.mark.parametrize("wound", [0.01, 0.1, 0.3, 0.45])
+def test_next_to_no_drag_is_as_none_also_where_the_mount_yields_more_than_a_stretch(drag, wound):
+    law = LAW | {"sheath_compliance": 1e-5, "sensors": UNSOLVED}
+    readings = []
+    for more in ({}, drag):
+        model = fixed_sheaths([law | more])
+        data = run(model, mujoco.MjData(model), 10)
+        data.ctrl[0] = wound
+        readings.append(run(model, data, 3).sensordata.copy())
+    np.testing.assert_allclose(readings[1], readings[0], rtol=1e-3)
+
+
+def test_a_tension_without_bounds_is_counted_and_told_and_no_sensor_reads_it(told):
+    model = fixed_sheaths([LAW | {"sensors": UNSOLVED, "tendon_mass": 1e30}])
+    data = run(model, mujoco.MjData(model), 10)
+    data.ctrl[0] = 1e-3
+    run(model, data, 5)
+    assert unsolved(data) > 0
+    assert len(told) == 1
+    assert np.isfinite(data.sensordata).all()
+
+
 def test_winding_back_brings_the_tendon_back():
     model, data = reeled()
     total = tendon_total(model, data, "sheath0")

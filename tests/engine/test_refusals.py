@@ -59,6 +59,8 @@ CASES = [
     ({"friction": "nan"}, r"friction = nan \[-\] must be finite"),
     ({"friction": "inf"}, r"friction = inf \[-\] must be finite"),
     ({"friction": "1e999"}, r"friction = inf \[-\] must be finite"),
+    ({"pretension": "1e308"}, r"pretension = 1e\+308 \[N\] is no size .*, 0 to 1e\+30"),
+    ({"axial_stiffness": "1e-320"}, r"axial_stiffness = .* is no size .*, 1e-30 to 1e\+30"),
     ({"friction": "low"}, r"friction = 'low' is not a number"),
     ({"friction": "0.1 0.2"}, r"friction = '0\.1 0\.2' is not a number"),
     ({"friction": None}, r"friction is missing \(its unit is -\)"),
@@ -84,6 +86,11 @@ CASES = [
     ),
     ({"arc_guides": "0"}, r"arc_guides = 0 must be 1 or more"),
     ({"inner_guides": "some"}, r"inner_guides = 'some' is not a count"),
+    (
+        {"arc_guides": "894783", "inner_guides": "154"},
+        r"arc_guides = 894783 inner_guides = 154 makes room for \d+ guides, .* more than 16777216",
+    ),
+    ({"guides": "999999"}, r"guides = 999999 makes room for 999999 guides"),
     ({"tendon": "forked"}, r"tendon 'forked' branches at a pulley"),
     (
         {"tendon": "stiff", "reel_joint": "knuckle", "reel_radius": "0.01"},

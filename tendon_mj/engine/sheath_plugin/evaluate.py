@@ -52,6 +52,17 @@ def _solve(state: State, segments: Segments, guides: Guides, elapsed: float) -> 
 
 
 @compiled
+def _keep_finite(segments: Segments) -> bool:
+    """Whether all tensions are finite; where one is not, all are those of the committed step."""
+    for j in range(len(segments)):
+        if not math.isfinite(segments[j].tension):
+            for k in range(len(segments)):
+                segments[k].tension = segments[k].previous_tension
+            return False
+    return True
+
+
+@compiled
 def _update_path(layout: Layout, m: int, d: int, address: int, fresh: bool, stage: bool) -> None:
     """Bring lengths, bends and spans up to date."""
     state = state_at(address)
@@ -99,13 +110,18 @@ def _evaluate_driven(
         _shift_guides(segments, guides)
     for j in range(len(segments)):  # start from the committed step, not an earlier evaluation
         segments[j].tension = segments[j].previous_tension
-    if not _solve(state, segments, guides, elapsed):
+    solved = _solve(state, segments, guides, elapsed)
+    finite = _keep_finite(segments)
+    if not (solved and finite):
         state.unsolved += 1.0
     if strained:
         store_new_strain(state, segments, guides, elapsed)
     if state.arcs > 0.0:
         for j in range(len(segments)):
             segments[j].stored = segments[j].unshifted
+    if not finite:
+        state.has_trial = 0.0
+        return
     apply_forces(layout, m, d, state, segments)
     if not stage:
         state.trial_elapsed = elapsed
@@ -147,6 +163,7 @@ def _evaluate_wound(
         segments[j].tension = segments[j].previous_tension
     possible = math.isfinite(drive + wound_out)
     solved = possible and _solve(state, segments, guides, elapsed)
+    finite = _keep_finite(segments)
     if strained:
         store_new_strain(state, segments, guides, elapsed)
     segments[0].length = input_length
@@ -155,10 +172,10 @@ def _evaluate_wound(
             segments[j].stored = segments[j].unshifted
     segments[last].stored = segments[last].unshifted
     segments[0].stored = segments[0].unshifted
-    if not solved:
+    if not (solved and finite):
         state.unsolved += 1.0
     state.reel_torque = torque_on_drive(state, segments, drive - wound_in, flank)
-    if not possible or not math.isfinite(segments[last].tension):
+    if not (possible and finite):
         state.has_trial = 0.0  # an earlier evaluation's result must not be committed instead
         return
     apply_forces(layout, m, d, state, segments)

@@ -37,6 +37,9 @@ from tendon_mj.sheath.law import LAW, check_range, check_scales, check_static
 NAME = "tendon_mj.sheath"
 _OBJ, _JNT = mujoco.mjtObj, mujoco.mjtJoint
 _COUNT = re.compile(r"[0-9]+")
+_MOST = (
+    2**24
+)  # numbers of state of all sheaths: 128 MiB in each mjData, a third of a million guides
 # What all but the first check of an instance reads.
 _PLACE = ("tendon", "sensor", "guides", "arc_guides", "inner_guides")
 # Parameters that a sheath whose input tension is given has no use for.
@@ -120,6 +123,7 @@ def state_size(address: int, instance: int) -> int:
         sheaths = by_tendon(configs)
         for k, config in configs.items():
             _check_instance(model, k, config, sheaths)
+        _check_size(model, {k: c for k, c in configs.items() if not c["sensor"]})
     model = Draft(address, _PLACE)
     config = model.config(instance)
     if config["sensor"]:
@@ -153,6 +157,25 @@ def _check_instance(
     if C.strtod(b"0.5", None) != 0.5:
         raise InvalidValueError(f"{where}: the process's LC_NUMERIC has no decimal point")
     _capacity(model, config, where)
+
+
+def _check_size(model: Draft, configs: Mapping[int, dict[str, str]]) -> None:
+    """Refuse sheaths that would fill memory: MuJoCo counts all numbers of state in 32 bits."""
+    guides = {k: _capacity(model, config, model.where(k)) for k, config in configs.items()}
+    sizes = {k: size(*counts) for k, counts in guides.items()}
+    total = sum(sizes.values())
+    if total > _MOST:
+        largest = max(sizes, key=sizes.__getitem__)
+        given = " ".join(
+            f"{name} = {configs[largest][name]}"
+            for name in ("guides", "arc_guides", "inner_guides")
+            if configs[largest][name]
+        )
+        raise InvalidValueError(
+            f"{model.where(largest)}: {given or 'its path'} makes room for {guides[largest][0]}"
+            f" guides, and all sheaths would keep {total} numbers of state, more than {_MOST};"
+            " give `guides`, or fewer"
+        )
 
 
 def reading_size(address: int, instance: int, sensor: int) -> int:
