@@ -120,8 +120,8 @@ def check_in_range(
         raise InvalidValueError(
             f"{in_place(where)}{name} = {value:g} [{found.unit}] must be {found.range}"
         )
-    smallest = 0.0 if found.range.closed else 1.0 / _LARGEST  # what must not be 0 is divided by
-    if not smallest <= abs(value) <= _LARGEST and value != 0.0:
+    smallest = 1.0 / _LARGEST if found.range == POSITIVE else 0.0  # what must not be 0 divides
+    if not smallest <= abs(value) <= _LARGEST:
         raise InvalidValueError(
             f"{in_place(where)}{name} = {value:g} [{found.unit}] is no size that can be computed"
             f" with, {smallest:g} to {_LARGEST:g}"
