@@ -76,7 +76,7 @@ def _binary(table: Mapping[str, FloatArray], folder: Path) -> dict[str, bytes]:
         time = round(row[0] * 1e9)
         data = json.dumps(dict(zip(table, row, strict=True))).encode()
         writer.add_message(channel, log_time=time, publish_time=time, data=data)
-    writer.finish()
+    writer.finish()  # type: ignore[no-untyped-call]
     return {".parquet": parquet.read_bytes(), ".mcap": mcap.getvalue()}
 
 
