@@ -15,10 +15,14 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     Whoever reads ``path`` meanwhile, or after the process was killed, finds what was there before.
 
     Raises:
-        OSError: the file cannot be written; it names ``path``, as on a full disk, where the
-            system's own error names no file.
+        OSError: what is there is no regular file, such as /dev/null; or the file cannot be
+            written. It names ``path``, as on a full disk, where the system's own error names no
+            file.
     """
     path = Path(path)
+    if path.exists() and not path.is_file():
+        kind = "folder" if path.is_dir() else "device or pipe"
+        raise OSError(f"{path} is a {kind}, which no file replaces; give another path")
     beside = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
     try:
         yield beside

@@ -1,6 +1,9 @@
 """A file is written whole or not at all, and an error names it."""
 
 import errno
+import os
+import stat
+import sys
 
 import pytest
 
@@ -50,3 +53,14 @@ def test_a_folder_that_is_not_there_names_the_file_and_not_its_neighbour(tmp_pat
     with pytest.raises(FileNotFoundError) as raised, whole_file(path) as made:
         made.write_text("new")
     assert raised.value.filename == str(path)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no named pipes in folders")
+def test_what_is_no_file_is_not_replaced(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)  # as /dev/null is no file, which a test must not put at risk
+    with pytest.raises(OSError, match="pipe is a device or pipe"), whole_file(pipe):
+        raise AssertionError("nothing was to be written")
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+    with pytest.raises(OSError, match="is a folder"), whole_file(tmp_path):
+        raise AssertionError("nothing was to be written")

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import io
+import json
 import random
 import tempfile
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+from mcap.writer import Writer
 
 from experiments.soak.batches import report_batch
 from tendon_mj.builders import example_recording
 from tendon_mj.errors import TendonError
-from tendon_mj.recordings import read_recording
+from tendon_mj.recordings import read_recording, read_table
+from tendon_mj.recordings.table_checks import FloatArray
 
 _ROWS = 12  # of the recording that is broken
 _CELLS = (
@@ -58,6 +65,21 @@ def broken(data: bytes, draw: random.Random, parts: tuple[str, ...], at: bytes) 
     return data
 
 
+def _binary(table: Mapping[str, FloatArray], folder: Path) -> dict[str, bytes]:
+    """Suffix → bytes of the first rows of a table as Parquet and as an MCAP."""
+    parquet, mcap = folder / "whole.parquet", io.BytesIO()
+    pq.write_table(pa.table({name: values[:_ROWS] for name, values in table.items()}), parquet)
+    writer = Writer(mcap)
+    writer.start()
+    channel = writer.register_channel("/rig", "json", schema_id=0)
+    for row in zip(*(values[:_ROWS].tolist() for values in table.values()), strict=True):
+        time = round(row[0] * 1e9)
+        data = json.dumps(dict(zip(table, row, strict=True))).encode()
+        writer.add_message(channel, log_time=time, publish_time=time, data=data)
+    writer.finish()  # type: ignore[no-untyped-call]
+    return {".parquet": parquet.read_bytes(), ".mcap": mcap.getvalue()}
+
+
 def trials(seed: int, count: int) -> Iterator[tuple[str, str]]:
     """Read recordings of which the table, the description or both are broken."""
     warnings.simplefilter("ignore")
@@ -66,24 +88,29 @@ def trials(seed: int, count: int) -> Iterator[tuple[str, str]]:
     rows = source.read_bytes().split(b"\n")[: _ROWS + 1]
     table, described = b"\n".join(rows), source.with_suffix(".toml").read_bytes()
     with tempfile.TemporaryDirectory() as folder:
-        csv = Path(folder) / "recording.csv"
+        tables = {".csv": table, **_binary(read_table(source), Path(folder))}
+        described += b"\n[mcap]\n" + b"".join(
+            b'%s = { topic = "/rig", field = "%s" }\n' % (name, name)
+            for name in rows[0].split(b",")[1:]
+        )
         for _ in range(count):
-            which = draw.randrange(3)
-            broken_table = table
+            which, suffix = draw.randrange(3), draw.choice(list(tables))
+            path = Path(folder) / f"recording{suffix}"
+            broken_table = tables[suffix]
             if which != 1:
                 at = draw.choice([b",", b"\n"])
-                broken_table = broken(table, draw, _CELLS, at)
-            csv.write_bytes(broken_table)
+                broken_table = broken(broken_table, draw, _CELLS, at)
+            path.write_bytes(broken_table)
             toml = broken(described, draw, _LINES, b"\n") if which != 0 else described
-            csv.with_suffix(".toml").write_bytes(toml)
+            path.with_suffix(".toml").write_bytes(toml)
             try:
-                read_recording(csv)
+                read_recording(path)
                 yield "read", ""
             except TendonError as error:
-                named = "recording.csv" in str(error) or "recording.toml" in str(error)
+                named = path.name in str(error) or "recording.toml" in str(error)
                 yield "refused", "" if named else f"the refusal names no file: {error}"
             except Exception as error:
-                kept = Path(folder).parent / f"broken_{seed}_{draw.randrange(10**6)}.csv"
+                kept = Path(folder).parent / f"broken_{seed}_{draw.randrange(10**6)}{suffix}"
                 kept.write_bytes(broken_table)
                 kept.with_suffix(".toml").write_bytes(toml)
                 yield "broken", f"{type(error).__name__}: {error} ({kept})"

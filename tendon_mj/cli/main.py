@@ -52,10 +52,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if given == ["--version"]:
         print(f"tendon-mj {version('tendon-mj')}")
         return 0
-    if "" in given:
-        before = given[: given.index("")]
-        after = f" after {before[-1]}" if before else ""
-        print(f"tendon-mj: the argument{after} is empty", file=sys.stderr)
+    empty = _empty_argument(given)
+    if empty:
+        print(f"tendon-mj: {empty}", file=sys.stderr)
         return 2
     try:
         tyro.extras.subcommand_cli_from_dict(
@@ -80,6 +79,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return _interrupted()
     return 0
+
+
+def _empty_argument(given: Sequence[str]) -> str:
+    """Message that an argument, or the value behind an option's ``=``, is empty; or nothing.
+
+    An empty path would be the current folder.
+    """
+    for k, argument in enumerate(given):
+        option, equals, value = argument.partition("=")
+        if option.startswith("--") and equals and not value:
+            return f"the argument after {option} is empty"
+        if not argument:
+            return f"the argument after {given[k - 1]} is empty" if k else "the argument is empty"
+    return ""
 
 
 def _interrupted() -> int:

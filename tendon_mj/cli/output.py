@@ -43,7 +43,7 @@ class Output:
         folder: made if it is not there.
 
     Raises:
-        InvalidValueError: it is no folder, or another run is writing to it.
+        InvalidValueError: it is no folder, a link to none, or another run is writing to it.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -52,6 +52,11 @@ class Output:
         self.started = time.perf_counter()
         if folder.exists() and not folder.is_dir():
             raise InvalidValueError(f"--out {folder} is a file; it must be a folder")
+        if folder.is_symlink() and not folder.exists():
+            raise InvalidValueError(
+                f"--out {folder} is a link to {folder.readlink()}, which is not there; make that"
+                " folder, or give another --out"
+            )
         folder.mkdir(parents=True, exist_ok=True)
         self._lock = filelock.FileLock(folder / LOCK, timeout=0)
         try:

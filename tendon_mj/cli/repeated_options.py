@@ -18,23 +18,25 @@ def options_of_several(commands: Collection[Command]) -> set[str]:
 
 
 def gathered(arguments: Sequence[str], options: Collection[str]) -> list[str]:
-    """Arguments in which each of the options stands once, with the values of all its places.
+    """Arguments in which each of the options stands once, at the end, with all its values.
 
-    ``--change a b --change c`` becomes ``--change a b c``; the last place alone would count
-    otherwise.
+    ``--change a b --out o --change=c`` becomes ``--out o --change a b c``; the last place alone
+    would count otherwise. Behind a ``=`` stands one value, and what follows is no other.
     """
-    groups: list[list[str]] = [[]]  # each begins with an option, but for the first
-    places: dict[str, list[str]] = {}
+    rest: list[str] = []
+    values: dict[str, list[str]] = {}
+    place = rest  # of what follows
     for argument in arguments:
         if argument.startswith("--"):
-            name = argument.replace("_", "-")
-            if name in places:
-                groups.append(places[name])  # goes on where it stood first
-                continue
-            groups.append([argument])
+            typed, equals, value = argument.partition("=")
+            name = typed.replace("_", "-")
+            place = rest
             if name in options:
-                places[name] = groups[-1]
-        else:
-            groups[-1].append(argument)
-    unique = {id(group): group for group in groups}
-    return [argument for group in unique.values() for argument in group]
+                given = values.setdefault(name, [])
+                if equals:
+                    given.append(value)
+                else:
+                    place = given
+                continue
+        place.append(argument)
+    return [*rest, *(word for name, given in values.items() for word in (name, *given))]

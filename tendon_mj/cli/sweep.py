@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +13,7 @@ from tendon_mj.builders.load import load_model, model_path
 from tendon_mj.cli.output import Output, console, print_table, progress_bar
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.recordings.recording import Recording, read_recording
+from tendon_mj.replay.units import UNKNOWN
 from tendon_mj.sweep.motion import motion_recording
 from tendon_mj.sweep.outputs import Output as SweepOutput
 from tendon_mj.sweep.policy import Policy, read_policy
@@ -94,7 +96,7 @@ def sweep(
         check_folder(asked, out)
     output = Output(out)
     console.print(
-        f"{asked.design.rollouts} rollouts of {asked.rollouts.steps} steps on {on}", soft_wrap=True
+        f"{_counted(asked.design.rollouts)} of {asked.rollouts.steps} steps on {on}", soft_wrap=True
     )
     with progress_bar() as progress:
         found = run_sweep(asked, out, on=on, again=again, progress=progress)
@@ -105,7 +107,7 @@ def sweep(
     drawn = found.drawn()
     if all(drawn):
         axes = {f"{a.name} [{asked.units[a.name]}]": found.column(a.name) for a in drawn[0]}
-        values = {f"{o.name} [{o.unit}]": found.column(o.name) for o in drawn[1]}
+        values = {_labelled(o): found.column(o.name) for o in drawn[1]}
         solid = found.solid
         figure = parameter_figure(
             {label: given[solid] for label, given in axes.items()},
@@ -166,8 +168,14 @@ def _print(found: SweepResult, outputs: list[SweepOutput]) -> None:
         summary = found.summaries[output.name]
         if "min" in summary:
             shares = [f"{name} {share:.0%}" for name, share in summary["share_of_variance"].items()]
-            span = f"{summary['min']:.4g} … {summary['max']:.4g} {output.unit}"
-            rows.append((output.name, span, f"{summary['mean']:.4g}", ", ".join(shares)))
+            rows.append(
+                (
+                    output.name,
+                    _span(summary, " … ", output),
+                    f"{summary['mean']:.4g}",
+                    ", ".join(shares),
+                )
+            )
     if rows:
         print_table(("output", "range", "mean", "share of its variance"), rows)
 
@@ -176,13 +184,31 @@ def _sentence(found: SweepResult, output: SweepOutput, model: str, failed: int) 
     """What came out, of the first output."""
     rollouts, summary = found.rollouts, found.summaries[output.name]
     if "min" not in summary:
-        return f"All {rollouts} rollouts of {model} became unstable."
-    ended = f"{failed} became unstable" if failed else "all stayed stable"
+        every = "The rollout" if rollouts == 1 else f"All {rollouts} rollouts"
+        return f"{every} of {model} became unstable."
+    stable = "all stayed stable" if rollouts > 1 else "it stayed stable"
+    ended = f"{failed} became unstable" if failed else stable
     if found.unsolved:
         ended += f", and in {found.unsolved} a sheath found no equilibrium at some time"
-    name, share = max(summary["share_of_variance"].items(), key=lambda item: item[1])
-    return (
-        f"In {rollouts} rollouts of {model} {output.name} goes from {summary['min']:.4g} to "
-        f"{summary['max']:.4g} {output.unit}, and {share:.0%} of its variance follows {name};"
-        f" {ended}."
-    )
+    varies = summary["min"] < summary["max"]
+    goes = "goes from" if varies else "is"
+    said = f"{output.name} {goes} {_span(summary, ' to ', output)}"
+    if varies and summary["share_of_variance"]:
+        name, share = max(summary["share_of_variance"].items(), key=lambda item: item[1])
+        said += f", and {share:.0%} of its variance follows {name}"
+    return f"In {_counted(rollouts)} of {model} {said}; {ended}."
+
+
+def _counted(rollouts: int) -> str:
+    return "1 rollout" if rollouts == 1 else f"{rollouts} rollouts"
+
+
+def _span(summary: Mapping[str, float], between: str, output: SweepOutput) -> str:
+    """Least and largest value with their unit, once where they are the same."""
+    ends = (summary["min"], summary["max"])
+    numbers = between.join(f"{end:.4g}" for end in dict.fromkeys(ends))
+    return numbers if output.unit == UNKNOWN else f"{numbers} {output.unit}"
+
+
+def _labelled(output: SweepOutput) -> str:
+    return output.name if output.unit == UNKNOWN else f"{output.name} [{output.unit}]"

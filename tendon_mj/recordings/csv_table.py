@@ -29,6 +29,7 @@ from tendon_mj.whole_file import whole_file
 _NUMBER = re.compile(
     r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?|nan|inf|infinity)", re.IGNORECASE
 )
+_LONGEST_HEADER = 2**20  # characters: thousands of columns
 _BLOCK = 2**24  # characters that are read at a time: a table takes many times its text otherwise
 
 
@@ -49,7 +50,12 @@ def read_csv(path: Path) -> dict[str, FloatArray]:
 
 
 def _read(file: TextIO, path: Path) -> dict[str, FloatArray]:
-    header, texts = file.readline(), _blocks(file)
+    header, texts = file.readline(_LONGEST_HEADER), _blocks(file)
+    if len(header) == _LONGEST_HEADER:
+        raise RecordingError(
+            f"{path}, row 1: {_LONGEST_HEADER} characters or more; the first row is the names of"
+            " the columns"
+        )
     first = next(texts, "")
     if not (header + first).strip():
         raise RecordingError(f"{path}, row 1: the file is empty; its first column is {TIME!r}")

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import json
+import re
+from array import array
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tendon_mj.errors import MissingPackageError, RecordingError, unknown
 from tendon_mj.recordings.description import Topic
 from tendon_mj.recordings.table_checks import TIME, FloatArray, check_table
 from tendon_mj.recordings.text_file import check_file
 
-_Log = dict[str, tuple[list[int], list[Any]]]  # topic -> log times [ns], decoded messages
+if TYPE_CHECKING:
+    from tendon_mj.recordings.mcap_messages import LogMessage
+
+_Series = tuple[NDArray[np.int64], FloatArray]  # log times [ns], values
+_PLACE = re.compile("[0-9]{1,9}")  # in a list
+_LARGEST_MESSAGE = 2**24  # [bytes]: what it says takes some twenty times as much memory
+_LAST_TIME = 2**63 - 1  # [ns]: the year 2262
 
 
 def read_mcap(
@@ -36,7 +45,7 @@ def read_mcap(
 
     Raises:
         RecordingError: no MCAP, no such topic or field, another encoding than JSON, a value that is
-            no number, or what `check_table` refuses.
+            no number, too large a message, or what `check_table` refuses.
         MissingPackageError: mcap is not installed.
     """
     check_file(path)
@@ -45,8 +54,7 @@ def read_mcap(
             f"{path}: the description has no [mcap], which says where the columns are, such as"
             ' tension_N = { topic = "/load_cell", field = "force" }'
         )
-    log = _read_log(path, {topic.topic for topic in topics.values()})
-    series = {column: _series(path, column, topic, log) for column, topic in topics.items()}
+    series = _read_series(path, topics)
     stamps = next(iter(series.values()))[0]
     first = max(times[0] for times, _ in series.values())
     last = min(times[-1] for times, _ in series.values())
@@ -63,52 +71,60 @@ def read_mcap(
     return table
 
 
-def _read_log(path: Path, wanted: Collection[str]) -> _Log:
+def _read_series(path: Path, topics: Mapping[str, Topic]) -> dict[str, _Series]:
+    """Column → (m,) rising log times [ns] and values; of two at one time the later one."""
     try:
-        from mcap.exceptions import McapError
-        from mcap.reader import make_reader
+        from tendon_mj.recordings.mcap_messages import read_messages
     except ImportError:
         raise MissingPackageError(
             f"{path}: MCAP is read through mcap, which is not installed;"
             " pip install 'tendon-mj[mcap]'"
         ) from None
-    log: _Log = {topic: ([], []) for topic in wanted}
+    columns: dict[str, list[str]] = {}
+    for column, topic in topics.items():
+        columns.setdefault(topic.topic, []).append(column)
+    times = {topic: array("q") for topic in columns}
+    values = {column: array("d") for column in topics}
     there: set[str] = set()
+    for message in read_messages(path):
+        there.add(message.topic)
+        if message.topic in columns:
+            here = f"{path}, topic {message.topic!r}, message {len(times[message.topic]) + 1}"
+            decoded = _decoded(message, here)
+            times[message.topic].append(message.time)
+            for column in columns[message.topic]:
+                number = _field(decoded, topics[column].field, f"{here}, for {column!r}")
+                values[column].append(number)
+    for name in sorted(columns):
+        if name not in there:
+            raise RecordingError(f"{path}, [mcap]: {unknown('topic', name, there)}")
+    return {
+        column: _in_order(np.array(times[topic.topic]), np.array(values[column]))
+        for column, topic in topics.items()
+    }
+
+
+def _in_order(times: NDArray[np.int64], values: FloatArray) -> _Series:
+    order = np.argsort(times, kind="stable")
+    times, values = times[order], values[order]
+    last = np.append(times[1:] != times[:-1], True)
+    return times[last], values[last]
+
+
+def _decoded(message: LogMessage, here: str) -> Any:
+    """What a message says."""
+    if message.encoding != "json":
+        raise RecordingError(
+            f"{here}: it is encoded as {message.encoding!r}; JSON is read, so convert the log first"
+        )
+    if len(message.data) > _LARGEST_MESSAGE:
+        raise RecordingError(f"{here}: {len(message.data)} bytes, more than {_LARGEST_MESSAGE}")
+    if message.time > _LAST_TIME:
+        raise RecordingError(f"{here}: log time {message.time} ns is after {_LAST_TIME} ns")
     try:
-        with path.open("rb") as file:
-            for _, channel, message in make_reader(file).iter_messages():
-                there.add(channel.topic)
-                if channel.topic not in log:
-                    continue
-                if channel.message_encoding != "json":
-                    raise RecordingError(
-                        f"{path}, topic {channel.topic!r}: its messages are encoded as"
-                        f" {channel.message_encoding!r}; JSON is read, so convert them first"
-                    )
-                times, messages = log[channel.topic]
-                times.append(message.log_time)
-                messages.append(json.loads(message.data))
-    except (McapError, ValueError, RecursionError, EOFError) as error:
-        if isinstance(error, RecordingError):
-            raise
-        raise RecordingError(f"{path}: not an MCAP of JSON messages: {error}") from None
-    for topic in sorted(wanted):
-        if topic not in there:
-            raise RecordingError(f"{path}, [mcap]: {unknown('topic', topic, there)}")
-    return log
-
-
-def _series(
-    path: Path, column: str, topic: Topic, log: _Log
-) -> tuple[np.ndarray[Any, np.dtype[np.int64]], FloatArray]:
-    """(m,) log times [ns] and values of a column; of two at one time the later one."""
-    times, messages = log[topic.topic]
-    values = [
-        _field(message, topic.field, f"{path}, topic {topic.topic!r}, message {k}, for {column!r}")
-        for k, message in enumerate(messages, start=1)
-    ]
-    latest = dict(zip(times, values, strict=True))
-    return np.array(list(latest), dtype=np.int64), np.array(list(latest.values()))
+        return json.loads(message.data)
+    except (ValueError, RecursionError) as error:
+        raise RecordingError(f"{here}: not JSON: {error}") from None
 
 
 def _field(message: Any, field: str, here: str) -> float:
@@ -116,11 +132,14 @@ def _field(message: Any, field: str, here: str) -> float:
     for part in field.split("."):
         if isinstance(message, dict) and part in message:
             message = message[part]
-        elif isinstance(message, list) and part.isdecimal() and int(part) < len(message):
+        elif isinstance(message, list) and _PLACE.fullmatch(part) and int(part) < len(message):
             message = message[int(part)]
         else:
             there = message if isinstance(message, dict) else ()
             raise RecordingError(f"{here}: {unknown('field', part, map(str, there))} in {field!r}")
     if isinstance(message, bool) or not isinstance(message, int | float):
         raise RecordingError(f"{here}: field {field!r} is {message!r}, not a number")
-    return float(message)
+    try:
+        return float(message)
+    except OverflowError:
+        raise RecordingError(f"{here}: field {field!r} is an integer above 1e308") from None

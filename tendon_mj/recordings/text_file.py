@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import stat
 from pathlib import Path
 
 from tendon_mj.errors import RecordingError, unknown
@@ -10,22 +11,29 @@ LARGEST = 2**31  # of a file [bytes]: days at 1 kHz
 
 
 def check_file(path: Path, hint: str = "") -> None:
-    """Raise `RecordingError` unless there is a file that can be opened and is not too large.
+    """Raise `RecordingError` unless there is a regular file that can be opened, not too large.
 
     ``hint`` is appended to the message when there is no such file, which names the nearest of the
     same kind beside it.
     """
     try:
-        size = path.stat().st_size
+        there = path.stat()
+        if not (stat.S_ISREG(there.st_mode) or stat.S_ISDIR(there.st_mode)):
+            # opened, a pipe would wait for its writer and a device might never end
+            raise RecordingError(f"{path}: a device or pipe; give a regular file")
         with path.open("rb"):
             pass
     except FileNotFoundError:
         raise RecordingError(f"{path}: {_missing(path)}{hint}") from None
+    except RecordingError:
+        raise
     except (OSError, ValueError) as error:  # ValueError: a name that no file can have
         reason = getattr(error, "strerror", None) or error
         raise RecordingError(f"{path}: cannot be read: {reason}") from error
-    if size > LARGEST:
-        raise RecordingError(f"{path}: {size} bytes, more than {LARGEST}; split the recording")
+    if there.st_size > LARGEST:
+        raise RecordingError(
+            f"{path}: {there.st_size} bytes, more than {LARGEST}; split the recording"
+        )
 
 
 def read_text(path: Path, hint: str = "") -> str:

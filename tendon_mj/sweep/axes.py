@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 
+MOST_ROLLOUTS = 10_000_000  # of a sweep, whose columns are read into memory
 _GRID = 5  # values of a range that says no number, where nothing is drawn
 _FORMS = "name=low:high, name=low:high:values or name=value,value,…"
 
@@ -69,7 +70,7 @@ def parse_axes(
 
 def _parse(text: str, draws: int, parameters: Collection[str], sheaths: Mapping[str, str]) -> Axis:
     name, _, values = (part.strip() for part in text.partition("="))
-    targets = _targets(name, parameters, sheaths)
+    targets = _targets(name, f"--parameter {text}", parameters, sheaths)
     try:
         numbers = [float(part) for part in values.split("," if ":" not in values else ":")]
     except ValueError:
@@ -86,10 +87,16 @@ def _parse(text: str, draws: int, parameters: Collection[str], sheaths: Mapping[
     count = given[0] if given else _GRID
     if count != int(count) or count < 2:
         raise InvalidValueError(f"--parameter {text}: {count:g} values; a range has at least 2")
+    if count > MOST_ROLLOUTS:
+        raise InvalidValueError(
+            f"--parameter {text}: {count:g} values; a sweep has at most {MOST_ROLLOUTS} rollouts"
+        )
     return Axis(name, targets, low, high, np.linspace(low, high, int(count)))
 
 
-def _targets(name: str, parameters: Collection[str], sheaths: Mapping[str, str]) -> tuple[str, ...]:
+def _targets(
+    name: str, typed: str, parameters: Collection[str], sheaths: Mapping[str, str]
+) -> tuple[str, ...]:
     if "*" in name:
         found = tuple(fnmatch.filter(sorted(parameters), name))
     else:
@@ -97,5 +104,5 @@ def _targets(name: str, parameters: Collection[str], sheaths: Mapping[str, str])
         of_tendon = (f"{s}.{parameter}" for s, t in sheaths.items() if t == tendon)
         found = (name,) if name in parameters else tuple(n for n in of_tendon if n in parameters)
     if not found:
-        raise UnknownNameError("parameter", name, parameters, "--parameter")
+        raise UnknownNameError("parameter", name, parameters, typed)
     return found

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.sweep.axes import Axis
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.sweep.axes import MOST_ROLLOUTS, Axis
 
 Array = NDArray[np.float64]
 
@@ -26,6 +28,9 @@ class Design:
 
     Attributes:
         rollouts: number of combinations.
+
+    Raises:
+        InvalidValueError: more than 10 million combinations.
     """
 
     def __init__(self, axes: Sequence[Axis], draws: int, seed: int) -> None:
@@ -34,10 +39,16 @@ class Design:
         self._drawn = [k for k, axis in enumerate(axes) if axis.grid is None]
         low, high = np.array([[axis.low, axis.high] for axis in drawn]).reshape(-1, 2).T
         size = (draws if drawn else 1, len(drawn))
-        self._draws = np.random.default_rng(seed).uniform(low, high, size)
-        self._shape = (*(len(grid) for grid in self._grids.values()), len(self._draws))
+        self._shape = (*(len(grid) for grid in self._grids.values()), size[0])
         self._axes = len(axes)
-        self.rollouts = int(np.prod(self._shape))
+        self.rollouts = math.prod(self._shape)
+        if self.rollouts > MOST_ROLLOUTS:
+            each = " × ".join(f"{number}" for number in self._shape)
+            raise InvalidValueError(
+                f"{each} are {self.rollouts} rollouts; a sweep has at most {MOST_ROLLOUTS}, so give"
+                " fewer --draws, or fewer values of a --parameter"
+            )
+        self._draws = np.random.default_rng(seed).uniform(low, high, size)
 
     def values(self, start: int, stop: int) -> Array:
         """(stop − start, axes) of the rollouts from ``start`` on."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 _MOST_BINS = 30
+FEWEST = 5  # rollouts of which shares are told; with less each value is nearly its own mean
 
 
 def bins_of(values: Array) -> NDArray[np.int64]:

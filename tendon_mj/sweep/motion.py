@@ -22,6 +22,7 @@ from tendon_mj.replay.units import control_unit, ending_of, reading_unit
 
 Array = NDArray[np.float64]
 
+_MOST_STEPS = 10_000_000  # of a rollout, whose readings are in memory
 _DURATION = 6.0  # of a model without a motion of its own [s]
 
 
@@ -45,11 +46,14 @@ def motion_recording(
 
     Raises:
         UnknownNameError: no such motion, or a column for no actuator.
-        InvalidValueError: no duration, a motion out of reach, or an actuator without a name moves.
+        InvalidValueError: no duration or too long a one, a motion out of reach, or an actuator
+            without a name moves.
         RecordingError: the CSV cannot be read.
     """
     if duration is not None and not (math.isfinite(duration) and duration > 0.0):
         raise InvalidValueError(f"duration = {duration:g} [s] must be finite and > 0")
+    if duration is not None:
+        _number_of_steps(duration, model)  # before anything of that length is made
     if still and motion is None:
         time = _steps(_DURATION if duration is None else duration, model)
         return _recording("no motion", name, model, time, {}, {})
@@ -112,7 +116,17 @@ def _recording(
 def _steps(length: float, model: mujoco.MjModel) -> Array:
     """Times of all steps of a duration [s], two at least."""
     step = float(model.opt.timestep)
-    return np.arange(max(1, round(length / step)) + 1, dtype=np.float64) * step
+    return np.arange(_number_of_steps(length, model) + 1, dtype=np.float64) * step
+
+
+def _number_of_steps(length: float, model: mujoco.MjModel) -> int:
+    step = float(model.opt.timestep)
+    if length / step > _MOST_STEPS:
+        raise InvalidValueError(
+            f"a motion of {length:g} s has {length / step:.3g} steps of {step:g} s; a rollout has"
+            f" at most {_MOST_STEPS}, so give a shorter --duration"
+        )
+    return max(1, round(length / step))
 
 
 def _column(name: str, unit: str) -> str:

@@ -13,7 +13,7 @@ import pandas
 from numpy.typing import NDArray
 
 from tendon_mj.sweep.axes import Axis
-from tendon_mj.sweep.influence import share_of_variance
+from tendon_mj.sweep.influence import FEWEST, share_of_variance
 from tendon_mj.sweep.outputs import Output
 from tendon_mj.sweep.rollouts import FAILED, UNSOLVED
 from tendon_mj.tasks import ParquetParts
@@ -56,7 +56,10 @@ class SweepResult:
 
     @cached_property
     def summaries(self) -> dict[str, dict[str, Any]]:
-        """Output → range, mean and standard deviation, and what each axis accounts for."""
+        """Output → range, mean and standard deviation, and what each axis accounts for.
+
+        Of fewer than 5 stable rollouts no axis is said to account for anything.
+        """
         varied = self.table.read([axis.name for axis in self.axes])
         varied = {name: values[self.solid] for name, values in varied.items()}
         found = {}
@@ -95,12 +98,13 @@ def _summary(values: NDArray[Any], varied: dict[str, NDArray[Any]]) -> dict[str,
     """Of the values of an output; nothing where every rollout failed."""
     if not len(values):
         return {}
+    told = varied if len(values) >= FEWEST else {}
     return {
         "min": float(values.min()),
         "max": float(values.max()),
         "mean": float(values.mean()),
         "std": float(values.std()),
         "share_of_variance": {
-            name: share_of_variance(given, values) for name, given in varied.items()
+            name: share_of_variance(given, values) for name, given in told.items()
         },
     }

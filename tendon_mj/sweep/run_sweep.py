@@ -60,8 +60,8 @@ class Sweep:
         units: axis → unit of its parameters.
 
     Raises:
-        UnknownNameError, InvalidValueError: see `parse_axes` and `parse_outputs`; a parameter of
-            commands beside a policy.
+        UnknownNameError, InvalidValueError: see `parse_axes`, `parse_outputs` and `Design`; draws
+            or a seed below 0; a parameter of commands beside a policy.
         RecordingError: the recording does not fit the model.
         TendonError: the policy cannot be made, see `Policy.make`.
     """
@@ -81,6 +81,8 @@ class Sweep:
     ) -> None:
         if draws < 0:
             raise InvalidValueError(f"--draws {draws} must be ≥ 0")
+        if seed < 0:
+            raise InvalidValueError(f"--seed {seed} must be ≥ 0")
         known = Simulator([recording], model, described=False, settle=settle)
         self.axes = self._axes(parameters, draws, known.parameters, known.model)
         if policy is not None:

@@ -77,8 +77,23 @@ def test_another_run_in_the_same_folder_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "arguments", [["replay", ""], ["compare", "--out", ""], ["simulate", "finger", "--model", ""]]
+    ("arguments", "before"),
+    [
+        (["replay", ""], "replay"),
+        (["compare", "--out", ""], "--out"),
+        (["simulate", "finger", "--model", ""], "--model"),
+        (["compare", "--out="], "--out"),
+        (["simulate", "finger", "--model=", "--no-clip"], "--model"),
+    ],
 )
-def test_an_empty_argument_is_refused(arguments, capsys):
+def test_an_empty_argument_is_refused(arguments, before, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # which an empty --out would be
     assert main(arguments) == 2
-    assert f"the argument after {arguments[-2]} is empty" in capsys.readouterr().err
+    assert f"the argument after {before} is empty" in capsys.readouterr().err
+
+
+def test_a_link_to_nowhere_is_refused_as_out_by_name(tmp_path):
+    link = tmp_path / "out"
+    link.symlink_to(tmp_path / "none" / "there")
+    with pytest.raises(InvalidValueError, match=r"--out .*out is a link to .*there, which is not"):
+        Output(link)

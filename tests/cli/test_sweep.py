@@ -1,6 +1,7 @@
 """The command `sweep` from its arguments to its files."""
 
 import json
+import re
 
 import pytest
 
@@ -43,6 +44,9 @@ def test_a_sweep_has_a_table_a_picture_and_says_what_matters(tmp_path, capsys):
         ([*VARIED, "--motion", "nowhere.csv"], "no such file"),
         ([*VARIED, "--outputs", "output_force"], "did you mean 'output_tension'"),
         ([*VARIED, "--duration", "1", "--recording", str(example_recording())], "give one of them"),
+        ([*VARIED, "--duration", "1e12"], "a motion of 1e+12 s has"),
+        ([*VARIED, "--draws", "2", "--seed", "-1"], "--seed -1 must be ≥ 0"),
+        ([*VARIED, "--draws", "100000000000"], "are 300000000000 rollouts; a sweep has at most"),
         ([*VARIED, "--policy", "nowhere.py:pull"], "nowhere.py cannot be read"),
     ],
 )
@@ -67,3 +71,29 @@ def test_a_recording_s_sweep_tells_the_error(tmp_path):
     assert main([*BENCH, *varied, *arguments, "--out", str(tmp_path / "out")]) == 0
     outputs = json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))["outputs"]
     assert all(name.endswith(".error") for name in outputs)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (
+            ["sheath.friction=0.1", "--outputs", "input_tension.max"],
+            r"In 1 rollout of bench input_tension\.max is [\d.]+ N; it stayed stable\.$",
+        ),
+        (
+            ["sheath.friction=0.1,0.1", "--outputs", "output_displacement.final"],
+            r"In 2 rollouts of bench output_displacement\.final is [-\d.e]+; all stayed stable\.$",
+        ),
+        (
+            ["sheath.friction=0.05,0.1", "--outputs", "input_tension.max"],
+            r"input_tension\.max goes from [\d.]+ to [\d.]+ N; all stayed stable\.$",
+        ),
+    ],
+)
+def test_few_rollouts_are_told_without_shares(options, said, tmp_path, capsys):
+    arguments = ["--parameter", *options, "--duration", "0.02", "--settle", "0.02"]
+    assert main([*BENCH, *arguments, "--out", str(tmp_path)]) == 0
+    last = capsys.readouterr().out.rstrip().splitlines()[-1]
+    assert re.search(said, last), last
+    outputs = json.loads((tmp_path / "result.json").read_text("utf-8"))["outputs"]
+    assert all(summary["share_of_variance"] == {} for summary in outputs.values())

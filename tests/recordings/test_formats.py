@@ -242,7 +242,9 @@ def test_other_encodings_and_other_files_are_refused(tmp_path: Path) -> None:
             read_recording(tmp_path / name)
 
 
-@pytest.mark.parametrize(("suffix", "package"), [(".parquet", "pyarrow"), (".mcap", "mcap.reader")])
+@pytest.mark.parametrize(
+    ("suffix", "package"), [(".parquet", "pyarrow"), (".mcap", "mcap.records")]
+)
 def test_a_missing_reader_is_told_with_how_to_install_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str, package: str
 ) -> None:
@@ -251,6 +253,7 @@ def test_a_missing_reader_is_told_with_how_to_install_it(
     with (tmp_path / "r.toml").open("a") as file:
         file.write(MCAP)
     monkeypatch.setitem(sys.modules, package, None)
+    monkeypatch.delitem(sys.modules, "tendon_mj.recordings.mcap_messages", raising=False)
     with pytest.raises(MissingPackageError, match=rf"pip install 'tendon-mj\[{suffix[1:]}\]'"):
         read_recording(tmp_path / f"r{suffix}")
 

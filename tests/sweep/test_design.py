@@ -35,6 +35,8 @@ def test_a_tendon_stands_for_its_sheath_and_a_star_for_any_text():
     ("texts", "draws", "said"),
     [
         (["flexor.fiction=0:1"], 0, "did you mean 'flexor_sheath.friction'"),
+        (["*.fiction=0:1:3"], 0, r"--parameter \*\.fiction=0:1:3: unknown parameter"),
+        (["mcp.damping=0:1:1e12"], 0, r"1e\+12 values; a sweep has at most 10000000 rollouts"),
         (["mcp.damping"], 0, "is not like name=low:high"),
         (["mcp.damping=much"], 0, "is not like name=low:high"),
         (["mcp.damping=1:0"], 0, "a range is low:high"),
@@ -70,6 +72,15 @@ def test_a_design_does_not_depend_on_how_it_is_cut_nor_first_draws_on_their_numb
     assert (whole == parts).all()
     assert (whole == many.values(0, 50)).all()
     assert (Design(varied, 50, seed=3).values(0, 50) != whole).all()
+
+
+def test_more_combinations_than_a_sweep_has_are_refused_before_any_is_drawn():
+    drawn = axes("flexor.friction=0.1:0.3", draws=10**11)
+    with pytest.raises(InvalidValueError, match=r"100000000000 are 100000000000 rollouts; .* most"):
+        Design(drawn, 10**11, seed=0)
+    grids = axes("mcp.damping=0:1:1e6", "flexor.friction=0:1:1e7", "gravity.z=0:1:1e7")
+    with pytest.raises(InvalidValueError, match=r"are 100000000000000000000 rollouts"):  # over 2^64
+        Design(grids, 0, seed=0)
 
 
 def test_variance_is_shared_by_who_causes_it():
