@@ -7,12 +7,11 @@ from dataclasses import asdict, dataclass
 from datetime import datetime
 from typing import Any, Literal
 
-from tendon_mj.diagnosis.effects.catalogue import CATALOGUE
 from tendon_mj.fleet.fellows import Difference, Spread
-from tendon_mj.fleet.rig import stamp
+from tendon_mj.fleet.sentence import change_sentence, in_one_unit
 from tendon_mj.fleet.series import Series
 from tendon_mj.fleet.since import Change
-from tendon_mj.replay.engineering_units import engineering_unit, plain, quantity
+from tendon_mj.replay.engineering_units import quantity
 
 Verdict = Literal["changed", "differs", "as its fellows", "failed"]
 
@@ -61,7 +60,7 @@ class RigFound:
         parts = [self._changed()] if self.change else []
         for one in self.differences:
             unit = units.get(one.name, "noise")
-            text = f"{one.name} is {_pair(one.value, one.spread.median, unit)[0]}"
+            text = f"{one.name} is {in_one_unit([one.value, one.spread.median], unit)[0]}"
             parts.append(f"{text}, the fleet's median {quantity(one.spread.median, unit)}")
         said = "; ".join(parts) or self.error or "as its fellows"
         return f"{self.name}: {said}."
@@ -70,12 +69,7 @@ class RigFound:
         change, series = self.change, self.series
         if change is None or series is None:
             return ""
-        before, after = _pair(change.before, change.after, series.unit)
-        how = "since" if change.course == "step" else "growing since"
-        text = f"{what(series)} {before} → {after} {how} {stamp(change.since)}"
-        if self.rivals:
-            text += f", or as well {', or '.join(what(rival) for rival in self.rivals)}"
-        return text
+        return change_sentence(change, series, self.rivals, self.dates)
 
     def result(self) -> dict[str, Any]:
         """Plain numbers and words, as in `result.json`."""
@@ -86,6 +80,8 @@ class RigFound:
                 **asdict(change),
                 "since": change.since.isoformat(),
                 "last_same": change.last_same.isoformat(),
+                "until": change.until and change.until.isoformat(),
+                "apart": change.apart and change.apart.isoformat(),
                 "parameter": series.parameter,
                 "effect": series.number.identifier,
                 "unit": series.unit,
@@ -116,21 +112,6 @@ class RigFound:
                 for d in self.differences
             ],
         }
-
-
-def what(series: Series) -> str:
-    """A number in words: its parameter, and the effect that it is of."""
-    if not series.number.identifier:
-        return series.number.name
-    return f"{series.number.name} ({CATALOGUE[series.number.identifier].name})"
-
-
-def _pair(before: float, after: float, unit: str) -> tuple[str, str]:
-    """Two values in one unit, the second with its symbol."""
-    chosen = engineering_unit(unit, [before, after])
-    symbol = f" {chosen.symbol}" if chosen.symbol and chosen.symbol != "°" else chosen.symbol
-    numbers = [plain(value * chosen.factor) for value in (before, after)]
-    return numbers[0], f"{numbers[1]}{symbol}"
 
 
 @dataclass(frozen=True)
@@ -192,8 +173,11 @@ def _row(rig: RigFound) -> dict[str, Any]:
         "changed": series.parameter if series and change else "",
         "effect": series.number.identifier if series and change else "",
         "since": change.since.isoformat() if change else "",
+        "course": change.course if change else "",
         "before": change.before if change else None,
+        "between": change.between if change else None,
         "after": change.after if change else None,
+        "until": change.until.isoformat() if change and change.until else "",
         "unit": series.unit if series and change else "",
         "significance": change.significance if change else None,
         "differs": "; ".join(d.name for d in rig.differences),
