@@ -177,7 +177,7 @@ def _fit(parts: tuple[Template, ...], values: FloatArray, deviations: FloatArray
     matrix = np.column_stack(columns) / deviations[:, None]
     scaled = values / deviations
     solution, *_ = np.linalg.lstsq(matrix, scaled, rcond=None)
-    errors = np.sqrt(np.diag(np.linalg.pinv(matrix.T @ matrix, hermitian=True)))
+    errors: FloatArray = np.sqrt(np.diag(np.linalg.pinv(matrix.T @ matrix, hermitian=True)))
     left = float(((scaled - matrix @ solution) ** 2).sum())
     size = float(np.abs(solution[1:]).max()) / deviations
     allowed = max(_SCATTER**2, float(np.mean((_CURVED * size) ** 2)))
