@@ -10,6 +10,7 @@ import tyro
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.cli.typed_command import typed_command
 from tendon_mj.diagnosis.provenance import collect_provenance
+from tendon_mj.errors import TendonError
 from tendon_mj.fleet import run_fleet
 from tendon_mj.tasks import Workers
 from tendon_mj.view.figures.fleet import changes_figure, spread_figure
@@ -41,6 +42,10 @@ def fleet(
         scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786.
         again: compute every rig again.
 
+    Raises:
+        TendonError: the folder is no fleet, or no rig could be fitted; in the second case page and
+            table say of each why.
+
     Example:
         tendon-mj fleet hands --out out/hands
     """
@@ -69,8 +74,10 @@ def fleet(
     output.add(out / PAGE)
     result = found.result() | {"provenance": provenance.result()}
     output.result(result)
-    for verdict in ("changed", "differs", "failed"):
-        for rig in found.of(verdict):
-            console.print(f"  {rig.sentence(found.units)}", soft_wrap=True)
-    output.close(f"{found.sentence} Page: {out / PAGE}")
+    for rig in found.told:
+        console.print(f"  {rig.sentence(found.units)}", soft_wrap=True)
+    output.close(" ".join(filter(None, [found.sentence, found.warning, f"Page: {out / PAGE}"])))
+    failed = found.of("failed")
+    if len(failed) == len(found.rigs):
+        raise TendonError(f"no rig could be fitted; {failed[0].name}: {failed[0].error}")
     return result

@@ -1,7 +1,8 @@
 """Changes of a rig over time, to first order.
 
 A number x that is x_0 before a day and x_0 + δ after it (a step), or grows from that day on to
-x_0 + δ on the last (a ramp), changes the residual of recording k by J_k δ w_k with w_k in 0…1.
+x_0 + δ on the last (a ramp), or is x_0 + δ between two days (there and back), changes the residual
+of recording k by J_k δ w_k with w_k in 0…1.
 With A_k and b_k of `Observation`, and everything shared fitted beside it, the best δ and the χ²
 that it explains are
 
@@ -18,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from itertools import combinations
 from typing import Literal
 
 import numpy as np
@@ -27,7 +29,7 @@ from tendon_mj.fleet.number import Label
 from tendon_mj.fleet.observation import Observation
 
 FloatArray = NDArray[np.float64]
-Course = Literal["step", "ramp"]
+Course = Literal["step", "ramp", "there and back"]
 
 SIGNIFICANT = 5.0  # standard deviations; among 10⁴ numbers and days one of 4.5 is to be expected
 LEAST_DAYS = 2  # recordings on either side of a change
@@ -66,7 +68,7 @@ class Suspect:
 
 
 def templates(dates: Sequence[datetime]) -> list[Template]:
-    """Every course of a change that leaves enough recordings on either side of its beginning."""
+    """Every course of a lasting change with enough recordings on either side of its beginning."""
     seconds = np.array([(date - dates[0]).total_seconds() for date in dates])
     found = list[Template]()
     for k in range(LEAST_DAYS, len(dates) - LEAST_DAYS + 1):
@@ -76,6 +78,16 @@ def templates(dates: Sequence[datetime]) -> list[Template]:
             share = (seconds - seconds[before]) / (seconds[-1] - seconds[before])
             found.append(Template("ramp", k, np.clip(share, 0.0, 1.0)))
     return found
+
+
+def excursions(dates: Sequence[datetime]) -> list[Template]:
+    """Every change that is undone later, with enough recordings before, between and after."""
+    steps = [template for template in templates(dates) if template.course == "step"]
+    return [
+        Template("there and back", one.first, one.weights - other.weights)
+        for one, other in combinations(steps, 2)
+        if other.first - one.first >= LEAST_DAYS
+    ]
 
 
 def daily(observation: Observation) -> FloatArray:
@@ -112,8 +124,19 @@ def reproducibility(observations: Sequence[Observation]) -> dict[Label, float]:
 def suspects(
     observation: Observation, dates: Sequence[datetime], spreads: Mapping[Label, float]
 ) -> list[Suspect]:
-    """Numbers that may have changed, those that explain most first; none where nothing did."""
-    courses, best = templates(dates), dict[int, Suspect]()
+    """Numbers that may have changed, those that explain most first; none where nothing did.
+
+    A change that is undone later is sought where no lasting one stands out.
+    """
+    return _standing_out(observation, templates(dates), spreads) or _standing_out(
+        observation, excursions(dates), spreads
+    )
+
+
+def _standing_out(
+    observation: Observation, courses: Sequence[Template], spreads: Mapping[Label, float]
+) -> list[Suspect]:
+    best = dict[int, Suspect]()
     for template in courses:
         change, gain = _explained(observation, template.weights)
         lever = float(np.sqrt(((template.weights - template.weights.mean()) ** 2).sum()))

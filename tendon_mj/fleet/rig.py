@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -10,12 +10,11 @@ from functools import cached_property
 from pathlib import Path
 
 from tendon_mj.errors import RecordingError
+from tendon_mj.fleet.date_in_name import date_in_name
 from tendon_mj.recordings.recording import Recording, read_recording
 
 DESCRIPTION = "description.toml"  # of all tables of a rig, or of all rigs
 TABLES = (".csv", ".parquet", ".mcap")
-_DAY, _TIME = r"(\d{4})[-_]?(\d{2})[-_]?(\d{2})", r"(\d{2})[-_:.hH]?(\d{2})(?:[-_:.mM]?(\d{2}))?"
-_DATE = re.compile(rf"(?<!\d){_DAY}(?:[-_T ]?{_TIME})?(?!\d)")
 _DATED = "its file or a folder above it is named after the day, as 2026-03-03.csv"
 
 
@@ -27,11 +26,13 @@ class Rig:
         name: of its folder.
         tables: date → file of a recording, in the order of time.
         descriptions: file of a recording → its description; a file without one has it beside it.
+        error: why its recordings cannot be told apart; empty where they can.
     """
 
     name: str
     tables: Mapping[datetime, Path]
     descriptions: Mapping[Path, Path]
+    error: str = ""
 
     @cached_property
     def dates(self) -> tuple[datetime, ...]:
@@ -53,7 +54,7 @@ class Rig:
         """
         found = [self._read(date) for date in self.tables]
         for path, recording in zip(self.tables.values(), found, strict=True):
-            if recording.model != found[0].model:
+            if _model_of(recording) != _model_of(found[0]):
                 raise RecordingError(
                     f"{path}: its model is {recording.model!r}, and that of the rig's first"
                     f" recording {found[0].model!r}; a rig has one model"
@@ -71,31 +72,46 @@ class Rig:
 
 def stamp(date: datetime) -> str:
     """A date as a recording's name has it: without a dot, which parameters' names have."""
-    return date.strftime("%Y-%m-%d" if date == _midnight(date) else "%Y-%m-%d %H:%M:%S")
+    if date == _midnight(date):
+        return f"{date:%Y-%m-%d}"
+    return f"{date:%Y-%m-%d %H:%M:%S}" + (f",{date:%f}" if date.microsecond else "")
 
 
 def find_rigs(folder: Path, apart: Path | None = None) -> list[Rig]:
-    """The rigs of a fleet: each folder in ``folder`` that has recordings, at whatever depth.
+    """The rigs of a fleet: each folder in ``folder``, with its recordings at whatever depth.
 
-    A table's date is that in its file's name, or else in that of the nearest folder above it
-    (ISO 8601, with or without separators, with or without a time of day). Its description lies
-    beside it, or is the nearest ``description.toml`` from there up to ``folder``.
+    A table's date is that in its file's name, or else in that of the nearest folder above it, see
+    `date_in_name`. Its description lies beside it, or is the nearest ``description.toml`` from
+    there up to ``folder``. Links are followed; names that begin with a dot are left out. A rig
+    without recordings, or with a table without a date or description, or two of one date, is there
+    with its error.
 
     Args:
         folder: of the fleet.
         apart: folder in it that is no rig's, such as that of results.
 
     Raises:
-        RecordingError: no rig, a table without a date or description, or two of one date.
+        RecordingError: no folder in it has recordings, or a recording lies in none, or beside
+            results.
     """
     if not folder.is_dir():
         raise RecordingError(f"{folder} is no folder; a fleet is a folder with one for each rig")
-    rigs = [
-        _rig(inner, folder)
-        for inner in sorted(p for p in folder.iterdir() if p.is_dir())
-        if not inner.name.startswith(".") and not _holds(inner, apart) and _tables(inner)
-    ]
-    if not rigs:
+    for path in sorted(folder.iterdir()):
+        if path.is_file() and _is_table(path) and _is_dated(path, folder / "any"):
+            raise RecordingError(
+                f"{path} lies directly in the fleet's folder; a recording lies in the folder of its"
+                f" rig, as {folder / 'rig_1' / path.name}"
+            )
+    inner = [p for p in sorted(folder.iterdir()) if p.is_dir() and not p.name.startswith(".")]
+    for other in (p for p in inner if _holds(p, apart)):
+        dated = [path for path in _tables(other) if _is_dated(path, other)]
+        if dated:
+            raise RecordingError(
+                f"{other} has recordings, such as {dated[0].name}, and the results go there too"
+                " (--out); give another folder for these"
+            )
+    rigs = [_rig(one, folder) for one in inner if not _holds(one, apart)]
+    if not any(_tables(folder / rig.name) for rig in rigs):
         raise RecordingError(
             f"{folder}: no folder in it has recordings ({', '.join(TABLES)}); a fleet has one"
             " folder for each rig, with its recordings in it"
@@ -108,6 +124,14 @@ def _holds(folder: Path, other: Path | None) -> bool:
 
 
 def _rig(folder: Path, fleet: Path) -> Rig:
+    try:
+        return Rig(folder.name, *_recordings(folder, fleet))
+    except RecordingError as error:
+        return Rig(folder.name, {}, {}, str(error))
+
+
+def _recordings(folder: Path, fleet: Path) -> tuple[dict[datetime, Path], dict[Path, Path]]:
+    """Date → table, in the order of time, and table → description that is not beside it."""
     dated: dict[datetime, Path] = {}
     described: dict[Path, Path] = {}
     for path in _tables(folder):
@@ -126,23 +150,51 @@ def _rig(folder: Path, fleet: Path) -> Rig:
                     f" there or above it up to {fleet}"
                 )
             described[path] = shared
-    return Rig(folder.name, dict(sorted(dated.items())), described)
+    if not dated:
+        raise RecordingError(f"{folder}: no recordings ({', '.join(TABLES)})")
+    return dict(sorted(dated.items())), described
 
 
 def _tables(folder: Path) -> list[Path]:
-    found = (p for p in folder.rglob("*") if p.suffix.lower() in TABLES and p.is_file())
-    return sorted(p for p in found if not p.name.startswith("."))
+    """Every table in a folder; a linked folder is followed, unless it leads back to one above."""
+    found = list[Path]()
+    for name, folders, files in os.walk(folder, followlinks=True):
+        inside = Path(name)
+        above = {inside.resolve(), *inside.resolve().parents}
+        folders[:] = [
+            f for f in folders if not f.startswith(".") and (inside / f).resolve() not in above
+        ]
+        found += [inside / f for f in files if _is_table(inside / f)]
+    return sorted(found)
+
+
+def _is_table(path: Path) -> bool:
+    return path.suffix.lower() in TABLES and not path.name.startswith(".")
 
 
 def _date_of(path: Path, rig: Path) -> datetime:
     above = path.relative_to(rig.parent).parts[1:-1]
     for name in (path.stem, *reversed(above)):
-        for match in _DATE.finditer(name):
-            try:
-                return datetime(*(int(part) for part in match.groups() if part))  # type: ignore[arg-type]
-            except ValueError:  # 20261399
-                continue
+        try:
+            date = date_in_name(name)
+        except RecordingError as error:
+            raise RecordingError(f"{path}: {error}") from None
+        if date is not None:
+            return date
     raise RecordingError(f"{path}: no date; {_DATED}, or 2026-03-03/{path.name}")
+
+
+def _is_dated(path: Path, rig: Path) -> bool:
+    try:
+        return bool(_date_of(path, rig))
+    except RecordingError:
+        return False
+
+
+def _model_of(recording: Recording) -> Path:
+    """A model's name, or the path of its file without the ways round."""
+    path = Path(recording.model)
+    return path.resolve() if path.is_file() else path
 
 
 def _shared_description(path: Path, fleet: Path) -> Path | None:

@@ -15,9 +15,17 @@ from tendon_mj.builders.load import load_model
 from tendon_mj.builders.model_digest import model_digest
 from tendon_mj.errors import TendonError
 from tendon_mj.fleet.changes import SIGNIFICANT, reproducibility, suspects
-from tendon_mj.fleet.fellows import Difference, Spread, differences, larger_misfits, spread_between
+from tendon_mj.fleet.fellows import (
+    MISFIT,
+    Difference,
+    Spread,
+    differences,
+    larger_misfits,
+    spread_between,
+)
 from tendon_mj.fleet.number import Label
 from tendon_mj.fleet.observation import Observation, observe
+from tendon_mj.fleet.remarks import kind, left_over, odd_day, unlike
 from tendon_mj.fleet.result import FleetFound, RigFound
 from tendon_mj.fleet.rig import Rig, find_rigs
 from tendon_mj.fleet.series import Asked, Series, explanation, fit_series
@@ -59,20 +67,28 @@ def run_fleet(
         WorkerError: see `run_tasks`.
     """
     rigs = {rig.name: rig for rig in find_rigs(folder, apart=out)}
-    of = {name: digest_of(rig, _model_digest(rig)) for name, rig in rigs.items()}
+    errors = {name: rig.error for name, rig in rigs.items() if rig.error}
+    of, kinds = dict[str, str](), dict[str, dict[str, str]]()
+    for name, rig in rigs.items():
+        try:
+            if not rig.error:
+                kinds[name] = _kind(rig)
+                of[name] = digest_of(rig, kinds[name]["model"])
+        except (TendonError, OSError) as error:
+            errors[name] = str(error)
     kept = RigFiles(out / "observations", of, again=again)
     run_tasks(
         _observe,
         None,
-        list(rigs),
+        list(of),
         lambda name: _task(rigs[name]),
         kept,
         on=on,
         progress=progress,
         what="calibrate",
     )
-    read = {name: kept.read(name) for name in rigs}
-    errors = {name: found[_ERROR] for name, found in read.items() if _ERROR in found}
+    read = {name: kept.read(name) for name in of}
+    errors |= {name: found[_ERROR] for name, found in read.items() if _ERROR in found}
     seen = {n: Observation.from_plain(f) for n, f in read.items() if _ERROR not in f}
     spreads = reproducibility(list(seen.values()))
     asked = {
@@ -99,7 +115,8 @@ def run_fleet(
         _found(rig, seen.get(name), series.get(name, []), spreads, errors.get(name, ""))
         for name, rig in rigs.items()
     ]
-    return _beside_fellows(found, _units(seen.values()))
+    odd = unlike({name: kinds[name] for name in seen})
+    return _beside_fellows(found, _units(seen.values()), odd)
 
 
 def _task(rig: Rig) -> _Task:
@@ -115,11 +132,10 @@ def _model_of(recording: Recording) -> mujoco.MjModel:
     return load_model(recording.model, beside=recording.beside)
 
 
-def _model_digest(rig: Rig) -> str:
-    try:
-        return model_digest(_model_of(rig.read_first()))
-    except (TendonError, OSError) as error:
-        return str(error)
+def _kind(rig: Rig) -> dict[str, str]:
+    """What a rig has to have as its fellows have it, see `kind`."""
+    first = rig.read_first()
+    return kind(first, model_digest(_model_of(first)))
 
 
 def _observe(_: None, task: _Task) -> dict[str, Any]:
@@ -155,29 +171,32 @@ def _found(
     values = dict(zip(names, observation.values.tolist(), strict=True))
     errors = dict(zip(names, observation.errors.tolist(), strict=True))
     misfit = _misfit(observation.square)
+    make = partial(make, errors=errors, misfit=misfit)
+    unchanged = make(values=values, left=misfit, square=tuple(observation.square.tolist()))
     if not series:
-        return make(values=values, errors=errors, misfit=misfit, left=misfit)
+        return unchanged
     first, rivals = explanation(series)
     deviations = np.hypot(
         first.errors, spreads[first.number.label] * first.probe / first.number.probe
     )
     change = find_change(rig.dates, first.values, deviations)
     if change.significance < SIGNIFICANT:
-        return make(values=values, errors=errors, misfit=misfit, left=misfit)
+        return unchanged
     before = {**first.others, first.number.name: change.before}
     return make(
         values={name: before.get(name, value) for name, value in values.items()},
-        errors=errors,
-        misfit=misfit,
         left=_misfit(first.square),
+        square=tuple(first.square.tolist()),
         change=change,
         series=first,
         rivals=tuple(rivals),
     )
 
 
-def _beside_fellows(rigs: Sequence[RigFound], units: Mapping[str, str]) -> FleetFound:
-    """Compare what was fitted between rigs."""
+def _beside_fellows(
+    rigs: Sequence[RigFound], units: Mapping[str, str], odd: Mapping[str, str]
+) -> FleetFound:
+    """Compare what was fitted between rigs; ``odd``: rig → in what it is not comparable."""
     solid = [rig for rig in rigs if not rig.error]
     spreads: dict[str, Spread] = {}
     different: dict[str, list[Difference]] = {rig.name: [] for rig in rigs}
@@ -190,9 +209,27 @@ def _beside_fellows(rigs: Sequence[RigFound], units: Mapping[str, str]) -> Fleet
     if solid:
         for rig, one in larger_misfits({rig.name: rig.left for rig in solid}).items():
             different[rig].append(one)
-    return FleetFound(
-        [replace(rig, differences=tuple(different[rig.name])) for rig in rigs], spreads, units
-    )
+    usual = float(np.median([rig.left for rig in solid])) if solid else 0.0
+    compared = [
+        rig
+        if rig.error
+        else replace(
+            rig,
+            differences=tuple(different[rig.name]),
+            fellows=len(solid),
+            remarks=_remarks(rig, different[rig.name], usual, odd.get(rig.name, "")),
+        )
+        for rig in rigs
+    ]
+    return FleetFound(compared, spreads, units)
+
+
+def _remarks(
+    rig: RigFound, different: Sequence[Difference], usual: float, odd: str
+) -> tuple[str, ...]:
+    is_told = any(one.name == MISFIT for one in different)  # that much is left
+    more = left_over(rig.left, usual) if rig.change and not is_told else ""
+    return tuple(text for text in (odd, more, odd_day(rig.dates, rig.square, usual)) if text)
 
 
 def _units(observations: Any) -> dict[str, str]:

@@ -1,5 +1,6 @@
 """Changes over time: planted ones are found where they are, and nothing where nothing changed."""
 
+from dataclasses import replace
 from datetime import datetime, timedelta
 
 import numpy as np
@@ -123,6 +124,57 @@ def test_a_change_on_every_day_is_as_significant_as_its_standard_error_says():
     found = find_change(DATES, values, np.full(DAYS, 0.2))
     assert found.error == pytest.approx(0.2 * np.sqrt(4 / DAYS))
     assert found.significance == pytest.approx(1.0 / found.error)
+
+
+def test_a_planted_change_that_is_undone_is_found():
+    same = rig(7)
+    shapes = np.random.default_rng(0).normal(size=(200, len(NUMBERS)))
+    moved = np.where([4 <= k < 6 for k in range(DAYS)], 10.0 * DAILY, 0.0)
+    gradient = same.gradient - moved[:, None] * (shapes.T @ shapes[:, 2])
+    best, *_ = suspects(replace(same, gradient=gradient), DATES, reproducibility(FLEET))
+    assert best.index == 2
+    assert np.flatnonzero(best.template.weights).tolist() == [4, 5]
+
+
+@pytest.mark.parametrize("third", [0.15, 0.20, 0.10])
+@pytest.mark.parametrize(("first", "back"), [(2, 6), (4, 6), (2, 8), (5, 8)])
+def test_a_rig_that_was_repaired_has_the_values_that_it_had(first, back, third):
+    days = np.arange(DAYS)
+    values = np.where(days < first, 0.15, np.where(days < back, 0.25, third))
+    values = values + 0.002 * np.random.default_rng(1).normal(size=DAYS)
+    found = find_change(DATES, values, np.full(DAYS, 0.002))
+    assert found.course == "there and back"
+    assert [found.last_same, found.since] == [DATES[first - 1], DATES[first]]
+    assert found.until == DATES[back - 1]
+    told = [found.before, found.between, found.after]
+    assert told == pytest.approx([0.15, 0.25, third], abs=0.006)
+    assert found.significance > 20.0
+
+
+def test_a_number_of_many_values_has_no_single_change():
+    values = 0.1 * np.array([1.0, 1.0, 3.0, 1.5, 4.0, 2.0, 3.0, 5.0, 2.5, 4.0])
+    found = find_change(DATES, values, np.full(DAYS, 0.002))
+    assert found.course == "varying"
+    assert [found.before, found.after] == [values[0], values[-1]]
+    assert found.significance > 5.0
+
+
+@pytest.mark.parametrize("odd", [0, 3, 5, 6, 9])
+def test_one_odd_day_does_not_hide_a_step_nor_move_its_values(odd):
+    values = np.where(np.arange(DAYS) >= 5, 0.25, 0.15)
+    values[odd] = 0.6
+    found = find_change(DATES, values, np.full(DAYS, 0.002))
+    assert found.course == "step"
+    assert found.apart == DATES[odd]
+    assert [found.before, found.after] == pytest.approx([0.15, 0.25])
+
+
+def test_a_growth_that_is_not_straight_is_a_growth():
+    days = np.arange(DAYS) - 2.0
+    values = np.where(days > 0.0, (np.maximum(days, 0.0) / 7.0) ** 1.3, 0.0)
+    found = find_change(DATES, values, np.full(DAYS, 0.001))
+    assert found.course == "ramp"
+    assert found.apart is None
 
 
 def test_a_rig_differs_where_its_fellows_do_not():

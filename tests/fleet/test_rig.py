@@ -1,5 +1,6 @@
 """Rigs of a fleet: folders, dates and descriptions."""
 
+import re
 from datetime import datetime
 
 import pytest
@@ -42,7 +43,6 @@ def test_recordings_are_in_the_order_of_time_and_described_by_the_nearest_toml(t
         tmp_path, "description.toml", "a/2026-03-05.csv", "a/2026-03-04.csv", "a/2026-03-04.toml"
     )
     written(tmp_path, "b/description.toml", "b/2026-03-04.csv", ".hidden/2026-03-04.csv")
-    (tmp_path / "no recordings").mkdir()
     first, second = find_rigs(tmp_path)
     assert [path.name for path in first.tables.values()] == ["2026-03-04.csv", "2026-03-05.csv"]
     assert list(first.descriptions.values()) == [tmp_path / "description.toml"]
@@ -53,17 +53,52 @@ def test_recordings_are_in_the_order_of_time_and_described_by_the_nearest_toml(t
 @pytest.mark.parametrize(
     ("names", "says"),
     [
-        (["description.toml", "a/press.csv"], "no date"),
+        (["description.toml", "a/2026-03-04.csv", "a/notes.csv"], "notes.csv: no date"),
         (["description.toml", "a/20261399.csv"], "no date"),
+        (["description.toml", "a/2026-03-04_2026-03-05.csv"], "a/2026.*two days"),
         (["a/2026-03-04.csv"], "no 2026-03-04.toml beside it"),
         (["description.toml", "a/2026-03-04.csv", "a/b/20260304.csv"], "of one date"),
-        (["description.toml", "2026-03-04.csv"], "no folder in it has recordings"),
+        (["a/description.toml"], "a: no recordings"),
+    ],
+)
+def test_what_cannot_be_told_apart_is_an_error_of_that_rig_alone(tmp_path, names, says):
+    written(tmp_path, *names, "b/description.toml", "b/2026-03-04.csv")
+    first, second = find_rigs(tmp_path)
+    assert re.search(says, first.error)
+    assert not first.dates
+    assert not second.error
+
+
+@pytest.mark.parametrize(
+    ("names", "says"),
+    [
+        (["description.toml"], "no folder in it has recordings"),
+        (["description.toml", "a/description.toml"], "no folder in it has recordings"),
+        (["a/2026-03-04.csv", "2026-03-05.csv"], "2026-03-05.csv lies directly in the fleet's"),
     ],
 )
 def test_what_is_no_fleet_is_refused_with_the_way_out(tmp_path, names, says):
     written(tmp_path, *names)
     with pytest.raises(RecordingError, match=says):
         find_rigs(tmp_path)
+
+
+def test_linked_days_are_recordings_and_a_link_upwards_is_no_end(tmp_path):
+    written(tmp_path, "fleet/description.toml", "fleet/a/2026-03-04.csv", "store/day/press.csv")
+    (tmp_path / "fleet" / "a" / "2026-03-05").symlink_to(tmp_path / "store" / "day")
+    (tmp_path / "fleet" / "a" / "up").symlink_to(tmp_path / "fleet" / "a")
+    (tmp_path / "fleet" / "a" / "2026-03-06.csv").symlink_to(tmp_path / "gone.csv")
+    (rig,) = find_rigs(tmp_path / "fleet")
+    assert [date.day for date in rig.dates] == [4, 5, 6]  # what is gone fails when it is read
+    assert not rig.error
+
+
+def test_a_rig_whose_folder_results_would_go_to_is_refused(tmp_path):
+    written(tmp_path, "description.toml", "a/2026-03-04.csv", "rigs/2026-03-04.csv")
+    with pytest.raises(RecordingError, match=r"rigs has recordings.*--out"):
+        find_rigs(tmp_path, tmp_path / "rigs")
+    with pytest.raises(RecordingError, match=r"a has recordings.*--out"):
+        find_rigs(tmp_path, tmp_path / "a" / "out" / "rigs")
 
 
 def test_a_folder_that_is_not_there_is_refused(tmp_path):
@@ -79,8 +114,16 @@ def test_a_rig_has_one_model(tmp_path):
         rig.read()
 
 
+def test_a_model_s_file_is_one_by_whatever_way_it_is_named(tmp_path):
+    written(tmp_path, "description.toml", "a/2026-03-04.csv", "a/2026-03-05.csv")
+    (tmp_path / "m.xml").touch()
+    (tmp_path / "description.toml").write_text(TOML.replace("bench", "m.xml"))
+    (tmp_path / "a" / "2026-03-05.toml").write_text(TOML.replace("bench", "../m.xml"))
+    (rig,) = find_rigs(tmp_path)
+    assert len(rig.read()) == 2
+
+
 def test_results_in_the_fleet_s_folder_are_no_rig(tmp_path):
     written(tmp_path, "description.toml", "a/2026-03-04.csv", "out/fleet/fleet.csv")
     assert [rig.name for rig in find_rigs(tmp_path, tmp_path / "out" / "fleet")] == ["a"]
-    with pytest.raises(RecordingError, match="no date"):
-        find_rigs(tmp_path)
+    assert "no date" in find_rigs(tmp_path)[1].error

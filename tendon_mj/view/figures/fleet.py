@@ -29,6 +29,8 @@ _LABELS = 12  # names of rigs along an axis
 _MOST = 12  # panels; the table has all
 _MARKS = {
     "as its fellows": (GREY, "o", 14),
+    "unchanged": (GREY, "o", 14),
+    "not judged": (PALE, "o", 14),
     "differs": (ORANGE, "D", 34),
     "changed": (VERMILLION, "s", 30),
 }
@@ -48,7 +50,7 @@ def changes_figure(found: FleetFound) -> Figure | None:
             axes.set_visible(False)
         for axes, rig in zip(grid.flat, changed, strict=False):
             _day_by_day(axes, rig)
-        legend_below(figure, grid[0, 0], columns=3)
+        legend_below(figure, grid[0, 0], columns=columns)  # as wide as the panels
     return figure
 
 
@@ -90,22 +92,30 @@ def _day_by_day(axes: Axes, rig: RigFound) -> None:
         dates, values, np.minimum(errors, np.ptp(values) or 1.0), fmt="o", color=BLUE, markersize=4,
         elinewidth=1.0, label="fitted to each recording",
     )  # fmt: skip
-    same = change.last_same
-    until = [rig.dates[0], same, change.since, rig.dates[-1]]
-    if change.course == "step":
-        course = [change.before, change.before, change.after, change.after]
-    else:
-        share = (change.since - same) / (rig.dates[-1] - same)
-        now = change.before + share * (change.after - change.before)
-        course = [change.before, change.before, now, change.after]
+    told, course = _course(rig)
     axes.plot(
-        _numbers(until), np.array(course) * chosen.factor, "--", color=VERMILLION, label="change"
+        _numbers(told), np.array(course) * chosen.factor, "--", color=VERMILLION, label="change"
     )
-    locator: Any = mdates.AutoDateLocator(minticks=2, maxticks=4)  # type: ignore[no-untyped-call]
+    locator: Any = mdates.AutoDateLocator(minticks=3, maxticks=6)  # type: ignore[no-untyped-call]
     axes.xaxis.set_major_locator(locator)
     axes.xaxis.set_major_formatter(mdates.ConciseDateFormatter(locator))  # type: ignore[no-untyped-call]
     axes.set_title(f"{rig.name}\n{series.parameter}", fontsize=8.5)
     axes.set_ylabel(f"{series.parameter.rpartition('.')[2]} [{chosen.symbol or '-'}]")
+
+
+def _course(rig: RigFound) -> tuple[list[datetime], list[float]]:
+    """The line of a course: a step is drawn upright, on the first day with it."""
+    change, dates = rig.change, rig.dates
+    if change is None or change.course == "varying":
+        return [], []
+    before, after, first, last = change.before, change.after, dates[0], dates[-1]
+    if change.between is not None and change.until is not None:
+        back = dates[dates.index(change.until) + 1]
+        days = [first, change.since, change.since, back, back, last]
+        return days, [before, before, change.between, change.between, after, after]
+    if change.course == "step":
+        return [first, change.since, change.since, last], [before, before, after, after]
+    return [first, change.last_same, last], [before, before, after]
 
 
 def _all_rigs(axes: Axes, found: FleetFound, rigs: Sequence[RigFound], name: str) -> None:

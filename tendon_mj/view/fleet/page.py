@@ -30,14 +30,13 @@ def fleet_page(
         provenance: command, versions and date.
         folder: of the fleet, to name it.
     """
-    telling = [*found.of("changed"), *found.of("differs"), *found.of("failed")]
     return (
         templates(Path(__file__).parent)
         .get_template("fleet.html")
         .render(
             found=found,
             folder=folder,
-            telling=[(rig.verdict, rig.sentence(found.units)) for rig in telling],
+            telling=[rig.sentence(found.units) for rig in found.told],
             spreads=[
                 (
                     name,
@@ -73,6 +72,6 @@ def _cells(found: FleetFound, rig: RigFound) -> Sequence[str]:
         plain(rig.values[name] * _unit_of(found, name)[1]) if name in rig.values else "–"
         for name in found.units
     ]
-    days = f"{rig.dates[0]:%Y-%m-%d} … {rig.dates[-1]:%Y-%m-%d}"
+    days = f"{rig.dates[0]:%Y-%m-%d} … {rig.dates[-1]:%Y-%m-%d}" if rig.dates else "–"
     misfit, left = (plain(v, 2) if v == v else "–" for v in (rig.misfit, rig.left))
     return [rig.name, rig.verdict, str(len(rig.dates)), days, *numbers, misfit, left]
