@@ -176,7 +176,7 @@ def _fit(parts: tuple[Template, ...], values: FloatArray, deviations: FloatArray
     columns = [np.ones_like(values), *(template.weights for template in parts)]
     matrix = np.column_stack(columns) / deviations[:, None]
     scaled = values / deviations
-    solution: FloatArray = np.linalg.lstsq(matrix, scaled, rcond=None)[0]
+    solution = np.asarray(np.linalg.lstsq(matrix, scaled, rcond=None)[0], float)
     errors: FloatArray = np.sqrt(np.diag(np.linalg.pinv(matrix.T @ matrix, hermitian=True)))
     left = float(((scaled - matrix @ solution) ** 2).sum())
     size = float(np.abs(solution[1:]).max()) / deviations

@@ -73,3 +73,14 @@ def test_what_is_set_anew_each_day_is_no_change(tmp_path):
     assert changed.name == CHANGED
     assert changed.series.parameter == "sheath.friction"
     assert changed.change.after == pytest.approx(AFTER, abs=0.015)
+
+
+def test_a_fleet_of_which_no_rig_can_be_fitted_is_a_failure_with_page_and_table(tmp_path, capsys):
+    (tmp_path / "hands" / "hand_1").mkdir(parents=True)
+    (tmp_path / "hands" / "hand_1" / "notes.csv").write_text("a,b\n1,2\n", encoding="utf-8")
+    (tmp_path / "hands" / "hand_2").mkdir()
+    out = tmp_path / "out"
+    assert main(["fleet", str(tmp_path / "hands"), "--out", str(out), "--processes", "1"]) == 2
+    assert "no rig could be fitted; hand_1: " in capsys.readouterr().err
+    assert list(pandas.read_csv(out / "fleet.csv")["verdict"]) == ["failed", "failed"]
+    assert "hand_2" in (out / "fleet.html").read_text(encoding="utf-8")
