@@ -52,12 +52,10 @@ def _solve(state: State, segments: Segments, guides: Guides, elapsed: float) -> 
 
 
 @compiled
-def _keep_finite(segments: Segments) -> bool:
-    """Whether all tensions are finite; where one is not, all are those of the committed step."""
+def _are_finite(segments: Segments) -> bool:
+    """Whether every stretch has a tension; one that was emptied has none, and reads inf."""
     for j in range(len(segments)):
         if not math.isfinite(segments[j].tension):
-            for k in range(len(segments)):
-                segments[k].tension = segments[k].previous_tension
             return False
     return True
 
@@ -111,7 +109,7 @@ def _evaluate_driven(
     for j in range(len(segments)):  # start from the committed step, not an earlier evaluation
         segments[j].tension = segments[j].previous_tension
     solved = _solve(state, segments, guides, elapsed)
-    finite = _keep_finite(segments)
+    finite = _are_finite(segments)
     if not (solved and finite):
         state.unsolved += 1.0
     if strained:
@@ -163,7 +161,7 @@ def _evaluate_wound(
         segments[j].tension = segments[j].previous_tension
     possible = math.isfinite(drive + wound_out)
     solved = possible and _solve(state, segments, guides, elapsed)
-    finite = _keep_finite(segments)
+    finite = _are_finite(segments)
     if strained:
         store_new_strain(state, segments, guides, elapsed)
     segments[0].length = input_length
