@@ -54,10 +54,10 @@ def _solve(state: State, segments: Segments, guides: Guides, elapsed: float) -> 
 @compiled
 def _are_finite(segments: Segments) -> bool:
     """Whether every stretch has a tension; one that was emptied has none, and reads inf."""
+    finite = True
     for j in range(len(segments)):
-        if not math.isfinite(segments[j].tension):
-            return False
-    return True
+        finite = finite and math.isfinite(segments[j].tension)
+    return finite
 
 
 @compiled
