@@ -6,7 +6,6 @@ import os
 import pickle
 import shutil
 import signal
-import tempfile
 import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
@@ -14,6 +13,7 @@ from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
+from tempfile import NamedTemporaryFile, TemporaryDirectory
 from typing import Any
 
 from tendon_mj.tasks.identity import THREADS
@@ -86,13 +86,14 @@ def process_pool(
     names = (THREADS, "OPENBLAS_NUM_THREADS")
     before = {name: os.environ.get(name) for name in names}
     os.environ |= dict.fromkeys(names, "1")  # processes read it before NumPy
-    folder = Path(tempfile.mkdtemp(prefix="tendon_mj_"))
-    pool = ProcessPool(count, job, folder)
     try:
-        yield pool
+        with TemporaryDirectory(prefix="tendon_mj_") as folder:
+            pool = ProcessPool(count, job, Path(folder))
+            try:
+                yield pool
+            finally:
+                pool.end()
     finally:
-        pool.end()
-        shutil.rmtree(folder)
         for name, value in before.items():
             if value is None:
                 del os.environ[name]
@@ -122,7 +123,6 @@ def _run(key: str, argument: Any) -> bytes | Path:
     content = pickle.dumps(job.run(key, argument))
     if len(content) <= _WHOLE:
         return content
-    descriptor, name = tempfile.mkstemp(dir=folder)
-    with os.fdopen(descriptor, "wb") as file:
+    with NamedTemporaryFile(dir=folder, delete=False) as file:
         file.write(content)
-    return Path(name)
+    return Path(file.name)

@@ -36,7 +36,7 @@ print(serve(pulled(), port=int(sys.argv[1]), announce=lambda said: print(said, f
 FLAGS = (
     "--headless=new --no-sandbox --disable-quic --no-first-run --disable-background-networking "
     "--disable-component-update --disable-sync --enable-unsafe-swiftshader --use-angle=swiftshader "
-    "--window-size=1400,900"
+    "--window-size=800,600 --force-device-scale-factor=0.1"  # drawn without a graphics card
 )
 
 
