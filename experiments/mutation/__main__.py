@@ -46,7 +46,9 @@ def mutate(
         subprocess.run(["git", "clone", "--quiet", ".", clone], check=True)
     config = folder / "cosmic-ray.toml"
     config.write_text(tomli_w.dumps({"cosmic-ray": _configuration(chosen)}))
-    environment = {**os.environ, **chosen.environment, "PYTHONPATH": str(clone)}
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    own = {"PYTHONPATH": str(clone), "PATH": path}
+    environment = {**os.environ, **chosen.environment, **own}
 
     def cosmic_ray(command: str, *arguments: str | Path) -> None:
         words = [sys.executable, "-m", "cosmic_ray.cli", command, *arguments]
@@ -70,7 +72,7 @@ def _configuration(target: Target) -> dict[str, object]:
         "module-path": [str(module) for module in target.modules],
         "timeout": target.timeout,
         "excluded-modules": [],
-        "test-command": f"{shlex.quote(sys.executable)} {target.tests}",
+        "test-command": f"sh -c {shlex.quote(target.tests)}",
         "distributor": {"name": "local"},
     }
 
