@@ -51,7 +51,8 @@ TARGETS: Final = {
             "tension_with_drag",
         ),
         # left out: the bench, which is compiled, and random bits, of which Python warns
-        tests=f"{_PYTEST} -W ignore::RuntimeWarning tests/sheath --ignore tests/sheath/test_bench_effects.py"
+        tests=f"{_PYTEST} -W ignore::RuntimeWarning tests/sheath"
+        " --ignore tests/sheath/test_bench_effects.py"
         " --deselect tests/sheath/test_limits.py::test_it_ends_whatever_it_is_given",
         timeout=300.0,
         interpreted=True,
