@@ -48,19 +48,19 @@ def test_the_help_ends_with_an_example_that_the_command_takes(command, capsys, m
     assert options <= set(re.findall(r"--[a-z-]+", "\n".join(lines[:-2])))
 
 
+def command(one: int = 0) -> None:
+    """Do it.
+
+    Args:
+        one: begins here
+            and goes on.
+
+    Example:
+        tendon-mj command
+    """
+
+
 def test_help_joins_the_lines_of_an_argument_and_leaves_the_example_out():
-    def command(one: int = 0) -> None:
-        """Do it.
-
-        Args:
-            one: begins here
-                and goes on.
-
-        Example:
-            tendon-mj command
-        """
-
-    command.__doc__ = command.__doc__.replace("\n    ", "\n")  # as a module's function has it
     assert example(command) == "tendon-mj command"
     same = documented(command)
     assert "begins here and goes on." in same.__doc__

@@ -74,7 +74,7 @@ def test_numbers_depend_on_neither_processes_nor_batches_and_a_run_goes_on(
     run_sweep(sweep, tmp_path, on=Workers(processes=1), progress=lambda *a: said.append(a[1:]))
     assert {path: path.stat().st_mtime_ns for path in kept} == before
     assert (found.table.read()["mcp.damping"] == whole["mcp.damping"]).all()
-    assert said == [(15, 16), (16, 16)]
+    assert list(dict.fromkeys(said)) == [(15, 16), (16, 16)]  # while it waits it says so again
     other = finger_sweep(finger, "*.friction=0.05:0.3", "mcp.damping=0:0.01:2", draws=8, seed=3)
     with pytest.raises(InvalidValueError, match="seed is 0 there and 3 here; give another --out"):
         run_sweep(other, tmp_path)
