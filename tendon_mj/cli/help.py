@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 from collections.abc import Callable
 from types import FunctionType
@@ -9,12 +10,12 @@ from typing import cast
 
 Command = Callable[..., object]
 _EXAMPLE = re.compile(r"\n+ *Example:\n((?: +.*\n?)+?)(?=\n|\Z)")
-_CONTINUED = re.compile(r"\n {12,}")  # a line that goes on the description of an argument
+_CONTINUED = re.compile(r"\n {8,}")  # a line that goes on the description of an argument
 
 
 def example(command: Command) -> str:
     """The line below `Example:` in a command's docstring; empty where it has none."""
-    found = _EXAMPLE.search(command.__doc__ or "")
+    found = _EXAMPLE.search(inspect.getdoc(command) or "")
     return found[1].strip() if found else ""
 
 
@@ -27,5 +28,5 @@ def documented(command: Command) -> Command:
     given = cast(FunctionType, command)
     same = FunctionType(given.__code__, given.__globals__, given.__name__, given.__defaults__)
     same.__annotations__, same.__kwdefaults__ = given.__annotations__, given.__kwdefaults__
-    same.__doc__ = _CONTINUED.sub(" ", _EXAMPLE.sub("", given.__doc__ or ""))
+    same.__doc__ = _CONTINUED.sub(" ", _EXAMPLE.sub("", inspect.getdoc(given) or ""))
     return same
