@@ -23,7 +23,8 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     if path.exists() and not path.is_file():
         kind = "folder" if path.is_dir() else "device or pipe"
         raise OSError(f"{path} is a {kind}, which no file replaces; give another path")
-    beside = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    # a name may have 255 bytes; the first letters are for who sees what a killed process left
+    beside = path.with_name(f".{path.stem[:20]}.{os.getpid()}{path.suffix}")
     try:
         yield beside
         beside.replace(path)

@@ -86,9 +86,11 @@ class Parameters(MutableMapping[str, float]):
     def __setitem__(self, name: str, value: float) -> None:
         address = self._find(name)
         try:
-            number = float(value)
-        except (TypeError, ValueError):
-            raise InvalidValueError(f"{name}: {value!r} is no number") from None
+            number = float(value) if np.ndim(value) == 0 else None
+        except (TypeError, ValueError, OverflowError):
+            number = None
+        if number is None:
+            raise InvalidValueError(f"{name}: {value!r} is no number")
         check_live(name, number)
         if not self._state.flags.writeable:
             raise InvalidValueError(f"{name}: the array of the plugin state is read-only")

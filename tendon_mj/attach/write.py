@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -13,6 +12,7 @@ from tendon_mj.attach.mjcf import Element, Mjcf, numbers
 from tendon_mj.attach.spring import spring_note
 from tendon_mj.engine import NAME
 from tendon_mj.errors import InvalidValueError, TendonError
+from tendon_mj.whole_file import whole_file
 
 _AGREE = 1e-12  # relative; degrees and radians are not the same to the last bit
 # what follows from the order of names and instances, or from where the file lies
@@ -51,13 +51,9 @@ def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
     _write_instances(text, before, spec)
     _write_sensors(text, before, spec)
     text.move_to(path.parent, before)
-    beside = path.with_name(f".{path.stem}.{os.getpid()}.xml")
-    try:
+    with whole_file(path) as beside:
         text.write(beside)
         _check(beside, path, spec)
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)
     return path
 
 

@@ -50,7 +50,7 @@ def fleet(
         tendon-mj fleet hands --out out/hands
     """
     on = Workers(processes=processes, workers=workers, scheduler=scheduler)
-    output = Output(out)
+    output = Output(out, tables=(TABLE,))
     with progress_bar() as progress:
         found = run_fleet(folder, out / "rigs", on=on, again=again, progress=progress)
     figures = {CHANGES: changes_figure(found), SPREAD: spread_figure(found)}

@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
+from io import TextIOWrapper
 
 import tyro
 
@@ -52,9 +53,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if given == ["--version"]:
         print(f"tendon-mj {version('tendon-mj')}")
         return 0
-    empty = _empty_argument(given)
-    if empty:
-        print(f"tendon-mj: {empty}", file=sys.stderr)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # a terminal that has no µ or °
+    refused = _empty_argument(given) or _unwritable_argument(given)
+    if refused:
+        print(f"tendon-mj: {refused}", file=sys.stderr)
         return 2
     try:
         tyro.extras.subcommand_cli_from_dict(
@@ -79,6 +83,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return _interrupted()
     return 0
+
+
+def _unwritable_argument(given: Sequence[str]) -> str:
+    """Message that an argument's bytes are no text, as those of a file's name may be; or nothing.
+
+    Such a name can be written into no result and no picture.
+    """
+    for argument in given:
+        try:
+            argument.encode()
+        except UnicodeEncodeError:
+            return f"argument {argument!a}: its bytes are not UTF-8; rename the file"
+    return ""
 
 
 def _empty_argument(given: Sequence[str]) -> str:

@@ -41,12 +41,13 @@ class Output:
 
     Args:
         folder: made if it is not there.
+        tables: names of tables that are results too; others may be what this run reads.
 
     Raises:
         InvalidValueError: it is no folder, a link to none, or another run is writing to it.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, tables: Sequence[str] = ()) -> None:
         self.folder = folder
         self.written: list[Path] = []
         self.started = time.perf_counter()
@@ -65,7 +66,7 @@ class Output:
             raise InvalidValueError(
                 f"--out {folder}: another run is writing there; wait for it, or give another folder"
             ) from None
-        _remove_stale(folder)
+        _remove_stale(folder, tables)
 
     def add(self, path: Path) -> Path:
         """List a file that something else wrote into the folder."""
@@ -101,8 +102,8 @@ class Output:
             console.print(sentence, soft_wrap=True)
 
 
-def _remove_stale(folder: Path) -> None:
-    """Remove the result of an earlier run, and the pages and pictures that it lists.
+def _remove_stale(folder: Path, tables: Sequence[str]) -> None:
+    """Remove the result of an earlier run, and the pages, pictures and ``tables`` that it lists.
 
     Recordings and models stay until they are replaced: they may be what this run reads.
     """
@@ -112,7 +113,8 @@ def _remove_stale(folder: Path) -> None:
         listed = json.loads(result.read_text(encoding="utf-8"))["files"]
     names = [n for n in listed if isinstance(n, str)] if isinstance(listed, list) else []
     for name in names:
-        if Path(name).name == name and Path(name).suffix in _SHOWN:  # in the folder itself
+        shown = Path(name).name == name and Path(name).suffix in _SHOWN  # in the folder itself
+        if shown or name in tables:
             (folder / name).unlink(missing_ok=True)
     result.unlink(missing_ok=True)
 

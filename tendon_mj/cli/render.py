@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated
 
@@ -96,10 +97,10 @@ def render(
 
 
 def _size(text: str) -> tuple[int, int]:
-    width, _, height = text.lower().partition("x")
-    if not (width.strip().isdecimal() and height.strip().isdecimal()):
-        raise InvalidValueError(f"--size {text}: give width x height in pixels, like 1280x720")
-    return int(width), int(height)
+    found = re.fullmatch(r"\s*(\d{1,6})\s*x\s*(\d{1,6})\s*", text, re.IGNORECASE)
+    if not found:
+        raise InvalidValueError(f"--size {text[:40]}: give width x height in pixels, like 1280x720")
+    return int(found[1]), int(found[2])
 
 
 def _finger_frames(

@@ -94,7 +94,7 @@ def sweep(
     )
     if not again:
         check_folder(asked, out)
-    output = Output(out)
+    output = Output(out, tables=(CSV,))
     console.print(
         f"{_counted(asked.design.rollouts)} of {asked.rollouts.steps} steps on {on}", soft_wrap=True
     )

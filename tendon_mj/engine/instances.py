@@ -126,7 +126,8 @@ def sheath_arrays(
     counts: NDArray[np.float64] = scalars["guides"]
     n = int(counts.flat[0]) if counts.size and np.isfinite(counts).all() else -1
     state_size = int(model.plugin_statenum[np.flatnonzero(model.plugin_stateadr == start)].max())
-    if n < 0 or (counts != n).any() or size(n) > state_size:
+    bound = (scalars["seal"] != 0.0).all()  # as reset or compiled, by this process or another
+    if not bound or n < 0 or (counts != n).any() or size(n) > state_size:
         raise InvalidValueError(
             f"sheath {sheath!r}: these are no plugin states of this model, or none at all"
         )

@@ -124,10 +124,19 @@ def _holds(folder: Path, other: Path | None) -> bool:
 
 
 def _rig(folder: Path, fleet: Path) -> Rig:
+    name = _as_text(folder.name)
     try:
-        return Rig(folder.name, *_recordings(folder, fleet))
+        for path in (folder, *_tables(folder)):
+            if _as_text(str(path)) != str(path):
+                raise RecordingError(f"{path}: the bytes of its name are not UTF-8; rename it")
+        return Rig(name, *_recordings(folder, fleet))
     except RecordingError as error:
-        return Rig(folder.name, {}, {}, str(error))
+        return Rig(name, {}, {}, _as_text(str(error)))
+
+
+def _as_text(name: str) -> str:
+    r"""A name that any file can hold: bytes in it that are not UTF-8 are written as \udcff."""
+    return name.encode(errors="backslashreplace").decode()
 
 
 def _recordings(folder: Path, fleet: Path) -> tuple[dict[datetime, Path], dict[Path, Path]]:

@@ -109,7 +109,7 @@ class Description:
         an actuator driven twice, parameters misnamed, infinite, or in two of the tables.
         """
         for key, text in (("model", self.model), ("source", self.source)):
-            _check_text(text, f"{where}, {key}")
+            check_text(text, f"{where}, {key}")
         if not 0.0 <= self.settle < math.inf:
             raise RecordingError(f"{where}, settle: {self.settle!r} [s] must be ≥ 0 and finite")
         series = [name for name in columns if name not in TIMES]
@@ -123,7 +123,7 @@ class Description:
         driven: dict[str, str] = {}
         for column, actuator in self.drive.items():
             here = f"{where}, [drive] {column!r}"
-            _check_text(actuator, here)
+            check_text(actuator, here)
             if actuator in driven:
                 raise RecordingError(f"{here}: {driven[actuator]!r} already drives {actuator!r}")
             driven[actuator] = column
@@ -134,7 +134,7 @@ class Description:
                 )
         for column, measured in self.measured.items():
             here = f"{where}, [measured] {column!r}"
-            _check_text(measured.sensor, here)
+            check_text(measured.sensor, here)
             if column in self.drive:
                 raise RecordingError(f"{here}: is in [drive] too; a column is one or the other")
         for name, value in self.known.items():
@@ -153,7 +153,12 @@ class Description:
                         )
 
 
-def _check_text(text: str, here: str) -> None:
+def check_text(text: str, here: str) -> None:
+    """Refuse a text that is empty, or that no file can hold.
+
+    Raises:
+        RecordingError: it begins with ``here``.
+    """
     if not text.strip():
         raise RecordingError(f"{here}: must not be empty, got {text!r}")
     try:
@@ -163,7 +168,7 @@ def _check_text(text: str, here: str) -> None:
 
 
 def _check_parameter(name: str, here: str) -> None:
-    _check_text(name, here)
+    check_text(name, here)
     parts = name.split(".")
     if len(parts) < 2 or not all(part.strip() for part in parts):
         raise RecordingError(

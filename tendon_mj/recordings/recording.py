@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from tendon_mj.errors import RecordingError, unknown
 from tendon_mj.recordings.csv_table import write_csv
-from tendon_mj.recordings.description import Description
+from tendon_mj.recordings.description import Description, check_text
 from tendon_mj.recordings.description import Measured as Measured
 from tendon_mj.recordings.description import Session as Session
 from tendon_mj.recordings.description import Uncertain as Uncertain
@@ -120,6 +120,7 @@ def read_recording(
     beside the description first.
     """
     file, toml = table_beside(Path(path))
+    check_text(file.stem, f"{str(file)!a}, its name")
     if description is not None:
         toml = Path(description)
     hint = (

@@ -45,7 +45,12 @@ def table_beside(path: Path, formats: Sequence[str] = FORMATS) -> tuple[Path, Pa
     """Table and TOML of a path to either or to their stem, which may itself have dots in it.
 
     Where several tables could be meant, the first format of which there is a file, else the first.
+
+    Raises:
+        RecordingError: it names a folder alone, as `.` and `/` do.
     """
+    if path.name in ("", ".."):
+        raise RecordingError(f"{path} is a folder; give the path of a recording's table")
     if path.suffix.lower() in formats:
         return path, path.with_suffix(".toml")
     stem = path.name.removesuffix(".toml")

@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 POSE = mujoco.mjtState.mjSTATE_PHYSICS
 _FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 FPS = 30.0  # [1/s]
+_LEAST_FPS = 0.01  # of a clip [1/s]
 _MOST_MEMORY = 2.0  # that frames may take [GB]
 _FRICTION = (
     "friction",
@@ -220,6 +221,8 @@ def check_frames(model: mujoco.MjModel, duration: float, fps: float) -> None:
     """
     _check_positive("duration", duration, "s")
     _check_positive("fps", fps, "1/s")
+    if fps < _LEAST_FPS:
+        raise InvalidValueError(f"fps = {fps:g} [1/s] must be at least {_LEAST_FPS:g}")
     numbers = mujoco.mj_stateSize(model, POSE) + model.nu + model.nsensordata
     numbers += 4 * model.nwrap  # points of the tendons and tensions between them
     memory = 8e-9 * numbers * duration * fps

@@ -47,8 +47,13 @@ def lowest(guides: Guides, i: int, right: float) -> float:
 def _missing(
     segments: Segments, guides: Guides, j: int, tau: float, first: int
 ) -> tuple[float, float]:
-    """G_j(τ) [m] and its slope: what segments ``first`` to j lack when j is at τ."""
+    """G_j(τ) [m] and its slope: what segments ``first`` to j lack when j is at τ.
+
+    Where the input is given, segments at the most or least that it allows them take from it what
+    they lack: nothing is asked of j then, though rounding puts τ's bound beyond their tension.
+    """
     total, slope, gain = 0.0, 0.0, 1.0
+    touching = ROUNDING * j if first > 0 else 0.0
     for k in range(j, -1, -1):
         holds, falls, _ = held(segments, k, tau)
         total += holds - segments[k].stored
@@ -56,9 +61,9 @@ def _missing(
         if k == first:
             break
         low, high = lowest(guides, k - 1, tau), highest(guides, k - 1, tau)
-        if segments[k - 1].prefix_tension > high:
+        if segments[k - 1].prefix_tension > high * (1.0 + touching):
             tau, gain = high, gain * guides[k - 1].input_ratio
-        elif segments[k - 1].prefix_tension < low:
+        elif segments[k - 1].prefix_tension < low * (1.0 - touching):
             tau, gain = low, gain / guides[k - 1].output_ratio
         else:
             break

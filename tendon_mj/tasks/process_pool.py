@@ -43,7 +43,8 @@ class ProcessPool:
     def submit(self, key: str, argument: Any) -> Future[Any]:
         """Begin a task, or let it wait for a process."""
         try:
-            return self._pool.submit(_run, key, argument)
+            with _ignoring_interrupts():
+                return self._pool.submit(_run, key, argument)
         except BrokenExecutor as error:
             failed = Future[Any]()
             failed.set_exception(error)
@@ -101,11 +102,27 @@ def process_pool(
                 os.environ[name] = value
 
 
+@contextmanager
+def _ignoring_interrupts() -> Iterator[None]:
+    """What is begun within ignores Ctrl-C from its first moment: it is for this process.
+
+    A process imports for seconds before its own code could say so. Only the main thread can.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 _JOBS: list[tuple[Job, Path]] = []  # that of this worker process, and the folder of its results
 
 
 def _begin_worker(job: Job, end: Connection, folder: Path) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that made this one
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # where a thread began this process
     threading.Thread(target=_wait_for_end, args=(end, folder), daemon=True).start()
     _JOBS[:] = [(job, folder)]
 

@@ -116,6 +116,8 @@ def test_other_sheaths_and_other_states_are_refused_by_name(model, states):
         view_sheath(model, states[..., :-1], "flexor")
     with pytest.raises(InvalidValueError, match="no plugin states of this model"):
         _ = view_sheath(model, np.full((2, model.npluginstate), np.nan), "flexor").tension
+    with pytest.raises(InvalidValueError, match="or none at all"):
+        _ = view_sheath(model, np.zeros(model.npluginstate), "flexor").tension
     one_sheath = add_friction(finger(), "flexor", friction=0.2).compile()
     with pytest.raises(InvalidValueError, match="data of another model"):
         view_sheath(one_sheath, mujoco.MjData(model), "flexor")

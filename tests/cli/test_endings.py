@@ -1,5 +1,6 @@
 """How commands end: a sentence with units, an example after the help, one line after Ctrl-C."""
 
+import contextlib
 import os
 import re
 import signal
@@ -119,8 +120,12 @@ def test_progress_says_how_much_time_is_left():
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT between processes")
 @pytest.mark.parametrize(
     "arguments",
-    [["compare"], ["diagnose", str(example_recording()), "--no-sysid"]],
-    ids=["compare", "diagnose"],
+    [
+        ["compare"],
+        ["diagnose", str(example_recording()), "--no-sysid"],
+        ["sweep", "finger", "--parameter", "*.friction=0.1:0.2:9", "--processes", "2"],
+    ],
+    ids=["compare", "diagnose", "sweep"],
 )
 def test_ctrl_c_ends_in_one_line(arguments, tmp_path):
     out = Path(tmp_path) / "out"
@@ -129,12 +134,14 @@ def test_ctrl_c_ends_in_one_line(arguments, tmp_path):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        start_new_session=True,
     )
     while not out.exists() and process.poll() is None:  # it has begun when its folder is there
         time.sleep(0.05)
     time.sleep(1.0)
     for _ in range(3):  # of which the first one counts
-        process.send_signal(signal.SIGINT)
+        with contextlib.suppress(ProcessLookupError):  # it has ended
+            os.killpg(process.pid, signal.SIGINT)  # as a terminal does, to worker processes too
         time.sleep(0.01)
     _, error = process.communicate()
     assert process.returncode == 130, error
@@ -214,3 +221,46 @@ def test_an_error_on_the_way_out_after_ctrl_c_is_no_refusal(monkeypatch, capsys)
     monkeypatch.setitem(COMMANDS, "render", interrupted)
     assert main(["render"]) == 130
     assert capsys.readouterr().err.startswith("tendon-mj: interrupted")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="its files' names are text")
+@pytest.mark.parametrize("command", ["replay", "check", "diagnose", "fleet", "sweep"])
+def test_a_name_that_is_no_text_is_refused_before_anything_is_computed(command, capsys):
+    assert main([command, "s\udcff.csv"]) == 2
+    assert capsys.readouterr().err == (
+        "tendon-mj: argument 's\\udcff.csv': its bytes are not UTF-8; rename the file\n"
+    )
+
+
+@pytest.mark.parametrize("command", ["replay", "check", "diagnose"])
+@pytest.mark.parametrize("path", [".", "/", ".."])
+def test_a_folder_is_no_recording(command, path, capsys, tmp_path):
+    assert main([command, path, "--out", str(tmp_path)]) == 2
+    assert "is a folder; give the path of a recording's table" in capsys.readouterr().err
+
+
+def test_a_terminal_without_the_letters_of_units_loses_no_result(tmp_path):
+    arguments = ["replay", str(example_recording()), "--out", str(tmp_path)]
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
+    done = subprocess.run(
+        [sys.executable, "-m", "tendon_mj", *arguments], env=environment, capture_output=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == b""
+    assert (tmp_path / "result.json").exists()
+
+
+@pytest.mark.parametrize("size", ["9" * 5000 + "x64", "64", "64x", "-1x64", "1e3x64"])
+def test_a_size_that_is_none_is_refused(size, capsys, tmp_path):
+    assert main(["render", "finger", "--size", size, "--out", str(tmp_path)]) == 2
+    assert "give width x height in pixels" in capsys.readouterr().err
+
+
+def test_results_that_are_tables_go_with_the_result_that_lists_them(tmp_path):
+    first = Output(tmp_path, tables=("rigs.csv",))
+    for name in ("rigs.csv", "simulated.csv"):
+        first.add(tmp_path / name).write_text("a\n")
+    first.result({})
+    first.close()
+    Output(tmp_path, tables=("rigs.csv",))
+    assert {path.name for path in tmp_path.glob("*.csv")} == {"simulated.csv"}

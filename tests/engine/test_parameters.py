@@ -133,7 +133,7 @@ def test_an_unknown_name_comes_with_the_nearest():
         del parameters[MU]
 
 
-@pytest.mark.parametrize("value", ["0.1 N", None, [0.1, 0.2], 1j, np.array([0.1])])
+@pytest.mark.parametrize("value", ["0.1 N", None, [0.1, 0.2], 1j, np.array([0.1]), 10**400])
 def test_what_is_no_number_is_refused_with_the_parameter(value):
     model = arm()
     parameters = Parameters(model, mujoco.MjData(model))

@@ -127,3 +127,14 @@ def test_results_in_the_fleet_s_folder_are_no_rig(tmp_path):
     written(tmp_path, "description.toml", "a/2026-03-04.csv", "out/fleet/fleet.csv")
     assert [rig.name for rig in find_rigs(tmp_path, tmp_path / "out" / "fleet")] == ["a"]
     assert "no date" in find_rigs(tmp_path)[1].error
+
+
+def test_a_name_that_is_no_text_is_an_error_of_that_rig_alone(tmp_path):
+    written(tmp_path, "description.toml", "rig_1/2026-03-01.csv", "rig_2/2026-03-01_\udcff.csv")
+    written(tmp_path, "rig_\udcff/2026-03-01.csv")
+    good, other, bad = find_rigs(tmp_path)
+    assert good.error == ""
+    assert (other.name, bad.name) == ("rig_2", "rig_\\udcff")
+    for rig in (other, bad):
+        assert "its name are not UTF-8; rename it" in rig.error
+        rig.error.encode()

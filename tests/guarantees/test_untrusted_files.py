@@ -28,7 +28,7 @@ def watch(event, arguments):
         path, mode, flags = arguments
         if isinstance(path, (str, bytes)) and flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT):
             seen.append([event, os.path.abspath(os.fsdecode(path))])
-    elif event in FILES:
+    elif event in FILES and isinstance(arguments[0], (str, bytes)):  # not a file that is open
         seen.append([event, os.path.abspath(os.fsdecode(arguments[0]))])
     elif event in ACTS:
         seen.append([event, repr(arguments)])

@@ -1,12 +1,13 @@
 """Laws of a step's flow where the input tension is given, as it is where MuJoCo pulls."""
 
 import numpy as np
+import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from tendon_mj.sheath.tension_by_sweep import sweep
 from tendon_mj.sheath.tension_solver import solve_flow
-from tests.sheath.tendons import random_tendons
+from tests.sheath.tendons import random_tendons, tendon
 
 EXACT = 1e-9  # relative
 EVERY = settings(max_examples=400, deadline=None, derandomize=True)
@@ -96,3 +97,16 @@ def test_without_friction_every_tension_is_the_given_one(tables, pull):
     segments["tension"][0] = pull
     assert solve_flow(segments, guides, False, True)
     assert (segments["tension"] == pull).all()
+
+
+@pytest.mark.parametrize(("most", "bend"), [(10, 1.5), (120, 0.1)])
+def test_a_pulled_tendon_at_the_most_that_its_guides_allow_is_solved(most, bend):
+    """The tensions of its first stretches are then that bound, to the last bit or beyond it."""
+    rng = np.random.default_rng(1)
+    for _ in range(1500):
+        n = int(rng.integers(2, most))
+        lengths, strains = 10.0 ** rng.uniform(-3, 0, n + 1), rng.uniform(0.005, 0.1, n + 1)
+        bends, mu_s = rng.uniform(0.0, bend, n), rng.choice([0.05, 0.2, 0.5])
+        segments, guides = tendon(lengths, strains, bends, mu_s, 0.05)
+        segments["tension"][0] = rng.uniform(0.002, 0.15)
+        assert solve_flow(segments, guides, False, True)
