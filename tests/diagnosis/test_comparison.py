@@ -22,7 +22,7 @@ A, B = effect("a"), effect("b")
 LONG = effect("b", shape="d")
 
 
-def model(candidate: Candidate, excess: float, moved: float = 0.0) -> FittedCandidate:
+def model(candidate: Candidate | None, excess: float, moved: float = 0.0) -> FittedCandidate:
     """Model with an excess χ², of which ``moved`` is in the other half of the blocks."""
     chi2 = np.full(10, (1.0 + excess) * SAMPLES / 10.0)
     chi2[:5] += moved * SAMPLES / 5.0
@@ -59,6 +59,7 @@ def test_of_ties_the_simplest_goes_first_and_of_equals_the_best() -> None:
     assert simplest(ranked[:2]).candidate == A
     assert simplest([model(LONG, 0.0), *ranked[:2]]).candidate == A
     assert simplest([model(A, 0.0), model(parameter, 0.1)]).candidate == A
+    assert simplest([*ranked, model(None, 0.015)]).candidate is None
 
 
 def test_the_detection_limit_is_the_largest_error_of_the_simulation() -> None:

@@ -13,6 +13,7 @@ from tendon_mj.diagnosis.effects.effect import Candidate, Term
 from tendon_mj.diagnosis.model_selection.cross_validation import cross_validate
 from tendon_mj.diagnosis.model_selection.fit import Fit, fit
 from tendon_mj.diagnosis.model_selection.intervals import beyond_range, intervals
+from tendon_mj.diagnosis.model_selection.thresholds import reducible_excess
 from tendon_mj.diagnosis.result.entries import parameters_beyond_range
 from tests.diagnosis.linear_rig import BLOCKS, Shape, context, effect
 from tests.diagnosis.toy import Toy, recording
@@ -162,3 +163,14 @@ def test_a_parameter_is_beyond_its_range_by_more_than_half_of_its_interval(
 
     assert beyond(0.7 * half) == []
     assert beyond(1.7 * half) == ["w"]
+
+
+def test_an_error_counts_as_no_more_than_its_signal_varies() -> None:
+    data = problem()
+    series = [
+        data.recordings[k].columns[column] / data.noise[k][column] for k, column, _ in data.layout()
+    ]
+    most = np.mean([np.var(one) for one in series])
+    size = sum(count for _, _, count in data.layout())
+    assert reducible_excess(data, np.full(size, 1e6)) == pytest.approx(most)
+    assert reducible_excess(data, np.full(size, 1.1)) == pytest.approx(0.21)
