@@ -123,7 +123,7 @@ def test_progress_says_how_much_time_is_left():
     [
         ["compare"],
         ["diagnose", str(example_recording()), "--no-sysid"],
-        ["sweep", "finger", "--parameter", "*.friction=0.1:0.2:9", "--processes", "2"],
+        ["sweep", "finger", "--parameter", "*.friction=0.1:0.2:9999", "--processes", "2"],
     ],
     ids=["compare", "diagnose", "sweep"],
 )
