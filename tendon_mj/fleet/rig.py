@@ -126,9 +126,6 @@ def _holds(folder: Path, other: Path | None) -> bool:
 def _rig(folder: Path, fleet: Path) -> Rig:
     name = _as_text(folder.name)
     try:
-        for path in (folder, *_tables(folder)):
-            if _as_text(str(path)) != str(path):
-                raise RecordingError(f"{path}: the bytes of its name are not UTF-8; rename it")
         return Rig(name, *_recordings(folder, fleet))
     except RecordingError as error:
         return Rig(name, {}, {}, _as_text(str(error)))
@@ -144,6 +141,8 @@ def _recordings(folder: Path, fleet: Path) -> tuple[dict[datetime, Path], dict[P
     dated: dict[datetime, Path] = {}
     described: dict[Path, Path] = {}
     for path in _tables(folder):
+        if _as_text(str(path)) != str(path):
+            raise RecordingError(f"{path}: the bytes of its name are not UTF-8; rename it")
         date = _date_of(path, folder)
         if date in dated:
             raise RecordingError(

@@ -43,7 +43,7 @@ class ProcessPool:
     def submit(self, key: str, argument: Any) -> Future[Any]:
         """Begin a task, or let it wait for a process."""
         try:
-            with _ignoring_interrupts():
+            with _holding_interrupts():
                 return self._pool.submit(_run, key, argument)
         except BrokenExecutor as error:
             failed = Future[Any]()
@@ -103,26 +103,26 @@ def process_pool(
 
 
 @contextmanager
-def _ignoring_interrupts() -> Iterator[None]:
-    """What is begun within ignores Ctrl-C from its first moment: it is for this process.
+def _holding_interrupts() -> Iterator[None]:
+    """Ctrl-C waits until the end for this process; what is begun within never sees it.
 
-    A process imports for seconds before its own code could say so. Only the main thread can.
+    A process imports for seconds before its own code could ignore it.
     """
-    if threading.current_thread() is not threading.main_thread():
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 _JOBS: list[tuple[Job, Path]] = []  # that of this worker process, and the folder of its results
 
 
 def _begin_worker(job: Job, end: Connection, folder: Path) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # where a thread began this process
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that made this one
     threading.Thread(target=_wait_for_end, args=(end, folder), daemon=True).start()
     _JOBS[:] = [(job, folder)]
 
