@@ -95,7 +95,7 @@ def _run(
     """Fill readings from where the data is; false if MuJoCo warned or a reading is not finite."""
     start, warmstart = full_state(model, data)[None], data.qacc_warmstart[None].copy()
     readings[:] = rollout_sensors(model, [data], start, control[None], warmstart)[0]
-    return not any(w.number for w in data.warning) and bool(np.isfinite(readings).all())
+    return not data.warning.number.any() and bool(np.isfinite(readings).all())
 
 
 def _first_failure(

@@ -21,7 +21,7 @@ UNCERTAIN = {
 }
 
 
-def write_fleet(folder: Path, rigs: int = 4, zero: float = 0.0) -> None:
+def write_fleet(folder: Path, rigs: int = 3, zero: float = 0.0) -> None:
     """Write rigs of which one changes its friction, with one description for all.
 
     Args:
@@ -31,9 +31,9 @@ def write_fleet(folder: Path, rigs: int = 4, zero: float = 0.0) -> None:
     """
     rng = np.random.default_rng(3)
     folder.mkdir(parents=True, exist_ok=True)
-    model = build_bench(Bench(guides=4, timestep=1e-3))
+    model = build_bench(Bench(guides=4, timestep=2e-3))
     (folder / "bench.xml").write_text(model.to_xml() if model.compile() else "", encoding="utf-8")
-    time = np.arange(0.0, 1.2, 0.01)
+    time = np.arange(0.0, 0.8, 0.01)
     drive = 1e-3 * np.sin(2.0 * np.pi * 1.5 * time)
     bare = Recording(
         name="any",
