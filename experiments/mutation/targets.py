@@ -58,6 +58,7 @@ TARGETS: Final = {
             "tension_by_slip_pattern",
             "tension_by_sweep",
             "tension_with_drag",
+            "flow_by_newton",
         ),
         # left out: the bench, which is compiled, and random bits, of which Python warns
         tests=f"{_PYTEST} -W ignore::RuntimeWarning "

@@ -15,6 +15,12 @@ from tests.guarantees.random_tendon import cases, diverged, moved, thorough
 
 STEPS = 60
 LENGTH = 0.5  # [m]
+DRAGS = (  # what sliding itself takes
+    {"viscous_friction": 1e-3},
+    {"viscous_friction": 1e3},
+    {"tendon_mass": 1e-3},
+    {"viscous_friction": 1.0, "tendon_mass": 1.0},
+)
 pytestmark = pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
 
 
@@ -25,20 +31,8 @@ def told():
         yield messages
 
 
-@thorough
-@given(
-    loss=some.floats(0.0, 20.0),
-    bend=some.floats(0.05, 100.0),
-    stiffness=some.floats(2.0, 8.0),
-    guides=some.integers(1, 512),
-    pretension=some.sampled_from([0.0, 1e-6, 1.0, 100.0]),
-    strain=some.sampled_from([1e-9, 1e-4, 1e-2]),
-    seed=some.integers(0, 2**32 - 1),
-)
-def test_a_tendon_between_fixed_ends_is_solved(
-    loss, bend, stiffness, guides, pretension, strain, seed
-):
-    """λ to 20, EA from 1e2 to 1e8 N, to 512 guides, slack and tight again."""
+def stay_solved(loss, bend, stiffness, guides, pretension, strain, seed, **drag):
+    """Drive a tendon between fixed ends to and fro: each step is solved, each tension finite."""
     law = {
         "bend": bend,
         "friction": loss / bend,
@@ -46,6 +40,7 @@ def test_a_tendon_between_fixed_ends_is_solved(
         "axial_stiffness": 10.0**stiffness,
         "pretension": pretension,
         "length": LENGTH,
+        **drag,
     }
     model = fixed_sheaths([law])
     data = mujoco.MjData(model)
@@ -57,6 +52,30 @@ def test_a_tendon_between_fixed_ends_is_solved(
         assert scalars.unsolved == 0
         assert np.isfinite(segments["tension"]).all()
         assert (segments["tension"] >= 0.0).all()
+
+
+tendons = {
+    "loss": some.floats(0.0, 20.0),
+    "bend": some.floats(0.05, 100.0),
+    "stiffness": some.floats(2.0, 8.0),
+    "pretension": some.sampled_from([0.0, 1e-6, 1.0, 100.0]),
+    "strain": some.sampled_from([1e-9, 1e-4, 1e-2]),
+    "seed": some.integers(0, 2**32 - 1),
+}
+
+
+@thorough
+@given(guides=some.integers(1, 512), **tendons)
+def test_a_tendon_between_fixed_ends_is_solved(guides, **tendon):
+    """λ to 20, EA from 1e2 to 1e8 N, to 512 guides, slack and tight again."""
+    stay_solved(guides=guides, **tendon)
+
+
+@thorough
+@given(guides=some.integers(1, 64), drag=some.sampled_from(DRAGS), **tendons)
+def test_a_viscous_or_heavy_tendon_between_fixed_ends_is_solved(guides, drag, **tendon):
+    """The same to 64 guides where sliding itself takes tension."""
+    stay_solved(guides=guides, **tendon, **drag)
 
 
 @thorough

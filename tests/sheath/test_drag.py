@@ -1,11 +1,10 @@
 """The flow problem where sliding itself takes tension."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as some
 
 from tendon_mj.sheath.tension_solver import solve_flow
-from tendon_mj.sheath.tension_with_drag import _relax
 from tests.sheath.tendons import random_tendons, tendon
 
 EVERY = settings(max_examples=400, deadline=None, derandomize=True)
@@ -52,16 +51,46 @@ def test_every_tendon_has_a_solution_that_obeys_the_law(tables, drag, momentum, 
     check(segments, guides)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
-@given(random_tendons(most=5), some.sampled_from([1.0, 1e3]), some.integers(0, 99))
-def test_guide_after_guide_comes_to_the_same(tables, drag, seed):
-    segments, guides = dragged(tables, drag, 0.3, seed)
+@settings(max_examples=400, deadline=None, derandomize=True)
+@given(random_tendons(most=60), drags, some.sampled_from([0.0, 0.1, 1.0]), some.integers(0, 99))
+def test_a_tendon_over_many_guides_has_a_solution(tables, drag, momentum, seed):
+    segments, guides = dragged(tables, drag, momentum, seed)
     assert solve_flow(segments, guides, True)
+    check(segments, guides)
+
+
+@settings(max_examples=20, deadline=None, derandomize=True)
+@given(random_tendons(most=512), drags)
+def test_a_tendon_over_very_many_guides_has_a_solution(tables, drag):
+    segments, guides = dragged(tables, drag, 0.1)
+    assert solve_flow(segments, guides, True)
+    check(segments, guides)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(random_tendons(most=20), drags, some.integers(-1, 1), some.integers(0, 99))
+def test_the_solution_does_not_depend_on_the_slip_before(tables, drag, was, seed):
+    segments, guides = dragged(tables, drag, 0.3, seed)
+    guides["static_ratio"] = guides["dynamic_ratio"]
+    guides["static_ratio_back"] = guides["dynamic_ratio_back"]
     other, held = segments.copy(), guides.copy()
-    held["slip"] = 0.0
-    assert _relax(other, held)
+    held["previous_slip"] = was
+    assert solve_flow(segments, guides, True)
+    assert solve_flow(other, held, True)
     scale = max(segments["tension"].max(), 1e-6)
     np.testing.assert_allclose(other["tension"], segments["tension"], rtol=0, atol=1e-9 * scale)
+
+
+@EVERY
+@given(random_tendons(most=30), drags, some.floats(0.05, 0.3), some.integers(0, 99))
+def test_a_segment_that_was_emptied_is_filled_by_its_neighbours(tables, drag, part, seed):
+    segments, guides = dragged(tables, drag, 0.0)
+    rng = np.random.default_rng(seed)
+    empty = rng.random(len(segments)) < part
+    segments["stored"][empty] = -0.1 * segments["length"][empty]
+    assume(segments["stored"].sum() > 0.5 * segments["length"].sum())
+    assert solve_flow(segments, guides, True)
+    check(segments, guides)
 
 
 @EVERY
