@@ -21,6 +21,7 @@ from tendon_mj.sheath.records import ROUNDING, Array, Guides, Segments
 
 _STEPS = 40  # of Newton's method, of which a taut tendon needs about 4
 _HALVINGS = 40  # of a step that goes too far
+TOLERANCE = 8 * ROUNDING  # of a tension, within which a law is met
 
 
 @compiled
@@ -94,7 +95,7 @@ def _newton_step(
             p, q, c = law(guides, i, guides[i].slip)
             drag = guides[i].drag
             missing = p * left - q * right - c - drag * guides[i].flow
-            met &= abs(missing) <= ROUNDING * (p + q) * (1.0 + left + right)
+            met &= abs(missing) <= TOLERANCE * (p + q) * (1.0 + left + right)
             lower, upper = -p * left_slope, -q * right_slope
             pivot = drag - p * left_slope - q * right_slope
             if i > 0:
@@ -173,22 +174,25 @@ def _set_tensions(segments: Segments, guides: Guides, least: float) -> bool:
 
 @compiled
 def solve_pattern(segments: Segments, guides: Guides, least: float) -> bool:
-    """Flows and tensions for the guides' slip as it is, by full steps or else by cut ones."""
+    """Flows and tensions for the guides' slip as it is, from the flows at hand.
+
+    By full steps or, where those go to and fro, from rest: by full steps again, then by cut ones.
+    """
     n = len(guides)
     steps, ratios = np.empty(n), np.empty(n)
-    for k in range(2 * _STEPS + n):
-        if k in (0, _STEPS):
-            for i in range(n):
+    for k in range(3 * _STEPS + n):
+        for i in range(n):
+            if k in (_STEPS, 2 * _STEPS) or guides[i].slip == 0.0:
                 guides[i].flow = 0.0
         moves = _newton_step(segments, guides, steps, ratios, least)
         if moves == 0.0:
             return True
         if not math.isfinite(moves):
             return False
-        part = 1.0 if k < _STEPS else _part_to_go(segments, guides, steps, least)
+        part = 1.0 if k < 2 * _STEPS else _part_to_go(segments, guides, steps, least)
         for i in range(n):
             guides[i].flow += part * steps[i]
         # the error that Newton's method leaves is of the square, where no segment becomes slack
-        if moves <= 1e-9 and part == 1.0 and _set_tensions(segments, guides, least):
+        if moves <= 1e-8 and part == 1.0 and _set_tensions(segments, guides, least):
             return True
     return False

@@ -248,4 +248,6 @@ def sweep(segments: Segments, guides: Guides, given: bool = False) -> bool:
         beyond = _flow_at(segments, guides, j, beyond, _ROUNDED if given else 0.0)
         guides[j].flow = beyond
         guides[j].slip = np.sign(beyond)
+    if given:  # rounding apart, the walk back has left it
+        segments[0].tension = segments[0].prefix_tension
     return _holds(segments, guides, 1 if given else 0)

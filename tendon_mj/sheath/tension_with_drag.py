@@ -25,21 +25,27 @@ from __future__ import annotations
 import numpy as np
 
 from tendon_mj.compilation import apart, compiled
-from tendon_mj.sheath.flow_by_newton import law, solve_pattern, spare, stored_after, tension_at
-from tendon_mj.sheath.records import ROUNDING, Guides, Segments
+from tendon_mj.sheath.flow_by_newton import (
+    TOLERANCE,
+    law,
+    solve_pattern,
+    spare,
+    stored_after,
+    tension_at,
+)
+from tendon_mj.sheath.records import Guides, Segments
 from tendon_mj.sheath.tension_by_slip_pattern import is_frictionless
 
 _PASSES = 16  # pattern corrections, and one a guide
 _LEAST = 1e-2  # part of a segment's length, held by which its tension goes on along the tangent
 _TANGENTS = 11  # down to 1e-12, each a tenth of the one before
-_TOLERANCE = 8 * ROUNDING
 
 
 @compiled
 def _is_beyond(guides: Guides, i: int, slip: float, left: float, right: float) -> bool:
     """Whether the tensions beside guide i, which rests, drive it to ``slip``."""
     p, q, c = law(guides, i, slip)
-    return slip * (p * left - q * right - c) > _TOLERANCE * (p + q)
+    return slip * (p * left - q * right - c) > TOLERANCE * (p + q)
 
 
 @compiled
@@ -69,7 +75,7 @@ def _correct(segments: Segments, guides: Guides, side: float) -> int:
         elif guides[i].flow * slip < 0.0:
             if is_frictionless(guides[i]):
                 guides[i].slip = -slip
-            elif abs(guides[i].flow) < _TOLERANCE * _yield(segments, guides, i):
+            elif abs(guides[i].flow) < TOLERANCE * _yield(segments, guides, i):
                 guides[i].flow = 0.0
             elif slip * side >= 0.0:
                 guides[i].slip = 0.0
@@ -113,7 +119,7 @@ def _follow_in_turn(segments: Segments, guides: Guides, least: float) -> bool:
 def _solve_from_rest(segments: Segments, guides: Guides) -> bool:
     """In turn, and with tangents that begin later where the solution nearly empties a segment."""
     for i in range(len(guides)):
-        guides[i].slip = 0.0
+        guides[i].flow, guides[i].slip = 0.0, 0.0
     least = _LEAST
     for _ in range(_TANGENTS):
         if not _follow_in_turn(segments, guides, least):
@@ -132,6 +138,8 @@ def balance_dragged(segments: Segments, guides: Guides) -> bool:
         False where no solution was found. The flows are then the last that were tried, or 0 where
         those would empty a segment; the tension of one that is empty is infinite.
     """
+    for i in range(len(guides)):
+        guides[i].flow = 0.0
     if _follow_pattern(segments, guides, 0.0, _LEAST) and _hold_tendon(segments, guides, _LEAST):
         return True
     if _solve_from_rest(segments, guides):

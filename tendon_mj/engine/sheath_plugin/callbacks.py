@@ -39,7 +39,8 @@ _WARNING = text("tendon_mj: sheath '")
 _UNNAMED = text("")
 _REASONS = text(
     "' was not solved in an evaluation: a control is not finite, more tendon is wound in than there"
-    " is, or a stretch has no length; its sensor `unsolved` counts them"
+    " is, a stretch has no length, or the solver did not converge; its sensor `unsolved` counts"
+    " them"
 )
 
 
