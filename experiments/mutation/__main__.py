@@ -48,7 +48,7 @@ def mutate(
     config.write_text(tomli_w.dumps({"cosmic-ray": _configuration(chosen)}))
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     own = {"PYTHONPATH": str(clone), "PATH": path}
-    environment = {**os.environ, **chosen.environment, **own}
+    environment = {**os.environ, **own}
 
     def cosmic_ray(command: str, *arguments: str | Path) -> None:
         words = [sys.executable, "-m", "cosmic_ray.cli", command, *arguments]

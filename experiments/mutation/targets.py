@@ -9,21 +9,6 @@ from typing import Final
 _PYTEST: Final = "python -m pytest -x -q -p no:cacheprovider -p experiments.mutation.first_failure"
 # Before the tests, in which every warning is an error: those of what this process cannot keep.
 _COMPILE: Final = "python -m tendon_mj.compilation"
-_SHEATH_TESTS: Final = (
-    "flow_law",
-    "given_input",
-    "law",
-    "segment_law",
-    "drag",
-    "limits",
-    "capstan",
-)
-# What no mutant is worth the minutes of as Python, and random bits, of which Python warns.
-_TOO_SLOW: Final = (
-    "drag.py::test_a_tendon_over_many_guides_has_a_solution",
-    "drag.py::test_a_tendon_over_very_many_guides_has_a_solution",
-    "limits.py::test_it_ends_whatever_it_is_given",
-)
 
 
 @dataclass(frozen=True)
@@ -34,19 +19,11 @@ class Target:
         modules: files, from the root of the project.
         tests: shell command that runs the tests, those that fail soonest first.
         timeout: after which a mutant counts as killed [s].
-        interpreted: whether the compiled functions run as Python, which saves compiling each mutant
-            and makes a step a thousand times slower.
     """
 
     modules: tuple[Path, ...]
     tests: str
     timeout: float
-    interpreted: bool = False
-
-    @property
-    def environment(self) -> dict[str, str]:
-        """Environment variables of the tests."""
-        return {"NUMBA_DISABLE_JIT": "1"} if self.interpreted else {}
 
 
 def _modules(folder: str, *names: str) -> tuple[Path, ...]:
@@ -66,12 +43,8 @@ TARGETS: Final = {
             "tension_with_drag",
             "flow_by_newton",
         ),
-        # left out: the bench, which is compiled
-        tests=f"{_PYTEST} -W ignore::RuntimeWarning "
-        + " ".join(f"tests/sheath/test_{name}.py" for name in _SHEATH_TESTS)
-        + "".join(f" --deselect tests/sheath/test_{name}" for name in _TOO_SLOW),
-        timeout=300.0,
-        interpreted=True,
+        tests=f"{_PYTEST} -p experiments.mutation.without_engine tests/sheath",
+        timeout=600.0,
     ),
     "engine": Target(
         modules=_modules(
