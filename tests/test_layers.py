@@ -38,6 +38,7 @@ LAYERS = {
     "tasks": 1,
     "progress": 0,
     "errors": 0,
+    "interruption": 0,
     "whole_file": 0,
     "compilation": 0,
 }

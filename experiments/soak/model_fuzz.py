@@ -46,10 +46,10 @@ _KEYS = (
 def base_models() -> list[str]:
     """MJCF of the package's models, and of one on which an actuator drives a wrapped tendon."""
     texts = [load_spec(name).to_xml() for name in ("bench", "joint", "finger")]
-    return [*texts, _DRIVEN]
+    return [*texts, DRIVEN]
 
 
-_DRIVEN = """<mujoco><extension><plugin plugin="tendon_mj.sheath"><instance name="s">
+DRIVEN = """<mujoco><extension><plugin plugin="tendon_mj.sheath"><instance name="s">
   <config key="tendon" value="t"/><config key="friction" value="0.2"/></instance></plugin>
   </extension>
   <worldbody><site name="a" pos="-.2 0 .05"/><body><joint name="j" axis="0 1 0" damping=".02"/>

@@ -1,14 +1,13 @@
 """From a check in Python to a C function that MuJoCo can call while it compiles a model.
 
 MuJoCo leaves a failed check by a long jump, which must not cross a Python frame: the check leaves a
-message behind, and compiled code raises it after Python has returned. Python may let another thread
-compile its model in between, so every thread has a message of its own.
+count or a message in memory of the C function, which raises it after Python has returned. Where
+Python could not even begin, as when Ctrl-C comes just then, nothing is left there.
 """
 
 from __future__ import annotations
 
 import ctypes
-import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -16,41 +15,45 @@ import llvmlite.binding as llvm
 from numba import types
 
 from tendon_mj.abi.library import mju_error
-from tendon_mj.compilation import callback
+from tendon_mj.abi.memory import integer, local_doubles, set_integer, text
+from tendon_mj.compilation import callback, compiled
 from tendon_mj.errors import TendonError
 
-_SIZE = 2048
-_messages: dict[int, Any] = {}  # by thread; kept, as a thread that C started has no Python object
-
-
-def _message_of_thread() -> Any:
-    """The calling thread's message."""
-    thread = threading.get_ident()
-    if thread not in _messages:
-        _messages[thread] = ctypes.create_string_buffer(_SIZE)
-    return _messages[thread]
-
+_SIZE = 2048  # of a message, with the zero that ends it
+_HEAD = 8  # bytes before it, for the count
+_REFUSED, _SILENT = -1, -2  # counts
+_reply = local_doubles((_HEAD + _SIZE) // 8)
+_interrupted = text("tendon_mj: interrupted while the model was compiled")
 
 _i32, _ptr = types.int32, types.intp
-# By name, not by address, so that compiled code holds in every process.
-_address = ctypes.CFUNCTYPE(ctypes.c_void_p)(lambda: ctypes.addressof(_message_of_thread()))
-llvm.add_symbol("tendon_mj.message", ctypes.cast(_address, ctypes.c_void_p).value)
-_message = types.ExternalFunction("tendon_mj.message", _ptr())
 
 
-def _guarded(plugin: str, function: Callable[..., int]) -> Callable[..., int]:
-    """Turn an exception into −1 and a message, for the C side to raise after Python has left."""
+def _replying(plugin: str, function: Callable[..., int]) -> Callable[..., None]:
+    """Leave what a function returns at an address, or −1 and the message of its exception."""
 
-    def call(*arguments: int) -> int:
+    def reply(address: int, *arguments: int) -> None:
         try:
-            return function(*arguments)
+            count = function(*arguments)
         except Exception as error:
             said = str(error) if isinstance(error, TendonError) else f"{plugin}: {error!r}"
-            text = said.replace("%", "%%").encode()
-            _message_of_thread().value = text[: _SIZE - 1]
-            return -1
+            fits = said.encode()[: (_SIZE - 1) // 2].decode(errors="ignore")
+            message = fits.replace("%", "%%").encode()  # mju_error takes a format
+            ctypes.memmove(address + _HEAD, message + b"\0", len(message) + 1)
+            count = _REFUSED
+        ctypes.c_int.from_address(address).value = count
 
-    return call
+    return reply
+
+
+@compiled
+def _count_at(reply: int) -> int:
+    """The count in a reply; raises its message in MuJoCo where there is none."""
+    count = integer(reply, 0)
+    if count == _SILENT:
+        mju_error(_interrupted())
+    if count < 0:
+        mju_error(reply + _HEAD)
+    return count
 
 
 class Check:
@@ -66,13 +69,12 @@ class Check:
     def __init__(
         self, plugin: str, function: Callable[..., int], integers: int = 1, data: bool = False
     ) -> None:
-        ints = [ctypes.c_int] * integers
-        self._python = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, *ints)(
-            _guarded(plugin, function)
-        )
+        addresses, ints = [ctypes.c_void_p] * 2, [ctypes.c_int] * integers
+        self._python = ctypes.CFUNCTYPE(None, *addresses, *ints)(_replying(plugin, function))
+        # by name, not by address, so that compiled code holds in every process
         symbol = f"{plugin}.{function.__name__}"
         llvm.add_symbol(symbol, ctypes.cast(self._python, ctypes.c_void_p).value)
-        ask = types.ExternalFunction(symbol, _i32(_ptr, *[_i32] * integers))
+        ask = types.ExternalFunction(symbol, types.void(_ptr, _ptr, *[_i32] * integers))
         self._compiled = _init(ask) if data else _count(ask) if integers == 1 else _sensor(ask)
         self.address: int = self._compiled.address
 
@@ -80,10 +82,10 @@ class Check:
 def _count(ask: Any) -> Any:
     @callback(_i32(_ptr, _i32))
     def nstate(m: int, instance: int) -> int:
-        count = ask(m, instance)
-        if count < 0:
-            mju_error(_message())
-        return count
+        reply = _reply()
+        set_integer(reply, _SILENT)
+        ask(reply, m, instance)
+        return _count_at(reply)
 
     return nstate
 
@@ -91,10 +93,10 @@ def _count(ask: Any) -> Any:
 def _sensor(ask: Any) -> Any:
     @callback(_i32(_ptr, _i32, _i32))
     def nsensordata(m: int, instance: int, sensor: int) -> int:
-        count = ask(m, instance, sensor)
-        if count < 0:
-            mju_error(_message())
-        return count
+        reply = _reply()
+        set_integer(reply, _SILENT)
+        ask(reply, m, instance, sensor)
+        return _count_at(reply)
 
     return nsensordata
 
@@ -102,8 +104,10 @@ def _sensor(ask: Any) -> Any:
 def _init(ask: Any) -> Any:
     @callback(_i32(_ptr, _ptr, _i32))
     def init(m: int, d: int, instance: int) -> int:
-        if ask(m, instance) < 0:
-            mju_error(_message())
+        reply = _reply()
+        set_integer(reply, _SILENT)
+        ask(reply, m, instance)
+        _count_at(reply)
         return 0
 
     return init

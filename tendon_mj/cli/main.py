@@ -26,6 +26,7 @@ from tendon_mj.cli.simulate import simulate
 from tendon_mj.cli.sweep import sweep
 from tendon_mj.cli.view import view
 from tendon_mj.errors import TendonError
+from tendon_mj.interruption import pressed
 
 COMMANDS: dict[str, Command] = {
     "attach": attach,
@@ -71,12 +72,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if not end.code and given[:1] and given[0] in COMMANDS:
             print(f"example:\n  {example(COMMANDS[given[0]])}")
         raise
-    except (TendonError, OSError) as error:
-        if _is_interruption(error):
+    except Exception as error:
+        if pressed() or _is_interruption(error):
             return _interrupted()
         if isinstance(error, BrokenPipeError):  # who reads the output has enough, as `head`
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return 0
+        if not isinstance(error, TendonError | OSError):
+            raise
         line = "; ".join(str(error).splitlines())  # MuJoCo's messages have several
         print(f"tendon-mj: {line}", file=sys.stderr)
         return 2

@@ -1,32 +1,13 @@
 """Models compiled in several threads at once."""
 
-import ctypes
 import sys
 import threading
 
 import mujoco
 
-from tendon_mj.abi import checks  # with the plugin
 from tests.engine.test_refusals import LAW, compiled, instance
 
 THREADS, TIMES = 4, 50
-
-
-def test_a_refusal_in_another_thread_leaves_what_this_one_is_told():
-    def refuse(name):
-        raise ValueError(name)
-
-    def message():
-        return ctypes.string_at(checks._address())
-
-    check = checks._guarded("plugin", refuse)
-    assert check("one") == -1
-    told = []
-    other = threading.Thread(target=lambda: (check("other"), told.append(message())))
-    other.start()
-    other.join()
-    assert told == [b"plugin: ValueError('other')"]
-    assert message() == b"plugin: ValueError('one')"
 
 
 def test_each_thread_is_told_of_its_own_model():
