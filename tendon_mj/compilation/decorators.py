@@ -9,13 +9,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
+import llvmlite.binding as llvm
 import numba
+from numba import types
 from numba.core.ccallback import CFunc
 from numba.core.sigutils import normalize_signature
 
 from tendon_mj.compilation.cache import Cache
+from tendon_mj.compilation.session import announced
 
 _F = TypeVar("_F", bound=Callable[..., object])
+_callbacks: list[Any] = []  # whose machine code stays where it is as long as they do
 
 
 def compiled(function: _F) -> _F:
@@ -55,6 +59,29 @@ def callback(signature: Any) -> Callable[[Callable[..., Any]], Any]:
         made._cache = Cache(function, wrapped=False)
         made.compile()
         return made
+
+    return compile_callback
+
+
+def by_symbol(symbol: str, signature: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a function that C calls, and compiled code by a symbol.
+
+    Args:
+        symbol: a name that no other function has.
+        signature: its types, as `numba.cfunc` takes them.
+
+    Returns:
+        A decorator; compiled functions call what it returns, and contain none of its code.
+    """
+
+    def compile_callback(function: Callable[..., Any]) -> Any:
+        if numba.core.config.DISABLE_JIT:
+            return function
+        with announced():
+            made = callback(signature)(function)
+        _callbacks.append(made)
+        llvm.add_symbol(symbol, made.address)
+        return types.ExternalFunction(symbol, signature)
 
     return compile_callback
 

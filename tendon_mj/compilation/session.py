@@ -39,6 +39,7 @@ class _Session:
 
 
 _current: _Session | None = None
+_said = False  # that this process compiles
 
 
 @contextlib.contextmanager
@@ -97,12 +98,14 @@ def _wait(lock: IO[bytes]) -> None:
 
 
 def begin() -> None:
-    """A function has to be compiled: say so, once in a session."""
+    """A function has to be compiled: say so, once in a process or, on a terminal, in a session."""
+    global _said
     if _current is None or _current.started is not None:
         return
     _current.started = time.monotonic()
-    if not _is_terminal():
+    if not _is_terminal() and not _said:
         _write(_announcement() + "\n")
+    _said = True
     advance(0)
 
 

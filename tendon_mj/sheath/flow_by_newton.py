@@ -3,9 +3,13 @@
 A guide that slides obeys p τ_i − q τ_{i+1} = c + D f (see ``tension_with_drag``): its equation has
 its own flow and its two neighbours', so Newton's method solves a tridiagonal system.
 
+Full steps may go to and fro between what is slack and what is taut. Each τ = max(0, τ̂) makes its
+guide's equation convex on the right side, where it pulls from, and concave on the left. So which
+left sides are slack is held until Newton's method has settled on which right sides are, then
+corrected, and so on, as the slip is in ``tension_with_drag``.
+
 A pattern of slip may leave a segment less than no tendon. Its tension goes on along a tangent
-there, so that every pattern has a solution. It is the minimum of a convex function, by whose slope
-a step is cut where full ones go to and fro, between what is slack and what is taut.
+there, so that every pattern has a solution.
 
 Equations: docs/theory.md, section 7.
 """
@@ -16,11 +20,11 @@ import math
 
 import numpy as np
 
-from tendon_mj.compilation import apart, compiled
+from tendon_mj.compilation import compiled
 from tendon_mj.sheath.records import ROUNDING, Array, Guides, Segments
 
 _STEPS = 40  # of Newton's method, of which a taut tendon needs about 4
-_HALVINGS = 40  # of a step that goes too far
+_FREE, _SLACK, _TAUT = -1.0, 0.0, 1.0  # a left side: as its tension is, or held slack or taut
 TOLERANCE = 8 * ROUNDING  # of a tension, within which a law is met
 
 
@@ -35,21 +39,25 @@ def spare(segments: Segments, j: int, stored: float) -> float:
 
 
 @compiled
-def tension_at(segments: Segments, j: int, stored: float, least: float) -> tuple[float, float]:
-    """τ of segment j when it holds ``stored``, and dτ/ds ≤ 0; 0 where slack.
+def _pull(segments: Segments, j: int, stored: float, least: float) -> tuple[float, float]:
+    """τ̂ of segment j when it holds ``stored``, below 0 where it is slack, and dτ̂/ds < 0.
 
-    Where less is left of it than the part ``least`` of its length, τ goes on along its tangent.
+    Where less is left of it than the part ``least`` of its length, τ̂ goes on along its tangent.
     """
     stretch = 1.0 + segments[j].strain_offset
     lacking = max(least * segments[j].length - spare(segments, j, stored), 0.0)
     stored += lacking
-    pull = segments[j].length - stored * stretch
-    if pull <= 0.0:
-        return 0.0, 0.0
     softness = segments[j].strain_slope * stored + segments[j].support_compliance
-    tau = pull / softness
+    tau = (segments[j].length - stored * stretch) / softness
     slope = -(stretch + segments[j].strain_slope * tau) / softness
     return tau - slope * lacking, slope
+
+
+@compiled
+def tension_at(segments: Segments, j: int, stored: float, least: float) -> tuple[float, float]:
+    """τ of segment j when it holds ``stored``, and dτ/ds ≤ 0; 0 where slack."""
+    tau, slope = _pull(segments, j, stored, least)
+    return (tau, slope) if tau > 0.0 else (0.0, 0.0)
 
 
 @compiled
@@ -72,93 +80,76 @@ def law(guides: Guides, i: int, slip: float) -> tuple[float, float, float]:
 
 
 @compiled
+def _left_side(
+    segments: Segments, guides: Guides, j: int, least: float, held: float
+) -> tuple[float, float]:
+    """τ of segment j as the guide behind it feels it, and dτ/ds, where it is ``held`` or not."""
+    if held == _SLACK:
+        return 0.0, 0.0
+    tau, slope = _pull(segments, j, stored_after(segments, guides, j), least)
+    return (tau, slope) if held == _TAUT or tau > 0.0 else (0.0, 0.0)
+
+
+@compiled
 def _newton_step(
-    segments: Segments, guides: Guides, steps: Array, ratios: Array, least: float
+    segments: Segments, guides: Guides, steps: Array, ratios: Array, held: Array, least: float
 ) -> float:
     """Newton's step of all sliding guides; how far it goes, in strain, 0 where there is none to go.
 
-    That is where every law is met to rounding: a slack tendon with little drag would move by more.
-    The segments receive their tensions.
+    What a law lacks by rounding alone is none: little drag would make much of it where it is slack.
+    What is left of a segment is known to the rounding of the flows beside it, by which no step
+    goes. The segments receive their tensions.
     """
     n, met = len(guides), True
-    left, left_slope = tension_at(segments, 0, stored_after(segments, guides, 0), least)
-    segments[0].tension = left
-    before = 0.0  # right-hand side of the guide before, after forward elimination
+    segments[0].tension = tension_at(segments, 0, stored_after(segments, guides, 0), least)[0]
+    # of the guide before: right-hand side after forward elimination, 1 − ratio
+    before, loose = 0.0, 1.0
     for i in range(n):
+        left, left_slope = _left_side(segments, guides, i, least, held[i])
         right, right_slope = tension_at(
             segments, i + 1, stored_after(segments, guides, i + 1), least
         )
         segments[i + 1].tension = right
         if guides[i].slip == 0.0:
-            steps[i], ratios[i] = 0.0, 0.0
+            steps[i], ratios[i], loose = 0.0, 0.0, 1.0
         else:
             p, q, c = law(guides, i, guides[i].slip)
             drag = guides[i].drag
             missing = p * left - q * right - c - drag * guides[i].flow
-            met &= abs(missing) <= TOLERANCE * (p + q) * (1.0 + left + right)
+            rounding = ROUNDING * (p + q) * (1.0 + abs(left) + right)
+            met &= abs(missing) <= 8.0 * rounding
+            if abs(missing) <= rounding:
+                missing = 0.0
             lower, upper = -p * left_slope, -q * right_slope
-            pivot = drag - p * left_slope - q * right_slope
-            if i > 0:
-                pivot -= lower * ratios[i - 1]
-                missing += lower * before
-            steps[i], ratios[i] = missing / pivot, upper / pivot
+            # what the row exceeds its neighbours by; a difference of pivots would round it away
+            excess = drag + lower * loose
+            pivot = excess + upper
+            steps[i], ratios[i] = (missing + lower * before) / pivot, upper / pivot
+            loose = excess / pivot
         before = steps[i]
-        left, left_slope = right, right_slope
     if met:
         return 0.0
     for i in range(n - 2, -1, -1):
         steps[i] += ratios[i] * steps[i + 1]
-    most = 0.0
-    for j in range(n + 1):
-        change = (steps[j] if j < n else 0.0) - (steps[j - 1] if j > 0 else 0.0)
-        left = spare(segments, j, stored_after(segments, guides, j))
-        most = max(most, abs(change) / max(left, least * segments[j].length))
-    return most
+    return _most_strain(segments, guides, steps, least)
 
 
 @compiled
-def _descent(segments: Segments, guides: Guides, steps: Array, part: float, least: float) -> float:
-    """How steeply a convex function falls at a part of a step: its minimum is the solution.
-
-    Each law is a row of its gradient once it is weighted such that both neighbours of a segment
-    feel its tension alike, w_i p_i = w_{i−1} q_{i−1}.
-    """
-    falls, weight, q = 0.0, 1.0, 1.0
-    stored = segments[0].stored
-    for i in range(len(guides)):
-        flow = guides[i].flow + part * steps[i]
-        beyond = segments[i + 1].stored - flow
-        if guides[i].slip == 0.0:
-            weight, q = 1.0, 1.0
-        else:
-            left = tension_at(segments, i, stored + flow, least)[0]
-            after = 0.0
-            if i + 1 < len(guides):
-                after = guides[i + 1].flow + part * steps[i + 1]
-            right = tension_at(segments, i + 1, beyond + after, least)[0]
-            p, q_here, c = law(guides, i, guides[i].slip)
-            weight *= q / p
-            q = q_here
-            falls += weight * steps[i] * (p * left - q * right - c - guides[i].drag * flow)
-        stored = beyond
-    return falls
-
-
-@apart
-def _part_to_go(segments: Segments, guides: Guides, steps: Array, least: float) -> float:
-    """Part of a step, 1 at most, after which the convex function has about ceased to fall."""
-    enough = 0.5 * _descent(segments, guides, steps, 0.0, least)
-    low, high, part = 0.0, 1.0, 1.0
-    for _ in range(_HALVINGS):
-        falls = _descent(segments, guides, steps, part, least)
-        if abs(falls) <= enough or (part == 1.0 and falls > 0.0):
-            break
-        if falls > 0.0:
-            low = part
-        else:
-            high = part
-        part = 0.5 * (low + high)
-    return part
+def _most_strain(segments: Segments, guides: Guides, steps: Array, least: float) -> float:
+    """Largest strain by which a step changes a segment, beyond the rounding of its flows."""
+    n, most = len(guides), 0.0
+    for j in range(n + 1):
+        change, flows = 0.0, 0.0
+        if j < n:
+            change, flows = steps[j], abs(guides[j].flow)
+        if j > 0:
+            change, flows = change - steps[j - 1], flows + abs(guides[j - 1].flow)
+        left = spare(segments, j, stored_after(segments, guides, j))
+        change = max(0.0, abs(change) - 2.0 * ROUNDING * flows)
+        moves = change / max(left, least * segments[j].length)
+        if not moves <= most:  # nor where it is no number
+            most = moves
+    return most
 
 
 @compiled
@@ -173,26 +164,48 @@ def _set_tensions(segments: Segments, guides: Guides, least: float) -> bool:
 
 
 @compiled
+def _hold(segments: Segments, guides: Guides, held: Array, least: float) -> bool:
+    """Hold slack what the flows leave slack, and taut the rest; whether that was held before.
+
+    What is slack or taut by no more than rounding stays as it was.
+    """
+    same = True
+    for j in range(len(segments)):
+        tau, _ = _pull(segments, j, stored_after(segments, guides, j), least)
+        now = _TAUT if tau > 0.0 else _SLACK
+        if held[j] == _FREE or (held[j] != now and abs(tau) > TOLERANCE):
+            held[j], same = now, False
+    return same
+
+
+@compiled
 def solve_pattern(segments: Segments, guides: Guides, least: float) -> bool:
     """Flows and tensions for the guides' slip as it is, from the flows at hand.
 
-    By full steps or, where those go to and fro, from rest: by full steps again, then by cut ones.
+    By full steps or, where those go to and fro, from rest and with what is slack held.
     """
     n = len(guides)
-    steps, ratios = np.empty(n), np.empty(n)
-    for k in range(3 * _STEPS + n):
-        for i in range(n):
-            if k in (_STEPS, 2 * _STEPS) or guides[i].slip == 0.0:
-                guides[i].flow = 0.0
-        moves = _newton_step(segments, guides, steps, ratios, least)
-        if moves == 0.0:
-            return True
+    steps, ratios, held = np.empty(n), np.empty(n), np.full(n + 1, _FREE)
+    for i in range(n):
+        if guides[i].slip == 0.0:
+            guides[i].flow = 0.0
+    first = guides["flow"].copy()
+    for k in range(2 * _STEPS + 8 * n):
+        if k == _STEPS:
+            for i in range(n):
+                guides[i].flow = first[i]
+            _hold(segments, guides, held, least)
+        moves = _newton_step(segments, guides, steps, ratios, held, least)
         if not math.isfinite(moves):
             return False
-        part = 1.0 if k < 2 * _STEPS else _part_to_go(segments, guides, steps, least)
-        for i in range(n):
-            guides[i].flow += part * steps[i]
-        # the error that Newton's method leaves is of the square, where no segment becomes slack
-        if moves <= 1e-8 and part == 1.0 and _set_tensions(segments, guides, least):
+        same = moves == 0.0
+        if not same:
+            for i in range(n):
+                guides[i].flow += steps[i]
+            same = _set_tensions(segments, guides, least)
+        if same and k >= _STEPS:
+            same = _hold(segments, guides, held, least)
+        # the error that Newton's method leaves is of the square, where none becomes slack
+        if same and moves <= 1e-8:
             return True
     return False

@@ -221,6 +221,14 @@ def _holds(segments: Segments, guides: Guides, first: int) -> bool:
     return True
 
 
+@compiled
+def _leave_finite(segments: Segments) -> None:
+    """Leave no infinite τ* in a record that may be a part of a simulation's state."""
+    for j in range(len(segments)):
+        if not np.isfinite(segments[j].prefix_tension):
+            segments[j].prefix_tension = 0.0
+
+
 @apart
 def sweep(segments: Segments, guides: Guides, given: bool = False) -> bool:
     """Tensions, flows and slip of the whole tendon by the walk forward and back.
@@ -239,6 +247,7 @@ def sweep(segments: Segments, guides: Guides, given: bool = False) -> bool:
     _fill_prefix_tensions(segments, guides, given)
     segments[last].tension = segments[last].prefix_tension
     if not np.isfinite(segments[last].tension):
+        _leave_finite(segments)
         return False
     beyond = 0.0
     for j in range(last - 1, -1, -1):
@@ -250,4 +259,5 @@ def sweep(segments: Segments, guides: Guides, given: bool = False) -> bool:
         guides[j].slip = np.sign(beyond)
     if given:  # rounding apart, the walk back has left it
         segments[0].tension = segments[0].prefix_tension
+    _leave_finite(segments)
     return _holds(segments, guides, 1 if given else 0)

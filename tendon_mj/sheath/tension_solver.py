@@ -12,28 +12,45 @@ from __future__ import annotations
 
 import math
 
-from tendon_mj.compilation import compiled
-from tendon_mj.sheath.records import Guides, Segments
+from tendon_mj.compilation import apart, compiled
+from tendon_mj.sheath.rare_solvers import rare_balance_dragged, rare_sweep
+from tendon_mj.sheath.records import ROUNDING, Guides, Segments
 from tendon_mj.sheath.tension_by_slip_pattern import guess_from_motion, try_pattern
-from tendon_mj.sheath.tension_by_sweep import sweep
-from tendon_mj.sheath.tension_with_drag import balance_dragged
 
 # Pattern corrections before the sweep, which needs none, takes over: this and one a guide.
 _PASSES = 16
 
 
+@apart
+def _make_sluggish(segments: Segments, guides: Guides) -> bool:
+    """Give the guides a drag that takes no more than rounding from any flow.
+
+    It says where tendon goes that is slack, which tension-independent friction leaves open. False
+    where there is no tendon.
+    """
+    total = 0.0
+    for j in range(len(segments)):
+        total += segments[j].stored
+    for i in range(len(guides)):
+        guides[i].drag, guides[i].momentum = ROUNDING / total, 0.0
+    return total > 0.0
+
+
 @compiled
 def _balance(segments: Segments, guides: Guides, dragged: bool, given: bool) -> bool:
     """Equilibrium for given holding ratios: the known pattern if it serves, else the sweep."""
-    if dragged:
-        return balance_dragged(segments, guides)
-    for _ in range(_PASSES + len(guides)):
-        changed = try_pattern(segments, guides, given)
-        if changed == 0:
+    if not dragged:
+        for _ in range(_PASSES + len(guides)):
+            changed = try_pattern(segments, guides, given)
+            if changed == 0:
+                return True
+            if changed < 0:
+                break
+        if rare_sweep(segments, guides, given):
             return True
-        if changed < 0:
-            break
-    return sweep(segments, guides, given)
+        if given or not _make_sluggish(segments, guides):
+            return False
+    return rare_balance_dragged(segments, guides)
 
 
 @compiled

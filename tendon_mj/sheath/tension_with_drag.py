@@ -15,7 +15,9 @@ over a guide only ever makes its neighbours flow more. So slip to the input is c
 it settles, then that to the output once, and so on: policy iteration for two obstacles (Bokanowski,
 Maroso and Zidani, SIAM J. Numer. Anal. 47(4), 3001–3026, 2009).
 
-A segment that the solution all but empties is on its tangent at first: those begin later then.
+They begin with the flows without drag, which are next to the solution where drag is little, or else
+at rest. A segment that the solution all but empties is on its tangent at first: those begin later
+then.
 
 Equations: docs/theory.md, section 7.
 """
@@ -35,6 +37,7 @@ from tendon_mj.sheath.flow_by_newton import (
 )
 from tendon_mj.sheath.records import Guides, Segments
 from tendon_mj.sheath.tension_by_slip_pattern import is_frictionless
+from tendon_mj.sheath.tension_by_sweep import sweep
 
 _PASSES = 16  # pattern corrections, and one a guide
 _LEAST = 1e-2  # part of a segment's length, held by which its tension goes on along the tangent
@@ -42,10 +45,12 @@ _TANGENTS = 11  # down to 1e-12, each a tenth of the one before
 
 
 @compiled
-def _is_beyond(guides: Guides, i: int, slip: float, left: float, right: float) -> bool:
+def _is_beyond(
+    guides: Guides, i: int, slip: float, left: float, right: float, tolerance: float
+) -> bool:
     """Whether the tensions beside guide i, which rests, drive it to ``slip``."""
     p, q, c = law(guides, i, slip)
-    return slip * (p * left - q * right - c) > TOLERANCE * (p + q)
+    return slip * (p * left - q * right - c) > tolerance * (p + q)
 
 
 @compiled
@@ -56,8 +61,8 @@ def _yield(segments: Segments, guides: Guides, i: int) -> float:
 
 
 @compiled
-def _correct(segments: Segments, guides: Guides, side: float) -> int:
-    """Count and correct the guides whose slip the solution denies by more than rounding.
+def _correct(segments: Segments, guides: Guides, side: float, tolerance: float) -> int:
+    """Count and correct the guides whose slip the solution denies by more than a tolerance, in τ.
 
     With ``side`` +1 or −1 only between rest and sliding to that side; with 0 between all.
     """
@@ -66,16 +71,16 @@ def _correct(segments: Segments, guides: Guides, side: float) -> int:
         left, right = segments[i].tension, segments[i + 1].tension
         slip = guides[i].slip
         if slip == 0.0:
-            if side >= 0.0 and _is_beyond(guides, i, 1.0, left, right):
+            if side >= 0.0 and _is_beyond(guides, i, 1.0, left, right, tolerance):
                 guides[i].slip = 1.0
                 changed += 1
-            elif side <= 0.0 and _is_beyond(guides, i, -1.0, left, right):
+            elif side <= 0.0 and _is_beyond(guides, i, -1.0, left, right, tolerance):
                 guides[i].slip = -1.0
                 changed += 1
         elif guides[i].flow * slip < 0.0:
             if is_frictionless(guides[i]):
                 guides[i].slip = -slip
-            elif abs(guides[i].flow) < TOLERANCE * _yield(segments, guides, i):
+            elif abs(guides[i].flow) < tolerance * _yield(segments, guides, i):
                 guides[i].flow = 0.0
             elif slip * side >= 0.0:
                 guides[i].slip = 0.0
@@ -93,13 +98,22 @@ def _hold_tendon(segments: Segments, guides: Guides, least: float) -> bool:
     return True
 
 
+@compiled
+def _tolerance(guides: Guides, done: int) -> float:
+    """Of a correction [strain], when so many were done: rounding, by which they may go in circles.
+
+    It is doubled with each that is more than there are guides.
+    """
+    return TOLERANCE * 2.0 ** max(0, done - len(guides) - _PASSES // 2)
+
+
 @apart
 def _follow_pattern(segments: Segments, guides: Guides, side: float, least: float) -> bool:
     """Solve, and correct the slip to ``side``, until nothing is left to correct."""
-    for _ in range(_PASSES + len(guides)):
+    for k in range(_PASSES + len(guides)):
         if not solve_pattern(segments, guides, least):
             return False
-        if _correct(segments, guides, side) == 0:
+        if _correct(segments, guides, side, _tolerance(guides, k)) == 0:
             return True
     return False
 
@@ -107,19 +121,17 @@ def _follow_pattern(segments: Segments, guides: Guides, side: float, least: floa
 @apart
 def _follow_in_turn(segments: Segments, guides: Guides, least: float) -> bool:
     """Let slip to the input settle after each correction of slip to the output."""
-    for _ in range(_PASSES + len(guides)):
+    for k in range(_PASSES + len(guides)):
         if not _follow_pattern(segments, guides, 1.0, least):
             return False
-        if _correct(segments, guides, -1.0) == 0:
+        if _correct(segments, guides, -1.0, _tolerance(guides, k)) == 0:
             return True
     return False
 
 
 @apart
-def _solve_from_rest(segments: Segments, guides: Guides) -> bool:
+def _solve_in_turn(segments: Segments, guides: Guides) -> bool:
     """In turn, and with tangents that begin later where the solution nearly empties a segment."""
-    for i in range(len(guides)):
-        guides[i].flow, guides[i].slip = 0.0, 0.0
     least = _LEAST
     for _ in range(_TANGENTS):
         if not _follow_in_turn(segments, guides, least):
@@ -142,7 +154,11 @@ def balance_dragged(segments: Segments, guides: Guides) -> bool:
         guides[i].flow = 0.0
     if _follow_pattern(segments, guides, 0.0, _LEAST) and _hold_tendon(segments, guides, _LEAST):
         return True
-    if _solve_from_rest(segments, guides):
+    if sweep(segments, guides) and _solve_in_turn(segments, guides):
+        return True
+    for i in range(len(guides)):
+        guides[i].flow, guides[i].slip = 0.0, 0.0
+    if _solve_in_turn(segments, guides):
         return True
     if not _hold_tendon(segments, guides, 0.0):
         for i in range(len(guides)):

@@ -116,12 +116,17 @@ def plain_arm(stiffness, springlength, timestep=0.0005, integrator="Euler"):
 
 
 def fixed_sheaths(sheaths_of, timestep=0.001):
-    """Sheaths between fixed ends, each on a reel: dicts of guides, bend, friction, pretension, …"""
+    """Sheaths between fixed ends, each on a reel: dicts of guides, bend, friction, pretension, …
+
+    Their points may be given in place of bend, guides and length.
+    """
     spec = mujoco.MjSpec()
     spec.option.timestep = timestep
     for k, law in enumerate(sheaths_of):
         law = dict(law)
-        points = arc_points(law.pop("length", 0.5), law.pop("bend"), law.pop("guides"))
+        points = law.pop("points", None)
+        if points is None:
+            points = arc_points(law.pop("length", 0.5), law.pop("bend"), law.pop("guides"))
         add_tendon(spec, f"t{k}", add_sites(spec, f"s{k}", points))
         add_friction(
             spec, f"t{k}", reel=f"reel{k}", **{"name": f"sheath{k}", "axial_stiffness": 20e3} | law

@@ -9,7 +9,7 @@ from tests.engine.test_refusals import LAW, compiled, instance
 
 
 def test_an_interruption_while_a_model_is_compiled_refuses_it(monkeypatch):
-    """Python cannot raise in a callback of C, and what such a callback returns is left to chance."""
+    """Python cannot raise in a callback of C, whose answer is then left to chance."""
     lost = []
 
     def interrupted(*_):

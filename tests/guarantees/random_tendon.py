@@ -1,6 +1,7 @@
 """Any tendon on any chain of links, with any drive and any law: what the promises are tried on."""
 
 import os
+import re
 from dataclasses import dataclass
 
 import mujoco
@@ -71,7 +72,8 @@ def cases(draw, drives=WOUND + DRIVEN, laws=None):
     pulleys = drive in DRIVEN and draw(some.booleans())
     path, bodies = _chain(draw, rng, links)
     if pulleys:
-        path += f'<pulley divisor="{draw(some.sampled_from([1, 2, 3.5]))}"/>' + _branch(rng)
+        path += f'<pulley divisor="{draw(some.sampled_from([1, 2, 3.5]))}"/>'
+        path += _branch(draw, path)
     winch = '<body pos="0 .4 0"><joint name="winch" axis="0 1 0" damping=".05" armature="2e-3"/>'
     winch += '<geom size=".02" mass=".1"/></body>' if drive == "reel_joint" else ""
     spring = (
@@ -122,9 +124,11 @@ def _chain(draw, rng, links):
     return path, bodies + ends
 
 
-def _branch(rng):
-    """A branch that ends at the first link."""
-    return '<site site="branch"/><site site="fixed"/><site site="s00"/>'
+def _branch(draw, path):
+    """A branch that ends at the first link; it may begin where the one before ended."""
+    start = draw(some.sampled_from(["branch", re.findall(r'site="(\w+)"', path)[-1]]))
+    middle = '<site site="fixed"/>' if start != "fixed" else ""
+    return f'<site site="{start}"/>{middle}<site site="s00"/>'
 
 
 @some.composite

@@ -14,13 +14,6 @@ from tests.engine.models import fixed_sheaths, sheath_view, unpacked, warnings_o
 from tests.guarantees.random_tendon import cases, diverged, moved, thorough
 
 STEPS = 60
-LENGTH = 0.5  # [m]
-DRAGS = (  # what sliding itself takes
-    {"viscous_friction": 1e-3},
-    {"viscous_friction": 1e3},
-    {"tendon_mass": 1e-3},
-    {"viscous_friction": 1.0, "tendon_mass": 1.0},
-)
 pytestmark = pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
 
 
@@ -31,37 +24,58 @@ def told():
         yield messages
 
 
-def stay_solved(loss, bend, stiffness, guides, pretension, strain, seed, **drag):
+def uneven_arc(length, bend, guides, spread, rng):
+    """Points of a tendon in a plane, evenly bent, whose stretches differ by up to 10^spread."""
+    stretches = 10.0 ** rng.uniform(-spread, 0.0, guides + 1)
+    angles = bend / guides * np.arange(guides + 1)
+    ahead = np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
+    steps = ahead * (length * stretches / stretches.sum())[:, None]
+    return np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+
+
+def stay_solved(
+    loss, bend, stiffness, guides, length, spread, pretension, strain, timestep, seed, **drag
+):
     """Drive a tendon between fixed ends to and fro: each step is solved, each tension finite."""
+    rng = np.random.default_rng(seed)
+    guides = max(guides, int(bend / 3.0) + 1)  # a guide turns by π at most
     law = {
-        "bend": bend,
+        "points": uneven_arc(length, bend, guides, spread, rng),
         "friction": loss / bend,
-        "guides": max(guides, int(bend / 3.0) + 1),  # a guide turns by π at most
         "axial_stiffness": 10.0**stiffness,
         "pretension": pretension,
-        "length": LENGTH,
         **drag,
     }
-    model = fixed_sheaths([law])
+    model = fixed_sheaths([law], timestep)
     data = mujoco.MjData(model)
-    rng = np.random.default_rng(seed)
     for _ in range(STEPS):
-        data.ctrl[0] = strain * LENGTH * rng.uniform(-1.0, 1.0)
+        data.ctrl[0] = strain * length * rng.uniform(-1.0, 1.0)
         mujoco.mj_step(model, data)
         scalars, segments, _ = unpacked(model, data, "sheath0")
         assert scalars.unsolved == 0
-        assert np.isfinite(segments["tension"]).all()
+        assert np.isfinite(data.plugin_state).all()
         assert (segments["tension"] >= 0.0).all()
+
+
+def powers(low, high):
+    """Numbers from 10^low to 10^high."""
+    return some.floats(low, high).map(lambda power: 10.0**power)
 
 
 tendons = {
     "loss": some.floats(0.0, 20.0),
     "bend": some.floats(0.05, 100.0),
     "stiffness": some.floats(2.0, 8.0),
+    "length": some.sampled_from([0.005, 0.05, 0.5, 3.0]),
+    "spread": some.sampled_from([0.0, 0.0, 1.0, 2.0]),
     "pretension": some.sampled_from([0.0, 1e-6, 1.0, 100.0]),
-    "strain": some.sampled_from([1e-9, 1e-4, 1e-2]),
+    "strain": some.sampled_from([1e-9, 1e-6, 1e-4, 1e-2, 0.1]),
+    "timestep": some.sampled_from([1e-4, 1e-3, 5e-3]),
     "seed": some.integers(0, 2**32 - 1),
 }
+drags = some.fixed_dictionaries(
+    {"viscous_friction": some.just(0.0) | powers(-4, 3), "tendon_mass": powers(-4, 3)}
+) | some.fixed_dictionaries({"viscous_friction": powers(-4, 3)})
 
 
 @thorough
@@ -72,7 +86,7 @@ def test_a_tendon_between_fixed_ends_is_solved(guides, **tendon):
 
 
 @thorough
-@given(guides=some.integers(1, 64), drag=some.sampled_from(DRAGS), **tendons)
+@given(guides=some.integers(1, 64), drag=drags, **tendons)
 def test_a_viscous_or_heavy_tendon_between_fixed_ends_is_solved(guides, drag, **tendon):
     """The same to 64 guides where sliding itself takes tension."""
     stay_solved(guides=guides, **tendon, **drag)

@@ -10,7 +10,7 @@ from tests.engine.models import sheath_view
 from tests.guarantees.random_tendon import DRIVEN, WOUND, cases, diverged, moved, thorough
 
 STEPS = 60
-STRAIN = 2e-15  # to which a tension over EA is known, from lengths that are known to ROUNDING
+STRAIN = 4e-15  # to which a tension over EA is known, from lengths of which ROUNDING is known
 ROUNDING = np.finfo(float).eps
 pytestmark = pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
 
@@ -27,6 +27,19 @@ def states(case):
         yield sheath_view(model, data, sheath)
 
 
+def uncertain(segments, guides):
+    """Difference of the tensions beside each guide, over EA, that rounding leaves uncertain.
+
+    A tension follows from the length that its segment holds, what passed the guides beside it
+    included; across a guide it is multiplied by as much as that holds.
+    """
+    flow = np.abs(guides["trial_flow"])
+    beside = np.concatenate([[0.0], flow]) + np.concatenate([flow, [0.0]])
+    strain = STRAIN + 4.0 * ROUNDING * beside / segments["length"]
+    holds = np.maximum(guides["static_ratio"], guides["static_ratio_back"])
+    return holds * (strain[:-1] + strain[1:])
+
+
 @thorough
 @given(cases())
 def test_friction_work_never_falls_at_any_guide(case):
@@ -37,7 +50,9 @@ def test_friction_work_never_falls_at_any_guide(case):
         if scalars.law.tendon_mass:
             force += scalars.law.tendon_mass * flow / scalars.trial_elapsed**2
         work = guides["friction_work"].copy()
-        assert (work >= before - 1e-12 * force * flow - 1e-15).all()
+        rounded = scalars.law.axial_stiffness * uncertain(segments, guides) * flow
+        assert (work >= before - 1e-12 * force * flow - rounded - 1e-15).all()
+        assert (work[guides["is_pulley"] != 0.0] == 0.0).all()
         before = work
 
 
@@ -51,7 +66,8 @@ def test_friction_takes_from_what_flows(case):
     """
     for _, segments, guides, _ in states(case):
         tension, passed = segments["tension"], guides["trial_flow"]
-        rounded = (1e-12 * (tension[:-1] + tension[1:]) + STRAIN) * np.abs(passed)
+        rounded = 1e-12 * (tension[:-1] + tension[1:]) + uncertain(segments, guides)
+        rounded *= np.abs(passed)
         # a flow is a difference of lengths: of a slack tendon it is their rounding
         rounded += np.abs(np.diff(tension)) * ROUNDING * segments["length"].sum()
         within = guides["is_pulley"] == 0.0
@@ -61,9 +77,9 @@ def test_friction_takes_from_what_flows(case):
 @thorough
 @given(cases())
 def test_tension_is_never_negative(case):
-    for _, segments, _, _ in states(case):
+    for scalars, segments, _, _ in states(case):
         assert (segments["tension"] >= 0.0).all()
-        assert np.isfinite(segments["tension"]).all()
+        assert np.isfinite(segments["tension"]).all() or scalars.unsolved > 0
 
 
 @thorough

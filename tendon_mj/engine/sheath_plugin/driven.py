@@ -88,9 +88,10 @@ def _input(state: State, segments: Segments, guides: Guides, first: int) -> floa
     """τ at the beginning of the branch whose first segment is ``first``."""
     fed_by = guides[first - 1].fed_by if first > 0 else -1.0
     source = int(fed_by) if 0.0 <= fed_by < first else -1
-    if source < 0:
-        return input_strain(state) / segments[first].divisor
-    return segments[source].tension * (segments[source].divisor / segments[first].divisor)
+    given, tau = input_strain(state), segments[source].tension
+    if source < 0 or tau == given / segments[source].divisor:  # nothing rubbed: to the last bit
+        return given / segments[first].divisor
+    return tau * (segments[source].divisor / segments[first].divisor)
 
 
 @compiled

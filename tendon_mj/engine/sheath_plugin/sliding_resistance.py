@@ -53,10 +53,11 @@ def _friction_work(
 
 @apart
 def store_trial_friction_work(state: State, segments: Segments, guides: Guides) -> None:
-    """Store the friction work of every guide in the step on trial."""
+    """Store the friction work of every guide in the step on trial; a pulley does not rub."""
     for i in range(len(guides)):
-        work = _friction_work(state, segments, guides, i, state.trial_elapsed)
-        guides[i].trial_friction_work = work
+        if guides[i].is_pulley == 0.0:
+            work = _friction_work(state, segments, guides, i, state.trial_elapsed)
+            guides[i].trial_friction_work = work
 
 
 @apart
