@@ -20,7 +20,7 @@ ifneq ($(wildcard ../shared/models),)
 export TENDON_MJ_MODELS ?= $(abspath ../shared/models)
 endif
 
-.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system compiled docs test test-oldest test-newest soak check format test-wheel test-mujoco4 test-warp clean
+.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system compiled docs test test-oldest test-newest soak check format test-wheel test-mujoco4 clean
 
 demo: $(STAMP)                ## the main job: compare, render, replay, diagnose
 	$(BIN)/tendon-mj demo --out $(OUT)
@@ -36,7 +36,7 @@ test: $(STAMP)                ## the whole test suite
 	$(BIN)/pytest -n auto --dist worksteal
 
 soak: $(STAMP)                ## long trials of what docs/guarantees.md promises: some hours
-	TENDON_MJ_EXAMPLES=20000 $(BIN)/pytest -n auto tests/guarantees/test_laws.py
+	TENDON_MJ_EXAMPLES=20000 $(BIN)/pytest -n auto tests/guarantees/test_laws.py tests/guarantees/test_extremes.py
 	$(BIN)/python -m experiments.soak --out out/soak
 
 check: $(INSTALLED)           ## formatter, linter, strict types, layers
@@ -101,15 +101,6 @@ test-oldest test-newest: test-%: .venv-%/.ready
 	$(@D)/bin/python $(PIP) install uv
 	VIRTUAL_ENV=$(@D) $(@D)/bin/uv pip install --quiet --resolution $(RELEASES) -e '.[dev]'
 	VIRTUAL_ENV=$(@D) $(@D)/bin/uv pip install --quiet --no-deps 'dm-control>=1.0.50,<2'
-	touch $@
-
-# The sheaths on MuJoCo Warp, on its CPU device, with the extra `warp` that the other tests do without.
-test-warp: .venv-warp/.ready
-	.venv-warp/bin/pytest tests/warp tests/experiments/test_warp_comparison.py tests/test_examples.py -k warp
-
-.venv-warp/.ready: pyproject.toml constraints.txt
-	$(PYTHON) -m venv --clear .venv-warp
-	.venv-warp/bin/python $(PIP) install -c constraints.txt -e '.[dev,warp]'
 	touch $@
 
 clean:

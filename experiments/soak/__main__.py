@@ -18,26 +18,27 @@ from tendon_mj.builders import example_recording, example_rig
 from tendon_mj.cli import Output, console, progress_bar
 
 _CASES = 6  # of the hidden suite whose diagnosis is killed
-_FUZZ = ("model_fuzz", "recording_fuzz", "life_cycle")
 
 
 def soak(
     out: Path = Path("out/soak"),
     fuzz: int = 20_000,
+    commands: int = 5_000,
     lives: int = 4_000,
     bench_steps: int = 100_000_000,
     finger_steps: int = 10_000_000,
     kills: int = 10,
     seed: int = 0,
 ) -> None:
-    """Try hostile models and recordings, long runs, lives of models, and killed runs.
+    """Try hostile models, recordings and command lines, long runs, lives of models, and killed runs.
 
-    Takes about an hour on one core. The laws on random tendons are the tests' own:
+    Takes about two hours on one core. The laws on random tendons are the tests' own:
     TENDON_MJ_EXAMPLES=20000 pytest tests/guarantees.
 
     Args:
         out: folder for result.json.
         fuzz: number of broken models, and of broken recordings.
+        commands: number of command lines.
         lives: number of models that are made, copied, pickled, recompiled and deleted.
         bench_steps: steps of the bench.
         finger_steps: steps of the finger under its servos.
@@ -47,9 +48,14 @@ def soak(
     output = Output(out)
     result: dict[str, object] = {"machine": platform.platform(), "python": sys.version.split()[0]}
     with progress_bar() as progress:
-        for name in _FUZZ:
+        batches = {
+            "model_fuzz": fuzz,
+            "recording_fuzz": fuzz,
+            "command_fuzz": commands,
+            "life_cycle": lives,
+        }
+        for name, trials in batches.items():
             began = time.perf_counter()
-            trials = lives if name == "life_cycle" else fuzz
             found = run_batches(f"experiments.soak.{name}", trials, seed, progress=progress)
             result[name] = found.result() | {"seconds": time.perf_counter() - began}
             console.print(f"{name}: {_said(found)}", soft_wrap=True)

@@ -106,12 +106,14 @@ def sweep(
         output.add(table)
     drawn = found.drawn()
     if all(drawn):
-        axes = {f"{a.name} [{asked.units[a.name]}]": found.column(a.name) for a in drawn[0]}
+        labels = {f"{a.name} [{asked.units[a.name]}]": a for a in drawn[0]}
+        axes = {label: found.column(a.name) for label, a in labels.items()}
         values = {_labelled(o): found.column(o.name) for o in drawn[1]}
         solid = found.solid
         figure = parameter_figure(
             {label: given[solid] for label, given in axes.items()},
             {label: given[solid] for label, given in values.items()},
+            [label for label, a in labels.items() if a.drawn],
         )
         output.figure("sweep", figure)
     failed = int((~found.solid).sum())

@@ -126,7 +126,7 @@ def sheath_arrays(
     counts: NDArray[np.float64] = scalars["guides"]
     n = int(counts.flat[0]) if counts.size and np.isfinite(counts).all() else -1
     state_size = int(model.plugin_statenum[np.flatnonzero(model.plugin_stateadr == start)].max())
-    bound = (scalars["seal"] != 0.0).all()  # as reset or compiled, by this process or another
+    bound = (scalars["sheath_signature"] != 0.0).all()  # as a reset leaves it
     if not bound or n < 0 or (counts != n).any() or size(n) > state_size:
         raise InvalidValueError(
             f"sheath {sheath!r}: these are no plugin states of this model, or none at all"

@@ -33,6 +33,11 @@ class Axis(NamedTuple):
     high: float
     grid: NDArray[np.float64] | None
 
+    @property
+    def drawn(self) -> bool:
+        """Whether its values are random."""
+        return self.grid is None
+
 
 def parse_axes(
     texts: Sequence[str], draws: int, parameters: Collection[str], sheaths: Mapping[str, str]

@@ -12,39 +12,53 @@ _MOST_BINS = 30
 FEWEST = 5  # rollouts of which shares are told; with less each value is nearly its own mean
 
 
-def bins_of(values: Array) -> NDArray[np.int64]:
-    """(n,) number of the bin of each value: its own where few differ, else quantiles.
+def bins_of(values: Array, drawn: bool) -> NDArray[np.int64]:
+    """(n,) number of the bin of each value: on a grid its own, of draws a quantile.
 
-    The bins are at most 30, and at most √n.
+    The m draws are in √m bins, at most 30, each with as many.
     """
     different, place = np.unique(values, return_inverse=True)
-    most = min(_MOST_BINS, max(2, math.isqrt(len(values))))
-    if len(different) <= most or len(different) <= len(values) / 4:
-        return np.asarray(place, np.int64)
-    edges = np.quantile(values, np.linspace(0.0, 1.0, most + 1)[1:-1])
-    return np.asarray(np.searchsorted(edges, values), np.int64)
+    if drawn:
+        number = min(_MOST_BINS, max(2, math.isqrt(len(different))))
+        place = (place * number) // len(different)
+    return np.asarray(place, np.int64)
 
 
-def share_of_variance(values: Array, output: Array) -> float:
+def share_of_variance(values: Array, output: Array, among: int = 0) -> float:
     """The part of an output's variance that its mean at each parameter value accounts for.
 
-        S = Var(E[y | x]) / Var(y),   corrected for the number of bins of x (ε²)
+        S = Var(E[y | x]) / Var(y)
 
-    It is the first-order Sobol index where the parameters are independent. 0 where nothing varies.
+    It is the first-order Sobol index (Sobol, 2001) where the parameters are independent. The mean
+    at a value is over all rollouts that have it: all combinations of the others. Of parameters that
+    are drawn together each draw has one value of every one; there E[y | x] is straight lines in
+    quantiles of x, and R² is adjusted for their number, so that the others' scatter is not
+    counted. 0 where nothing varies.
 
     Args:
         values: (n,) of the parameter.
         output: (n,) finite.
+        among: number of parameters that are drawn together with this one and itself; 0 for a grid.
     """
-    total = float(np.var(output)) * len(output)
-    if len(output) < 2 or not total > 0.0:
+    spread = float(np.ptp(output)) if len(output) else 0.0
+    if not spread > 0.0:
         return 0.0
-    place = bins_of(values)
-    count = np.bincount(place)
-    used = count > 0
-    mean = np.bincount(place, output)[used] / count[used]
-    between = float(np.sum(count[used] * (mean - output.mean()) ** 2))
-    bins, within = int(used.sum()), total - between
-    if len(output) <= bins:
-        return between / total
-    return max(0.0, (between - (bins - 1) * within / (len(output) - bins)) / total)
+    output = (output - output.mean()) / spread
+    different, place, count = np.unique(values, return_inverse=True, return_counts=True)
+    mean = np.bincount(place, output) / count
+    between = float(np.sum(count * mean**2) / np.sum(output**2))
+    return between * _explained(different, mean) if among > 1 else between
+
+
+def _explained(x: Array, y: Array) -> float:
+    """Adjusted R² of straight lines in quantiles of x, which is sorted."""
+    bins = min(_MOST_BINS, max(1, math.isqrt(len(x)) // 2))
+    free = len(x) - 2 * bins
+    total = float(np.sum((y - y.mean()) ** 2))
+    if free < 1 or not total > 0.0:
+        return 0.0
+    rest = 0.0
+    for part in np.array_split(np.arange(len(x)), bins):
+        line = np.polynomial.Polynomial.fit(x[part], y[part], 1)
+        rest += float(np.sum((y[part] - line(x[part])) ** 2))
+    return max(0.0, 1.0 - rest / free * (len(x) - 1) / total)

@@ -62,13 +62,14 @@ class SweepResult:
         """
         varied = self.table.read([axis.name for axis in self.axes])
         varied = {name: values[self.solid] for name, values in varied.items()}
+        drawn = [axis.name for axis in self.axes if axis.drawn]
         found = {}
         for first in range(0, len(self.outputs), _READ):
             some = self.outputs[first : first + _READ]
             columns = self.table.read([output.name for output in some])
             for output in some:
                 values = columns[output.name][self.solid]
-                found[output.name] = {"unit": output.unit, **_summary(values, varied)}
+                found[output.name] = {"unit": output.unit, **_summary(values, varied, drawn)}
         return found
 
     def drawn(self) -> tuple[Sequence[Axis], list[Output]]:
@@ -94,7 +95,9 @@ class SweepResult:
         return path
 
 
-def _summary(values: NDArray[Any], varied: dict[str, NDArray[Any]]) -> dict[str, Any]:
+def _summary(
+    values: NDArray[Any], varied: dict[str, NDArray[Any]], drawn: Sequence[str]
+) -> dict[str, Any]:
     """Of the values of an output; nothing where every rollout failed."""
     if not len(values):
         return {}
@@ -105,6 +108,7 @@ def _summary(values: NDArray[Any], varied: dict[str, NDArray[Any]]) -> dict[str,
         "mean": float(values.mean()),
         "std": float(values.std()),
         "share_of_variance": {
-            name: share_of_variance(given, values) for name, given in told.items()
+            name: share_of_variance(given, values, len(drawn) if name in drawn else 0)
+            for name, given in told.items()
         },
     }

@@ -140,6 +140,14 @@ def forget(t: Tendons, worlds: wp.array[wp.bool]) -> None:
 
 
 @wp.kernel
+def finish(time: wp.array[wp.float32], t: Tendons) -> None:
+    """Commit what a finished step left on trial; threads (sheaths, worlds)."""
+    k, w = wp.tid()
+    if t.has_trial[k, w] and time[w] > t.trial_time[k, w]:
+        _commit(t, sheath_at(t, k, w))
+
+
+@wp.kernel
 def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
     """Tensions of the sheaths that are driven, or of the others; threads (sheaths, worlds)."""
     k, w = wp.tid()

@@ -13,6 +13,7 @@ from tendon_mj.warp.measure import measure
 from tendon_mj.warp.motion import Motion
 from tendon_mj.warp.path import Scene
 from tendon_mj.warp.sheaths import Sheaths
+from tendon_mj.warp.simulated import Layout
 
 _SPRING_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value
 _DAMPER_OFF = mujoco.mjtDisableBit.mjDSBL_DAMPER.value
@@ -42,9 +43,24 @@ def sheaths_of(data: Any) -> Sheaths:
     return found
 
 
-def evaluate(m: Any, d: Any, driven: bool) -> None:
+def sheaths_laid_out(data: Any, layout: Layout) -> Sheaths:
+    """Sheaths of the worlds in data of the model that has this layout.
+
+    Raises:
+        InvalidValueError: data of another model, or without sheaths.
+    """
+    found = sheaths_of(data)
+    if found.layout != layout:
+        raise InvalidValueError(
+            f"these data have the sheaths of another model, {', '.join(found.names)}: make them by "
+            "tendon_mj.warp.make_data or put_data of the model that put_model was given"
+        )
+    return found
+
+
+def evaluate(m: Any, d: Any, layout: Layout, driven: bool) -> None:
     """Solve the sheaths that are driven, or the others, and add their forces."""
-    found = sheaths_of(d)
+    found = sheaths_laid_out(d, layout)
     scene = _with(Scene(), (m, _TENDONS), (m, _GEOMETRY), (d, _POSES))
     motion = _with(Motion(), (m, _BODIES), (m, _REST), (m, _CONTROLS), (m, _ACTUATORS))
     _with(motion, (d, _MOTION), (d, _FRAMES))
@@ -58,9 +74,9 @@ def evaluate(m: Any, d: Any, driven: bool) -> None:
     wp.launch(apply, dim=(m.nv, d.nworld), inputs=inputs, device=device)
 
 
-def show(d: Any, shown: Any) -> None:
+def show(d: Any, layout: Layout, shown: Any) -> None:
     """Write what sensors of sheaths show; ``shown`` as of `shown_numbers`."""
-    inputs = [sheaths_of(d).tendons, shown, d.sensordata]
+    inputs = [sheaths_laid_out(d, layout).tendons, shown, d.sensordata]
     wp.launch(measure, dim=(shown.shape[0], d.nworld), inputs=inputs, device=d.qpos.device)
 
 

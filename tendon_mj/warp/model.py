@@ -18,11 +18,13 @@ import warp as wp
 
 from tendon_mj.abi.layout import read_layout
 from tendon_mj.abi.memory import set_integer
-from tendon_mj.warp.evaluate import forget
-from tendon_mj.warp.hooks import evaluate, sheaths_of, show
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.warp.evaluate import finish, forget
+from tendon_mj.warp.hooks import evaluate, sheaths_laid_out, show
+from tendon_mj.warp.read_back import read_back
 from tendon_mj.warp.sensors import sensors_of_sheaths, shown_numbers
 from tendon_mj.warp.sheaths import Sheaths
-from tendon_mj.warp.simulated import Simulated, simulated_sheaths
+from tendon_mj.warp.simulated import Simulated, layout_of, simulated_sheaths
 from tendon_mj.warp.support import check_supported
 
 _put_model = inspect.unwrap(mjw.put_model)  # without our refusal of plugins
@@ -44,27 +46,28 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
     Raises:
         NoPluginsError: what is not supported is named, with what to do instead.
     """
-    found = simulated_sheaths(model, mujoco.MjData(model))
+    found = simulated_sheaths(_of_mujoco(model), mujoco.MjData(model))
     if not found:
         return _put_model(model, **options)
     check_supported(model, found)
     put = _put_model(_without_plugins(model, found), **options)
+    put.tendon_mj = layout = layout_of(found)
     driven = [bool(sheath.state["driven"]) for sheath in found.values()]
     acts = model.nactuator > 0 and not model.opt.disableflags & _ACTUATION_OFF
     late = acts and any(driven)  # driven ones need what the actuators do
 
     def passive(m: Any, d: Any) -> None:
         if not all(driven):
-            evaluate(m, d, False)
+            evaluate(m, d, layout, False)
         if any(driven) and not late:
-            evaluate(m, d, True)
+            evaluate(m, d, layout, True)
 
     put.callback.passive = passive
     if late:
-        put.callback.act_bias = lambda m, d: evaluate(m, d, True)
+        put.callback.act_bias = lambda m, d: evaluate(m, d, layout, True)
     shown = shown_numbers(model, found)
     if shown.shape[0]:
-        put.callback.sensor = lambda m, d, stage: show(d, shown) if stage == _LAST else None
+        put.callback.sensor = lambda m, d, stage: show(d, layout, shown) if stage == _LAST else None
     return put
 
 
@@ -80,12 +83,40 @@ def put_data(model: mujoco.MjModel, data: mujoco.MjData, nworld: int = 1, **size
     Returns:
         `mujoco_warp.Data`, whose sheaths `sheaths_of` gives.
     """
+    _of_mujoco(model)
     return _with_sheaths(mjw.put_data(model, data, nworld, **sizes), model, data)
 
 
 def make_data(model: mujoco.MjModel, nworld: int = 1, **sizes: Any) -> Any:
     """Make data on the device as after a reset; arguments as of `put_data`."""
+    _of_mujoco(model)
     return _with_sheaths(mjw.make_data(model, nworld, **sizes), model, mujoco.MjData(model))
+
+
+def get_data_into(
+    result: mujoco.MjData, model: mujoco.MjModel, data: Any, world_id: int = 0
+) -> None:
+    """Get a world with its sheaths from the device, as `mujoco_warp.get_data_into` does without.
+
+    Args:
+        result: whose state and live parameters are set; evaluate it for tensions and forces.
+        model: as given to `put_model`.
+        data: on the device.
+        world_id: number of the world.
+
+    Raises:
+        InvalidValueError: data of another model.
+    """
+    mujoco.mj_forward(model, result)  # a tendon that was never laid has no state to be set
+    mjw.get_data_into(result, model, data, world_id)
+    found = simulated_sheaths(model, result)
+    if not found:
+        return
+    sheaths = sheaths_laid_out(data, layout_of(found))
+    dim = (len(sheaths.names), data.nworld)
+    inputs = [data.time, sheaths.tendons]
+    wp.launch(finish, dim=dim, inputs=inputs, device=data.qpos.device)
+    read_back(found, sheaths.tendons, world_id, result.time - model.opt.timestep)
 
 
 def reset_data(model: Any, data: Any, reset: Any = None) -> None:
@@ -97,11 +128,23 @@ def reset_data(model: Any, data: Any, reset: Any = None) -> None:
         reset: (worlds,) Warp array of bool, which ones; all without.
     """
     mjw.reset_data(model, data, reset)
-    sheaths, device = sheaths_of(data), data.qpos.device
+    layout = getattr(model, "tendon_mj", ())
+    if not (layout or hasattr(data, "tendon_mj")):
+        return
+    sheaths, device = sheaths_laid_out(data, layout), data.qpos.device
     if reset is None:
         reset = wp.full(data.nworld, True, dtype=wp.bool, device=device)
     dim = (len(sheaths.names), data.nworld)
     wp.launch(forget, dim=dim, inputs=[sheaths.tendons, reset], device=device)
+
+
+def _of_mujoco(model: Any) -> mujoco.MjModel:
+    if not isinstance(model, mujoco.MjModel):
+        raise InvalidValueError(
+            f"a {type(model).__module__}.{type(model).__name__} is given as model; give the "
+            "mujoco.MjModel that is to be put, or was put, on the device"
+        )
+    return model
 
 
 def _with_sheaths(put: Any, model: mujoco.MjModel, data: mujoco.MjData) -> Any:

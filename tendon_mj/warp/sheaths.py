@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.sheath.law import check_range
 from tendon_mj.warp.allocate import allocate
-from tendon_mj.warp.simulated import Simulated
+from tendon_mj.warp.simulated import Simulated, layout_of
 from tendon_mj.warp.support import PARAMETERS
 
 
@@ -20,6 +20,7 @@ class Sheaths:
 
     Attributes:
         names: of the sheaths, in the order of the other axis.
+        layout: where each one's numbers are; that of the model whose sheaths they are.
         nworld: number of worlds.
         parameters: name to (worlds, sheaths) float32, what each world has of its own.
         input_tension, output_tension: (worlds, sheaths) float32, of the latest evaluation [N].
@@ -37,6 +38,7 @@ class Sheaths:
             nworld: number of worlds, all alike.
         """
         self.names = tuple(found)
+        self.layout = layout_of(found)
         self.nworld = nworld
         self.tendons: Any = allocate(found, reels, nworld)
         self.parameters = {name: getattr(self.tendons, name) for name in PARAMETERS}
@@ -56,26 +58,35 @@ class Sheaths:
 
         Args:
             parameter: one of ``parameters``.
-            values: that broadcast to (worlds, sheaths), or to (worlds,) with ``sheath``.
+            values: a number; (worlds, sheaths) or what broadcasts to that in two dimensions; with
+                ``sheath`` (worlds,).
             sheath: name of the one whose it is; all without.
 
         Raises:
-            InvalidValueError: a value outside its range, or an array of another shape.
+            InvalidValueError: no numbers, one outside its range, or an array of another shape; one
+                of one dimension is refused unless ``sheath`` says whose it is.
             UnknownNameError: no such parameter or sheath.
         """
         if parameter not in self.parameters:
             raise UnknownNameError("parameter", parameter, self.parameters, "tendon_mj.warp")
         if sheath is not None and sheath not in self.names:
             raise UnknownNameError("sheath", sheath, self.names)
-        given = np.asarray(values, float)
+        try:
+            given = np.asarray(values, float)
+        except (TypeError, ValueError):
+            raise InvalidValueError(f"{parameter}: {values!r} are no numbers") from None
         for value in (given.min(), given.max()) if given.size else ():
             check_range(parameter, float(value), "tendon_mj.warp")
         table = self.parameters[parameter].numpy()
         part = table if sheath is None else table[:, self.names.index(sheath)]
         try:
+            if sheath is None and given.ndim == 1:  # of worlds or of sheaths?
+                raise ValueError
             part[...] = np.broadcast_to(given, part.shape)
         except ValueError:
+            shape = "(worlds, sheaths)" if sheath is None else "(worlds,)"
             raise InvalidValueError(
-                f"{parameter}: values of shape {given.shape} do not broadcast to {part.shape}"
+                f"{parameter}: values of shape {given.shape} are not of shape {part.shape}, {shape}"
+                + ("; give values[:, None] for one a world" if sheath is None else "")
             ) from None
         wp.copy(self.parameters[parameter], wp.array(table, dtype=wp.float32))

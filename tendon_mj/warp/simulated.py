@@ -10,6 +10,8 @@ import numpy as np
 from tendon_mj.engine import sheath_arrays, sheaths
 from tendon_mj.sheath.records import ARC
 
+Layout = tuple[tuple[str | int, ...], ...]
+
 
 class Simulated(NamedTuple):
     """State of one sheath; records with the fields that `tendon_mj.sheath.records` has."""
@@ -32,6 +34,19 @@ def simulated_sheaths(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, S
         arcs = plugin_state[behind : behind + count * ARC.itemsize // 8].view(ARC)
         found[name] = Simulated(state, segments, guides, arcs)
     return found
+
+
+def layout_of(found: dict[str, Simulated]) -> Layout:
+    """What a kernel finds its way by, of each sheath: data of another model have another."""
+    whole = ("tendon", "driven", "reel_actuator", "reel_joint", "output_joint", "input_at_last")
+    return tuple(
+        (
+            name,
+            *(int(sheath.state[field]) for field in whole),
+            *(len(part) for part in (sheath.segments, sheath.guides, sheath.arcs)),
+        )
+        for name, sheath in found.items()
+    )
 
 
 def state_field(sheaths_found: dict[str, Simulated], field: str) -> np.ndarray[Any, Any]:

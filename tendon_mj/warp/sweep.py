@@ -23,8 +23,13 @@ _ITERATIONS = wp.constant(200)
 def _missing(
     t: Tendons, s: Sheath, j: int, at: wp.float64, first: int
 ) -> tuple[wp.float64, wp.float64]:
-    """G_j(τ) [m] and its slope: what segments ``first`` to j lack when j is at τ."""
+    """G_j(τ) [m] and its slope: what segments ``first`` to j lack when j is at τ.
+
+    Where the input is given, segments at the most or least that it allows them take from it what
+    they lack: nothing is asked of j then, though rounding puts τ's bound beyond their tension.
+    """
     w = s.world
+    touching = wp.where(first > 0, _ROUNDING * wp.float64(j), wp.float64(0.0))
     total = wp.float64(0.0)
     slope = wp.float64(0.0)
     gain = wp.float64(1.0)
@@ -38,10 +43,10 @@ def _missing(
         if k >= first:
             low, high = lowest(t, s, k, tau), highest(t, s, k, tau)
             prefix = t.prefix[s.segment + k, w]
-            if prefix > high:
+            if prefix > high * (wp.float64(1.0) + touching):
                 tau = high
                 gain *= t.input_ratio[s.guide + k, w]
-            elif prefix < low:
+            elif prefix < low * (wp.float64(1.0) - touching):
                 tau = low
                 gain /= t.output_ratio[s.guide + k, w]
             else:
@@ -260,4 +265,6 @@ def sweep(t: Tendons, s: Sheath) -> bool:
         beyond = _flow_at(t, s, j, beyond)
         t.flow[s.guide + j, w] = beyond
         t.slip[s.guide + j, w] = _sense(beyond)
+    if s.given:  # rounding apart, the walk back has left it
+        t.tension[s.segment, w] = t.prefix[s.segment, w]
     return _holds(t, s)

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from mujoco import rollout
 
-from tendon_mj import Parameters, add_friction, add_sensor, view_sheath
-from tendon_mj.engine import KINDS, PARAMETERS
+from tendon_mj import Parameters, add_friction, add_sensor, load_model, view_sheath
+from tendon_mj.engine import KINDS, PARAMETERS, sheaths
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tests.attach.finger import finger
 
@@ -136,3 +136,10 @@ def test_friction_work_counts_a_step_once_whether_it_is_finished_or_not():
         before = float(view.friction_work[0])
         assert before == data.sensor("friction_work").data[0] >= finished
     assert before > 0.0
+
+
+def test_data_that_were_never_evaluated_show_their_state():
+    model = load_model("finger")
+    data = mujoco.MjData(model)
+    for name in sheaths(model):
+        assert not view_sheath(model, data, name).tension.any()

@@ -1,4 +1,4 @@
-"""A short form of `python -m experiments.soak`: hostile input and the lives of models."""
+"""A short form of `python -m experiments.soak`: hostile input, command lines and the lives of models."""
 
 import sys
 
@@ -11,7 +11,8 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="reads the memor
 
 
 @pytest.mark.parametrize(
-    ("name", "trials"), [("model_fuzz", 150), ("recording_fuzz", 150), ("life_cycle", 20)]
+    ("name", "trials"),
+    [("model_fuzz", 150), ("recording_fuzz", 150), ("command_fuzz", 40), ("life_cycle", 20)],
 )
 def test_nothing_crashes_and_every_refusal_says_what_and_where(name, trials):
     found = run_batches(f"experiments.soak.{name}", trials, seed=7)

@@ -85,11 +85,38 @@ def test_more_combinations_than_a_sweep_has_are_refused_before_any_is_drawn():
 
 def test_variance_is_shared_by_who_causes_it():
     x, y = np.random.default_rng(5).uniform(size=(2, 4000))
-    assert share_of_variance(x, x) == pytest.approx(1.0, abs=0.01)
-    assert share_of_variance(y, x) == pytest.approx(0.0, abs=0.01)
-    assert share_of_variance(x, x + y) == pytest.approx(0.5, abs=0.03)
-    assert share_of_variance(np.round(3 * x), np.round(3 * x) + y) > 0.8
-    assert share_of_variance(x, np.ones_like(x)) == 0.0
+    assert share_of_variance(x, x, 2) == pytest.approx(1.0)
+    assert share_of_variance(y, x, 2) == pytest.approx(0.0, abs=0.03)
+    assert share_of_variance(x, x + y, 2) == pytest.approx(0.5, abs=0.03)
+    assert share_of_variance(x, np.floor(2 * x) + y, 2) == pytest.approx(0.75, abs=0.03)
+    assert share_of_variance(x, np.ones_like(x), 2) == 0.0
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1.0, 1e300])
+@pytest.mark.parametrize("draws", [5, 8, 40, 400])
+def test_shares_of_a_sweep_with_grids_and_draws_are_those_of_their_functions(draws, scale):
+    varied = axes(
+        "mcp.damping=0:1:3",
+        "gravity.z=0:1:4",
+        "flexor.friction=0:1",
+        "extensor.friction=0:1",
+        draws=draws,
+    )
+    a, inert, x, idle = Design(varied, draws, seed=4).values(0, 12 * draws).T
+    by_grid, by_draw = scale * a**2, scale * (0.5 * x + 0.1)
+    both = scale * (a + 2 * x)
+    for values, among in ((a, 0), (inert, 0)):
+        expected = float(values is a)
+        assert share_of_variance(values, by_grid, among) == pytest.approx(expected, abs=1e-9)
+        assert share_of_variance(values, by_draw, among) == pytest.approx(0.0, abs=1e-9)
+    assert share_of_variance(x, by_draw, 2) == pytest.approx(1.0)
+    assert share_of_variance(x, by_grid, 2) == pytest.approx(0.0, abs=1e-9)
+    assert share_of_variance(idle, by_draw, 2) < 3.0 * draws**-0.5
+    of_a, of_x = np.var(a), np.var(2 * x)
+    assert share_of_variance(a, both, 0) == pytest.approx(of_a / (of_a + of_x))
+    assert share_of_variance(x, both, 2) == pytest.approx(of_x / (of_a + of_x))
+    # all that is drawn: whatever the function, it is the parameter's
+    assert share_of_variance(x, np.sin(40 * x), 1) == pytest.approx(1.0)
 
 
 def test_summaries_are_what_they_say():

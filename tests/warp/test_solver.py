@@ -72,9 +72,10 @@ def test_tensions_and_flows_are_those_of_the_plugin(n, given):
     wp.launch(solve_all, dim=(1, CASES), inputs=[t, solved])
     expected = np.array([solve_flow(s, g, False, given) for s, g in cases])
     both = solved.numpy()[0] & expected
-    # whether a slack stretch between constant friction can be solved, rounding may decide
-    assert (both != expected).sum() + (both != solved.numpy()[0]).sum() <= 1
-    assert both.mean() > 0.95
+    assert (both == solved.numpy()[0]).all()
+    # what a slack stretch between constant friction leaves open, the plugin settles by drag
+    assert all(cases[k][1]["constant_friction"].any() for k in np.flatnonzero(~both))
+    assert both.mean() >= 0.99
     tension, flow = t.tension.numpy().T, t.flow.numpy().T
     for k, (segments, guides) in enumerate(cases):
         if both[k]:

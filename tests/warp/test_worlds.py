@@ -4,7 +4,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from tendon_mj import Parameters
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.warp.simulated import simulated_sheaths
 from tests.warp.models import controls, fingers, mjw, step, tw
 
 wp = pytest.importorskip("warp")
@@ -109,8 +111,59 @@ def test_parameters_are_checked_and_named(model):
         sheaths.set("friction", 0.1, "flexor")
     with pytest.raises(InvalidValueError, match="friction"):
         sheaths.set("friction", -0.1)
-    with pytest.raises(InvalidValueError, match=r"\(2,\) do not broadcast to \(3,\)"):
+    with pytest.raises(InvalidValueError, match=r"\(2,\) are not of shape \(3,\)"):
         sheaths.set("friction", [0.1, 0.2], "drum")
+    with pytest.raises(InvalidValueError, match=r"values\[:, None\]"):
+        sheaths.set("friction", [0.1, 0.2, 0.3])
+    with pytest.raises(InvalidValueError, match="no numbers"):
+        sheaths.set("friction", "much")
+
+
+def test_a_world_that_is_got_back_goes_on_as_it_does_there(model, on_device):
+    inputs = controls(model, 2 * STEPS)
+    d = tw.make_data(model, 2)
+    sheaths = tw.sheaths_of(d)
+    sheaths.set("friction", FRICTION[:2, None])
+    run(on_device, d, inputs[:STEPS])
+    data = mujoco.MjData(model)
+    tw.get_data_into(data, model, d, world_id=1)
+    expected = run(on_device, d, inputs[STEPS:])[1]
+    for row in inputs[STEPS:]:
+        data.ctrl[:] = row
+        mujoco.mj_step(model, data)
+    np.testing.assert_allclose(data.qpos, expected[: model.nq], rtol=1e-3, atol=1e-4)
+    assert Parameters(model, data)["reel.friction"] == pytest.approx(FRICTION[1])
+
+
+def test_what_is_put_there_and_got_back_has_not_changed(model):
+    data, again = mujoco.MjData(model), mujoco.MjData(model)
+    for row in controls(model, STEPS):
+        data.ctrl[:] = row
+        mujoco.mj_step(model, data)
+    tw.get_data_into(again, model, tw.put_data(model, data, 2), 1)
+    found, expected = (simulated_sheaths(model, each) for each in (again, data))
+    for name, sheath in expected.items():
+        for part, field in (
+            ("segments", "stored"),
+            ("segments", "previous_tension"),
+            ("guides", "previous_slip"),
+            ("state", "wound_in"),
+            ("state", "law"),
+        ):
+            assert (getattr(found[name], part)[field] == getattr(sheath, part)[field]).all()
+
+
+def test_data_of_another_model_are_refused_by_what_would_use_them(model, on_device):
+    other = fingers(kinds=("drum", "reel"))
+    d = tw.make_data(other)
+    for use in (mjw.step, mjw.forward, tw.reset_data):
+        with pytest.raises(InvalidValueError, match="of another model, drum, reel"):
+            use(on_device, d)
+    with pytest.raises(InvalidValueError, match="of another model, drum, reel"):
+        tw.get_data_into(mujoco.MjData(model), model, d)
+    for make in (tw.make_data, tw.put_model):
+        with pytest.raises(InvalidValueError, match=r"give the mujoco\.MjModel"):
+            make(on_device)
 
 
 def test_data_made_otherwise_are_refused():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,12 +17,15 @@ _MIDDLE = (0.05, 0.5, 0.95)
 _MOST_POINTS = 2000  # of which single ones can be told apart
 
 
-def parameter_figure(parameters: Mapping[str, Array], outputs: Mapping[str, Array]) -> Figure:
+def parameter_figure(
+    parameters: Mapping[str, Array], outputs: Mapping[str, Array], drawn: Collection[str]
+) -> Figure:
     """Draw each output over each parameter, the others varying.
 
     Args:
         parameters: label → (rollouts,) values; a column each.
         outputs: label → (rollouts,) finite; a row each.
+        drawn: labels of the parameters whose values are random.
     """
     rows, columns = len(outputs), len(parameters)
     with print_style():
@@ -30,7 +33,7 @@ def parameter_figure(parameters: Mapping[str, Array], outputs: Mapping[str, Arra
         grid = figure.subplots(rows, columns, sharex="col", sharey="row", squeeze=False)
         for line, (output, values) in zip(grid, outputs.items(), strict=True):
             for axes, (parameter, given) in zip(line, parameters.items(), strict=True):
-                _draw(axes, given, values)
+                _draw(axes, given, values, parameter in drawn)
                 if axes in grid[-1]:
                     axes.set_xlabel(parameter)
             line[0].set_ylabel(output)
@@ -38,8 +41,8 @@ def parameter_figure(parameters: Mapping[str, Array], outputs: Mapping[str, Arra
     return figure
 
 
-def _draw(axes: Axes, given: Array, values: Array) -> None:
-    place = bins_of(given)
+def _draw(axes: Axes, given: Array, values: Array, drawn: bool) -> None:
+    place = bins_of(given, drawn)
     numbers = np.unique(place)
     middle = np.array([np.median(given[place == k]) for k in numbers])
     low, median, high = np.array([np.quantile(values[place == k], _MIDDLE) for k in numbers]).T
