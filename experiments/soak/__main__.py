@@ -30,7 +30,7 @@ def soak(
     kills: int = 10,
     seed: int = 0,
 ) -> None:
-    """Try hostile models, recordings and command lines, long runs, lives of models, and killed runs.
+    """Try hostile models, recordings and commands, long runs, lives of models, and killed runs.
 
     Takes about two hours on one core. The laws on random tendons are the tests' own:
     TENDON_MJ_EXAMPLES=20000 pytest tests/guarantees.

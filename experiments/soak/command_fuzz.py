@@ -29,6 +29,7 @@ from tendon_mj.interruption import interruptible
 
 _ENDINGS = {0: "carried out", 2: "refused", 130: "interrupted"}
 _LONGEST = 0.4  # [s] until the last moment of an interruption
+_UNINTERRUPTED = 1e3  # [s]
 _MOST_LINES = 150  # of a refusal: where no command is named, it lists them all
 _TABLE = "loop.csv"
 # by command; none of them opens a window, and one process does the work of those that have many
@@ -87,6 +88,9 @@ def trials(seed: int, count: int) -> Iterator[tuple[str, str]]:
     signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGINT))
     with tempfile.TemporaryDirectory() as whole_files, contextlib.chdir("/"):
         _fill(Path(whole_files))
+        _run(
+            ["bench", "--rounds", "none"], _UNINTERRUPTED
+        )  # an import that was cut off fails later
         for _ in range(count):
             typed = _mistyped(draw.choice(_TYPED).split(" "), draw)
             with tempfile.TemporaryDirectory() as parent:

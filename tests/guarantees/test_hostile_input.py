@@ -1,4 +1,4 @@
-"""A short form of `python -m experiments.soak`: hostile input, command lines and the lives of models."""
+"""A short form of `python -m experiments.soak`: hostile input, and the lives of models."""
 
 import sys
 
