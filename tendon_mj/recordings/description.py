@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from tendon_mj.errors import InvalidValueError, RecordingError, unknown
+from tendon_mj.recordings.magnitude import size_fault
 from tendon_mj.recordings.table_checks import TIMES
 
 
@@ -14,7 +15,8 @@ from tendon_mj.recordings.table_checks import TIMES
 class Measured:
     """A column is what ``sensor`` reads; ``noise``, its standard deviation [the column's unit].
 
-    Raises `InvalidValueError` for an empty sensor name or a noise that is not positive and finite.
+    Raises `InvalidValueError` for an empty sensor name, and a noise that is not positive or beyond
+    the sizes of `size_fault`.
     """
 
     sensor: str
@@ -25,6 +27,7 @@ class Measured:
             raise InvalidValueError(f"sensor must be a name, got {self.sensor!r}")
         if self.noise is not None and not 0 < self.noise < math.inf:
             raise InvalidValueError(f"noise must be > 0 and finite, got {self.noise!r}")
+        _check_sizes(noise=self.noise or 0.0)
 
 
 @dataclass(frozen=True)
@@ -33,7 +36,7 @@ class Uncertain:
 
     ``each``: where the name stands for several parameters, whether each has a value of its own.
 
-    Raises `InvalidValueError` unless low ≤ value ≤ high, all finite.
+    Raises `InvalidValueError` unless low ≤ value ≤ high, all of a size as `size_fault` has it.
     """
 
     value: float
@@ -47,14 +50,15 @@ class Uncertain:
                 f"low ≤ value ≤ high must hold, all finite, got"
                 f" {self.low!r} ≤ {self.value!r} ≤ {self.high!r}"
             )
+        _check_sizes(value=self.value, low=self.low, high=self.high)
 
 
 @dataclass(frozen=True)
 class Session:
     """A parameter that was set anew for each recording: its mean and its standard deviation.
 
-    Both in the parameter's own SI unit. Raises `InvalidValueError` unless the value is finite and
-    the spread positive and finite.
+    Both in the parameter's own SI unit. Raises `InvalidValueError` unless both are of a size as
+    `size_fault` has it, and the spread is positive.
     """
 
     value: float
@@ -65,6 +69,7 @@ class Session:
             raise InvalidValueError(f"value must be finite, got {self.value!r}")
         if not 0.0 < self.spread < math.inf:
             raise InvalidValueError(f"spread must be > 0 and finite, got {self.spread!r}")
+        _check_sizes(value=self.value, spread=self.spread)
 
 
 @dataclass(frozen=True)
@@ -106,7 +111,8 @@ class Description:
         """Raise `RecordingError`, beginning with ``where``, unless it fits the CSV's ``columns``.
 
         Refused: empty or unwritable texts, unknown columns, a column both driven and measured,
-        an actuator driven twice, parameters misnamed, infinite, or in two of the tables.
+        an actuator driven twice, parameters misnamed, infinite, of a size as `size_fault` refuses, or
+        in two of the tables.
         """
         for key, text in (("model", self.model), ("source", self.source)):
             check_text(text, f"{where}, {key}")
@@ -142,6 +148,8 @@ class Description:
             _check_parameter(name, here)
             if not math.isfinite(value):
                 raise RecordingError(f"{here}: {value!r} is not finite")
+            if fault := size_fault(value):
+                raise RecordingError(f"{here}: {fault}")
         for table, others in (("uncertain", ("known",)), ("session", ("known", "uncertain"))):
             for name in getattr(self, table):
                 here = f"{where}, [{table}] {name!r}"
@@ -165,6 +173,12 @@ def check_text(text: str, here: str) -> None:
         text.encode()
     except UnicodeEncodeError:
         raise RecordingError(f"{here}: {text!r} cannot be written as UTF-8") from None
+
+
+def _check_sizes(**numbers: float) -> None:
+    for name, number in numbers.items():
+        if fault := size_fault(number):
+            raise InvalidValueError(f"{name}: {fault}")
 
 
 def _check_parameter(name: str, here: str) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError
+from tendon_mj.recordings.magnitude import LARGEST
 from tendon_mj.recordings.units import si_name, unit_fault
 
 FloatArray = NDArray[np.float64]
@@ -59,8 +60,8 @@ def _way_out(name: str) -> str:
 def check_table(table: Mapping[str, FloatArray], where: str, *, si: bool = False) -> None:
     """Raise `RecordingError` unless the columns, each (n,), are lawful; rows as in the CSV.
 
-    That is: names as in `check_names`, equal lengths of at least 2, every value finite and the time
-    strictly increasing.
+    That is: names as in `check_names`, equal lengths of at least 2, every value finite and at most
+    `LARGEST` in size, and the time strictly increasing.
     """
     check_names(list(table), where, si=si)
     clock = next(iter(table))
@@ -78,6 +79,12 @@ def check_table(table: Mapping[str, FloatArray], where: str, *, si: bool = False
         if bad.size:
             raise RecordingError(
                 f"{where}, row {bad[0] + 2}, column {name!r}: {column[bad[0]]} is not finite"
+            )
+        bad = np.flatnonzero(np.abs(column) > LARGEST)
+        if bad.size:
+            raise RecordingError(
+                f"{where}, row {bad[0] + 2}, column {name!r}: {column[bad[0]]} is no size that can"
+                f" be computed with, at most {LARGEST:g}"
             )
     back = np.flatnonzero(time[1:] <= time[:-1])
     if back.size:
@@ -106,8 +113,6 @@ def in_si(table: Mapping[str, FloatArray], where: str) -> dict[str, FloatArray]:
             )
         before[target] = name
         converted[target] = values if factor == 1.0 else values * factor
-        if not np.isfinite(converted[target]).all():
-            raise RecordingError(f"{where}, column {name!r}: too large a number in {target!r}")
     if not (np.diff(converted[TIME]) > 0.0).all():
         raise RecordingError(f"{where}, column {before[TIME]!r}: times too close in seconds")
     return converted

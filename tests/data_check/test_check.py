@@ -85,6 +85,22 @@ def test_the_longest_gap_is_told_with_its_row(pull: Recording) -> None:
     assert timing_warnings(pull) == []
 
 
+def test_a_gap_is_told_also_of_slow_samples(pull: Recording) -> None:
+    time = 100.0 * pull.time
+    time[100:] += 500.0
+    found = timing_warnings(replace(pull, time=time))
+    assert [warning.identifier for warning in found] == ["times_in_ms", "gap"]
+
+
+def test_a_settle_longer_than_any_rig_needs_is_told(pull: Recording) -> None:
+    assert timing_warnings(replace(pull, settle=60.0)) == []
+    (warning,) = timing_warnings(replace(pull, settle=3e4))
+    assert warning.identifier == "long_settle"
+    assert "settle = 30000 s" in warning.value
+    with pytest.raises(RecordingError, match="settle = 1e.12 s before the first sample"):
+        check_recording(replace(pull, settle=1e12))
+
+
 @pytest.mark.parametrize(
     ("factor", "meaning"),
     [

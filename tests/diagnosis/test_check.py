@@ -142,21 +142,12 @@ def test_a_simulator_that_answers_otherwise_than_asked_is_refused(
         diagnose(train, held_out, simulator)
 
 
-@pytest.mark.parametrize("noise", [1e-300, 1e-14, 1e5, 1e300])
+@pytest.mark.parametrize("noise", [1e-29, 1e-14, 1e5, 1e29])
 def test_noise_out_of_all_proportion_is_refused_with_the_range_of_its_column(noise: float) -> None:
     train, held_out = rig(1, {})
     measured = {**train[0].measured, COLUMN: replace(train[0].measured[COLUMN], noise=noise)}
     with pytest.raises(RecordingError, match=rf"'{COLUMN}': noise = .* times the range"):
         diagnose([replace(train[0], measured=measured), *train[1:]], held_out, Toy)
-
-
-def test_a_reading_that_cannot_be_squared_is_refused() -> None:
-    train, held_out = rig(1, {})
-    series = train[0].columns[COLUMN].copy()
-    series[7] = -1e308
-    columns = {**train[0].columns, COLUMN: series}
-    with pytest.raises(RecordingError, match=rf"'r0', column '{COLUMN}': a value of 1e\+308"):
-        diagnose([replace(train[0], columns=columns), *train[1:]], held_out, Toy)
 
 
 class Bare:

@@ -26,9 +26,12 @@ from tendon_mj.recordings import (
     write_recording,
 )
 from tendon_mj.recordings.description_toml import parse_description, parse_topics
+from tendon_mj.recordings.magnitude import LARGEST, SMALLEST
 from tendon_mj.recordings.recording import UNITS
 
-FINITE = st.floats(allow_nan=False, allow_infinity=False)
+CELLS = st.floats(-LARGEST, LARGEST)
+POSITIVE = st.floats(SMALLEST, LARGEST)
+SIZES = st.just(0.0) | POSITIVE | st.floats(-LARGEST, -SMALLEST)
 TEXT = st.text(st.characters(exclude_categories=["Cs"]), min_size=1).filter(str.strip)
 WORD = st.from_regex(r"[a-z]{3,8}[0-9]?", fullmatch=True)
 PARAMETER = st.builds("{}.{}".format, TEXT, WORD).filter(
@@ -38,18 +41,17 @@ PARAMETER = st.builds("{}.{}".format, TEXT, WORD).filter(
 
 @st.composite
 def recordings(draw: st.DrawFn) -> Recording:
-    clock = sorted(draw(st.lists(FINITE, min_size=2, max_size=8, unique=True)))
+    clock = sorted(draw(st.lists(CELLS, min_size=2, max_size=8, unique=True)))
     words = draw(st.lists(WORD, max_size=5, unique=True))
     names = [f"{word}{draw(st.sampled_from(UNITS))}" for word in words]
     names = [name for name in names if name != "time_s"]
-    series = st.lists(FINITE, min_size=len(clock), max_size=len(clock))
+    series = st.lists(CELLS, min_size=len(clock), max_size=len(clock))
     roles = {name: draw(st.sampled_from(["drive", "measured", "context"])) for name in names}
     driven = [name for name in names if roles[name] == "drive"]
     actuators = draw(st.lists(TEXT, min_size=len(driven), max_size=len(driven), unique=True))
-    noise = st.none() | st.floats(min_value=0, exclude_min=True, allow_infinity=False)
+    noise = st.none() | POSITIVE
     parameters = draw(st.lists(PARAMETER, max_size=6, unique=True))
-    positive = st.floats(min_value=0, exclude_min=True, allow_infinity=False)
-    ranges = st.lists(FINITE, min_size=3, max_size=3).map(sorted)
+    ranges = st.lists(SIZES, min_size=3, max_size=3).map(sorted)
     return Recording(
         name="any",
         model=draw(TEXT),
@@ -60,13 +62,13 @@ def recordings(draw: st.DrawFn) -> Recording:
         measured={
             name: Measured(draw(TEXT), draw(noise)) for name in names if roles[name] == "measured"
         },
-        known={name: draw(FINITE) for name in parameters[::3]},
+        known={name: draw(SIZES) for name in parameters[::3]},
         uncertain={
             name: Uncertain(value=value, low=low, high=high, each=draw(st.booleans()))
             for name in parameters[1::3]
             for low, value, high in [draw(ranges)]
         },
-        session={name: Session(draw(FINITE), draw(positive)) for name in parameters[2::3]},
+        session={name: Session(draw(SIZES), draw(POSITIVE)) for name in parameters[2::3]},
         hold=tuple(name for name in driven if draw(st.booleans())),
         settle=draw(st.just(0.5) | st.floats(min_value=0, allow_infinity=False)),
     )
