@@ -1,8 +1,7 @@
-"""A recording's description as TOML: read by `tomllib`, written by `tomli_w`."""
+"""A recording's description as TOML."""
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
@@ -10,6 +9,7 @@ import tomli_w
 
 from tendon_mj.errors import InvalidValueError, RecordingError, unknown
 from tendon_mj.recordings.description import Description, Measured, Session, Topic, Uncertain
+from tendon_mj.recordings.toml_text import read_toml
 
 TABLES = ("drive", "measured", "known", "uncertain", "session")
 KEYS = ("model", "source", "settle", *TABLES, "mcap")
@@ -20,9 +20,10 @@ _UNQUOTED = 'a name that has a dot is quoted, such as "sheath.friction" = …'
 def parse_topics(text: str, where: str) -> dict[str, Topic]:
     """Read a description's [mcap]: column → where its values are in a log.
 
-    Raises `RecordingError` for broken TOML and entries that are not of a topic and a field.
+    Raises `RecordingError` for what `read_toml` refuses, and entries that are not of a topic and a
+    field.
     """
-    table = _load(text, where).get("mcap", {})
+    table = read_toml(text, where).get("mcap", {})
     if not isinstance(table, dict):
         raise RecordingError(f"{where}, mcap: must be a table [mcap], got {table!r}")
     return {name: _topic(entry, f"{where}, [mcap] {name!r}") for name, entry in table.items()}
@@ -31,10 +32,10 @@ def parse_topics(text: str, where: str) -> dict[str, Topic]:
 def parse_description(text: str, where: str) -> Description:
     """Read a description from TOML text; messages begin with ``where``, the file.
 
-    Raises `RecordingError` for broken TOML (naming its row), unknown keys (naming the nearest
-    valid one), values of the wrong kind, and whatever `Measured` and `Uncertain` refuse.
+    Raises `RecordingError` for what `read_toml` refuses, unknown keys (naming the nearest valid
+    one), values of the wrong kind, and whatever `Measured` and `Uncertain` refuse.
     """
-    toml = _load(text, where)
+    toml = read_toml(text, where)
     _check_keys(toml, KEYS, ("model", "source"), where)
     for key in TABLES:
         if not isinstance(toml.setdefault(key, {}), dict):
@@ -84,13 +85,6 @@ def format_description(description: Description) -> str:
     tables = (drive, measured, known, uncertain, session)
     document |= {title: table for title, table in zip(TABLES, tables, strict=True) if table}
     return tomli_w.dumps(document)
-
-
-def _load(text: str, where: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # ValueError: also an integer of 5000 digits
-        raise RecordingError(f"{where}: not TOML: {error}") from None
 
 
 def _topic(entry: Any, here: str) -> Topic:
