@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -12,6 +11,8 @@ from typing import Any, Final
 
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError, unknown
 from tendon_mj.recordings.recording import Measured, Recording
+from tendon_mj.recordings.text_file import read_text
+from tendon_mj.recordings.toml_text import read_toml
 from tendon_mj.replay.grouped_names import expand
 
 Range = tuple[float, float]
@@ -118,16 +119,11 @@ def read_bounds(path: str | os.PathLike[str]) -> ExperimentBounds:
     """Read bounds from TOML.
 
     Raises:
-        TendonError: the file cannot be read, is not TOML, or has unknown keys or no numbers.
-        InvalidValueError: see `ExperimentBounds`.
+        RecordingError: the file cannot be read, or is not TOML.
+        InvalidValueError: unknown keys, what is no number, or see `ExperimentBounds`.
     """
     where = str(path)
-    try:
-        toml = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError) as error:
-        raise TendonError(f"{where}: {error}") from None
-    except RecursionError:
-        raise TendonError(f"{where}: brackets are nested too deeply") from None
+    toml = read_toml(read_text(Path(path)), where)
     _check_keys(toml, {f.name for f in fields(ExperimentBounds)}, set(), where)
     tables = {key: _table(toml, key, where) for key in ("drive", "states", "limits")}
     measure = {

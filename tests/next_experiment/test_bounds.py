@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import sys
+
 import numpy as np
 import pytest
 
-from tendon_mj.errors import InvalidValueError, TendonError
+from tendon_mj.errors import InvalidValueError, RecordingError, TendonError
 from tendon_mj.next_experiment import DriveBounds, ExperimentBounds, check_bounds, read_bounds
 from tendon_mj.recordings import Measured, Recording
 from tests.next_experiment.rig import DRIVE, TENSION, bounds, record
@@ -48,12 +51,13 @@ def test_a_file_holds_what_python_says(tmp_path) -> None:
         ("high = 40", "high = inf", "low < high must hold"),
         ("duration = 8.0", "duration = 1" + 400 * "0", "duration: must be less than 1e.100"),
         ("duration = 8.0", "duration = " + 5000 * "[", "nested too deeply"),
+        ("duration = 8.0", 101 * "a." + "a = 8.0", "bounds.toml, line 2: a key has more than 100"),
         ("high = 40", "high = 1e308", "neither beyond 1e.100"),
         ('sensor = "angle", ', "", r"\[measure\] 'angle_rad': write { sensor"),
         ("noise = 0.01", "noise = 0", r"\[measure\] 'angle_rad': noise must be > 0"),
         ("[states]", "[state]", "unknown key 'state'; did you mean 'states'"),
         ("duration = 8.0", "duration = '8'", "duration: must be a number"),
-        ("duration = 8.0", "duration = ", "bounds.toml: Invalid value"),
+        ("duration = 8.0", "duration = ", "bounds.toml: not TOML: Invalid value"),
     ],
 )
 def test_a_broken_file_is_refused_with_the_place(line, instead, said, tmp_path) -> None:
@@ -66,6 +70,23 @@ def test_a_broken_file_is_refused_with_the_place(line, instead, said, tmp_path) 
 def test_a_file_that_is_not_there_is_refused(tmp_path) -> None:
     with pytest.raises(TendonError, match=r"none\.toml"):
         read_bounds(tmp_path / "none.toml")
+
+
+def test_a_file_that_is_not_utf8_is_refused_with_the_place(tmp_path) -> None:
+    path = tmp_path / "bounds.toml"
+    path.write_text(FILE.replace("sheath", "gaîne"), encoding="latin-1")
+    with pytest.raises(RecordingError, match=r"bounds\.toml, row 6, column 1: .* is not UTF-8"):
+        read_bounds(path)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has neither")
+def test_pipes_and_devices_are_refused_and_not_opened(tmp_path) -> None:
+    pipe, zeros = tmp_path / "pipe.toml", tmp_path / "zeros.toml"
+    os.mkfifo(pipe)
+    zeros.symlink_to("/dev/zero")
+    for path in (pipe, zeros):
+        with pytest.raises(RecordingError, match=rf"{path.name}: a device or pipe"):
+            read_bounds(path)
 
 
 def test_nothing_that_moves_is_no_experiment() -> None:
