@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 
@@ -16,8 +16,8 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 
     Raises:
         OSError: what is there is no regular file, such as /dev/null; or the file cannot be
-            written. It names ``path``, as on a full disk, where the system's own error names no
-            file.
+            written. It names ``path``, also where the system's own error names no file, as on a
+            full disk, or the one beside it.
     """
     path = Path(path)
     if path.exists() and not path.is_file():
@@ -31,6 +31,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     except OSError as error:
         if error.filename not in (None, str(beside)) or error.errno is None:
             raise
-        raise OSError(error.errno, error.strerror, str(path)) from error
+        raise OSError(error.errno, os.strerror(error.errno), str(path)) from error
     finally:
-        beside.unlink(missing_ok=True)
+        with suppress(OSError):  # where nothing can be written, nothing can be removed
+            beside.unlink(missing_ok=True)

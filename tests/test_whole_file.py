@@ -4,6 +4,7 @@ import errno
 import os
 import stat
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -53,6 +54,32 @@ def test_a_folder_that_is_not_there_names_the_file_and_not_its_neighbour(tmp_pat
     with pytest.raises(FileNotFoundError) as raised, whole_file(path) as made:
         made.write_text("new")
     assert raised.value.filename == str(path)
+
+
+def test_a_writer_that_names_the_neighbour_in_its_own_words_names_the_file(tmp_path):
+    path = tmp_path / "table.parquet"
+    with pytest.raises(OSError, match=r"table\.parquet") as raised, whole_file(path) as made:
+        raise OSError(errno.EROFS, f"Failed to open local file '{made}'")  # as pyarrow does
+    assert raised.value.filename == str(path)
+    assert ".table." not in str(raised.value)
+
+
+@pytest.mark.parametrize("code", [errno.EROFS, errno.EACCES])
+def test_a_folder_that_refuses_names_the_file_and_not_its_neighbour(tmp_path, monkeypatch, code):
+    """As a read-only file system does, which refuses to remove even what is not there."""
+
+    def refuse(path, *_, **__):
+        raise OSError(code, os.strerror(code), str(path))
+
+    path = tmp_path / "result.json"
+    path.write_text("old")
+    monkeypatch.setattr(Path, "unlink", refuse)
+    monkeypatch.setattr(Path, "write_text", refuse)
+    with pytest.raises(OSError, match=r"result\.json") as raised, whole_file(path) as made:
+        made.write_text("new")
+    assert raised.value.errno == code
+    assert raised.value.filename == str(path)
+    assert path.read_text() == "old"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no named pipes in folders")
