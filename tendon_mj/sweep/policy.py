@@ -13,12 +13,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
+from tendon_mj.recordings.text_file import read_text
 
 Array = NDArray[np.float64]
 Act = Callable[[mujoco.MjModel, mujoco.MjData], None]
 
 _FORM = "file.py:name"
+_RAISED = (Exception, SystemExit)  # sys.exit() of a policy would end the sweep, as if it were done
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ class Policy:
             return found
         try:
             act = found(model)
-        except Exception as error:
+        except _RAISED as error:
             raise InvalidValueError(
                 f"--policy {self}: {_said(error)} at {self.name}(model)"
             ) from error
@@ -89,7 +91,7 @@ class Policy:
             sys.modules[name] = module
             try:
                 exec(compile(self.source, self.path, "exec", dont_inherit=True), vars(module))
-            except (Exception, SystemExit) as error:
+            except _RAISED as error:
                 del sys.modules[name]
                 raise InvalidValueError(f"--policy {self}: {_said(error)}") from error
         return sys.modules[name]
@@ -105,9 +107,9 @@ def read_policy(text: str) -> Policy:
     if not path.endswith(".py") or not name.isidentifier():
         raise InvalidValueError(f"--policy {text}: it is not like {_FORM}")
     try:
-        source = Path(path).read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:
-        raise InvalidValueError(f"--policy {text}: {path} cannot be read ({error})") from error
+        source = read_text(Path(path))
+    except RecordingError as error:
+        raise InvalidValueError(f"--policy {text}: {error}") from error
     return Policy(path, name, source)
 
 
@@ -141,11 +143,12 @@ def try_policy(
 def _call(act: Act, model: mujoco.MjModel, data: mujoco.MjData, policy: Policy) -> None:
     try:
         act(model, data)
-    except Exception as error:
+    except _RAISED as error:
         raise InvalidValueError(
             f"--policy {policy}: {_said(error)} at time {data.time:.6g} s"
         ) from error
 
 
 def _said(error: BaseException) -> str:
-    return f"it raised {type(error).__name__}: {error}"
+    text = str(error)
+    return f"it raised {type(error).__name__}" + (f": {text}" if text else "")

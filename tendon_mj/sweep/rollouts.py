@@ -53,7 +53,8 @@ class Rollouts:
         described: parameter → value in every rollout, below what the axes say.
         axes: name → parameters that have its value.
         outputs: of each rollout.
-        policy: that sets the controls; None: the recording alone does.
+        policy: that sets the controls; None: the recording alone does. What it changes of the
+            model holds in that rollout alone.
     """
 
     model: mujoco.MjModel
@@ -78,7 +79,7 @@ class Rollouts:
             InvalidValueError, UnknownNameError: see `Policy.make`.
         """
         if self.policy is not None:
-            self.policy.make(self._ready.adjustable.model)
+            self.policy.make(self._adjustable().model)
 
     @property
     def steps(self) -> int:
@@ -87,7 +88,7 @@ class Rollouts:
 
     @cached_property
     def _ready(self) -> _Ready:
-        adjustable = Adjustable(copy.copy(self.model))
+        adjustable = self._adjustable()
         wanted = {output.sensor for output in self.outputs}
         columns = {m.sensor: c for c, m in self.recording.measured.items() if m.sensor in wanted}
         schedule = Schedule(self.recording, adjustable.model, self.settle)
@@ -129,16 +130,25 @@ class Rollouts:
         Raises:
             InvalidValueError: a value that a parameter may not have.
         """
+        self._set(self._ready.adjustable, values)
+
+    def _set(self, adjustable: Adjustable, values: Sequence[float]) -> None:
         given = dict(self.described)
         for targets, value in zip(self.axes.values(), values, strict=True):
             given |= dict.fromkeys(targets, value)
-        self._ready.adjustable.set(given)
+        adjustable.set(given)
+
+    def _adjustable(self) -> Adjustable:
+        """A model of its own with its data, as every rollout finds them."""
+        return Adjustable(copy.copy(self.model))
 
     def _one(self, values: Array) -> tuple[list[float] | None, int]:
         adjustable, schedule, columns, measured = self._ready
+        if self.policy is not None:  # which may change its model
+            adjustable = self._adjustable()
         model, data = adjustable.model, adjustable.data
         mujoco.mj_resetData(model, data)
-        self.check(values.tolist())
+        self._set(adjustable, values.tolist())
         schedule.prepare(adjustable)
         control = schedule.control(adjustable)
         if self.policy is None:

@@ -47,7 +47,7 @@ def test_a_sweep_has_a_table_a_picture_and_says_what_matters(tmp_path, capsys):
         ([*VARIED, "--duration", "1e12"], "a motion of 1e+12 s has"),
         ([*VARIED, "--draws", "2", "--seed", "-1"], "--seed -1 must be ≥ 0"),
         ([*VARIED, "--draws", "100000000000"], "are 300000000000 rollouts; a sweep has at most"),
-        ([*VARIED, "--policy", "nowhere.py:pull"], "nowhere.py cannot be read"),
+        ([*VARIED, "--policy", "nowhere.py:pull"], "nowhere.py: no such file"),
     ],
 )
 def test_refusals_are_one_line_and_come_before_anything_is_written(options, said, tmp_path, capsys):

@@ -1,5 +1,7 @@
 """Laws of a policy that drives a sweep: it sees the readings, sets the controls, and no more."""
 
+import os
+
 import mujoco
 import numpy as np
 import pytest
@@ -43,6 +45,27 @@ def divide(model, data):
 class Broken:
     def __init__(self, model):
         raise OSError("no weights.npz")
+
+
+class Heavy:
+    """Make the model heavier once it is made, and stiffer at each step."""
+
+    def __init__(self, model):
+        model.opt.gravity[2] *= 2.0
+
+    def __call__(self, model, data):
+        model.jnt_stiffness[:] += 0.1
+        data.ctrl[0] = 1.0
+
+
+def leave(model, data):
+    if data.time > 0.01:
+        raise SystemExit
+
+
+class Leaving:
+    def __init__(self, model):
+        raise SystemExit(0)
 
 
 word = "pull"
@@ -106,6 +129,15 @@ def test_each_rollout_has_an_instance_of_its_own(policy, arm):
     assert first == again > 0.0
 
 
+def test_what_a_policy_changes_of_the_model_holds_in_that_rollout_alone(policy, arm):
+    sweep = arm_sweep(arm, policy("Heavy"))
+    whole = table(sweep)["angle.final"]
+    assert whole[0] == whole[2] != whole[1]
+    parts = [sweep.rollouts.of(sweep.batch(k, 1))["angle.final"][0] for k in (2, 1, 0)]
+    assert parts == whole[::-1].tolist()
+    assert whole.tolist() == table(arm_sweep(arm, policy("Heavy")))["angle.final"].tolist()
+
+
 def test_workers_need_no_file(policy, arm, tmp_path):
     pytest.importorskip("pyarrow", reason="the extra tendon-mj[parquet] is not installed")
     sweep = arm_sweep(arm, policy("Hold"))
@@ -146,7 +178,18 @@ def test_what_cannot_act_is_refused_by_name(policy, arm, tmp_path):
     (tmp_path / "ends.py").write_text("raise SystemExit(3)")
     with pytest.raises(InvalidValueError, match="raised SystemExit"):
         arm_sweep(arm, read_policy(f"{tmp_path / 'ends.py'}:pull"))
-    with pytest.raises(InvalidValueError, match="cannot be read"):
+    with pytest.raises(InvalidValueError, match=r"raised SystemExit: 0 at Leaving\(model\)"):
+        arm_sweep(arm, policy("Leaving"))
+    with pytest.raises(InvalidValueError, match=r"rollout 0: .* raised SystemExit at time 0\.01"):
+        table(arm_sweep(arm, policy("leave")))
+    with pytest.raises(InvalidValueError, match=r"none\.py: no such file"):
         read_policy(f"{tmp_path / 'none.py'}:pull")
     with pytest.raises(InvalidValueError, match=r"not like file\.py:name"):
         read_policy("acts:pull")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="Windows has no named pipes")
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe.py")
+    with pytest.raises(InvalidValueError, match=r"pipe\.py: a device or pipe"):
+        read_policy(f"{tmp_path / 'pipe.py'}:pull")
