@@ -10,6 +10,8 @@ from tendon_mj.errors import InvalidValueError, RecordingError, unknown
 from tendon_mj.recordings.magnitude import size_fault
 from tendon_mj.recordings.table_checks import TIMES
 
+_LEAST_SPREAD = 1e-12  # of the value that it is about
+
 
 @dataclass(frozen=True)
 class Measured:
@@ -58,7 +60,7 @@ class Session:
     """A parameter that was set anew for each recording: its mean and its standard deviation.
 
     Both in the parameter's own SI unit. Raises `InvalidValueError` unless both are of a size as
-    `size_fault` has it, and the spread is positive.
+    `size_fault` has it, and the spread is positive and not below 1e-12 of the value.
     """
 
     value: float
@@ -70,6 +72,12 @@ class Session:
         if not 0.0 < self.spread < math.inf:
             raise InvalidValueError(f"spread must be > 0 and finite, got {self.spread!r}")
         _check_sizes(value=self.value, spread=self.spread)
+        if self.spread < _LEAST_SPREAD * abs(self.value):
+            raise InvalidValueError(
+                f"spread = {self.spread!r} is less than a number beside value = {self.value!r} can"
+                f" differ by; give at least {_LEAST_SPREAD * abs(self.value):g}, or put the value"
+                " into [known]"
+            )
 
 
 @dataclass(frozen=True)

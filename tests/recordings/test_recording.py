@@ -68,7 +68,11 @@ def recordings(draw: st.DrawFn) -> Recording:
             for name in parameters[1::3]
             for low, value, high in [draw(ranges)]
         },
-        session={name: Session(draw(SIZES), draw(POSITIVE)) for name in parameters[2::3]},
+        session={
+            name: Session(value, max(draw(POSITIVE), 1e-11 * abs(value)))
+            for name in parameters[2::3]
+            for value in [draw(SIZES)]
+        },
         hold=tuple(name for name in driven if draw(st.booleans())),
         settle=draw(st.just(0.5) | st.floats(min_value=0, allow_infinity=False)),
     )

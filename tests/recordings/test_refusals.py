@@ -115,6 +115,12 @@ def test_an_unknown_unit_is_refused_with_all_that_exist(tmp_path: Path) -> None:
         ('model = "bench"', "model = 3", "model", "must be a text in quotes, got 3"),
         ('model = "bench"', 'model = " "', "model", "must not be empty"),
         ('source = "made up"', "", "'source'", "missing"),
+        (
+            "[uncertain]",
+            '[session]\n"a.b" = { value = 1e6, spread = 1e-7 }\n[uncertain]',
+            "[session] 'a.b'",
+            "give at least 1e-06",
+        ),
         ("[drive]", "[driven]", "unknown key 'driven'", "did you mean 'drive'?"),
         ("[drive]", "[[drive]]", "drive", "must be a table"),
         ('reel_m = "reel"', 'reel_M = "reel"', "[drive] 'reel_M'", "did you mean 'reel_m'?"),
