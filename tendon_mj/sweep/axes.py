@@ -102,12 +102,14 @@ def _parse(text: str, draws: int, parameters: Collection[str], sheaths: Mapping[
 def _targets(
     name: str, typed: str, parameters: Collection[str], sheaths: Mapping[str, str]
 ) -> tuple[str, ...]:
-    if "*" in name:
+    if name in parameters:
+        found: tuple[str, ...] = (name,)
+    elif "*" in name:
         found = tuple(fnmatch.filter(sorted(parameters), name))
     else:
         tendon, _, parameter = name.rpartition(".")
         of_tendon = (f"{s}.{parameter}" for s, t in sheaths.items() if t == tendon)
-        found = (name,) if name in parameters else tuple(n for n in of_tendon if n in parameters)
+        found = tuple(n for n in of_tendon if n in parameters)
     if not found:
         raise UnknownNameError("parameter", name, parameters, typed)
     return found

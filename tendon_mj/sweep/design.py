@@ -43,10 +43,11 @@ class Design:
         self._axes = len(axes)
         self.rollouts = math.prod(self._shape)
         if self.rollouts > MOST_ROLLOUTS:
-            each = " × ".join(f"{number}" for number in self._shape)
+            counts = [f"{len(grid)} values" for grid in self._grids.values()]
+            counts += [f"{draws} draws"] if drawn else []
             raise InvalidValueError(
-                f"{each} are {self.rollouts} rollouts; a sweep has at most {MOST_ROLLOUTS}, so give"
-                " fewer --draws, or fewer values of a --parameter"
+                f"{' × '.join(counts)} make {self.rollouts} rollouts; a sweep has at most"
+                f" {MOST_ROLLOUTS}, so give fewer --draws, or fewer values of a --parameter"
             )
         self._draws = np.random.default_rng(seed).uniform(low, high, size)
 

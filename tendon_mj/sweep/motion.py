@@ -46,8 +46,8 @@ def motion_recording(
 
     Raises:
         UnknownNameError: no such motion, or a column for no actuator.
-        InvalidValueError: no duration or too long a one, a motion out of reach, or an actuator
-            without a name moves.
+        InvalidValueError: a duration of no step or of too many, a motion out of reach, or an
+            actuator without a name moves.
         RecordingError: the CSV cannot be read.
     """
     if duration is not None and not (math.isfinite(duration) and duration > 0.0):
@@ -126,7 +126,12 @@ def _number_of_steps(length: float, model: mujoco.MjModel) -> int:
             f"a motion of {length:g} s has {length / step:.3g} steps of {step:g} s; a rollout has"
             f" at most {_MOST_STEPS}, so give a shorter --duration"
         )
-    return max(1, round(length / step))
+    if round(length / step) < 1:
+        raise InvalidValueError(
+            f"a motion of {length:g} s has no step of {step:g} s, the model's timestep; give a"
+            " longer --duration"
+        )
+    return round(length / step)
 
 
 def _column(name: str, unit: str) -> str:

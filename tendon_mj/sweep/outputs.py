@@ -57,7 +57,8 @@ def parse_outputs(
     """Outputs of ``sensor.summary``, or ``sensor`` for all its summaries.
 
     Args:
-        texts: in which ``*`` stands for any text; without any, all outputs there are.
+        texts: in which ``*`` stands for any text, unless a sensor or output is so named; without
+            any, all outputs there are.
         units: sensor → unit of its reading, of all sensors with one number.
         recorded: whether there is something measured, to which ``ERROR`` is.
 
@@ -77,11 +78,11 @@ def parse_outputs(
     }
     found: dict[str, Output] = {}
     for text in texts or ["*"]:
-        pattern = f"{text}.*" if text in units else text
-        names = fnmatch.filter(known, pattern)
-        if not names:
+        wanted = {n: output for n, output in known.items() if text in (n, output.sensor)}
+        wanted = wanted or {n: known[n] for n in fnmatch.filter(known, text)}
+        if not wanted:
             raise UnknownNameError("output", text, [*units, *known], "--outputs")
-        found |= {name: known[name] for name in names}
+        found |= wanted
     return tuple(found.values())
 
 

@@ -46,7 +46,7 @@ def test_a_sweep_has_a_table_a_picture_and_says_what_matters(tmp_path, capsys):
         ([*VARIED, "--duration", "1", "--recording", str(example_recording())], "give one of them"),
         ([*VARIED, "--duration", "1e12"], "a motion of 1e+12 s has"),
         ([*VARIED, "--draws", "2", "--seed", "-1"], "--seed -1 must be ≥ 0"),
-        ([*VARIED, "--draws", "100000000000"], "are 300000000000 rollouts; a sweep has at most"),
+        ([*VARIED, "--draws", "100000000000"], "make 300000000000 rollouts; a sweep has at most"),
         ([*VARIED, "--policy", "nowhere.py:pull"], "nowhere.py: no such file"),
     ],
 )
@@ -57,6 +57,14 @@ def test_refusals_are_one_line_and_come_before_anything_is_written(options, said
     assert said in " ".join(error.split())
     assert "Traceback" not in error
     assert not out.exists()
+
+
+def test_a_file_in_place_of_the_folder_is_refused_as_one(tmp_path, capsys):
+    (tmp_path / "file").write_text("mine")
+    assert main([*BENCH, *VARIED, "--out", str(tmp_path / "file")]) == 2
+    error = " ".join(capsys.readouterr().err.split())
+    assert "is a file; it must be a folder" in error
+    assert "--again" not in error
 
 
 def test_a_recording_s_sweep_tells_the_error(tmp_path):

@@ -153,6 +153,13 @@ def test_any_model_moves_as_its_default_motion_has_it():
         motion_recording("arm", model, "curl", None)
 
 
+def test_a_motion_has_the_steps_nearest_to_its_duration_and_one_at_least():
+    model = mujoco.MjModel.from_xml_string(ARM)
+    assert len(motion_recording("arm", model, None, 0.6 * model.opt.timestep).time) == 2
+    with pytest.raises(InvalidValueError, match=r"1e-09 s has no step of 0\.002 s.* --duration"):
+        motion_recording("arm", model, None, 1e-9)
+
+
 def test_tasks_last_from_a_fifth_of_a_second_to_two():
     assert batch_size(1e-3, 100_000) == 391  # 256 tasks
     assert batch_size(1e-3, 100) == 200  # all in one
