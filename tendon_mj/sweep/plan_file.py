@@ -54,6 +54,11 @@ def check_plan(path: Path, found: Plan, wanted: Plan) -> None:
             )
 
 
+def plan_digest(plan: Plan) -> str:
+    """16 hexadecimal digits of a plan."""
+    return hashlib.sha256(json.dumps(plan).encode()).hexdigest()[:16]
+
+
 def recording_digest(recording: Recording) -> str:
     """16 hexadecimal digits of what a recording drives and measures."""
     whole = hashlib.sha256(recording.time.tobytes() + repr(sorted(recording.hold)).encode())

@@ -25,6 +25,7 @@ from tendon_mj.sweep.plan_file import (
     BATCH,
     Plan,
     check_plan,
+    plan_digest,
     read_plan,
     recording_digest,
     write_plan,
@@ -201,7 +202,7 @@ def run_sweep(
         MissingPackageError: pyarrow, or Dask where it is wanted, is not installed.
         WorkerError: see `run_tasks`.
     """
-    table, path = ParquetParts(folder / TABLE), folder / PLAN
+    table, path = ParquetParts(folder / TABLE, plan_digest(sweep.plan)), folder / PLAN
     begun = None if again else check_folder(sweep, folder)
     if begun is None:
         path.unlink(missing_ok=True)

@@ -9,23 +9,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.errors import MissingPackageError
+from tendon_mj.errors import InvalidValueError, MissingPackageError
 from tendon_mj.whole_file import whole_file
 
 Column = NDArray[Any]
+_PART = b"tendon_mj part"  # in a file's metadata: of which run and task it is
 
 
 class ParquetParts:
     """Keeps the tables of tasks; the order of rows is that of the keys.
 
+    A file of another run, or one that cannot be read, does not count: its task is done again.
+
     Args:
         folder: made if it is not there.
+        of: the run that the tables are of.
 
     Raises:
         MissingPackageError: pyarrow is not installed.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, of: str = "") -> None:
         try:
             import pyarrow
             import pyarrow.dataset
@@ -36,30 +40,64 @@ class ParquetParts:
                 " pip install 'tendon-mj[parquet]'"
             ) from None
         self._pyarrow: Any = pyarrow
+        self._of = of
         self.folder = folder
         folder.mkdir(parents=True, exist_ok=True)
+        self._kept = {path.stem for path in folder.glob("*.parquet") if self._is_part(path)}
 
     def done(self) -> set[str]:
         """Keys of the tasks whose table is there."""
-        return {path.stem for path in self._files()}
+        return set(self._kept)
 
     def write(self, key: str, result: Mapping[str, Column]) -> None:
         """Keep the table of a task: column → (rows,)."""
-        with whole_file(self.folder / f"{key}.parquet") as made:
-            self._pyarrow.parquet.write_table(self._pyarrow.table(dict(result)), made)
+        table = self._pyarrow.table(dict(result), metadata={_PART: self._part(key)})
+        with whole_file(self._path(key)) as made:
+            self._pyarrow.parquet.write_table(table, made)
+        self._kept.add(key)
 
     def read(self, columns: Sequence[str] | None = None) -> dict[str, Column]:
-        """Column → (rows,) of all tasks; ``columns``: only these."""
-        files = [str(path) for path in self._files()]
+        """Column → (rows,) of all tasks; ``columns``: only these.
+
+        Raises:
+            InvalidValueError: a table cannot be read any more; it names the file.
+        """
+        files = [self._path(key) for key in sorted(self._kept)]
         if not files:
             return {}
-        table = self._pyarrow.dataset.dataset(files).to_table(columns)
+        try:
+            table = self._pyarrow.dataset.dataset([str(f) for f in files]).to_table(columns)
+        except (self._pyarrow.ArrowException, OSError):
+            self._check(files)
+            raise
         return {name: np.asarray(table[name]) for name in table.column_names}
 
     def clear(self) -> None:
         """Remove every table, and what a killed run left half written."""
         for path in self.folder.glob("*.parquet"):
             path.unlink()
+        self._kept.clear()
 
-    def _files(self) -> list[Path]:
-        return sorted(p for p in self.folder.glob("*.parquet") if not p.name.startswith("."))
+    def _path(self, key: str) -> Path:
+        return self.folder / f"{key}.parquet"
+
+    def _part(self, key: str) -> bytes:
+        return f"{self._of} {key}".encode()
+
+    def _is_part(self, path: Path) -> bool:
+        try:
+            found = self._pyarrow.parquet.read_metadata(path).metadata or {}
+        except (self._pyarrow.ArrowException, OSError):
+            return False
+        return bool(found.get(_PART) == self._part(path.stem))
+
+    def _check(self, files: Sequence[Path]) -> None:
+        """Refuse the first file that cannot be read, by its name."""
+        for path in files:
+            try:
+                self._pyarrow.parquet.read_table(path)
+            except (self._pyarrow.ArrowException, OSError) as error:
+                raise InvalidValueError(
+                    f"{path} cannot be read ({error}); remove it, and the same command computes it"
+                    " again"
+                ) from error

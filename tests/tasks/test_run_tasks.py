@@ -169,3 +169,33 @@ def test_parts_are_one_table_in_the_order_of_their_keys(tmp_path):
     assert parts.read(["x"])["x"].tolist() == [97, 0, 98, 0]
     parts.clear()
     assert not list((tmp_path / "rows").iterdir())
+    assert parts.read() == {}
+
+
+def test_a_part_that_is_damaged_or_of_another_run_is_computed_again(tmp_path):
+    pytest.importorskip("pyarrow", reason="the extra tendon-mj[parquet] is not installed")
+    rows, one = tmp_path / "rows", {"x": np.array([1])}
+    parts, other = ParquetParts(rows, "this run"), ParquetParts(tmp_path / "other", "another run")
+    for key in ("cut", "empty", "whole"):
+        parts.write(key, one)
+    other.write("foreign", {"y": np.array(["z"])})
+    cut, empty = rows / "cut.parquet", rows / "empty.parquet"
+    cut.write_bytes(cut.read_bytes()[:-20])
+    empty.write_bytes(b"")
+    (tmp_path / "other" / "foreign.parquet").rename(rows / "foreign.parquet")
+    (rows / "renamed.parquet").write_bytes((rows / "whole.parquet").read_bytes())
+    again = ParquetParts(rows, "this run")
+    assert again.done() == {"whole"}
+    assert {name: values.tolist() for name, values in again.read().items()} == {"x": [1]}
+    again.write("cut", one)
+    assert again.read()["x"].tolist() == [1, 1]
+
+
+def test_a_part_that_was_damaged_since_is_refused_by_its_name(tmp_path):
+    pytest.importorskip("pyarrow", reason="the extra tendon-mj[parquet] is not installed")
+    parts = ParquetParts(tmp_path / "rows")
+    for key in ("a", "b"):
+        parts.write(key, {"x": np.arange(9)})
+    (tmp_path / "rows" / "b.parquet").write_bytes(b"PAR1")
+    with pytest.raises(InvalidValueError, match=r"b\.parquet cannot be read .*; remove it, and"):
+        parts.read()
