@@ -41,7 +41,7 @@ def bench(
     Example:
         tendon-mj bench hand.xml --rounds 5
     """
-    output = Output(out)
+    output = Output(out, given=models)
     with progress_bar() as progress:
         found = run_benchmark(models, rounds=rounds, progress=progress)
     result = found.result()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +10,9 @@ from typing import Annotated
 
 import tyro
 
-from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.attach.mjcf import Mjcf
+from tendon_mj.builders.load import load_spec, model_path
+from tendon_mj.cli.output import Output, console, progress_bar, recorded_files
 from tendon_mj.cli.typed_command import typed_command
 from tendon_mj.data_check import check_recording
 from tendon_mj.diagnosis import (
@@ -40,6 +43,12 @@ from tendon_mj.replay.engineering_units import (
 from tendon_mj.view.report.tables import ABSENT, value_rows
 from tendon_mj.view.report.write import MODEL, write_report
 
+_WRITES = (
+    MODEL,
+    *(f"[0-9]*_{when}.{ending}" for when in ("before", "after") for ending in ("csv", "toml")),
+    *(f"{picture}.png" for picture in ("misfit", "gap", "proof", "before_after")),
+)
+_NEXT = ("next.csv", "next.toml")  # written where explanations tie
 _LEFT_OUT = "The comparison with mujoco.sysid was left out (--no-sysid)."
 _NOT_THERE = (
     "No comparison with mujoco.sysid: it lacks what it needs (pip install 'tendon-mj[sysid]')."
@@ -78,13 +87,15 @@ def diagnose(
     Example:
         tendon-mj diagnose slow.csv fast.csv --hold-out other.csv --out out/diagnose
     """
-    output = Output(out)
+    given = [*recorded_files((*recordings, *hold_out)), description, model, next]
+    output = Output(out, writes=_WRITES if next is None else _WRITES + _NEXT, given=given)
     bounds = read_bounds(next) if next else None
     train, held_out = (
         [_read(path, description, model, settle) for path in paths]
         for paths in (recordings, hold_out)
     )
     doubts = _check((*train, *held_out))
+    _keep_models((*train, *held_out), output)
     if bounds and train:  # before the diagnosis, which takes longer
         check_bounds(train, bounds)
     with progress_bar() as progress:
@@ -139,6 +150,13 @@ def diagnose(
     if failure:
         raise failure
     return result
+
+
+def _keep_models(recordings: Sequence[Recording], output: Output) -> None:
+    """Refuse to write over a file that a recording's model is made of."""
+    for source in sorted({model_path(one.model, beside=one.beside) for one in recordings}):
+        text, spec = Mjcf(source), load_spec(str(source))
+        output.keep(functools.partial(text.reads, spec=spec))
 
 
 def _check(recordings: Sequence[Recording]) -> list[str]:

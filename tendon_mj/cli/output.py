@@ -6,7 +6,8 @@ import contextlib
 import json
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from fnmatch import fnmatch
 from pathlib import Path
 
 import filelock
@@ -23,6 +24,7 @@ from rich.progress import (
 from rich.table import Table
 
 from tendon_mj.errors import InvalidValueError
+from tendon_mj.recordings.table_file import table_beside
 from tendon_mj.view.figures.style import DPI
 from tendon_mj.whole_file import whole_file
 
@@ -42,15 +44,28 @@ class Output:
     Args:
         folder: made if it is not there.
         tables: names of tables that are results too; others may be what this run reads.
+        writes: names of files that the command writes and could have been given to read; ``*``
+            stands for any text.
+        given: files that the command was given to read; None and what is no file are passed over.
 
     Raises:
-        InvalidValueError: it is no folder, a link to none, or another run is writing to it.
+        InvalidValueError: it is no folder, a link to none, or cannot be written to; another run is
+            writing to it; or a file that was given lies where the command writes. What is in the
+            folder stays as it was.
     """
 
-    def __init__(self, folder: Path, tables: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        tables: Sequence[str] = (),
+        *,
+        writes: Sequence[str] = (),
+        given: Iterable[str | Path | None] = (),
+    ) -> None:
         self.folder = folder
         self.written: list[Path] = []
         self.started = time.perf_counter()
+        self._writes = (RESULT, LOCK, *writes)
         if folder.exists() and not folder.is_dir():
             raise InvalidValueError(f"--out {folder} is a file; it must be a folder")
         if folder.is_symlink() and not folder.exists():
@@ -58,6 +73,14 @@ class Output:
                 f"--out {folder} is a link to {folder.readlink()}, which is not there; make that"
                 " folder, or give another --out"
             )
+        result = folder / RESULT
+        if result.exists() and not result.is_file():  # a pipe would wait for its writer
+            raise InvalidValueError(
+                f"--out {folder}: {RESULT} there is a folder, device or pipe, which no result"
+                " replaces; give another --out"
+            )
+        files = [path for path in given if path is not None and Path(path).is_file()]
+        self.keep(lambda written: any(written.samefile(file) for file in files))
         folder.mkdir(parents=True, exist_ok=True)
         self._lock = filelock.FileLock(folder / LOCK, timeout=0)
         try:
@@ -66,7 +89,25 @@ class Output:
             raise InvalidValueError(
                 f"--out {folder}: another run is writing there; wait for it, or give another folder"
             ) from None
+        except OSError as error:
+            raise InvalidValueError(
+                f"--out {folder}: nothing can be written there ({error.strerror}); give another"
+                " folder"
+            ) from None
         _remove_stale(folder, tables)
+
+    def keep(self, is_read: Callable[[Path], bool]) -> None:
+        """Refuse to go on if the command would write over a file of which ``is_read`` is true.
+
+        Raises:
+            InvalidValueError: the file, and the way out.
+        """
+        for path in sorted(self.folder.glob("*")):
+            if any(fnmatch(path.name, one) for one in self._writes) and is_read(path):
+                raise InvalidValueError(
+                    f"--out {self.folder}: {path.name} there would be written over, and is read by"
+                    " this command; give another --out"
+                )
 
     def add(self, path: Path) -> Path:
         """List a file that something else wrote into the folder."""
@@ -102,6 +143,12 @@ class Output:
             console.print(sentence, soft_wrap=True)
 
 
+def recorded_files(recordings: Iterable[Path]) -> list[Path]:
+    """Tables of recordings, and the descriptions beside them; paths are as for `read_recording`."""
+    named = [path for path in recordings if path.name not in ("", "..")]  # others are folders
+    return [file for path in named for file in table_beside(path)]
+
+
 def _remove_stale(folder: Path, tables: Sequence[str]) -> None:
     """Remove the result of an earlier run, and the pages, pictures and ``tables`` that it lists.
 
@@ -109,7 +156,7 @@ def _remove_stale(folder: Path, tables: Sequence[str]) -> None:
     """
     result = folder / RESULT
     listed: object = []
-    with contextlib.suppress(OSError, ValueError, KeyError, TypeError):  # none, or not one of ours
+    with contextlib.suppress(OSError, ValueError, KeyError, TypeError, RecursionError):  # not ours
         listed = json.loads(result.read_text(encoding="utf-8"))["files"]
     names = [n for n in listed if isinstance(n, str)] if isinstance(listed, list) else []
     for name in names:

@@ -59,12 +59,12 @@ def render(
     Example:
         tendon-mj render finger --motion press --duration 4
     """
+    output = Output(out, writes=("*.mp4",), given=[model, motion])
     width, height = _size(size)
     check_size(width, height)
     name = model_path(model).stem
     compiled = load_model(model, scene=True)
     find_camera(compiled, camera)
-    output = Output(out)
     with progress_bar() as progress:
         if name in FINGERS:
             frames, other = _finger_frames(compiled, name, motion or "curl", duration, fps, twin)

@@ -12,7 +12,7 @@ import tyro
 
 from tendon_mj.attach import Parameters
 from tendon_mj.builders.load import load_model
-from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.cli.output import Output, console, progress_bar, recorded_files
 from tendon_mj.cli.values_of import ValuesOf, applied
 from tendon_mj.data_check import timing_warnings
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
@@ -26,6 +26,7 @@ from tendon_mj.view.figures.replay import replay_figure
 
 DESCRIBED, KEPT = "as described", "with the model's values"
 WITHOUT = "friction 0"
+_WRITES = ("simulated_[0-9]*.csv", "simulated_[0-9]*.toml")
 
 
 def replay(
@@ -54,7 +55,8 @@ def replay(
     Example:
         tendon-mj replay rig.csv --change "*.friction=0.1"
     """
-    output = Output(out)
+    given = [*recorded_files([recording]), description, model]
+    output = Output(out, writes=_WRITES, given=given)
     measured = read_recording(recording, description)
     if not measured.measured:
         raise RecordingError(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import glob
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -11,11 +12,11 @@ import tyro
 from tendon_mj.builders.finger_parameters import Finger
 from tendon_mj.builders.load import load_model
 from tendon_mj.cli.output import Output, console, progress_bar
-from tendon_mj.errors import EngineError, InvalidValueError
+from tendon_mj.errors import EngineError
 from tendon_mj.finger.control import simulate_finger
 from tendon_mj.finger.summary import summarise
 from tendon_mj.finger.tracking_error import tracking_error
-from tendon_mj.finger.trajectories import Trajectory, clamped, find_trajectory
+from tendon_mj.finger.trajectories import clamped, find_trajectory
 from tendon_mj.recordings.recording import Recording, write_recording
 from tendon_mj.replay.frames import FrameRecorder
 from tendon_mj.verification.step_cost import finger_step_cost
@@ -48,14 +49,15 @@ def simulate(
     Example:
         tendon-mj simulate finger --motion press --friction 0.2
     """
+    label = "friction as in the model" if friction is None else f"friction {friction:g}"
+    runs = {label: friction} if friction == 0.0 else {label: friction, WITHOUT: 0.0}
+    stems = {name: _stem(Path(motion).stem, name) for name in runs}
+    writes = [glob.escape(f"{stem}.csv") for stem in stems.values()]
+    output = Output(out, writes=writes, given=[motion])
     trajectory = find_trajectory(motion)
     if clamp:
         trajectory = clamped(trajectory, Finger())
-    label = "friction as in the model" if friction is None else f"friction {friction:g}"
-    runs = {label: friction} if friction == 0.0 else {label: friction, WITHOUT: 0.0}
-    stems = {name: _stem(trajectory, name) for name in runs}
-    _check_overwrite(Path(motion), out, stems.values())
-    output, compiled = Output(out), load_model(model)
+    compiled = load_model(model)
     recorders = {name: FrameRecorder() for name in runs}
     answers: dict[str, Recording] = {}
     result: dict[str, object] = {"model": model, "motion": trajectory.name}
@@ -93,20 +95,9 @@ def _sentence(answers: dict[str, Recording]) -> str:
     return f"{said[0].upper()}{said[1:]}."
 
 
-def _stem(trajectory: Trajectory, run: str) -> str:
+def _stem(motion: str, run: str) -> str:
     """Name of a run's recording, without ending."""
-    return f"{trajectory.name}_frictionless" if run == WITHOUT else trajectory.name
-
-
-def _check_overwrite(motion: Path, out: Path, stems: Iterable[str]) -> None:
-    """Refuse to write a recording over the table that it follows."""
-    for stem in stems:
-        path = out / f"{stem}.csv"
-        if path.exists() and motion.exists() and path.samefile(motion):
-            raise InvalidValueError(
-                f"--out {out}: the recording {path.name} would take the place of the motion "
-                f"{motion}; choose another folder"
-            )
+    return f"{motion}_frictionless" if run == WITHOUT else motion
 
 
 def _tracking(answer: Recording) -> dict[str, dict[str, float]]:

@@ -214,7 +214,7 @@ def test_simulate_finger_does_not_write_over_the_table_that_it_follows(tmp_path,
     before = table.read_text()
     arguments = ["simulate", "finger", "--motion", str(table), "--out", str(tmp_path), "--no-clip"]
     assert main(arguments) == 2
-    assert "would take the place of the motion" in " ".join(capsys.readouterr().err.split())
+    assert "mine.csv there would be written over" in " ".join(capsys.readouterr().err.split())
     assert table.read_text() == before
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.attach import Parameters
+from tendon_mj.builders.load import model_path
 from tendon_mj.cli import main
 from tendon_mj.diagnosis import CATALOGUE
 from tendon_mj.recordings.recording import Measured, Recording, Uncertain, read_recording
@@ -231,3 +232,49 @@ def test_unknown_effects_and_models_are_refused_with_the_nearest(rig, tmp_path, 
 
 def test_no_recording_is_refused(tmp_path, capsys):
     assert "at least one recording" in refused([], tmp_path, capsys)
+
+
+def test_no_recording_that_a_diagnosis_reads_is_written_over(found, capsys):
+    out, _ = found
+    before = {path: path.read_bytes() for path in out.iterdir()}
+    written = sorted(out.glob("*.csv"))
+    assert len(written) == 2  # before and after
+    for path in written:
+        assert main(["diagnose", str(path), "--out", str(out), "--no-sysid"]) == 2
+        assert f"{path.name} there would be written over" in " ".join(
+            capsys.readouterr().err.split()
+        )
+    assert {path: path.read_bytes() for path in out.iterdir()} == before
+
+
+def test_a_template_that_was_filled_in_is_written_over_by_no_other(rig, tmp_path, capsys):
+    train, bounds = rig[0.0][0], tmp_path / "bounds.toml"
+    bounds.write_text("[drive]\n")
+    for ending in (".csv", ".toml"):
+        filled = (tmp_path / "next").with_suffix(ending)
+        filled.write_bytes(Path(train).with_suffix(ending).read_bytes())
+    arguments = ["diagnose", str(tmp_path / "next.csv"), "--out", str(tmp_path)]
+    assert main([*arguments, "--next", str(bounds)]) == 2
+    assert "next.csv there would be written over" in " ".join(capsys.readouterr().err.split())
+    assert main([*arguments, "--model", "nothing"]) == 2  # no template is written without bounds
+    assert "nothing" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("named", ["by the option", "by the description", "by its own include"])
+def test_the_model_that_a_diagnosis_reads_is_not_written_over(rig, tmp_path, capsys, named):
+    """Its own folder is where a rig's model is `model.xml`, as the result's is."""
+    given, bench = Path(rig[0.0][0]), model_path("bench")
+    (tmp_path / "model.xml").write_text(bench.read_text("utf-8"), "utf-8")
+    (tmp_path / "main.xml").write_text('<mujoco><include file="model.xml"/></mujoco>')
+    text = given.with_suffix(".toml").read_text("utf-8")
+    own = "main.xml" if "include" in named else "model.xml"
+    if "option" not in named:
+        text = text.replace('model = "bench"', f'model = "{own}"')
+    (tmp_path / "a.csv").write_bytes(given.read_bytes())
+    (tmp_path / "a.toml").write_text(text, "utf-8")
+    option = ["--model", str(tmp_path / "model.xml")] if "option" in named else []
+    before = (tmp_path / "model.xml").read_bytes()
+    arguments = ["diagnose", str(tmp_path / "a.csv"), *option, "--out", str(tmp_path)]
+    assert main([*arguments, "--no-sysid", "--exclude", *OTHERS]) == 2
+    assert "model.xml there would be written over" in " ".join(capsys.readouterr().err.split())
+    assert (tmp_path / "model.xml").read_bytes() == before

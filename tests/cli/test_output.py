@@ -1,11 +1,15 @@
 """The folder of a command: one run at a time, nothing stale, nothing half-written."""
 
+import errno
 import json
+import os
 import subprocess
 import sys
 
+import filelock
 import pytest
 
+from tendon_mj.builders.load import example_recording
 from tendon_mj.cli import main
 from tendon_mj.cli.output import Output
 from tendon_mj.errors import InvalidValueError
@@ -53,7 +57,7 @@ def test_files_of_others_stay(tmp_path):
     assert (tmp_path / "photo.png").exists()
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", '{"files": 3}', "\xff"])
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"files": 3}', "\xff", "[" * 100_000])
 def test_a_result_of_something_else_is_replaced(tmp_path, text):
     (tmp_path / "result.json").write_text(text, encoding="latin-1")
     output = Output(tmp_path)
@@ -90,6 +94,81 @@ def test_an_empty_argument_is_refused(arguments, before, capsys, tmp_path, monke
     monkeypatch.chdir(tmp_path)  # which an empty --out would be
     assert main(arguments) == 2
     assert f"the argument after {before} is empty" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["render", "bensch"],
+        ["render", "bench", "--size", "wide"],
+        ["render", "bench", "--camera", "top"],
+        ["simulate", "finger", "--motion", "prss"],
+        ["check"],
+        ["check", "nothing.csv"],
+        ["replay", "."],
+        ["diagnose", "nothing.csv", "--next", "nothing.toml"],
+    ],
+)
+def test_a_command_that_is_refused_leaves_no_result_of_an_earlier_run(arguments, tmp_path):
+    finished(tmp_path)
+    assert main([*arguments, "--out", str(tmp_path)]) == 2
+    assert not (tmp_path / "result.json").exists()
+    assert not (tmp_path / "report.html").exists()
+
+
+@pytest.mark.parametrize("name", ["model.xml", "0_curve.csv", "result.json", ".lock"])
+def test_no_file_that_was_given_is_written_over(name, tmp_path):
+    finished(tmp_path)
+    file, link = tmp_path / name, tmp_path / "link"
+    file.write_text("mine")
+    link.symlink_to(file)
+    writes = ("model.xml", "[0-9]*.csv")
+    for given in (file, str(file), tmp_path / "none" / ".." / name, link):
+        before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+        (tmp_path / "none").mkdir()
+        with pytest.raises(InvalidValueError, match=rf"--out .*: {name} there would be written"):
+            Output(tmp_path, writes=writes, given=[None, "none", given])
+        (tmp_path / "none").rmdir()
+        assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_a_given_file_of_another_name_or_folder_is_no_hindrance(tmp_path):
+    for path in (tmp_path / "model.xml", tmp_path / "out" / "my_model.xml"):
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("mine")
+        Output(tmp_path / "out", writes=("model.xml",), given=[path]).close()
+        assert path.read_text() == "mine"
+
+
+def test_a_replay_writes_over_no_recording_that_it_reads(tmp_path, capsys):
+    arguments = ["replay", "--out", str(tmp_path)]
+    assert main([*arguments, str(example_recording())]) == 0
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    read = [tmp_path / f"simulated_{k}" for k in (0, 1)]
+    for given in (*read, *(path.with_suffix(".csv") for path in read)):
+        assert main([*arguments, str(given)]) == 2
+    described = ["--description", str(tmp_path / "simulated_1.toml")]
+    assert main([*arguments, str(example_recording()), *described]) == 2
+    assert "would be written over" in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no named pipes in folders")
+def test_a_pipe_in_place_of_the_result_is_refused_and_not_opened(tmp_path):
+    os.mkfifo(tmp_path / "result.json")
+    with pytest.raises(InvalidValueError, match=r"result\.json there is a folder, device or pipe"):
+        Output(tmp_path)
+
+
+def test_a_folder_that_cannot_be_written_to_is_named(tmp_path, monkeypatch):
+    def refuse(_):
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(tmp_path / ".lock"))
+
+    monkeypatch.setattr(filelock.FileLock, "_acquire", refuse)
+    with pytest.raises(InvalidValueError, match="nothing can be written there") as raised:
+        Output(tmp_path)
+    assert f"--out {tmp_path}" in str(raised.value)
+    assert ".lock" not in str(raised.value)
 
 
 def test_a_link_to_nowhere_is_refused_as_out_by_name(tmp_path):
