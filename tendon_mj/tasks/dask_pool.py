@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import logging
 import time
 import warnings
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future
+from concurrent.futures import CancelledError, Future
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
 import cloudpickle
 import distributed
+from distributed.comm import connect
+from distributed.utils import LoopRunner, silence_logging_cmgr
 
 from tendon_mj.errors import WorkerError
 from tendon_mj.tasks.identity import THREADS, check_same, identity
@@ -40,7 +43,8 @@ class DaskPool:
 
     def submit(self, key: str, argument: Any) -> Future[Any]:
         """Begin a task, or let it wait for a worker."""
-        begun: Future[Any] = self._executor.submit(_run, self._job, key, argument)
+        with _told_if_gone(self._scheduler):
+            begun: Future[Any] = self._executor.submit(_run, self._job, key, argument)
         return begun
 
     def result(self, done: Future[Any]) -> Any:
@@ -61,13 +65,8 @@ class DaskPool:
 
     def _count(self) -> int:
         if time.monotonic() - self._counted > _COUNTED:
-            try:
+            with _told_if_gone(self._scheduler):
                 self._workers = len(self._client.scheduler_info(n_workers=-1)["workers"])
-            except OSError as error:
-                raise WorkerError(
-                    f"the scheduler at {self._scheduler} is gone ({error}); what was computed"
-                    " before is kept, and the same command goes on where it was"
-                ) from None
             self._counted = time.monotonic()
             self._seen = self._counted if self._workers else self._seen
         return self._workers
@@ -97,16 +96,37 @@ def dask_pool(
     with ExitStack() as stack:
         if scheduler is None:
             scheduler = stack.enter_context(local_cluster(workers))
+        # what goes wrong is raised; Dask would also print a traceback of each lost connection
+        stack.enter_context(silence_logging_cmgr(logging.CRITICAL + 1))
         client = stack.enter_context(_client(scheduler))
-        _check_workers(client, scheduler, sources)
-        job = Job.of(function, shared, sources, cloudpickle.dumps)
-        yield DaskPool(client, scheduler, job)
+        with _told_if_gone(scheduler):
+            _check_workers(client, scheduler, sources)
+            pool = DaskPool(client, scheduler, Job.of(function, shared, sources, cloudpickle.dumps))
+        yield pool
+
+
+@contextmanager
+def _told_if_gone(scheduler: str) -> Iterator[None]:
+    try:
+        yield
+    except (OSError, CancelledError) as error:
+        raise WorkerError(
+            f"the scheduler at {scheduler} is gone ({error}); what was computed before is kept, and"
+            " the same command goes on where it was"
+        ) from None
+
+
+async def _reach(scheduler: str) -> None:
+    options = distributed.Security().get_connection_args("client")
+    await (await connect(scheduler, timeout=_CONNECT, **options)).close()
 
 
 def _client(scheduler: str) -> distributed.Client:
     try:
+        # first without a client: one that fails to begin waits at its end for what it has not got
+        LoopRunner().run_sync(_reach, scheduler)
         client = distributed.Client(scheduler, timeout=_CONNECT, set_as_default=False)
-    except (OSError, ValueError) as error:
+    except Exception as error:
         raise WorkerError(
             f"no Dask scheduler answers at {scheduler} ({error}); start one with `dask scheduler`,"
             " which prints its address"
@@ -144,6 +164,7 @@ def _same(job: Job) -> Job:
 
 def _run(job: Job, key: str, argument: Any) -> Any:
     # of workers that came after the first look too: threads would share one simulation
-    threads = str(distributed.get_worker().state.nthreads)
-    check_same({"--nthreads": "1"}, {"--nthreads": threads}, "a worker")
-    return job.run(key, argument)
+    worker = distributed.get_worker()
+    name = f"worker {worker.address}"
+    check_same({"--nthreads": "1"}, {"--nthreads": str(worker.state.nthreads)}, name)
+    return job.run(key, argument, name)

@@ -43,8 +43,13 @@ class Job:
         digest = hashlib.sha256(content).hexdigest()
         return Job(content, tuple(sources), expected, digest)
 
-    def run(self, key: str, argument: Any) -> Any:
+    def run(self, key: str, argument: Any, worker: str = "a worker") -> Any:
         """Do one task in this process, which is to compute as the one that made the job does.
+
+        Args:
+            key: of the task.
+            argument: of the function.
+            worker: names this process.
 
         Raises:
             WorkerError: it would not.
@@ -52,9 +57,9 @@ class Job:
         """
         if self.digest not in _LOADED:
             here = identity(self.sources)
-            check_same({name: self.expected[name] for name in here}, here, _WORKER)
+            check_same({name: self.expected[name] for name in here}, here, worker)
             loaded = pickle.loads(self.content)
-            check_same(self.expected, {**here, **_own_identity(loaded[1])}, _WORKER)
+            check_same(self.expected, {**here, **_own_identity(loaded[1])}, worker)
             _LOADED.clear()  # of the run before
             _LOADED[self.digest] = loaded
         function, shared = _LOADED[self.digest]
@@ -65,7 +70,6 @@ class Job:
             raise kind(f"{key}: {error}") from None
 
 
-_WORKER = "a worker"
 _LOADED: dict[str, tuple[Function, Any]] = {}  # digest of a job → its content, in a worker
 
 

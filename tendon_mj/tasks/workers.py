@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -12,6 +13,8 @@ from tendon_mj.errors import InvalidValueError, MissingPackageError
 from tendon_mj.tasks.job import Function
 from tendon_mj.tasks.pool import Pool
 from tendon_mj.tasks.process_pool import process_pool
+
+_ADDRESS = re.compile(r"\w+://.+:\d{1,5}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,7 +27,8 @@ class Workers:
         scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786.
 
     Raises:
-        InvalidValueError: two of them, or less than one process or worker.
+        InvalidValueError: two of them, less than one process or worker, or an address without a
+            scheme or port.
     """
 
     processes: int | None = None
@@ -39,6 +43,11 @@ class Workers:
         for name in ("processes", "workers"):
             if given.get(name, 1) < 1:
                 raise InvalidValueError(f"--{name} {given[name]}: there must be at least one")
+        if self.scheduler is not None and not _ADDRESS.fullmatch(self.scheduler):
+            raise InvalidValueError(
+                f"--scheduler {self.scheduler}: it is not like tcp://10.0.0.1:8786, the address"
+                " that `dask scheduler` prints"
+            )
 
     def opened(
         self, function: Function, shared: Any, sources: Sequence[str]

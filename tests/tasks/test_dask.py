@@ -1,6 +1,14 @@
 """Laws of tasks on a Dask scheduler, with two workers on this machine."""
 
+import gc
+import io
+import json
+import logging
+import os
+import subprocess
 import sys
+import time
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +20,7 @@ from tests.tasks.functions import Kept
 pytest.importorskip("distributed", reason="the extra tendon-mj[cluster] is not installed")
 pytestmark = pytest.mark.filterwarnings("default")  # Dask's own
 
+ROOT = Path(__file__).parents[2]
 KEYS = [f"task_{k:02d}" for k in range(12)]
 NUMBERS = {key: k for k, key in enumerate(KEYS)}
 
@@ -25,8 +34,8 @@ def scheduler():
         yield address
 
 
-def run(function, shared, **where):
-    store = Kept()
+def run(function, shared, store=None, **where):
+    store = store or Kept()
     run_tasks(function, shared, KEYS, NUMBERS.__getitem__, store, on=Workers(**where))
     return store
 
@@ -55,9 +64,73 @@ def test_workers_with_other_versions_are_refused_before_they_get_a_task(schedule
         run(functions.doomed, None, scheduler=scheduler)
 
 
-def test_an_address_where_nobody_answers_is_refused(monkeypatch):
+def test_a_worker_that_comes_later_with_another_version_is_named(scheduler, monkeypatch):
+    from tendon_mj.tasks import dask_pool, job
+
+    other = {**job.identity(), "mujoco": "9.9"}
+    monkeypatch.setattr(dask_pool, "_check_workers", lambda *given: None)
+    monkeypatch.setattr(job, "identity", lambda sources: other)
+    with pytest.raises(WorkerError, match=r"worker tcp://127\.0\.0\.1:\d+ differs .*, 9\.9 here"):
+        run(functions.doomed, None, scheduler=scheduler)
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "other://127.0.0.1:1"])
+def test_an_address_where_nobody_answers_is_refused_and_nothing_is_left(address, monkeypatch):
     from tendon_mj.tasks import dask_pool
 
+    failed = []
+    monkeypatch.setattr("sys.unraisablehook", failed.append)
     monkeypatch.setattr(dask_pool, "_CONNECT", 0.3)
-    with pytest.raises(WorkerError, match="no Dask scheduler answers at tcp"):
-        run(functions.scaled, 1, scheduler="tcp://127.0.0.1:1")
+    begun = time.monotonic()
+    with pytest.raises(WorkerError, match=f"no Dask scheduler answers at {address}"):
+        run(functions.scaled, 1, scheduler=address)
+    gc.collect()
+    assert not failed
+    assert time.monotonic() - begun < 10.0
+
+
+class Ending(Kept):
+    """Results in memory; a process is killed with the third."""
+
+    def __init__(self, process):
+        super().__init__()
+        self.process = process
+
+    def write(self, key, result):
+        super().write(key, result)
+        if len(self.results) == 3:
+            self.process.kill()
+            self.process.wait()
+
+
+def test_a_scheduler_that_ends_is_told_in_one_line(tmp_path):
+    log, address = io.StringIO(), tmp_path / "address"
+    handler = logging.StreamHandler(log)
+    logger = logging.getLogger("distributed")
+    command = [sys.executable, "-m", "dask"]
+    options = ["--no-dashboard", "--scheduler-file", str(address)]
+    own = {
+        "env": {**os.environ, "PYTHONPATH": str(ROOT)},
+        "stdout": subprocess.DEVNULL,
+        "stderr": subprocess.DEVNULL,
+    }
+    on_loopback = ["--host", "127.0.0.1", "--port", "0"]
+    begun = [subprocess.Popen([*command, "scheduler", *on_loopback, *options], **own)]
+    logger.addHandler(handler)
+    try:
+        begun.append(subprocess.Popen([*command, "worker", "--nthreads", "1", *options], **own))
+        while not address.exists() or not address.read_text():
+            time.sleep(0.05)
+        store = Ending(begun[0])
+        scheduler = json.loads(address.read_text())["address"]
+        with pytest.raises(
+            WorkerError, match=r"scheduler.* is gone.* kept.* the same command goes"
+        ):
+            run(functions.logged, str(tmp_path), store, scheduler=scheduler)
+    finally:
+        logger.removeHandler(handler)
+        for process in begun:
+            process.terminate()
+            process.wait()
+    assert 3 <= len(store.results) < len(KEYS)
+    assert log.getvalue() == ""

@@ -151,9 +151,12 @@ def test_sources_count_and_not_only_versions(tmp_path, monkeypatch):
     [
         ({"processes": 2, "workers": 2}, "--processes 2 and --workers 2: give one of them"),
         ({"workers": 0}, "--workers 0: there must be at least one"),
+        ({"scheduler": "foo"}, "--scheduler foo: it is not like tcp://10.0.0.1:8786"),
+        ({"scheduler": "10.0.0.1:8786"}, "it is not like tcp"),
+        ({"scheduler": "tcp://10.0.0.1"}, "it is not like tcp"),
     ],
 )
-def test_workers_are_one_kind_and_some(given, said):
+def test_workers_are_one_kind_and_some_and_a_scheduler_has_an_address(given, said):
     with pytest.raises(InvalidValueError, match=said):
         Workers(**given)
 
