@@ -97,7 +97,8 @@ def dask_pool(
         if scheduler is None:
             scheduler = stack.enter_context(local_cluster(workers))
         # what goes wrong is raised; Dask would also print a traceback of each lost connection
-        stack.enter_context(silence_logging_cmgr(logging.CRITICAL + 1))
+        for logger in ("distributed", "tornado.application"):
+            stack.enter_context(silence_logging_cmgr(logging.CRITICAL + 1, logger))
         client = stack.enter_context(_client(scheduler))
         with _told_if_gone(scheduler):
             _check_workers(client, scheduler, sources)

@@ -103,7 +103,7 @@ def test_a_scheduler_that_ends_is_told_in_one_line(tmp_path):
     log, address = io.StringIO(), tmp_path / "address"
     handler = logging.StreamHandler(log)
     handler.setLevel(logging.ERROR)
-    logger = logging.getLogger("distributed")
+    loggers = [logging.getLogger(name) for name in ("distributed", "tornado.application")]
     command = [sys.executable, "-m", "dask"]
     options = ["--no-dashboard", "--scheduler-file", str(address)]
     own = {
@@ -113,7 +113,8 @@ def test_a_scheduler_that_ends_is_told_in_one_line(tmp_path):
     }
     on_loopback = ["--host", "127.0.0.1", "--port", "0"]
     begun = [subprocess.Popen([*command, "scheduler", *on_loopback, *options], **own)]
-    logger.addHandler(handler)
+    for logger in loggers:
+        logger.addHandler(handler)
     try:
         begun.append(subprocess.Popen([*command, "worker", "--nthreads", "1", *options], **own))
         while not address.exists() or not address.read_text():
@@ -125,7 +126,8 @@ def test_a_scheduler_that_ends_is_told_in_one_line(tmp_path):
         ):
             run(functions.logged, str(tmp_path), store, scheduler=scheduler)
     finally:
-        logger.removeHandler(handler)
+        for logger in loggers:
+            logger.removeHandler(handler)
         for process in begun:
             process.terminate()
             process.wait()
