@@ -136,7 +136,8 @@ def add_friction(
     sheaths, left_out = _design(spec, chosen, request)
     if not sheaths:
         raise InvalidValueError(
-            f"none of the tendons that {tendon!r} means can be given a sheath: {_reasons(left_out)}"
+            f"none of the tendons that {_asked(tendon)} means can be given a sheath:"
+            f" {_reasons(left_out)}"
         )
     unnamed = [sheath.tendon_name for sheath in sheaths if not sheath.tendon.name]
     spools = {sheath.tendon_name: sheath.spool for sheath in sheaths if sheath.spool}
@@ -166,9 +167,14 @@ def _refuse_for_several(own: Mapping[str, str | None], tendon: str | Sequence[st
     for keyword, value in own.items():
         if value is not None:
             raise InvalidValueError(
-                f"{keyword} = {value!r} belongs to one tendon, and {tendon!r} may mean several: "
-                "call add_friction for each by its name"
+                f"{keyword} = {value!r} belongs to one tendon, and {_asked(tendon)} may mean "
+                "several: call add_friction for each by its name"
             )
+
+
+def _asked(tendon: str | Sequence[str]) -> str:
+    """Names and patterns of tendons as they were typed."""
+    return _listed([tendon] if isinstance(tendon, str) else tendon)
 
 
 def _design(

@@ -119,8 +119,8 @@ class Description:
         """Raise `RecordingError`, beginning with ``where``, unless it fits the CSV's ``columns``.
 
         Refused: empty or unwritable texts, unknown columns, a column both driven and measured,
-        an actuator driven twice, parameters misnamed, infinite, of a size as `size_fault` refuses, or
-        in two of the tables.
+        an actuator driven twice, parameters misnamed, infinite, of a size that `size_fault`
+        refuses, or in two of the tables.
         """
         for key, text in (("model", self.model), ("source", self.source)):
             check_text(text, f"{where}, {key}")

@@ -62,17 +62,12 @@ class Schedule:
         self.addresses = _sensor_addresses(recording, model)
         self.clock = make_clock(recording.time, longest)
         self.lead = math.ceil(settle / self.clock.timestep * (1.0 - 1e-9))
-        if self.lead > _MOST_STEPS:
-            raise RecordingError(
-                f"recording {recording.name!r}: settle = {settle:g} s before the first sample are"
-                f" {self.lead} steps of {self.clock.timestep:g} s, more than {_MOST_STEPS}; give a"
-                " shorter settle"
-            )
         if self.steps > _MOST_STEPS:
             raise RecordingError(
                 f"recording {recording.name!r}: its typical interval between samples gives steps of"
-                f" {self.clock.timestep:g} s, {self.steps} in all, more than {_MOST_STEPS}; are the"
-                " times in seconds?"
+                f" {self.clock.timestep:g} s, {self.steps} in all, of which {self.lead} in the"
+                f" settle of {settle:g} s before the first sample; more than {_MOST_STEPS} are not"
+                " simulated; are the times in seconds, and settle too?"
             )
         grid = self.clock.time
         self._drive = {

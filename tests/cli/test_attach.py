@@ -64,6 +64,15 @@ def test_a_refusal_is_one_line_and_writes_nothing(finger, tmp_path, capsys, text
     assert not out.exists()
 
 
+@pytest.mark.parametrize(
+    ("typed", "said"), [(["lim*"], "'lim*'"), (["l*", "li?p"], "'l*', 'li?p'")]
+)
+def test_patterns_that_mean_nothing_are_told_as_they_were_typed(finger, capsys, typed, said):
+    arguments = ["attach", str(finger), "--tendon", *typed, "--friction", "0.1", "--out", "new.xml"]
+    assert main(arguments) == 2
+    assert f"none of the tendons that {said} means can be given a sheath" in capsys.readouterr().err
+
+
 def test_the_input_is_not_written_over(finger, capsys):
     before = finger.read_text()
     arguments = ["attach", str(finger), "--tendon", "*", "--friction", "0.1", "--out", str(finger)]

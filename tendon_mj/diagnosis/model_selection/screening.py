@@ -29,6 +29,7 @@ _INVISIBLE = 1e-8  # mean square trace, in noise, below which an effect has no p
 _SWITCHED_OFF = 1e-9  # of a probe
 _LARGER, _TRIES = 1e3, 3  # factor by which a probe without a trace is enlarged, and how often
 _BATCH = 8  # parameter sets simulated between two calls of the progress callback
+_ACTIVE_SETS = 100  # tried at most; some ten terms take as many
 _KEPT = (0.05, 0.15)  # of what the best explains, to be in the next pass
 _PASSES = ("screen, first pass", "screen, second pass", "screen, third pass")
 
@@ -155,8 +156,13 @@ class _Screening:
         bounds = np.column_stack([fitted.bounds - fitted.scaled, shares])
         step = bounded_least_squares(matrix, residual, bounds)
         left = residual + matrix @ step
-        values = natural(terms, fitted.scaled + step[:-1])
-        best = strength.inert + step[-1] * tried
+        # at a bound, which rounding may leave
+        values = np.clip(
+            natural(terms, fitted.scaled + step[:-1]),
+            [t.low for t in terms],
+            [t.high for t in terms],
+        )
+        best = min(max(strength.inert + step[-1] * tried, strength.low), strength.high)
         prediction = replace(
             score,
             start=np.array([*values, best, *score.start[count + 1 :]]),
@@ -193,10 +199,16 @@ def _probe(candidate: Candidate) -> float:
 def bounded_least_squares(
     matrix: FloatArray, residual: FloatArray, bounds: FloatArray
 ) -> FloatArray:
-    """(p,) step x that minimises |r + M x| within ``bounds`` (2, p)."""
+    """(p,) step x that minimises |r + M x| within ``bounds`` (2, p).
+
+    By active sets on columns of length 1: SciPy's other method never ends where their lengths
+    differ by more than a number has digits.
+    """
     normal = matrix.T @ matrix
     normal += 1e-9 * np.diag(np.diag(normal)) + 1e-12 * np.eye(len(normal))
-    factor = cholesky(normal)  # (p, p) in place of all samples
-    aim = solve_triangular(factor, -matrix.T @ residual, trans="T")
-    step: FloatArray = lsq_linear(factor, aim, (bounds[0], bounds[1])).x
+    lengths = np.sqrt(np.diag(normal))
+    factor = cholesky(normal / np.outer(lengths, lengths))  # (p, p) in place of all samples
+    aim = solve_triangular(factor, -(matrix.T @ residual) / lengths, trans="T")
+    scaled = lsq_linear(factor, aim, bounds * lengths, method="bvls", max_iter=_ACTIVE_SETS).x
+    step: FloatArray = np.clip(scaled / lengths, bounds[0], bounds[1])
     return step
