@@ -1,10 +1,11 @@
-"""What else is to be known of a rig: another model, one odd day, and what a change leaves."""
+"""What else is to be known of a rig: another model, an odd day, what is left out or left over."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from datetime import datetime
+from pathlib import Path
 
 import numpy as np
 
@@ -59,6 +60,20 @@ def odd_day(dates: Sequence[datetime], square: Sequence[float], usual: float) ->
     if len(dates) < _FEWEST or square[largest] < _SHARE * whole or left < _ABOVE * usual:
         return ""
     return f"most of its misfit is on {stamp(dates[largest])}, {left:.2g} noise"
+
+
+def left_out(tables: Mapping[datetime, Path], refused: Mapping[datetime, str]) -> list[str]:
+    """Which recordings are left out and why, each by its file.
+
+    Args:
+        tables: date → file of each recording.
+        refused: date → why it is left out.
+    """
+    return [
+        f"{tables[date]} is left out: "
+        + reason.removeprefix(str(tables[date])).lstrip(":, ").removesuffix(".")
+        for date, reason in refused.items()
+    ]
 
 
 def left_over(left: float, usual: float) -> str:

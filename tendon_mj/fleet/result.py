@@ -81,7 +81,7 @@ class RigFound:
             text = f"{one.name} is {in_one_unit([one.value, one.spread.median], unit)[0]}"
             parts.append(f"{text}, the fleet's median {quantity(one.spread.median, unit)}")
         if self.error:
-            return f"{self.name}: {self.error.removesuffix('.')}."
+            return f"{self.name}: {'; '.join([self.error.removesuffix('.'), *self.remarks])}."
         parts = parts or [self.verdict, *self._not_judged()]
         return f"{self.name}: {'; '.join([*parts, *self.remarks])}."
 

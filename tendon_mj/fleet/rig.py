@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
 
-from tendon_mj.errors import RecordingError
+from tendon_mj.errors import RecordingError, TendonError
 from tendon_mj.fleet.date_in_name import date_in_name
 from tendon_mj.recordings.recording import Recording, read_recording
 
@@ -52,22 +52,56 @@ class Rig:
         Raises:
             RecordingError: one cannot be read, or has the model of another kind of rig.
         """
-        found = [self._read(date) for date in self.tables]
-        for path, recording in zip(self.tables.values(), found, strict=True):
-            if _model_of(recording) != _model_of(found[0]):
-                raise RecordingError(
-                    f"{path}: its model is {recording.model!r}, and that of the rig's first"
-                    f" recording {found[0].model!r}; a rig has one model"
-                )
-        return tuple(found)
+        found, refused = self.read_each()
+        for reason in refused.values():
+            raise RecordingError(reason)
+        return tuple(found.values())
+
+    def read_each(self) -> tuple[dict[datetime, Recording], dict[datetime, str]]:
+        """Date → recording that can be read, and date → why another cannot, or is of no use."""
+        found, refused = dict[datetime, Recording](), dict[datetime, str]()
+        for date, path in self.tables.items():
+            try:
+                recording = self._read(date)
+                first = next(iter(found.values()), recording)
+                if _model_of(recording) != _model_of(first):
+                    raise RecordingError(
+                        f"{path}: its model is {recording.model!r}, and that of the rig's first"
+                        f" recording {first.model!r}; a rig has one model"
+                    )
+                found[date] = recording
+            except (TendonError, OSError) as error:
+                refused[date] = str(error)
+        return found, refused
+
+    def without(self, dates: Collection[datetime]) -> Rig:
+        """The rig with fewer recordings."""
+        return replace(self, tables={d: p for d, p in self.tables.items() if d not in dates})
 
     def read_first(self) -> Recording:
-        """The first recording."""
-        return self._read(self.dates[0])
+        """The first recording that can be read.
+
+        Raises:
+            RecordingError: none can; with the reason of the first.
+        """
+        refused = list[Exception]()
+        for date in self.dates:
+            try:
+                return self._read(date)
+            except (TendonError, OSError) as error:
+                refused.append(error)
+        raise RecordingError(none_left(self.dates, str(refused[0])))
 
     def _read(self, date: datetime) -> Recording:
         path = self.tables[date]
         return replace(read_recording(path, self.descriptions.get(path)), name=stamp(date))
+
+
+def none_left(dates: Collection[datetime], reason: str) -> str:
+    """That no recording of a rig can be used, with the reason of the first."""
+    if len(dates) == 1:
+        return reason
+    return f"none of its {len(dates)} recordings can be used; the first: {reason}"
 
 
 def stamp(date: datetime) -> str:

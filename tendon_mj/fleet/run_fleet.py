@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -25,19 +26,21 @@ from tendon_mj.fleet.fellows import (
 )
 from tendon_mj.fleet.number import Label
 from tendon_mj.fleet.observation import Observation, observe
-from tendon_mj.fleet.remarks import kind, left_over, odd_day, unlike
+from tendon_mj.fleet.remarks import kind, left_out, left_over, odd_day, unlike
 from tendon_mj.fleet.result import FleetFound, RigFound
-from tendon_mj.fleet.rig import Rig, find_rigs
+from tendon_mj.fleet.rig import Rig, find_rigs, none_left
 from tendon_mj.fleet.series import Asked, Series, explanation, fit_series
 from tendon_mj.fleet.since import find_change
 from tendon_mj.fleet.store import RigFiles, digest_of
+from tendon_mj.fleet.suited import suited
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.tasks import Workers, run_tasks
 
-_ERROR, _SERIES = "error", "series"
+_ERROR, _SERIES, _REFUSED = "error", "series", "refused"
 
-_Task = tuple[tuple[Recording, ...], mujoco.MjModel] | str
+_Refused = dict[datetime, str]  # date of a recording → why it is left out
+_Task = tuple[dict[datetime, Recording], _Refused, mujoco.MjModel] | str
 
 
 def run_fleet(
@@ -52,8 +55,9 @@ def run_fleet(
 
     Each rig is calibrated by itself. What differs between days where nothing changed, and between
     rigs that are alike, is estimated from all of them, and is what a change or a difference is
-    judged by. What was computed of a rig is kept in ``out``, and is computed again only where its
-    recordings, its model or the version are others.
+    judged by. A recording that cannot be read or fitted is left out, and told. What was computed of
+    a rig is kept in ``out``, and is computed again only where its recordings, its model or the
+    version are others.
 
     Args:
         folder: see `find_rigs`.
@@ -66,7 +70,8 @@ def run_fleet(
         RecordingError: the folder is no fleet, or a file of it cannot be read.
         WorkerError: see `run_tasks`.
     """
-    rigs = {rig.name: rig for rig in find_rigs(folder, apart=out)}
+    whole = {rig.name: rig for rig in find_rigs(folder, apart=out)}
+    rigs = dict(whole)
     errors = {name: rig.error for name, rig in rigs.items() if rig.error}
     of, kinds = dict[str, str](), dict[str, dict[str, str]]()
     for name, rig in rigs.items():
@@ -90,6 +95,8 @@ def run_fleet(
     read = {name: kept.read(name) for name in of}
     errors |= {name: found[_ERROR] for name, found in read.items() if _ERROR in found}
     seen = {n: Observation.from_plain(f) for n, f in read.items() if _ERROR not in f}
+    refused = {name: _refused(found) for name, found in read.items()}
+    rigs |= {name: rigs[name].without(refused[name]) for name in seen}
     spreads = reproducibility(list(seen.values()))
     asked = {
         name: [
@@ -112,7 +119,10 @@ def run_fleet(
     )
     series = {n: [Series.from_plain(one) for one in daily.read(n)[_SERIES]] for n in digests}
     found = [
-        _found(rig, seen.get(name), series.get(name, []), spreads, errors.get(name, ""))
+        replace(
+            _found(rig, seen.get(name), series.get(name, []), spreads, errors.get(name, "")),
+            remarks=tuple(left_out(whole[name].tables, refused.get(name, {}))),
+        )
         for name, rig in rigs.items()
     ]
     odd = unlike({name: kinds[name] for name in seen})
@@ -120,10 +130,12 @@ def run_fleet(
 
 
 def _task(rig: Rig) -> _Task:
-    """A rig's recordings and model, or why there are none."""
+    """A rig's recordings, why others are left out, and its model; or why there are none."""
+    recordings, refused = rig.read_each()
+    if not recordings:
+        return none_left(rig.dates, refused[rig.dates[0]])
     try:
-        recordings = rig.read()
-        return recordings, _model_of(recordings[0])
+        return recordings, refused, _model_of(next(iter(recordings.values())))
     except (TendonError, OSError) as error:
         return str(error)
 
@@ -141,18 +153,30 @@ def _kind(rig: Rig) -> dict[str, str]:
 def _observe(_: None, task: _Task) -> dict[str, Any]:
     if isinstance(task, str):
         return {_ERROR: task}
+    recordings, refused, model = task
+    kept, unsuited = suited(recordings, model)
+    refused |= unsuited
+    if not kept:
+        return {_ERROR: none_left(refused, refused[min(refused)])}
+    told = {_REFUSED: {date.isoformat(): reason for date, reason in refused.items()}}
     try:
-        return observe(*task).plain()
+        return observe(tuple(kept.values()), model).plain() | told
     except TendonError as error:
-        return {_ERROR: str(error)}
+        return {_ERROR: str(error)} | told
+
+
+def _refused(found: Mapping[str, Any]) -> _Refused:
+    """Date → why a recording is left out, of what `_observe` found."""
+    given: Mapping[str, str] = found.get(_REFUSED, {})
+    return {datetime.fromisoformat(date): reason for date, reason in given.items()}
 
 
 def _fit_series(_: None, given: tuple[_Task, list[float], list[Asked]]) -> dict[str, Any]:
     task, start, asked = given
     if isinstance(task, str):
         return {_SERIES: []}
-    recordings, model = task
-    found = fit_series(recordings, start, asked, model)
+    recordings, _refusals, model = task
+    found = fit_series(tuple(recordings.values()), start, asked, model)
     return {_SERIES: [one.plain() for one in found]}
 
 
@@ -217,7 +241,10 @@ def _beside_fellows(
             rig,
             differences=tuple(different[rig.name]),
             fellows=len(solid),
-            remarks=_remarks(rig, different[rig.name], usual, odd.get(rig.name, "")),
+            remarks=(
+                *rig.remarks,
+                *_remarks(rig, different[rig.name], usual, odd.get(rig.name, "")),
+            ),
         )
         for rig in rigs
     ]

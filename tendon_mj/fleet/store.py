@@ -64,8 +64,16 @@ def digest_of(rig: Rig, model: str) -> str:
     """16 hexadecimal digits of a rig's files, the digest of its model, and what computes."""
     whole = hashlib.sha256(json.dumps(versions(), sort_keys=True).encode())
     for path in rig.files:
-        whole.update(path.name.encode() + path.read_bytes())
+        whole.update(path.name.encode() + _content(path))
     for date in rig.dates:
         whole.update(date.isoformat().encode())
     whole.update(model.encode())
     return whole.hexdigest()[:16]
+
+
+def _content(path: Path) -> bytes:
+    """Bytes of a file; none of one that cannot be read, or is none."""
+    try:
+        return path.read_bytes() if path.is_file() else b""
+    except OSError:
+        return b""

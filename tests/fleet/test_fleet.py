@@ -8,7 +8,7 @@ import pytest
 from tendon_mj.cli.main import main
 from tendon_mj.fleet import run_fleet
 from tendon_mj.tasks import Workers
-from tests.fleet.small_fleet import AFTER, BEFORE, CHANGED, write_fleet
+from tests.fleet.small_fleet import AFTER, BEFORE, CHANGED, DAYS, write_fleet
 
 
 @pytest.fixture(scope="module")
@@ -20,6 +20,10 @@ def run(tmp_path_factory):
     broken.mkdir()
     still = "time_s,reel_m,input_N,output_N\n" + "".join(f"{0.1 * k},0,20,20\n" for k in range(20))
     (broken / "2026-03-01.csv").write_text(still, encoding="utf-8")
+    for rig in ("hand_1", "hand_2"):
+        (base / "hands" / rig / "2026-03-04T12.csv").write_text(still, encoding="utf-8")
+    (base / "hands" / "hand_2" / "2026-02-28.csv").write_text("time_s,reel_m\nx,y\n", "utf-8")
+    (base / "hands" / "hand_2" / "2026-03-09.csv").symlink_to(base / "gone.csv")
     assert main(["fleet", str(base / "hands"), "--out", str(base / "out"), "--processes", "1"]) == 0
     return base
 
@@ -43,6 +47,29 @@ def test_a_rig_that_cannot_be_fitted_is_told_and_stops_no_other(run):
     assert rigs["hand_9"]["verdict"] == "failed"
     assert rigs["hand_9"]["error"]
     assert "hand_9" in found["sentence"]
+
+
+def test_a_recording_that_cannot_be_used_is_left_out_and_told_by_its_file(run):
+    found = json.loads((run / "out" / "result.json").read_text(encoding="utf-8"))
+    rigs = {rig["rig"]: rig for rig in found["rigs"]}
+    page = (run / "out" / "fleet.html").read_text(encoding="utf-8")
+    left_out = {
+        "hand_1": {"2026-03-04T12.csv": "the drive stands still"},
+        CHANGED: {
+            "2026-02-28.csv": "left out: row 3: missing",
+            "2026-03-04T12.csv": "the drive stands still",
+            "2026-03-09.csv": "no such file",
+        },
+    }
+    for rig, files in left_out.items():
+        assert len(rigs[rig]["dates"]) == DAYS
+        assert len(rigs[rig]["remarks"]) == len(files)
+        for file, reason in files.items():
+            (told,) = (r for r in rigs[rig]["remarks"] if f"{file} is left out: " in r)
+            assert reason in told
+            assert told in rigs[rig]["sentence"]
+            assert file in page
+    assert not rigs["hand_3"]["remarks"]
 
 
 def test_table_and_page_have_every_rig(run):

@@ -114,6 +114,30 @@ def test_a_rig_has_one_model(tmp_path):
         rig.read()
 
 
+def test_what_cannot_be_read_is_left_out_with_its_reason(tmp_path):
+    written(tmp_path, "description.toml", "a/2026-03-04.csv", "a/2026-03-05.csv")
+    written(tmp_path, "a/2026-03-06.csv", "a/2026-03-07.csv")
+    (tmp_path / "a" / "2026-03-04.csv").write_text("time_s\n")
+    (tmp_path / "a" / "2026-03-06.toml").write_text(TOML.replace("bench", "finger"))
+    (rig,) = find_rigs(tmp_path)
+    found, refused = rig.read_each()
+    assert [recording.name for recording in found.values()] == ["2026-03-05", "2026-03-07"]
+    assert [date.day for date in refused] == [4, 6]
+    assert "2026-03-04.csv" in refused[rig.dates[0]]
+    assert "a rig has one model" in refused[rig.dates[2]]
+    assert rig.read_first().name == "2026-03-05"
+    assert rig.without(refused).dates == tuple(found)
+
+
+def test_a_rig_of_which_nothing_can_be_read_says_so_with_the_first_reason(tmp_path):
+    written(tmp_path, "description.toml", "a/2026-03-04.csv", "a/2026-03-05.csv")
+    for path in (tmp_path / "a").iterdir():
+        path.write_text("time_s\n")
+    (rig,) = find_rigs(tmp_path)
+    with pytest.raises(RecordingError, match=r"none of its 2 recordings .* the first: .*-04\.csv"):
+        rig.read_first()
+
+
 def test_a_model_s_file_is_one_by_whatever_way_it_is_named(tmp_path):
     written(tmp_path, "description.toml", "a/2026-03-04.csv", "a/2026-03-05.csv")
     (tmp_path / "m.xml").touch()
