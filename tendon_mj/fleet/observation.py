@@ -69,6 +69,7 @@ class Observation:
         values: (shared,) of these, what holds in all recordings.
         errors: (shared,) their standard errors [their units].
         square: (n,) mean square residual of each recording, calibrated [noise²].
+        samples: (n,) number of these residuals.
         normal: (n, w, w) A_k.
         gradient: (n, w) b_k.
     """
@@ -79,6 +80,7 @@ class Observation:
     values: FloatArray
     errors: FloatArray
     square: FloatArray
+    samples: FloatArray
     normal: FloatArray
     gradient: FloatArray
 
@@ -96,7 +98,7 @@ class Observation:
         return cls(numbers=numbers, shared=int(fields["shared"]), **arrays)
 
 
-_ARRAYS = ("terms", "values", "errors", "square", "normal", "gradient")
+_ARRAYS = ("terms", "values", "errors", "square", "samples", "normal", "gradient")
 
 
 def calibrate(
@@ -166,6 +168,7 @@ def observe(recordings: Sequence[Recording], model: mujoco.MjModel | None = None
         values=np.array([one.value for one in watched[:count]]),
         errors=probes * _errors(np.sum(normals, axis=0)[:count, :count], np.array(squares)),
         square=np.array(squares),
+        samples=np.bincount(rig.problem.recording_of, minlength=len(recordings)).astype(float),
         normal=np.array(normals),
         gradient=np.array(gradients),
     )

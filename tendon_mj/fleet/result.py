@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from datetime import datetime
 from statistics import median
 from typing import Any, Literal
@@ -30,6 +30,7 @@ class RigFound:
         error: why there is nothing to say of it; empty where there is.
         values, errors: parameter → fitted value and its standard error [its unit]; where it
             changed, before that.
+        one_out: parameter, or `MISFIT` → likewise with each of its recordings left out.
         misfit: root mean square of what the calibrated model leaves [noise].
         left: likewise, with the change.
         square: (n,) mean square of that, of each recording [noise²].
@@ -46,6 +47,7 @@ class RigFound:
     error: str = ""
     values: Mapping[str, float]
     errors: Mapping[str, float]
+    one_out: Mapping[str, Sequence[float]] = field(default_factory=dict)
     misfit: float = float("nan")
     left: float = float("nan")
     square: tuple[float, ...] = ()

@@ -26,6 +26,7 @@ from tendon_mj.fleet.fellows import (
 )
 from tendon_mj.fleet.number import Label
 from tendon_mj.fleet.observation import Observation, observe
+from tendon_mj.fleet.one_out import one_out
 from tendon_mj.fleet.remarks import kind, left_out, left_over, odd_day, unlike
 from tendon_mj.fleet.result import FleetFound, RigFound
 from tendon_mj.fleet.rig import Rig, find_rigs, none_left
@@ -196,7 +197,13 @@ def _found(
     errors = dict(zip(names, observation.errors.tolist(), strict=True))
     misfit = _misfit(observation.square)
     make = partial(make, errors=errors, misfit=misfit)
-    unchanged = make(values=values, left=misfit, square=tuple(observation.square.tolist()))
+    without, misfits = one_out(observation)
+    unchanged = make(
+        values=values,
+        left=misfit,
+        square=tuple(observation.square.tolist()),
+        one_out={**dict(zip(names, without.T.tolist(), strict=True)), MISFIT: misfits.tolist()},
+    )
     if not series:
         return unchanged
     first, rivals = explanation(series)
@@ -211,6 +218,7 @@ def _found(
         values={name: before.get(name, value) for name, value in values.items()},
         left=_misfit(first.square),
         square=tuple(first.square.tolist()),
+        one_out={MISFIT: [_misfit(np.delete(first.square, k)) for k in range(len(rig.dates))]},
         change=change,
         series=first,
         rivals=tuple(rivals),
@@ -228,10 +236,12 @@ def _beside_fellows(
         values = {rig.name: rig.values[name] for rig in solid if name in rig.values}
         errors = {rig.name: rig.errors[name] for rig in solid if name in rig.values}
         spreads[name] = spread_between(values, errors)
-        for rig, one in differences(name, values, errors, spreads[name]).items():
+        others = {rig.name: rig.one_out.get(name, ()) for rig in solid}
+        for rig, one in differences(name, values, errors, spreads[name], others).items():
             different[rig].append(one)
     if solid:
-        for rig, one in larger_misfits({rig.name: rig.left for rig in solid}).items():
+        others = {rig.name: rig.one_out.get(MISFIT, ()) for rig in solid}
+        for rig, one in larger_misfits({rig.name: rig.left for rig in solid}, others).items():
             different[rig].append(one)
     usual = float(np.median([rig.left for rig in solid])) if solid else 0.0
     compared = [

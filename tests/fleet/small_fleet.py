@@ -13,6 +13,7 @@ from tendon_mj.replay import Simulator
 DAYS = 7
 FIRST = date(2026, 3, 1)
 CHANGED, SINCE = "hand_2", 4  # which rig, and its first recording with the change
+ODD = 2  # recording of a rig that is unlike its others
 BEFORE, AFTER = 0.15, 0.24  # friction of that one
 NOISE = 0.05  # [N]
 UNCERTAIN = {
@@ -21,13 +22,14 @@ UNCERTAIN = {
 }
 
 
-def write_fleet(folder: Path, rigs: int = 3, zero: float = 0.0) -> None:
+def write_fleet(folder: Path, rigs: int = 3, zero: float = 0.0, odd: str = "") -> None:
     """Write rigs of which one changes its friction, with one description for all.
 
     Args:
         folder: of the fleet.
         rigs: number of them.
         zero: standard deviation of a sensor's zero, set anew each day [N].
+        odd: rig with far more friction on its day `ODD` alone.
     """
     rng = np.random.default_rng(3)
     folder.mkdir(parents=True, exist_ok=True)
@@ -57,6 +59,7 @@ def write_fleet(folder: Path, rigs: int = 3, zero: float = 0.0) -> None:
         for day in range(DAYS):
             changed = rig.name == CHANGED and day >= SINCE
             friction = (AFTER if changed else BEFORE) * (1.0 + rng.normal(0.0, 0.01))
+            friction *= 2.5 if (rig.name, day) == (odd, ODD) else 1.0
             (answer,) = simulate([{**own, "sheath.friction": friction}])[0]
             answer["input_N"] = answer["input_N"] + rng.normal(0.0, zero)
             noisy = {c: v + rng.normal(0.0, NOISE, v.size) for c, v in answer.items()}

@@ -12,6 +12,7 @@ from tendon_mj.fleet.changes import reproducibility, suspects, templates
 from tendon_mj.fleet.fellows import differences, larger_misfits, spread_between
 from tendon_mj.fleet.number import Number
 from tendon_mj.fleet.observation import Observation
+from tendon_mj.fleet.one_out import one_out
 from tendon_mj.fleet.since import find_change
 
 DAYS = 10
@@ -46,6 +47,7 @@ def rig(seed, planted=None, first=5, change=0.0, course="step"):
         values=np.zeros(shared),
         errors=np.zeros(shared),
         square=(rows**2).mean(axis=1),
+        samples=np.full(DAYS, 200.0),
         normal=np.array([shapes.T @ shapes] * DAYS),
         gradient=rows @ shapes,
     )
@@ -187,6 +189,46 @@ def test_a_rig_differs_where_its_fellows_do_not():
     assert set(differences("e.a", values, errors, spread)) == {"odd"}
     few = {name: values[name] for name in ("rig_0", "rig_1", "odd")}
     assert not differences("e.a", few, errors, spread_between(few, errors))
+
+
+def test_a_rig_differs_whichever_recording_is_left_out_or_does_not():
+    rng = np.random.default_rng(2)
+    values = {f"rig_{k}": 5.0 + 0.2 * rng.normal() for k in range(30)}
+    values |= {"odd day": 7.0, "turns": 7.0, "other": 7.0}
+    errors = dict.fromkeys(values, 0.01)
+    without = {"odd day": [7.1, 7.1, 5.1], "turns": [7.1, 3.0], "other": [7.1, 7.1, 6.9]}
+    spread = spread_between(values, errors)
+    assert set(differences("e.a", values, errors, spread, without)) == {"other"}
+    misfits = {f"rig_{k}": 1.1 + 0.01 * k for k in range(20)} | {"odd day": 6.0, "other": 6.0}
+    without = {"odd day": [6.3, 1.2, 6.2], "other": [6.1, 5.8, 5.9]}
+    assert set(larger_misfits(misfits, without)) == {"other"}
+
+
+def test_a_rig_without_a_recording_is_what_a_fit_without_it_says():
+    rng = np.random.default_rng(4)
+    slopes, rows = rng.normal(size=(DAYS, 50, 2)), rng.normal(size=(DAYS, 50))
+    rows[6] += slopes[6] @ [30.0, 0.0]  # an odd day
+    fitted = np.linalg.lstsq(slopes.reshape(-1, 2), -rows.ravel(), rcond=None)[0]
+    left = rows + slopes @ fitted
+    observation = Observation(
+        numbers=NUMBERS[:2],
+        shared=2,
+        terms=0.1 * fitted,
+        values=0.1 * fitted,
+        errors=np.zeros(2),
+        square=(left**2).mean(axis=1),
+        samples=np.full(DAYS, 50.0),
+        normal=np.einsum("kmi,kmj->kij", slopes, slopes),
+        gradient=np.einsum("kmi,km->ki", slopes, left),
+    )
+    values, misfits = one_out(observation)
+    for k in range(DAYS):
+        rest = np.arange(DAYS) != k
+        own = np.linalg.lstsq(slopes[rest].reshape(-1, 2), -rows[rest].ravel(), rcond=None)[0]
+        assert values[k] == pytest.approx(0.1 * own)  # a probe is 0.1
+        residual = rows[rest] + slopes[rest] @ own
+        assert misfits[k] == pytest.approx(np.sqrt(np.mean(residual**2)))
+    assert np.abs(values[6]).max() < 0.05 < np.abs(values[:6, 0]).min()
 
 
 def test_a_misfit_differs_only_where_it_is_far_larger():

@@ -102,6 +102,15 @@ def test_what_is_set_anew_each_day_is_no_change(tmp_path):
     assert changed.change.after == pytest.approx(AFTER, abs=0.015)
 
 
+def test_a_rig_with_one_odd_day_is_as_its_fellows_and_the_day_is_told(tmp_path):
+    write_fleet(tmp_path / "hands", rigs=5, odd="hand_4")
+    found = run_fleet(tmp_path / "hands", tmp_path / "out", on=Workers(processes=1))
+    verdicts = {rig.name: rig.verdict for rig in found.rigs}
+    assert verdicts == dict.fromkeys(verdicts, "as its fellows") | {CHANGED: "changed"}
+    odd = next(rig for rig in found.told if rig.name == "hand_4")
+    assert any("is on 2026-03-03, " in remark for remark in odd.remarks)
+
+
 def test_a_fleet_of_which_no_rig_can_be_fitted_is_a_failure_with_page_and_table(tmp_path, capsys):
     (tmp_path / "hands" / "hand_1").mkdir(parents=True)
     (tmp_path / "hands" / "hand_1" / "notes.csv").write_text("a,b\n1,2\n", encoding="utf-8")
