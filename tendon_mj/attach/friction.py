@@ -136,7 +136,7 @@ def add_friction(
     sheaths, left_out = _design(spec, chosen, request)
     if not sheaths:
         raise InvalidValueError(
-            f"none of the tendons that {_asked(tendon)} means can be given a sheath:"
+            f"none of the tendons that {_listed(tendon)} means can be given a sheath:"
             f" {_reasons(left_out)}"
         )
     unnamed = [sheath.tendon_name for sheath in sheaths if not sheath.tendon.name]
@@ -167,14 +167,9 @@ def _refuse_for_several(own: Mapping[str, str | None], tendon: str | Sequence[st
     for keyword, value in own.items():
         if value is not None:
             raise InvalidValueError(
-                f"{keyword} = {value!r} belongs to one tendon, and {_asked(tendon)} may mean "
+                f"{keyword} = {value!r} belongs to one tendon, and {_listed(tendon)} may mean "
                 "several: call add_friction for each by its name"
             )
-
-
-def _asked(tendon: str | Sequence[str]) -> str:
-    """Names and patterns of tendons as they were typed."""
-    return _listed([tendon] if isinstance(tendon, str) else tendon)
 
 
 def _design(
@@ -282,8 +277,8 @@ def _reasons(left_out: Mapping[str, str]) -> str:
     return "; ".join(f"{_listed(names)}: {why}" for why, names in by_reason.items())
 
 
-def _listed(names: Iterable[str]) -> str:
-    return ", ".join(map(repr, names))
+def _listed(names: str | Iterable[str]) -> str:
+    return ", ".join(map(repr, [names] if isinstance(names, str) else names))
 
 
 def _spool(
