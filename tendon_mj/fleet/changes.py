@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.fleet.number import Label
-from tendon_mj.fleet.observation import Observation
+from tendon_mj.fleet.observation import SINGULAR, Observation, inverse
 
 FloatArray = NDArray[np.float64]
 Course = Literal["step", "ramp", "there and back"]
@@ -34,7 +34,6 @@ Course = Literal["step", "ramp", "there and back"]
 SIGNIFICANT = 5.0  # standard deviations; among 10⁴ numbers and days one of 4.5 is to be expected
 LEAST_DAYS = 2  # recordings on either side of a change
 _GAUSS = 0.6744897501960817  # median |x| of a standard normal variable
-_SINGULAR = 1e-10
 _NEAR = 0.6  # of the best gain, for a number to be looked at more closely
 _MOST = 6  # numbers looked at more closely
 
@@ -163,13 +162,12 @@ def _explained(observation: Observation, weights: FloatArray) -> tuple[FloatArra
     """(w,) best changes [probes] and their gains [noise²] for a course (n,)."""
     normal, gradient, count = observation.normal, observation.gradient, observation.shared
     shared = slice(0, count)
-    total = normal[:, shared, shared].sum(axis=0)
-    inverse = np.linalg.pinv(total, rcond=_SINGULAR, hermitian=True)
+    of_shared = inverse(normal[:, shared, shared].sum(axis=0))
     cross = np.einsum("k,kws->ws", weights, normal[:, :, shared])
     alone = np.einsum("k,kww->w", weights**2, normal)
-    alpha = alone - np.einsum("ws,st,wt->w", cross, inverse, cross)
-    beta = weights @ gradient - cross @ inverse @ gradient[:, shared].sum(axis=0)
-    solid = alpha > _SINGULAR * alone
+    alpha = alone - np.einsum("ws,st,wt->w", cross, of_shared, cross)
+    beta = weights @ gradient - cross @ of_shared @ gradient[:, shared].sum(axis=0)
+    solid = alpha > SINGULAR * alone
     with np.errstate(divide="ignore", invalid="ignore"):
         change = np.where(solid, -beta / alpha, 0.0)
         gain = np.where(solid, beta**2 / alpha, 0.0)

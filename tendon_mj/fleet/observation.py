@@ -38,7 +38,7 @@ FloatArray = NDArray[np.float64]
 
 _CONVERGED, _AGAIN = 25, 2  # evaluations, from anywhere and from where a fit ended
 _INVISIBLE = 1e-8  # mean square of a derivative [noise per probe], below which there is none
-_SINGULAR = 1e-10  # relative, below which a direction is left alone
+SINGULAR = 1e-10  # relative, below which a direction is left alone
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,9 +221,14 @@ def _errors(normal: FloatArray, square: FloatArray) -> FloatArray:
     """(p,) standard errors of values in probes, with residuals of this mean square."""
     if not len(normal):
         return np.zeros(0)
-    inverse = np.linalg.pinv(normal, rcond=_SINGULAR, hermitian=True)
-    errors: FloatArray = np.sqrt(np.maximum(np.diag(inverse), 0.0) * max(1.0, float(square.mean())))
+    variances = np.maximum(np.diag(inverse(normal)), 0.0)
+    errors: FloatArray = np.sqrt(variances * max(1.0, float(square.mean())))
     return errors
+
+
+def inverse(normal: FloatArray) -> FloatArray:
+    """(p, p) inverse of a sum of A_k; 0 in directions of which the recordings say nothing."""
+    return np.asarray(np.linalg.pinv(normal, rcond=SINGULAR, hermitian=True), np.float64)
 
 
 def terms_without(fitted: Fit, replaced: Sequence[Term]) -> tuple[tuple[Term, ...], FloatArray]:

@@ -12,11 +12,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.fleet.observation import Observation
+from tendon_mj.fleet.observation import Observation, inverse
 
 FloatArray = NDArray[np.float64]
-
-_SINGULAR = 1e-10  # relative, below which a direction is left alone
 
 
 def one_out(observation: Observation) -> tuple[FloatArray, FloatArray]:
@@ -27,8 +25,7 @@ def one_out(observation: Observation) -> tuple[FloatArray, FloatArray]:
     total = normal.sum(axis=0)
     values, misfits = np.empty((0, observation.shared)), np.empty(0)
     for k in range(count if count > 1 else 0):
-        inverse = np.linalg.pinv(total - normal[k], rcond=_SINGULAR, hermitian=True)
-        step = inverse @ gradient[k]
+        step = inverse(total - normal[k]) @ gradient[k]
         less = 2.0 * gradient @ step + normal @ step @ step
         square = np.delete(observation.square + less / observation.samples, k)
         values = np.vstack([values, observation.values + probes * step])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError
-from tendon_mj.recordings.magnitude import LARGEST
+from tendon_mj.recordings.magnitude import LARGEST, excess
 from tendon_mj.recordings.units import si_name, unit_fault
 
 FloatArray = NDArray[np.float64]
@@ -83,8 +83,7 @@ def check_table(table: Mapping[str, FloatArray], where: str, *, si: bool = False
         bad = np.flatnonzero(np.abs(column) > LARGEST)
         if bad.size:
             raise RecordingError(
-                f"{where}, row {bad[0] + 2}, column {name!r}: {column[bad[0]]} is no size that can"
-                f" be computed with, at most {LARGEST:g}"
+                f"{where}, row {bad[0] + 2}, column {name!r}: {excess(float(column[bad[0]]))}"
             )
     back = np.flatnonzero(time[1:] <= time[:-1])
     if back.size:

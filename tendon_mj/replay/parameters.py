@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.recordings.magnitude import LARGEST
+from tendon_mj.recordings.magnitude import excess
 from tendon_mj.replay.live_parameters import DRAWN_BEND, LiveParameters
 from tendon_mj.replay.readout import Readout, stored_commands, stored_readouts
 from tendon_mj.replay.units import JOINT, UNKNOWN, live_unit, rate
@@ -267,7 +267,5 @@ def _check(name: str, entry: _Entry, value: float) -> None:
     if not (math.isfinite(value) and value >= entry.low):
         bound = f" and ≥ {entry.low:g}" if math.isfinite(entry.low) else ""
         raise InvalidValueError(f"{name} = {value:g} must be finite{bound}")
-    if abs(value) > LARGEST:
-        raise InvalidValueError(
-            f"{name} = {value:g} is no size that can be computed with, at most {LARGEST:g}"
-        )
+    if fault := excess(value):
+        raise InvalidValueError(f"{name} = {fault}")

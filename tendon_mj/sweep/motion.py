@@ -126,12 +126,13 @@ def _number_of_steps(length: float, model: mujoco.MjModel) -> int:
             f"a motion of {length:g} s has {length / step:.3g} steps of {step:g} s; a rollout has"
             f" at most {_MOST_STEPS}, so give a shorter --duration"
         )
-    if round(length / step) < 1:
+    number = round(length / step)
+    if number < 1:
         raise InvalidValueError(
             f"a motion of {length:g} s has no step of {step:g} s, the model's timestep; give a"
             " longer --duration"
         )
-    return round(length / step)
+    return number
 
 
 def _column(name: str, unit: str) -> str:

@@ -22,9 +22,11 @@ _STIFF, _SOFTEST = wp.constant(wp.float64(1e6)), wp.constant(wp.float64(1e2))  #
 
 
 @wp.func
-def _commit(t: Tendons, s: Sheath) -> None:
-    """Make the step on trial the committed state."""
+def _commit(t: Tendons, s: Sheath, now: wp.float32) -> None:
+    """Make a step on trial that has ended the committed state."""
     k, w = s.index, s.world
+    if not (t.has_trial[k, w] and now > t.trial_time[k, w]):
+        return
     last = s.segment + s.guides
     arc = int(t.first_arc[k])
     behind = wp.where(k + 1 < t.first_arc.shape[0], t.first_arc[k + 1], t.touched.shape[0])
@@ -143,8 +145,7 @@ def forget(t: Tendons, worlds: wp.array[wp.bool]) -> None:
 def finish(time: wp.array[wp.float32], t: Tendons) -> None:
     """Commit what a finished step left on trial; threads (sheaths, worlds)."""
     k, w = wp.tid()
-    if t.has_trial[k, w] and time[w] > t.trial_time[k, w]:
-        _commit(t, sheath_at(t, k, w))
+    _commit(t, sheath_at(t, k, w), time[w])
 
 
 @wp.kernel
@@ -157,8 +158,7 @@ def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
     now = b.time[w]
     if t.started[k, w] and now < t.trial_time[k, w]:
         _forget(t, s)
-    if t.has_trial[k, w] and now > t.trial_time[k, w]:
-        _commit(t, s)
+    _commit(t, s, now)
     trace_path(m, t, s)
     ea = wp.float64(t.axial_stiffness[w, k])
     tau = wp.float64(0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,11 @@ def read_back(found: dict[str, Simulated], tendons: Any, world: int, last: float
         world: number of it.
         last: when its last step began [s].
     """
-    column = _Column(tendons, world)
+
+    @functools.cache  # an array is copied from the device once
+    def column(name: str) -> Any:
+        return getattr(tendons, name).numpy()[:, world]
+
     parameters = {name: getattr(tendons, name).numpy()[world] for name in PARAMETERS}
     segment, guide, arc = 0, 0, 0
     for k, sheath in enumerate(found.values()):
@@ -47,19 +52,6 @@ def read_back(found: dict[str, Simulated], tendons: Any, world: int, last: float
             for end, name in (("1", "near_tangent"), ("2", "far_tangent")):
                 for axis, values in zip("xyz", column(name)[here].T, strict=True):
                     sheath.arcs[axis + end] = values
-
-
-class _Column:
-    """Column of a world of an array on the device, copied once."""
-
-    def __init__(self, tendons: Any, world: int) -> None:
-        self._tendons, self._world = tendons, world
-        self._known: dict[str, Any] = {}
-
-    def __call__(self, name: str) -> Any:
-        if name not in self._known:
-            self._known[name] = getattr(self._tendons, name).numpy()[:, self._world]
-        return self._known[name]
 
 
 def _is_default(name: str, value: float) -> bool:
