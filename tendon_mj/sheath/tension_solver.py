@@ -67,6 +67,22 @@ def _release(guides: Guides) -> bool:
 
 
 @compiled
+def _is_bounded(segments: Segments, guides: Guides) -> bool:
+    """Whether every tension has a bound; where one has none it is inf, and nothing flows.
+
+    A stretch was emptied then: there is no solution.
+    """
+    bounded = True
+    for j in range(len(segments)):
+        if not math.isfinite(segments[j].tension):
+            segments[j].tension, bounded = math.inf, False
+    if not bounded:
+        for i in range(len(guides)):
+            guides[i].flow, guides[i].slip = 0.0, guides[i].previous_slip
+    return bounded
+
+
+@compiled
 def solve_flow(
     segments: Segments, guides: Guides, dragged: bool = False, given: bool = False
 ) -> bool:
@@ -97,9 +113,4 @@ def solve_flow(
         solved = _balance(segments, guides, dragged, given)
         if not (stiction and solved and _release(guides)):
             break
-    for j in range(len(segments)):
-        if not math.isfinite(segments[j].tension):  # a stretch was emptied: there is no solution
-            for i in range(len(guides)):
-                guides[i].flow, guides[i].slip = 0.0, guides[i].previous_slip
-            return False
-    return solved
+    return _is_bounded(segments, guides) and solved

@@ -11,13 +11,14 @@ import warp as wp
 from tendon_mj.warp.motion import Motion, input_force, reeled, span_jacobian, wound
 from tendon_mj.warp.path import Scene, trace_path
 from tendon_mj.warp.segment_law import held
-from tendon_mj.warp.solver import solve_flow
+from tendon_mj.warp.solver import is_bounded, solve_flow
 from tendon_mj.warp.tendons import Sheath, Tendons, sheath_at
 
 wp.set_module_options({"enable_backward": False})
 
 _ZERO = wp.constant(wp.float64(0.0))
 _ONE = wp.constant(wp.float64(1.0))
+_HOLDS_ANYTHING = wp.constant(wp.float64(230.0))  # see `holding_ratios`
 _STIFF, _SOFTEST = wp.constant(wp.float64(1e6)), wp.constant(wp.float64(1e2))  # see `driven`
 
 
@@ -113,8 +114,8 @@ def _update_ratios(t: Tendons, s: Sheath, ea: wp.float64) -> None:
         if not t.is_on_arc[row, w]:
             bend = wp.max(_ZERO, bend + more)
             t.constant[row, w] = constant
-        t.dynamic_ratio[row, w] = wp.exp(sliding * bend)
-        t.static_ratio[row, w] = wp.exp(static * bend)
+        t.dynamic_ratio[row, w] = wp.exp(wp.min(sliding * bend, _HOLDS_ANYTHING))
+        t.static_ratio[row, w] = wp.exp(wp.min(static * bend, _HOLDS_ANYTHING))
 
 
 @wp.func
@@ -197,7 +198,11 @@ def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
         solved = solve_flow(t, s)
     if not solved:
         t.unsolved[w, k] += 1
-    if not (finite and wp.isfinite(t.tension[last, w])):
+    for j in range(s.guides + 1):
+        t.tension_out[w, s.segment + j] = wp.float32(ea * t.tension[s.segment + j, w])
+    t.input_tension[w, k] = t.tension_out[w, s.segment]
+    t.output_tension[w, k] = t.tension_out[w, last]
+    if not (finite and is_bounded(t, s)):
         t.has_trial[k, w] = False
         t.trial_time[k, w] = now
         for j in range(s.guides + 1):
@@ -208,9 +213,6 @@ def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
     for j in range(s.guides + 1):
         row = s.segment + j
         t.pull[row, w] = ea * (t.tension[row, w] - tau)
-        t.tension_out[w, row] = wp.float32(ea * t.tension[row, w])
-    t.input_tension[w, k] = t.tension_out[w, s.segment]
-    t.output_tension[w, k] = t.tension_out[w, last]
     first, final = t.tension[s.segment, w], t.tension[last, w]
     half = wp.float64(0.5)
     t.reel_torque[k, w] = t.reel_radius[k] * ea * first * (_ONE + half * first)

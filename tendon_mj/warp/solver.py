@@ -44,6 +44,22 @@ def _release(t: Tendons, s: Sheath) -> bool:
 
 
 @wp.func
+def is_bounded(t: Tendons, s: Sheath) -> bool:
+    """Whether every tension has a bound; where one has none it is inf, and nothing flows."""
+    w = s.world
+    bounded = bool(True)
+    for j in range(s.guides + 1):
+        if not wp.isfinite(t.tension[s.segment + j, w]):
+            t.tension[s.segment + j, w] = wp.float64(wp.inf)
+            bounded = False
+    if not bounded:
+        for i in range(s.guides):
+            t.flow[s.guide + i, w] = wp.float64(0.0)
+            t.slip[s.guide + i, w] = t.previous_slip[s.guide + i, w]
+    return bounded
+
+
+@wp.func
 def solve_flow(t: Tendons, s: Sheath) -> bool:
     """Solve for tensions and flows such that every guide either holds or slides by its law.
 
@@ -75,8 +91,4 @@ def solve_flow(t: Tendons, s: Sheath) -> bool:
             break
         if not _release(t, s):
             break
-    if not wp.isfinite(t.tension[s.segment + s.guides, w]):
-        for i in range(s.guides):
-            t.flow[s.guide + i, w] = wp.float64(0.0)
-            t.slip[s.guide + i, w] = t.previous_slip[s.guide + i, w]
-    return solved
+    return is_bounded(t, s) and solved

@@ -112,6 +112,22 @@ def test_no_sensor_reads_a_tension_without_bounds_that_is_not_counted_and_told(m
     assert np.isfinite(run(model, data, 5).sensordata).all()
 
 
+@pytest.mark.parametrize("pretension", [0.0, 20.0])
+def test_more_friction_than_a_number_can_say_holds_as_any_that_holds(pretension):
+    readings = []
+    for friction in (100.0, 1e6):  # on a bend of 1/3 rad, e^33 and what no number holds
+        law = LAW | {"friction": friction, "pretension": pretension, "sensors": UNSOLVED}
+        model = fixed_sheaths([law])
+        data, shown = mujoco.MjData(model), []
+        for wound in (0.0, 1e-4, 3e-4, -1e-3, -0.02, 2e-4):  # taut, slack and taut again
+            data.ctrl[0] = wound
+            shown.append(run(model, data, 3).sensordata.copy())
+        assert unsolved(data) == 0
+        assert np.isfinite(data.plugin_state).all()
+        readings.append(shown)
+    np.testing.assert_allclose(*readings, rtol=1e-12, atol=1e-9)  # N
+
+
 def test_winding_back_brings_the_tendon_back():
     model, data = reeled()
     total = tendon_total(model, data, "sheath0")

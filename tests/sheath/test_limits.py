@@ -66,14 +66,18 @@ def test_a_jump_of_the_input_by_the_whole_backlash_is_solved_in_one_step():
 
 
 @settings(max_examples=300, deadline=None, derandomize=True)
-@given(some.integers(1, 6), some.data())
-def test_it_ends_whatever_it_is_given(n, data):
+@given(some.integers(1, 6), some.booleans(), some.data())
+def test_it_ends_whatever_it_is_given_and_a_tension_is_a_number_or_inf(n, pulled, data):
     segments, guides = uniform(n, 0.5)
     for row in ("length", "stored", "tension"):
         segments[row] = data.draw(some.lists(ANY, min_size=n + 1, max_size=n + 1))
     for row in ("static_ratio", "dynamic_ratio", "constant_friction", "previous_slip"):
         guides[row] = data.draw(some.lists(ANY, min_size=n, max_size=n))
-    assert solve_flow(segments, guides) in (True, False)
+    solved = solve_flow(segments, guides, False, pulled)
+    assert not np.isnan(segments["tension"]).any()
+    if not np.isfinite(segments["tension"]).all():
+        assert not solved
+        assert not guides["flow"].any()
 
 
 @settings(max_examples=100, deadline=None, derandomize=True)

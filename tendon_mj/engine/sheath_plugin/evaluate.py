@@ -112,12 +112,14 @@ def _evaluate_driven(
     finite = _are_finite(segments)
     if not (solved and finite):
         state.unsolved += 1.0
-    if strained:
+    if strained and finite:
         store_new_strain(state, segments, guides, elapsed)
     if state.arcs > 0.0:
         for j in range(len(segments)):
             segments[j].stored = segments[j].unshifted
     if not finite:
+        for i in range(len(guides)):  # nor is what its branches draw through one another
+            guides[i].flow = 0.0
         state.has_trial = 0.0
         return
     apply_forces(layout, m, d, state, segments)
@@ -162,7 +164,7 @@ def _evaluate_wound(
     possible = math.isfinite(drive + wound_out)
     solved = possible and _solve(state, segments, guides, elapsed)
     finite = _are_finite(segments)
-    if strained:
+    if strained and finite:
         store_new_strain(state, segments, guides, elapsed)
     segments[0].length = input_length
     if state.arcs > 0.0:

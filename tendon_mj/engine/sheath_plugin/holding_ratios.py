@@ -17,6 +17,8 @@ from tendon_mj.compilation import compiled
 from tendon_mj.engine.sheath_plugin.state import LiveLaw, State, keep_ratio_law
 from tendon_mj.sheath.records import Guide, Guides
 
+_HOLDS_ANYTHING = 230.0  # μφ beyond which nothing changes, but e^{μφ} overflows in the end
+
 
 @compiled
 def _are_current(address: int, state: State) -> bool:
@@ -42,6 +44,12 @@ def _stribeck(law: LiveLaw, guide: Guide) -> float:
     if law.stribeck_friction == 0.0 or law.stribeck_velocity == 0.0:
         return 0.0
     return law.stribeck_friction * math.exp(-guide.sliding_speed / law.stribeck_velocity)
+
+
+@compiled
+def _capstan(exponent: float) -> float:
+    """e^{μφ}, finite: an infinite one would leave no tension beside a slack segment."""
+    return math.exp(min(exponent, _HOLDS_ANYTHING))
 
 
 @compiled
@@ -73,15 +81,15 @@ def update_ratios(address: int, state: State, guides: Guides, time: float) -> No
         if state.ratios_vary != 0.0:
             grown, more = _growth(law, guide, time), _stribeck(law, guide)
         there = grown * (1.0 + asymmetry)
-        guide.dynamic_ratio = math.exp((sliding * there + more) * bend)
+        guide.dynamic_ratio = _capstan((sliding * there + more) * bend)
         guide.static_ratio = guide.dynamic_ratio
         if static > sliding:
-            guide.static_ratio = math.exp((static * there + more) * bend)
+            guide.static_ratio = _capstan((static * there + more) * bend)
         guide.dynamic_ratio_back, guide.static_ratio_back = guide.dynamic_ratio, guide.static_ratio
         if asymmetry != 0.0:
             back = grown * (1.0 - asymmetry)
-            guide.dynamic_ratio_back = math.exp((sliding * back + more) * bend)
-            guide.static_ratio_back = math.exp((static * back + more) * bend)
+            guide.dynamic_ratio_back = _capstan((sliding * back + more) * bend)
+            guide.static_ratio_back = _capstan((static * back + more) * bend)
         guide.constant_friction = 0.0
         if shares:
             guide.constant_friction = law.constant_friction / (shared * law.axial_stiffness)
