@@ -55,7 +55,7 @@ def killed_runs(
     Args:
         command: a module and its arguments, without ``--out``.
         out: folder for all runs.
-        kills: number of runs to kill.
+        kills: number of runs to kill; as many may end before, after which all is done anew.
         seed: of the moments.
         finished: pattern of the files in ``out`` that a finished part leaves, which no later run
             may write again; where it is given, the runs begin with an empty folder.
@@ -69,20 +69,24 @@ def killed_runs(
     if finished:
         shutil.rmtree(out)
     done: dict[Path, int] = {}
-    for k in range(kills):
+    while found.kills < kills and found.ended < kills:
         with subprocess.Popen(
             whole_command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         ) as run:
             try:
-                run.wait(draw.uniform(0.3, 1.0) * longest)
-                found.ended += 1
+                run.wait(draw.uniform(0.1, 1.0) * longest)
             except subprocess.TimeoutExpired:
                 run.kill()
-                found.kills += 1
+        ended = run.returncode >= 0  # a signal is negative
+        found.ended += ended
+        found.kills += not ended
         time.sleep(_ORPHANS)
         found.broken += [str(path) for path in sorted(out.rglob("*")) if not whole(path)]
         _see_finished(out, finished, done, found)
-        progress(f"kill {command[0]}", k + 1, kills)
+        if ended and finished:  # nothing is left to do
+            shutil.rmtree(out)
+            done.clear()
+        progress(f"kill {command[0]}", found.kills, kills)
     last = subprocess.run(whole_command, capture_output=True, text=True)
     _see_finished(out, finished, done, found)
     if last.returncode != 0 or not any(out.glob(finished or "result.json")):
