@@ -31,7 +31,7 @@ class KilledRuns:
         ended: number that ended before they would have been killed.
         broken: files that were found half-written.
         repeated: finished parts that a later run did again.
-        failed: messages of the last run, which was left alone, if it failed.
+        failed: messages of the first or the last run, which are left alone, if it failed.
     """
 
     kills: int = 0
@@ -64,8 +64,11 @@ def killed_runs(
     found, draw = KilledRuns(), random.Random(seed)
     whole_command = [sys.executable, "-m", *command, "--out", str(out)]
     began = time.perf_counter()
-    subprocess.run(whole_command, capture_output=True, check=True)
+    first = subprocess.run(whole_command, capture_output=True, text=True)
     longest = time.perf_counter() - began
+    if first.returncode != 0:
+        found.failed = first.stderr.strip() or f"status {first.returncode}"
+        return found
     if finished:
         shutil.rmtree(out)
     done: dict[Path, int] = {}
