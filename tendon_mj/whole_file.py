@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -24,7 +25,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         kind = "folder" if path.is_dir() else "device or pipe"
         raise OSError(f"{path} is a {kind}, which no file replaces; give another path")
     # a name may have 255 bytes; the first letters are for who sees what a killed process left
-    beside = path.with_name(f".{path.stem[:20]}.{os.getpid()}{path.suffix}")
+    beside = path.with_name(f".{path.stem[:20]}.{secrets.token_hex(8)}{path.suffix}")
     try:
         yield beside
         beside.replace(path)

@@ -127,8 +127,9 @@ def _rms(error: Misfit, column: str) -> str:
 
 
 def _parse(text: str, model: mujoco.MjModel) -> dict[str, float]:
-    """Parameters of ``name=value,…``, where * in a name stands for any text."""
-    parameters: dict[str, float] = {}
+    """Parameters of ``name=value,…``, where * in a name stands for any text; a plain name wins."""
+    plain: dict[str, float] = {}
+    wild: dict[str, float] = {}
     known = _known(model)
     for part in text.split(","):
         name, equals, value = part.partition("=")
@@ -138,8 +139,14 @@ def _parse(text: str, model: mujoco.MjModel) -> dict[str, float]:
             equals = ""
         if not equals:
             raise InvalidValueError(f"--change {text!r}: {part!r} is not like name=value")
+        chosen = wild if "*" in name else plain
         names = fnmatch.filter(known, name.strip()) if "*" in name else [name.strip()]
         if not names:
             raise UnknownNameError("parameter", name.strip(), known, f"--change {text!r}")
-        parameters |= dict.fromkeys(names, given)
-    return parameters
+        for one in names:
+            if chosen.setdefault(one, given) != given:
+                raise InvalidValueError(
+                    f"--change {text!r}: {one} is given {chosen[one]:g} and {given:g}; for a"
+                    " variant of its own for each, write them apart: --change a=1 a=2"
+                )
+    return wild | plain

@@ -10,7 +10,8 @@ import mujoco
 import tyro
 
 from tendon_mj.builders.load import load_model, model_path
-from tendon_mj.cli.output import Output, console, print_table, progress_bar
+from tendon_mj.cli.output import Output, console, print_table, progress_bar, recorded_files
+from tendon_mj.data_check import timing_warnings
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.recordings.recording import Recording, read_recording
 from tendon_mj.replay.units import UNKNOWN
@@ -18,7 +19,7 @@ from tendon_mj.sweep.motion import motion_recording
 from tendon_mj.sweep.outputs import Output as SweepOutput
 from tendon_mj.sweep.policy import Policy, read_policy
 from tendon_mj.sweep.result import CSV, SweepResult
-from tendon_mj.sweep.run_sweep import TABLE, Sweep, check_folder, run_sweep
+from tendon_mj.sweep.run_sweep import PLAN, TABLE, Sweep, check_folder, run_sweep
 from tendon_mj.tasks import Workers
 from tendon_mj.view.figures.parameter_sweep import parameter_figure
 
@@ -94,7 +95,12 @@ def sweep(
     )
     if not again:
         check_folder(asked, out)
-    output = Output(out, tables=(CSV,))
+    given = [model, motion, description, *(recorded_files([recording]) if recording else [])]
+    if policy is not None:
+        given.append(policy.rpartition(":")[0])
+    output = Output(out, tables=(CSV,), writes=(PLAN, CSV, "sweep.png"), given=given)
+    for warning in timing_warnings(driven) if recording else []:
+        console.print(f"warning: {warning.sentence}", soft_wrap=True)
     console.print(
         f"{_counted(asked.design.rollouts)} of {asked.rollouts.steps} steps on {on}", soft_wrap=True
     )

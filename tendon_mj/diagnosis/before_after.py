@@ -13,6 +13,8 @@ from tendon_mj.replay.schedule import described_values
 from tendon_mj.replay.session_names import values_for
 from tendon_mj.replay.simulator_protocol import Simulates
 
+_LONGEST_NAME = 200  # bytes
+
 
 class BeforeAfter(NamedTuple):
     """A recording and two simulations of it.
@@ -75,10 +77,16 @@ def write_before_after(simulated: Sequence[BeforeAfter], folder: Path) -> list[P
         folder: that exists.
 
     Returns:
-        Paths of the CSVs; the description of each lies beside it.
+        Paths of the CSVs, whose names are cut where a file's name cannot be so long; the
+        description of each lies beside it.
     """
     return [
-        write_recording(recording, folder / f"{k}_{row.measured.name}_{when}.csv")
+        write_recording(recording, folder / f"{k}_{_short(row.measured.name)}_{when}.csv")
         for k, row in enumerate(simulated)
         for when, recording in (("before", row.before), ("after", row.after))
     ]
+
+
+def _short(name: str) -> str:
+    """The beginning of a name, as much as leaves room for more in the 255 bytes of a file's."""
+    return name.encode()[:_LONGEST_NAME].decode(errors="ignore")

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 
+from tendon_mj.data_check import timing_warnings
 from tendon_mj.fleet.rig import stamp
 from tendon_mj.recordings.recording import Recording
 
@@ -73,6 +74,18 @@ def left_out(tables: Mapping[datetime, Path], refused: Mapping[datetime, str]) -
         f"{tables[date]} is left out: "
         + reason.removeprefix(str(tables[date])).lstrip(":, ").removesuffix(".")
         for date, reason in refused.items()
+    ]
+
+
+def odd_times(recordings: Iterable[Recording]) -> list[str]:
+    """What is odd about the times of recordings: the first of each kind, and how many there are."""
+    found: dict[str, list[str]] = {}
+    for recording in recordings:
+        for warning in timing_warnings(recording):
+            found.setdefault(warning.identifier, []).append(warning.sentence)
+    return [
+        f"{told[0]}; so in {len(told)} recordings" if len(told) > 1 else told[0]
+        for told in found.values()
     ]
 
 

@@ -27,7 +27,7 @@ from tendon_mj.fleet.fellows import (
 from tendon_mj.fleet.number import Label
 from tendon_mj.fleet.observation import Observation, observe
 from tendon_mj.fleet.one_out import one_out
-from tendon_mj.fleet.remarks import kind, left_out, left_over, odd_day, unlike
+from tendon_mj.fleet.remarks import kind, left_out, left_over, odd_day, odd_times, unlike
 from tendon_mj.fleet.result import FleetFound, RigFound
 from tendon_mj.fleet.rig import Rig, find_rigs, none_left
 from tendon_mj.fleet.series import Asked, Series, explanation, fit_series
@@ -38,7 +38,7 @@ from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.tasks import Workers, run_tasks
 
-_ERROR, _SERIES, _REFUSED = "error", "series", "refused"
+_ERROR, _SERIES, _REFUSED, _TIMES = "error", "series", "refused", "times"
 
 _Refused = dict[datetime, str]  # date of a recording → why it is left out
 _Task = tuple[dict[datetime, Recording], _Refused, mujoco.MjModel] | str
@@ -122,7 +122,10 @@ def run_fleet(
     found = [
         replace(
             _found(rig, seen.get(name), series.get(name, []), spreads, errors.get(name, "")),
-            remarks=tuple(left_out(whole[name].tables, refused.get(name, {}))),
+            remarks=(
+                *left_out(whole[name].tables, refused.get(name, {})),
+                *read.get(name, {}).get(_TIMES, []),
+            ),
         )
         for name, rig in rigs.items()
     ]
@@ -159,7 +162,10 @@ def _observe(_: None, task: _Task) -> dict[str, Any]:
     refused |= unsuited
     if not kept:
         return {_ERROR: none_left(refused, refused[min(refused)])}
-    told = {_REFUSED: {date.isoformat(): reason for date, reason in refused.items()}}
+    told = {
+        _REFUSED: {date.isoformat(): reason for date, reason in refused.items()},
+        _TIMES: odd_times(kept.values()),
+    }
     try:
         return observe(tuple(kept.values()), model).plain() | told
     except TendonError as error:

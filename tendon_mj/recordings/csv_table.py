@@ -29,7 +29,7 @@ from tendon_mj.whole_file import whole_file
 _NUMBER = re.compile(
     r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?|nan|inf|infinity)", re.IGNORECASE
 )
-_LONGEST_HEADER = 2**20  # characters: thousands of columns
+_LONGEST_ROW = 2**20  # characters: thousands of columns
 _BLOCK = 2**24  # characters that are read at a time: a table takes many times its text otherwise
 
 
@@ -50,10 +50,10 @@ def read_csv(path: Path) -> dict[str, FloatArray]:
 
 
 def _read(file: TextIO, path: Path) -> dict[str, FloatArray]:
-    header, texts = file.readline(_LONGEST_HEADER), _blocks(file)
-    if len(header) == _LONGEST_HEADER:
+    header, texts = file.readline(_LONGEST_ROW), _blocks(file, path)
+    if len(header) == _LONGEST_ROW:
         raise RecordingError(
-            f"{path}, row 1: {_LONGEST_HEADER} characters or more; the first row is the names of"
+            f"{path}, row 1: {_LONGEST_ROW} characters or more; the first row is the names of"
             " the columns"
         )
     first = next(texts, "")
@@ -77,12 +77,19 @@ def _read(file: TextIO, path: Path) -> dict[str, FloatArray]:
     return table
 
 
-def _blocks(file: TextIO) -> Iterator[str]:
+def _blocks(file: TextIO, path: Path) -> Iterator[str]:
     """The rest of a file in blocks of rows, two at least, but for blank ones at its end."""
-    blank = ""
+    blank, row = "", 2
     while lines := file.readlines(_BLOCK):
         if len(lines) == 1:
             lines.append(file.readline())
+        longest = max(lines, key=len)
+        if len(longest) >= _LONGEST_ROW:
+            raise RecordingError(
+                f"{path}, row {row + lines.index(longest)}: {len(longest)} characters; a row has"
+                f" fewer than {_LONGEST_ROW}"
+            )
+        row += len(lines)
         text = "".join(lines)
         body = text.rstrip("\n")
         if body:

@@ -6,6 +6,8 @@ import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from tendon_mj.errors import InvalidValueError, RecordingError, unknown
 from tendon_mj.recordings.magnitude import size_fault
 from tendon_mj.recordings.table_checks import TIMES
@@ -80,6 +82,14 @@ class Session:
             )
 
 
+_ENTRIES: dict[str, type | tuple[type, ...]] = {
+    "measured": Measured,
+    "known": (int, float, np.number),
+    "uncertain": Uncertain,
+    "session": Session,
+}
+
+
 @dataclass(frozen=True)
 class Topic:
     """Where a column's values are in a log: a topic, and a field of its messages.
@@ -126,6 +136,10 @@ class Description:
             check_text(text, f"{where}, {key}")
         if not 0.0 <= self.settle < math.inf:
             raise RecordingError(f"{where}, settle: {self.settle!r} [s] must be ≥ 0 and finite")
+        for table, kind in _ENTRIES.items():
+            for name, entry in getattr(self, table).items():
+                if not isinstance(entry, kind):
+                    raise RecordingError(f"{where}, [{table}] {name!r}: cannot be {entry!r}")
         series = [name for name in columns if name not in TIMES]
         for table in ("drive", "measured"):
             for column in getattr(self, table):

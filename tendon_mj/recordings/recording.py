@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tendon_mj.errors import RecordingError, unknown
+from tendon_mj.errors import InvalidValueError, RecordingError, unknown
 from tendon_mj.recordings.csv_table import write_csv
 from tendon_mj.recordings.description import Description, check_text
 from tendon_mj.recordings.description import Measured as Measured
@@ -54,9 +54,9 @@ class Recording(Description):
         where = f"recording {self.name!r}"
         if not self.name.strip():
             raise RecordingError(f"{where}: the name must not be empty")
-        columns = {name: _frozen(values) for name, values in self.columns.items()}
+        columns = {n: _frozen(v, f"{where}, column {n!r}") for n, v in self.columns.items()}
         freeze = object.__setattr__
-        freeze(self, "time", _frozen(self.time))
+        freeze(self, "time", _frozen(self.time, f"{where}, time"))
         freeze(self, "columns", MappingProxyType(columns))
         for name in ("drive", "measured", "known", "uncertain", "session", "in_file"):
             freeze(self, name, MappingProxyType(dict(getattr(self, name))))
@@ -137,7 +137,8 @@ def read_recording(
     else:
         table = read_columns(file)
     described.check(table, str(toml))
-    described = replace(_described_in_si(described), model=_model_beside(toml, described.model))
+    in_si_units = _described_in_si(described, str(toml))
+    described = replace(in_si_units, model=_model_beside(toml, described.model))
     columns = in_si(table, str(file))
     in_file = {si_name(name)[0]: name for name in table if si_name(name)[0] != name}
     return Recording(
@@ -150,13 +151,16 @@ def read_recording(
     )
 
 
-def _described_in_si(described: Description) -> Description:
+def _described_in_si(described: Description, where: str) -> Description:
     """A description of columns in any unit as one of the columns in SI."""
     measured = {}
     for column, one in described.measured.items():
         name, factor = si_name(column)
         noise = None if one.noise is None else one.noise * factor
-        measured[name] = Measured(one.sensor, noise)
+        try:
+            measured[name] = Measured(one.sensor, noise)
+        except InvalidValueError as error:
+            raise RecordingError(f"{where}, [measured] {column!r}, in SI: {error}") from None
     return replace(
         described,
         drive={si_name(column)[0]: actuator for column, actuator in described.drive.items()},
@@ -187,7 +191,10 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:
     return csv
 
 
-def _frozen(values: ArrayLike) -> FloatArray:
-    array = np.array(values, dtype=np.float64)
+def _frozen(values: ArrayLike, where: str) -> FloatArray:
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise RecordingError(f"{where}: no array of numbers: {error}") from None
     array.setflags(write=False)
     return array

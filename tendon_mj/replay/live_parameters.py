@@ -19,6 +19,7 @@ import mujoco
 from tendon_mj.attach import Parameters
 from tendon_mj.engine import sheath_arrays, sheaths
 from tendon_mj.errors import InvalidValueError
+from tendon_mj.recordings.magnitude import LARGEST
 
 EXTRA_BEND: Final = "extra_bend"
 DRAWN_BEND: Final = "drawn_bend"
@@ -123,11 +124,26 @@ def _stored_corrections(model: mujoco.MjModel) -> dict[str, float]:
     for k in range(model.ntext):
         name = str(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, k))
         if name.endswith(CORRECTION) and name.removesuffix(CORRECTION) in known:
-            found[name.removesuffix(CORRECTION)] = float(custom_text(model, k))
+            found[name.removesuffix(CORRECTION)] = custom_numbers(model, k, 1)[0]
     return found
 
 
-def custom_text(model: mujoco.MjModel, text: int) -> str:
-    """Content of a custom text of a model."""
+def custom_numbers(model: mujoco.MjModel, text: int, count: int) -> list[float]:
+    """The ``count`` numbers in a custom text of a model.
+
+    Raises:
+        InvalidValueError: it holds something else, or a number that is not finite or too large.
+    """
     start, size = model.text_adr[text], model.text_size[text]
-    return bytes(model.text_data[start : start + size]).rstrip(b"\0").decode()
+    content = bytes(model.text_data[start : start + size]).rstrip(b"\0").decode(errors="replace")
+    try:
+        numbers = [float(word) for word in content.split()]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(abs(number) <= LARGEST for number in numbers):
+        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, text)
+        raise InvalidValueError(
+            f"custom text {name!r} of the model is {content[:60]!r}; a name that ends so holds"
+            f" {count} finite number{'s' if count > 1 else ''}; mend it, or take it out"
+        )
+    return numbers

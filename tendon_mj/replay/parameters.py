@@ -17,7 +17,9 @@ control(t) = scale × column(t − delay) + offset, and a column is what `Readou
 
 from __future__ import annotations
 
+import contextlib
 import math
+import numbers
 from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
@@ -116,7 +118,8 @@ class Adjustable:
         for name in values:
             if name not in self._entries and name not in self.live:
                 raise UnknownNameError("parameter", name, self.names())
-        for name, value in values.items():
+        for name, given in values.items():
+            value = real_number(name, given)
             if name in self._entries:
                 entry = self._entries[name]
                 _check(name, entry, value)
@@ -247,6 +250,18 @@ class Adjustable:
             f"gravity.{axis}": _Entry("gravity", "m/s²", [(gravity, k, 1.0)])
             for k, axis in enumerate("xyz")
         }
+
+
+def real_number(name: str, value: object) -> float:
+    """The number that a parameter is given.
+
+    Raises:
+        InvalidValueError: it is none.
+    """
+    if isinstance(value, numbers.Real) or (isinstance(value, np.ndarray) and value.ndim == 0):
+        with contextlib.suppress(OverflowError):  # of an integer
+            return float(value)
+    raise InvalidValueError(f"{name} = {value!r} must be a number")
 
 
 def _least(name: str) -> float:

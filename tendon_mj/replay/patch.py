@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import copy
 import math
+import re
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
@@ -29,8 +30,9 @@ from numpy.typing import NDArray
 from tendon_mj.attach.mjcf import Mjcf, number, numbers, set_first
 from tendon_mj.builders.load import load_model, load_spec, model_path
 from tendon_mj.errors import InvalidValueError, TendonError, TendonWarning, UnknownNameError
-from tendon_mj.replay.live_parameters import CORRECTION, DRAWN_BEND, EXTRA_BEND, custom_text
+from tendon_mj.replay.live_parameters import CORRECTION, DRAWN_BEND, EXTRA_BEND, custom_numbers
 from tendon_mj.replay.parameters import Adjustable
+from tendon_mj.whole_file import whole_file
 
 FloatArray = NDArray[np.float64]
 
@@ -54,7 +56,7 @@ def patch_model(
     Args:
         model: as ``recording.model``: a model of the package or an MJCF file.
         parameters: ``<element>.<parameter>`` to value, as in `replay_recording`.
-        path: file to write, in an existing folder.
+        path: file to write, in an existing folder; what is there stays where an error is raised.
         intervals: (low, high) of some of the parameters.
 
     Returns:
@@ -96,7 +98,9 @@ def patch_model(
     _write_intervals(text, intervals)
     text.root.insert(0, ElementTree.Comment(_says(source, adjustable, parameters, intervals)))
     text.move_to(target.parent, spec)
-    text.write(target)
+    with whole_file(target) as made:  # what is there stays unless the new one holds
+        text.write(made)
+        _check_written(made, target, adjustable, parameters)
     files = ", ".join(map(str, text.outside()))
     if files:
         warnings.warn(
@@ -104,22 +108,25 @@ def patch_model(
             TendonWarning,
             stacklevel=2,
         )
-    try:
-        _check_written(target, adjustable, parameters)
-    except TendonError:
-        target.unlink()
-        raise
     return target
 
 
 def read_intervals(model: mujoco.MjModel) -> dict[str, tuple[float, float]]:
-    """Parameter → (low, high), as ``patch_model`` wrote them."""
+    """Parameter → (low, high), as ``patch_model`` wrote them.
+
+    Raises:
+        InvalidValueError: a custom text with the name of an interval that is none.
+    """
     found = {}
     for k in range(model.ntext):
         name = str(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, k))
-        if name.endswith(_INTERVAL):
-            low, high = custom_text(model, k).split()
-            found[name.removesuffix(_INTERVAL)] = (float(low), float(high))
+        if name.endswith(_INTERVAL) and "." in name.removesuffix(_INTERVAL):
+            low, high = custom_numbers(model, k, 2)
+            if low > high:
+                raise InvalidValueError(
+                    f"custom text {name!r} of the model: {low:g} is above {high:g}"
+                )
+            found[name.removesuffix(_INTERVAL)] = (low, high)
     return found
 
 
@@ -257,12 +264,14 @@ def _says(
             f", {intervals[name][0]:.4g} … {intervals[name][1]:.4g}" if name in intervals else ""
         )
         lines.append(f"{name} = {value:.6g} [{known[name].unit}]{within}")
-    return "\n       ".join(lines).replace("--", "- -") + " "
+    return re.sub("-(?=-)", "- ", "\n       ".join(lines)) + " "  # two would end the comment
 
 
-def _check_written(path: Path, adjustable: Adjustable, parameters: Mapping[str, float]) -> None:
-    """Hold the file, as MuJoCo compiles it, against the model that was to be written."""
-    written = load_model(str(path))
+def _check_written(
+    made: Path, path: Path, adjustable: Adjustable, parameters: Mapping[str, float]
+) -> None:
+    """Hold the file ``made``, as MuJoCo compiles it, against the model that ``path`` is to be."""
+    written = load_model(str(made))
     found = Adjustable(copy.copy(written)).parameters()
     for name, value in parameters.items():
         bend = name.endswith((f".{EXTRA_BEND}", f".{DRAWN_BEND}"))  # a difference of two
@@ -276,6 +285,7 @@ def _check_written(path: Path, adjustable: Adjustable, parameters: Mapping[str, 
         *("site_pos", "tendon_length0", "actuator_biasprm"),
     ):
         _compare(path, field, getattr(adjustable.model, field), getattr(written, field))
+    _compare(path, "gravity", adjustable.model.opt.gravity, written.opt.gravity)
     meant, got = adjustable.model.tendon_lengthspring, written.tendon_lengthspring
     # its own spring, resting where `springref` says
     pulls = adjustable.model.tendon_stiffness > 0.0

@@ -9,6 +9,7 @@ from itertools import product
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 from tendon_mj.engine import sheaths
 from tendon_mj.errors import InvalidValueError
@@ -171,13 +172,23 @@ class Sweep:
         """Time of a rollout in this process, the first and what it prepares left out [s].
 
         Raises:
-            InvalidValueError: a value of the first rollout is outside its range.
+            InvalidValueError: a value of the first rollout is outside its range, or the policy does
+                not do twice the same in it.
         """
         first = self.batch(0, 1)
-        self.rollouts.of(first)
+        once = self.rollouts.of(first)
         begun = time.perf_counter()
-        self.rollouts.of(first)
-        return time.perf_counter() - begun
+        twice = self.rollouts.of(first)
+        seconds = time.perf_counter() - begun
+        for name, (value,) in once.items():
+            if not np.array_equal(value, twice[name][0], equal_nan=True):
+                raise InvalidValueError(
+                    f"--policy {self.rollouts.policy}: the same rollout simulated twice differs,"
+                    f" {name} = {value:g} and {twice[name][0]:g}; what a policy remembers belongs"
+                    " in a class, of which each rollout makes one, and its random numbers in a"
+                    " generator with a seed there"
+                )
+        return seconds
 
 
 def run_sweep(

@@ -24,6 +24,7 @@ _AHEAD = 2  # tasks a process: one that runs, and one that waits
 # A pipe takes so many bytes whole or not at all. Of a longer result, the half that a killed process
 # has written would be waited on forever; it comes in a file, and only its path in the pipe.
 _WHOLE = 2048
+_DYING = 0.3  # after which a process whose pipe was closed is alive [s]
 
 
 class ProcessPool:
@@ -130,7 +131,8 @@ def _begin_worker(job: Job, end: Connection, folder: Path) -> None:
 def _wait_for_end(end: Connection, folder: Path) -> None:
     parent = parent_process()
     assert parent is not None
-    if parent.sentinel in wait([end, parent.sentinel]):
+    wait([end, parent.sentinel])
+    if wait([parent.sentinel], _DYING):  # its end of the pipe was closed by its death
         shutil.rmtree(folder, ignore_errors=True)  # nobody else will
     os._exit(1)
 

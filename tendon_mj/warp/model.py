@@ -25,7 +25,7 @@ from tendon_mj.warp.read_back import read_back
 from tendon_mj.warp.sensors import sensors_of_sheaths, shown_numbers
 from tendon_mj.warp.sheaths import Sheaths
 from tendon_mj.warp.simulated import Simulated, layout_of, simulated_sheaths
-from tendon_mj.warp.support import check_supported
+from tendon_mj.warp.support import check_options, check_sheaths, check_supported
 
 _put_model = inspect.unwrap(mjw.put_model)  # without our refusal of plugins
 _ACTUATION_OFF = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
@@ -53,10 +53,16 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
     put = _put_model(_without_plugins(model, found), **options)
     put.tendon_mj = layout = layout_of(found)
     driven = [bool(sheath.state["driven"]) for sheath in found.values()]
-    acts = model.nactuator > 0 and not model.opt.disableflags & _ACTUATION_OFF
-    late = acts and any(driven)  # driven ones need what the actuators do
+    actuation_off = model.opt.disableflags & _ACTUATION_OFF
+    late = model.nactuator > 0 and not actuation_off and any(driven)  # they need actuator forces
 
     def passive(m: Any, d: Any) -> None:
+        check_options(m.opt)
+        if m.opt.disableflags & _ACTUATION_OFF != actuation_off:
+            raise InvalidValueError(
+                "the flag actuation was changed on the device; change it in the mujoco.MjModel, and"
+                " put that"
+            )
         if not all(driven):
             evaluate(m, d, layout, False)
         if any(driven) and not late:
@@ -82,8 +88,13 @@ def put_data(model: mujoco.MjModel, data: mujoco.MjData, nworld: int = 1, **size
 
     Returns:
         `mujoco_warp.Data`, whose sheaths `sheaths_of` gives.
+
+    Raises:
+        NoPluginsError: a live parameter that is not supported.
+        InvalidValueError: data of another model.
     """
-    _of_mujoco(model)
+    _check_data(_of_mujoco(model), data)
+    check_sheaths(model, simulated_sheaths(model, data))
     return _with_sheaths(mjw.put_data(model, data, nworld, **sizes), model, data)
 
 
@@ -105,8 +116,13 @@ def get_data_into(
         world_id: number of the world.
 
     Raises:
-        InvalidValueError: data of another model.
+        InvalidValueError: data of another model, or a world that is not there.
     """
+    _check_data(_of_mujoco(model), result)
+    if data.qpos.shape[1] != model.nq or data.qvel.shape[1] != model.nv:
+        raise InvalidValueError("the data on the device are of another model than is given")
+    if not 0 <= world_id < data.nworld:
+        raise InvalidValueError(f"world_id = {world_id} must be from 0 to {data.nworld - 1}")
     mujoco.mj_forward(model, result)  # a tendon that was never laid has no state to be set
     mjw.get_data_into(result, model, data, world_id)
     found = simulated_sheaths(model, result)
@@ -145,6 +161,20 @@ def _of_mujoco(model: Any) -> mujoco.MjModel:
             "mujoco.MjModel that is to be put, or was put, on the device"
         )
     return model
+
+
+def _check_data(model: mujoco.MjModel, data: Any) -> None:
+    """Refuse what is no simulation of the model, on which MuJoCo would write past its arrays."""
+    if not isinstance(data, mujoco.MjData):
+        raise InvalidValueError(f"{data!r} is given as data; give a mujoco.MjData of the model")
+    sizes = ("nq", "nv", "na", "nu", "nbody", "nsensordata", "npluginstate")
+    arrays = ("qpos", "qvel", "act", "ctrl", "xpos", "sensordata", "plugin_state")
+    for size, array in zip(sizes, arrays, strict=True):
+        if getattr(model, size) != len(getattr(data, array)):
+            raise InvalidValueError(
+                f"the data are of another model: their {array} has {len(getattr(data, array))}"
+                f" rows, and {size} of the model is {getattr(model, size)}"
+            )
 
 
 def _with_sheaths(put: Any, model: mujoco.MjModel, data: mujoco.MjData) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Final
+from typing import Any, Final
 
 import mujoco
 import numpy as np
@@ -44,31 +44,54 @@ def check_supported(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> 
     """
     for servo in servos(model):
         _refuse(f"servo {servo!r}", "put its law into your policy or into the control")
-    integrator = mujoco.mjtIntegrator(int(model.opt.integrator))
-    if integrator not in _INTEGRATORS:
-        name = integrator.name.removeprefix("mjINT_")
-        _refuse(f"integrator {name}", "take Euler, implicit or implicitfast")
+    check_options(model.opt)
     if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP.value:
         _refuse("the flag sleep, for bodies of which some have tendons in sheaths", "disable it")
-    if model.opt.disableflags & _PASSIVE_OFF == _PASSIVE_OFF:
-        _refuse("disabling springs and dampers both", "disable one of them at most")
     for geom in np.flatnonzero(model.geom_plugin >= 0):
         _refuse(f"geom {model.geom(geom).name!r} of another plugin", "take a mesh or a primitive")
     for sensor in range(model.nsensor):
         if sensor_kind(model, sensor) == "friction_work":
             _refuse(f"sensor {model.sensor(sensor).name!r} of friction_work", "remove it")
+    check_sheaths(model, sheaths)
+
+
+def check_options(options: Any) -> None:
+    """Refuse options that are not supported, of a model here or on the device.
+
+    Raises:
+        NoPluginsError: names the option, and what to do instead.
+    """
+    integrator = mujoco.mjtIntegrator(int(options.integrator))
+    if integrator not in _INTEGRATORS:
+        name = integrator.name.removeprefix("mjINT_")
+        _refuse(f"integrator {name}", "take Euler, implicit or implicitfast")
+    if int(options.disableflags) & _PASSIVE_OFF == _PASSIVE_OFF:
+        _refuse("disabling springs and dampers both", "disable one of them at most")
+
+
+def check_sheaths(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> None:
+    """Refuse what of sheaths is not supported, in the model or by their live parameters.
+
+    Raises:
+        NoPluginsError: names it, where it is, and what to do instead.
+    """
     for name, sheath in sheaths.items():
         _check_sheath(model, f"sheath {name!r}: ", sheath)
+
+
+def effects_without_port() -> list[str]:
+    """Parameters of effects that no world has."""
+    return [effect for effect in LAW if effect not in PARAMETERS and effect not in _SCALES]
 
 
 def _check_sheath(model: mujoco.MjModel, where: str, sheath: Simulated) -> None:
     """Refuse what of one sheath is not supported."""
     state = sheath.state
     tendon = int(state["tendon"])
-    for effect, found in LAW.items():
+    for effect in effects_without_port():
         value = float(state["law"][effect])
-        if effect not in PARAMETERS and effect not in _SCALES and value != 0.0:
-            _refuse(f"{where}{effect} = {value:g} [{found.unit}]", "set it to 0")
+        if value != 0.0:
+            _refuse(f"{where}{effect} = {value:g} [{LAW[effect].unit}]", "set it to 0")
     if state["pulleys"]:
         _refuse(f"{where}a tendon that branches at a pulley", "give each branch a tendon")
     if not state["driven"]:

@@ -48,6 +48,7 @@ def test_change_is_one_more_variant(tmp_path):
     assert result["*.friction=0.3"]["output_tension_N"]["rmse"] > 0.5
     assert main([*arguments, "--change", "sheeth.friction=0.3"]) == 2
     assert main([*arguments, "--change", "sheath.friction=much"]) == 2
+    assert main([*arguments, "--change", "sheath.friction=0.1,sheath.friction=0.2"]) == 2
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """The command `sweep` from its arguments to its files."""
 
+import dataclasses
 import json
 import re
 
@@ -7,7 +8,7 @@ import pytest
 
 from tendon_mj.builders.load import example_recording
 from tendon_mj.cli import main
-from tendon_mj.recordings import read_table
+from tendon_mj.recordings import read_recording, read_table, write_recording
 
 pytest.importorskip("pyarrow", reason="the extra tendon-mj[parquet] is not installed")
 
@@ -105,3 +106,19 @@ def test_few_rollouts_are_told_without_shares(options, said, tmp_path, capsys):
     assert re.search(said, last), last
     outputs = json.loads((tmp_path / "result.json").read_text("utf-8"))["outputs"]
     assert all(summary["share_of_variance"] == {} for summary in outputs.values())
+
+
+def test_a_recording_is_not_written_over_and_its_odd_times_are_told(tmp_path, capsys):
+    recording = read_recording(example_recording())
+    time, cut = recording.time[:60].copy(), slice(0, 60)
+    time[40:] += 0.7
+    columns = {name: values[cut] for name, values in recording.columns.items()}
+    write_recording(dataclasses.replace(recording, time=time, columns=columns), tmp_path / "table")
+    before = (tmp_path / "table.csv").read_bytes()
+    arguments = ["sweep", "bench", "--parameter", "sheath.friction=0.1,0.2", "--processes", "1"]
+    arguments += ["--recording", str(tmp_path / "table.csv"), "--out"]
+    assert main([*arguments, str(tmp_path)]) == 2
+    assert "table.csv there would be written over" in capsys.readouterr().err
+    assert (tmp_path / "table.csv").read_bytes() == before
+    assert main([*arguments, str(tmp_path / "out")]) == 0
+    assert "1 gap" in capsys.readouterr().out

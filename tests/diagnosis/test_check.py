@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tendon_mj.builders.load import example_recording
 from tendon_mj.diagnosis import diagnose
 from tendon_mj.diagnosis.check import make_simulator
+from tendon_mj.diagnosis.data.problem import Problem, all_samples
+from tendon_mj.diagnosis.data.uncertain import uncertain_terms
 from tendon_mj.errors import InvalidValueError, RecordingError
-from tendon_mj.recordings.recording import Recording
-from tendon_mj.replay import Parameter, Simulates
+from tendon_mj.recordings import Recording, Uncertain, read_recording
+from tendon_mj.replay import Parameter, Simulates, Simulator
 from tests.diagnosis.toy import COLUMNS, FloatArray, Toy, recording, rig
 
 COLUMN = next(iter(COLUMNS))
@@ -238,3 +241,15 @@ def test_a_handful_of_samples_is_refused() -> None:
     few = replace(made, time=made.time[::60], columns={c: v[::60] for c, v in made.columns.items()})
     with pytest.raises(RecordingError, match="10 samples"):
         diagnose([few], (), Toy)
+
+
+@pytest.mark.parametrize("high", [0.02, 1.0, 1e3, 1e9])
+def test_a_range_of_times_is_scaled_by_the_recording_at_most(high: float) -> None:
+    recording = replace(
+        read_recording(example_recording()),
+        uncertain={"input_tension.lag": Uncertain(0.0, 0.0, high)},
+    )
+    simulate = Simulator([recording])
+    (term,) = uncertain_terms(Problem([recording], simulate, all_samples([recording])))
+    assert term.high == high
+    assert term.probe == pytest.approx(0.05 * min(high, np.ptp(recording.time)))

@@ -1,12 +1,15 @@
 """What is said of a rig beyond its verdict, and of a fleet that is small or badly described."""
 
+import dataclasses
 from dataclasses import replace
 from datetime import datetime, timedelta
 
+import numpy as np
 import pytest
 
-from tendon_mj.fleet.remarks import left_over, odd_day, unlike
+from tendon_mj.fleet.remarks import left_over, odd_day, odd_times, unlike
 from tendon_mj.fleet.result import FleetFound, RigFound
+from tendon_mj.recordings import Recording
 
 DATES = tuple(datetime(2026, 3, 1) + timedelta(days=k) for k in range(6))
 RIG = RigFound(name="hand", dates=DATES, values={}, errors={}, misfit=1.1, left=1.1, fellows=5)
@@ -69,3 +72,15 @@ def test_numbers_agree():
     assert FleetFound([RIG], {}, {}).sentence == "Of 1 rig 0 changed."
     failed = replace(RIG, error="x", dates=())
     assert FleetFound([failed, RIG], {}, {}).table()[0]["first"] == ""
+
+
+def test_odd_times_are_told_once_a_kind():
+    time = np.concatenate([np.arange(200) * 0.01, 7.0 + np.arange(200) * 0.01])
+    recordings = [
+        Recording(name=f"day_{k}", model="m", source="s", time=time, columns={"a_m": 0.0 * time})
+        for k in range(3)
+    ]
+    (told,) = odd_times(recordings)
+    assert told.startswith("day_0, column 'time_s': 1 gap")
+    assert told.endswith("so in 3 recordings")
+    assert not odd_times([dataclasses.replace(recordings[0], time=np.arange(400) * 0.01)])

@@ -56,3 +56,15 @@ def test_what_is_written_reads_back_from_any_blocks(tmp_path_factory, values, si
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(csv_table, "_BLOCK", size)
         assert_array_equal(read_csv(path)["a_N"], values)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_a_row_that_is_far_too_long_is_refused_before_it_is_taken_apart(
+    size, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(csv_table, "_BLOCK", size)
+    monkeypatch.setattr(csv_table, "_numbers", None)  # called for none of its block
+    path = tmp_path / "r.csv"
+    path.write_text("time_s,a_N\n0.0,1.0\n" + "," * 2**21 + "\n0.2,1.0\n")
+    with pytest.raises(RecordingError, match=r"row 3: 2097153 characters; a row has fewer than"):
+        read_csv(path)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from tendon_mj.errors import RecordingError
-from tendon_mj.recordings import read_recording
+from tendon_mj.recordings import Recording, read_recording
 from tendon_mj.recordings.recording import UNITS
 
 HEADER = "time_s,reel_m,tension_N\n"
@@ -207,3 +208,39 @@ def test_a_missing_folder_or_a_folder_for_a_file_is_refused(tmp_path: Path) -> N
     (tmp_path / "rig.csv").mkdir()
     with pytest.raises(RecordingError, match=r"rig\.csv: cannot be read"):
         read_recording(tmp_path / "rig")
+
+
+def test_a_noise_that_is_too_small_in_si_is_refused_at_its_column(tmp_path: Path) -> None:
+    (tmp_path / "r.csv").write_text("time_s,x_m,pull_uN\n0,0,1\n1,0,1\n")
+    (tmp_path / "r.toml").write_text(
+        'model = "bench"\nsource = "s"\n[drive]\nx_m = "reel"\n[measured]\n'
+        'pull_uN = { sensor = "input_tension", noise = 1e-26 }\n'
+    )
+    with pytest.raises(RecordingError, match=r"r\.toml, \[measured\] 'pull_uN', in SI: noise"):
+        read_recording(tmp_path / "r.csv")
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"time": ["a", "b", "c"]},
+        {"columns": {"x_m": ["x", "y", "z"]}},
+        {"columns": {"x_m": [1, None, [2]]}},
+        {"known": {"a.b": None}},
+        {"known": {"a.b": "1"}},
+        {"uncertain": {"a.b": 3}},
+        {"session": {"a.b": 1.0}},
+        {"measured": {"x_m": "sensor"}},
+    ],
+)
+def test_a_recording_of_wrong_types_is_refused_as_one(more: dict[str, Any]) -> None:
+    given = {
+        "name": "r",
+        "model": "m",
+        "source": "s",
+        "time": [0, 1, 2],
+        "columns": {"x_m": [0] * 3},
+    }
+    Recording(**given)
+    with pytest.raises(RecordingError, match="recording 'r'"):
+        Recording(**given | more)

@@ -171,6 +171,62 @@ def test_intervals_survive_mujocos_own_writing(tmp_path):
     assert Adjustable(again).parameters()["input_tension.offset"].value == pytest.approx(0.1)
 
 
+def test_a_model_stays_where_what_was_to_take_its_place_does_not_hold(tmp_path):
+    path = tmp_path / "model.xml"
+    path.write_text(
+        """<mujoco><compiler inertiafromgeom="true"/><worldbody><body name="b"><freejoint/>
+        <geom size=".1"/></body></worldbody></mujoco>"""
+    )
+    before = path.read_text()
+    with pytest.raises(TendonError, match=r"model\.xml: b\.mass = 0\.5 was to be written"):
+        patch_model(path, {"b.mass": 0.5}, path)
+    assert path.read_text() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("name", ["a---b", 'x---><option gravity="0 0 5"/>', "--", "a-"])
+def test_a_name_does_not_end_the_comment_that_says_it(name, tmp_path):
+    spec = mujoco.MjSpec()
+    body = spec.worldbody.add_body(name="b")
+    body.add_joint(name=name, damping=0.1)
+    body.add_geom(size=[0.1, 0, 0])
+    spec.compile()
+    source = tmp_path / "m---x.xml"
+    source.write_text(spec.to_xml())
+    path = patch_model(source, {f"{name}.damping": 0.5}, tmp_path / "written.xml")
+    again = load_model(str(patch_model(path, {}, tmp_path / "again.xml")))
+    assert again.joint(name).damping == 0.5
+    assert again.opt.gravity[2] == -9.81
+
+
+@pytest.mark.parametrize(
+    ("name", "data"),
+    [
+        ("sheath.friction.interval", "abc"),
+        ("sheath.friction.interval", "1 2 3"),
+        ("sheath.friction.interval", "nan inf"),
+        ("sheath.friction.interval", "5 1"),
+        ("sheath.drawn_bend.correction", "abc"),
+        ("sheath.drawn_bend.correction", "nan"),
+        ("sheath.drawn_bend.correction", "1e308"),
+    ],
+)
+def test_a_text_of_the_model_that_is_none_of_ours_is_refused_by_name(name, data):
+    spec = load_spec("bench")
+    spec.add_text(name=name, data=data)
+    model = spec.compile()
+    read = read_intervals if name.endswith("interval") else Adjustable
+    with pytest.raises(InvalidValueError, match=f"custom text '{name}' of the model"):
+        read(model)
+
+
+def test_a_text_of_somebody_else_is_no_interval():
+    spec = load_spec("bench")
+    spec.add_text(name="music.interval", data="a fifth")
+    spec.add_text(name="break.interval", data="1 2")
+    assert "break" not in read_intervals(spec.compile())
+
+
 def test_the_text_says_what_was_written_and_keeps_its_comments(tmp_path):
     path = patch_model("bench", {"sheath.friction": 0.2}, tmp_path / "model.xml")
     text = path.read_text("utf-8")

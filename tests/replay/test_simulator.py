@@ -307,3 +307,23 @@ def test_a_column_in_another_unit_than_its_sensor_is_refused():
     )
     with pytest.raises(RecordingError, match=r"reads \[N\]; .* 'input_tension_N'"):
         Simulator([tension])
+
+
+@pytest.mark.parametrize("value", [None, "0.3", 1j, 10**400, [0.3], np.array([0.3])])
+@pytest.mark.parametrize("name", ["sheath.friction", "environment.mass", "input_tension.lag"])
+def test_a_value_that_is_no_number_is_refused_by_name(name, value):
+    with pytest.raises(InvalidValueError, match=rf"^{name} = .* must be a number"):
+        Simulator([RECORDINGS[0]])([{name: value}])
+
+
+def test_a_number_of_any_kind_is_a_value():
+    simulate = Simulator([RECORDINGS[0]])
+    kinds = (0.5, np.float64(0.5), np.float32(0.5), np.array(0.5))
+    (first,), *others = simulate([{"environment.mass": kind} for kind in kinds])
+    assert all(same(first, other) for (other,) in others)
+
+
+@pytest.mark.parametrize("name", [3, None, ("sheath.friction",)])
+def test_a_name_that_is_no_text_is_refused(name):
+    with pytest.raises(UnknownNameError):
+        Simulator([RECORDINGS[0]])([{name: 0.3}])

@@ -193,3 +193,15 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "pipe.py")
     with pytest.raises(InvalidValueError, match=r"pipe\.py: a device or pipe"):
         read_policy(f"{tmp_path / 'pipe.py'}:pull")
+
+
+@pytest.mark.parametrize(
+    "body",
+    ["global n; n += 1; data.ctrl[:] = n", "data.ctrl[:] = np.random.default_rng().random()"],
+)
+def test_a_policy_that_does_not_repeat_itself_is_refused(body, tmp_path, arm):
+    file = tmp_path / "acts.py"
+    file.write_text(f"import numpy as np\nn = 0\ndef act(model, data):\n    {body}\n")
+    sweep = arm_sweep(arm, read_policy(f"{file}:act"))
+    with pytest.raises(InvalidValueError, match="the same rollout simulated twice differs"):
+        sweep.seconds()

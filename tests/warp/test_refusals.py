@@ -3,10 +3,11 @@
 import mujoco
 import pytest
 
-from tendon_mj.errors import NoPluginsError
+from tendon_mj import Parameters
+from tendon_mj.errors import InvalidValueError, NoPluginsError
 from tests.engine import servos
 from tests.engine.test_driven import arm
-from tests.warp.models import fingers, tw
+from tests.warp.models import fingers, mjw, tw
 
 MOTOR = '<motor tendon="t" ctrlrange="-20 0"/>'
 PULLEY = '<site site="a"/><site site="b"/><pulley divisor="2"/><site site="c"/><site site="d"/>'
@@ -49,3 +50,24 @@ def test_it_is_refused_by_name(what):
 def test_a_model_without_sheaths_goes_as_it_is():
     m = tw.put_model(mujoco.MjModel.from_xml_string("<mujoco/>"))
     assert m.callback.passive is None
+
+
+@pytest.mark.parametrize("effect", ["backlash", "axial_damping", "viscous_friction"])
+def test_so_is_a_live_parameter(effect):
+    model = reel()
+    data = mujoco.MjData(model)
+    Parameters(model, data)[f"reel.{effect}"] = 0.5
+    with pytest.raises(NoPluginsError, match=f"sheath 'reel': {effect} = 0.5 "):
+        tw.put_data(model, data)
+
+
+def test_so_are_options_that_are_set_on_the_device():
+    model = fingers(kinds=("drum",))
+    m, d = tw.put_model(model), tw.make_data(model)
+    m.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
+    with pytest.raises(NoPluginsError, match="integrator RK4"):
+        mjw.forward(m, d)
+    m = tw.put_model(model)
+    m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
+    with pytest.raises(InvalidValueError, match="flag actuation"):
+        mjw.forward(m, d)

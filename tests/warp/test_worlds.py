@@ -170,3 +170,24 @@ def test_data_made_otherwise_are_refused():
     plain = mujoco.MjModel.from_xml_string("<mujoco/>")
     with pytest.raises(InvalidValueError, match="make_data"):
         tw.sheaths_of(mjw.make_data(plain))
+
+
+def test_a_simulation_or_a_world_that_is_none_of_the_model_s_is_refused_untouched(model):
+    d, other = tw.make_data(model, 2), mujoco.MjModel.from_xml_string("<mujoco/>")
+    for result in (mujoco.MjData(other), None):
+        with pytest.raises(InvalidValueError):
+            tw.get_data_into(result, model, d)
+        with pytest.raises(InvalidValueError):
+            tw.put_data(model, result)
+    with pytest.raises(InvalidValueError, match="of another model than is given"):
+        tw.get_data_into(mujoco.MjData(other), other, d)
+    for world in (-1, 2):
+        with pytest.raises(InvalidValueError, match=f"world_id = {world} must be from 0 to 1"):
+            tw.get_data_into(mujoco.MjData(model), model, d, world)
+
+
+def test_effects_that_no_world_has_are_gone_from_a_simulation_that_takes_one_over(model):
+    data = mujoco.MjData(model)
+    Parameters(model, data)["reel.viscous_friction"] = 0.5
+    tw.get_data_into(data, model, tw.make_data(model))
+    assert Parameters(model, data)["reel.viscous_friction"] == 0.0
