@@ -12,13 +12,14 @@ from tendon_mj.cli.typed_command import typed_command
 from tendon_mj.diagnosis.provenance import collect_provenance
 from tendon_mj.errors import TendonError
 from tendon_mj.fleet import run_fleet
+from tendon_mj.fleet.rig import RESULT_TABLE
 from tendon_mj.tasks import Workers
 from tendon_mj.view.figures.fleet import changes_figure, spread_figure
 from tendon_mj.view.fleet.page import CHANGES, SPREAD, fleet_page
 from tendon_mj.view.fleet.table import write_table
 from tendon_mj.whole_file import whole_file
 
-PAGE, TABLE = "fleet.html", "fleet.csv"
+PAGE = "fleet.html"
 
 
 def fleet(
@@ -50,7 +51,7 @@ def fleet(
         tendon-mj fleet hands --out out/hands
     """
     on = Workers(processes=processes, workers=workers, scheduler=scheduler)
-    output = Output(out, tables=(TABLE,))
+    output = Output(out, tables=(RESULT_TABLE,))
     with progress_bar() as progress:
         found = run_fleet(folder, out / "rigs", on=on, again=again, progress=progress)
     figures = {CHANGES: changes_figure(found), SPREAD: spread_figure(found)}
@@ -59,7 +60,7 @@ def fleet(
         for name, figure in figures.items()
         if figure is not None
     }
-    output.add(write_table(found, out / TABLE))
+    output.add(write_table(found, out / RESULT_TABLE))
     options = {
         "--out": out,
         "--processes": processes,

@@ -15,6 +15,7 @@ from tendon_mj.recordings.recording import Recording, read_recording
 
 DESCRIPTION = "description.toml"  # of all tables of a rig, or of all rigs
 TABLES = (".csv", ".parquet", ".mcap")
+RESULT_TABLE = "fleet.csv"  # of a run over a fleet
 _DATED = "its file or a folder above it is named after the day, as 2026-03-03.csv"
 
 
@@ -122,7 +123,8 @@ def find_rigs(folder: Path, apart: Path | None = None) -> list[Rig]:
 
     Args:
         folder: of the fleet.
-        apart: folder in it that is no rig's, such as that of results.
+        apart: folder in it that is no rig's, such as that of results; those of earlier results are
+            left out too.
 
     Raises:
         RecordingError: no folder in it has recordings, or a recording lies in none, or beside
@@ -144,13 +146,20 @@ def find_rigs(folder: Path, apart: Path | None = None) -> list[Rig]:
                 f"{other} has recordings, such as {dated[0].name}, and the results go there too"
                 " (--out); give another folder for these"
             )
-    rigs = [_rig(one, folder) for one in inner if not _holds(one, apart)]
+    rigs = [_rig(one, folder) for one in inner if not (_holds(one, apart) or _is_result(one))]
     if not any(_tables(folder / rig.name) for rig in rigs):
         raise RecordingError(
             f"{folder}: no folder in it has recordings ({', '.join(TABLES)}); a fleet has one"
             " folder for each rig, with its recordings in it"
         )
     return rigs
+
+
+def _is_result(folder: Path) -> bool:
+    """Whether an earlier run over the fleet wrote the folder, and no recording lies there."""
+    return (folder / RESULT_TABLE).is_file() and not any(
+        _is_dated(path, folder) for path in _tables(folder)
+    )
 
 
 def _holds(folder: Path, other: Path | None) -> bool:

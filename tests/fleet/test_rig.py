@@ -153,6 +153,13 @@ def test_results_in_the_fleet_s_folder_are_no_rig(tmp_path):
     assert "no date" in find_rigs(tmp_path)[1].error
 
 
+def test_earlier_results_are_no_rig_either_unless_recordings_lie_there(tmp_path):
+    written(tmp_path, "description.toml", "a/2026-03-04.csv", "old/fleet.csv")
+    assert [rig.name for rig in find_rigs(tmp_path)] == ["a"]
+    written(tmp_path, "old/2026-03-04.csv")
+    assert [rig.name for rig in find_rigs(tmp_path)] == ["a", "old"]
+
+
 def test_a_name_that_is_no_text_is_an_error_of_that_rig_alone(tmp_path):
     written(tmp_path, "description.toml", "rig_1/2026-03-01.csv", "rig_2/2026-03-01_\udcff.csv")
     written(tmp_path, "rig_\udcff/2026-03-01.csv")
