@@ -74,10 +74,12 @@ def as_number(name: str, value: object, unit: str = "") -> float:
     if isinstance(value, no_numbers) or not isinstance(value, SupportsFloat):
         raise InvalidValueError(f"{name} = {value!r} is not a number{unit}")
     try:
+        if np.ndim(value):  # type: ignore[arg-type]
+            raise ValueError
         return float(value)
     except OverflowError:  # an integer, perhaps of more digits than can be shown
         raise InvalidValueError(f"{name} is beyond the range of a float{unit}") from None
-    except (TypeError, ValueError):  # an array of several
+    except (TypeError, ValueError):  # an array
         raise InvalidValueError(f"{name} = {value!r} is not one number{unit}") from None
 
 

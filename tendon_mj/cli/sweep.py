@@ -95,9 +95,8 @@ def sweep(
     )
     if not again:
         check_folder(asked, out)
-    given = [model, motion, description, *(recorded_files([recording]) if recording else [])]
-    if policy is not None:
-        given.append(policy.rpartition(":")[0])
+    recorded = recorded_files([recording]) if recording else []
+    given = [model, motion, acting.path if acting else None, description, *recorded]
     output = Output(out, tables=(CSV,), writes=(PLAN, CSV, "sweep.png"), given=given)
     for warning in timing_warnings(driven) if recording else []:
         console.print(f"warning: {warning.sentence}", soft_wrap=True)

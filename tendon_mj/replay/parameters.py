@@ -17,9 +17,7 @@ control(t) = scale × column(t − delay) + offset, and a column is what `Readou
 
 from __future__ import annotations
 
-import contextlib
 import math
-import numbers
 from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
@@ -27,6 +25,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_mj.attach.keywords import as_number
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.recordings.magnitude import excess
 from tendon_mj.replay.live_parameters import DRAWN_BEND, LiveParameters
@@ -119,7 +118,7 @@ class Adjustable:
             if name not in self._entries and name not in self.live:
                 raise UnknownNameError("parameter", name, self.names())
         for name, given in values.items():
-            value = real_number(name, given)
+            value = as_number(name, given)
             if name in self._entries:
                 entry = self._entries[name]
                 _check(name, entry, value)
@@ -250,18 +249,6 @@ class Adjustable:
             f"gravity.{axis}": _Entry("gravity", "m/s²", [(gravity, k, 1.0)])
             for k, axis in enumerate("xyz")
         }
-
-
-def real_number(name: str, value: object) -> float:
-    """The number that a parameter is given.
-
-    Raises:
-        InvalidValueError: it is none.
-    """
-    if isinstance(value, numbers.Real) or (isinstance(value, np.ndarray) and value.ndim == 0):
-        with contextlib.suppress(OverflowError):  # of an integer
-            return float(value)
-    raise InvalidValueError(f"{name} = {value!r} must be a number")
 
 
 def _least(name: str) -> float:

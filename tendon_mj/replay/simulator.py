@@ -13,12 +13,13 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
+from tendon_mj.attach.keywords import as_number
 from tendon_mj.builders.load import load_model
 from tendon_mj.engine import sheaths
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.open_loop import run_open_loop, try_open_loop, unsolved_sheaths
-from tendon_mj.replay.parameters import Adjustable, real_number
+from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.parameters import Parameter as Parameter
 from tendon_mj.replay.schedule import Schedule, described_values
 from tendon_mj.replay.session_names import parameter_of, values_for
@@ -235,7 +236,7 @@ class Simulator:
             for name in asked:
                 if parameter_of(str(name)) not in self.parameters:
                     raise UnknownNameError("parameter", str(name), self.parameters)
-            given = {name: real_number(name, value) for name, value in asked.items()}
+            given = {name: as_number(name, value) for name, value in asked.items()}
             for k, described in enumerate(self._described):
                 values = {**described, **values_for(self.recordings[k].name, given)}
                 reads = {n: v for n, v in values.items() if self.parameters[n].kind == "sensor"}

@@ -11,7 +11,7 @@ import warp as wp
 from tendon_mj.warp.motion import Motion, input_force, reeled, span_jacobian, wound
 from tendon_mj.warp.path import Scene, trace_path
 from tendon_mj.warp.segment_law import held
-from tendon_mj.warp.solver import is_bounded, solve_flow
+from tendon_mj.warp.solver import solve_flow
 from tendon_mj.warp.tendons import Sheath, Tendons, sheath_at
 
 wp.set_module_options({"enable_backward": False})
@@ -192,17 +192,19 @@ def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
     else:
         t.kept[s.segment, w] -= wound_in - t.wound_in[k, w]
         t.kept[last, w] -= wound_out - t.wound_out[k, w]
-    finite = wp.isfinite(wound_in + wound_out)
+    bounded = wp.isfinite(wound_in + wound_out)
     solved = bool(False)
-    if finite:
+    if bounded:
         solved = solve_flow(t, s)
     if not solved:
         t.unsolved[w, k] += 1
     for j in range(s.guides + 1):
-        t.tension_out[w, s.segment + j] = wp.float32(ea * t.tension[s.segment + j, w])
+        tension = t.tension[s.segment + j, w]
+        t.tension_out[w, s.segment + j] = wp.float32(ea * tension)
+        bounded = bounded and wp.isfinite(tension)
     t.input_tension[w, k] = t.tension_out[w, s.segment]
     t.output_tension[w, k] = t.tension_out[w, last]
-    if not (finite and is_bounded(t, s)):
+    if not bounded:
         t.has_trial[k, w] = False
         t.trial_time[k, w] = now
         for j in range(s.guides + 1):

@@ -29,6 +29,15 @@ from tendon_mj.warp.support import check_options, check_sheaths, check_supported
 
 _put_model = inspect.unwrap(mjw.put_model)  # without our refusal of plugins
 _ACTUATION_OFF = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
+_SIZES = {  # array of the data → what the model has for its length
+    "qpos": "nq",
+    "qvel": "nv",
+    "act": "na",
+    "ctrl": "nu",
+    "xpos": "nbody",
+    "sensordata": "nsensordata",
+    "plugin_state": "npluginstate",
+}
 _LAST = mujoco.mjtStage.mjSTAGE_ACC.value
 
 
@@ -94,14 +103,16 @@ def put_data(model: mujoco.MjModel, data: mujoco.MjData, nworld: int = 1, **size
         InvalidValueError: data of another model.
     """
     _check_data(_of_mujoco(model), data)
-    check_sheaths(model, simulated_sheaths(model, data))
-    return _with_sheaths(mjw.put_data(model, data, nworld, **sizes), model, data)
+    found = simulated_sheaths(model, data)
+    check_sheaths(model, found)
+    return _with_sheaths(mjw.put_data(model, data, nworld, **sizes), model, found)
 
 
 def make_data(model: mujoco.MjModel, nworld: int = 1, **sizes: Any) -> Any:
     """Make data on the device as after a reset; arguments as of `put_data`."""
     _of_mujoco(model)
-    return _with_sheaths(mjw.make_data(model, nworld, **sizes), model, mujoco.MjData(model))
+    found = simulated_sheaths(model, mujoco.MjData(model))
+    return _with_sheaths(mjw.make_data(model, nworld, **sizes), model, found)
 
 
 def get_data_into(
@@ -167,18 +178,16 @@ def _check_data(model: mujoco.MjModel, data: Any) -> None:
     """Refuse what is no simulation of the model, on which MuJoCo would write past its arrays."""
     if not isinstance(data, mujoco.MjData):
         raise InvalidValueError(f"{data!r} is given as data; give a mujoco.MjData of the model")
-    sizes = ("nq", "nv", "na", "nu", "nbody", "nsensordata", "npluginstate")
-    arrays = ("qpos", "qvel", "act", "ctrl", "xpos", "sensordata", "plugin_state")
-    for size, array in zip(sizes, arrays, strict=True):
-        if getattr(model, size) != len(getattr(data, array)):
+    for array, size in _SIZES.items():
+        rows, expected = len(getattr(data, array)), getattr(model, size)
+        if rows != expected:
             raise InvalidValueError(
-                f"the data are of another model: their {array} has {len(getattr(data, array))}"
-                f" rows, and {size} of the model is {getattr(model, size)}"
+                f"the data are of another model: their {array} has {rows} rows, and {size} of the"
+                f" model is {expected}"
             )
 
 
-def _with_sheaths(put: Any, model: mujoco.MjModel, data: mujoco.MjData) -> Any:
-    found = simulated_sheaths(model, data)
+def _with_sheaths(put: Any, model: mujoco.MjModel, found: dict[str, Simulated]) -> Any:
     if found:
         reels = [int(sheath.state["reel_actuator"]) for sheath in found.values()]
         addresses = [int(model.actuator_ctrladr[k]) if k >= 0 else -1 for k in reels]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tendon_mj.warp.simulated import Simulated
-from tendon_mj.warp.support import PARAMETERS, effects_without_port
+from tendon_mj.warp.support import PARAMETERS, WITHOUT_PORT
 
 
 def read_back(found: dict[str, Simulated], tendons: Any, world: int, last: float) -> None:
@@ -33,7 +33,7 @@ def read_back(found: dict[str, Simulated], tendons: Any, world: int, last: float
             # of those that are as they were, all digits
             if np.float32(law[name]) != values[k] and not _is_default(name, law[name]):
                 law[name] = values[k]
-        for name in effects_without_port():
+        for name in WITHOUT_PORT:
             law[name] = 0.0
         for name in ("wound_in", "wound_out", "started"):
             sheath.state[name] = column(name)[k]

@@ -44,7 +44,7 @@ def _release(t: Tendons, s: Sheath) -> bool:
 
 
 @wp.func
-def is_bounded(t: Tendons, s: Sheath) -> bool:
+def _is_bounded(t: Tendons, s: Sheath) -> bool:
     """Whether every tension has a bound; where one has none it is inf, and nothing flows."""
     w = s.world
     bounded = bool(True)
@@ -91,4 +91,4 @@ def solve_flow(t: Tendons, s: Sheath) -> bool:
             break
         if not _release(t, s):
             break
-    return is_bounded(t, s) and solved
+    return _is_bounded(t, s) and solved

@@ -23,6 +23,8 @@ PARAMETERS: Final = (
     "extra_bend",
 )
 _SCALES = {found.scale for found in LAW.values()}  # of no effect by themselves
+# parameters of effects that no world has
+WITHOUT_PORT: Final = tuple(effect for effect in LAW if effect not in {*PARAMETERS, *_SCALES})
 _INTEGRATORS = (
     mujoco.mjtIntegrator.mjINT_EULER,
     mujoco.mjtIntegrator.mjINT_IMPLICIT,
@@ -79,16 +81,11 @@ def check_sheaths(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> No
         _check_sheath(model, f"sheath {name!r}: ", sheath)
 
 
-def effects_without_port() -> list[str]:
-    """Parameters of effects that no world has."""
-    return [effect for effect in LAW if effect not in PARAMETERS and effect not in _SCALES]
-
-
 def _check_sheath(model: mujoco.MjModel, where: str, sheath: Simulated) -> None:
     """Refuse what of one sheath is not supported."""
     state = sheath.state
     tendon = int(state["tendon"])
-    for effect in effects_without_port():
+    for effect in WITHOUT_PORT:
         value = float(state["law"][effect])
         if value != 0.0:
             _refuse(f"{where}{effect} = {value:g} [{LAW[effect].unit}]", "set it to 0")

@@ -85,6 +85,7 @@ SETTERS = {
         (np.str_("0.15"), r"= .*'0\.15'.* is not a number"),
         ([0.1], r"= \[0\.1\] is not a number"),
         (np.array([0.1, 0.2]), "= .* is not one number"),
+        (np.array([0.1]), "= .* is not one number"),
         (10**400, "is beyond the range of a float"),
         pytest.param(-(10**5000), "is beyond the range of a float", id="too long to show"),
     ],

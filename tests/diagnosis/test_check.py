@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -253,3 +254,17 @@ def test_a_range_of_times_is_scaled_by_the_recording_at_most(high: float) -> Non
     (term,) = uncertain_terms(Problem([recording], simulate, all_samples([recording])))
     assert term.high == high
     assert term.probe == pytest.approx(0.05 * min(high, np.ptp(recording.time)))
+
+
+def test_parameters_that_one_name_stands_for_keep_their_own_units() -> None:
+    units = {"hinge.damping": "N m s/rad", "slide.damping": "N s/m"}
+    made = SimpleNamespace(
+        recordings=[
+            replace(recording("r", 1, {}), uncertain={"*.damping": Uncertain(0.1, 0.0, 1.0, True)})
+        ],
+        simulate=SimpleNamespace(
+            parameters={name: Parameter(0.1, unit, "joint") for name, unit in units.items()}
+        ),
+    )
+    terms = uncertain_terms(cast(Problem, made))
+    assert {term.targets[0]: term.unit for term in terms} == units

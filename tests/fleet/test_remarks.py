@@ -1,6 +1,5 @@
 """What is said of a rig beyond its verdict, and of a fleet that is small or badly described."""
 
-import dataclasses
 from dataclasses import replace
 from datetime import datetime, timedelta
 
@@ -83,4 +82,4 @@ def test_odd_times_are_told_once_a_kind():
     (told,) = odd_times(recordings)
     assert told.startswith("day_0, column 'time_s': 1 gap")
     assert told.endswith("so in 3 recordings")
-    assert not odd_times([dataclasses.replace(recordings[0], time=np.arange(400) * 0.01)])
+    assert not odd_times([replace(recordings[0], time=np.arange(400) * 0.01)])

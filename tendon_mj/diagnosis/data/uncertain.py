@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from tendon_mj.diagnosis.data.problem import Problem
 from tendon_mj.diagnosis.effects.effect import Term
 from tendon_mj.replay.grouped_names import claims
@@ -27,13 +25,14 @@ def uncertain_terms(problem: Problem) -> tuple[Term, ...]:
     for name, u in first.uncertain.items():
         if u.high > u.low:
             targets = sorted(t for t, by in claimed.items() if by == ("uncertain", name))
-            unit = parameters[targets[0]].unit if targets else ""
-            # a time beyond the recording does what one as long as it does
-            probe = _PROBE * min(u.high - u.low, longest if unit == "s" else math.inf)
+            width = u.high - u.low
+            if any(parameters[target].unit == "s" for target in targets):
+                width = min(width, longest)  # a time beyond it does what one as long as it does
+            probe = _PROBE * width
             if 0.0 < abs(u.value) < probe:  # a range of decades
                 probe = 2.0 * _PROBE * abs(u.value)
             terms += [
-                Term(alike, unit, u.value, u.low, u.high, probe)
+                Term(alike, parameters[alike[0]].unit, u.value, u.low, u.high, probe)
                 for alike in ([(t,) for t in targets] if u.each else [tuple(targets)])
                 if alike
             ]

@@ -32,7 +32,6 @@ _FLAT = float(np.finfo(float).eps)  # no term does anything: SciPy's step would 
 _UNCHANGED = 0.02  # mean square [-] by which the correction has changed at most
 _ROUNDS = 3
 _FARTHEST = 1e9  # probes: an end of a range farther away is none
-_FAR = 1e6  # probes: the solver, whose steps grow with the distance to an end, is not told of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,19 +233,17 @@ class _Solver:
         if self.terms:
             # SciPy's first step is as long as its variables are large: at least one probe each
             shift = np.where(np.abs(point) < 1.0, np.copysign(1.0, point) - point, 0.0)
-            low, high = self.bounds
-            bounds = np.where(low < -_FAR, -np.inf, low), np.where(high > _FAR, np.inf, high)
             solution = least_squares(
                 lambda moved: self._train_residual(moved - shift),
                 point + shift,
                 jac=lambda moved: self._train_jacobian(moved - shift),
-                bounds=(bounds[0] + shift, bounds[1] + shift),
+                bounds=(self.bounds[0] + shift, self.bounds[1] + shift),
                 ftol=_TOLERANCE,
                 xtol=_TOLERANCE,
                 gtol=_FLAT,
                 max_nfev=evaluations,
             )
-            point = np.clip(solution.x - shift, low, high)
+            point = solution.x - shift
             jacobian = next(iter(self._jacobian.values()))  # maybe of the last point but one
         coarse = self._residual(point)
         residual = self.problem.extrapolate(self._parameters(point), coarse)
