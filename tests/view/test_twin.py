@@ -1,7 +1,6 @@
 """The frictionless twin behind a model, and the arrows of contact forces over it."""
 
 import dataclasses
-import itertools
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from tendon_mj.errors import InvalidValueError
 from tendon_mj.finger.control import simulate_finger
 from tendon_mj.finger.trajectories import lasting, press
 from tendon_mj.replay.frames import FrameRecorder
+from tendon_mj.view.render import twin as twin_module
 from tendon_mj.view.render.arrows import draw_arrow
 from tendon_mj.view.render.clip import draw_frames
 from tendon_mj.view.render.twin import blend
@@ -29,29 +29,38 @@ def test_a_ghost_shows_only_where_the_model_leaves_the_background_free():
     assert seen[[0, 1, 4, 5]].tolist() == [200] * 4
 
 
-def test_a_twin_changes_no_pixel_of_the_model_itself(gl):
-    """So a tendon keeps its tension's colour: what the twin changes was background before."""
+def test_a_twin_changes_no_pixel_of_the_model_itself(gl, monkeypatch):
+    """So a tendon keeps its tension's colour: what the twin changes was background before.
+
+    Compared in one drawing: Mesa's rasteriser, on a busy machine, may draw the edge of a shadow a
+    few pixels apart from one drawing to the next.
+    """
+    blended = []
+
+    def kept(image, ghost, depths):
+        blended.append((image.copy(), blend(image, ghost, depths)))
+        return blended[-1][1]
+
+    monkeypatch.setattr(twin_module, "blend", kept)
     model, scene, found = load_model("finger"), load_model("finger", scene=True), []
     for friction in (None, 0.0):
         recorder = FrameRecorder(fps=10)
         simulate_finger(lasting(press(), 1.5), model, friction=friction, recorder=recorder)
         found.append(recorder.frames())
-    frames, twin = (
-        dataclasses.replace(f, contacts=tuple(np.empty((0, 6)) for _ in f.contacts)) for f in found
-    )
-    pictures = [
-        next(itertools.islice(draw_frames(scene, frames, width=480, height=270, twin=t), 12, None))
-        for t in (None, twin)
-    ]
+    frames, twin = found
+    for _ in draw_frames(scene, frames, width=480, height=270, twin=twin):
+        pass
+    assert len(blended) == len(frames.poses)
     left = slice(0, 230), slice(0, 316)  # the scene, without legend and panel
-    itself, other = (picture[left].astype(int) for picture in pictures)
-    changed = np.abs(itself - other).max(axis=2) > 8
-    assert 100 < changed.sum() < 0.2 * changed.size
-    was = itself[changed]
-    assert np.median(was.min(axis=1)) > 200, "white background, or a shadow on it"
-    colourful = np.ptp(itself, axis=2) > 60  # tendons
-    assert colourful.sum() > 200
-    assert not (changed & colourful).any()
+    for itself, other in blended[8:14]:  # the two are well apart
+        itself, other = itself[left].astype(int), other[left].astype(int)
+        changed = np.abs(itself - other).max(axis=2) > 8
+        assert 100 < changed.sum() < 0.2 * changed.size
+        was = itself[changed]
+        assert np.median(was.min(axis=1)) > 200, "white background, or a shadow on it"
+        colourful = np.ptp(itself, axis=2) > 60  # tendons
+        assert colourful.sum() > 200
+        assert not (changed & colourful).any()
 
 
 def test_a_twin_of_another_length_is_refused():
