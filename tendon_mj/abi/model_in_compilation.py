@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 import re
 from collections.abc import Sequence
 from typing import Any
@@ -49,6 +50,12 @@ class Draft:
     def names(self, kind: Any, count: int) -> list[str]:
         """Names of the first ``count`` elements of a kind."""
         return [self.name(kind, k) for k in range(count)]
+
+    @functools.cached_property
+    def tendons(self) -> dict[str, int]:
+        """Index of each tendon that has a name."""
+        names = self.names(mujoco.mjtObj.mjOBJ_TENDON, int(self.fields.ntendon))
+        return {name: index for index, name in enumerate(names) if name}
 
     def config(self, instance: int) -> dict[str, str]:
         """Attributes of a plugin instance, empty where they are not given."""

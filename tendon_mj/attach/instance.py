@@ -41,7 +41,7 @@ def own_configs(spec: mujoco.MjSpec, plugin_name: str) -> dict[str, dict[str, st
                 plugin.name,
                 config.get("instance", ""),
                 config.get("tendon", ""),
-                tendons.__contains__,
+                tendons,
             )
             found[plugin.name] = {
                 k: affixes.around(v) if k in ("tendon", "reel_joint", "output_joint") else v

@@ -12,8 +12,8 @@ from tendon_mj.abi.model_in_compilation import Draft
 from tendon_mj.engine.sheath_plugin.binding.own_names import (
     NONE,
     Affixes,
+    around_tendon,
     around_written,
-    possible,
     prefix_and_suffix,
 )
 from tendon_mj.errors import InvalidValueError, UnknownNameError
@@ -46,20 +46,18 @@ def check_own_names(model: Draft, instances: Iterable[int]) -> None:
         InvalidValueError: a tendon of the name as written, and one with the instance's prefix.
         UnknownNameError: the tendon only seems to share a prefix with the instance.
     """
-    tendons = model.names(_OBJ.mjOBJ_TENDON, int(model.fields.ntendon))
-    indices = {name: k for k, name in enumerate(tendons) if name}
     for instance in instances:
         own, tendon = _own_name(model, instance), _read(model, instance, "tendon")
         if around_written(own, _read(model, instance, "instance")):
             continue
         chosen = _affixes(model, instance, {"tendon": tendon, "instance": ""})
         if chosen != NONE:
-            if not _carries(model, indices[chosen.around(tendon)], chosen):
-                raise UnknownNameError("tendon", tendon, tendons, model.where(instance))
+            if not _carries(model, model.tendons[chosen.around(tendon)], chosen):
+                raise UnknownNameError("tendon", tendon, model.tendons, model.where(instance))
             continue
-        for affixes in possible(own):
+        for affixes in around_tendon(own, tendon, model.tendons):
             other = affixes.around(tendon)
-            if other != tendon and other in indices and _carries(model, indices[other], affixes):
+            if other != tendon and _carries(model, model.tendons[other], affixes):
                 raise _ambiguous(model, instance, [tendon, other])
 
 
@@ -70,12 +68,7 @@ def _affixes(model: Draft, instance: int, config: Mapping[str, str]) -> Affixes:
         config[name] if name in config else _read(model, instance, name)
         for name in ("instance", "tendon")
     )
-    found = prefix_and_suffix(
-        own,
-        written,
-        tendon,
-        lambda name: C.mj_name2id(model.address, _OBJ.mjOBJ_TENDON.value, name.encode()) >= 0,
-    )
+    found = prefix_and_suffix(own, written, tendon, model.tendons)
     if len({affixes.around(tendon) for affixes in found}) > 1:
         raise _ambiguous(model, instance, [affixes.around(tendon) for affixes in found])
     return found[0]

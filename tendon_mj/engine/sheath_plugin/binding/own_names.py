@@ -13,7 +13,7 @@ or actuator that has it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Collection, Iterable
 from typing import NamedTuple
 
 import mujoco
@@ -45,20 +45,25 @@ NONE = Affixes("", "")
 
 
 def around_written(own: str, written: str) -> list[Affixes]:
-    """Prefix and suffix around each occurrence of the written name in the instance's own one."""
+    """Prefix and suffix around each occurrence of the written name in a name as it is now."""
     starts = (k for k in range(len(own)) if written and own.startswith(written, k))
     return [Affixes(own[:k], own[k + len(written) :]) for k in starts]
 
 
-def possible(own: str) -> Iterator[Affixes]:
-    """All that an instance's name may have been given by `attach`, something of its own left."""
-    for end in range(len(own)):
-        for start in range(end + 1, len(own) + 1):
-            yield Affixes(own[:end], own[start:])
+def around_tendon(own: str, tendon: str, tendons: Iterable[str]) -> list[Affixes]:
+    """Prefixes and suffixes that an instance shares with a tendon whose name has `tendon` in it.
+
+    Something of the instance's own name is left between them; the shortest prefix comes first, and
+    of those with one prefix the longest suffix.
+    """
+    found = {affixes for name in tendons for affixes in around_written(name, tendon)}
+    shared = [a for a in found if own.startswith(a.prefix) and own.endswith(a.suffix)]
+    left = [a for a in shared if len(a.prefix) + len(a.suffix) < len(own)]
+    return sorted(left, key=lambda a: (len(a.prefix), -len(a.suffix)))
 
 
 def prefix_and_suffix(
-    own: str, written: str, tendon: str, exists: Callable[[str], bool]
+    own: str, written: str, tendon: str, tendons: Collection[str]
 ) -> list[Affixes]:
     """Prefix and suffix that `attach` gave to an instance: one answer, or several equally good.
 
@@ -66,14 +71,14 @@ def prefix_and_suffix(
         own: name of the instance now.
         written: its attribute `instance`.
         tendon: its attribute `tendon`.
-        exists: whether there is a tendon of a name.
+        tendons: names of those that the model has.
     """
     around = around_written(own, written)
     if around:
-        return [a for a in around if exists(a.around(tendon))] or around[:1]
-    if not tendon or exists(tendon):
+        return [a for a in around if a.around(tendon) in tendons] or around[:1]
+    if not tendon or tendon in tendons:
         return [NONE]
-    return [a for a in possible(own) if exists(a.around(tendon))] or [NONE]
+    return around_tendon(own, tendon, tendons) or [NONE]
 
 
 @apart
@@ -121,16 +126,13 @@ def _index(m: int, kind: int, own: int, end: int, start: int, text: int) -> int:
 
 
 @apart
-def _affixes(m: int, own: int, written: int, tendon: int) -> tuple[int, int]:
+def _affixes(layout: Layout, m: int, own: int, written: int, tendon: int) -> tuple[int, int]:
     """Where the prefix of a name ends and its suffix starts, as `prefix_and_suffix` says it."""
     last, inner = _length(own), _length(written)
     found, first, end_found, start_found = False, True, 0, last
     if inner > 0:
         for end in range(last - inner + 1):
-            k = 0
-            while k < inner and byte(own, end + k) == byte(written, k):
-                k += 1
-            if k < inner:
+            if not _same(own, end, written, 0, inner):
                 continue
             exists = _index(m, _TENDON, own, end, end + inner, tendon) >= 0
             if first or (exists and not found):
@@ -139,11 +141,38 @@ def _affixes(m: int, own: int, written: int, tendon: int) -> tuple[int, int]:
             found |= exists
     if not first or _index(m, _TENDON, own, 0, last, tendon) >= 0:
         return end_found, start_found
-    for end in range(last):
-        for start in range(end + 1, last + 1):
-            if _index(m, _TENDON, own, end, start, tendon) >= 0:
-                return end, start
-    return 0, last
+    return _shared(layout, m, own, tendon)
+
+
+@apart
+def _shared(layout: Layout, m: int, own: int, tendon: int) -> tuple[int, int]:
+    """As `_affixes`, by the first that `around_tendon` gives."""
+    last, inner = _length(own), _length(tendon)
+    end_found, start_found = last, last
+    for index in range(size(m + layout.m_ntendon) if inner > 0 else 0):
+        name = mj_id2name(m, _TENDON, index)
+        count = _length(name)
+        for end in range(min(last, count - inner + 1)):
+            start = last - (count - end - inner)  # where the suffix would begin
+            better = end < start and (end, start) < (end_found, start_found)
+            if (
+                better
+                and _same(name, end, tendon, 0, inner)
+                and _same(name, end + inner, own, start, last - start)
+            ):
+                end_found, start_found = end, start
+            if byte(own, end) != byte(name, end):
+                break
+    return (0, last) if end_found == last else (end_found, start_found)
+
+
+@apart
+def _same(text: int, at: int, other: int, other_at: int, count: int) -> bool:
+    """Whether as many bytes are the same in two strings, each from a place of its own."""
+    k = 0
+    while k < count and byte(text, at + k) == byte(other, other_at + k):
+        k += 1
+    return k == count
 
 
 @apart
@@ -153,7 +182,11 @@ def resolve_from(
     """As ``resolve``, of a plugin whose attributes `tendon` and `instance` are these."""
     own = own_name(layout, m, instance)
     end, start = _affixes(
-        m, own, at.text_at(layout, m, instance, written), at.text_at(layout, m, instance, tendon)
+        layout,
+        m,
+        own,
+        at.text_at(layout, m, instance, written),
+        at.text_at(layout, m, instance, tendon),
     )
     return _index(m, kind, own, end, start, at.text_at(layout, m, instance, attribute))
 
