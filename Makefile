@@ -20,7 +20,7 @@ ifneq ($(wildcard ../shared/models),)
 export TENDON_MJ_MODELS ?= $(abspath ../shared/models)
 endif
 
-.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system compiled docs test test-oldest test-newest soak check format test-wheel test-mujoco4 clean
+.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system compiled docs test test-long test-oldest test-newest soak check format test-wheel test-mujoco4 clean
 
 demo: $(STAMP)                ## the main job: compare, render, replay, diagnose
 	$(BIN)/tendon-mj demo --out $(OUT)
@@ -32,10 +32,13 @@ docs: $(STAMP)                ## the site, into out/site; warnings are errors
 	$(BIN)/python -m sphinx -q -W --keep-going -c docs . out/site
 	@echo "out/site/index.html"
 
-test: $(STAMP)                ## the whole test suite
+test: $(STAMP)                ## the test suite
 	$(BIN)/pytest -n auto --dist worksteal
 
-soak: $(STAMP)                ## long trials of what docs/guarantees.md promises: some hours
+test-long: $(STAMP)           ## tests that take most of a minute each
+	$(BIN)/pytest -n auto --dist worksteal -m long
+
+soak: test-long               ## long trials of what docs/guarantees.md promises: some hours
 	TENDON_MJ_EXAMPLES=20000 $(BIN)/pytest -n auto tests/guarantees/test_laws.py tests/guarantees/test_extremes.py
 	$(BIN)/python -m experiments.soak --out out/soak
 

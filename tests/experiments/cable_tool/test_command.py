@@ -45,6 +45,7 @@ def test_missing_data_are_told_in_one_line(tmp_path, monkeypatch, capsys):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.long
 def test_loads_and_poses_left_out_of_the_measured_data_meet_what_was_asked():
     folder = Path(os.environ.get("TENDON_MJ_DATA", "")) / "cable_tool"
     if "TENDON_MJ_DATA" not in os.environ or not folder.is_dir():

@@ -8,6 +8,7 @@ from experiments.command import run_experiment
 from experiments.force_servo.__main__ import force_servo
 
 
+@pytest.mark.long
 def test_the_study_meets_its_figures(tmp_path):
     force_servo(tmp_path)
     result = json.loads((tmp_path / "result.json").read_text("utf-8"))

@@ -57,11 +57,15 @@ def judged(name: str, root: Path) -> JudgedCase:
     return found
 
 
+@pytest.mark.long
 def test_two_effects_are_both_found(tmp_path: Path) -> None:
     assert judged("pair", tmp_path).contains
 
 
-@pytest.mark.parametrize("name", ["viscous", "constant", "backlash", "delay"])
+LONG = [pytest.param(name, marks=pytest.mark.long) for name in ("constant", "delay")]
+
+
+@pytest.mark.parametrize("name", ["viscous", "backlash", *LONG])
 def test_one_effect_is_named_first_and_measured(name: str, tmp_path: Path) -> None:
     found = judged(name, tmp_path)
     assert found.hit > 0.0
@@ -81,11 +85,12 @@ def test_a_wrong_parameter_is_no_missing_effect(tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.parametrize("name", ["nothing", "nothing_too"])
+@pytest.mark.parametrize("name", ["nothing", pytest.param("nothing_too", marks=pytest.mark.long)])
 def test_with_nothing_hidden_nothing_is_named(name: str, tmp_path: Path) -> None:
     assert judged(name, tmp_path).verdict == "nothing missing"
 
 
+@pytest.mark.long
 def test_outside_the_catalogue_no_effect_is_confident(tmp_path: Path) -> None:
     found = judged("outside", tmp_path)
     assert found.verdict != "failed"
