@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import mujoco
@@ -14,6 +14,7 @@ from tendon_mj.abi.layout import mirror
 from tendon_mj.abi.library import C
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 
+_TENDON = mujoco.mjtObj.mjOBJ_TENDON
 # Text that Python and the C library read alike as a number.
 _NUMBER = re.compile(r"[+-]?(([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?|inf|nan)")
 
@@ -52,10 +53,9 @@ class Draft:
         return [self.name(kind, k) for k in range(count)]
 
     @functools.cached_property
-    def tendons(self) -> dict[str, int]:
+    def tendons(self) -> Mapping[str, int]:
         """Index of each tendon that has a name."""
-        names = self.names(mujoco.mjtObj.mjOBJ_TENDON, int(self.fields.ntendon))
-        return {name: index for index, name in enumerate(names) if name}
+        return _Tendons(self)
 
     def config(self, instance: int) -> dict[str, str]:
         """Attributes of a plugin instance, empty where they are not given."""
@@ -98,6 +98,29 @@ class Draft:
         name = self.name(mujoco.mjtObj.mjOBJ_PLUGIN, instance)
         plugin = f"plugin {self.plugin(instance)}"
         return f"{plugin} instance {name!r}" if name else plugin
+
+
+class _Tendons(Mapping[str, int]):
+    """Tendons by name; all names are read only when they are gone through."""
+
+    def __init__(self, model: Draft) -> None:
+        self._model = model
+
+    def __getitem__(self, name: str) -> int:
+        index: int = C.mj_name2id(self._model.address, _TENDON.value, name.encode())
+        if not name or index < 0:
+            raise KeyError(name)
+        return index
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    @functools.cached_property
+    def _names(self) -> list[str]:
+        return [name for name in self._model.names(_TENDON, self._model.fields.ntendon) if name]
 
 
 def find(model: Draft, kind: Any, count: int, what: str, name: str, where: str) -> int:
