@@ -11,7 +11,7 @@ from typing import Annotated
 import tyro
 
 from tendon_mj.builders.load import load_model
-from tendon_mj.cli.output import Output, console, progress_bar, recorded_files
+from tendon_mj.cli.output import Output, console, print_warnings, progress_bar, recorded_files
 from tendon_mj.cli.values_of import ValuesOf, applied
 from tendon_mj.data_check import Checked, check_recording
 from tendon_mj.errors import RecordingError
@@ -93,8 +93,7 @@ def _say(one: Checked) -> None:
             f" {quantity(error.rmse, column_unit(column))}{of_range}",
             soft_wrap=True,
         )
-    for warning in one.warnings:
-        console.print(f"warning: {warning.sentence}", soft_wrap=True)
+    print_warnings(one.warnings)
 
 
 def _result(one: Checked) -> dict[str, object]:

@@ -23,6 +23,7 @@ from rich.progress import (
 )
 from rich.table import Table
 
+from tendon_mj.data_check import DataWarning
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.recordings.table_file import table_beside
 from tendon_mj.view.figures.style import DPI
@@ -66,8 +67,10 @@ class Output:
         self.written: list[Path] = []
         self.started = time.perf_counter()
         self._writes = (RESULT, LOCK, *writes)
-        if folder.exists() and not folder.is_dir():
-            raise InvalidValueError(f"--out {folder} is a file; it must be a folder")
+        for path in (folder, *folder.parents):
+            if path.exists() and not path.is_dir():
+                where = f"--out {folder}" + (f": {path}" if path != folder else "")
+                raise InvalidValueError(f"{where} is a file; it must be a folder")
         if folder.is_symlink() and not folder.exists():
             raise InvalidValueError(
                 f"--out {folder} is a link to {folder.readlink()}, which is not there; make that"
@@ -173,6 +176,12 @@ def _plain(value: object) -> object:
     if isinstance(value, list | tuple):
         return [_plain(inner) for inner in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def print_warnings(warnings: Iterable[DataWarning]) -> None:
+    """Print what looks wrong in recordings, a line each."""
+    for warning in warnings:
+        console.print(f"warning: {warning.sentence}", soft_wrap=True)
 
 
 def print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -12,7 +12,7 @@ import tyro
 
 from tendon_mj.attach import Parameters
 from tendon_mj.builders.load import load_model
-from tendon_mj.cli.output import Output, console, progress_bar, recorded_files
+from tendon_mj.cli.output import Output, console, print_warnings, progress_bar, recorded_files
 from tendon_mj.cli.values_of import ValuesOf, applied
 from tendon_mj.data_check import timing_warnings
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
@@ -62,8 +62,7 @@ def replay(
         raise RecordingError(
             f"{recording}: no column is [measured], so there is nothing to compare"
         )
-    for warning in timing_warnings(measured):
-        console.print(f"warning: {warning.sentence}", soft_wrap=True)
+    print_warnings(timing_warnings(measured))
     compiled = load_model(model) if model else load_model(measured.model, beside=measured.beside)
     described = applied(values_of, measured, compiled)
     kept = not described and bool(read_intervals(compiled) or values_of)

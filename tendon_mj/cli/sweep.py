@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
 import mujoco
 import tyro
+from matplotlib.figure import Figure
 
 from tendon_mj.builders.load import load_model, model_path
-from tendon_mj.cli.output import Output, console, print_table, progress_bar, recorded_files
+from tendon_mj.cli.output import (
+    Output,
+    console,
+    print_table,
+    print_warnings,
+    progress_bar,
+    recorded_files,
+)
 from tendon_mj.data_check import timing_warnings
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.recordings.recording import Recording, read_recording
 from tendon_mj.replay.units import UNKNOWN
+from tendon_mj.sweep.axes import Axis
 from tendon_mj.sweep.motion import motion_recording
 from tendon_mj.sweep.outputs import Output as SweepOutput
 from tendon_mj.sweep.policy import Policy, read_policy
@@ -98,8 +107,7 @@ def sweep(
     recorded = recorded_files([recording]) if recording else []
     given = [model, motion, acting.path if acting else None, description, *recorded]
     output = Output(out, tables=(CSV,), writes=(PLAN, CSV, "sweep.png"), given=given)
-    for warning in timing_warnings(driven) if recording else []:
-        console.print(f"warning: {warning.sentence}", soft_wrap=True)
+    print_warnings(timing_warnings(driven) if recording else [])
     console.print(
         f"{_counted(asked.design.rollouts)} of {asked.rollouts.steps} steps on {on}", soft_wrap=True
     )
@@ -109,18 +117,9 @@ def sweep(
     table = found.write_csv(out / CSV)
     if table:
         output.add(table)
-    drawn = found.drawn()
-    if all(drawn):
-        labels = {f"{a.name} [{asked.units[a.name]}]": a for a in drawn[0]}
-        axes = {label: found.column(a.name) for label, a in labels.items()}
-        values = {_labelled(o): found.column(o.name) for o in drawn[1]}
-        solid = found.solid
-        figure = parameter_figure(
-            {label: given[solid] for label, given in axes.items()},
-            {label: given[solid] for label, given in values.items()},
-            [label for label, a in labels.items() if a.drawn],
-        )
-        output.figure("sweep", figure)
+    axes, told = found.drawn()
+    if axes and told:
+        output.figure("sweep", _figure(found, axes, told, asked.units))
     failed = int((~found.solid).sum())
     result: dict[str, object] = {
         "model": model,
@@ -142,10 +141,25 @@ def sweep(
         "outputs": found.summaries,
     }
     output.result(result)
-    shown = drawn[1] or list(asked.outputs[:1])
+    shown = told or list(asked.outputs[:1])
     _print(found, shown)
     output.close(_sentence(found, shown[0], model, failed))
     return result
+
+
+def _figure(
+    found: SweepResult,
+    axes: Sequence[Axis],
+    outputs: Sequence[SweepOutput],
+    units: Mapping[str, str],
+) -> Figure:
+    """Outputs over parameters, of the rollouts that stayed stable."""
+    labels = {f"{axis.name} [{units[axis.name]}]": axis for axis in axes}
+    return parameter_figure(
+        {label: found.column(axis.name)[found.solid] for label, axis in labels.items()},
+        {_labelled(output): found.column(output.name)[found.solid] for output in outputs},
+        [label for label, axis in labels.items() if axis.drawn],
+    )
 
 
 def _driven(

@@ -38,6 +38,15 @@ def test_a_run_that_fails_leaves_no_result_of_an_earlier_one(tmp_path):
     assert not [p for p in tmp_path.iterdir() if p.suffix in (".json", ".html", ".mp4")]
 
 
+@pytest.mark.parametrize("below", ["", "sub", "sub/folder"])
+def test_a_folder_that_is_or_lies_in_a_file_is_refused_with_the_file(below, tmp_path):
+    file = tmp_path / "file"
+    file.write_text("mine")
+    with pytest.raises(InvalidValueError, match=f"--out .*{file} is a file; it must be a folder"):
+        Output(file / below)
+    assert file.read_text() == "mine"
+
+
 def test_what_the_next_run_may_read_stays(tmp_path):
     finished(tmp_path)
     Output(tmp_path)
