@@ -35,7 +35,7 @@ docs: $(STAMP)                ## the site, into out/site; warnings are errors
 test: $(STAMP)                ## the test suite
 	$(BIN)/pytest -n auto --dist worksteal
 
-test-long: $(STAMP)           ## tests that take most of a minute each
+test-long: $(STAMP)           ## tests that take up to a minute each
 	$(BIN)/pytest -n auto --dist worksteal -m long
 
 soak: test-long               ## long trials of what docs/guarantees.md promises: some hours
