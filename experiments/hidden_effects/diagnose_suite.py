@@ -5,23 +5,30 @@ It reads recordings and ``case.json``, never the keys.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import sys
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import tyro
-
+from experiments.command import run_experiment
 from experiments.hidden_effects.suite.case_folder import Case, solve_suite
 from tendon_mj.diagnosis import diagnose
 from tendon_mj.replay import Simulator
 
 
-@dataclass(frozen=True, kw_only=True)
-class SuiteDiagnosis:
-    """Diagnosis of a suite of hidden cases.
+def diagnose_suite(
+    *,
+    suite: Path,
+    out: Path,
+    cases: int = 0,
+    processes: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    again: bool = False,
+) -> None:
+    """Write a verdict on every case of a suite, and print the progress.
 
-    Attributes:
+    Args:
         suite: folder of cases.
         out: folder for a folder per case with result.json and run.json (seconds, error).
         cases: the first so many only; 0 is all.
@@ -29,20 +36,20 @@ class SuiteDiagnosis:
         workers: of a Dask cluster that lives as long as the run.
         scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786.
         again: diagnose also cases that already have a verdict.
+
+    Raises:
+        TendonError: see `solve_suite`.
     """
-
-    suite: Path
-    out: Path
-    cases: int = 0
-    processes: int | None = None
-    workers: int | None = None
-    scheduler: str | None = None
-    again: bool = False
-
-
-def diagnose_suite(settings: SuiteDiagnosis) -> None:
-    """Write a verdict on every case, and print the progress."""
-    solve_suite(_diagnose, **vars(settings))
+    solve_suite(
+        _diagnose,
+        suite,
+        out,
+        cases=cases,
+        again=again,
+        processes=processes,
+        workers=workers,
+        scheduler=scheduler,
+    )
 
 
 def _diagnose(case: Case) -> dict[str, Any]:
@@ -51,4 +58,4 @@ def _diagnose(case: Case) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    diagnose_suite(tyro.cli(SuiteDiagnosis))
+    sys.exit(run_experiment(diagnose_suite, "hidden_effects.diagnose_suite"))

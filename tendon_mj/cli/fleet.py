@@ -12,7 +12,7 @@ from tendon_mj.cli.typed_command import typed_command
 from tendon_mj.diagnosis.provenance import collect_provenance
 from tendon_mj.errors import TendonError
 from tendon_mj.fleet import run_fleet
-from tendon_mj.fleet.rig import RESULT_TABLE
+from tendon_mj.fleet.rig import RESULT_TABLE, find_rigs
 from tendon_mj.tasks import Workers
 from tendon_mj.view.figures.fleet import changes_figure, spread_figure
 from tendon_mj.view.fleet.page import CHANGES, SPREAD, fleet_page
@@ -51,9 +51,11 @@ def fleet(
         tendon-mj fleet hands --out out/hands
     """
     on = Workers(processes=processes, workers=workers, scheduler=scheduler)
-    output = Output(out, tables=(RESULT_TABLE,))
+    kept = out / "rigs"
+    find_rigs(folder, apart=kept)  # what is no fleet is refused before anything is written
+    output = Output(out, tables=(RESULT_TABLE,), begin=False)
     with progress_bar() as progress:
-        found = run_fleet(folder, out / "rigs", on=on, again=again, progress=progress)
+        found = run_fleet(folder, kept, on=on, again=again, begin=output.begin, progress=progress)
     figures = {CHANGES: changes_figure(found), SPREAD: spread_figure(found)}
     pictures = {
         name: output.figure(name, figure).read_bytes()

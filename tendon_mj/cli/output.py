@@ -39,8 +39,8 @@ _SHOWN = (".html", ".png", ".mp4", ".webp")  # what is only looked at: no comman
 class Output:
     """The folder that a command writes to, and no other run until it is closed or has ended.
 
-    `result.json` is written last. That of an earlier run is removed at the start, with the pages
-    and pictures that it lists, so that a run that fails leaves none behind.
+    `result.json` is written last. That of an earlier run is removed by `begin`, with the pages and
+    pictures that it lists, so that a run that fails leaves none behind.
 
     Args:
         folder: made if it is not there.
@@ -48,6 +48,7 @@ class Output:
         writes: names of files that the command writes and could have been given to read; ``*``
             stands for any text.
         given: files that the command was given to read; None and what is no file are passed over.
+        begin: whether `begin` is called at once; else when nothing more can be refused.
 
     Raises:
         InvalidValueError: it is no folder, a link to none, or cannot be written to; another run is
@@ -62,11 +63,12 @@ class Output:
         *,
         writes: Sequence[str] = (),
         given: Iterable[str | Path | None] = (),
+        begin: bool = True,
     ) -> None:
         self.folder = folder
         self.written: list[Path] = []
         self.started = time.perf_counter()
-        self._writes = (RESULT, LOCK, *writes)
+        self._writes, self._tables = (RESULT, LOCK, *writes), tables
         for path in (folder, *folder.parents):
             if path.exists() and not path.is_dir():
                 where = f"--out {folder}" + (f": {path}" if path != folder else "")
@@ -97,7 +99,24 @@ class Output:
                 f"--out {folder}: nothing can be written there ({error.strerror}); give another"
                 " folder"
             ) from None
-        _remove_stale(folder, tables)
+        if begin:
+            self.begin()
+
+    def begin(self) -> None:
+        """Remove the result of an earlier run, and the pages, pictures and tables that it lists.
+
+        Recordings and models stay until they are replaced: they may be what this run reads.
+        """
+        listed: object = []
+        result = self.folder / RESULT
+        with contextlib.suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
+            listed = json.loads(result.read_text(encoding="utf-8"))["files"]  # if it is ours
+        names = [n for n in listed if isinstance(n, str)] if isinstance(listed, list) else []
+        for name in names:
+            shown = Path(name).name == name and Path(name).suffix in _SHOWN  # in the folder itself
+            if shown or name in self._tables:
+                (self.folder / name).unlink(missing_ok=True)
+        result.unlink(missing_ok=True)
 
     def keep(self, is_read: Callable[[Path], bool]) -> None:
         """Refuse to go on if the command would write over a file of which ``is_read`` is true.
@@ -150,23 +169,6 @@ def recorded_files(recordings: Iterable[Path]) -> list[Path]:
     """Tables of recordings, and the descriptions beside them; paths are as for `read_recording`."""
     named = [path for path in recordings if path.name not in ("", "..")]  # others are folders
     return [file for path in named for file in table_beside(path)]
-
-
-def _remove_stale(folder: Path, tables: Sequence[str]) -> None:
-    """Remove the result of an earlier run, and the pages, pictures and ``tables`` that it lists.
-
-    Recordings and models stay until they are replaced: they may be what this run reads.
-    """
-    result = folder / RESULT
-    listed: object = []
-    with contextlib.suppress(OSError, ValueError, KeyError, TypeError, RecursionError):  # not ours
-        listed = json.loads(result.read_text(encoding="utf-8"))["files"]
-    names = [n for n in listed if isinstance(n, str)] if isinstance(listed, list) else []
-    for name in names:
-        shown = Path(name).name == name and Path(name).suffix in _SHOWN  # in the folder itself
-        if shown or name in tables:
-            (folder / name).unlink(missing_ok=True)
-    result.unlink(missing_ok=True)
 
 
 def _plain(value: object) -> object:

@@ -106,13 +106,14 @@ def sweep(
         check_folder(asked, out)
     recorded = recorded_files([recording]) if recording else []
     given = [model, motion, acting.path if acting else None, description, *recorded]
-    output = Output(out, tables=(CSV,), writes=(PLAN, CSV, "sweep.png"), given=given)
+    writes = (PLAN, CSV, "sweep.png")
+    output = Output(out, tables=(CSV,), writes=writes, given=given, begin=False)
     print_warnings(timing_warnings(driven) if recording else [])
     console.print(
         f"{_counted(asked.design.rollouts)} of {asked.rollouts.steps} steps on {on}", soft_wrap=True
     )
     with progress_bar() as progress:
-        found = run_sweep(asked, out, on=on, again=again, progress=progress)
+        found = run_sweep(asked, out, on=on, again=again, begin=output.begin, progress=progress)
     output.add(out / TABLE)
     table = found.write_csv(out / CSV)
     if table:

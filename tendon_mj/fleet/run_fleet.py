@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
 from functools import partial
@@ -50,6 +50,7 @@ def run_fleet(
     *,
     on: Workers | None = None,
     again: bool = False,
+    begin: Callable[[], None] = lambda: None,
     progress: Progress = silent,
 ) -> FleetFound:
     """Find which rigs of a fleet changed, and which differ from their fellows.
@@ -65,6 +66,7 @@ def run_fleet(
         out: for what is kept; no rig is sought in it.
         on: where to run; default: this machine's cores.
         again: compute also what is kept.
+        begin: called when nothing more is refused, before the first rig is computed.
         progress: called with a label, how many rigs are done, and of how many.
 
     Raises:
@@ -90,6 +92,7 @@ def run_fleet(
         lambda name: _task(rigs[name]),
         kept,
         on=on,
+        begin=begin,
         progress=progress,
         what="calibrate",
     )
@@ -216,7 +219,7 @@ def _found(
     deviations = np.hypot(
         first.errors, spreads[first.number.label] * first.probe / first.number.probe
     )
-    change = find_change(rig.dates, first.values, deviations)
+    change = find_change(rig.dates, first.values, deviations, first.least)
     if change.significance < SIGNIFICANT:
         return unchanged
     before = {**first.others, first.number.name: change.before}

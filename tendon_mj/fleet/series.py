@@ -34,6 +34,7 @@ class Series:
         values: (n,) of that parameter [unit].
         errors: (n,) standard errors from noise [unit].
         probe: change of the parameter for a probe of the number [unit].
+        least: that the parameter may be [unit].
         square: (n,) mean square residual of each recording with them [noise²].
         before: (n,) likewise with one value for all recordings.
         others: parameter → value of what was fitted to all recordings beside it.
@@ -43,6 +44,7 @@ class Series:
     parameter: str
     unit: str
     probe: float
+    least: float
     values: FloatArray
     errors: FloatArray
     square: FloatArray
@@ -63,7 +65,7 @@ class Series:
         return cls(number=Number.from_plain(fields["number"]), **given)
 
 
-_PLAIN = ("parameter", "unit", "probe", "others")
+_PLAIN = ("parameter", "unit", "probe", "least", "others")
 _ARRAYS = ("values", "errors", "square", "before")
 
 
@@ -129,6 +131,7 @@ def _series(
         parameter=parameter,
         unit=problem.simulate.parameters[parameter].unit,
         probe=probe,
+        least=problem.simulate.parameters[parameter].low,
         values=np.array([_parameter(term, float(x), written) for x in numbers]),
         errors=errors,
         square=square,

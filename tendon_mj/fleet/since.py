@@ -13,6 +13,7 @@ one odd day is none.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -75,14 +76,31 @@ class _Fitted:
     fits: bool
 
 
-def find_change(dates: Sequence[datetime], values: FloatArray, deviations: FloatArray) -> Change:
+def find_change(
+    dates: Sequence[datetime],
+    values: FloatArray,
+    deviations: FloatArray,
+    least: float = -math.inf,
+) -> Change:
     """The change that explains a series best.
 
     Args:
         dates: of the values, growing; four at least.
         values: (n,) day by day.
         deviations: (n,) standard deviations where nothing changes, > 0.
+        least: that the number may be; a course that fits best a little below it is told at it.
     """
+    change = _best_change(dates, values, deviations)
+    between = None if change.between is None else max(change.between, least)
+    return replace(
+        change,
+        before=max(change.before, least),
+        after=max(change.after, least),
+        between=between,
+    )
+
+
+def _best_change(dates: Sequence[datetime], values: FloatArray, deviations: FloatArray) -> Change:
     once = _at_once_or_growing(dates, values, deviations)
     for found in (once, _there_and_back(dates, values, deviations)):
         if found is not None and found.fits:

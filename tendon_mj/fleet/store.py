@@ -13,6 +13,7 @@ from tendon_mj.tasks import versions
 from tendon_mj.whole_file import whole_file
 
 _OF, _FOUND = "of", "found"
+_LONGEST = 250  # name of a rig [bytes]: that of a file has 255 at most
 
 
 class RigFiles:
@@ -50,6 +51,10 @@ class RigFiles:
         return found
 
     def _path(self, rig: str) -> Path:
+        name = rig.encode()
+        if len(name) > _LONGEST:
+            short = name[: _LONGEST - 20].decode(errors="ignore")
+            rig = f"{short} {hashlib.sha256(name).hexdigest()[:16]}"
         return self._folder / f"{rig}.json"
 
     def _read(self, rig: str) -> dict[str, Any] | None:

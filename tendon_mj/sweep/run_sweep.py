@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from itertools import product
 from pathlib import Path
@@ -41,6 +41,7 @@ _TASK = 2.0  # longest duration of a task, as a loss of it is cheap [s]
 _LEAST = 0.2  # shortest, that scheduling costs little [s]
 _TASKS = 256  # as many as keep workers busy to the end
 _COMBINED = 10  # axes of which all combinations of ends are checked
+_CHECKED = 4000  # rollouts of which the values are checked besides
 
 
 class Sweep:
@@ -148,7 +149,7 @@ class Sweep:
                     )
 
     def check(self) -> None:
-        """Set the ends of the axes, in every combination, without a simulation.
+        """Set the ends of the axes, in every combination, and some rollouts, without a simulation.
 
         Raises:
             InvalidValueError: a value that a parameter may not have, or not beside another's.
@@ -157,6 +158,9 @@ class Sweep:
         rest = [axis.low for axis in self.axes[_COMBINED:]]
         for corner in product(*ends):
             self.rollouts.check([*corner, *rest])
+        total = self.design.rollouts
+        for k in np.linspace(0, total - 1, min(total, _CHECKED)).round().astype(int).tolist():
+            self.rollouts.check(self.design.values(k, k + 1)[0].tolist())
 
     @cached_property
     def plan(self) -> Plan:
@@ -197,6 +201,7 @@ def run_sweep(
     *,
     on: Workers | None = None,
     again: bool = False,
+    begin: Callable[[], None] = lambda: None,
     progress: Progress = silent,
 ) -> SweepResult:
     """Simulate every rollout that has no result in the folder yet.
@@ -206,23 +211,30 @@ def run_sweep(
         folder: for the plan and the table.
         on: where to run; default: this machine's cores.
         again: begin anew, whatever is there.
+        begin: called when nothing more is refused, before the folder is written to.
         progress: called with "rollouts", how many are done, and of how many.
 
     Raises:
-        InvalidValueError: the folder holds another sweep, or a value is outside its range.
+        InvalidValueError: the folder holds another sweep, or, in that of its tables, one that is
+            of no sweep; or a value is outside its range.
         MissingPackageError: pyarrow, or Dask where it is wanted, is not installed.
         WorkerError: see `run_tasks`.
     """
-    table, path = ParquetParts(folder / TABLE, plan_digest(sweep.plan)), folder / PLAN
     begun = None if again else check_folder(sweep, folder)
+    anew = begun is None
     if begun is None:
-        path.unlink(missing_ok=True)
-        (folder / CSV).unlink(missing_ok=True)
-        table.clear()
         sweep.check()
         begun = {**sweep.plan, BATCH: batch_size(sweep.seconds(), sweep.design.rollouts)}
-        write_plan(path, begun)
-    size, total = int(str(begun[BATCH])), sweep.design.rollouts
+    plan, size, total = begun, int(str(begun[BATCH])), sweep.design.rollouts
+    table = ParquetParts(folder / TABLE, plan_digest(sweep.plan), again=anew)
+
+    def start() -> None:
+        if anew:
+            table.clear()
+            (folder / CSV).unlink(missing_ok=True)
+            write_plan(folder / PLAN, plan)
+        begin()
+
     numbers = {f"rollouts_{number:06d}": number for number in range(-(-total // size))}
     run_tasks(
         simulate,
@@ -231,6 +243,7 @@ def run_sweep(
         lambda key: sweep.batch(numbers[key], size),
         table,
         on=on,
+        begin=start,
         progress=lambda _, done, tasks: progress("rollouts", min(done * size, total), total),
     )
     return SweepResult(sweep.axes, sweep.outputs, sweep.design.rollouts, table)

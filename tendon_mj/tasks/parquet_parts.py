@@ -24,12 +24,13 @@ class ParquetParts:
     Args:
         folder: made if it is not there.
         of: the run that the tables are of.
+        again: whether no file that is there counts.
 
     Raises:
         MissingPackageError: pyarrow is not installed.
     """
 
-    def __init__(self, folder: Path, of: str = "") -> None:
+    def __init__(self, folder: Path, of: str = "", *, again: bool = False) -> None:
         try:
             import pyarrow
             import pyarrow.dataset
@@ -43,7 +44,8 @@ class ParquetParts:
         self._of = of
         self.folder = folder
         folder.mkdir(parents=True, exist_ok=True)
-        self._kept = {path.stem for path in folder.glob("*.parquet") if self._is_part(path)}
+        there = [] if again else folder.glob("*.parquet")
+        self._kept = {path.stem for path in there if self._is_part(path)}
 
     def done(self) -> set[str]:
         """Keys of the tasks whose table is there."""
@@ -73,8 +75,20 @@ class ParquetParts:
         return {name: np.asarray(table[name]) for name in table.column_names}
 
     def clear(self) -> None:
-        """Remove every table, and what a killed run left half written."""
-        for path in self.folder.glob("*.parquet"):
+        """Remove the tables of every run, and those that cannot be read.
+
+        Raises:
+            InvalidValueError: a table is of no run; none is removed.
+        """
+        tables = list(self.folder.glob("*.parquet"))
+        for path in tables:
+            found = self._metadata(path)
+            if found is not None and _PART not in found:
+                raise InvalidValueError(
+                    f"{path} is no table that was computed here, and would be removed; put it into"
+                    " another folder, or give another --out"
+                )
+        for path in tables:
             path.unlink()
         self._kept.clear()
 
@@ -85,11 +99,14 @@ class ParquetParts:
         return f"{self._of} {key}".encode()
 
     def _is_part(self, path: Path) -> bool:
+        return (self._metadata(path) or {}).get(_PART) == self._part(path.stem)
+
+    def _metadata(self, path: Path) -> dict[bytes, bytes] | None:
+        """What is written beside a table; None where it cannot be read."""
         try:
-            found = self._pyarrow.parquet.read_metadata(path).metadata or {}
+            return dict(self._pyarrow.parquet.read_metadata(path).metadata or {})
         except (self._pyarrow.ArrowException, OSError):
-            return False
-        return bool(found.get(_PART) == self._part(path.stem))
+            return None
 
     def _check(self, files: Sequence[Path]) -> None:
         """Refuse the first file that cannot be read, by its name."""

@@ -40,6 +40,7 @@ def run_tasks(
     *,
     on: Workers | None = None,
     sources: Sequence[str] = ("tendon_mj",),
+    begin: Callable[[], None] = lambda: None,
     progress: Progress = silent,
     what: str = "tasks",
 ) -> None:
@@ -58,6 +59,7 @@ def run_tasks(
         store: keeps the results.
         on: where to run; default: this machine's cores.
         sources: packages of which workers must have the same sources.
+        begin: called once, before the first task, when the workers are there and may compute.
         progress: called with ``what``, how many are kept, and of how many.
         what: the tasks are.
 
@@ -69,8 +71,11 @@ def run_tasks(
     kept = set(store.done())
     todo = [key for key in keys if key not in kept]
     progress(what, len(keys) - len(todo), len(keys))
-    if todo:
+    if not todo:
+        begin()
+    else:
         with (on or Workers()).opened(function, shared, sources) as pool:
+            begin()
             _run_all(
                 pool,
                 todo,

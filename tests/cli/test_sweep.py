@@ -3,7 +3,9 @@
 import dataclasses
 import json
 import re
+import shutil
 
+import pandas
 import pytest
 
 from tendon_mj.builders.load import example_recording
@@ -122,3 +124,69 @@ def test_a_recording_is_not_written_over_and_its_odd_times_are_told(tmp_path, ca
     assert (tmp_path / "table.csv").read_bytes() == before
     assert main([*arguments, str(tmp_path / "out")]) == 0
     assert "1 gap" in capsys.readouterr().out
+
+
+def contents(folder):
+    """Path → bytes of every file, but for the lock."""
+    files = [path for path in folder.rglob("*") if path.is_file() and path.name != ".lock"]
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+
+FRICTION = ["--parameter", "sheath.friction=0.1,0.2"]
+SHORT = ["--duration", "0.02", "--settle", "0.02"]
+LATE = {
+    "no scheduler": (["--scheduler", "tcp://127.0.0.1:1"], "no Dask scheduler answers"),
+    "value": (["--parameter", "sheath.friction=0.1,1e308"], "1e+308"),
+    "value within a range": (
+        ["--parameter", "sheath.static_friction=0:0.4:5"],  # 0 is none given
+        "static_friction = 0.1 must be ≥ friction",
+    ),
+    "policy": (["--policy", "POLICY"], "no such joint"),
+}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """Folder of a sweep that ran to its end."""
+    out = tmp_path_factory.mktemp("sweep") / "out"
+    assert main([*BENCH, *FRICTION, *SHORT, "--out", str(out)]) == 0
+    return out
+
+
+@pytest.mark.parametrize(("options", "said"), LATE.values(), ids=LATE.keys())
+@pytest.mark.parametrize("again", [True, False])
+def test_a_sweep_that_is_refused_late_leaves_the_folder_as_it_was(
+    again, options, said, finished, tmp_path, capsys
+):
+    if options[0] == "--scheduler":
+        if not again:
+            pytest.skip("waits ten seconds for the scheduler, as above")
+        pytest.importorskip("distributed", reason="the extra tendon-mj[cluster] is not installed")
+    policy = tmp_path / "bad.py"
+    policy.write_text("def pull(model, data):\n    raise ValueError('no such joint')\n")
+    options = [f"{policy}:pull" if option == "POLICY" else option for option in options]
+    out = shutil.copytree(finished, tmp_path / "out")
+    if not again:  # what another command left
+        shutil.rmtree(out / "rollouts")
+        (out / "plan.json").unlink()
+    before, varied = contents(out), [] if "--parameter" in options else FRICTION
+    where = [] if "--scheduler" in options else ["--processes", "1"]
+    asked = ["sweep", "bench", *varied, *options, *SHORT, *where, "--out", str(out)]
+    assert main([*asked, "--again"] if again else asked) == 2
+    assert said in " ".join(capsys.readouterr().err.split())
+    assert contents(out) == before
+
+
+def test_a_recording_among_the_tables_is_refused_and_not_removed(finished, tmp_path, capsys):
+    out = shutil.copytree(finished, tmp_path / "out")
+    recording = read_recording(example_recording())
+    columns = {name: values[:60] for name, values in recording.columns.items()}
+    short = dataclasses.replace(recording, time=recording.time[:60], columns=columns)
+    path = write_recording(short, out / "rollouts" / "mine").with_suffix(".parquet")
+    pandas.read_csv(path.with_suffix(".csv")).to_parquet(path)
+    path.with_suffix(".csv").unlink()
+    before = contents(out)
+    asked = [*BENCH, *FRICTION, *SHORT[2:], "--recording", str(path), "--again"]
+    assert main([*asked, "--out", str(out)]) == 2
+    assert "mine.parquet is no table that was computed here" in capsys.readouterr().err
+    assert contents(out) == before

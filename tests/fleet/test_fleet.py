@@ -7,6 +7,7 @@ import pytest
 
 from tendon_mj.cli.main import main
 from tendon_mj.fleet import run_fleet
+from tendon_mj.fleet.store import RigFiles
 from tendon_mj.tasks import Workers
 from tests.fleet.small_fleet import AFTER, BEFORE, CHANGED, DAYS, write_fleet
 
@@ -91,6 +92,26 @@ def test_a_second_run_computes_only_what_is_new(run, capsys):
     again = {path.name for path, time in times.items() if path.stat().st_mtime_ns != time}
     assert again == {"hand_3.json"}
     assert "1 changed (hand_2)" in capsys.readouterr().out
+
+
+def test_results_that_would_go_to_a_rig_are_refused_and_the_folder_is_as_it_was(run, capsys):
+    rig = run / "hands" / "hand_1"
+    (rig / "replay.png").write_text("mine")
+    (rig / "result.json").write_text('{"files": ["replay.png"]}')
+    before = sorted(rig.iterdir())
+    assert main(["fleet", str(run / "hands"), "--out", str(rig)]) == 2
+    assert "the results go there too" in capsys.readouterr().err
+    assert sorted(rig.iterdir()) == before
+
+
+def test_what_was_found_of_a_rig_with_the_longest_name_is_kept(tmp_path):
+    names = ["å" * 127 + "x", "å" * 127 + "y"]  # 255 bytes, all that the name of a file may have
+    kept = RigFiles(tmp_path, dict.fromkeys(names, "this"))
+    for name in names:
+        kept.write(name, {"rig": name})
+    again = RigFiles(tmp_path, dict.fromkeys(names, "this"))
+    assert again.done() == set(names)
+    assert [again.read(name) for name in names] == [{"rig": name} for name in names]
 
 
 def test_what_is_set_anew_each_day_is_no_change(tmp_path):

@@ -60,6 +60,17 @@ def test_what_was_done_before_is_not_computed_again_and_progress_says_so():
     run(functions.doomed, None, Kept(done=KEYS))  # begins no process
 
 
+def test_what_is_begun_is_begun_once_workers_are_there(monkeypatch):
+    begun = []
+    run(functions.doomed, None, Kept(done=KEYS), begin=lambda: begun.append("nothing to do"))
+    on = Workers(processes=1)
+    run(functions.threads, 3, Kept(done=KEYS[1:]), on=on, begin=lambda: begun.append("one task"))
+    monkeypatch.setattr(Workers, "opened", lambda *a: (_ for _ in ()).throw(WorkerError("none")))
+    with pytest.raises(WorkerError):
+        run(functions.threads, 3, Kept(), begin=lambda: begun.append("no workers"))
+    assert begun == ["nothing to do", "one task"]
+
+
 def test_a_refusal_names_the_task_and_ends_the_run():
     with pytest.raises(TendonError, match="task_00: 0 is too much"):
         run(functions.refused, None, Kept(), on=Workers(processes=1))
@@ -162,7 +173,7 @@ def test_workers_are_one_kind_and_some_and_a_scheduler_has_an_address(given, sai
 
 
 def test_parts_are_one_table_in_the_order_of_their_keys(tmp_path):
-    pytest.importorskip("pyarrow", reason="the extra tendon-mj[parquet] is not installed")
+    pyarrow = pytest.importorskip("pyarrow", reason="the extra tendon-mj[parquet] is not installed")
     parts = ParquetParts(tmp_path / "rows")
     assert parts.read() == {}
     for key in ("b", "a"):
@@ -170,6 +181,15 @@ def test_parts_are_one_table_in_the_order_of_their_keys(tmp_path):
     (tmp_path / "rows" / ".c.99.parquet").write_bytes(b"half")  # of a run that was killed
     assert parts.done() == {"a", "b"}
     assert parts.read(["x"])["x"].tolist() == [97, 0, 98, 0]
+    foreign = tmp_path / "rows" / "mine.parquet"
+    pyarrow.parquet.write_table(pyarrow.table({"x": [1]}), foreign)
+    with pytest.raises(
+        InvalidValueError, match=r"mine\.parquet is no table that was computed here"
+    ):
+        parts.clear()
+    assert parts.done() == {"a", "b"}
+    foreign.unlink()
+    assert ParquetParts(tmp_path / "rows", again=True).done() == set()
     parts.clear()
     assert not list((tmp_path / "rows").iterdir())
     assert parts.read() == {}

@@ -8,6 +8,7 @@ the others.
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import numpy as np
@@ -93,4 +94,4 @@ def _unbiased(recording: Recording, residual: FloatArray) -> FloatArray:
 
 
 if __name__ == "__main__":
-    run_rival(solve, "black_box")
+    sys.exit(run_rival(solve, "black_box"))

@@ -13,6 +13,7 @@ are fitted. It ends where no effect lowers the BIC, or at `MOST` of them.
 from __future__ import annotations
 
 import math
+import sys
 from itertools import product
 from typing import Any
 
@@ -155,4 +156,4 @@ def solve(case: Case) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    run_rival(solve, "stepwise")
+    sys.exit(run_rival(solve, "stepwise"))

@@ -7,6 +7,7 @@ fitted, as for every rival.
 
 from __future__ import annotations
 
+import sys
 from functools import partial
 from typing import Any
 
@@ -30,4 +31,4 @@ def solve(case: Case) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    run_rival(solve, "sysid")
+    sys.exit(run_rival(solve, "sysid"))

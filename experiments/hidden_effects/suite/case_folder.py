@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import time
@@ -13,7 +14,8 @@ from typing import Any
 import mujoco
 
 from tendon_mj import load_model
-from tendon_mj.errors import TendonError
+from tendon_mj.builders.model_digest import model_digest
+from tendon_mj.errors import RecordingError, TendonError
 from tendon_mj.recordings import Recording, read_recording
 from tendon_mj.tasks import Workers, run_tasks, versions
 from tendon_mj.whole_file import whole_file
@@ -43,15 +45,30 @@ Solve = Callable[[Case], dict[str, Any]]  # case → content of result.json
 
 
 def read_case(folder: Path) -> Case:
-    """Read the recordings of a case and its ``case.json``, never the keys."""
+    """Read the recordings of a case and its ``case.json``, never the keys.
+
+    Raises:
+        TendonError: a recording, the model or ``case.json`` cannot be read, or nothing is recorded.
+    """
     train = _recordings(folder, "train")
+    if not train:
+        raise RecordingError(f"{folder}: no train_*.csv, so there is nothing to explain")
+    about = folder / "case.json"
+    try:
+        exclude = json.loads(about.read_text(encoding="utf-8"))["exclude"]
+    except (ValueError, KeyError, TypeError) as error:
+        raise RecordingError(f'{about}: it is not like {{"exclude": []}} ({error})') from error
     return Case(
         name=folder.name,
         train=train,
         held_out=_recordings(folder, "held_out"),
-        exclude=json.loads((folder / "case.json").read_text(encoding="utf-8"))["exclude"],
-        model=load_model(train[0].model, beside=train[0].beside),
+        exclude=exclude,
+        model=_model_of(train[0]),
     )
+
+
+def _model_of(recording: Recording) -> mujoco.MjModel:
+    return load_model(recording.model, beside=recording.beside)
 
 
 @dataclass(frozen=True)
@@ -87,19 +104,27 @@ class SolvedCases:
         """Names of the cases whose outcome is of the files that are there, and of this code."""
         if self._again:
             return set()
-        found = {p.parent.name: p for p in self._folder.glob("*/run.json")}
-        return {
-            name
-            for name, path in found.items()
-            if name in self._cases
-            and json.loads(path.read_text(encoding="utf-8")).get("of") == self._of(name)
-        }
+        return {name for name in self._cases if self._is_done(name)}
+
+    def _is_done(self, name: str) -> bool:
+        out = self._folder / name
+        try:
+            about = json.loads((out / "run.json").read_text(encoding="utf-8"))
+            if not about["error"]:
+                json.loads((out / "result.json").read_text(encoding="utf-8"))["verdict"]
+            return bool(about["of"] == self._of(name))
+        except (OSError, ValueError, KeyError, TypeError):  # not there, or broken
+            return False
 
     def _of(self, name: str) -> list[object]:
-        """What an outcome is of: digest of a case's files, and what computes it."""
-        whole = hashlib.sha256()
-        for path in sorted(p for p in self._cases[name].iterdir() if p.is_file()):
+        """What an outcome is of: digest of a case's files and its model, and what computes it."""
+        whole, folder = hashlib.sha256(), self._cases[name]
+        for path in sorted(p for p in folder.iterdir() if p.is_file()):
             whole.update(path.name.encode() + path.read_bytes())
+        with contextlib.suppress(TendonError, OSError, ValueError):  # else that is the outcome
+            whole.update(
+                model_digest(_model_of(read_recording(min(folder.glob("train_*.csv"))))).encode()
+            )
         return [whole.hexdigest()[:16], versions(SOURCES)]
 
     def write(self, key: str, result: Solved) -> None:
@@ -110,6 +135,8 @@ class SolvedCases:
             text = json.dumps(result.result, indent=1, allow_nan=False) + "\n"
             with whole_file(out / "result.json") as made:
                 made.write_text(text, encoding="utf-8")
+        else:
+            (out / "result.json").unlink(missing_ok=True)
         about = {"seconds": result.seconds, "error": result.error, "of": self._of(key)}
         with whole_file(out / "run.json") as made:  # last: with it the case is done
             made.write_text(json.dumps(about) + "\n", encoding="utf-8")
@@ -139,16 +166,32 @@ def solve_suite(
         cases: the first so many only; 0 is all.
         again: solve also cases that already have a result of the same files and code.
         processes, workers, scheduler: see `Workers`.
+
+    Raises:
+        RecordingError: the suite has no case.
+        TendonError: see `Workers` and `run_tasks`. A case that cannot be read or solved is none.
     """
     folders = {p.parent.name: p.parent for p in sorted(suite.glob("*/case.json"))}
+    if not folders:
+        raise RecordingError(f"{suite}: no folder in it has a case.json, so it is no suite")
     names = list(folders)[:cases] if cases else list(folders)
     on = Workers(processes=processes, workers=workers, scheduler=scheduler)
     store = SolvedCases(out, {name: folders[name] for name in names}, again)
-    run_tasks(_one, solve, names, lambda n: read_case(folders[n]), store, on=on, sources=SOURCES)
+    run_tasks(_one, solve, names, lambda n: _read(folders[n]), store, on=on, sources=SOURCES)
 
 
-def _one(solve: Solve, case: Case) -> Solved:
+def _read(folder: Path) -> Case | str:
+    """A case, or why it cannot be read."""
+    try:
+        return read_case(folder)
+    except (TendonError, OSError) as error:
+        return str(error)
+
+
+def _one(solve: Solve, case: Case | str) -> Solved:
     """Outcome of one case."""
+    if isinstance(case, str):
+        return Solved(None, 0.0, case)
     begun, error, result = time.monotonic(), "", None
     try:
         result = solve(case)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.hidden_effects.diagnose_suite import SuiteDiagnosis, diagnose_suite
+from experiments.hidden_effects.diagnose_suite import diagnose_suite
 from experiments.hidden_effects.scoring.judged_case import JudgedCase
 from experiments.hidden_effects.scoring.verdicts import judge
 from experiments.hidden_effects.suite.case import make_case
@@ -50,7 +50,7 @@ def judged(name: str, root: Path) -> JudgedCase:
     for table in (root / "cases" / name).glob("*.csv"):
         lines = table.read_text("utf-8").splitlines(keepends=True)
         table.write_text("".join(lines[: len(lines) // 2]), "utf-8")
-    diagnose_suite(SuiteDiagnosis(suite=root / "cases", out=root / "verdicts", processes=1))
+    diagnose_suite(suite=root / "cases", out=root / "verdicts", processes=1)
     (root / "keys").mkdir()
     (root / "keys" / "keys.json").write_text(json.dumps({"cases": {name: made}}))
     (found,) = judge(root / "verdicts", root / "keys")

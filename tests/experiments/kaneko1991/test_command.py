@@ -39,6 +39,7 @@ def test_help_names_the_options(capsys):
     assert "--histories" in text
 
 
+@pytest.mark.long
 def test_everything_is_written(tmp_path, monkeypatch):
     for name in ("HEAVY", "OVERDAMPED"):
         dynamics = getattr(figure_4bc, name)
