@@ -53,7 +53,8 @@ def fleet(
     on = Workers(processes=processes, workers=workers, scheduler=scheduler)
     kept = out / "rigs"
     find_rigs(folder, apart=kept)  # what is no fleet is refused before anything is written
-    output = Output(out, tables=(RESULT_TABLE,), begin=False)
+    writes = (PAGE, RESULT_TABLE, f"{CHANGES}.png", f"{SPREAD}.png")
+    output = Output(out, tables=(RESULT_TABLE,), writes=writes, begin=False)
     with progress_bar() as progress:
         found = run_fleet(folder, kept, on=on, again=again, begin=output.begin, progress=progress)
     figures = {CHANGES: changes_figure(found), SPREAD: spread_figure(found)}

@@ -78,12 +78,13 @@ class Output:
                 f"--out {folder} is a link to {folder.readlink()}, which is not there; make that"
                 " folder, or give another --out"
             )
-        result = folder / RESULT
-        if result.exists() and not result.is_file():  # a pipe would wait for its writer
-            raise InvalidValueError(
-                f"--out {folder}: {RESULT} there is a folder, device or pipe, which no result"
-                " replaces; give another --out"
-            )
+        for name in (RESULT, *writes):
+            path = folder / name
+            if path.exists() and not path.is_file():  # a pipe would wait for its writer
+                raise InvalidValueError(
+                    f"--out {folder}: {name} there is a folder, device or pipe, which no result"
+                    " replaces; give another --out"
+                )
         files = [path for path in given if path is not None and Path(path).is_file()]
         self.keep(lambda written: any(written.samefile(file) for file in files))
         folder.mkdir(parents=True, exist_ok=True)

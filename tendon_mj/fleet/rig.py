@@ -157,7 +157,7 @@ def find_rigs(folder: Path, apart: Path | None = None) -> list[Rig]:
 
 def _is_result(folder: Path) -> bool:
     """Whether an earlier run over the fleet wrote the folder, and no recording lies there."""
-    return (folder / RESULT_TABLE).is_file() and not any(
+    return any(folder.rglob(RESULT_TABLE)) and not any(
         _is_dated(path, folder) for path in _tables(folder)
     )
 

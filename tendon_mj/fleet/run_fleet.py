@@ -219,7 +219,7 @@ def _found(
     deviations = np.hypot(
         first.errors, spreads[first.number.label] * first.probe / first.number.probe
     )
-    change = find_change(rig.dates, first.values, deviations, first.least)
+    change = find_change(rig.dates, first.values, deviations, first.range)
     if change.significance < SIGNIFICANT:
         return unchanged
     before = {**first.others, first.number.name: change.before}

@@ -34,7 +34,7 @@ class Series:
         values: (n,) of that parameter [unit].
         errors: (n,) standard errors from noise [unit].
         probe: change of the parameter for a probe of the number [unit].
-        least: that the parameter may be [unit].
+        range: (2,) within which the parameter is fitted [unit].
         square: (n,) mean square residual of each recording with them [noise²].
         before: (n,) likewise with one value for all recordings.
         others: parameter → value of what was fitted to all recordings beside it.
@@ -44,11 +44,11 @@ class Series:
     parameter: str
     unit: str
     probe: float
-    least: float
     values: FloatArray
     errors: FloatArray
     square: FloatArray
     before: FloatArray
+    range: FloatArray
     others: dict[str, float]
 
     def plain(self) -> dict[str, Any]:
@@ -65,8 +65,8 @@ class Series:
         return cls(number=Number.from_plain(fields["number"]), **given)
 
 
-_PLAIN = ("parameter", "unit", "probe", "least", "others")
-_ARRAYS = ("values", "errors", "square", "before")
+_PLAIN = ("parameter", "unit", "probe", "others")
+_ARRAYS = ("values", "errors", "square", "before", "range")
 
 
 @dataclass(frozen=True)
@@ -131,10 +131,10 @@ def _series(
         parameter=parameter,
         unit=problem.simulate.parameters[parameter].unit,
         probe=probe,
-        least=problem.simulate.parameters[parameter].low,
         values=np.array([_parameter(term, float(x), written) for x in numbers]),
         errors=errors,
         square=square,
+        range=np.sort([_parameter(term, end, written) for end in (term.low, term.high)]),
         before=_mean_squares(rig.fit.residual, owner, count),
         others={t: written[t] for one in kept if not one.spread for t in one.targets},
     )

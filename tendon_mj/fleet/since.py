@@ -21,7 +21,7 @@ from itertools import combinations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.fleet.changes import LEAST_DAYS, Template, templates
 
@@ -80,7 +80,7 @@ def find_change(
     dates: Sequence[datetime],
     values: FloatArray,
     deviations: FloatArray,
-    least: float = -math.inf,
+    within: ArrayLike = (-math.inf, math.inf),
 ) -> Change:
     """The change that explains a series best.
 
@@ -88,16 +88,14 @@ def find_change(
         dates: of the values, growing; four at least.
         values: (n,) day by day.
         deviations: (n,) standard deviations where nothing changes, > 0.
-        least: that the number may be; a course that fits best a little below it is told at it.
+        within: (2,) what the number may be; a course that ends a little beyond is told at its end.
     """
     change = _best_change(dates, values, deviations)
-    between = None if change.between is None else max(change.between, least)
-    return replace(
-        change,
-        before=max(change.before, least),
-        after=max(change.after, least),
-        between=between,
-    )
+    before, after = np.clip([change.before, change.after], *np.asarray(within, float)).tolist()
+    between = change.between
+    if between is not None:
+        between = float(np.clip(between, *np.asarray(within, float)))
+    return replace(change, before=before, after=after, between=between)
 
 
 def _best_change(dates: Sequence[datetime], values: FloatArray, deviations: FloatArray) -> Change:

@@ -41,7 +41,7 @@ _TASK = 2.0  # longest duration of a task, as a loss of it is cheap [s]
 _LEAST = 0.2  # shortest, that scheduling costs little [s]
 _TASKS = 256  # as many as keep workers busy to the end
 _COMBINED = 10  # axes of which all combinations of ends are checked
-_CHECKED = 4000  # rollouts of which the values are checked besides
+_CHECKED = 500  # rollouts of which the values are checked besides
 
 
 class Sweep:
@@ -226,16 +226,17 @@ def run_sweep(
         sweep.check()
         begun = {**sweep.plan, BATCH: batch_size(sweep.seconds(), sweep.design.rollouts)}
     plan, size, total = begun, int(str(begun[BATCH])), sweep.design.rollouts
+    numbers = {f"rollouts_{number:06d}": number for number in range(-(-total // size))}
     table = ParquetParts(folder / TABLE, plan_digest(sweep.plan), again=anew)
 
     def start() -> None:
+        table.refuse_foreign(numbers, others=anew)
         if anew:
             table.clear()
             (folder / CSV).unlink(missing_ok=True)
             write_plan(folder / PLAN, plan)
         begin()
 
-    numbers = {f"rollouts_{number:06d}": number for number in range(-(-total // size))}
     run_tasks(
         simulate,
         sweep.rollouts,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -74,21 +74,28 @@ class ParquetParts:
             raise
         return {name: np.asarray(table[name]) for name in table.column_names}
 
-    def clear(self) -> None:
-        """Remove the tables of every run, and those that cannot be read.
+    def refuse_foreign(self, keys: Collection[str], *, others: bool) -> None:
+        """Refuse a table in the folder that is of no task, as the whole would be read with it.
+
+        Args:
+            keys: of the tasks, whose tables may be damaged: they are computed again.
+            others: whether tables of other runs may be there, as they are cleared.
 
         Raises:
-            InvalidValueError: a table is of no run; none is removed.
+            InvalidValueError: the first of them, and the way out.
         """
-        tables = list(self.folder.glob("*.parquet"))
-        for path in tables:
-            found = self._metadata(path)
-            if found is not None and _PART not in found:
+        for path in sorted(self.folder.glob("[!.]*.parquet")):
+            about = self._metadata(path) if path.is_file() else {}
+            is_table = path.stem in keys if about is None else _PART in about
+            if not is_table or not (others or path.stem in keys):
                 raise InvalidValueError(
-                    f"{path} is no table that was computed here, and would be removed; put it into"
-                    " another folder, or give another --out"
+                    f"{path} is no table of this run; put it into another folder, or give another"
+                    " --out"
                 )
-        for path in tables:
+
+    def clear(self) -> None:
+        """Remove every table, and what a killed run left half written."""
+        for path in self.folder.glob("*.parquet"):
             path.unlink()
         self._kept.clear()
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import mujoco
 import mujoco_warp as mjw
+import numpy as np
 import warp as wp
 
 from tendon_mj.abi.layout import read_layout
@@ -65,6 +66,11 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
     actuation_off = model.opt.disableflags & _ACTUATION_OFF
     late = model.nactuator > 0 and not actuation_off and any(driven)  # they need actuator forces
 
+    def act_bias(m: Any, d: Any) -> None:
+        check_options(m.opt)  # here too, as passive forces may all be off
+        if late:
+            evaluate(m, d, layout, True)
+
     def passive(m: Any, d: Any) -> None:
         check_options(m.opt)
         if m.opt.disableflags & _ACTUATION_OFF != actuation_off:
@@ -77,9 +83,7 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
         if any(driven) and not late:
             evaluate(m, d, layout, True)
 
-    put.callback.passive = passive
-    if late:
-        put.callback.act_bias = lambda m, d: evaluate(m, d, layout, True)
+    put.callback.passive, put.callback.act_bias = passive, act_bias
     shown = shown_numbers(model, found)
     if shown.shape[0]:
         put.callback.sensor = lambda m, d, stage: show(d, layout, shown) if stage == _LAST else None
@@ -132,8 +136,10 @@ def get_data_into(
     _check_data(_of_mujoco(model), result)
     if data.qpos.shape[1] != model.nq or data.qvel.shape[1] != model.nv:
         raise InvalidValueError("the data on the device are of another model than is given")
-    if not 0 <= world_id < data.nworld:
-        raise InvalidValueError(f"world_id = {world_id} must be from 0 to {data.nworld - 1}")
+    if not isinstance(world_id, int | np.integer) or not 0 <= world_id < data.nworld:
+        raise InvalidValueError(
+            f"world_id = {world_id!r} must be a whole number from 0 to {data.nworld - 1}"
+        )
     mujoco.mj_forward(model, result)  # a tendon that was never laid has no state to be set
     mjw.get_data_into(result, model, data, world_id)
     found = simulated_sheaths(model, result)
@@ -153,7 +159,16 @@ def reset_data(model: Any, data: Any, reset: Any = None) -> None:
         model: on the device.
         data: on the device.
         reset: (worlds,) Warp array of bool, which ones; all without.
+
+    Raises:
+        InvalidValueError: ``reset`` is no such array; nothing is reset.
     """
+    shape, kind = getattr(reset, "shape", None), getattr(reset, "dtype", type(reset).__name__)
+    if reset is not None and (shape != (data.nworld,) or kind != wp.bool):
+        raise InvalidValueError(
+            f"reset must be a Warp array of {data.nworld} bool, one for each world; got"
+            f" {getattr(kind, '__name__', kind)} of shape {shape}"
+        )
     mjw.reset_data(model, data, reset)
     layout = getattr(model, "tendon_mj", ())
     if not (layout or hasattr(data, "tendon_mj")):

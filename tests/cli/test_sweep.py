@@ -4,6 +4,7 @@ import dataclasses
 import json
 import re
 import shutil
+from pathlib import Path
 
 import pandas
 import pytest
@@ -177,6 +178,29 @@ def test_a_sweep_that_is_refused_late_leaves_the_folder_as_it_was(
     assert contents(out) == before
 
 
+@pytest.mark.parametrize("name", ["plan.json", "table.csv", "sweep.png", "rollouts/x.parquet"])
+def test_a_folder_in_place_of_a_file_is_refused_before_anything_is_removed(
+    name, finished, tmp_path, capsys
+):
+    out = shutil.copytree(finished, tmp_path / "out")
+    (out / name).unlink(missing_ok=True)
+    (out / name).mkdir()
+    before = contents(out)
+    asked = [*BENCH, "--parameter", "sheath.friction=0.15,0.3", *SHORT, "--out", str(out)]
+    assert main([*asked, "--again"]) == 2
+    assert Path(name).name in capsys.readouterr().err
+    assert contents(out) == before
+
+
+def test_a_table_among_the_rollouts_is_refused_without_again_too(finished, tmp_path, capsys):
+    out = shutil.copytree(finished, tmp_path / "out")
+    pandas.DataFrame({"x": [1.0]}).to_parquet(out / "rollouts" / "mine.parquet")
+    before = contents(out)
+    assert main([*BENCH, *FRICTION, *SHORT, "--out", str(out)]) == 2
+    assert "mine.parquet is no table of this run" in capsys.readouterr().err
+    assert contents(out) == before
+
+
 def test_a_recording_among_the_tables_is_refused_and_not_removed(finished, tmp_path, capsys):
     out = shutil.copytree(finished, tmp_path / "out")
     recording = read_recording(example_recording())
@@ -188,5 +212,5 @@ def test_a_recording_among_the_tables_is_refused_and_not_removed(finished, tmp_p
     before = contents(out)
     asked = [*BENCH, *FRICTION, *SHORT[2:], "--recording", str(path), "--again"]
     assert main([*asked, "--out", str(out)]) == 2
-    assert "mine.parquet is no table that was computed here" in capsys.readouterr().err
+    assert "mine.parquet is no table of this run" in capsys.readouterr().err
     assert contents(out) == before

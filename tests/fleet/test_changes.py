@@ -179,12 +179,13 @@ def test_a_growth_that_is_not_straight_is_a_growth():
     assert found.apart is None
 
 
-def test_a_number_that_cannot_be_negative_is_told_at_its_least():
+def test_a_number_is_told_within_its_range():
     values = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.3, 0.8, 1.2, 1.7, 2.1])
     free = find_change(DATES, values, np.full(DAYS, 0.05))
     assert free.before < 0.0
-    told = find_change(DATES, values, np.full(DAYS, 0.05), 0.0)
-    assert told == replace(free, before=0.0)
+    told = find_change(DATES, values, np.full(DAYS, 0.05), (0.0, 2.0))
+    assert free.after > 2.0
+    assert told == replace(free, before=0.0, after=2.0)
 
 
 def test_a_rig_differs_where_its_fellows_do_not():

@@ -181,14 +181,26 @@ def test_parts_are_one_table_in_the_order_of_their_keys(tmp_path):
     (tmp_path / "rows" / ".c.99.parquet").write_bytes(b"half")  # of a run that was killed
     assert parts.done() == {"a", "b"}
     assert parts.read(["x"])["x"].tolist() == [97, 0, 98, 0]
-    foreign = tmp_path / "rows" / "mine.parquet"
+    foreign, own = tmp_path / "rows" / "mine.parquet", tmp_path / "rows" / "b.parquet"
     pyarrow.parquet.write_table(pyarrow.table({"x": [1]}), foreign)
-    with pytest.raises(
-        InvalidValueError, match=r"mine\.parquet is no table that was computed here"
-    ):
-        parts.clear()
-    assert parts.done() == {"a", "b"}
+    with pytest.raises(InvalidValueError, match=r"mine.*is no table of this run"):
+        parts.refuse_foreign({"a", "b"}, others=True)
+    foreign.write_bytes(b"notes")
+    with pytest.raises(InvalidValueError, match=r"mine.*is no table of this run"):
+        parts.refuse_foreign({"a", "b"}, others=True)
     foreign.unlink()
+    foreign.mkdir()
+    with pytest.raises(InvalidValueError, match=r"mine.*is no table of this run"):
+        parts.refuse_foreign({"a", "b"}, others=True)
+    foreign.rmdir()
+    own.write_bytes(own.read_bytes()[:-9])
+    parts.refuse_foreign({"a", "b"}, others=True)
+    with pytest.raises(InvalidValueError, match=r"b.*is no table of this run"):
+        parts.refuse_foreign({"a"}, others=True)
+    parts.write("b", {"x": np.array([0])})
+    parts.refuse_foreign({"a"}, others=True)  # of another run, and cleared
+    with pytest.raises(InvalidValueError, match=r"b.*is no table of this run"):
+        parts.refuse_foreign({"a"}, others=False)
     assert ParquetParts(tmp_path / "rows", again=True).done() == set()
     parts.clear()
     assert not list((tmp_path / "rows").iterdir())

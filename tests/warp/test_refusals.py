@@ -9,6 +9,8 @@ from tests.engine import servos
 from tests.engine.test_driven import arm
 from tests.warp.models import fingers, mjw, tw
 
+wp = pytest.importorskip("warp")
+
 MOTOR = '<motor tendon="t" ctrlrange="-20 0"/>'
 PULLEY = '<site site="a"/><site site="b"/><pulley divisor="2"/><site site="c"/><site site="d"/>'
 
@@ -71,3 +73,28 @@ def test_so_are_options_that_are_set_on_the_device():
     m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
     with pytest.raises(InvalidValueError, match="flag actuation"):
         mjw.forward(m, d)
+
+
+@pytest.mark.parametrize("make", [reel, lambda: fingers(kinds=("drum",)), lambda: arm(MOTOR, 0.1)])
+def test_so_is_switching_passive_forces_off_there(make):
+    model = make()
+    m, d = tw.put_model(model), tw.make_data(model)
+    disabled(m)
+    with pytest.raises(NoPluginsError, match="springs and dampers both"):
+        mjw.step(m, d)
+
+
+@pytest.mark.parametrize(
+    ("worlds", "kind"), [([1, 0, 1], wp.int32), ([True, False], wp.bool), ([[True] * 3], wp.bool)]
+)
+def test_worlds_to_reset_are_one_bool_each(worlds, kind):
+    model = reel()
+    m, d = tw.put_model(model), tw.make_data(model, 3)
+    mjw.step(m, d)
+    with pytest.raises(InvalidValueError, match="reset must be a Warp array of 3 bool"):
+        tw.reset_data(m, d, wp.array(worlds, dtype=kind))
+    assert (d.time.numpy() > 0.0).all()
+    with pytest.raises(InvalidValueError, match="reset must be a Warp array of 3 bool"):
+        tw.reset_data(m, d, [True, False, True])
+    with pytest.raises(InvalidValueError, match=r"world_id = 1\.0 must be a whole number"):
+        tw.get_data_into(mujoco.MjData(model), model, d, 1.0)

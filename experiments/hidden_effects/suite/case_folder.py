@@ -15,7 +15,7 @@ import mujoco
 
 from tendon_mj import load_model
 from tendon_mj.builders.model_digest import model_digest
-from tendon_mj.errors import RecordingError, TendonError
+from tendon_mj.errors import InvalidValueError, RecordingError, TendonError
 from tendon_mj.recordings import Recording, read_recording
 from tendon_mj.tasks import Workers, run_tasks, versions
 from tendon_mj.whole_file import whole_file
@@ -56,7 +56,9 @@ def read_case(folder: Path) -> Case:
     about = folder / "case.json"
     try:
         exclude = json.loads(about.read_text(encoding="utf-8"))["exclude"]
-    except (ValueError, KeyError, TypeError) as error:
+        if not isinstance(exclude, list) or not all(isinstance(one, str) for one in exclude):
+            raise TypeError(f"exclude is {exclude!r}")
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise RecordingError(f'{about}: it is not like {{"exclude": []}} ({error})') from error
     return Case(
         name=folder.name,
@@ -65,6 +67,17 @@ def read_case(folder: Path) -> Case:
         exclude=exclude,
         model=_model_of(train[0]),
     )
+
+
+def _digests(folder: Path) -> list[object]:
+    """What an outcome is of: digest of a case's files and its model, and what computes it."""
+    whole = hashlib.sha256()
+    for path in sorted(p for p in folder.iterdir() if p.is_file()):
+        whole.update(path.name.encode() + path.read_bytes())
+    with contextlib.suppress(TendonError, OSError, ValueError):  # else that is the outcome
+        first = read_recording(min(folder.glob("train_*.csv")))
+        whole.update(model_digest(_model_of(first)).encode())
+    return [whole.hexdigest()[:16], versions(SOURCES)]
 
 
 def _model_of(recording: Recording) -> mujoco.MjModel:
@@ -99,6 +112,8 @@ class SolvedCases:
     def __init__(self, folder: Path, cases: Mapping[str, Path], again: bool) -> None:
         self._folder, self._cases, self._again = folder, cases, again
         self._begun, self._written = time.monotonic(), 0
+        # before a case is read: of one that is changed later the outcome does not count
+        self._of = {name: _digests(folder) for name, folder in cases.items()}
 
     def done(self) -> set[str]:
         """Names of the cases whose outcome is of the files that are there, and of this code."""
@@ -112,20 +127,9 @@ class SolvedCases:
             about = json.loads((out / "run.json").read_text(encoding="utf-8"))
             if not about["error"]:
                 json.loads((out / "result.json").read_text(encoding="utf-8"))["verdict"]
-            return bool(about["of"] == self._of(name))
-        except (OSError, ValueError, KeyError, TypeError):  # not there, or broken
+            return bool(about["of"] == self._of[name])
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):  # not there, or broken
             return False
-
-    def _of(self, name: str) -> list[object]:
-        """What an outcome is of: digest of a case's files and its model, and what computes it."""
-        whole, folder = hashlib.sha256(), self._cases[name]
-        for path in sorted(p for p in folder.iterdir() if p.is_file()):
-            whole.update(path.name.encode() + path.read_bytes())
-        with contextlib.suppress(TendonError, OSError, ValueError):  # else that is the outcome
-            whole.update(
-                model_digest(_model_of(read_recording(min(folder.glob("train_*.csv"))))).encode()
-            )
-        return [whole.hexdigest()[:16], versions(SOURCES)]
 
     def write(self, key: str, result: Solved) -> None:
         """Keep the outcome of a case."""
@@ -137,7 +141,7 @@ class SolvedCases:
                 made.write_text(text, encoding="utf-8")
         else:
             (out / "result.json").unlink(missing_ok=True)
-        about = {"seconds": result.seconds, "error": result.error, "of": self._of(key)}
+        about = {"seconds": result.seconds, "error": result.error, "of": self._of[key]}
         with whole_file(out / "run.json") as made:  # last: with it the case is done
             made.write_text(json.dumps(about) + "\n", encoding="utf-8")
         self._written += 1
@@ -169,9 +173,16 @@ def solve_suite(
 
     Raises:
         RecordingError: the suite has no case.
+        InvalidValueError: ``out`` is the suite, or ``cases`` is negative.
         TendonError: see `Workers` and `run_tasks`. A case that cannot be read or solved is none.
     """
     folders = {p.parent.name: p.parent for p in sorted(suite.glob("*/case.json"))}
+    if cases < 0:
+        raise InvalidValueError(f"cases = {cases} must be ≥ 0")
+    if out.resolve() == suite.resolve():
+        raise InvalidValueError(
+            f"{out}: outcomes would be read as files of the cases; give another"
+        )
     if not folders:
         raise RecordingError(f"{suite}: no folder in it has a case.json, so it is no suite")
     names = list(folders)[:cases] if cases else list(folders)

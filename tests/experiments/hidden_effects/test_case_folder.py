@@ -3,6 +3,7 @@
 import json
 import shutil
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -11,7 +12,7 @@ from experiments.hidden_effects.diagnose_suite import diagnose_suite
 from experiments.hidden_effects.rivals.command import run_rival
 from experiments.hidden_effects.suite.case_folder import solve_suite
 from tendon_mj.builders.load import example_recording, model_path
-from tendon_mj.errors import RecordingError
+from tendon_mj.errors import InvalidValueError, RecordingError
 
 
 def solve(case):
@@ -49,6 +50,8 @@ def test_cases_that_cannot_be_read_are_told_and_stop_no_other(tmp_path, capsys):
         "description": ("train_1.toml", "[", "train_1.toml"),
         "half": ("case.json", "{", 'case.json: it is not like {"exclude": []}'),
         "list": ("case.json", "[]", 'case.json: it is not like {"exclude": []}'),
+        "number": ("case.json", '{"exclude": 5}', "exclude is 5"),
+        "deep": ("case.json", "[" * 200_000, 'case.json: it is not like {"exclude": []}'),
         "nothing": ("train_1.csv", None, "no train_*.csv"),
     }
     for name in (*broken, "whole"):
@@ -65,7 +68,7 @@ def test_cases_that_cannot_be_read_are_told_and_stop_no_other(tmp_path, capsys):
 
 
 def test_outcomes_that_are_not_there_or_broken_are_computed_again(tmp_path, capsys):
-    contents = (None, "", '{"seconds": 1', "[]", "1")
+    contents = (None, "", '{"seconds": 1', "[]", "1", "[" * 200_000)
     broken = {
         f"{file}_{k}": (f"{file}.json", content)
         for file in ("run", "result")
@@ -93,6 +96,28 @@ def test_a_case_whose_model_or_recording_changed_is_solved_again(tmp_path, capsy
     (tmp_path / "suite" / "case_1" / "train_1.csv").write_text("time_s\nx\n")
     assert solved(tmp_path, capsys) == {"case_1"}  # with an error, and no earlier verdict
     assert [path.name for path in (tmp_path / "out" / "case_1").iterdir()] == ["run.json"]
+
+
+def recorded_again(case):
+    """What a tool would say while somebody records again."""
+    table = Path(case.train[0].beside, "train_1.csv")
+    table.write_text("\n".join(table.read_text("utf-8").splitlines()[:300]) + "\n")
+    return solve(case)
+
+
+def test_a_case_that_changes_while_it_is_solved_is_solved_again(tmp_path, capsys):
+    write_case(tmp_path / "suite" / "case_1")
+    where = tmp_path / "suite", tmp_path / "out"
+    solve_suite(recorded_again, *where, cases=0, again=False, processes=1)
+    capsys.readouterr()
+    assert solved(tmp_path, capsys) == {"case_1"}
+
+
+def test_outcomes_go_beside_the_suite_and_cases_are_counted_from_the_first(tmp_path):
+    write_case(tmp_path / "suite" / "case_1")
+    for out, cases, said in (("suite", 0, "would be read as files"), ("out", -1, "cases = -1")):
+        with pytest.raises(InvalidValueError, match=said):
+            solve_suite(solve, tmp_path / "suite", tmp_path / out, cases=cases, again=False)
 
 
 def test_what_is_no_suite_is_refused(tmp_path):
