@@ -17,6 +17,7 @@ def series(name, identifier, square):
         errors=np.ones(square.size),
         square=square,
         before=10.0 * square,
+        range=np.array([0.0, 2.0]),
         others={},
     )
 
