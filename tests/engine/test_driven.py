@@ -99,13 +99,16 @@ def test_friction_reaches_what_the_actuator_drives(actuator):
 
 
 @pytest.mark.parametrize("integrator", ["Euler", "implicit", "implicitfast", "RK4"])
-def test_the_input_tension_is_the_actuators_force(integrator):
-    model = arm(ACTUATORS["two"], 0.3, SPRING, option=f'timestep="0.001" integrator="{integrator}"')
+@pytest.mark.parametrize(
+    ("tendon", "slack", "damping"), [(SPRING, 0.3, 0.4), (SLACK_SPRING, 0.4, 0.0)]
+)
+def test_the_input_tension_is_the_actuators_force(tendon, slack, damping, integrator):
+    model = arm(ACTUATORS["two"], 0.3, tendon, option=f'timestep="0.001" integrator="{integrator}"')
     data = mujoco.MjData(model)
     for row in controls(model, 0.3):
         data.ctrl[:] = row
         mujoco.mj_forward(model, data)
-        spring = -60.0 * max(0.0, data.ten_length[0] - 0.3) - 0.4 * data.ten_velocity[0]
+        spring = -60.0 * max(0.0, data.ten_length[0] - slack) - damping * data.ten_velocity[0]
         force = data.actuator_force.sum() + spring
         assert data.sensordata[0] == pytest.approx(max(0.0, -force), rel=1e-9, abs=1e-9)
         mujoco.mj_step(model, data)
