@@ -19,3 +19,4 @@ from tendon_mj.builders.load import load_spec as load_spec
 from tendon_mj.builders.load import model_names as model_names
 from tendon_mj.builders.load import model_path as model_path
 from tendon_mj.builders.load import models_folder as models_folder
+from tendon_mj.builders.model_digest import model_digest as model_digest

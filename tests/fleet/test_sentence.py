@@ -25,6 +25,7 @@ def said(values, dates=DATES):
         errors=np.full(values.size, 1e-3),
         square=np.ones(values.size),
         before=np.ones(values.size),
+        range=np.array([0.0, 1.0]),
         others={},
     )
     found = find_change(dates, values, np.full(values.size, 2e-3))

@@ -182,7 +182,9 @@ def test_a_simulation_or_a_world_that_is_none_of_the_model_s_is_refused_untouche
     with pytest.raises(InvalidValueError, match="of another model than is given"):
         tw.get_data_into(mujoco.MjData(other), other, d)
     for world in (-1, 2):
-        with pytest.raises(InvalidValueError, match=f"world_id = {world} must be from 0 to 1"):
+        with pytest.raises(
+            InvalidValueError, match=f"world_id = {world} must be a whole number from 0"
+        ):
             tw.get_data_into(mujoco.MjData(model), model, d, world)
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import mujoco
 
 from tendon_mj import load_model
-from tendon_mj.builders.model_digest import model_digest
+from tendon_mj.builders import model_digest
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError
 from tendon_mj.recordings import Recording, read_recording
 from tendon_mj.tasks import Workers, run_tasks, versions
