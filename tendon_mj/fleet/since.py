@@ -91,11 +91,13 @@ def find_change(
         within: (2,) what the number may be; a course that ends a little beyond is told at its end.
     """
     change = _best_change(dates, values, deviations)
-    before, after = np.clip([change.before, change.after], *np.asarray(within, float)).tolist()
-    between = change.between
-    if between is not None:
-        between = float(np.clip(between, *np.asarray(within, float)))
-    return replace(change, before=before, after=after, between=between)
+    low, high = np.asarray(within, float)
+
+    def told(value: float) -> float:
+        return float(np.clip(value, low, high))
+
+    between = None if change.between is None else told(change.between)
+    return replace(change, before=told(change.before), after=told(change.after), between=between)
 
 
 def _best_change(dates: Sequence[datetime], values: FloatArray, deviations: FloatArray) -> Change:

@@ -183,7 +183,7 @@ def test_a_simulation_or_a_world_that_is_none_of_the_model_s_is_refused_untouche
         tw.get_data_into(mujoco.MjData(other), other, d)
     for world in (-1, 2):
         with pytest.raises(
-            InvalidValueError, match=f"world_id = {world} must be a whole number from 0"
+            InvalidValueError, match=f"world_id = {world} must be a whole number from 0 to 1"
         ):
             tw.get_data_into(mujoco.MjData(model), model, d, world)
 
