@@ -115,7 +115,7 @@ def test_what_was_found_of_a_rig_with_the_longest_name_is_kept(tmp_path):
 
 
 def test_what_is_set_anew_each_day_is_no_change(tmp_path):
-    write_fleet(tmp_path / "hands", zero=0.8)
+    write_fleet(tmp_path / "hands", rigs=2, zero=0.8)
     found = run_fleet(tmp_path / "hands", tmp_path / "out", on=Workers(processes=1))
     (changed,) = found.of("changed")
     assert changed.name == CHANGED

@@ -51,10 +51,10 @@ def blank(degrees, samples=70):
     return describe(plain, math.radians(degrees))
 
 
-def rig(bends, planted=PLANTED, seed=0):
+def rig(bends, planted=PLANTED, seed=0, samples=70):
     """Recordings of the rig, with noise but for the first sample."""
     random = np.random.default_rng(seed)
-    blanks = [blank(b) for b in bends]
+    blanks = [blank(b, samples) for b in bends]
     made = []
     for recording, series in zip(blanks, WoundIn(blanks)([planted])[0], strict=True):
         noise = {c: random.normal(0.0, _NOISE[c], recording.time.size) for c in COLUMNS}
