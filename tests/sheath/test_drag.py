@@ -121,3 +121,5 @@ def test_a_tendon_that_is_all_wound_up_has_no_solution():
     segments["stored"] = -0.1, 0.05
     assert not solve_flow(segments, guides, True)
     assert not guides["flow"].any()
+    # what is emptied has no bound; what holds half the tendon of its length is twice as long
+    np.testing.assert_allclose(segments["tension"], [np.inf, 1.0], rtol=1e-12)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
+from hypothesis import strategies as some
 
 from tendon_mj.sheath.tension_by_sweep import sweep
 from tendon_mj.sheath.tension_solver import solve_flow
@@ -127,3 +128,15 @@ def test_the_fast_way_and_the_sure_way_agree(tables):
     if segments["tension"].min() > 0.0:
         length = segments["length"].sum()
         np.testing.assert_allclose(held["flow"], guides["flow"], rtol=0, atol=1e-9 * scale * length)
+
+
+@EVERY
+@given(random_tendons(), some.sampled_from([2.0**-10, 2.0**10]))
+def test_a_tendon_in_another_unit_of_length_has_the_same_tensions(tables, unit):
+    segments, guides = tables
+    other, held = segments.copy(), guides.copy()
+    other["length"] *= unit
+    other["stored"] *= unit
+    assert solve_flow(other, held) == solve_flow(segments, guides)
+    np.testing.assert_array_equal(other["tension"], segments["tension"])
+    np.testing.assert_array_equal(held["flow"], unit * guides["flow"])

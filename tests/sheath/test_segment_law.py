@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
+from tendon_mj.sheath.flow_by_newton import tension_at
 from tendon_mj.sheath.records import new_segments
 from tendon_mj.sheath.segment_law import convected, friction_work, held, strain_at, tension_of
 
@@ -20,9 +21,10 @@ def random_segments(draw):
     """One taut segment, whose support yields and whose strain is damped."""
     segments = new_segments(1)
     segments["length"] = draw(st.floats(0.01, 1.0))
-    segments["stored"] = segments["length"] / (1.0 + draw(st.floats(1e-4, 0.1)))
     segments["strain_slope"] = draw(st.floats(0.2, 1.0))
-    segments["strain_offset"] = draw(st.floats(-1e-5, 1e-5))
+    segments["strain_offset"] = draw(st.floats(-1e-5, 1e-2))
+    stretch = 1.0 + segments["strain_offset"] + draw(st.floats(1e-4, 0.1))
+    segments["stored"] = segments["length"] / stretch
     segments["support_compliance"] = draw(st.floats(0.0, 1.0))
     return segments
 
@@ -47,6 +49,14 @@ def test_friction_work_is_the_difference_of_what_is_convected(left, right, flow)
     expected = flow * (convected(left, 0.0) - convected(right, 0.0))
     assert work == pytest.approx(expected, rel=1e-9, abs=1e-18)
     assert work * flow * (left - right) >= 0.0
+
+
+@given(random_segments(), tensions)
+def test_the_slope_of_newtons_rows_is_that_of_the_length_held(segments, tau):
+    length, slope, _ = held(segments, 0, tau)
+    again, inverse = tension_at(segments, 0, length, 0.0)
+    assert again == pytest.approx(tau, rel=1e-9, abs=1e-12)
+    assert inverse == pytest.approx(1.0 / slope, rel=1e-9)
 
 
 @given(random_segments(), tensions)
