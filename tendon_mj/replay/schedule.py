@@ -61,14 +61,15 @@ class Schedule:
         self.recording = recording
         self.addresses = _sensor_addresses(recording, model)
         self.clock = make_clock(recording.time, longest)
-        self.lead = math.ceil(settle / self.clock.timestep * (1.0 - 1e-9))
-        if self.steps > _MOST_STEPS:
+        lead = settle / self.clock.timestep * (1.0 - 1e-9)
+        if lead + self.clock.steps > _MOST_STEPS:
             raise RecordingError(
                 f"recording {recording.name!r}: its typical interval between samples gives steps of"
-                f" {self.clock.timestep:g} s, {self.steps} in all, of which {self.lead} in the"
-                f" settle of {settle:g} s before the first sample; more than {_MOST_STEPS} are not"
-                " simulated; are the times in seconds, and settle too?"
+                f" {self.clock.timestep:g} s, {lead + self.clock.steps:.9g} in all, of which"
+                f" {lead:.6g} in the settle of {settle:g} s before the first sample; more than"
+                f" {_MOST_STEPS} are not simulated; are the times in seconds, and settle too?"
             )
+        self.lead = math.ceil(lead)
         grid = self.clock.time
         self._drive = {
             column: _held(grid, recording.time, recording.columns[column], self.clock.timestep)
