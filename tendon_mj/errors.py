@@ -31,6 +31,12 @@ class InvalidValueError(TendonError, ValueError):
     """A value outside its range; the message names the thing, the value and the range."""
 
 
+class UnusedKeyError(InvalidValueError, KeyError):
+    """A known name as the key of a mapping that has no use for it; the message says why."""
+
+    __str__ = Exception.__str__
+
+
 class UnsuitedTendonError(InvalidValueError):
     """A tendon that cannot run in a sheath as it was asked for; a pattern leaves it out."""
 

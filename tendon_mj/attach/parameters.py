@@ -8,24 +8,31 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.engine import GAINS, PARAMETERS, check_gain, servos, sheaths
-from tendon_mj.errors import InvalidValueError, UnknownKeyError
+from tendon_mj.engine import GAINS, PARAMETERS, check_gain, servos, sheaths, unused
+from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnusedKeyError
 from tendon_mj.sheath.law import LAW, check_range
 
 
-def check_live(name: str, value: float) -> None:
-    """Refuse a value of ``<sheath>.<parameter>`` or ``<servo>.<gain>`` outside its range.
+def check_live(name: str, value: object) -> float:
+    """The value of ``<sheath>.<parameter>`` or ``<servo>.<gain>`` as a number within its range.
 
     Raises:
         InvalidValueError: names the parameter, the value and the range.
     """
+    try:
+        number = float(value) if np.ndim(value) == 0 else None  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        number = None
+    if number is None:
+        raise InvalidValueError(f"{name}: {value!r} is no number")
     owner, kind = name.rsplit(".", 1)
     if kind in LAW:
-        check_range(kind, value, name)
+        check_range(kind, number, name)
     elif kind in GAINS:
-        check_gain(kind, value, owner)
-    elif not np.isfinite(value):
-        raise InvalidValueError(f"{name} = {value} must be finite")
+        check_gain(kind, number, owner)
+    elif not np.isfinite(number):
+        raise InvalidValueError(f"{name} = {number} must be finite")
+    return number
 
 
 _FIXED = ("period", "delay")  # they say how much memory a servo has
@@ -39,12 +46,16 @@ class Parameters(MutableMapping[str, float]):
     set that before it. Writing goes to this data only, which makes a friction of its own for each
     of many simulations of one model cheap.
 
+    A parameter that a sheath has no use for is none of them, as the pretension of a tendon whose
+    input tension a motor gives.
+
     Args:
         model: with sheaths.
         data: of that model; or any (npluginstate,) array, such as the tail of a state vector.
 
     Raises:
         UnknownKeyError: no such sheath or parameter, with the nearest.
+        UnusedKeyError: a parameter that the sheath has no use for, and why.
         InvalidValueError: a value that is no number or outside its range; data of another model,
             of other numbers, or that cannot be written.
     """
@@ -63,10 +74,12 @@ class Parameters(MutableMapping[str, float]):
                 f"the plugin state of this model has shape ({model.npluginstate},), the data's has "
                 f"{self._state.shape}: it belongs to another model, or is more than that part"
             )
+        self._unused = unused(model)
         self._address = {
             f"{name}.{parameter}": instance.state + k
             for name, instance in sheaths(model).items()
             for k, parameter in enumerate(PARAMETERS)
+            if f"{name}.{parameter}" not in self._unused
         }
         self._address |= {
             f"{name}.{gain}": instance.state + k
@@ -76,6 +89,8 @@ class Parameters(MutableMapping[str, float]):
         }
 
     def _find(self, name: str) -> int:
+        if isinstance(name, str) and name in self._unused:
+            raise UnusedKeyError(f"{name} {self._unused[name]}")
         if not isinstance(name, str) or name not in self._address:
             raise UnknownKeyError("parameter", str(name), self._address)
         return self._address[name]
@@ -85,13 +100,7 @@ class Parameters(MutableMapping[str, float]):
 
     def __setitem__(self, name: str, value: float) -> None:
         address = self._find(name)
-        try:
-            number = float(value) if np.ndim(value) == 0 else None
-        except (TypeError, ValueError, OverflowError):
-            number = None
-        if number is None:
-            raise InvalidValueError(f"{name}: {value!r} is no number")
-        check_live(name, number)
+        number = check_live(name, value)
         if not self._state.flags.writeable:
             raise InvalidValueError(f"{name}: the array of the plugin state is read-only")
         self._state[address] = number

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.attach.parameters import check_live
-from tendon_mj.engine import PARAMETERS, sheath_arrays, sheaths
+from tendon_mj.engine import PARAMETERS, sheath_arrays, sheaths, unused
 from tendon_mj.errors import InvalidValueError, UnknownAttributeError, UnknownNameError
 
 FloatArray = NDArray[np.float64]
@@ -21,7 +21,8 @@ class SheathView:
 
     Of the states of many simulations, every quantity has their axes first. The parameters of
     `Parameters` are attributes that can be set: ``view.friction = 0.2`` acts from the next
-    evaluation on, in this data or in these states only.
+    evaluation on, in this data or in these states only. Setting one raises InvalidValueError where
+    it is no number, outside its range, or of no use to this sheath.
 
     Attributes:
         name: of the sheath.
@@ -112,9 +113,26 @@ class SheathView:
     def __setattr__(self, name: str, value: Any) -> None:
         if name not in PARAMETERS:
             raise UnknownAttributeError("parameter", name, PARAMETERS, f"sheath {self.name!r}")
-        values = np.asarray(value, np.float64)
+        place, shape = f"{self.name}.{name}", self._states.shape[:-1]
+        why = unused(self._model).get(place)
+        if why:
+            raise InvalidValueError(f"{place} {why}")
+        try:
+            values = np.asarray(value, np.float64)
+        except (TypeError, ValueError, OverflowError):
+            raise InvalidValueError(
+                f"{place}: {value!r} is no number, nor an array of some"
+            ) from None
         for one in np.unique(values):
-            check_live(f"{self.name}.{name}", float(one))
+            check_live(place, float(one))
+        try:
+            values = np.broadcast_to(values, shape)
+        except ValueError:
+            raise InvalidValueError(
+                f"{place}: values of shape {values.shape} are not of shape {shape}, one a state"
+            ) from None
+        if not self._states.flags.writeable:
+            raise InvalidValueError(f"{place}: the array of the states is read-only")
         self._states[..., self._column(name)] = values
 
     def __dir__(self) -> list[str]:

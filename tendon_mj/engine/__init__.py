@@ -8,6 +8,7 @@ from tendon_mj.engine.instances import servos as servos
 from tendon_mj.engine.instances import sheath_arrays as sheath_arrays
 from tendon_mj.engine.instances import sheaths as sheaths
 from tendon_mj.engine.instances import unsolved_evaluations as unsolved_evaluations
+from tendon_mj.engine.instances import unused as unused
 from tendon_mj.engine.plugin import register as register
 from tendon_mj.engine.servo_plugin.gains import GAINS as GAINS
 from tendon_mj.engine.servo_plugin.gains import OptionalGains as OptionalGains

@@ -16,7 +16,7 @@ from tendon_mj.engine.servo_plugin.validate import SERVO
 from tendon_mj.engine.sheath_plugin.binding.own_config import own_config
 from tendon_mj.engine.sheath_plugin.state import STATE, View, size
 from tendon_mj.engine.sheath_plugin.state import view as sheath_view
-from tendon_mj.engine.sheath_plugin.validate import NAME
+from tendon_mj.engine.sheath_plugin.validate import NAME, unused_parameters
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.sheath.records import GUIDE, SEGMENT
 
@@ -26,6 +26,7 @@ class Instance(NamedTuple):
 
     tendon: str
     state: int  # address of its first number in `mjData.plugin_state`
+    instance: int  # of its plugin
 
 
 def _config(model: mujoco.MjModel, instance: int, attribute: str) -> str:
@@ -39,6 +40,15 @@ def sheaths(model: mujoco.MjModel) -> dict[str, Instance]:
         mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, k) or found.tendon: found
         for k, found in _instances(model, NAME)
         if not _config(model, k, "sensor")
+    }
+
+
+def unused(model: mujoco.MjModel) -> dict[str, str]:
+    """``<sheath>.<parameter>`` to why it changes nothing, of those that a sheath has no use for."""
+    return {
+        f"{name}.{parameter}": why
+        for name, found in sheaths(model).items()
+        for parameter, why in unused_parameters(model, found.instance).items()
     }
 
 
@@ -66,7 +76,7 @@ def _instances(model: mujoco.MjModel, plugin: str) -> Iterator[tuple[int, Instan
     draft = Draft(model._address, ("tendon",))
     for k in range(model.nplugin):
         if C.mjp_getPluginAtSlot(int(model.plugin[k])).contents.name == plugin.encode():
-            yield k, Instance(own_config(draft, k)["tendon"], int(model.plugin_stateadr[k]))
+            yield k, Instance(own_config(draft, k)["tendon"], int(model.plugin_stateadr[k]), k)
 
 
 def unsolved_evaluations(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, int]:

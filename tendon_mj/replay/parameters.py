@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.attach.keywords import as_number
-from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnknownNameError
 from tendon_mj.recordings.magnitude import excess
 from tendon_mj.replay.live_parameters import DRAWN_BEND, LiveParameters
 from tendon_mj.replay.readout import Readout, stored_commands, stored_readouts
@@ -112,11 +112,14 @@ class Adjustable:
 
         Raises:
             UnknownNameError: no such parameter, with the nearest; nothing is changed then.
+            UnusedKeyError: one that a sheath has no use for, and why; likewise.
             InvalidValueError: a value outside its range.
         """
         for name in values:
-            if name not in self._entries and name not in self.live:
-                raise UnknownNameError("parameter", name, self.names())
+            try:
+                _ = self._entries.get(name) or self.live[name]
+            except UnknownKeyError:
+                raise UnknownNameError("parameter", name, self.names()) from None
         for name, given in values.items():
             value = as_number(name, given)
             if name in self._entries:

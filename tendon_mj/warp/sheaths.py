@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike
 
-from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.errors import InvalidValueError, UnknownNameError, UnusedKeyError
 from tendon_mj.sheath.law import check_range
 from tendon_mj.warp.allocate import allocate
 from tendon_mj.warp.simulated import Simulated, layout_of
@@ -29,15 +30,23 @@ class Sheaths:
         unsolved: (worlds, sheaths) int32, evaluations without a solution since the reset.
     """
 
-    def __init__(self, found: dict[str, Simulated], reels: list[int], nworld: int) -> None:
+    def __init__(
+        self,
+        found: dict[str, Simulated],
+        unused: Mapping[str, str],
+        reels: list[int],
+        nworld: int,
+    ) -> None:
         """Put sheaths on the device as they are in a simulation of MuJoCo's.
 
         Args:
             found: each by name.
+            unused: ``<sheath>.<parameter>`` to why it changes nothing, of what has no use.
             reels: address of the control of each one's reel, −1 without one.
             nworld: number of worlds, all alike.
         """
         self.names = tuple(found)
+        self._unused = unused
         self.layout = layout_of(found)
         self.nworld = nworld
         self.tendons: Any = allocate(found, reels, nworld)
@@ -66,11 +75,17 @@ class Sheaths:
             InvalidValueError: no numbers, one outside its range, or an array of another shape; one
                 of one dimension is refused unless ``sheath`` says whose it is.
             UnknownNameError: no such parameter or sheath.
+            UnusedKeyError: a parameter that the sheath has no use for, and why.
         """
         if parameter not in self.parameters:
             raise UnknownNameError("parameter", parameter, self.parameters, "tendon_mj.warp")
         if sheath is not None and sheath not in self.names:
             raise UnknownNameError("sheath", sheath, self.names)
+        for name in self.names if sheath is None else (sheath,):
+            why = self._unused.get(f"{name}.{parameter}")
+            if why:
+                others = "; set that of each other sheath by its name" if sheath is None else ""
+                raise UnusedKeyError(f"{name}.{parameter} {why}{others}")
         try:
             given = np.asarray(values, float)
         except (TypeError, ValueError):

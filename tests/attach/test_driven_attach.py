@@ -9,11 +9,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj import TendonWarning, add_friction, remove_friction, view_sheath
+from tendon_mj import Parameters, TendonWarning, add_friction, remove_friction, view_sheath
 from tendon_mj.cli import main
 from tendon_mj.cli.output import console
 from tendon_mj.engine import sheaths
 from tendon_mj.errors import InvalidValueError
+from tendon_mj.replay import Adjustable
 from tendon_mj.verification.attachment import attach_friction
 from tests.attach.test_removal import assert_equal
 
@@ -44,6 +45,7 @@ ARM = """
   </actuator>
 </mujoco>
 """
+OF_A_REEL = ("pretension", "backlash", "sheath_compliance", "viscous_friction", "tendon_mass")
 GIVEN = Path(os.environ.get("TENDON_MJ_MODELS", "/nowhere"))
 MODELS = sorted(GIVEN.glob("*.xml"))
 
@@ -54,6 +56,32 @@ def arm():
 
 def config(spec, tendon):
     return spec.plugin(f"{tendon}_sheath").config
+
+
+@pytest.mark.parametrize("tendon", ["wrapped", "sprung"])
+@pytest.mark.parametrize(
+    ("parameter", "why"),
+    [
+        *((name, "gives the input tension of tendon ") for name in OF_A_REEL),
+        ("reel_radius", "without reel_joint"),
+        ("output_radius", "without output_joint"),
+    ],
+)
+def test_what_compiling_refuses_of_a_driven_tendon_is_refused_live_too(tendon, parameter, why):
+    model = add_friction(arm(), "*", friction=0.1, arc_guides=3).compile()
+    data = mujoco.MjData(model)
+    name, before = f"{tendon}_sheath.{parameter}", data.plugin_state.copy()
+    parameters = Parameters(model, data)
+    assert name not in parameters
+    assert name not in list(parameters)
+    refused = pytest.raises(InvalidValueError, match=f"{name} has no meaning .*{why}")
+    with refused:
+        parameters[name] = 0.01
+    with refused:
+        setattr(view_sheath(model, data, tendon), parameter, 0.01)
+    with refused:
+        Adjustable(model).set({f"{tendon}_sheath.friction": 0.2, name: 0.01})
+    np.testing.assert_array_equal(data.plugin_state, before)
 
 
 def test_what_an_actuator_pulls_is_driven_by_it_and_needs_no_elasticity():

@@ -97,7 +97,12 @@ def test_a_parameter_is_live_and_its_own_in_each_simulation(model, states):
         (lambda v: setattr(v, "friction", np.nan), "friction = nan"),
         (lambda v: setattr(v, "frictoin", 0.1), "unknown parameter 'frictoin'; did you mean 'fric"),
         (lambda v: v.tensoin, "unknown parameter 'tensoin'"),
-        (lambda v: setattr(v, "reel_radius", np.inf), "must be finite"),
+        (lambda v: setattr(v, "friction", np.inf), "must be finite"),
+        (lambda v: setattr(v, "reel_radius", 0.1), "flexor_sheath.reel_radius has no meaning"),
+        (lambda v: setattr(v, "friction", "much"), "flexor_sheath.friction: 'much' is no number"),
+        (lambda v: setattr(v, "friction", {}), "flexor_sheath.friction: {} is no number"),
+        (lambda v: setattr(v, "friction", 10**400), "is no number"),
+        (lambda v: setattr(v, "friction", [0.1, 0.2]), r"friction: values of shape \(2,\) are not"),
     ],
 )
 def test_what_cannot_be_set_is_refused_and_changes_nothing(model, change, message):
@@ -107,6 +112,13 @@ def test_what_cannot_be_set_is_refused_and_changes_nothing(model, change, messag
         change(view_sheath(model, data, "flexor"))
     np.testing.assert_array_equal(data.plugin_state, before)
     assert not hasattr(view_sheath(model, data, "flexor"), "frictoin")
+
+
+def test_states_that_are_read_only_are_not_set(model, states):
+    fixed = states.copy()
+    fixed.flags.writeable = False
+    with pytest.raises(InvalidValueError, match=r"flexor_sheath\.friction: .* is read-only"):
+        view_sheath(model, fixed, "flexor").friction = 0.1
 
 
 def test_other_sheaths_and_other_states_are_refused_by_name(model, states):

@@ -387,7 +387,7 @@ def test_what_cannot_be_is_refused_and_nothing_is_written(tmp_path):
     for wrong in ((0.2, 0.1), (0.0, math.inf), (math.nan, 1.0)):
         with pytest.raises(InvalidValueError, match=r"sheath\.friction: interval"):
             patch_model("bench", given, path, intervals={"sheath.friction": wrong})
-    with pytest.raises(TendonError, match="reel_joint and reel_radius go together"):
+    with pytest.raises(TendonError, match="reel_radius has no meaning without reel_joint"):
         patch_model("bench", {"sheath.reel_radius": 0.01}, path)
     with pytest.raises(InvalidValueError, match="scale of 0"):
         patch_model("bench", {"input_tension.scale": 0.0}, path)

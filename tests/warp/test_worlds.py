@@ -117,6 +117,10 @@ def test_parameters_are_checked_and_named(model):
         sheaths.set("friction", [0.1, 0.2, 0.3])
     with pytest.raises(InvalidValueError, match="no numbers"):
         sheaths.set("friction", "much")
+    sheaths.set("pretension", 10.0, "reel")
+    for every in ("drum", None):
+        with pytest.raises(InvalidValueError, match=r"drum\.pretension has no meaning where"):
+            sheaths.set("pretension", 10.0, every)
 
 
 def test_a_world_that_is_got_back_goes_on_as_it_does_there(model, on_device):

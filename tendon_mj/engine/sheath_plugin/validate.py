@@ -44,6 +44,7 @@ _MOST = (
 _PLACE = ("tendon", "sensor", "guides", "arc_guides", "inner_guides")
 # Parameters that a sheath whose input tension is given has no use for.
 _OF_A_REEL = ("pretension", "backlash", "sheath_compliance", "viscous_friction", "tendon_mass")
+_GIVEN = "has no meaning where an actuator or a spring gives the input tension of tendon {!r}"
 _ENDS = ("reel_joint", "output_joint", "input_end")
 _COMPLETE = (*_PLACE, *_ENDS, "axial_stiffness", *_OF_A_REEL, *UNDRAWN)
 SPOOL_ATTRIBUTES = ("tendon", "reel_joint", "sensor")  # what a servo asks about
@@ -214,21 +215,19 @@ def _check_complete(model: Draft, instance: int, reels: Sequence[int]) -> None:
     where, name = model.where(instance), config["tendon"]
     tendons = int(model.fields.ntendon)
     tendon = find(model, _OBJ.mjOBJ_TENDON, tendons, "tendon", name, where)
-    stiffness = model.doubles("tendon_stiffness")[tendon]
-    higher = model.doubles("tendon_stiffnesspoly")[2 * tendon : 2 * tendon + 2]
-    has_spring = stiffness != 0.0 or any(higher)
-    spooled = bool(reels or config["reel_joint"] or config["output_joint"])
+    stiffness = _spring(model, tendon)
+    spooled = _is_spooled(config, reels)
     pullers = [k for k in _on_tendon(model, tendon) if k not in reels]
-    driven = not spooled and (has_spring or bool(pullers))
+    driven = not spooled and (any(stiffness) or bool(pullers))
     _check_drive(config, driven, where, name)
     kinds = kinds_on(model, tendon)
     problem = unsuited(kinds, driven) or misplaced_input(model, tendon, config["input_end"])
     if problem:
         raise InvalidValueError(f"{where}: tendon {name!r} {problem}")
-    if spooled and has_spring:
+    if spooled and any(stiffness):
         raise InvalidValueError(
             f"{where}: tendon {name!r} has a stiffness of its own, "
-            f"{' '.join(f'{k:g}' for k in (stiffness, *higher))}, which would "
+            f"{' '.join(f'{k:g}' for k in stiffness)}, which would "
             "act beside the sheath's axial_stiffness; remove it"
         )
     if spooled and pullers:
@@ -242,6 +241,32 @@ def _check_complete(model: Draft, instance: int, reels: Sequence[int]) -> None:
         check_awake(model, tendon, (config["reel_joint"], config["output_joint"]), where)
 
 
+def _spring(model: Draft, tendon: int) -> tuple[float, ...]:
+    """Coefficients of a tendon's own spring, lowest order first."""
+    higher = model.doubles("tendon_stiffnesspoly")[2 * tendon : 2 * tendon + 2]
+    return model.doubles("tendon_stiffness")[tendon], *higher
+
+
+def _is_spooled(config: dict[str, str], reels: Sequence[int]) -> bool:
+    return bool(reels or config["reel_joint"] or config["output_joint"])
+
+
+def unused_parameters(model: mujoco.MjModel, instance: int) -> dict[str, str]:
+    """Parameters that a sheath has no use for, whatever their values, and why each has none."""
+    draft = Draft(model._address, _COMPLETE)
+    config, reels = own_config(draft, instance), draft.actuators().get(instance, [])
+    unused = {
+        f"{end}_radius": f"has no meaning without {end}_joint"
+        for end in ("reel", "output")
+        if not config[f"{end}_joint"]
+    }
+    if not _is_spooled(config, reels):
+        tendon = draft.tendons[config["tendon"]]
+        if any(_spring(draft, tendon)) or _on_tendon(draft, tendon):
+            unused |= dict.fromkeys(_OF_A_REEL, _GIVEN.format(config["tendon"]))
+    return unused
+
+
 def _check_drive(config: dict[str, str], driven: bool, where: str, tendon: str) -> None:
     """Check that the parameters go with what pulls on the tendon."""
     if not driven and not config["axial_stiffness"]:
@@ -252,9 +277,8 @@ def _check_drive(config: dict[str, str], driven: bool, where: str, tendon: str) 
     useless = [k for k in _OF_A_REEL if driven and config[k] and float(config[k]) != 0.0]
     if useless:
         raise InvalidValueError(
-            f"{where}: {useless[0]} = {config[useless[0]]} has no meaning where an actuator or a "
-            f"spring gives the input tension of tendon {tendon!r}; remove it, or wind the tendon "
-            "in by a reel or a reel_joint"
+            f"{where}: {useless[0]} = {config[useless[0]]} {_GIVEN.format(tendon)}; remove it, or "
+            "wind the tendon in by a reel or a reel_joint"
         )
 
 
