@@ -74,6 +74,19 @@ def attach(
             "a shorter step",
             soft_wrap=True,
         )
+    magnified = [
+        f"{row.tendon} (up to {row.magnified_stiffness:.2g} N/m of {row.pull.stiffness:.4g} N/m, "
+        f"where {row.pull.largest:.2g} N/m would do)"
+        for row in attached.rows
+        if row.is_pulled_too_stiffly
+    ]
+    if magnified:
+        console.print(
+            "friction makes more of the stiffness of what pulls than a time step carries: "
+            f"{', '.join(magnified)}. Joints that draw the tendon out may gain energy: take a "
+            "shorter step",
+            soft_wrap=True,
+        )
     for said in attached.said:
         console.print(said, soft_wrap=True)
     console.print(f"wrote {attached.path}", soft_wrap=True)

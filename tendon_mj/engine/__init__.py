@@ -22,4 +22,4 @@ from tendon_mj.engine.sheath_plugin.sensors import is_one_number as is_one_numbe
 from tendon_mj.engine.sheath_plugin.state import PARAMETERS as PARAMETERS
 from tendon_mj.engine.sheath_plugin.tension_scale import TENSION_SCALE as TENSION_SCALE
 from tendon_mj.engine.sheath_plugin.tension_scale import check_limits as check_limits
-from tendon_mj.engine.sheath_plugin.validate import NAME as NAME
+from tendon_mj.engine.sheath_plugin.validation.sheath import NAME as NAME

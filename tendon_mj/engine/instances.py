@@ -16,7 +16,8 @@ from tendon_mj.engine.servo_plugin.validate import SERVO
 from tendon_mj.engine.sheath_plugin.binding.own_config import own_config
 from tendon_mj.engine.sheath_plugin.state import STATE, View, size
 from tendon_mj.engine.sheath_plugin.state import view as sheath_view
-from tendon_mj.engine.sheath_plugin.validate import NAME, unused_parameters
+from tendon_mj.engine.sheath_plugin.validation.drive import unused_parameters
+from tendon_mj.engine.sheath_plugin.validation.sheath import NAME
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.sheath.records import GUIDE, SEGMENT
 

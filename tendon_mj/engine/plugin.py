@@ -20,9 +20,9 @@ from tendon_mj.engine.pickles import register_pickles
 from tendon_mj.engine.servo_plugin import callbacks as servo_callbacks
 from tendon_mj.engine.servo_plugin import validate as servo_validate
 from tendon_mj.engine.servo_plugin.state import ATTRIBUTES as SERVO_ATTRIBUTES
-from tendon_mj.engine.sheath_plugin import validate
 from tendon_mj.engine.sheath_plugin.attributes import ATTRIBUTES
 from tendon_mj.engine.sheath_plugin.callbacks import Callbacks, make_callbacks
+from tendon_mj.engine.sheath_plugin.validation import sheath as validate
 from tendon_mj.engine.sheath_plugin.visualize import make_visualize
 from tendon_mj.errors import EngineError
 

@@ -18,7 +18,7 @@ from tendon_mj.attach.tendon_path import end_sites
 from tendon_mj.attach.write import write_sheaths
 from tendon_mj.builders.load import load_spec, model_path
 from tendon_mj.errors import TendonError, TendonWarning
-from tendon_mj.verification.stiffness_limit import stiffness_limits
+from tendon_mj.verification.stiffness_limit import Pull, pulls, stiffness_limits
 from tendon_mj.verification.tendon_bend import bend_at, sampled_poses
 
 
@@ -34,6 +34,7 @@ class Row(NamedTuple):
         largest_stiffness: that a step carries [N].
         input: its input end, in words; empty without a sheath.
         drives: what pulls it, in words.
+        pull: how stiff that is, and how stiff a step carries.
         done: what was done to it, in words.
         sheath: its name, empty without one.
     """
@@ -47,6 +48,7 @@ class Row(NamedTuple):
     largest_stiffness: float
     input: str
     drives: str
+    pull: Pull
     done: str
     sheath: str
 
@@ -54,6 +56,18 @@ class Row(NamedTuple):
     def is_too_stiff(self) -> bool:
         """Whether EA is more than a step carries."""
         return self.axial_stiffness is not None and self.axial_stiffness > self.largest_stiffness
+
+    @property
+    def magnified_stiffness(self) -> float:
+        """k e^{μφ} that joints meet at most, where it is most bent [N/m]."""
+        least = self.least_transmission
+        return self.pull.stiffness / least if least > 0.0 else math.inf
+
+    @property
+    def is_pulled_too_stiffly(self) -> bool:
+        """Whether friction makes more of the stiffness of what pulls than a step carries."""
+        pulled = bool(self.sheath) and self.pull.stiffness > 0.0
+        return pulled and self.magnified_stiffness > self.pull.largest
 
     @property
     def transmission(self) -> float:
@@ -141,7 +155,9 @@ def attach_friction(
     ids = [one.element.id for one in asked]
     bends, limits = _bends(before, ids), stiffness_limits(before, ids)
     rows = []
-    for one, (rest, least, most), limit in zip(asked, bends, limits, strict=True):
+    for one, (rest, least, most), limit, pull in zip(
+        asked, bends, limits, pulls(spec.compile(), ids), strict=True
+    ):
         name = one.name
         sheath = sheaths.get(name)
         config = sheath.config if sheath else {}
@@ -160,6 +176,7 @@ def attach_friction(
                 input=_input(one.element, config) if sheath else "",
                 drives=", ".join(actuator.name for actuator in pulling.get(name, []))
                 or ("its spring" if name in had_spring else "nothing"),
+                pull=pull,
                 done=_done(sheath, name in sheathed, name in unnamed, moved),
                 sheath=sheath.name if sheath else "",
             )

@@ -1,8 +1,9 @@
-"""Largest axial stiffness that a time step of a model carries."""
+"""Largest stiffness that a time step of a model carries, of a tendon and of what pulls it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -11,6 +12,8 @@ from numpy.typing import NDArray
 from tendon_mj.errors import UnknownNameError
 
 FloatArray = NDArray[np.float64]
+_ON_TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
+_AFFINE = mujoco.mjtBias.mjBIAS_AFFINE.value
 _SITE = mujoco.mjtWrap.mjWRAP_SITE.value
 _ON_SITE = -1  # in `mjData.wrap_obj`; below it is a pulley
 
@@ -56,6 +59,48 @@ def stiffness_limits(model: mujoco.MjModel, tendons: Sequence[int]) -> list[floa
                 found = min(found, length / (model.opt.timestep**2 * mobility))
         limits.append(found)
     return limits
+
+
+class Pull(NamedTuple):
+    """How stiff what pulls a tendon is, in the pose `qpos0`.
+
+    While its joints draw a tendon out they meet e^{μφ} times the stiffness at its input, which a
+    step carries up to 1/(h² J M⁻¹ Jᵀ), with J = ∂L/∂q: beyond that joints gain energy.
+
+    Attributes:
+        stiffness: of the tendon's own spring and of the actuators on it [N/m].
+        largest: that a step carries [N/m]; ``inf`` for a tendon that moves no joint.
+    """
+
+    stiffness: float
+    largest: float
+
+
+def pulls(model: mujoco.MjModel, tendons: Sequence[int]) -> list[Pull]:
+    """What pulls each of several tendons, by their ids."""
+    data = mujoco.MjData(model)
+    jacobian = np.zeros((model.ntendon, model.nv))
+    mujoco.mj_fwdPosition(model, data)
+    for k in range(model.nv):  # `mjData.ten_J` is laid out otherwise in each release
+        data.qvel[:] = 0.0
+        data.qvel[k] = 1.0
+        mujoco.mj_fwdVelocity(model, data)
+        jacobian[:, k] = data.ten_velocity
+    inverse, found = np.zeros((1, model.nv)), []
+    for tendon in tendons:
+        mujoco.mj_solveM(model, data, inverse, jacobian[[tendon]])
+        mobility = float(jacobian[tendon] @ inverse[0])
+        largest = 1.0 / (model.opt.timestep**2 * mobility) if mobility > 0.0 else np.inf
+        found.append(Pull(_stiffness(model, tendon), largest))
+    return found
+
+
+def _stiffness(model: mujoco.MjModel, tendon: int) -> float:
+    """k of a tendon's spring and of its actuators whose force falls with its length [N/m]."""
+    acts = (model.actuator_trntype == _ON_TENDON) & (model.actuator_trnid[:, 0] == tendon)
+    acts &= model.actuator_biastype == _AFFINE
+    servos = model.actuator_gear[acts, 0] ** 2 * np.maximum(-model.actuator_biasprm[acts, 1], 0.0)
+    return float(model.tendon_stiffness[tendon] + servos.sum())
 
 
 def _spans(

@@ -94,6 +94,27 @@ def test_a_tendon_stiffer_than_the_step_carries_is_named_with_what_it_carries(fi
         assert not warned or f"flexor ({stiffness:.4g} N" in said[0]
 
 
+SPRUNG = """<mujoco><option timestep="0.005"/><worldbody><site name="a" pos="-.2 0 .06"/>
+  <site name="b" pos="-.07 0 .0355"/><body><joint axis="0 1 0" range="-60 60"/>
+  <geom type="capsule" fromto="0 0 0 .2 0 0" size=".01" mass=".16"/>
+  <site name="c" pos=".05 0 .024"/><site name="d" pos=".1 0 .02"/></body></worldbody>
+  <tendon><spatial name="t" stiffness="600"><site site="a"/><site site="b"/><site site="c"/>
+    <site site="d"/></spatial></tendon>
+  <actuator><position tendon="t" kp="1400"/></actuator></mujoco>"""
+
+
+@pytest.mark.parametrize(("friction", "said"), [("0.5", False), ("5", True)])
+def test_a_pull_that_friction_makes_too_stiff_for_the_step_is_named(tmp_path, friction, said):
+    (tmp_path / "m.xml").write_text(SPRUNG)
+    given = ["attach", str(tmp_path / "m.xml"), "--tendon", "t", "--friction", friction]
+    with console.capture() as capture:
+        assert main([*given, "--out", str(tmp_path / "new.xml")]) == 0
+    lines = [line for line in capture.get().splitlines() if "friction makes more of the" in line]
+    assert bool(lines) == said
+    assert not said or "t (up to" in lines[0]
+    assert not said or "N/m of 2000 N/m, where" in lines[0]
+
+
 def test_the_input_end_is_shown_and_written(finger, tmp_path, monkeypatch):
     monkeypatch.setattr(console, "width", 200)
     one, both = tmp_path / "one.xml", tmp_path / "both.xml"

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from tendon_mj.engine.sheath_plugin import validate
+from tendon_mj.engine.sheath_plugin.validation import sheath as validate
 from tests.engine.test_refusals import LAW, compiled, instance
 
 

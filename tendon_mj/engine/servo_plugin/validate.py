@@ -12,8 +12,8 @@ from tendon_mj.engine.servo_plugin.gains import GAINS, check_gain
 from tendon_mj.engine.servo_plugin.stability import largest_damping
 from tendon_mj.engine.sheath_plugin.binding.own_config import check_own_names, own_config
 from tendon_mj.engine.sheath_plugin.binding.sheath_of_tendon import sheath_on, sheathed_tendons
-from tendon_mj.engine.sheath_plugin.validate import NAME as SHEATH
-from tendon_mj.engine.sheath_plugin.validate import SPOOL_ATTRIBUTES
+from tendon_mj.engine.sheath_plugin.validation.sheath import NAME as SHEATH
+from tendon_mj.engine.sheath_plugin.validation.sheath import SPOOL_ATTRIBUTES
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 
 SERVO = "tendon_mj.servo"

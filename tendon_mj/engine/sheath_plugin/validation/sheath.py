@@ -26,7 +26,14 @@ from tendon_mj.engine.sheath_plugin.path.checks import (
 )
 from tendon_mj.engine.sheath_plugin.state import PARAMETERS, sensor_size, size
 from tendon_mj.engine.sheath_plugin.tension_scale import check_tension_scale
-from tendon_mj.engine.sheath_plugin.validate_sensor import (
+from tendon_mj.engine.sheath_plugin.validation.drive import (
+    DRIVE,
+    check_alone,
+    check_drive,
+    check_reels,
+    read_drive,
+)
+from tendon_mj.engine.sheath_plugin.validation.sensor import (
     check_objects,
     check_sensor,
     reading_width,
@@ -42,11 +49,7 @@ _MOST = (
 )  # numbers of state of all sheaths: 128 MiB in each mjData, a third of a million guides
 # What all but the first check of an instance reads.
 _PLACE = ("tendon", "sensor", "guides", "arc_guides", "inner_guides")
-# Parameters that a sheath whose input tension is given has no use for.
-_OF_A_REEL = ("pretension", "backlash", "sheath_compliance", "viscous_friction", "tendon_mass")
-_GIVEN = "has no meaning where an actuator or a spring gives the input tension of tendon {!r}"
-_ENDS = ("reel_joint", "output_joint", "input_end")
-_COMPLETE = (*_PLACE, *_ENDS, "axial_stiffness", *_OF_A_REEL, *UNDRAWN)
+_COMPLETE = (*_PLACE, "input_end", *DRIVE, *UNDRAWN)
 SPOOL_ATTRIBUTES = ("tendon", "reel_joint", "sensor")  # what a servo asks about
 
 
@@ -208,111 +211,20 @@ def check_tendon(address: int, instance: int) -> int:
 def _check_complete(model: Draft, instance: int, reels: Sequence[int]) -> None:
     """Check that a sheath can act on its tendon, and that a sensor has a sheath."""
     config = own_config(model, instance)
-    _check_reels(model, instance, config, reels)
+    check_reels(model, instance, config, reels)
     check_objects(model, instance, config, NAME)
     if config["sensor"]:
         return
     where, name = model.where(instance), config["tendon"]
     tendons = int(model.fields.ntendon)
     tendon = find(model, _OBJ.mjOBJ_TENDON, tendons, "tendon", name, where)
-    stiffness = _spring(model, tendon)
-    spooled = _is_spooled(config, reels)
-    pullers = [k for k in _on_tendon(model, tendon) if k not in reels]
-    driven = not spooled and (any(stiffness) or bool(pullers))
-    _check_drive(config, driven, where, name)
+    drive = read_drive(model, config, tendon, reels)
+    check_drive(config, drive, where, name)
     kinds = kinds_on(model, tendon)
-    problem = unsuited(kinds, driven) or misplaced_input(model, tendon, config["input_end"])
+    problem = unsuited(kinds, drive.is_given) or misplaced_input(model, tendon, config["input_end"])
     if problem:
         raise InvalidValueError(f"{where}: tendon {name!r} {problem}")
-    if spooled and any(stiffness):
-        raise InvalidValueError(
-            f"{where}: tendon {name!r} has a stiffness of its own, "
-            f"{' '.join(f'{k:g}' for k in stiffness)}, which would "
-            "act beside the sheath's axial_stiffness; remove it"
-        )
-    if spooled and pullers:
-        names = ", ".join(repr(model.name(_OBJ.mjOBJ_ACTUATOR, k)) for k in pullers)
-        raise InvalidValueError(
-            f"{where}: actuator {names} pulls on tendon {name!r} as a whole, past the reel that "
-            "winds it; remove one of them"
-        )
+    check_alone(model, drive, where, name)
     check_counts(config, kinds, where, name)
     if sleeps(model):
         check_awake(model, tendon, (config["reel_joint"], config["output_joint"]), where)
-
-
-def _spring(model: Draft, tendon: int) -> tuple[float, ...]:
-    """Coefficients of a tendon's own spring, lowest order first."""
-    higher = model.doubles("tendon_stiffnesspoly")[2 * tendon : 2 * tendon + 2]
-    return model.doubles("tendon_stiffness")[tendon], *higher
-
-
-def _is_spooled(config: dict[str, str], reels: Sequence[int]) -> bool:
-    return bool(reels or config["reel_joint"] or config["output_joint"])
-
-
-def unused_parameters(model: mujoco.MjModel, instance: int) -> dict[str, str]:
-    """Parameters that a sheath has no use for, whatever their values, and why each has none."""
-    draft = Draft(model._address, _COMPLETE)
-    config, reels = own_config(draft, instance), draft.actuators().get(instance, [])
-    unused = {
-        f"{end}_radius": f"has no meaning without {end}_joint"
-        for end in ("reel", "output")
-        if not config[f"{end}_joint"]
-    }
-    if not _is_spooled(config, reels):
-        tendon = draft.tendons[config["tendon"]]
-        if any(_spring(draft, tendon)) or _on_tendon(draft, tendon):
-            unused |= dict.fromkeys(_OF_A_REEL, _GIVEN.format(config["tendon"]))
-    return unused
-
-
-def _check_drive(config: dict[str, str], driven: bool, where: str, tendon: str) -> None:
-    """Check that the parameters go with what pulls on the tendon."""
-    if not driven and not config["axial_stiffness"]:
-        raise InvalidValueError(
-            f"{where}: axial_stiffness is missing (its unit is N); only a tendon that an actuator "
-            "or a spring of its own pulls on does without"
-        )
-    useless = [k for k in _OF_A_REEL if driven and config[k] and float(config[k]) != 0.0]
-    if useless:
-        raise InvalidValueError(
-            f"{where}: {useless[0]} = {config[useless[0]]} {_GIVEN.format(tendon)}; remove it, or "
-            "wind the tendon in by a reel or a reel_joint"
-        )
-
-
-def _on_tendon(model: Draft, tendon: int) -> list[int]:
-    """Actuators that act on a tendon; what a servo may drive, its own plugin checks."""
-    kinds, targets = model.ints("actuator_trntype"), model.ints("actuator_trnid")
-    owners = model.ints("actuator_plugin")
-    return [
-        k
-        for k in range(int(model.fields.nactuator))
-        if kinds[k] == mujoco.mjtTrn.mjTRN_TENDON.value
-        and targets[2 * k] == tendon
-        and (owners[k] < 0 or model.plugin(owners[k]) != "tendon_mj.servo")
-    ]
-
-
-def _check_reels(model: Draft, instance: int, config: dict[str, str], reels: Sequence[int]) -> None:
-    """One reel at most, on the sheath and on its tendon."""
-    names = ", ".join(repr(model.name(_OBJ.mjOBJ_ACTUATOR, k)) for k in reels)
-    if config["sensor"] and reels:
-        raise InvalidValueError(
-            f"{model.where(instance)}: actuator {names} belongs on the sheath's instance, not on "
-            "that of a sensor"
-        )
-    if len(reels) > 1:
-        raise InvalidValueError(
-            f"{model.where(instance)}: a sheath has one reel, not {len(reels)}: {names}"
-        )
-    for reel in reels:
-        if model.ints("actuator_trntype")[reel] != mujoco.mjtTrn.mjTRN_TENDON.value:
-            continue
-        acts_on = model.name(_OBJ.mjOBJ_TENDON, model.ints("actuator_trnid")[2 * reel])
-        if acts_on != config["tendon"]:
-            raise InvalidValueError(
-                f"{model.where(instance)}: reel {names} acts on tendon {acts_on!r}, the sheath "
-                f"on {config['tendon']!r}"
-            )
