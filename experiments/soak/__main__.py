@@ -108,7 +108,8 @@ def _said(found: Outcomes) -> str:
     broken = [*found.violations, *found.crashes]
     return (
         f"{counts}; {len(found.violations)} broken promises, {len(found.crashes)} crashes"
-        f"{''.join(f'; {what}' for what in broken[:5])}; {found.most_memory:.0f} MiB at most"
+        f"{''.join(f'; {what}' for what in broken[:5])}; {found.most_memory:.0f} MiB at most, "
+        f"{found.most_growth:.1f} MiB more at most after the second half of a batch"
     )
 
 

@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import psutil
+
 from tendon_mj.progress import Progress, silent
 
 _LONGEST = 900.0  # [s] that a batch may take
@@ -25,12 +27,14 @@ class Outcomes:
         violations: descriptions of trials that broke a promise.
         crashes: descriptions of batches whose process died or did not end.
         most_memory: largest resident memory of a batch [MiB].
+        most_growth: of resident memory over the second half of a batch [MiB].
     """
 
     counts: Counter[str] = field(default_factory=Counter)
     violations: list[str] = field(default_factory=list)
     crashes: list[str] = field(default_factory=list)
     most_memory: float = 0.0
+    most_growth: float = 0.0
 
     @property
     def trials(self) -> int:
@@ -84,6 +88,7 @@ def _run_batch(module: str, seed: int, count: int, outcomes: Outcomes) -> None:
     outcomes.counts.update(told["counts"])
     outcomes.violations.extend(told["violations"])
     outcomes.most_memory = max(outcomes.most_memory, told["memory"])
+    outcomes.most_growth = max(outcomes.most_growth, told["growth"])
 
 
 def report_batch(trials: Callable[[int, int], Iterator[tuple[str, str]]]) -> None:
@@ -97,10 +102,15 @@ def report_batch(trials: Callable[[int, int], Iterator[tuple[str, str]]]) -> Non
     seed, count, path = int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3])
     counts: Counter[str] = Counter()
     violations = []
+    process = psutil.Process()
+    halfway = 0
     for outcome, violation in trials(seed, count):
         counts[outcome] += 1
         if violation:
             violations.append(f"seed {seed}, trial {sum(counts.values())}: {violation}")
+        if sum(counts.values()) == count // 2:
+            halfway = process.memory_info().rss
+    growth = (process.memory_info().rss - halfway) / 2**20 if halfway else 0.0
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    told = {"counts": counts, "violations": violations, "memory": memory}
+    told = {"counts": counts, "violations": violations, "memory": memory, "growth": growth}
     path.write_text(json.dumps(told), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Lives of models: made, copied, pickled, recompiled, reloaded and deleted, in any order.
+"""Lives of models: made, copied, pickled, recompiled, reloaded, refused and deleted, in any order.
 
 In this process, in three threads at once, and in processes that were forked or spawned.
 """
@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 
 _MODELS = ("bench", "joint", "finger")
 _PROCESSES = 4  # lives in processes of their own, half of them forked
+_EVENTS = ("copy", "pickle", "recompile", "reload", "reset", "state", "friction", "refusal")
 _FULL = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
@@ -80,7 +81,7 @@ def _life(seed: int) -> str:
     for _ in range(draw.randint(1, 6)):
         data.ctrl[:] = 1e-4 * draw.random()
         mujoco.mj_step(model, data, draw.randint(1, 20))
-        event = draw.choice(("copy", "pickle", "recompile", "reload", "reset", "state", "friction"))
+        event = draw.choice(_EVENTS)
         if event == "copy":
             model, data = _same(model, data, copy.copy(model), copy.copy(data))
         elif event == "pickle":
@@ -98,6 +99,8 @@ def _life(seed: int) -> str:
             mujoco.mj_getState(model, data, state, _FULL)
             data = mujoco.MjData(model)
             mujoco.mj_setState(model, data, state, _FULL)
+        elif event == "refusal":
+            _refuse(spec, draw)
         else:
             tendon = spec.tendons[0].name
             tendon_mj.remove_friction(spec, tendon)
@@ -108,6 +111,21 @@ def _life(seed: int) -> str:
             data = mujoco.MjData(model)
     mujoco.mj_step(model, data, 5)
     return "" if np.isfinite(data.qpos).all() else f"life {seed}: a position is not finite"
+
+
+def _refuse(spec: mujoco.MjSpec, draw: random.Random) -> None:
+    """Have the plugin refuse a model: for its configuration, or for what that is on."""
+    broken = spec.copy()
+    if draw.random() < 0.5:
+        sheath = next(p for p in broken.plugins if "friction" in p.config)
+        sheath.config = {**sheath.config, "friction": "-1"}
+    else:
+        broken.tendons[0].stiffness = [5.0, 0.0, 0.0]
+    try:
+        broken.compile()
+    except ValueError:
+        return
+    raise AssertionError("a broken model was not refused")
 
 
 def _same(

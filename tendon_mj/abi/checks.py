@@ -3,18 +3,24 @@
 MuJoCo leaves a failed check by a long jump, which must not cross a Python frame: the check leaves a
 count or a message in memory of the C function, which raises it after Python has returned. Where
 Python could not even begin, as when Ctrl-C comes just then, nothing is left there.
+
+MuJoCo does not free all that it holds when it is left so. Where it asks for the size of a state it
+holds a few small lists, between which the heap would fall to pieces: a refusal is a size of 0, and
+`init` says why. Where it asks `init` it holds the data, which is deleted here.
 """
 
 from __future__ import annotations
 
 import ctypes
+import functools
 from collections.abc import Callable
 from typing import Any
 
 import llvmlite.binding as llvm
 from numba import types
 
-from tendon_mj.abi.library import mju_error
+from tendon_mj.abi.layout import mirror
+from tendon_mj.abi.library import C, mju_error
 from tendon_mj.abi.memory import integer, local_doubles, set_integer, text
 from tendon_mj.compilation import callback, compiled
 from tendon_mj.errors import TendonError
@@ -45,6 +51,21 @@ def _replying(plugin: str, function: Callable[..., int]) -> Callable[..., None]:
     return reply
 
 
+def _with_data(function: Callable[[int, int], int]) -> Callable[[int, int, int], int]:
+    """A check of `init`, which deletes the data of a model that it refuses."""
+
+    @functools.wraps(function)
+    def check(m: int, d: int, instance: int) -> int:
+        try:
+            return function(m, instance)
+        except Exception:
+            mirror("mjData").from_address(d).nplugin = instance  # only those before it have begun
+            C.mj_deleteData(d)
+            raise
+
+    return check
+
+
 @compiled
 def _count_at(reply: int) -> int:
     """The count in a reply; raises its message in MuJoCo where there is none."""
@@ -59,22 +80,26 @@ def _count_at(reply: int) -> int:
 class Check:
     """A C function `int (const mjModel*, …)` that asks Python and raises what Python refuses.
 
+    That of `nstate`, with one int and no data, returns 0 instead.
+
     Args:
         plugin: whose check it is.
         function: Python, takes an address and a number of ints, returns a count ≥ 0 or raises.
         integers: how many ints follow the address.
-        data: whether the C function takes the `mjData*` of `init`, which the check does not see.
+        data: whether the C function takes the `mjData*` of `init`, which is deleted on a refusal.
     """
 
     def __init__(
         self, plugin: str, function: Callable[..., int], integers: int = 1, data: bool = False
     ) -> None:
-        addresses, ints = [ctypes.c_void_p] * 2, [ctypes.c_int] * integers
-        self._python = ctypes.CFUNCTYPE(None, *addresses, *ints)(_replying(plugin, function))
+        count = 3 if data else 2
+        addresses, ints = [ctypes.c_void_p] * count, [ctypes.c_int] * integers
+        asked = _with_data(function) if data else function
+        self._python = ctypes.CFUNCTYPE(None, *addresses, *ints)(_replying(plugin, asked))
         # by name, not by address, so that compiled code holds in every process
         symbol = f"{plugin}.{function.__name__}"
         llvm.add_symbol(symbol, ctypes.cast(self._python, ctypes.c_void_p).value)
-        ask = types.ExternalFunction(symbol, types.void(_ptr, _ptr, *[_i32] * integers))
+        ask = types.ExternalFunction(symbol, types.void(*[_ptr] * count, *[_i32] * integers))
         self._compiled = _init(ask) if data else _count(ask) if integers == 1 else _sensor(ask)
         self.address: int = self._compiled.address
 
@@ -85,7 +110,7 @@ def _count(ask: Any) -> Any:
         reply = _reply()
         set_integer(reply, _SILENT)
         ask(reply, m, instance)
-        return _count_at(reply)
+        return 0 if integer(reply, 0) == _REFUSED else _count_at(reply)
 
     return nstate
 
@@ -106,7 +131,7 @@ def _init(ask: Any) -> Any:
     def init(m: int, d: int, instance: int) -> int:
         reply = _reply()
         set_integer(reply, _SILENT)
-        ask(reply, m, instance)
+        ask(reply, m, d, instance)
         _count_at(reply)
         return 0
 

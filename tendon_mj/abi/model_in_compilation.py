@@ -75,6 +75,11 @@ class Draft:
         slots = self.ints("plugin")
         return [k for k in range(self.fields.nplugin) if slots[k] == slots[instance]]
 
+    def first(self, instance: int) -> int:
+        """First instance of the same plugin."""
+        slots = self.ints("plugin")
+        return next(k for k in range(instance + 1) if slots[k] == slots[instance])
+
     def is_first(self, instance: int) -> bool:
         """Whether no instance of the same plugin comes before this one.
 
@@ -84,6 +89,10 @@ class Draft:
         slots = self.ints("plugin")
         # backwards, so that all calls together pass every instance about once
         return all(slots[k] != slots[instance] for k in range(instance - 1, -1, -1))
+
+    def is_refused(self, instance: int) -> bool:
+        """Whether an instance was refused when MuJoCo asked for the size of its state."""
+        return not self.ints("plugin_statenum")[instance]
 
     def actuators(self) -> dict[int, list[int]]:
         """Plugin instance to its actuators, in their order."""

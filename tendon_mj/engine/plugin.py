@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +14,7 @@ import mujoco
 from tendon_mj.abi.checks import Check
 from tendon_mj.abi.layout import Layout, read_layout, verify, verify_state
 from tendon_mj.abi.library import PATH, C
+from tendon_mj.abi.model_in_compilation import Draft
 from tendon_mj.abi.scene_layout import SceneLayout, read_scene_layout, verify_scene
 from tendon_mj.compilation import announced
 from tendon_mj.engine.other_engines import guard_engines
@@ -86,7 +88,7 @@ class Definition(NamedTuple):
         name: by which MJCF asks for it.
         attributes: that its configuration may have.
         capabilities: sum of `mjtPluginCapabilityBit`.
-        state_size: checks an instance, returns how many numbers of state it needs.
+        state_size: checks an instance, returns how many numbers of state it needs, one at least.
         complete: checks an instance once the model is complete.
         callbacks: makes the functions that run in a step.
         sensor_size: returns how many numbers a sensor shows.
@@ -143,6 +145,29 @@ _SMALLEST = f"""
 </mujoco>
 """
 
+
+def _raise_refusals(model: Draft) -> None:
+    """Say what was refused when MuJoCo asked for the sizes of states."""
+    sizes = {definition.name: definition.state_size for definition in DEFINITIONS}
+    for k in filter(model.is_refused, range(model.fields.nplugin)):
+        if model.plugin(k) in sizes:
+            sizes[model.plugin(k)](model.address, k)
+            raise EngineError(f"{model.where(k)}: refused at first, and then not")
+
+
+def _complete(plugin: Definition) -> Callable[[int, int], int]:
+    """The check of `init`, with what was refused before it."""
+
+    @functools.wraps(plugin.complete)
+    def complete(address: int, instance: int) -> int:
+        model = Draft(address, ())
+        if model.is_first(instance):
+            _raise_refusals(model)
+        return plugin.complete(address, instance)
+
+    return complete
+
+
 _registered: list[object] = []  # C holds pointers to these, so they are never freed
 
 
@@ -150,7 +175,7 @@ def _register(plugin: Definition, layout: Layout, scene_layout: SceneLayout) -> 
     callbacks = plugin.callbacks(layout)
     visualize = plugin.visualize(layout, scene_layout) if plugin.visualize else None
     nstate = Check(plugin.name, plugin.state_size)
-    init = Check(plugin.name, plugin.complete, data=True)
+    init = Check(plugin.name, _complete(plugin), data=True)
     sensor = Check(plugin.name, plugin.sensor_size, 2) if plugin.sensor_size else None
     names = (ctypes.c_char_p * len(plugin.attributes))(*(a.encode() for a in plugin.attributes))
     struct = _Plugin(

@@ -183,8 +183,10 @@ def _check_size(model: Draft, configs: Mapping[int, dict[str, str]]) -> None:
 
 
 def reading_size(address: int, instance: int, sensor: int) -> int:
-    """Size of a sensor's reading."""
+    """Size of a sensor's reading; 0 where the sheaths were refused, which `init` will say."""
     model = Draft(address, _PLACE)
+    if model.is_refused(model.first(instance)):
+        return 0
 
     def guides(sheath: int) -> int:
         return _capacity(model, model.config(sheath), model.where(sheath))[0]
