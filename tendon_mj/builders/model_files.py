@@ -1,0 +1,71 @@
+"""Files that a model is made of: none is a pipe, which MuJoCo would wait for, nor a device."""
+
+from __future__ import annotations
+
+import html
+import re
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+from tendon_mj.errors import TendonError
+
+_VALUE = r"(?:\"[^\"]*\"|'[^']*')"
+_TAG = re.compile(rf"<([\w:.-]+)(?=[\s/>])((?:\s*[\w:.-]+\s*=\s*{_VALUE})*)")
+_ATTRIBUTE = re.compile(rf"([\w:.-]+)\s*=\s*({_VALUE})")
+_FOLDERS = ("meshdir", "texturedir", "assetdir")
+
+
+def check_model_files(path: Path) -> None:
+    """Refuse a model that names a device or pipe, before MuJoCo opens it.
+
+    What is no XML or is not there is left to MuJoCo, which says so.
+
+    Raises:
+        TendonError: names the model, the element and the file.
+    """
+    texts, models = {path: _text(path)}, [path]
+    while models:
+        main = models.pop()
+        includes, assets, folders = [main], list[tuple[str, str]](), {main.parent}
+        while includes:
+            for tag, attributes in _elements(texts[includes.pop()]):
+                folders |= {main.parent / attributes[f] for f in _FOLDERS if f in attributes}
+                for name in (text for key, text in attributes.items() if key.startswith("file")):
+                    assets.append((tag, name))
+                    file = main.parent / name  # MuJoCo looks beside the main file
+                    if tag in ("include", "model") and file not in texts:
+                        _check(path, tag, file)
+                        texts[file] = _text(file)
+                        (includes if tag == "include" else models).append(file)
+        for tag, name in assets:
+            for folder in folders:
+                _check(path, tag, folder / name)
+                _check(path, tag, folder / Path(name).name)  # with strippath
+
+
+def _check(model: Path, tag: str, file: Path) -> None:
+    try:
+        kind = stat.S_IFMT(file.stat().st_mode)
+    except (OSError, ValueError):  # none is there, or can be
+        return
+    if kind not in (stat.S_IFREG, stat.S_IFDIR):
+        raise TendonError(
+            f"{model}: <{tag}> names {file}, which is a device or pipe; give a file in its place"
+        )
+
+
+def _elements(text: str) -> Iterator[tuple[str, dict[str, str]]]:
+    """Tag and attributes of each element, of broken XML too."""
+    for found in _TAG.finditer(text):
+        yield (
+            found[1],
+            {one[1]: html.unescape(one[2][1:-1]) for one in _ATTRIBUTE.finditer(found[2])},
+        )
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8", errors="surrogateescape")
+    except (OSError, ValueError):
+        return ""
