@@ -6,7 +6,7 @@ import io
 import math
 import re
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import TextIO
@@ -33,7 +33,7 @@ _LONGEST_ROW = 2**20  # characters: thousands of columns
 _BLOCK = 2**24  # characters that are read at a time: a table takes many times its text otherwise
 
 
-def read_csv(path: Path) -> dict[str, FloatArray]:
+def read_csv(path: Path, elements: Collection[str] = ()) -> dict[str, FloatArray]:
     """Read a CSV into its columns in file order, the time first; each (n,) [the file's unit].
 
     Raises `RecordingError`, naming file, row (the header is row 1) and column, for whatever
@@ -43,13 +43,13 @@ def read_csv(path: Path) -> dict[str, FloatArray]:
     check_file(path)
     try:
         with path.open(encoding="utf-8-sig") as file:
-            return _read(file, path)
+            return _read(file, path, elements)
     except UnicodeDecodeError:
         read_text(path)  # which says where
         raise
 
 
-def _read(file: TextIO, path: Path) -> dict[str, FloatArray]:
+def _read(file: TextIO, path: Path, elements: Collection[str]) -> dict[str, FloatArray]:
     header, texts = file.readline(_LONGEST_ROW), _blocks(file, path)
     if len(header) == _LONGEST_ROW:
         raise RecordingError(
@@ -60,7 +60,7 @@ def _read(file: TextIO, path: Path) -> dict[str, FloatArray]:
     if not (header + first).strip():
         raise RecordingError(f"{path}, row 1: the file is empty; its first column is {TIME!r}")
     names = [cell.strip() for cell in header.rstrip("\n").split(",")]
-    check_names(names, str(path))
+    check_names(names, str(path), elements=elements)
     if "\n" not in first:
         raise RecordingError(too_few_rows(int(first != ""), str(path)))
     row, blocks = 2, list[FloatArray]()
@@ -73,7 +73,7 @@ def _read(file: TextIO, path: Path) -> dict[str, FloatArray]:
         blocks.append(cells)
         row += count
     table = {name: np.concatenate([b[:, k] for b in blocks]) for k, name in enumerate(names)}
-    check_table(table, str(path))
+    check_table(table, str(path), elements=elements)
     return table
 
 
