@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import os
 import re
+import warnings
 from collections.abc import Iterable
 from pathlib import Path
 from xml.etree import ElementTree
 
 import mujoco
 
-from tendon_mj.errors import TendonError, unknown
+from tendon_mj.errors import TendonError, TendonWarning, unknown
 from tendon_mj.whole_file import whole_file
 
 Element = ElementTree.Element
@@ -113,11 +114,18 @@ class Mjcf:
         assets = [folder / f for e in self.root.iter() for f in _files_of(e) for folder in folders]
         return any(file.exists() and file.samefile(path) for file in [*self._files, *assets])
 
-    def outside(self) -> list[Path]:
-        """Files that are included and lie neither in the main file's folder nor below it."""
+    def warn_of_outside(self, written: Path) -> None:
+        """Warn that a written file holds text from neither the main file's folder nor below it."""
         here = self.path.parent.resolve()
-        files = (file.resolve() for file in self._files)
-        return [file for file in files if not file.is_relative_to(here)]
+        files = [file.resolve() for file in self._files]
+        outside = ", ".join(str(file) for file in files if not file.is_relative_to(here))
+        if outside:
+            warnings.warn(
+                f"{written} holds the text of {outside}, which {self.path} includes from outside"
+                " its folder",
+                TendonWarning,
+                stacklevel=3,
+            )
 
     def write(self, path: Path) -> None:
         """Write it as one file."""

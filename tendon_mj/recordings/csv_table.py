@@ -7,7 +7,7 @@ import math
 import re
 import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from itertools import chain
+from itertools import chain, islice
 from pathlib import Path
 from typing import TextIO
 
@@ -56,15 +56,15 @@ def _read(file: TextIO, path: Path, elements: Collection[str]) -> dict[str, Floa
             f"{path}, row 1: {_LONGEST_ROW} characters or more; the first row is the names of"
             " the columns"
         )
-    first = next(texts, "")
-    if not (header + first).strip():
+    begun = list(islice(texts, 2))  # the first ends at its last row, whatever blank ones follow
+    if not (header + "".join(begun[:1])).strip():
         raise RecordingError(f"{path}, row 1: the file is empty; its first column is {TIME!r}")
     names = [cell.strip() for cell in header.rstrip("\n").split(",")]
     check_names(names, str(path), elements=elements)
-    if "\n" not in first:
-        raise RecordingError(too_few_rows(int(first != ""), str(path)))
+    if len(begun) < 2 and not any("\n" in text for text in begun):
+        raise RecordingError(too_few_rows(len(begun), str(path)))
     row, blocks = 2, list[FloatArray]()
-    for text in chain([first], texts):
+    for text in chain(begun, texts):
         count, cells = text.count("\n") + 1, _numbers(text, len(names))
         # pandas reads ragged rows and empty cells as NaN or not at all, and says no row
         if cells is None or cells.shape[0] != count or not np.isfinite(cells).all():
@@ -133,7 +133,7 @@ def _numbers(body: str, columns: int) -> FloatArray | None:
 def _first_bad_cell(lines: Sequence[str], first: int, names: Sequence[str], path: Path) -> str:
     """Say which cell of rows from ``first`` on is no number: slow, and only where there is one."""
     for row, line in enumerate(lines, start=first):
-        cells = [cell.strip() for cell in line.split(",")]
+        cells = [cell.strip(" \t") for cell in line.split(",")]  # as pandas: other blanks are none
         if cells == [""] and len(names) > 1:
             return f"{path}, row {row}: empty row"
         for name, cell in zip(names, cells, strict=False):

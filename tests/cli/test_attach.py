@@ -73,6 +73,38 @@ def test_patterns_that_mean_nothing_are_told_as_they_were_typed(finger, capsys, 
     assert f"none of the tendons that {said} means can be given a sheath" in capsys.readouterr().err
 
 
+def test_text_from_outside_the_folder_is_told(finger, tmp_path, capsys):
+    (tmp_path / "rig").mkdir()
+    (tmp_path / "other.xml").write_text(
+        '<mujoco><custom><text name="a" data="b"/></custom></mujoco>'
+    )
+    for inside, file in ((False, "../other.xml"), (True, "own.xml")):
+        (tmp_path / "rig" / "own.xml").write_text((tmp_path / "other.xml").read_text())
+        path, out = tmp_path / "rig" / "finger.xml", tmp_path / "new.xml"
+        include = f'<include file="{file}"/>'
+        path.write_text(finger.read_text().replace("<worldbody>", f"{include}<worldbody>", 1))
+        arguments = ["attach", str(path), "--tendon", "flex*", "--friction", "0.1"]
+        with console.capture() as capture:
+            assert main([*arguments, "--out", str(out)]) == 0
+        said = f"{out} holds the text of {tmp_path / 'other.xml'}, which {path} includes from out"
+        assert (said in capture.get()) != inside
+
+
+def test_a_motor_without_a_name_is_told_by_its_number(finger, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(console, "width", 200)
+    text = finger.read_text()
+    motors = '<actuator><motor joint="mcp"/><motor tendon="flexor"/></actuator></mujoco>'
+    finger.write_text(text.replace("</mujoco>", motors))
+    out = tmp_path / "new.xml"
+    arguments = ["attach", str(finger), "--tendon", "flexor", "--friction", "0.1"]
+    assert main([*arguments, "--pretension", "1", "--out", str(out)]) == 2
+    error = capsys.readouterr().err
+    assert "'flexor' is driven by actuator 1, which has no name, whose force" in error
+    with console.capture() as capture:
+        assert main([*arguments, "--out", str(out)]) == 0
+    assert "actuator 1" in capture.get()
+
+
 def test_the_input_is_not_written_over(finger, capsys):
     before = finger.read_text()
     arguments = ["attach", str(finger), "--tendon", "*", "--friction", "0.1", "--out", str(finger)]
