@@ -39,7 +39,7 @@ class Mjcf:
         self.root = _parse(path)
         self._files = [path]  # this one and all that it includes
         self._before = _COMMENT.findall(_BEFORE_ROOT.match(path.read_text("utf-8-sig"))[0])  # type: ignore[index]
-        self._include(self.root)
+        self._include(self.root, path)
 
     def joint(self, name: str) -> Element:
         """A joint by name; this and the next raise `TendonError` where the text has none."""
@@ -134,16 +134,19 @@ class Mjcf:
         with whole_file(path) as made:
             made.write_text("\n".join([*self._before, text, ""]), encoding="utf-8", newline="\n")
 
-    def _include(self, parent: Element) -> None:
+    def _include(self, parent: Element, source: Path) -> None:
         for child in list(parent):
             if child.tag != "include":
-                self._include(child)
+                self._include(child, source)
                 continue
-            # MuJoCo looks beside the main file, whichever file includes
-            file = self.path.parent / str(child.get("file"))
+            # MuJoCo looks beside the main file, and then beside the one that includes
+            name = str(child.get("file"))
+            file = self.path.parent / name
+            if not file.exists():
+                file = source.parent / name
             included = _parse(file)
             self._files.append(file)
-            self._include(included)
+            self._include(included, file)
             at = list(parent).index(child)
             parent[at : at + 1] = list(included)
 

@@ -24,20 +24,24 @@ def check_model_files(path: Path) -> None:
     Raises:
         TendonError: names the model, the element and the file.
     """
-    texts, models = {path: _text(path)}, [path]
+    models, seen = [path], {_place(path)}
     while models:
         main = models.pop()
         includes, assets, folders = [main], list[tuple[str, str]](), {main.parent}
         while includes:
-            for tag, attributes in _elements(texts[includes.pop()]):
+            here = includes.pop()
+            folders.add(here.parent)
+            for tag, attributes in _elements(_text(here)):
                 folders |= {main.parent / attributes[f] for f in _FOLDERS if f in attributes}
                 for name in (text for key, text in attributes.items() if key.startswith("file")):
                     assets.append((tag, name))
-                    file = main.parent / name  # MuJoCo looks beside the main file
-                    if tag in ("include", "model") and file not in texts:
-                        _check(path, tag, file)
-                        texts[file] = _text(file)
-                        (includes if tag == "include" else models).append(file)
+                    # MuJoCo looks beside the main file, and then beside the one that includes
+                    for file in (main.parent / name, here.parent / name):
+                        place = _place(file)
+                        if tag in ("include", "model") and place is not None and place not in seen:
+                            _check(path, tag, file)
+                            seen.add(place)
+                            (includes if tag == "include" else models).append(file)
         for tag, name in assets:
             for folder in folders:
                 _check(path, tag, folder / name)
@@ -53,6 +57,15 @@ def _check(model: Path, tag: str, file: Path) -> None:
         raise TendonError(
             f"{model}: <{tag}> names {file}, which is a device or pipe; give a file in its place"
         )
+
+
+def _place(file: Path) -> tuple[int, int, str] | None:
+    """Folder and name of a file, the same for whatever path to it; None where no folder is."""
+    try:
+        folder = file.parent.stat()
+    except (OSError, ValueError):
+        return None
+    return folder.st_dev, folder.st_ino, file.name
 
 
 def _elements(text: str) -> Iterator[tuple[str, dict[str, str]]]:

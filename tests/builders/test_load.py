@@ -30,6 +30,7 @@ ASSET = '<compiler {}="parts"/><asset><{} name="a" file="pipe.{}"/></asset>'
         ('<include file="link.xml"/>', "include", "link.xml"),
         ('<include file="/dev/zero"/>', "include", "/dev/zero"),
         ('<include file="parts/nested.xml"/>', "include", "pipe.xml"),
+        ('<include file="parts/deeper.xml"/>', "include", "parts/only.xml"),
         ('<include file="parts/nested.xml"></include', "include", "pipe.xml"),  # broken after it
         (ASSET.format("meshdir", "mesh", "stl"), "mesh", "parts/pipe.stl"),
         (ASSET.format("texturedir", 'texture type="2d"', "png"), "texture", "parts/pipe.png"),
@@ -41,16 +42,35 @@ def test_a_model_made_of_pipes_or_devices_is_refused_and_they_are_not_opened(
     text, tag, file, tmp_path
 ):
     (tmp_path / "parts").mkdir()
-    for name in ("pipe.xml", "parts/pipe.xml", "parts/pipe.stl", "parts/pipe.png"):
+    for name in (
+        "pipe.xml",
+        "parts/pipe.xml",
+        "parts/only.xml",
+        "parts/pipe.stl",
+        "parts/pipe.png",
+    ):
         os.mkfifo(tmp_path / name)
     (tmp_path / "link.xml").symlink_to("pipe.xml")
     nested = '<mujoco><include file="pipe.xml"/></mujoco>'
     (tmp_path / "parts" / "nested.xml").write_text(nested)
+    (tmp_path / "parts" / "deeper.xml").write_text('<mujoco><include file="only.xml"/></mujoco>')
     (tmp_path / "parts" / "sub.xml").write_text(nested)
     path = tmp_path / "rig.xml"
     path.write_text(PLAIN.format(text))
     said = rf"rig\.xml: <{tag}> names \S*{re.escape(file)}, which is a device or pipe"
     with pytest.raises(TendonError, match=said):
+        load_model(str(path))
+
+
+def test_includes_in_a_circle_by_ever_longer_paths_are_walked_once(tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "round").symlink_to(".")
+    names = ("../parts/circle.xml", "round/circle.xml", "./circle.xml", "\0.xml")
+    circle = "".join(f'<include file="{name}"/>' for name in names)
+    (tmp_path / "parts" / "circle.xml").write_text(f"<mujoco>{circle}</mujoco>")
+    path = tmp_path / "rig.xml"
+    path.write_text(PLAIN.format('<include file="parts/circle.xml"/>'))
+    with pytest.raises(TendonError, match=r"rig\.xml: XML Error"):
         load_model(str(path))
 
 

@@ -90,6 +90,22 @@ def test_text_from_outside_the_folder_is_told(finger, tmp_path, capsys):
         assert (said in capture.get()) != inside
 
 
+@pytest.mark.parametrize(("beside", "read"), [(False, 0.001), (True, 0.003)])
+def test_an_include_in_an_include_is_sought_where_mujoco_seeks_it(finger, tmp_path, beside, read):
+    step = '<mujoco><option timestep="{}"/></mujoco>'
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "first.xml").write_text('<mujoco><include file="step.xml"/></mujoco>')
+    (tmp_path / "parts" / "step.xml").write_text(step.format(0.001))
+    if beside:
+        (tmp_path / "step.xml").write_text(step.format(0.003))
+    include = '<include file="parts/first.xml"/><worldbody>'
+    finger.write_text(finger.read_text().replace("<worldbody>", include, 1))
+    out = tmp_path / "new.xml"
+    arguments = ["attach", str(finger), "--tendon", "flex*", "--friction", "0.1"]
+    assert main([*arguments, "--out", str(out)]) == 0
+    assert mujoco.MjModel.from_xml_path(str(out)).opt.timestep == read
+
+
 def test_a_motor_without_a_name_is_told_by_its_number(finger, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(console, "width", 200)
     text = finger.read_text()
