@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import os
 import re
+import warnings
 from collections.abc import Iterable
 from pathlib import Path
 from xml.etree import ElementTree
 
 import mujoco
 
-from tendon_mj.errors import TendonError, unknown
+from tendon_mj.errors import TendonError, TendonWarning, unknown
 from tendon_mj.whole_file import whole_file
 
 Element = ElementTree.Element
@@ -38,7 +39,7 @@ class Mjcf:
         self.root = _parse(path)
         self._files = [path]  # this one and all that it includes
         self._before = _COMMENT.findall(_BEFORE_ROOT.match(path.read_text("utf-8-sig"))[0])  # type: ignore[index]
-        self._include(self.root)
+        self._include(self.root, path)
 
     def joint(self, name: str) -> Element:
         """A joint by name; this and the next raise `TendonError` where the text has none."""
@@ -113,11 +114,18 @@ class Mjcf:
         assets = [folder / f for e in self.root.iter() for f in _files_of(e) for folder in folders]
         return any(file.exists() and file.samefile(path) for file in [*self._files, *assets])
 
-    def outside(self) -> list[Path]:
-        """Files that are included and lie neither in the main file's folder nor below it."""
+    def warn_of_outside(self, written: Path) -> None:
+        """Warn that a written file holds text from neither the main file's folder nor below it."""
         here = self.path.parent.resolve()
-        files = (file.resolve() for file in self._files)
-        return [file for file in files if not file.is_relative_to(here)]
+        files = [file.resolve() for file in self._files]
+        outside = ", ".join(str(file) for file in files if not file.is_relative_to(here))
+        if outside:
+            warnings.warn(
+                f"{written} holds the text of {outside}, which {self.path} includes from outside"
+                " its folder",
+                TendonWarning,
+                stacklevel=3,
+            )
 
     def write(self, path: Path) -> None:
         """Write it as one file."""
@@ -126,16 +134,19 @@ class Mjcf:
         with whole_file(path) as made:
             made.write_text("\n".join([*self._before, text, ""]), encoding="utf-8", newline="\n")
 
-    def _include(self, parent: Element) -> None:
+    def _include(self, parent: Element, source: Path) -> None:
         for child in list(parent):
             if child.tag != "include":
-                self._include(child)
+                self._include(child, source)
                 continue
-            # MuJoCo looks beside the main file, whichever file includes
-            file = self.path.parent / str(child.get("file"))
+            # MuJoCo looks beside the main file, and then beside the one that includes
+            name = str(child.get("file"))
+            file = self.path.parent / name
+            if not file.exists():
+                file = source.parent / name
             included = _parse(file)
             self._files.append(file)
-            self._include(included)
+            self._include(included, file)
             at = list(parent).index(child)
             parent[at : at + 1] = list(included)
 

@@ -10,6 +10,7 @@ import mujoco
 
 from tendon_mj.attach.elasticity import own_elasticity
 from tendon_mj.attach.keywords import as_number
+from tendon_mj.attach.sheathed import name_of
 from tendon_mj.attach.spool import Spool
 from tendon_mj.attach.spring import has_spring
 from tendon_mj.attach.tendon_path import TendonPath, end_sites, guides_are_beyond, path_of
@@ -122,7 +123,7 @@ def design_sheath(
     if actuators and not request.is_wound:
         if pretension is not None:
             raise InvalidValueError(
-                f"tendon {name!r} is driven by {' and '.join(repr(a.name) for a in actuators)}, "
+                f"tendon {name!r} is driven by {' and '.join(map(name_of, actuators))}, "
                 "whose force is its input tension: leave pretension out"
             )
         is_driven = True

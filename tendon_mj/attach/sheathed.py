@@ -33,6 +33,11 @@ def is_shared(config: Mapping[str, str]) -> bool:
     return "sensor" in config and "tendon" not in config
 
 
+def name_of(actuator: mujoco.MjsActuator) -> str:
+    """An actuator for messages: its name, or its number where it has none."""
+    return repr(actuator.name) if actuator.name else f"actuator {actuator.id}, which has no name"
+
+
 def actuators_by_tendon(spec: mujoco.MjSpec) -> dict[str, list[mujoco.MjsActuator]]:
     """Tendon → the actuators on it."""
     found: dict[str, list[mujoco.MjsActuator]] = {}

@@ -34,6 +34,9 @@ def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
     Returns:
         The path.
 
+    Warns:
+        TendonWarning: the model includes files from outside its folder, whose text is written too.
+
     Raises:
         InvalidValueError: a path that is no place for a file, or a file that the model is made of.
         TendonError: a tendon that `attach` or `replicate` makes, which is not in the text; or the
@@ -54,6 +57,7 @@ def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
     with whole_file(path) as beside:
         text.write(beside)
         _check(beside, path, spec)
+    text.warn_of_outside(path)
     return path
 
 

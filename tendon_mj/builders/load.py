@@ -6,6 +6,7 @@ from pathlib import Path
 
 import mujoco
 
+from tendon_mj.builders.model_files import check_model_files
 from tendon_mj.errors import TendonError, UnknownNameError
 
 # In a wheel the models lie inside the package, in a checkout beside it.
@@ -76,9 +77,11 @@ def load_spec(name: str, *, scene: bool = False, beside: Path | None = None) -> 
 
     Raises:
         UnknownNameError: no such model.
-        TendonError: MuJoCo cannot read it; the message is MuJoCo's, with the file's name.
+        TendonError: MuJoCo cannot read it; the message is MuJoCo's, with the file's name. Or it is
+            made of a device or pipe.
     """
     path = model_path(name, scene=scene, beside=beside)
+    check_model_files(path)
     try:
         return mujoco.MjSpec.from_file(str(path))
     except ValueError as error:

@@ -155,7 +155,8 @@ def diagnose(
 def _keep_models(recordings: Sequence[Recording], output: Output) -> None:
     """Refuse to write over a file that a recording's model is made of."""
     for source in sorted({model_path(one.model, beside=one.beside) for one in recordings}):
-        text, spec = Mjcf(source), load_spec(str(source))
+        spec = load_spec(str(source))  # first, as it refuses pipes
+        text = Mjcf(source)
         output.keep(functools.partial(text.reads, spec=spec))
 
 

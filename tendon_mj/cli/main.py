@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from importlib.metadata import version
 from io import TextIOWrapper
 
@@ -61,6 +63,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if refused:
         print(f"tendon-mj: {refused}", file=sys.stderr)
         return 2
+    with _warnings_in_a_line():
+        return _run(given)
+
+
+def _run(given: Sequence[str]) -> int:
     try:
         tyro.extras.subcommand_cli_from_dict(
             {name: documented(command) for name, command in COMMANDS.items()},
@@ -86,6 +93,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return _interrupted()
     return 0
+
+
+@contextmanager
+def _warnings_in_a_line() -> Iterator[None]:
+    """Python's warnings as the command line tells its own: without the place in the code."""
+    before = warnings.formatwarning
+
+    def told(
+        message: Warning | str,
+        category: type[Warning],
+        filename: str,
+        lineno: int,
+        line: str | None = None,
+    ) -> str:
+        return f"warning: {'; '.join(str(message).splitlines())}\n"
+
+    warnings.formatwarning = told
+    try:
+        yield
+    finally:
+        warnings.formatwarning = before
 
 
 def _unwritable_argument(given: Sequence[str]) -> str:

@@ -52,8 +52,8 @@ class Output:
 
     Raises:
         InvalidValueError: it is no folder, a link to none, or cannot be written to; another run is
-            writing to it; or a file that was given lies where the command writes. What is in the
-            folder stays as it was.
+            writing to it; or a file that was given lies where the command writes, or is a
+            result of an earlier run. What is in the folder stays as it was.
     """
 
     def __init__(
@@ -108,19 +108,27 @@ class Output:
 
         Recordings and models stay until they are replaced: they may be what this run reads.
         """
+        for path in self._earlier():
+            path.unlink(missing_ok=True)
+        (self.folder / RESULT).unlink(missing_ok=True)
+
+    def _earlier(self) -> list[Path]:
+        """Pages, pictures and tables in the folder itself that its result lists."""
         listed: object = []
         result = self.folder / RESULT
         with contextlib.suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
             listed = json.loads(result.read_text(encoding="utf-8"))["files"]  # if it is ours
-        names = [n for n in listed if isinstance(n, str)] if isinstance(listed, list) else []
-        for name in names:
-            shown = Path(name).name == name and Path(name).suffix in _SHOWN  # in the folder itself
-            if shown or name in self._tables:
-                (self.folder / name).unlink(missing_ok=True)
-        result.unlink(missing_ok=True)
+        names = {n for n in listed if isinstance(n, str)} if isinstance(listed, list) else set()
+        return [
+            path
+            for path in sorted(self.folder.glob("*"))
+            if path.name in names
+            and (path.suffix in _SHOWN or path.name in self._tables)
+            and not path.is_dir()
+        ]
 
     def keep(self, is_read: Callable[[Path], bool]) -> None:
-        """Refuse to go on if the command would write over a file of which ``is_read`` is true.
+        """Refuse to go on if a file of which ``is_read`` is true would be written over or removed.
 
         Raises:
             InvalidValueError: the file, and the way out.
@@ -130,6 +138,13 @@ class Output:
                 raise InvalidValueError(
                     f"--out {self.folder}: {path.name} there would be written over, and is read by"
                     " this command; give another --out"
+                )
+        for path in self._earlier():
+            if is_read(path):
+                raise InvalidValueError(
+                    f"--out {self.folder}: {path.name} there would be removed, as {RESULT} lists it"
+                    " as a result of an earlier run, and is read by this command; give another"
+                    " --out"
                 )
 
     def add(self, path: Path) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
@@ -138,6 +139,8 @@ def _parse(text: str, model: mujoco.MjModel) -> dict[str, float]:
             equals = ""
         if not equals:
             raise InvalidValueError(f"--change {text!r}: {part!r} is not like name=value")
+        if not math.isfinite(given):
+            raise InvalidValueError(f"--change {text!r}: {part!r} is not finite; give a number")
         chosen = wild if "*" in name else plain
         names = fnmatch.filter(known, name.strip()) if "*" in name else [name.strip()]
         if not names:

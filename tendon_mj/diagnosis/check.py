@@ -23,6 +23,7 @@ from tendon_mj.replay.parameters import Parameter
 from tendon_mj.replay.simulator_protocol import Simulates
 
 _FEWEST = 50  # samples
+_TOLD = 4  # values of a description, in a message
 _FINEST, _WIDEST = 1e-12, 1e3  # noise over the range of its column
 _MEMBERS = ("parameters", "__call__", "joints", "steps", "in_steps")  # of `Simulates`
 
@@ -168,8 +169,21 @@ def check_simulation(problem: Problem) -> None:
             )
             raise RecordingError(
                 f"recording {recording.name!r}: model {recording.model!r} as described becomes"
-                f" unstable under what drives it ({ranges}); are the units right?"
+                f" unstable under what drives it ({ranges}){_given(recording)}; are the units"
+                " right?"
             )
+
+
+def _given(recording: Recording) -> str:
+    """The values that a description gives its model, such as " with sheath.friction = 0.1"."""
+    values = [
+        *recording.known.items(),
+        *((name, one.value) for name, one in recording.uncertain.items()),
+        *((name, one.value) for name, one in recording.session.items()),
+    ]
+    told = [f"{name} = {value:g}" for name, value in values[:_TOLD]]
+    more = f" and {len(values) - _TOLD} values more" if len(values) > _TOLD else ""
+    return f" with {', '.join(told)}{more}" if told else ""
 
 
 def _plain(value: object) -> object:

@@ -61,7 +61,7 @@ class RigFiles:
         try:
             kept = json.loads(self._path(rig).read_text(encoding="utf-8"))
             return dict(kept[_FOUND]) if kept[_OF] == self._of[rig] else None
-        except (OSError, ValueError, KeyError, TypeError):
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
             return None
 
 

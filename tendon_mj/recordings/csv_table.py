@@ -6,8 +6,8 @@ import io
 import math
 import re
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from itertools import chain, islice
 from pathlib import Path
 from typing import TextIO
 
@@ -33,7 +33,7 @@ _LONGEST_ROW = 2**20  # characters: thousands of columns
 _BLOCK = 2**24  # characters that are read at a time: a table takes many times its text otherwise
 
 
-def read_csv(path: Path) -> dict[str, FloatArray]:
+def read_csv(path: Path, elements: Collection[str] = ()) -> dict[str, FloatArray]:
     """Read a CSV into its columns in file order, the time first; each (n,) [the file's unit].
 
     Raises `RecordingError`, naming file, row (the header is row 1) and column, for whatever
@@ -43,28 +43,28 @@ def read_csv(path: Path) -> dict[str, FloatArray]:
     check_file(path)
     try:
         with path.open(encoding="utf-8-sig") as file:
-            return _read(file, path)
+            return _read(file, path, elements)
     except UnicodeDecodeError:
         read_text(path)  # which says where
         raise
 
 
-def _read(file: TextIO, path: Path) -> dict[str, FloatArray]:
+def _read(file: TextIO, path: Path, elements: Collection[str]) -> dict[str, FloatArray]:
     header, texts = file.readline(_LONGEST_ROW), _blocks(file, path)
     if len(header) == _LONGEST_ROW:
         raise RecordingError(
             f"{path}, row 1: {_LONGEST_ROW} characters or more; the first row is the names of"
             " the columns"
         )
-    first = next(texts, "")
-    if not (header + first).strip():
+    begun = list(islice(texts, 2))  # the first ends at its last row, whatever blank ones follow
+    if not (header + "".join(begun[:1])).strip():
         raise RecordingError(f"{path}, row 1: the file is empty; its first column is {TIME!r}")
     names = [cell.strip() for cell in header.rstrip("\n").split(",")]
-    check_names(names, str(path))
-    if "\n" not in first:
-        raise RecordingError(too_few_rows(int(first != ""), str(path)))
+    check_names(names, str(path), elements=elements)
+    if len(begun) < 2 and not any("\n" in text for text in begun):
+        raise RecordingError(too_few_rows(len(begun), str(path)))
     row, blocks = 2, list[FloatArray]()
-    for text in chain([first], texts):
+    for text in chain(begun, texts):
         count, cells = text.count("\n") + 1, _numbers(text, len(names))
         # pandas reads ragged rows and empty cells as NaN or not at all, and says no row
         if cells is None or cells.shape[0] != count or not np.isfinite(cells).all():
@@ -73,7 +73,7 @@ def _read(file: TextIO, path: Path) -> dict[str, FloatArray]:
         blocks.append(cells)
         row += count
     table = {name: np.concatenate([b[:, k] for b in blocks]) for k, name in enumerate(names)}
-    check_table(table, str(path))
+    check_table(table, str(path), elements=elements)
     return table
 
 
@@ -133,7 +133,7 @@ def _numbers(body: str, columns: int) -> FloatArray | None:
 def _first_bad_cell(lines: Sequence[str], first: int, names: Sequence[str], path: Path) -> str:
     """Say which cell of rows from ``first`` on is no number: slow, and only where there is one."""
     for row, line in enumerate(lines, start=first):
-        cells = [cell.strip() for cell in line.split(",")]
+        cells = [cell.strip(" \t") for cell in line.split(",")]  # as pandas: other blanks are none
         if cells == [""] and len(names) > 1:
             return f"{path}, row {row}: empty row"
         for name, cell in zip(names, cells, strict=False):

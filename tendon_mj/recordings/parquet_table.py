@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from tendon_mj.recordings.text_file import LARGEST, check_file
 _BYTES = 8  # of a number
 
 
-def read_parquet(path: Path) -> dict[str, FloatArray]:
+def read_parquet(path: Path, elements: Collection[str] = ()) -> dict[str, FloatArray]:
     """Read a Parquet file into its columns in file order; each (n,) [the file's unit].
 
     Rows in messages are those that a CSV of the same table would have: the first values are row 2.
@@ -61,5 +62,5 @@ def read_parquet(path: Path) -> dict[str, FloatArray]:
         table[name] = np.asarray(column.to_numpy(), dtype=np.float64)
     if not table:
         raise RecordingError(f"{path}: holds no column")
-    check_table(table, str(path))
+    check_table(table, str(path), elements=elements)
     return table

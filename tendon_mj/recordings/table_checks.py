@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +18,16 @@ TIME = "time_s"
 TIMES = (TIME, "time_ms", "time_us", "time_ns")  # as a file may have it
 
 
-def check_names(names: Sequence[str], where: str, *, si: bool = False) -> None:
+def check_names(
+    names: Sequence[str], where: str, *, si: bool = False, elements: Collection[str] = ()
+) -> None:
     """Raise `RecordingError` unless the names are unique, carry units and begin with the time.
 
     Args:
         names: of the columns.
         where: begins every message: the file, or the recording.
         si: whether units have to be of SI, or may be such as are converted.
+        elements: names, as of actuators, that columns may have although they end in units.
     """
     for position, name in enumerate(names, start=1):
         here = f"{where}, row 1, column {position}"
@@ -40,7 +43,7 @@ def check_names(names: Sequence[str], where: str, *, si: bool = False) -> None:
             raise RecordingError(
                 f"{here}: {name!r} is no column name; write a word such as 'tension_N', unquoted"
             )
-        fault = unit_fault(name, si=si)
+        fault = unit_fault(name, si=si, elements=elements)
         if fault:
             raise RecordingError(f"{here}: {name!r} {fault}")
 
@@ -57,13 +60,19 @@ def _way_out(name: str) -> str:
     return ""
 
 
-def check_table(table: Mapping[str, FloatArray], where: str, *, si: bool = False) -> None:
+def check_table(
+    table: Mapping[str, FloatArray],
+    where: str,
+    *,
+    si: bool = False,
+    elements: Collection[str] = (),
+) -> None:
     """Raise `RecordingError` unless the columns, each (n,), are lawful; rows as in the CSV.
 
     That is: names as in `check_names`, equal lengths of at least 2, every value finite and at most
     `LARGEST` in size, and the time strictly increasing.
     """
-    check_names(list(table), where, si=si)
+    check_names(list(table), where, si=si, elements=elements)
     clock = next(iter(table))
     time = table[clock]
     for name, column in table.items():

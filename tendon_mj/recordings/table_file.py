@@ -15,30 +15,34 @@ from tendon_mj.recordings.table_checks import FloatArray, in_si
 FORMATS = (".csv", ".parquet", ".mcap")  # in the order in which a stem is sought
 
 
-def read_table(path: Path) -> dict[str, FloatArray]:
+def read_table(path: Path, elements: Collection[str] = ()) -> dict[str, FloatArray]:
     """Read a CSV or Parquet file into its columns in file order, ``time_s`` first; each (n,) [SI].
 
     ``x_mm`` of the file becomes ``x_m``. Raises `RecordingError`, naming file, row (the header is
-    row 1) and column, for what docs/recording.md does not allow.
+    row 1) and column, for what docs/recording.md does not allow. ``elements`` as in `check_names`.
     """
-    return in_si(read_columns(path), str(path))
+    return in_si(read_columns(path, elements=elements), str(path))
 
 
 def read_columns(
-    path: Path, topics: Mapping[str, Topic] | None = None, held: Collection[str] = ()
+    path: Path,
+    topics: Mapping[str, Topic] | None = None,
+    held: Collection[str] = (),
+    elements: Collection[str] = (),
 ) -> dict[str, FloatArray]:
     """The columns of a table, under the names and in the units of its file; each (n,).
 
     Args:
         path: of the table.
         topics, held: what a log's columns are, as in `read_mcap`.
+        elements: of a table, as in `check_names`.
     """
     suffix = path.suffix.lower()
     if suffix == ".mcap":
         if topics is None:
             raise RecordingError(f"{path}: a log needs a description that says what is in it")
         return read_mcap(path, topics, held)
-    return read_parquet(path) if suffix == ".parquet" else read_csv(path)
+    return (read_parquet if suffix == ".parquet" else read_csv)(path, elements)
 
 
 def table_beside(path: Path, formats: Sequence[str] = FORMATS) -> tuple[Path, Path]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from functools import cache
 from itertools import product
 
@@ -79,12 +80,13 @@ def claimed_unit(column: str) -> str:
     return claimed.group() if claimed else column
 
 
-def unit_fault(column: str, *, si: bool) -> str:
+def unit_fault(column: str, *, si: bool, elements: Collection[str] = ()) -> str:
     """What is wrong with the unit in a column's name; empty if nothing.
 
     Args:
         column: its name.
         si: whether the unit has to be of SI, or may be one that is converted.
+        elements: names that may stand before the unit although they end in one themselves.
     """
     ending, allowed = claimed_unit(column), UNITS if si else tuple(unit_factors())
     if ending not in allowed or ending == column:
@@ -94,6 +96,8 @@ def unit_fault(column: str, *, si: bool) -> str:
         )
         kind = "an SI unit" if si else "a unit that is read"
         return f"does not end in {kind}: {_nearest(ending, allowed)}{also}"
+    if column.removesuffix(ending) in elements:
+        return ""
     stem = f"_{column.removesuffix(ending)}"
     if stem.endswith(UNITS) or (ending in ("_s", "_ms", "_min") and stem.endswith(allowed)):
         return (

@@ -72,9 +72,9 @@ def read_motion(path: Path, model: mujoco.MjModel) -> tuple[Drive, float]:
             " that of another model is a CSV with time_s and a column for each actuator that moves,"
             f" its unit at the end: {columns}"
         )
-    table = read_table(path)
-    time = table.pop(TIME)
     actuators = [model.actuator(k).name for k in range(model.nu)]
+    table = read_table(path, actuators)
+    time = table.pop(TIME)
     meant = {column: column[: -len(_unit_ending(column))] for column in table}
     for column, name in meant.items():
         if name not in actuators:

@@ -18,7 +18,6 @@ from __future__ import annotations
 import copy
 import math
 import re
-import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree
@@ -29,7 +28,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.attach.mjcf import Mjcf, number, numbers, set_first
 from tendon_mj.builders.load import load_model, load_spec, model_path
-from tendon_mj.errors import InvalidValueError, TendonError, TendonWarning, UnknownNameError
+from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.replay.live_parameters import CORRECTION, DRAWN_BEND, EXTRA_BEND, custom_numbers
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.whole_file import whole_file
@@ -101,13 +100,7 @@ def patch_model(
     with whole_file(target) as made:  # what is there stays unless the new one holds
         text.write(made)
         _check_written(made, target, adjustable, parameters)
-    files = ", ".join(map(str, text.outside()))
-    if files:
-        warnings.warn(
-            f"{target} holds the text of {files}, which {source} includes from outside its folder",
-            TendonWarning,
-            stacklevel=2,
-        )
+    text.warn_of_outside(target)
     return target
 
 

@@ -25,7 +25,7 @@ def read_plan(path: Path) -> Plan | None:
         found = json.loads(path.read_text(encoding="utf-8"))
     except (FileNotFoundError, NotADirectoryError):
         return None
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise InvalidValueError(
             f"{path} cannot be read ({error}); give another --out, or --again to begin anew"
         ) from error

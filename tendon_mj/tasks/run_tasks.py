@@ -74,7 +74,7 @@ def run_tasks(
     if not todo:
         begin()
     else:
-        with (on or Workers()).opened(function, shared, sources) as pool:
+        with (on or Workers()).opened(function, shared, sources, len(todo)) as pool:
             begin()
             _run_all(
                 pool,

@@ -7,13 +7,14 @@ import re
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 from tendon_mj.errors import InvalidValueError, MissingPackageError
 from tendon_mj.tasks.job import Function
 from tendon_mj.tasks.pool import Pool
 from tendon_mj.tasks.process_pool import process_pool
 
+MOST: Final = 1024  # processes or workers that this machine is asked for
 _ADDRESS = re.compile(r"\w+://.+:\d{1,5}")
 
 
@@ -27,8 +28,8 @@ class Workers:
         scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786.
 
     Raises:
-        InvalidValueError: two of them, less than one process or worker, or an address without a
-            scheme or port.
+        InvalidValueError: two of them, less than one process or worker or more than `MOST`, or an
+            address without a scheme or port.
     """
 
     processes: int | None = None
@@ -43,6 +44,11 @@ class Workers:
         for name in ("processes", "workers"):
             if given.get(name, 1) < 1:
                 raise InvalidValueError(f"--{name} {given[name]}: there must be at least one")
+            if given.get(name, 1) > MOST:
+                raise InvalidValueError(
+                    f"--{name} {given[name]}: at most {MOST}; one a core computes fastest, and"
+                    f" this machine has {os.cpu_count() or 1}"
+                )
         if self.scheduler is not None and not _ADDRESS.fullmatch(self.scheduler):
             raise InvalidValueError(
                 f"--scheduler {self.scheduler}: it is not like tcp://10.0.0.1:8786, the address"
@@ -50,22 +56,26 @@ class Workers:
             )
 
     def opened(
-        self, function: Function, shared: Any, sources: Sequence[str]
+        self, function: Function, shared: Any, sources: Sequence[str], tasks: int
     ) -> AbstractContextManager[Pool]:
         """A pool that does the tasks of a function; see `run_tasks`.
+
+        No more processes or local workers are begun than there are ``tasks``.
 
         Raises:
             MissingPackageError: Dask is wanted and not installed.
         """
         if self.workers is None and self.scheduler is None:
-            return process_pool(self.processes or os.cpu_count() or 1, function, shared, sources)
+            count = min(self.processes or os.cpu_count() or 1, tasks)
+            return process_pool(count, function, shared, sources)
         try:
             from tendon_mj.tasks.dask_pool import dask_pool
         except ImportError as error:
             raise MissingPackageError(
                 f"--workers and --scheduler need Dask ({error}); pip install 'tendon-mj[cluster]'"
             ) from None
-        return dask_pool(self.workers, self.scheduler, function, shared, sources)
+        workers = self.workers and min(self.workers, tasks)
+        return dask_pool(workers, self.scheduler, function, shared, sources)
 
     def __str__(self) -> str:
         if self.scheduler is not None:

@@ -86,7 +86,7 @@ class Attached(NamedTuple):
     Attributes:
         path: of the file.
         rows: of the tendons that were asked for.
-        said: what `add_friction` warned of.
+        said: what `add_friction` and `write_sheaths` warned of.
     """
 
     path: Path
@@ -146,7 +146,7 @@ def attach_friction(
                 input_end=input_end,
                 extra_bend=extra_bend,
             )
-        write_sheaths(source, spec, path)
+            write_sheaths(source, spec, path)
     except TendonError:
         raise
     except ValueError as error:  # MuJoCo's
@@ -174,7 +174,7 @@ def attach_friction(
                 axial_stiffness=float(stiffness) if stiffness else None,
                 largest_stiffness=limit,
                 input=_input(one.element, config) if sheath else "",
-                drives=", ".join(actuator.name for actuator in pulling.get(name, []))
+                drives=", ".join(one.name or f"actuator {one.id}" for one in pulling.get(name, []))
                 or ("its spring" if name in had_spring else "nothing"),
                 pull=pull,
                 done=_done(sheath, name in sheathed, name in unnamed, moved),

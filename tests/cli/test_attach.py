@@ -73,6 +73,54 @@ def test_patterns_that_mean_nothing_are_told_as_they_were_typed(finger, capsys, 
     assert f"none of the tendons that {said} means can be given a sheath" in capsys.readouterr().err
 
 
+def test_text_from_outside_the_folder_is_told(finger, tmp_path, capsys):
+    (tmp_path / "rig").mkdir()
+    (tmp_path / "other.xml").write_text(
+        '<mujoco><custom><text name="a" data="b"/></custom></mujoco>'
+    )
+    for inside, file in ((False, "../other.xml"), (True, "own.xml")):
+        (tmp_path / "rig" / "own.xml").write_text((tmp_path / "other.xml").read_text())
+        path, out = tmp_path / "rig" / "finger.xml", tmp_path / "new.xml"
+        include = f'<include file="{file}"/>'
+        path.write_text(finger.read_text().replace("<worldbody>", f"{include}<worldbody>", 1))
+        arguments = ["attach", str(path), "--tendon", "flex*", "--friction", "0.1"]
+        with console.capture() as capture:
+            assert main([*arguments, "--out", str(out)]) == 0
+        said = f"{out} holds the text of {tmp_path / 'other.xml'}, which {path} includes from out"
+        assert (said in capture.get()) != inside
+
+
+@pytest.mark.parametrize(("beside", "read"), [(False, 0.001), (True, 0.003)])
+def test_an_include_in_an_include_is_sought_where_mujoco_seeks_it(finger, tmp_path, beside, read):
+    step = '<mujoco><option timestep="{}"/></mujoco>'
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "first.xml").write_text('<mujoco><include file="step.xml"/></mujoco>')
+    (tmp_path / "parts" / "step.xml").write_text(step.format(0.001))
+    if beside:
+        (tmp_path / "step.xml").write_text(step.format(0.003))
+    include = '<include file="parts/first.xml"/><worldbody>'
+    finger.write_text(finger.read_text().replace("<worldbody>", include, 1))
+    out = tmp_path / "new.xml"
+    arguments = ["attach", str(finger), "--tendon", "flex*", "--friction", "0.1"]
+    assert main([*arguments, "--out", str(out)]) == 0
+    assert mujoco.MjModel.from_xml_path(str(out)).opt.timestep == read
+
+
+def test_a_motor_without_a_name_is_told_by_its_number(finger, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(console, "width", 200)
+    text = finger.read_text()
+    motors = '<actuator><motor joint="mcp"/><motor tendon="flexor"/></actuator></mujoco>'
+    finger.write_text(text.replace("</mujoco>", motors))
+    out = tmp_path / "new.xml"
+    arguments = ["attach", str(finger), "--tendon", "flexor", "--friction", "0.1"]
+    assert main([*arguments, "--pretension", "1", "--out", str(out)]) == 2
+    error = capsys.readouterr().err
+    assert "'flexor' is driven by actuator 1, which has no name, whose force" in error
+    with console.capture() as capture:
+        assert main([*arguments, "--out", str(out)]) == 0
+    assert "actuator 1" in capture.get()
+
+
 def test_the_input_is_not_written_over(finger, capsys):
     before = finger.read_text()
     arguments = ["attach", str(finger), "--tendon", "*", "--friction", "0.1", "--out", str(finger)]

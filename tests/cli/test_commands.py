@@ -41,6 +41,14 @@ def test_replay_of_the_example_needs_the_friction(tmp_path):
     assert "not measured" in result["source"]
 
 
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf", "1e999"])
+def test_a_change_that_is_not_finite_is_refused_so(value, tmp_path, capsys):
+    change = f"sheath.friction={value}"
+    recording = str(example_recording())
+    assert main(["replay", recording, "--change", change, "--out", str(tmp_path)]) == 2
+    assert f"--change '{change}': '{change}' is not finite" in capsys.readouterr().err
+
+
 def test_change_is_one_more_variant(tmp_path):
     arguments = ["replay", str(example_recording()), "--out", str(tmp_path)]
     assert main([*arguments, "--change", "*.friction=0.3"]) == 0

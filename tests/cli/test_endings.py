@@ -35,6 +35,26 @@ ARM = (
 )
 
 
+WARN = """
+import sys, warnings
+from tendon_mj.cli.main import COMMANDS, main
+def told() -> None:
+    '''Do it.
+
+    Example:
+        tendon-mj told
+    '''
+    warnings.warn("not solved\\nin one step", RuntimeWarning)
+COMMANDS["told"] = told
+sys.exit(main(["told"]))
+"""
+
+
+def test_a_warning_of_python_is_one_line_without_its_place_in_the_code():
+    ended = subprocess.run([sys.executable, "-c", WARN], capture_output=True, text=True, check=True)
+    assert ended.stderr == "warning: not solved; in one step\n"
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_the_help_ends_with_an_example_that_the_command_takes(command, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", str(WIDTH))

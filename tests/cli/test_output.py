@@ -66,6 +66,33 @@ def test_files_of_others_stay(tmp_path):
     assert (tmp_path / "photo.png").exists()
 
 
+@pytest.mark.parametrize(
+    "name", ["\x00.png", "\ud800.png", "a" * 5000 + ".png", "sub.png", "", ".", "/.png", ".png"]
+)
+def test_names_that_no_file_has_are_passed_over(name, tmp_path):
+    (tmp_path / "sub.png").mkdir()
+    (tmp_path / "old.png").write_text("earlier")
+    (tmp_path / "result.json").write_text(json.dumps({"files": [name, "old.png"]}))
+    Output(tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".lock", "sub.png"]
+
+
+def test_no_file_that_was_given_is_removed_as_a_result_of_an_earlier_run(tmp_path):
+    picture, listed = tmp_path / "s.png", tmp_path / "result.json"
+    picture.write_text("read by this command")
+    listed.write_text(json.dumps({"files": ["old.png", "s.png"]}))
+    (tmp_path / "old.png").write_text("earlier")
+    for given in (picture, tmp_path / "sub" / ".." / "s.png"):
+        (tmp_path / "sub").mkdir(exist_ok=True)
+        with pytest.raises(
+            InvalidValueError, match=r"s\.png there would be removed, as result\.js"
+        ):
+            Output(tmp_path, given=[given])
+    assert picture.read_text() == "read by this command"
+    assert listed.exists()
+    assert (tmp_path / "old.png").exists()
+
+
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"files": 3}', "\xff", "[" * 100_000])
 def test_a_result_of_something_else_is_replaced(tmp_path, text):
     (tmp_path / "result.json").write_text(text, encoding="latin-1")

@@ -99,6 +99,13 @@ def test_a_model_that_becomes_unstable_is_refused_with_the_range_of_the_drive() 
     train, held_out = rig(1, {})
     with pytest.raises(RecordingError, match=r"unstable .*'input_displacement_m' from .* to "):
         diagnose(train, held_out, Unstable)
+    stated = [replace(made, known={"sheath.axial_stiffness": 1e-29}) for made in train]
+    with pytest.raises(RecordingError, match=r"with sheath.axial_stiffness = 1e-29.*; are the uni"):
+        diagnose(stated, held_out, Unstable)
+    many = {f"sheath.p{k}": float(k) for k in range(6)}
+    stated = [replace(made, known=many) for made in train]
+    with pytest.raises(RecordingError, match=r"sheath.p3 = 3 and \d values more; are the units"):
+        diagnose(stated, held_out, Unstable)
 
 
 class Short(Toy):

@@ -114,6 +114,12 @@ def test_what_was_found_of_a_rig_with_the_longest_name_is_kept(tmp_path):
     assert [again.read(name) for name in names] == [{"rig": name} for name in names]
 
 
+@pytest.mark.parametrize("broken", ["", "{", "[]", '{"of": "this"}', "[" * 200_000, "9" * 5000])
+def test_what_was_kept_and_is_broken_does_not_count(broken, tmp_path):
+    (tmp_path / "hand_1.json").write_text(broken)
+    assert RigFiles(tmp_path, {"hand_1": "this"}).done() == set()
+
+
 def test_what_is_set_anew_each_day_is_no_change(tmp_path):
     write_fleet(tmp_path / "hands", rigs=2, zero=0.8)
     found = run_fleet(tmp_path / "hands", tmp_path / "out", on=Workers(processes=1))

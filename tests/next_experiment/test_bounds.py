@@ -51,6 +51,7 @@ def test_a_file_holds_what_python_says(tmp_path) -> None:
         ("high = 40", "high = inf", "low < high must hold"),
         ("duration = 8.0", "duration = 1" + 400 * "0", "duration: must be less than 1e.100"),
         ("duration = 8.0", "duration = " + 5000 * "[", "nested too deeply"),
+        ("low = -1e-3", "low = 0x" + 4000 * "f", "line 4: an integer has 1000 digits or more"),
         ("duration = 8.0", 101 * "a." + "a = 8.0", "bounds.toml, line 2: a key has more than 100"),
         ("high = 40", "high = 1e308", "neither beyond 1e.100"),
         ('sensor = "angle", ', "", r"\[measure\] 'angle_rad': write { sensor"),

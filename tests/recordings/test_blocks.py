@@ -17,6 +17,8 @@ FAULTS = {
     "a word": (ROWS.replace("\n3.0,30", "\n3.0,x"), "row 32, column 'a_N': 'x' is not a number"),
     "a short row": (ROWS.replace("\n3.5,35", "\n3.5"), "row 37, column 'a_N': missing"),
     "going back": (ROWS.replace("\n3.5,", "\n0.5,"), "row 37, column 'time_s': 0.5 does not"),
+    "blank rows behind the first": ("0.0,1\n" + 40 * "\n" + "0.1,2\n", "row 3: empty row"),
+    "blank rows before the first": (40 * "\n" + "0.0,1\n", "row 2: empty row"),
     "one row": ("0.0,1\n", "row 3: missing"),
     "no row": ("", "row 2: missing"),
 }

@@ -72,6 +72,11 @@ def test_the_unbroken_files_are_accepted(tmp_path: Path) -> None:
         (CSV.replace("21", "0x1"), "row 3, column 'tension_N'", "'0x1' is not a number"),
         (CSV.replace("21", "2\u0661"), "row 3, column 'tension_N'", "is not a number"),
         (CSV.replace("21", "2\x00"), "row 3, column 'tension_N'", "'2\\x00' is not a number"),
+        *(
+            (CSV.replace("21", f"21{blank}"), "row 3, column 'tension_N'", f"{cell!r} is not a num")
+            for blank in "\x0b\x0c\x1c\x85\xa0\u2003"
+            for cell in [f"21{blank}"]
+        ),
         (CSV.replace("21", "# 21"), "row 3, column 'tension_N'", "'# 21' is not a number"),
         (CSV.replace("1e-3", ""), "row 3, column 'reel_m'", "empty cell"),
         (CSV.replace("1e-3", " "), "row 3, column 'reel_m'", "empty cell"),
@@ -158,7 +163,7 @@ def test_an_unknown_unit_is_refused_with_all_that_exist(tmp_path: Path) -> None:
             "must be 0, or from 1e-30 to 1e+30",
         ),
         ("20000", "9" * 400, "[known] 'sheath.axial_stiffness'", "too large"),
-        ("20000", "9" * 9999, "rig.toml", "not TOML"),
+        ("20000", "9" * 9999, "rig.toml, line 8", "an integer has 1000 digits or more"),
         ("20000", "[" * 9999, "rig.toml", "not TOML"),
         ('"sheath.friction"', "sheath.friction", "[uncertain] 'sheath'", "is quoted"),
         ('"sheath.friction"', "friction", "[uncertain] 'friction'", "<element>.<parameter>"),

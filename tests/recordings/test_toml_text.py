@@ -1,4 +1,4 @@
-"""TOML of users: a key of very many parts is refused, and no text or comment taken for one."""
+"""TOML of users: keys of very many parts and very long integers are refused, texts are not."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import tomli_w
 
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings.description_toml import parse_description
-from tendon_mj.recordings.toml_text import MOST_PARTS, read_toml
+from tendon_mj.recordings.toml_text import MOST_DIGITS, MOST_PARTS, read_toml
 
 DEEP = ".".join("a" * 20_000)
 LAWFUL = ".".join("a" * MOST_PARTS)
@@ -39,6 +39,46 @@ def test_a_key_of_very_many_parts_is_refused_with_its_line(text: str, line: int)
 def test_a_description_is_read_so() -> None:
     with pytest.raises(RecordingError, match=r"^rig.toml, line 3: a key has more than 100"):
         parse_description(f'model = "bench"\nsource = "made"\n{DEEP} = 1', "rig.toml")
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (f"x = 0x{'f' * 4000}", 1),
+        (f"x = 1\n[known]\n'a.b' = -{'9' * 4000}", 3),
+        (f"x = 0b{'10' * 20_000}  # bits", 1),
+        (f"x = 0o{'7_7' * 2000}", 1),
+        (f"x = {{ low = 1, high = +{'9' * 5000}}}", 1),
+        (f"x = [1,\n 2, 0xF{'0_0' * 500}]", 2),
+    ],
+)
+def test_an_integer_of_very_many_digits_is_refused_with_its_line(text: str, line: int) -> None:
+    with pytest.raises(RecordingError, match=f"^rig.toml, line {line}: an integer has 1000 digits"):
+        read_toml(text, "rig.toml")
+
+
+@pytest.mark.parametrize("entry", ["model = {}", 'model = "m"\nsource = "s"\n[known]\n"a.b" = {}'])
+def test_a_description_with_one_is_refused_so(entry: str) -> None:
+    with pytest.raises(RecordingError, match=r"^rig.toml, line \d: an integer has 1000 digits"):
+        parse_description(entry.format("0x" + "f" * 4000), "rig.toml")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"x = 0x{'f' * (MOST_DIGITS - 1)}",
+        f"x = 1{'0' * 4000}.5",
+        f"x = {'1' * 4000}e5",
+        f"x = 0.{'1' * 4000}",
+        f"x = 1e-{'0' * 4000}1",
+        f"x = '0x{'f' * 4000}'  # {'1' * 4000}",
+        f"{'1' * 4000} = 1",
+        f"a-{'1' * 4000}-b = 1",
+    ],
+    ids=range(8),
+)
+def test_digits_elsewhere_are_read(text: str) -> None:
+    assert read_toml(text, "rig.toml")
 
 
 @pytest.mark.parametrize(

@@ -53,6 +53,20 @@ def test_a_bench_without_its_reel_is_any_other_model():
     assert default_motion("bench", model)(1.0).shape == (0,)
 
 
+@pytest.mark.parametrize("name", ["left_m", "m", "mm", "speed_rad_per_s", "a_N_m"])
+@pytest.mark.parametrize("ending", ["_N", "_kN", "_s"])
+def test_an_actuator_whose_name_is_or_ends_in_a_unit_is_driven(name, ending, tmp_path):
+    model = mujoco.MjModel.from_xml_string(f"""
+    <mujoco>
+      <worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+      <actuator><motor name="other" joint="j"/><motor name="{name}" joint="j"/></actuator>
+    </mujoco>""")
+    path = tmp_path / "motion.csv"
+    path.write_text(f"time_s,{name}{ending}\n0,0\n2,4\n")
+    drive, _ = read_motion(path, model)
+    assert drive(1.0) == pytest.approx([0.0, 2000.0 if ending == "_kN" else 2.0])
+
+
 def test_a_table_moves_the_actuators_that_it_names(tmp_path):
     model = build_joint(Joint()).compile()
     table = tmp_path / "mine.csv"

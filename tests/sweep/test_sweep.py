@@ -189,9 +189,10 @@ def test_tables_of_another_hand_are_not_removed(finger, tmp_path):
     other.write_bytes(b"mine")
     with pytest.raises(InvalidValueError, match=r"no plan\.json that says of which sweep"):
         run_sweep(finger_sweep(finger, "flexor.friction=0.1:0.3", draws=1), tmp_path)
-    (tmp_path / "plan.json").write_text("{")
-    with pytest.raises(InvalidValueError, match="cannot be read"):
-        run_sweep(finger_sweep(finger, "flexor.friction=0.1:0.3", draws=1), tmp_path)
+    for broken in ("{", "[" * 200_000, "9" * 5000):
+        (tmp_path / "plan.json").write_text(broken)
+        with pytest.raises(InvalidValueError, match="cannot be read"):
+            run_sweep(finger_sweep(finger, "flexor.friction=0.1:0.3", draws=1), tmp_path)
     assert other.read_bytes() == b"mine"
 
 

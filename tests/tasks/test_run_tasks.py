@@ -6,15 +6,17 @@ import pickle
 import subprocess
 import sys
 import time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tendon_mj.errors import InvalidValueError, TendonError, WorkerError
-from tendon_mj.tasks import ParquetParts, Workers, identity, run_tasks
+from tendon_mj.tasks import ParquetParts, Workers, identity, process_pool, run_tasks
 from tendon_mj.tasks.identity import THREADS
 from tendon_mj.tasks.job import Job
+from tendon_mj.tasks.workers import MOST
 from tests.tasks import functions
 from tests.tasks.functions import Kept
 
@@ -157,11 +159,29 @@ def test_sources_count_and_not_only_versions(tmp_path, monkeypatch):
     assert found["first_form"] != found["second_form"]
 
 
+def test_no_more_processes_are_begun_than_there_are_tasks(monkeypatch):
+    begun = []
+
+    class Counted(ProcessPoolExecutor):
+        """Tells of how many processes it may be."""
+
+        def __init__(self, count, *arguments):
+            begun.append(count)
+            super().__init__(count, *arguments)
+
+    monkeypatch.setattr(process_pool, "ProcessPoolExecutor", Counted)
+    store = run(functions.scaled, 2, Kept(done=KEYS[:10]), on=Workers(processes=MOST))
+    assert store.results == {key: 2 * number(key) for key in KEYS[10:]}
+    assert begun == [2]
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [
         ({"processes": 2, "workers": 2}, "--processes 2 and --workers 2: give one of them"),
         ({"workers": 0}, "--workers 0: there must be at least one"),
+        ({"processes": 2**31}, "--processes 2147483648: at most 1024; one a core"),
+        ({"workers": 1025}, "--workers 1025: at most 1024"),
         ({"scheduler": "foo"}, "--scheduler foo: it is not like tcp://10.0.0.1:8786"),
         ({"scheduler": "10.0.0.1:8786"}, "it is not like tcp"),
         ({"scheduler": "tcp://10.0.0.1"}, "it is not like tcp"),

@@ -1,0 +1,84 @@
+"""Files that a model is made of: none is a pipe, which MuJoCo would wait for, nor a device."""
+
+from __future__ import annotations
+
+import html
+import re
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+from tendon_mj.errors import TendonError
+
+_VALUE = r"(?:\"[^\"]*\"|'[^']*')"
+_TAG = re.compile(rf"<([\w:.-]+)(?=[\s/>])((?:\s*[\w:.-]+\s*=\s*{_VALUE})*)")
+_ATTRIBUTE = re.compile(rf"([\w:.-]+)\s*=\s*({_VALUE})")
+_FOLDERS = ("meshdir", "texturedir", "assetdir")
+
+
+def check_model_files(path: Path) -> None:
+    """Refuse a model that names a device or pipe, before MuJoCo opens it.
+
+    What is no XML or is not there is left to MuJoCo, which says so.
+
+    Raises:
+        TendonError: names the model, the element and the file.
+    """
+    models, seen = [path], {_place(path)}
+    while models:
+        main = models.pop()
+        includes, assets, folders = [main], list[tuple[str, str]](), {main.parent}
+        while includes:
+            here = includes.pop()
+            folders.add(here.parent)
+            for tag, attributes in _elements(_text(here)):
+                folders |= {main.parent / attributes[f] for f in _FOLDERS if f in attributes}
+                for name in (text for key, text in attributes.items() if key.startswith("file")):
+                    assets.append((tag, name))
+                    # MuJoCo looks beside the main file, and then beside the one that includes
+                    for file in (main.parent / name, here.parent / name):
+                        place = _place(file)
+                        if tag in ("include", "model") and place is not None and place not in seen:
+                            _check(path, tag, file)
+                            seen.add(place)
+                            (includes if tag == "include" else models).append(file)
+        for tag, name in assets:
+            for folder in folders:
+                _check(path, tag, folder / name)
+                _check(path, tag, folder / Path(name).name)  # with strippath
+
+
+def _check(model: Path, tag: str, file: Path) -> None:
+    try:
+        kind = stat.S_IFMT(file.stat().st_mode)
+    except (OSError, ValueError):  # none is there, or can be
+        return
+    if kind not in (stat.S_IFREG, stat.S_IFDIR):
+        raise TendonError(
+            f"{model}: <{tag}> names {file}, which is a device or pipe; give a file in its place"
+        )
+
+
+def _place(file: Path) -> tuple[int, int, str] | None:
+    """Folder and name of a file, the same for whatever path to it; None where no folder is."""
+    try:
+        folder = file.parent.stat()
+    except (OSError, ValueError):
+        return None
+    return folder.st_dev, folder.st_ino, file.name
+
+
+def _elements(text: str) -> Iterator[tuple[str, dict[str, str]]]:
+    """Tag and attributes of each element, of broken XML too."""
+    for found in _TAG.finditer(text):
+        yield (
+            found[1],
+            {one[1]: html.unescape(one[2][1:-1]) for one in _ATTRIBUTE.finditer(found[2])},
+        )
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8", errors="surrogateescape")
+    except (OSError, ValueError):
+        return ""
