@@ -22,7 +22,7 @@ from tendon_mj.recordings.table_checks import (
     check_table,
     too_few_rows,
 )
-from tendon_mj.recordings.text_file import check_file, read_text
+from tendon_mj.recordings.text_file import LARGEST, check_file, read_text
 from tendon_mj.whole_file import whole_file
 
 # what a cell may be; NaN and inf are refused by name
@@ -72,6 +72,12 @@ def _read(file: TextIO, path: Path, elements: Collection[str]) -> dict[str, Floa
             raise RecordingError(fault or f"{path}: not a table of numbers")
         blocks.append(cells)
         row += count
+        if (row - 2) * len(
+            names
+        ) * cells.itemsize > LARGEST:  # short cells take more than their text
+            raise RecordingError(
+                f"{path}, row {row}: its numbers are more than {LARGEST} bytes; split the recording"
+            )
     table = {name: np.concatenate([b[:, k] for b in blocks]) for k, name in enumerate(names)}
     check_table(table, str(path), elements=elements)
     return table

@@ -70,3 +70,18 @@ def test_a_row_that_is_far_too_long_is_refused_before_it_is_taken_apart(
     path.write_text("time_s,a_N\n0.0,1.0\n" + "," * 2**21 + "\n0.2,1.0\n")
     with pytest.raises(RecordingError, match=r"row 3: 2097153 characters; a row has fewer than"):
         read_csv(path)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_more_numbers_than_a_recording_may_have_are_refused_where_they_are(
+    size, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(csv_table, "_BLOCK", size)
+    monkeypatch.setattr(csv_table, "LARGEST", 320)  # bytes: twenty rows of two numbers
+    path = tmp_path / "r.csv"
+    rows = [f"{k},{k % 7}\n" for k in range(40)]
+    path.write_text("time_s,a_N\n" + "".join(rows[:20]))
+    assert read_csv(path)["a_N"].size == 20
+    path.write_text("time_s,a_N\n" + "".join(rows))
+    with pytest.raises(RecordingError, match=r"row \d+: its numbers are more than 320 bytes"):
+        read_csv(path)
