@@ -122,7 +122,8 @@ def check_in_range(
         )
     smallest = 1.0 / _LARGEST if found.range == POSITIVE else 0.0  # what must not be 0 divides
     if not smallest <= abs(value) <= _LARGEST:
+        least = -_LARGEST if found.range.low < 0.0 else smallest
         raise InvalidValueError(
             f"{in_place(where)}{name} = {value:g} [{found.unit}] is no size that can be computed"
-            f" with, {smallest:g} to {_LARGEST:g}"
+            f" with, {least:g} to {_LARGEST:g}"
         )

@@ -23,6 +23,19 @@ def test_a_value_out_of_range_is_named_with_its_range_and_unit(name, value):
         replace(LAW, **{name: value})
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "sizes"),
+    [
+        ("extra_bend", -1e31, r"-1e\+30 to 1e\+30"),
+        ("friction", 1e31, r"0 to 1e\+30"),
+        ("axial_stiffness", 1e-31, r"1e-30 to 1e\+30"),
+    ],
+)
+def test_what_nothing_can_be_computed_with_is_refused_with_what_can(name, value, sizes):
+    with pytest.raises(InvalidValueError, match=rf"^{name} = .* computed with, {sizes}$"):
+        replace(LAW, **{name: value})
+
+
 def test_only_the_stiffness_may_not_be_zero():
     zero = dict.fromkeys(PARAMETERS, 0.0)
     Law(**zero | {"axial_stiffness": 1.0})
