@@ -110,7 +110,7 @@ def test_parameters_are_part_of_a_saved_state():
 @pytest.mark.parametrize("value", [-1.0, np.nan, np.inf])
 @pytest.mark.parametrize("name", list(PARAMETERS))
 def test_a_value_out_of_range_is_refused_and_changes_nothing(name, value):
-    model = arm()
+    model = arm(spools=True)
     data = mujoco.MjData(model)
     parameters = Parameters(model, data)
     if value == -1.0 and PARAMETERS[name].range.admits(value):
