@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.engine import GAINS, PARAMETERS, check_gain, servos, sheaths, unused
+from tendon_mj.engine import GAINS, PARAMETERS, check_gain, servos, sheaths, unused_parameters
 from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnusedKeyError
 from tendon_mj.sheath.law import LAW, check_range
 
@@ -74,10 +74,15 @@ class Parameters(MutableMapping[str, float]):
                 f"the plugin state of this model has shape ({model.npluginstate},), the data's has "
                 f"{self._state.shape}: it belongs to another model, or is more than that part"
             )
-        self._unused = unused(model)
+        known = sheaths(model)
+        self._unused = {
+            f"{name}.{parameter}": why
+            for name, instance in known.items()
+            for parameter, why in unused_parameters(model, instance.instance).items()
+        }
         self._address = {
             f"{name}.{parameter}": instance.state + k
-            for name, instance in sheaths(model).items()
+            for name, instance in known.items()
             for k, parameter in enumerate(PARAMETERS)
             if f"{name}.{parameter}" not in self._unused
         }

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.attach.parameters import check_live
-from tendon_mj.engine import PARAMETERS, sheath_arrays, sheaths, unused
+from tendon_mj.engine import PARAMETERS, sheath_arrays, sheaths, unused_parameters
 from tendon_mj.errors import InvalidValueError, UnknownAttributeError, UnknownNameError
 
 FloatArray = NDArray[np.float64]
@@ -29,9 +29,10 @@ class SheathView:
         tendon: that runs in it.
     """
 
-    __slots__ = ("_instance", "_model", "_states", "name", "tendon")
+    __slots__ = ("_instance", "_model", "_plugin", "_states", "name", "tendon")
     _instance: int
     _model: mujoco.MjModel
+    _plugin: int
     _states: FloatArray
     name: str
     tendon: str
@@ -48,6 +49,7 @@ class SheathView:
             ("_model", model),
             ("_states", _plugin_states(model, data)),
             ("_instance", known[name].state),
+            ("_plugin", known[name].instance),
             ("name", name),
             ("tendon", known[name].tendon),
         ):
@@ -114,7 +116,7 @@ class SheathView:
         if name not in PARAMETERS:
             raise UnknownAttributeError("parameter", name, PARAMETERS, f"sheath {self.name!r}")
         place, shape = f"{self.name}.{name}", self._states.shape[:-1]
-        why = unused(self._model).get(place)
+        why = unused_parameters(self._model, self._plugin).get(name)
         if why:
             raise InvalidValueError(f"{place} {why}")
         try:

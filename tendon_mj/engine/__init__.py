@@ -8,7 +8,6 @@ from tendon_mj.engine.instances import servos as servos
 from tendon_mj.engine.instances import sheath_arrays as sheath_arrays
 from tendon_mj.engine.instances import sheaths as sheaths
 from tendon_mj.engine.instances import unsolved_evaluations as unsolved_evaluations
-from tendon_mj.engine.instances import unused as unused
 from tendon_mj.engine.plugin import register as register
 from tendon_mj.engine.servo_plugin.gains import GAINS as GAINS
 from tendon_mj.engine.servo_plugin.gains import OptionalGains as OptionalGains
@@ -22,4 +21,5 @@ from tendon_mj.engine.sheath_plugin.sensors import is_one_number as is_one_numbe
 from tendon_mj.engine.sheath_plugin.state import PARAMETERS as PARAMETERS
 from tendon_mj.engine.sheath_plugin.tension_scale import TENSION_SCALE as TENSION_SCALE
 from tendon_mj.engine.sheath_plugin.tension_scale import check_limits as check_limits
+from tendon_mj.engine.sheath_plugin.validation.drive import unused_parameters as unused_parameters
 from tendon_mj.engine.sheath_plugin.validation.sheath import NAME as NAME

@@ -16,7 +16,6 @@ from tendon_mj.engine.servo_plugin.validate import SERVO
 from tendon_mj.engine.sheath_plugin.binding.own_config import own_config
 from tendon_mj.engine.sheath_plugin.state import STATE, View, size
 from tendon_mj.engine.sheath_plugin.state import view as sheath_view
-from tendon_mj.engine.sheath_plugin.validation.drive import unused_parameters
 from tendon_mj.engine.sheath_plugin.validation.sheath import NAME
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.sheath.records import GUIDE, SEGMENT
@@ -41,15 +40,6 @@ def sheaths(model: mujoco.MjModel) -> dict[str, Instance]:
         mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, k) or found.tendon: found
         for k, found in _instances(model, NAME)
         if not _config(model, k, "sensor")
-    }
-
-
-def unused(model: mujoco.MjModel) -> dict[str, str]:
-    """``<sheath>.<parameter>`` to why it changes nothing, of those that a sheath has no use for."""
-    return {
-        f"{name}.{parameter}": why
-        for name, found in sheaths(model).items()
-        for parameter, why in unused_parameters(model, found.instance).items()
     }
 
 

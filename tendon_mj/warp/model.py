@@ -19,7 +19,7 @@ import warp as wp
 
 from tendon_mj.abi.layout import read_layout
 from tendon_mj.abi.memory import set_integer
-from tendon_mj.engine import unused
+from tendon_mj.engine import sheaths, unused_parameters
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.warp.evaluate import finish, forget
 from tendon_mj.warp.hooks import evaluate, sheaths_laid_out, show
@@ -207,8 +207,12 @@ def _with_sheaths(put: Any, model: mujoco.MjModel, found: dict[str, Simulated]) 
     if found:
         reels = [int(sheath.state["reel_actuator"]) for sheath in found.values()]
         addresses = [int(model.actuator_ctrladr[k]) if k >= 0 else -1 for k in reels]
+        unused = {
+            name: unused_parameters(model, instance.instance)
+            for name, instance in sheaths(model).items()
+        }
         with wp.ScopedDevice(put.qpos.device):
-            put.tendon_mj = Sheaths(found, unused(model), addresses, put.nworld)
+            put.tendon_mj = Sheaths(found, unused, addresses, put.nworld)
     return put
 
 

@@ -33,7 +33,7 @@ class Sheaths:
     def __init__(
         self,
         found: dict[str, Simulated],
-        unused: Mapping[str, str],
+        unused: Mapping[str, Mapping[str, str]],
         reels: list[int],
         nworld: int,
     ) -> None:
@@ -41,7 +41,7 @@ class Sheaths:
 
         Args:
             found: each by name.
-            unused: ``<sheath>.<parameter>`` to why it changes nothing, of what has no use.
+            unused: by name of a sheath its parameters that have no use, and why.
             reels: address of the control of each one's reel, −1 without one.
             nworld: number of worlds, all alike.
         """
@@ -82,7 +82,7 @@ class Sheaths:
         if sheath is not None and sheath not in self.names:
             raise UnknownNameError("sheath", sheath, self.names)
         for name in self.names if sheath is None else (sheath,):
-            why = self._unused.get(f"{name}.{parameter}")
+            why = self._unused[name].get(parameter)
             if why:
                 others = "; set that of each other sheath by its name" if sheath is None else ""
                 raise UnusedKeyError(f"{name}.{parameter} {why}{others}")
