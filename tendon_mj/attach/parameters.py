@@ -13,26 +13,19 @@ from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnusedKeyError
 from tendon_mj.sheath.law import LAW, check_range
 
 
-def check_live(name: str, value: object) -> float:
-    """The value of ``<sheath>.<parameter>`` or ``<servo>.<gain>`` as a number within its range.
+def check_live(name: str, value: float) -> None:
+    """Refuse a value of ``<sheath>.<parameter>`` or ``<servo>.<gain>`` outside its range.
 
     Raises:
         InvalidValueError: names the parameter, the value and the range.
     """
-    try:
-        number = float(value) if np.ndim(value) == 0 else None  # type: ignore[arg-type]
-    except (TypeError, ValueError, OverflowError):
-        number = None
-    if number is None:
-        raise InvalidValueError(f"{name}: {value!r} is no number")
     owner, kind = name.rsplit(".", 1)
     if kind in LAW:
-        check_range(kind, number, name)
+        check_range(kind, value, name)
     elif kind in GAINS:
-        check_gain(kind, number, owner)
-    elif not np.isfinite(number):
-        raise InvalidValueError(f"{name} = {number} must be finite")
-    return number
+        check_gain(kind, value, owner)
+    elif not np.isfinite(value):
+        raise InvalidValueError(f"{name} = {value} must be finite")
 
 
 _FIXED = ("period", "delay")  # they say how much memory a servo has
@@ -105,7 +98,13 @@ class Parameters(MutableMapping[str, float]):
 
     def __setitem__(self, name: str, value: float) -> None:
         address = self._find(name)
-        number = check_live(name, value)
+        try:
+            number = float(value) if np.ndim(value) == 0 else None
+        except (TypeError, ValueError, OverflowError):
+            number = None
+        if number is None:
+            raise InvalidValueError(f"{name}: {value!r} is no number")
+        check_live(name, number)
         if not self._state.flags.writeable:
             raise InvalidValueError(f"{name}: the array of the plugin state is read-only")
         self._state[address] = number

@@ -116,8 +116,10 @@ class Adjustable:
             InvalidValueError: a value outside its range.
         """
         for name in values:
+            if name in self._entries:
+                continue
             try:
-                _ = self._entries.get(name) or self.live[name]
+                self.live[name]
             except UnknownKeyError:
                 raise UnknownNameError("parameter", name, self.names()) from None
         for name, given in values.items():
