@@ -36,9 +36,10 @@ class Mjcf:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.root = _parse(path)
+        text = _read(path)
+        self.root = _parse(path, text)
         self._files = [path]  # this one and all that it includes
-        self._before = _COMMENT.findall(_BEFORE_ROOT.match(path.read_text("utf-8-sig"))[0])  # type: ignore[index]
+        self._before = _COMMENT.findall(_BEFORE_ROOT.match(text)[0])  # type: ignore[index]
         self._include(self.root, path)
 
     def joint(self, name: str) -> Element:
@@ -144,7 +145,7 @@ class Mjcf:
             file = self.path.parent / name
             if not file.exists():
                 file = source.parent / name
-            included = _parse(file)
+            included = _parse(file, _read(file))
             self._files.append(file)
             self._include(included, file)
             at = list(parent).index(child)
@@ -172,9 +173,22 @@ def _files_of(element: Element) -> list[str]:
     return [value for key, value in element.attrib.items() if key.startswith("file")]
 
 
-def _parse(path: Path) -> Element:
+def _read(path: Path) -> str:
     try:
-        keeping = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
-        return ElementTree.parse(path, parser=keeping).getroot()
-    except (OSError, ElementTree.ParseError) as error:
+        return path.read_text("utf-8-sig")
+    except OSError as error:
+        raise TendonError(f"{path}: cannot be read as MJCF: {error}") from error
+    except UnicodeDecodeError as error:
+        row = error.object.count(b"\n", 0, error.start) + 1
+        byte = error.object[error.start]
+        raise TendonError(
+            f"{path}, row {row}: byte 0x{byte:02x} is not UTF-8; save the file as UTF-8"
+        ) from None
+
+
+def _parse(path: Path, text: str) -> Element:
+    keeping = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
+    try:
+        return ElementTree.fromstring(text, parser=keeping)
+    except ElementTree.ParseError as error:
         raise TendonError(f"{path}: cannot be read as MJCF: {error}") from error

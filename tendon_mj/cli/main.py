@@ -53,9 +53,6 @@ _INTERRUPTED = 130  # as a shell has it for a process that Ctrl-C ends
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns 0 on success, 2 when its input was refused, 130 after Ctrl-C."""
     given = list(sys.argv[1:] if arguments is None else arguments)
-    if given == ["--version"]:
-        print(f"tendon-mj {version('tendon-mj')}")
-        return 0
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a terminal that has no µ or °
@@ -63,11 +60,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if refused:
         print(f"tendon-mj: {refused}", file=sys.stderr)
         return 2
-    with _warnings_in_a_line():
+    with _until_the_reader_has_enough(), _warnings_in_a_line():
         return _run(given)
+    return 0
 
 
 def _run(given: Sequence[str]) -> int:
+    if given == ["--version"]:
+        print(f"tendon-mj {version('tendon-mj')}")
+        return 0
     try:
         tyro.extras.subcommand_cli_from_dict(
             {name: documented(command) for name, command in COMMANDS.items()},
@@ -82,10 +83,7 @@ def _run(given: Sequence[str]) -> int:
     except Exception as error:
         if pressed() or _is_interruption(error):
             return _interrupted()
-        if isinstance(error, BrokenPipeError):  # who reads the output has enough, as `head`
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            return 0
-        if not isinstance(error, TendonError | OSError):
+        if isinstance(error, BrokenPipeError) or not isinstance(error, TendonError | OSError):
             raise
         line = "; ".join(str(error).splitlines())  # MuJoCo's messages have several
         print(f"tendon-mj: {line}", file=sys.stderr)
@@ -93,6 +91,18 @@ def _run(given: Sequence[str]) -> int:
     except KeyboardInterrupt:
         return _interrupted()
     return 0
+
+
+@contextmanager
+def _until_the_reader_has_enough() -> Iterator[None]:
+    """The end of the pipe that is printed to, as that of `head`, ends the command in silence."""
+    try:
+        try:
+            yield
+        finally:
+            print(end="", flush=True)  # not as Python ends, which would tell of the pipe
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 @contextmanager

@@ -106,6 +106,17 @@ def test_an_include_in_an_include_is_sought_where_mujoco_seeks_it(finger, tmp_pa
     assert mujoco.MjModel.from_xml_path(str(out)).opt.timestep == read
 
 
+@pytest.mark.parametrize("declared", [b"", b'<?xml version="1.0" encoding="ISO-8859-1"?>\n'])
+def test_text_that_is_not_utf_8_is_refused_by_its_row(finger, tmp_path, capsys, declared):
+    finger.write_bytes(declared + b"<!-- by J\xf6rg -->\n" + finger.read_bytes())
+    arguments = ["attach", str(finger), "--tendon", "flexor", "--friction", "0.15"]
+    assert main([*arguments, "--out", str(tmp_path / "new.xml")]) == 2
+    row = 2 if declared else 1
+    said = f"{finger}, row {row}: byte 0xf6 is not UTF-8; save the file as UTF-8"
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "new.xml").exists()
+
+
 def test_a_motor_without_a_name_is_told_by_its_number(finger, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(console, "width", 200)
     text = finger.read_text()

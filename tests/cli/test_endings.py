@@ -188,15 +188,22 @@ def test_ctrl_c_while_the_commands_load_is_one_line(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows tells a pipe's end otherwise")
-def test_a_reader_that_has_enough_ends_a_command_in_silence():
+@pytest.mark.parametrize("lines", [0, 1])  # that are read before
+@pytest.mark.parametrize("buffered", ["", "1"])  # as Python has it for a pipe, and line by line
+@pytest.mark.parametrize("arguments", [("render", "--help"), ("--help",), ("--version",)])
+def test_a_reader_that_has_enough_ends_a_command_in_silence(arguments, buffered, lines):
     process = subprocess.Popen(
-        [sys.executable, "-m", "tendon_mj", "render", "--help"],
+        [sys.executable, "-m", "tendon_mj", *arguments],
+        env={**os.environ, "PYTHONUNBUFFERED": buffered},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     )
+    for _ in range(lines):
+        process.stdout.readline()
     process.stdout.close()
     process.stdout = None
     assert process.communicate()[1] == b""
+    assert process.returncode == 0
 
 
 @pytest.mark.parametrize(
