@@ -5,6 +5,7 @@ that is run and every name that a pickle looks up. All commands run in one proce
 """
 
 import json
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from tendon_mj.builders import example_recording
+from tests.recordings.test_formats import log
 
 WATCHED = """
 import json, os, sys
@@ -43,7 +45,99 @@ open(sys.argv[1], "w").write(json.dumps(told))
 """
 CODE = "__import__('pathlib').Path('pwned').touch()"
 FORMULA = "=cmd|'/c calc'!A0"
+OUTSIDE = "../../pwned"
 KINDS = ("nothing", "cell", "header", "comment", "unit", "source", "model", "sensor", "parameter")
+MODEL = """{before}<mujoco model="{name}">
+  <worldbody>
+    <site name="{name}"/>
+    <body pos="1 0 0">
+      <joint name="{name}" type="slide" axis="1 0 0"/>
+      <geom size="0.1"/>
+      <site name="{name}_end"/>
+    </body>
+  </worldbody>
+  <tendon>
+    <spatial name="{name}" stiffness="100" springlength="0 0.9">
+      <site site="{name}"/>
+      <site site="{name}_end"/>
+    </spatial>
+  </tendon>
+  <actuator><motor name="{name}" tendon="{name}"/></actuator>
+  <sensor><tendonpos name="{name}" tendon="{name}"/></sensor>
+  {within}
+</mujoco>
+"""
+ENTITIES = "".join(f"<!ENTITY e{k} '{f'&e{k - 1};' * 10}'>" for k in range(1, 12))
+MODELS = {  # name, before and within the model
+    "code": (CODE, "", ""),
+    "outside": (OUTSIDE, "", ""),
+    "markup": ("&lt;script&gt;{{ 7 * 7 }}", "", ""),
+    "entity": (
+        "a",
+        "<!DOCTYPE a [<!ENTITY x SYSTEM 'http://localhost:9/'>]>",
+        "<custom>&x;</custom>",
+    ),
+    "entities": ("a", f"<!DOCTYPE a [<!ENTITY e0 'aa'>{ENTITIES}]>", "<custom>&e11;</custom>"),
+    "include": ("a", "", "<include file='http://localhost:9/a.xml'/>"),
+    "mesh": ("a", "", "<asset><mesh name='m' file='http://localhost:9/a.stl'/></asset>"),
+    "library": ("a", "", f"<extension><plugin plugin='{OUTSIDE}.so'/></extension>"),
+}
+OUT = ("--out", "{out}")
+RUNS = {  # name → arguments, and exit statuses
+    **{
+        f"{command} {kind}": (
+            [command, f"{kind}.csv", *OUT],
+            (0,) if kind in ("nothing", "source") else (0, 2),
+        )
+        for command in ("check", "replay")
+        for kind in KINDS
+    },
+    "check Parquet": (["check", "pickle.parquet", *OUT], (2,)),
+    "check MCAP": (["check", "log.mcap", *OUT], (2,)),
+    "diagnose bounds": (["diagnose", "source.csv", "--next", "bounds.toml", *OUT], (2,)),
+    "simulate motion": (["simulate", "finger", "--motion", "cell.csv", *OUT], (2,)),
+    "render motion": (["render", "bench", "--motion", "cell.csv", *OUT], (2,)),
+    "fleet": (["fleet", "rigs", "--processes", "1", *OUT], (0, 2)),
+    **{
+        f"{command} {kind}": ([command, f"{kind}.xml", *words], statuses)
+        for kind in MODELS
+        for command, words, statuses in (
+            ("attach", ("--tendon", "*", "--friction", "0.1", "--out", "{out}/new.xml"), (0, 2)),
+            ("init", ("--out", "{out}/new.toml"), (0, 2)),
+        )
+    },
+}
+
+
+class Code:
+    """What runs when a pickle of it is read."""
+
+    def __reduce__(self):
+        return eval, (CODE,)
+
+
+def write_models(folder):
+    """Models with code in their names, and with what a reader might fetch or expand."""
+    for kind, (name, before, within) in MODELS.items():
+        (folder / f"{kind}.xml").write_text(MODEL.format(name=name, before=before, within=within))
+
+
+def write_tables(folder):
+    """A Parquet file whose column is a pickle by its type, and a log whose message is code."""
+    pa = pytest.importorskip("pyarrow")
+    described = example_recording().with_suffix(".toml").read_text()
+    kind = {
+        "ARROW:extension:name": "arrow.py_extension_type",
+        "ARROW:extension:metadata": pickle.dumps(Code()),
+    }
+    time, field = pa.array([0.0, 1.0]), pa.field("input_tension_N", pa.float64(), metadata=kind)
+    schema = pa.schema([pa.field("time_s", pa.float64()), field], {"pandas": CODE})
+    pq = pytest.importorskip("pyarrow.parquet")
+    pq.write_table(pa.table([time, time], schema=schema), folder / "pickle.parquet")
+    (folder / "pickle.toml").write_text(described)
+    log(folder / "log.mcap", ("/cell", 0.0, {"f": CODE}), ("/cell", 1.0, {"f": 1.0}))
+    topic = '[mcap]\ninput_tension_N = { topic = "/cell", field = "f" }\n'
+    (folder / "log.toml").write_text(described + topic)
 
 
 def write(kind, folder):
@@ -72,15 +166,24 @@ def write(kind, folder):
 
 @pytest.fixture(scope="module")
 def told(tmp_path_factory):
-    """(command, kind) → exit status, and what the command did that was watched."""
+    """Folder of each command, and its exit status and what it did that was watched."""
     folder = tmp_path_factory.mktemp("untrusted")
-    pairs = [(command, kind) for command in ("check", "replay") for kind in KINDS]
     for kind in KINDS:
         write(kind, folder)
+    write_tables(folder)
+    write_models(folder)
+    (folder / "bounds.toml").write_text(f'duration = "{CODE}"\n[drive]\n"{CODE}" = 1\n')
+    (folder / "out").mkdir()
+    rig = folder / "rigs" / "<script>"
+    rig.mkdir(parents=True)
+    (rig / "2026-01-01.csv").write_bytes((folder / "header.csv").read_bytes())
+    (rig / "2026-01-01.toml").write_bytes((folder / "source.toml").read_bytes())
+    before = set(folder.rglob("*"))
+    outs = {name: folder / "out" / name for name in RUNS}
     jobs = [
-        [c, str(folder / f"{kind}.csv"), "--out", str(folder / f"{c}_{kind}")] for c, kind in pairs
+        [word.format(out=outs[name]) for word in arguments] for name, (arguments, _) in RUNS.items()
     ]
-    report = folder / "report.json"
+    report = tmp_path_factory.mktemp("report") / "report.json"
     done = subprocess.run(
         [sys.executable, "-c", WATCHED, report],
         input=json.dumps(jobs),
@@ -90,19 +193,19 @@ def told(tmp_path_factory):
         check=False,
     )
     assert report.exists(), done.stderr
-    assert not (folder / "pwned").exists()
-    return folder, dict(zip(pairs, json.loads(report.read_text()), strict=True))
+    written = set(folder.rglob("*")) - before
+    assert all(path.is_relative_to(folder / "out") for path in written)  # MuJoCo's own files, too
+    assert not list(folder.parent.rglob("pwned*"))
+    return outs, dict(zip(RUNS, json.loads(report.read_text()), strict=True))
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("command", ["check", "replay"])
-def test_a_stranger_s_recording_does_nothing_but_write_its_pictures(command, kind, told):
-    folder, runs = told
-    status, seen = runs[command, kind]
-    assert status in ((0,) if kind in ("nothing", "source") else (0, 2))
-    own = folder / f"{command}_{kind}"
+@pytest.mark.parametrize("name", RUNS)
+def test_a_stranger_s_file_does_nothing_but_what_the_command_writes(name, told):
+    outs, runs = told
+    status, seen = runs[name]
+    assert status in RUNS[name][1]
     caches = (Path.home() / ".cache", Path(sys.prefix), Path.home() / ".config")
     for event, what in seen:
         path = Path(what)
         assert path.is_absolute(), (event, what)  # all else than a file is a program or connection
-        assert any(path.is_relative_to(one) for one in (own, *caches)), (event, what)
+        assert any(path.is_relative_to(one) for one in (outs[name], *caches)), (event, what)
