@@ -40,6 +40,7 @@ LAYERS = {
     "errors": 0,
     "interruption": 0,
     "whole_file": 0,
+    "model_files": 1,
     "compilation": 0,
 }
 INDEPENDENT = {"sheath", "theory", "reference"}  # their agreement is evidence

@@ -182,7 +182,8 @@ def _written(folder: Path) -> dict[Path, int]:
 
 def _left_wrong(folder: Path, changed: Sequence[Path], typed: Sequence[str]) -> str:
     """A file that is half-written, or that lies where the command was not told to write."""
-    named = {"out", *typed, *(word.partition("=")[2] for word in typed)}
+    default = {"arm.toml"} if typed[:1] == ["init"] and "None" in typed else set()  # of --out None
+    named = {"out", *default, *typed, *(word.partition("=")[2] for word in typed)}
     told = {Path(os.path.normpath(folder / name)) for name in named if name}
     for path in changed:
         if not whole(path):

@@ -7,10 +7,10 @@ another one; here every number that is not changed stays as it was written.
 from __future__ import annotations
 
 import os
-import re
 import warnings
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import mujoco
@@ -19,9 +19,6 @@ from tendon_mj.errors import TendonError, TendonWarning, unknown
 from tendon_mj.whole_file import whole_file
 
 Element = ElementTree.Element
-
-_BEFORE_ROOT = re.compile(r"(?:\s|<\?.*?\?>|<!--.*?-->)*", re.DOTALL)
-_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 
 
 class Mjcf:
@@ -36,10 +33,10 @@ class Mjcf:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        text = _read(path)
-        self.root = _parse(path, text)
+        built = _Builder()
+        self.root = _parse(path, built)
         self._files = [path]  # this one and all that it includes
-        self._before = _COMMENT.findall(_BEFORE_ROOT.match(text)[0])  # type: ignore[index]
+        self._before, self._after = built.before, built.after
         self._include(self.root, path)
 
     def joint(self, name: str) -> Element:
@@ -55,6 +52,15 @@ class Mjcf:
     def actuator(self, name: str) -> Element:
         """An actuator of any kind by name."""
         return self._named("actuator", name, self.root.iterfind("actuator/*"))
+
+    def actuators(self, model: mujoco.MjModel) -> dict[int, Element]:
+        """Number of an actuator in the compiled file → its element, of those in the text."""
+        elements = [e for e in self.root.iterfind("actuator/*") if isinstance(e.tag, str)]
+        if len(elements) == model.nactuator:
+            return dict(enumerate(elements))
+        named = {e.get("name"): e for e in elements if e.get("name")}
+        names = [model.actuator(k).name for k in range(model.nactuator)]
+        return {k: named[name] for k, name in enumerate(names) if name in named}
 
     def sensor(self, name: str) -> Element:
         """A sensor of any kind by name."""
@@ -105,16 +111,6 @@ class Mjcf:
                 at = os.path.relpath(here / str(getattr(spec, attribute)), there)
                 self.section("compiler", attribute).set(attribute, at)
 
-    def reads(self, path: Path, spec: mujoco.MjSpec) -> bool:
-        """Whether a file is this one, included in it, or an asset; ``spec`` is the file's."""
-        if not path.exists():
-            return False
-        here = self.path.parent
-        folders = {here, here / spec.meshdir, here / spec.texturedir}
-        folders |= {here / str(c.get("assetdir", "")) for c in self.root.iter("compiler")}
-        assets = [folder / f for e in self.root.iter() for f in _files_of(e) for folder in folders]
-        return any(file.exists() and file.samefile(path) for file in [*self._files, *assets])
-
     def warn_of_outside(self, written: Path) -> None:
         """Warn that a written file holds text from neither the main file's folder nor below it."""
         here = self.path.parent.resolve()
@@ -131,9 +127,10 @@ class Mjcf:
     def write(self, path: Path) -> None:
         """Write it as one file."""
         ElementTree.indent(self.root)
-        text = ElementTree.tostring(self.root, encoding="unicode")
+        parts = [*self._before, self.root, *self._after]
+        texts = [ElementTree.tostring(part, encoding="unicode") for part in parts]
         with whole_file(path) as made:
-            made.write_text("\n".join([*self._before, text, ""]), encoding="utf-8", newline="\n")
+            made.write_text("\n".join([*texts, ""]), encoding="utf-8", newline="\n")
 
     def _include(self, parent: Element, source: Path) -> None:
         for child in list(parent):
@@ -145,11 +142,12 @@ class Mjcf:
             file = self.path.parent / name
             if not file.exists():
                 file = source.parent / name
-            included = _parse(file, _read(file))
+            built = _Builder()
+            included = _parse(file, built)
             self._files.append(file)
             self._include(included, file)
             at = list(parent).index(child)
-            parent[at : at + 1] = list(included)
+            parent[at : at + 1] = [*built.before, *included, *built.after]
 
 
 def set_first(element: Element, attribute: str, value: float) -> None:
@@ -173,10 +171,35 @@ def _files_of(element: Element) -> list[str]:
     return [value for key, value in element.attrib.items() if key.startswith("file")]
 
 
-def _read(path: Path) -> str:
+class _Builder(ElementTree.TreeBuilder):
+    """Builds a tree with its comments, and keeps those before and after its root."""
+
+    def __init__(self) -> None:
+        super().__init__(insert_comments=True)
+        self.before: list[ElementTree.Element[Any]] = []
+        self.after: list[ElementTree.Element[Any]] = []
+        self._around, self._open = self.before, 0
+
+    def start(self, tag: str, attrs: dict[str, str], /) -> Element:
+        self._around, self._open = self.after, self._open + 1
+        return super().start(tag, attrs)
+
+    def end(self, tag: str, /) -> Element:
+        self._open -= 1
+        return super().end(tag)
+
+    def comment(self, text: str | None, /) -> ElementTree.Element[Any]:
+        if self._open:
+            return super().comment(text)
+        self._around.append(ElementTree.Comment(text))
+        return self._around[-1]
+
+
+def _parse(path: Path, builder: _Builder) -> Element:
     try:
-        return path.read_text("utf-8-sig")
-    except OSError as error:
+        text = path.read_text("utf-8-sig")
+        return ElementTree.fromstring(text, parser=ElementTree.XMLParser(target=builder))
+    except (OSError, ElementTree.ParseError) as error:
         raise TendonError(f"{path}: cannot be read as MJCF: {error}") from error
     except UnicodeDecodeError as error:
         row = error.object.count(b"\n", 0, error.start) + 1
@@ -184,11 +207,3 @@ def _read(path: Path) -> str:
         raise TendonError(
             f"{path}, row {row}: byte 0x{byte:02x} is not UTF-8; save the file as UTF-8"
         ) from None
-
-
-def _parse(path: Path, text: str) -> Element:
-    keeping = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
-    try:
-        return ElementTree.fromstring(text, parser=keeping)
-    except ElementTree.ParseError as error:
-        raise TendonError(f"{path}: cannot be read as MJCF: {error}") from error

@@ -8,7 +8,15 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.engine import GAINS, PARAMETERS, check_gain, servos, sheaths, unused_parameters
+from tendon_mj.engine import (
+    GAINS,
+    PARAMETERS,
+    check_gain,
+    servos,
+    sheath_arrays,
+    sheaths,
+    unused_parameters,
+)
 from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnusedKeyError
 from tendon_mj.sheath.law import LAW, check_range
 
@@ -50,7 +58,7 @@ class Parameters(MutableMapping[str, float]):
         UnknownKeyError: no such sheath or parameter, with the nearest.
         UnusedKeyError: a parameter that the sheath has no use for, and why.
         InvalidValueError: a value that is no number or outside its range; data of another model,
-            of other numbers, or that cannot be written.
+            of other numbers, that holds no states of sheaths, or that cannot be written.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | NDArray[np.float64]) -> None:
@@ -68,6 +76,8 @@ class Parameters(MutableMapping[str, float]):
                 f"{self._state.shape}: it belongs to another model, or is more than that part"
             )
         known = sheaths(model)
+        for name, instance in known.items():  # which refuses what is no state of this model
+            sheath_arrays(model, state, name, instance.state)
         self._unused = {
             f"{name}.{parameter}": why
             for name, instance in known.items()

@@ -12,6 +12,7 @@ from tendon_mj.attach.mjcf import Element, Mjcf, numbers
 from tendon_mj.attach.spring import spring_note
 from tendon_mj.engine import NAME
 from tendon_mj.errors import InvalidValueError, TendonError
+from tendon_mj.model_files import files_of_model
 from tendon_mj.whole_file import whole_file
 
 _AGREE = 1e-12  # relative; degrees and radians are not the same to the last bit
@@ -47,7 +48,7 @@ def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
         raise InvalidValueError(f"{path}: what is written is MJCF; choose a name that ends in .xml")
     if not path.parent.is_dir() or path.is_dir():
         raise InvalidValueError(f"{path} must be a file in a folder that exists")
-    if text.reads(path, before):
+    if path.exists() and any(path.samefile(file) for file in files_of_model(source)):
         raise InvalidValueError(f"{path} is a file that {source} is made of: choose another")
     _write_tendons(text, before, spec)
     _write_notes(text, before, spec)

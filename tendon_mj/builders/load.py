@@ -6,8 +6,8 @@ from pathlib import Path
 
 import mujoco
 
-from tendon_mj.builders.model_files import check_model_files
 from tendon_mj.errors import TendonError, UnknownNameError
+from tendon_mj.model_files import check_model_files
 
 # In a wheel the models lie inside the package, in a checkout beside it.
 _FOLDERS = (Path(__file__).parents[1] / "models", Path(__file__).parents[2] / "models")

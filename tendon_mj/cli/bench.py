@@ -7,6 +7,7 @@ from typing import Annotated
 
 import tyro
 
+from tendon_mj.cli.given_files import given_files
 from tendon_mj.cli.output import Output, console, print_table, progress_bar
 from tendon_mj.verification.benchmark import Benchmark, run_benchmark
 from tendon_mj.verification.benchmark.foreign_model import ModelCost
@@ -41,7 +42,7 @@ def bench(
     Example:
         tendon-mj bench hand.xml --rounds 5
     """
-    output = Output(out, given=models)
+    output = Output(out, given=given_files(models=models))
     with progress_bar() as progress:
         found = run_benchmark(models, rounds=rounds, progress=progress)
     result = found.result()

@@ -11,7 +11,8 @@ from typing import Annotated
 import tyro
 
 from tendon_mj.builders.load import load_model
-from tendon_mj.cli.output import Output, console, print_warnings, progress_bar, recorded_files
+from tendon_mj.cli.given_files import given_files
+from tendon_mj.cli.output import Output, console, print_warnings, progress_bar
 from tendon_mj.cli.values_of import ValuesOf, applied
 from tendon_mj.data_check import Checked, check_recording
 from tendon_mj.errors import RecordingError
@@ -48,7 +49,7 @@ def check(
     Example:
         tendon-mj check pull.csv
     """
-    output = Output(out, given=[*recorded_files(recordings), description, model])
+    output = Output(out, given=given_files(recordings, description, [model]))
     if not recordings:
         raise RecordingError("check needs at least one recording")
     read = _told_apart([read_recording(path, description) for path in recordings])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -10,9 +9,8 @@ from typing import Annotated
 
 import tyro
 
-from tendon_mj.attach.mjcf import Mjcf
-from tendon_mj.builders.load import load_spec, model_path
-from tendon_mj.cli.output import Output, console, progress_bar, recorded_files
+from tendon_mj.cli.given_files import given_files
+from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.cli.typed_command import typed_command
 from tendon_mj.data_check import check_recording
 from tendon_mj.diagnosis import (
@@ -87,7 +85,7 @@ def diagnose(
     Example:
         tendon-mj diagnose slow.csv fast.csv --hold-out other.csv --out out/diagnose
     """
-    given = [*recorded_files((*recordings, *hold_out)), description, model, next]
+    given = [*given_files((*recordings, *hold_out), description, [model]), next]
     output = Output(out, writes=_WRITES if next is None else _WRITES + _NEXT, given=given)
     bounds = read_bounds(next) if next else None
     train, held_out = (
@@ -95,7 +93,6 @@ def diagnose(
         for paths in (recordings, hold_out)
     )
     doubts = _check((*train, *held_out))
-    _keep_models((*train, *held_out), output)
     if bounds and train:  # before the diagnosis, which takes longer
         check_bounds(train, bounds)
     with progress_bar() as progress:
@@ -150,14 +147,6 @@ def diagnose(
     if failure:
         raise failure
     return result
-
-
-def _keep_models(recordings: Sequence[Recording], output: Output) -> None:
-    """Refuse to write over a file that a recording's model is made of."""
-    for source in sorted({model_path(one.model, beside=one.beside) for one in recordings}):
-        spec = load_spec(str(source))  # first, as it refuses pipes
-        text = Mjcf(source)
-        output.keep(functools.partial(text.reads, spec=spec))
 
 
 def _check(recordings: Sequence[Recording]) -> list[str]:

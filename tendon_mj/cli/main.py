@@ -60,9 +60,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if refused:
         print(f"tendon-mj: {refused}", file=sys.stderr)
         return 2
-    with _until_the_reader_has_enough(), _warnings_in_a_line():
-        return _run(given)
-    return 0
+    try:
+        try:
+            with _warnings_in_a_line():
+                return _run(given)
+        finally:
+            print(end="", flush=True)  # not as Python ends, which would tell of it in its own way
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):  # who reads the output has enough, as `head`
+            return 0
+        print(f"tendon-mj: the standard output: {error.strerror}", file=sys.stderr)
+        return 2
 
 
 def _run(given: Sequence[str]) -> int:
@@ -83,7 +92,7 @@ def _run(given: Sequence[str]) -> int:
     except Exception as error:
         if pressed() or _is_interruption(error):
             return _interrupted()
-        if isinstance(error, BrokenPipeError) or not isinstance(error, TendonError | OSError):
+        if not isinstance(error, TendonError | OSError) or _is_of_output(error):
             raise
         line = "; ".join(str(error).splitlines())  # MuJoCo's messages have several
         print(f"tendon-mj: {line}", file=sys.stderr)
@@ -91,18 +100,6 @@ def _run(given: Sequence[str]) -> int:
     except KeyboardInterrupt:
         return _interrupted()
     return 0
-
-
-@contextmanager
-def _until_the_reader_has_enough() -> Iterator[None]:
-    """The end of the pipe that is printed to, as that of `head`, ends the command in silence."""
-    try:
-        try:
-            yield
-        finally:
-            print(end="", flush=True)  # not as Python ends, which would tell of the pipe
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 @contextmanager
@@ -159,6 +156,15 @@ def _interrupted() -> int:
         file=sys.stderr,
     )
     return _INTERRUPTED
+
+
+def _is_of_output(error: Exception) -> bool:
+    """Whether the standard output takes no more; what was printed is still to be written then."""
+    try:
+        print(end="", flush=True)
+    except OSError:
+        return True
+    return isinstance(error, BrokenPipeError)
 
 
 def _is_interruption(error: BaseException | None) -> bool:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import json
 import math
+import os
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatch
@@ -25,11 +27,20 @@ from rich.table import Table
 
 from tendon_mj.data_check import DataWarning
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.recordings.table_file import table_beside
 from tendon_mj.view.figures.style import DPI
 from tendon_mj.whole_file import whole_file
 
-console = Console(highlight=False, markup=False, emoji=False)  # names may hold [brackets]
+
+class _Console(Console):
+    """Console of a command, which goes on when nobody reads what it prints, as behind `head`."""
+
+    def on_broken_pipe(self) -> None:
+        """Print no more."""
+        self.quiet = True
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+console = _Console(highlight=False, markup=False, emoji=False)  # names may hold [brackets]
 
 RESULT = "result.json"
 LOCK = ".lock"
@@ -85,8 +96,7 @@ class Output:
                     f"--out {folder}: {name} there is a folder, device or pipe, which no result"
                     " replaces; give another --out"
                 )
-        files = [path for path in given if path is not None and Path(path).is_file()]
-        self.keep(lambda written: any(written.samefile(file) for file in files))
+        self._keep([Path(path) for path in given if path is not None and Path(path).is_file()])
         folder.mkdir(parents=True, exist_ok=True)
         self._lock = filelock.FileLock(folder / LOCK, timeout=0)
         try:
@@ -127,12 +137,12 @@ class Output:
             and not path.is_dir()
         ]
 
-    def keep(self, is_read: Callable[[Path], bool]) -> None:
-        """Refuse to go on if a file of which ``is_read`` is true would be written over or removed.
+    def _keep(self, files: Sequence[Path]) -> None:
+        """Refuse to go on if one of the files would be written over or removed."""
 
-        Raises:
-            InvalidValueError: the file, and the way out.
-        """
+        def is_read(path: Path) -> bool:
+            return any(path.samefile(file) for file in files)
+
         for path in sorted(self.folder.glob("*")):
             if any(fnmatch(path.name, one) for one in self._writes) and is_read(path):
                 raise InvalidValueError(
@@ -179,12 +189,6 @@ class Output:
             console.print(f"  {path}", soft_wrap=True)
         if sentence:
             console.print(sentence, soft_wrap=True)
-
-
-def recorded_files(recordings: Iterable[Path]) -> list[Path]:
-    """Tables of recordings, and the descriptions beside them; paths are as for `read_recording`."""
-    named = [path for path in recordings if path.name not in ("", "..")]  # others are folders
-    return [file for path in named for file in table_beside(path)]
 
 
 def _plain(value: object) -> object:

@@ -10,6 +10,7 @@ import mujoco
 import tyro
 
 from tendon_mj.builders.load import load_model, model_names, model_path
+from tendon_mj.cli.given_files import given_files
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.finger.control import FINGERS, simulate_finger
@@ -59,7 +60,7 @@ def render(
     Example:
         tendon-mj render finger --motion press --duration 4
     """
-    output = Output(out, writes=("*.mp4",), given=[model, motion])
+    output = Output(out, writes=("*.mp4",), given=[*given_files(models=[model]), motion])
     width, height = _size(size)
     check_size(width, height)
     name = model_path(model).stem

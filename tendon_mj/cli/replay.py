@@ -13,7 +13,8 @@ import tyro
 
 from tendon_mj.attach import Parameters
 from tendon_mj.builders.load import load_model
-from tendon_mj.cli.output import Output, console, print_warnings, progress_bar, recorded_files
+from tendon_mj.cli.given_files import given_files
+from tendon_mj.cli.output import Output, console, print_warnings, progress_bar
 from tendon_mj.cli.values_of import ValuesOf, applied
 from tendon_mj.data_check import timing_warnings
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
@@ -56,7 +57,7 @@ def replay(
     Example:
         tendon-mj replay rig.csv --change "*.friction=0.1"
     """
-    given = [*recorded_files([recording]), description, model]
+    given = given_files([recording], description, [model])
     output = Output(out, writes=_WRITES, given=given)
     measured = read_recording(recording, description)
     if not measured.measured:

@@ -11,13 +11,13 @@ import tyro
 from matplotlib.figure import Figure
 
 from tendon_mj.builders.load import load_model, model_path
+from tendon_mj.cli.given_files import given_files
 from tendon_mj.cli.output import (
     Output,
     console,
     print_table,
     print_warnings,
     progress_bar,
-    recorded_files,
 )
 from tendon_mj.data_check import timing_warnings
 from tendon_mj.errors import InvalidValueError
@@ -104,8 +104,9 @@ def sweep(
     )
     if not again:
         check_folder(asked, out)
-    recorded = recorded_files([recording]) if recording else []
-    given = [model, motion, acting.path if acting else None, description, *recorded]
+    recorded = [recording] if recording else []
+    read = given_files(recorded, description, [model])
+    given = [*read, motion, acting.path if acting else None]
     writes = (PLAN, CSV, "sweep.png")
     output = Output(out, tables=(CSV,), writes=writes, given=given, begin=False)
     print_warnings(timing_warnings(driven) if recording else [])

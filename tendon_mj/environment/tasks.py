@@ -33,9 +33,18 @@ class FingerTask(ABC):
         finger: whose other numbers it keeps.
         ranges: to draw from.
         random: of the draws; the same state of it gives the same episodes.
+
+    Raises:
+        InvalidValueError: a bend that the guides of the sheaths cannot turn by.
     """
 
     def __init__(self, finger: Finger, ranges: Ranges, random: Random) -> None:
+        most = 2.0 * np.pi * min(finger.forearm_guides, finger.wrist_guides)  # π each
+        if ranges.bend[1] > most:
+            raise InvalidValueError(
+                f"bend = {ranges.bend} [rad] must be at most {most:.4g}, by which the guides of"
+                " forearm and wrist turn a sheath; is it in radians?"
+            )
         self.finger, self.ranges = dataclasses.replace(finger, bend=ranges.bend[0]), ranges
         self.random = random
         self.drawn: dict[str, float] = {}

@@ -151,6 +151,15 @@ def read_recording(
     )
 
 
+def described_model(toml: Path) -> str:
+    """The model that a description names, as `Recording.model`.
+
+    Raises:
+        RecordingError: the description cannot be read.
+    """
+    return _model_beside(toml, parse_description(read_text(toml), str(toml)).model)
+
+
 def _described_in_si(described: Description, where: str) -> Description:
     """A description of columns in any unit as one of the columns in SI."""
     measured = {}

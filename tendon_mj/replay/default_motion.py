@@ -13,6 +13,7 @@ from tendon_mj.errors import RecordingError, UnknownNameError
 from tendon_mj.recordings.table_checks import TIME
 from tendon_mj.recordings.table_file import read_table
 from tendon_mj.recordings.units import UNITS
+from tendon_mj.replay.units import column_unit, control_unit, name_in
 
 Drive = Callable[[float], NDArray[np.float64]]
 
@@ -58,11 +59,13 @@ def read_motion(path: Path, model: mujoco.MjModel) -> tuple[Drive, float]:
 
     Args:
         path: of a CSV with `time_s` and one column per actuator that moves, named as it is and
-            with its unit: `command_rad`.
+            with its unit: `command_rad`. Where the kind of actuator does not say what its control
+            is, as a muscle's, any unit will do.
         model: whose actuators are meant; those without a column stay at 0.
 
     Raises:
-        RecordingError: the file cannot be read.
+        RecordingError: the file cannot be read, a column is in another unit than the actuator's
+            control, or two are of one actuator.
         UnknownNameError: a column names no actuator.
     """
     if not path.is_file():
@@ -75,11 +78,21 @@ def read_motion(path: Path, model: mujoco.MjModel) -> tuple[Drive, float]:
     actuators = [model.actuator(k).name for k in range(model.nu)]
     table = read_table(path, actuators)
     time = table.pop(TIME)
-    meant = {column: column[: -len(_unit_ending(column))] for column in table}
-    for column, name in meant.items():
+    places: list[int] = []
+    for column in table:
+        name, here = column[: -len(_unit_ending(column))], f"{path}, column {column!r}"
         if name not in actuators:
-            raise UnknownNameError("actuator", name, actuators, f"{path}, column {column!r}")
-    places = [actuators.index(name) for name in meant.values()]
+            raise UnknownNameError("actuator", name, actuators, here)
+        place = actuators.index(name)
+        unit = control_unit(model, place)
+        if unit != column_unit(column) and name_in(unit, column):
+            raise RecordingError(
+                f"{here}: the control of {name!r} is in [{unit}]; the column would be"
+                f" {name_in(unit, column)!r}"
+            )
+        if place in places:
+            raise RecordingError(f"{here}: another column moves {name!r}, too; leave one out")
+        places.append(place)
 
     def drive(now: float) -> NDArray[np.float64]:
         control = np.zeros(model.nu)

@@ -29,9 +29,10 @@ from tendon_mj.attach.keywords import as_number
 from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnknownNameError
 from tendon_mj.recordings.magnitude import excess
 from tendon_mj.replay.live_parameters import DRAWN_BEND, LiveParameters
+from tendon_mj.replay.muscle import ranges_of_gear
 from tendon_mj.replay.readout import Readout, stored_commands, stored_readouts
 from tendon_mj.replay.units import JOINT, UNKNOWN, live_unit, rate
-from tendon_mj.sheath.law import LAW, check_static
+from tendon_mj.sheath.law import LAW, check_scales, check_static
 
 _OBJ, _JNT, _TRN = mujoco.mjtObj, mujoco.mjtJoint, mujoco.mjtTrn
 _Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
@@ -133,13 +134,14 @@ class Adjustable:
                 self.live[name] = value
         for name in values.keys() - self._entries.keys():
             self._check_sheath(name.rsplit(".", 1)[0])
-        if any(name.endswith((".armature", ".mass")) for name in values):
+        if any(name.endswith((".armature", ".mass", ".gear")) for name in values):
             mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
 
     def _check_sheath(self, sheath: str) -> None:
-        static = self.live.get(f"{sheath}.static_friction", 0.0)
-        if static > 0.0:  # 0: not given, it is the dynamic one then; and a servo has none
-            check_static(self.live[f"{sheath}.friction"], static, sheath)
+        law = {name: self.live.get(f"{sheath}.{name}", 0.0) for name in LAW}  # a servo has none
+        if law["static_friction"] > 0.0:  # 0: not given, it is the dynamic one then
+            check_static(law["friction"], law["static_friction"], sheath)
+        check_scales(law, sheath)
 
     def _joints(self) -> dict[str, _Entry]:
         m, found = self.model, {}
@@ -193,8 +195,10 @@ class Adjustable:
             name = mujoco.mj_id2name(m, _OBJ.mjOBJ_ACTUATOR, k)
             if not name:
                 continue
+            ranges = ranges_of_gear(m, k)
+            gear: list[_Place] = [(m.actuator_gear, (k, 0), 1.0), *ranges]
             slots: dict[str, tuple[str, list[_Place], float]] = {
-                "gear": ("-", [(m.actuator_gear, (k, 0), 1.0)], -math.inf),
+                "gear": ("-", gear, mujoco.mjMINVAL if ranges else -math.inf),
                 "command_scale": ("-", [(self.commands, (k, 0), 1.0)], -math.inf),
                 "command_offset": (UNKNOWN, [(self.commands, (k, 1), 1.0)], -math.inf),
                 "command_delay": ("s", [(self.commands, (k, 2), 1.0)], 0.0),

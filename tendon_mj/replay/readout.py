@@ -10,6 +10,7 @@ lag before it, and a simulation would be run anew for what is a matter of readin
 
 from __future__ import annotations
 
+import copy
 import math
 from typing import NamedTuple
 
@@ -21,6 +22,8 @@ from scipy.signal import lfilter
 from tendon_mj.replay.clock import Clock
 
 FloatArray = NDArray[np.float64]
+
+_COMMANDS = 3  # numbers of an actuator: scale, offset and delay
 
 
 class Readout(NamedTuple):
@@ -72,13 +75,20 @@ def stored_readouts(model: mujoco.MjModel) -> FloatArray:
     return rows
 
 
+def with_plain_commands(model: mujoco.MjModel) -> mujoco.MjModel:
+    """A copy of a model whose actuators take a column as their control, as it is."""
+    plain = copy.copy(model)
+    plain.actuator_user[:, :_COMMANDS] = 0.0
+    return plain
+
+
 def stored_commands(model: mujoco.MjModel) -> FloatArray:
     """(nactuator, 3) scale, offset and delay from the actuators' user data, likewise.
 
     With two numbers, scale and offset, no command is late.
     """
     rows = np.tile([1.0, 0.0, 0.0], (model.nactuator, 1))
-    size = min(model.nuser_actuator, 3)
+    size = min(model.nuser_actuator, _COMMANDS)
     if size >= 2:
         given = model.actuator_user[:, :size]
         rows[:, :size] = np.where(given.any(axis=1)[:, None], given, rows[:, :size])

@@ -16,6 +16,7 @@ from tendon_mj.errors import InvalidValueError
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.parameters import Parameter
+from tendon_mj.replay.readout import with_plain_commands
 from tendon_mj.replay.schedule import stated_values
 from tendon_mj.replay.simulator import Simulator
 from tendon_mj.replay.units import reading_unit
@@ -54,7 +55,8 @@ class Sweep:
         draws: of the ranges that are no grids.
         seed: of the draws.
         outputs: see `parse_outputs`.
-        measured: whether the recording has measurements.
+        measured: whether the recording has measurements. A motion has none, and its columns are
+            controls: what the model says of commands, as `patch_model` writes it, is left out.
         settle: time before the first sample [s]; default: as the recording says.
         policy: that sets the controls from the first sample on; it finds those of the recording.
 
@@ -86,6 +88,7 @@ class Sweep:
             raise InvalidValueError(f"--draws {draws} must be ≥ 0")
         if seed < 0:
             raise InvalidValueError(f"--seed {seed} must be ≥ 0")
+        model = model if measured else with_plain_commands(model)
         known = Simulator([recording], model, described=False, settle=settle)
         self.axes = self._axes(parameters, draws, known.parameters, known.model)
         if policy is not None:

@@ -189,3 +189,48 @@ def test_the_input_end_is_shown_and_written(finger, tmp_path, monkeypatch):
     configs = {p.name: p.config for p in mujoco.MjSpec.from_file(str(both)).plugins}
     assert configs["extensor_sheath"]["input_end"] == "last"
     assert "input_end" not in configs["flexor_sheath"]
+
+
+def test_no_file_that_a_model_in_the_model_includes_is_written_over(tmp_path, capsys):
+    part = '<mujocoinclude><body name="c"><geom size=".1"/></body></mujocoinclude>'
+    (tmp_path / "part.xml").write_text(part)
+    (tmp_path / "child.xml").write_text(
+        '<mujoco><worldbody><include file="part.xml"/></worldbody></mujoco>'
+    )
+    (tmp_path / "main.xml").write_text("""
+    <mujoco>
+      <asset><model name="child" file="child.xml"/></asset>
+      <worldbody>
+        <attach model="child" body="c" prefix="x_"/>
+        <site name="a"/><site name="b" pos=".1 0 0"/>
+        <body><joint/><geom size=".1"/><site name="c" pos=".1 .1 0"/></body>
+      </worldbody>
+      <tendon><spatial name="t">
+        <site site="a"/><site site="b"/><site site="c"/>
+      </spatial></tendon>
+      <actuator><motor tendon="t"/></actuator>
+    </mujoco>""")
+    arguments = ["attach", str(tmp_path / "main.xml"), "--tendon", "t", "--friction", "0.1"]
+    for name in ("part.xml", "child.xml", "main.xml"):
+        assert main([*arguments, "--out", str(tmp_path / name)]) == 2
+        assert f"{name} is a file that" in capsys.readouterr().err
+    assert (tmp_path / "part.xml").read_text() == part
+    assert main([*arguments, "--out", str(tmp_path / "other.xml")]) == 0
+
+
+@pytest.mark.parametrize("doctype", ["", "<!DOCTYPE mujoco [<!ENTITY e 'x'>]>\n"])
+def test_comments_around_the_model_and_its_includes_stay(finger, tmp_path, doctype):
+    text = finger.read_text()
+    included = "<!-- of the part --><mujoco><!-- in it --><custom/></mujoco><!-- end of it -->"
+    (tmp_path / "part.xml").write_text(included)
+    inside = text.replace("</mujoco>", '<include file="part.xml"/></mujoco>')
+    declared = '<?xml version="1.0"?>\n' + doctype
+    finger.write_text(f"{declared}<!-- licence --><!-- top -->\n{inside}\n<!-- the end -->\n")
+    arguments = ["attach", str(finger), "--tendon", "flexor", "--friction", "0.15"]
+    assert main([*arguments, "--out", str(tmp_path / "new.xml")]) == 0
+    written = (tmp_path / "new.xml").read_text()
+    said = ("licence", "top", "of the part", "in it", "end of it", "the end")
+    places = [written.index(f"<!-- {comment} -->") for comment in said]
+    assert places == sorted(places)
+    assert written.index("<mujoco") > places[1]
+    assert written.index("</mujoco>") < places[-1]

@@ -8,6 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from PIL import Image
 
 from tendon_mj.attach import Parameters
 from tendon_mj.builders.load import model_path
@@ -273,8 +274,26 @@ def test_the_model_that_a_diagnosis_reads_is_not_written_over(rig, tmp_path, cap
     (tmp_path / "a.csv").write_bytes(given.read_bytes())
     (tmp_path / "a.toml").write_text(text, "utf-8")
     option = ["--model", str(tmp_path / "model.xml")] if "option" in named else []
-    before = (tmp_path / "model.xml").read_bytes()
+    (tmp_path / "result.json").write_text('{"files": ["misfit.png"]}')  # of an earlier run
+    (tmp_path / "misfit.png").touch()
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
     arguments = ["diagnose", str(tmp_path / "a.csv"), *option, "--out", str(tmp_path)]
     assert main([*arguments, "--no-sysid", "--exclude", *OTHERS]) == 2
     assert "model.xml there would be written over" in " ".join(capsys.readouterr().err.split())
-    assert (tmp_path / "model.xml").read_bytes() == before
+    assert {path: path.read_bytes() for path in before} == before
+
+
+@pytest.mark.parametrize("command", ["check", "replay", "diagnose"])
+def test_no_texture_of_the_model_is_removed_as_an_earlier_picture(rig, tmp_path, capsys, command):
+    given, bench = Path(rig[0.0][0]), model_path("bench").read_text("utf-8")
+    asset = '<asset><texture name="t" type="2d" file="gap.png"/></asset></mujoco>'
+    (tmp_path / "own.xml").write_text(bench.replace("</mujoco>", asset), "utf-8")
+    Image.new("RGB", (8, 8)).save(tmp_path / "gap.png")
+    text = given.with_suffix(".toml").read_text("utf-8")
+    (tmp_path / "a.csv").write_bytes(given.read_bytes())
+    (tmp_path / "a.toml").write_text(text.replace('model = "bench"', 'model = "own.xml"'), "utf-8")
+    (tmp_path / "result.json").write_text('{"files": ["gap.png"]}')
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    assert main([command, str(tmp_path / "a.csv"), "--out", str(tmp_path)]) == 2
+    assert "gap.png there would be" in " ".join(capsys.readouterr().err.split())
+    assert {path: path.read_bytes() for path in before} == before

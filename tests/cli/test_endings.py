@@ -1,6 +1,7 @@
 """How commands end: a sentence with units, an example after the help, one line after Ctrl-C."""
 
 import contextlib
+import json
 import os
 import re
 import signal
@@ -204,6 +205,40 @@ def test_a_reader_that_has_enough_ends_a_command_in_silence(arguments, buffered,
     process.stdout = None
     assert process.communicate()[1] == b""
     assert process.returncode == 0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows tells a pipe's end otherwise")
+def test_a_command_whose_reader_has_enough_does_its_work(tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tendon_mj", "check", str(example_recording()), "--out", tmp_path],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    process.stdout.close()
+    process.stdout = None
+    assert process.communicate()[1] == b""
+    assert process.returncode == 0
+    files = json.loads((tmp_path / "result.json").read_text("utf-8"))["files"]
+    assert files
+    assert all((tmp_path / file).is_file() for file in files)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no full device here")
+@pytest.mark.parametrize("buffered", ["", "1"])
+@pytest.mark.parametrize("arguments", [("--version",), ("render", "--help"), ("init", "bench")])
+def test_an_output_that_is_full_is_named_in_a_line(arguments, buffered, tmp_path):
+    with Path("/dev/full").open("w") as full:
+        ended = subprocess.run(
+            [sys.executable, "-m", "tendon_mj", *arguments],
+            env={**os.environ, "PYTHONUNBUFFERED": buffered},
+            cwd=tmp_path,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert ended.stderr == "tendon-mj: the standard output: No space left on device\n"
+    assert ended.returncode == 2
 
 
 @pytest.mark.parametrize(

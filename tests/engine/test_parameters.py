@@ -155,7 +155,15 @@ def test_an_array_that_would_round_or_hold_no_change_is_refused():
     for data in (np.zeros(model.npluginstate, np.float32), [0.0] * model.npluginstate, None):
         with pytest.raises(InvalidValueError, match="must be an MjData or an array of float64"):
             Parameters(model, data)
-    fixed = np.zeros(model.npluginstate)
+    fixed = mujoco.MjData(model).plugin_state.copy()
     fixed.setflags(write=False)
     with pytest.raises(InvalidValueError, match="read-only"):
         Parameters(model, fixed)[MU] = 0.1
+
+
+@pytest.mark.parametrize("garbage", [0.0, np.nan, 1e300])
+def test_what_is_no_state_of_the_model_is_refused_as_a_view_does(garbage):
+    """What is set there would be lost, since such a state is bound anew when it is stepped."""
+    model = arm()
+    with pytest.raises(InvalidValueError, match="no plugin states of this model, or none at all"):
+        Parameters(model, np.full(model.npluginstate, garbage))

@@ -171,6 +171,20 @@ def test_ranges_that_are_no_pair_of_lawful_numbers_are_refused_when_made(field, 
         Ranges(**{field: bad})
 
 
+def test_a_bend_in_degrees_is_refused_when_the_environment_is_made():
+    with pytest.raises(InvalidValueError, match=r"bend = \(60.0, 180.0\) \[rad\] must be at most"):
+        hold_force(seed=0, ranges=Ranges(bend=(60, 180)))
+
+
+def test_an_action_beyond_its_range_counts_as_its_end():
+    ends = []
+    for action in ([1.0, -1.0], [2.0, -5.0]):
+        environment = hold_force(seed=0, ranges=Ranges(bend=KEPT_BEND))
+        environment.reset()
+        ends.append(environment.step(np.array(action)).observation["motor_angles"])
+    np.testing.assert_array_equal(*ends)
+
+
 def test_ranges_take_any_pair_of_numbers():
     assert Ranges(friction=[0, np.float32(0.5)]).friction == (0.0, 0.5)
 

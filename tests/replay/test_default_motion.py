@@ -4,7 +4,7 @@ import pytest
 
 from tendon_mj.builders.bench import Bench, build_bench
 from tendon_mj.builders.joint import Joint, build_joint
-from tendon_mj.errors import UnknownNameError
+from tendon_mj.errors import RecordingError, UnknownNameError
 from tendon_mj.replay import default_motion
 from tendon_mj.replay.default_motion import read_motion
 
@@ -54,11 +54,11 @@ def test_a_bench_without_its_reel_is_any_other_model():
 
 
 @pytest.mark.parametrize("name", ["left_m", "m", "mm", "speed_rad_per_s", "a_N_m"])
-@pytest.mark.parametrize("ending", ["_N", "_kN", "_s"])
+@pytest.mark.parametrize("ending", ["_N", "_kN"])
 def test_an_actuator_whose_name_is_or_ends_in_a_unit_is_driven(name, ending, tmp_path):
     model = mujoco.MjModel.from_xml_string(f"""
     <mujoco>
-      <worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+      <worldbody><body><joint name="j" type="slide"/><geom size=".1"/></body></worldbody>
       <actuator><motor name="other" joint="j"/><motor name="{name}" joint="j"/></actuator>
     </mujoco>""")
     path = tmp_path / "motion.csv"
@@ -80,3 +80,36 @@ def test_a_table_moves_the_actuators_that_it_names(tmp_path):
     table.write_text("time_s,comand_rad\n1,0\n3,0.5\n")
     with pytest.raises(UnknownNameError, match="did you mean 'command'"):
         read_motion(table, model)
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        (
+            "reel_N",
+            "column 'reel_N': the control of 'reel' is in [m]; the column would be 'reel_m'",
+        ),
+        ("reel_kN", "the column would be 'reel_m'"),
+        ("reel_deg", "the column would be 'reel_m'"),
+        ("reel_m,reel_rad", "the column would be 'reel_m'"),
+    ],
+)
+def test_a_column_in_another_unit_than_the_control_is_refused(columns, said, tmp_path):
+    rows = "0,0,0\n1,1,1\n" if "," in columns else "0,0\n1,1\n"
+    (tmp_path / "motion.csv").write_text(f"time_s,{columns}\n{rows}")
+    with pytest.raises(RecordingError) as caught:
+        read_motion(tmp_path / "motion.csv", build_bench(Bench()).compile())
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize("columns", ["twitch_s,twitch_N", "twitch_mm,twitch_rad"])
+def test_two_columns_of_one_actuator_are_refused(columns, tmp_path):
+    """Of a muscle, whose control has no unit of its own."""
+    model = mujoco.MjModel.from_xml_string("""
+    <mujoco>
+      <worldbody><body><joint name="j" range="-1 1"/><geom size=".1"/></body></worldbody>
+      <actuator><muscle name="twitch" joint="j" lengthrange="-1 1"/></actuator>
+    </mujoco>""")
+    (tmp_path / "motion.csv").write_text(f"time_s,{columns}\n0,0,0\n1,1,1\n")
+    with pytest.raises(RecordingError, match="another column moves 'twitch', too; leave one out"):
+        read_motion(tmp_path / "motion.csv", model)

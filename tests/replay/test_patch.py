@@ -392,3 +392,77 @@ def test_what_cannot_be_is_refused_and_nothing_is_written(tmp_path):
     with pytest.raises(InvalidValueError, match="scale of 0"):
         patch_model("bench", {"input_tension.scale": 0.0}, path)
     assert not path.exists()
+
+
+MUSCLE = """
+<mujoco>
+  <worldbody>
+    <site name="fixed" pos="0 0 0.3"/>
+    <body name="arm">
+      <joint name="elbow" axis="0 1 0" range="-60 60" damping="0.1"/>
+      <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.02"/>
+      <site name="moved" pos="0.1 0 0.02"/>
+    </body>
+  </worldbody>
+  <tendon>
+    <spatial name="biceps"><site site="fixed"/><site site="moved"/></spatial>
+  </tendon>
+  <actuator><muscle name="{name}" tendon="biceps"/></actuator>
+  <sensor><jointpos name="angle" joint="elbow"/></sensor>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("force", "given", "differs"),
+    [
+        ("20", {"biceps.gear": 2.0}, True),
+        ("-1", {"biceps.gear": 2.0}, False),  # its force is then that of an acceleration
+        ("-1", {"arm.mass": 2.0, "elbow.armature": 0.01}, True),
+    ],
+)
+def test_a_muscle_pulls_as_it_was_simulated(force, given, differs, tmp_path):
+    """What MuJoCo computes when it compiles, acc0 and lengthrange, depends on such numbers."""
+    (tmp_path / "arm.xml").write_text(MUSCLE.format(name=f'biceps" force="{force}'))
+    model = load_model(str(tmp_path / "arm.xml"))
+    time = np.linspace(0.0, 0.5, 51)
+    recording = Recording(
+        name="twitch",
+        model=str(tmp_path / "arm.xml"),
+        source="made by this test",
+        time=time,
+        columns={"excitation_N": 0.3 * np.sin(6.0 * time) ** 2, "angle_rad": 0.0 * time},
+        drive={"excitation_N": "biceps"},
+        measured={"angle_rad": Measured("angle")},
+        settle=0.0,
+    )
+    plain, simulated = (
+        replay_recording(recording, model, parameters=p).columns["angle_rad"] for p in ({}, given)
+    )
+    written = load_model(str(patch_model(tmp_path / "arm.xml", given, tmp_path / "new.xml")))
+    told = replay_recording(recording, written).columns["angle_rad"]
+    np.testing.assert_allclose(told, simulated, rtol=1e-12, atol=1e-12)
+    assert (np.abs(plain - simulated).max() > 1e-4) == differs
+
+
+def test_a_muscle_s_gear_is_what_mujoco_makes_of_it(tmp_path):
+    (tmp_path / "arm.xml").write_text(MUSCLE.format(name="biceps"))
+    adjustable = Adjustable(load_model(str(tmp_path / "arm.xml")))
+    adjustable.set({"biceps.gear": 2.0})
+    meant = MUSCLE.format(name='biceps" gear="2')
+    compiled = mujoco.MjModel.from_xml_string(meant)
+    np.testing.assert_allclose(adjustable.model.actuator_acc0, compiled.actuator_acc0, rtol=1e-12)
+    np.testing.assert_allclose(
+        adjustable.model.actuator_lengthrange, compiled.actuator_lengthrange, rtol=1e-3
+    )
+    with pytest.raises(InvalidValueError, match=r"biceps\.gear = -1 must be finite and ≥"):
+        adjustable.set({"biceps.gear": -1.0})
+
+
+@pytest.mark.parametrize(
+    ("effect", "scale"), [("creep", "creep_time"), ("stribeck_friction", "stribeck_velocity")]
+)
+def test_an_effect_without_its_scale_is_refused_as_mjcf_does(effect, scale, tmp_path):
+    with pytest.raises(InvalidValueError, match=rf"sheath: {effect} = 0\.2 needs {scale} > 0 "):
+        patch_model("bench", {f"sheath.{effect}": 0.2}, tmp_path / "model.xml")
+    both = {f"sheath.{effect}": 0.2, f"sheath.{scale}": 0.1}
+    assert patch_model("bench", both, tmp_path / "model.xml").is_file()

@@ -154,6 +154,20 @@ def test_any_model_moves_as_its_default_motion_has_it():
         motion_recording("arm", model, "curl", None)
 
 
+@pytest.mark.parametrize("asked", ["elbow.stiffness=1:4:3", "pull.command_scale=0.5:1:3"])
+def test_a_motion_is_of_controls_whatever_the_model_says_of_a_rig_s_commands(asked):
+    """As `render` and `view` have it; a scale that is swept scales it."""
+    told = ARM.replace('<general name="pull"', '<general name="pull" user="0.01 0.5 0.1"')
+    tables = []
+    for text in (ARM, told):
+        model = mujoco.MjModel.from_xml_string(text)
+        sweep = Sweep(model, motion_recording("arm", model, None, 0.2), [asked])
+        tables.append(sweep.rollouts.of(sweep.batch(0, 3)))
+    assert np.ptp(tables[0]["angle.rms"]) > 0.0
+    for name, column in tables[0].items():
+        np.testing.assert_array_equal(column, tables[1][name])
+
+
 def test_a_motion_has_the_steps_nearest_to_its_duration_and_one_at_least():
     model = mujoco.MjModel.from_xml_string(ARM)
     assert len(motion_recording("arm", model, None, 0.6 * model.opt.timestep).time) == 2

@@ -1,4 +1,4 @@
-"""Files that a model is made of: none is a pipe, which MuJoCo would wait for, nor a device."""
+"""Files that a model is made of; none may be a pipe, which MuJoCo would wait for, or a device."""
 
 from __future__ import annotations
 
@@ -24,6 +24,26 @@ def check_model_files(path: Path) -> None:
     Raises:
         TendonError: names the model, the element and the file.
     """
+    for tag, file in _named_files(path):
+        if not _is_plain(file):
+            raise TendonError(
+                f"{path}: <{tag}> names {file}, which is a device or pipe; give a file in its place"
+            )
+
+
+def files_of_model(path: Path) -> list[Path]:
+    """A model's file, and those that it or a model in it includes or takes a mesh or the like from.
+
+    Empty where none is there, as for a name of the package's models.
+    """
+    return [file for file in (path, *(f for _, f in _named_files(path))) if file.is_file()]
+
+
+def _named_files(path: Path) -> Iterator[tuple[str, Path]]:
+    """Elements that name a file, and each place where MuJoCo would look for it.
+
+    A file that is included is read after it was yielded.
+    """
     models, seen = [path], {_place(path)}
     while models:
         main = models.pop()
@@ -39,24 +59,22 @@ def check_model_files(path: Path) -> None:
                     for file in (main.parent / name, here.parent / name):
                         place = _place(file)
                         if tag in ("include", "model") and place is not None and place not in seen:
-                            _check(path, tag, file)
+                            yield tag, file
                             seen.add(place)
                             (includes if tag == "include" else models).append(file)
         for tag, name in assets:
             for folder in folders:
-                _check(path, tag, folder / name)
-                _check(path, tag, folder / Path(name).name)  # with strippath
+                yield tag, folder / name
+                yield tag, folder / Path(name).name  # with strippath
 
 
-def _check(model: Path, tag: str, file: Path) -> None:
+def _is_plain(file: Path) -> bool:
+    """Whether a file is one, a folder, or not there; and no device or pipe."""
     try:
         kind = stat.S_IFMT(file.stat().st_mode)
     except (OSError, ValueError):  # none is there, or can be
-        return
-    if kind not in (stat.S_IFREG, stat.S_IFDIR):
-        raise TendonError(
-            f"{model}: <{tag}> names {file}, which is a device or pipe; give a file in its place"
-        )
+        return True
+    return kind in (stat.S_IFREG, stat.S_IFDIR)
 
 
 def _place(file: Path) -> tuple[int, int, str] | None:
@@ -79,6 +97,6 @@ def _elements(text: str) -> Iterator[tuple[str, dict[str, str]]]:
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8", errors="surrogateescape")
+        return path.read_text("utf-8", "surrogateescape") if _is_plain(path) else ""
     except (OSError, ValueError):
         return ""

@@ -6,6 +6,7 @@
 | ``drawn_bend`` of a sheath | added to ``extra_bend`` there, and what it adds beside it, as |
 | | ``<custom><text name="<sheath>.drawn_bend.correction" data="…"/>`` |
 | of a joint; ``gear``, ``kp``, ``kv`` | the element's own attribute |
+| | of muscles always ``lengthrange``, which their gear and masses change |
 | ``mass`` of a body | its ``<inertial>``, which is made where its geoms have the mass |
 | ``command_scale``, ``command_offset``, ``command_delay`` | ``user`` data, in this order |
 | ``scale`` … ``drift`` of a sensor | the sensor's ``user`` data, in the order of `Readout` |
@@ -15,7 +16,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 import re
 from collections.abc import Mapping
@@ -28,15 +28,16 @@ from numpy.typing import NDArray
 
 from tendon_mj.attach.mjcf import Mjcf, number, numbers, set_first
 from tendon_mj.builders.load import load_model, load_spec, model_path
-from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
+from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.replay.live_parameters import CORRECTION, DRAWN_BEND, EXTRA_BEND, custom_numbers
+from tendon_mj.replay.muscle import is_muscle
 from tendon_mj.replay.parameters import Adjustable
+from tendon_mj.replay.patch.check_written import check_written
 from tendon_mj.whole_file import whole_file
 
 FloatArray = NDArray[np.float64]
 
 _INTERVAL = ".interval"
-_AGREE = 1e-12  # relative; degrees and radians are not the same to the last bit
 
 
 def patch_model(
@@ -94,12 +95,13 @@ def patch_model(
         else:
             text.section("option", "gravity").set("gravity", numbers(adjustable.model.opt.gravity))
     _write_damping(text, adjustable, spec)
+    _write_length_ranges(text, adjustable.model)
     _write_intervals(text, intervals)
     text.root.insert(0, ElementTree.Comment(_says(source, adjustable, parameters, intervals)))
     text.move_to(target.parent, spec)
     with whole_file(target) as made:  # what is there stays unless the new one holds
         text.write(made)
-        _check_written(made, target, adjustable, parameters)
+        check_written(made, target, adjustable, parameters)
     text.warn_of_outside(target)
     return target
 
@@ -193,6 +195,14 @@ def _write_damping(text: Mjcf, adjustable: Adjustable, spec: mujoco.MjSpec) -> N
             _write_actuator(text, adjustable, actuator.name, "kv")
 
 
+def _write_length_ranges(text: Mjcf, model: mujoco.MjModel) -> None:
+    """Write the lengths over which muscles' forces are defined, which compiling would seek anew."""
+    written = text.actuators(model)
+    for k in range(model.nactuator):
+        if k in written and is_muscle(model, k):
+            written[k].set("lengthrange", numbers(model.actuator_lengthrange[k]))
+
+
 def _write_actuator(text: Mjcf, adjustable: Adjustable, element: str, parameter: str) -> None:
     m, written = adjustable.model, text.actuator(element)
     k = m.actuator(element).id
@@ -258,33 +268,3 @@ def _says(
         )
         lines.append(f"{name} = {value:.6g} [{known[name].unit}]{within}")
     return re.sub("-(?=-)", "- ", "\n       ".join(lines)) + " "  # two would end the comment
-
-
-def _check_written(
-    made: Path, path: Path, adjustable: Adjustable, parameters: Mapping[str, float]
-) -> None:
-    """Hold the file ``made``, as MuJoCo compiles it, against the model that ``path`` is to be."""
-    written = load_model(str(made))
-    found = Adjustable(copy.copy(written)).parameters()
-    for name, value in parameters.items():
-        bend = name.endswith((f".{EXTRA_BEND}", f".{DRAWN_BEND}"))  # a difference of two
-        near = {"rel_tol": _AGREE, "abs_tol": _AGREE if bend else 0.0}
-        if name not in found or not math.isclose(found[name].value, value, **near):
-            got = found[name].value if name in found else "no such parameter"
-            raise TendonError(f"{path}: {name} = {value!r} was to be written, it reads {got}")
-    mujoco.mj_setConst(adjustable.model, mujoco.MjData(adjustable.model))
-    for field in (
-        *("qpos0", "body_mass", "body_inertia", "dof_invweight0"),
-        *("site_pos", "tendon_length0", "actuator_biasprm"),
-    ):
-        _compare(path, field, getattr(adjustable.model, field), getattr(written, field))
-    _compare(path, "gravity", adjustable.model.opt.gravity, written.opt.gravity)
-    meant, got = adjustable.model.tendon_lengthspring, written.tendon_lengthspring
-    # its own spring, resting where `springref` says
-    pulls = adjustable.model.tendon_stiffness > 0.0
-    _compare(path, "tendon_lengthspring", meant[pulls], got[pulls])
-
-
-def _compare(path: Path, field: str, meant: FloatArray, got: FloatArray) -> None:
-    if not np.allclose(meant, got, rtol=_AGREE, atol=_AGREE):
-        raise TendonError(f"{path}: {field} of mjModel is not what was to be written")
