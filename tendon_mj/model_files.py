@@ -13,6 +13,7 @@ from tendon_mj.errors import TendonError
 _VALUE = r"(?:\"[^\"]*\"|'[^']*')"
 _TAG = re.compile(rf"<([\w:.-]+)(?=[\s/>])((?:\s*[\w:.-]+\s*=\s*{_VALUE})*)")
 _ATTRIBUTE = re.compile(rf"([\w:.-]+)\s*=\s*({_VALUE})")
+_PLAIN = (stat.S_IFREG, stat.S_IFDIR, 0)  # kinds of files for which nothing waits
 _FOLDERS = ("meshdir", "texturedir", "assetdir")
 
 
@@ -25,7 +26,7 @@ def check_model_files(path: Path) -> None:
         TendonError: names the model, the element and the file.
     """
     for tag, file in _named_files(path):
-        if not _is_plain(file):
+        if _kind(file) not in _PLAIN:
             raise TendonError(
                 f"{path}: <{tag}> names {file}, which is a device or pipe; give a file in its place"
             )
@@ -36,7 +37,8 @@ def files_of_model(path: Path) -> list[Path]:
 
     Empty where none is there, as for a name of the package's models.
     """
-    return [file for file in (path, *(f for _, f in _named_files(path))) if file.is_file()]
+    named = (file for _, file in _named_files(path))
+    return [file for file in (path, *named) if _kind(file) == stat.S_IFREG]
 
 
 def _named_files(path: Path) -> Iterator[tuple[str, Path]]:
@@ -68,13 +70,12 @@ def _named_files(path: Path) -> Iterator[tuple[str, Path]]:
                 yield tag, folder / Path(name).name  # with strippath
 
 
-def _is_plain(file: Path) -> bool:
-    """Whether a file is one, a folder, or not there; and no device or pipe."""
+def _kind(file: Path) -> int:
+    """Kind of a file, as `stat.S_IFMT` has it; 0 where none is there, or can be."""
     try:
-        kind = stat.S_IFMT(file.stat().st_mode)
-    except (OSError, ValueError):  # none is there, or can be
-        return True
-    return kind in (stat.S_IFREG, stat.S_IFDIR)
+        return stat.S_IFMT(file.stat().st_mode)
+    except (OSError, ValueError):
+        return 0
 
 
 def _place(file: Path) -> tuple[int, int, str] | None:
@@ -97,6 +98,6 @@ def _elements(text: str) -> Iterator[tuple[str, dict[str, str]]]:
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text("utf-8", "surrogateescape") if _is_plain(path) else ""
+        return path.read_text("utf-8", "surrogateescape") if _kind(path) in _PLAIN else ""
     except (OSError, ValueError):
         return ""

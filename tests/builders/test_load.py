@@ -7,6 +7,7 @@ import pytest
 
 from tendon_mj.builders.load import load_model, model_path
 from tendon_mj.errors import TendonError
+from tendon_mj.model_files import files_of_model
 
 
 def test_a_name_that_is_not_utf_8_says_so(tmp_path):
@@ -80,3 +81,11 @@ def test_files_that_are_not_there_and_includes_in_a_circle_are_left_to_mujoco(tm
         path.write_text(PLAIN.format(f'<include file="{file}"/>'))
         with pytest.raises(TendonError, match=r"rig\.xml: XML Error"):
             load_model(str(path))
+
+
+def test_a_name_that_no_file_can_have_is_no_file_of_a_model(tmp_path):
+    names = ("a" * 5000, "a\\0b", "gone.stl", ".")
+    elements = "".join(f"<mesh name='m{k}' file='{name}'/>" for k, name in enumerate(names))
+    path = tmp_path / "m.xml"
+    path.write_text(f"<mujoco><asset>{elements}</asset></mujoco>")
+    assert files_of_model(path) == [path]
