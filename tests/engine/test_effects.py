@@ -290,3 +290,21 @@ def test_a_heavy_tendon_runs_on_when_the_drives_stop():
     assert np.all(drives.tables()[2]["trial_flow"] > 0.0)
     mujoco.mj_step(drives.model, drives.data)
     assert snapshot(drives.model, drives.data).size
+
+
+@pytest.mark.parametrize("creep", [0.0, 0.4])
+def test_every_segment_lies_on_the_curve_of_its_strain_in_every_step(creep):
+    """T = EA ε (1 + κ ε) of the elastic strain, which is the whole one less what has crept."""
+    kappa, law = 80.0, {"creep": creep, "creep_time": 0.02 if creep else 0.0}
+    drives = Drives(stiffening=kappa, **law)
+    for way in 1.5e-3 * (1.0 - np.cos(np.linspace(0.0, 4.0 * np.pi, 150))):
+        drives.step(way, -0.3 * way)
+        _, segments, _ = drives.tables()
+        strain, tension = segments["trial_strain"], segments["tension"]
+        taut = tension > 0.0
+        assert taut.any()
+        np.testing.assert_allclose(
+            tension[taut], (strain * (1.0 + kappa * strain))[taut], rtol=1e-9, atol=1e-12
+        )
+    assert np.ptp(drives.tension) > 1.0  # friction has spread them over the curve
+    assert drives.unsolved == 0.0
