@@ -19,7 +19,7 @@ def turns(points):
     return np.arctan2(crossed, np.sum(legs[:-1] * legs[1:], axis=1))
 
 
-@settings(max_examples=200, deadline=None, derandomize=True)
+@settings(max_examples=200, derandomize=True)
 @given(some.floats(1e-3, 10.0), some.floats(-6.0, 6.0), some.integers(1, 64), vectors, vectors)
 def test_length_bend_plane_and_start_are_exact(length, bend, guides, start, normal):
     normal = np.add(normal, (0.0, 0.0, 3.0))

@@ -56,7 +56,7 @@ def rig(seed, planted=None, first=5, change=0.0, course="step"):
 FLEET = [rig(100 + k) for k in range(20)]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     planted=st.integers(0, len(NUMBERS) - 1),
     first=st.integers(2, DAYS - 2),
@@ -72,7 +72,7 @@ def test_a_planted_step_is_found_in_its_number_within_a_day(planted, first, sign
     assert best.change == pytest.approx(sign * 12.0 * DAILY, abs=4.0 * DAILY)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(seed=st.integers(2000, 10**6))
 def test_what_differs_from_day_to_day_is_no_change(seed):
     same = rig(seed)

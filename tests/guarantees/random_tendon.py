@@ -15,7 +15,6 @@ from tendon_mj import Spool, add_friction
 EXAMPLES = int(os.environ.get("TENDON_MJ_EXAMPLES", "80"))
 thorough = settings(
     max_examples=EXAMPLES,
-    deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
 

@@ -112,7 +112,6 @@ def bits(recording: Recording) -> list[object]:
     ]
 
 
-@settings(deadline=None)
 @given(recordings())
 def test_what_is_written_reads_back_bit_for_bit(recording: Recording) -> None:
     with tempfile.TemporaryDirectory() as folder:
@@ -122,7 +121,7 @@ def test_what_is_written_reads_back_bit_for_bit(recording: Recording) -> None:
     assert again == recording
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(recordings())
 def test_writing_is_deterministic_and_idempotent(recording: Recording) -> None:
     with tempfile.TemporaryDirectory() as folder:

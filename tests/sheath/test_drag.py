@@ -7,7 +7,7 @@ from hypothesis import strategies as some
 from tendon_mj.sheath.tension_solver import solve_flow
 from tests.sheath.tendons import random_tendons, tendon
 
-EVERY = settings(max_examples=400, deadline=None, derandomize=True)
+EVERY = settings(max_examples=400, derandomize=True)
 # D ℓ: from hardly felt to a wave that crosses a segment in many steps
 drags = some.sampled_from([1e-6, 1e-3, 1.0, 1e3])
 
@@ -51,7 +51,7 @@ def test_every_tendon_has_a_solution_that_obeys_the_law(tables, drag, momentum, 
     check(segments, guides)
 
 
-@settings(max_examples=400, deadline=None, derandomize=True)
+@settings(max_examples=400, derandomize=True)
 @given(random_tendons(most=60), drags, some.sampled_from([0.0, 0.1, 1.0]), some.integers(0, 99))
 def test_a_tendon_over_many_guides_has_a_solution(tables, drag, momentum, seed):
     segments, guides = dragged(tables, drag, momentum, seed)
@@ -59,7 +59,7 @@ def test_a_tendon_over_many_guides_has_a_solution(tables, drag, momentum, seed):
     check(segments, guides)
 
 
-@settings(max_examples=20, deadline=None, derandomize=True)
+@settings(max_examples=20, derandomize=True)
 @given(random_tendons(most=512), drags)
 def test_a_tendon_over_very_many_guides_has_a_solution(tables, drag):
     segments, guides = dragged(tables, drag, 0.1)
@@ -67,7 +67,7 @@ def test_a_tendon_over_very_many_guides_has_a_solution(tables, drag):
     check(segments, guides)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, derandomize=True)
 @given(random_tendons(most=20), drags, some.integers(-1, 1), some.integers(0, 99))
 def test_the_solution_does_not_depend_on_the_slip_before(tables, drag, was, seed):
     segments, guides = dragged(tables, drag, 0.3, seed)

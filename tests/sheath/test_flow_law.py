@@ -10,7 +10,7 @@ from tendon_mj.sheath.tension_solver import solve_flow
 from tests.sheath.tendons import random_tendons, tendon
 
 EXACT = 1e-9  # relative
-EVERY = settings(max_examples=400, deadline=None, derandomize=True)
+EVERY = settings(max_examples=400, derandomize=True)
 
 
 def after(segments, guides):

@@ -65,7 +65,7 @@ def test_a_jump_of_the_input_by_the_whole_backlash_is_solved_in_one_step():
     np.testing.assert_allclose(once[0]["tension"], many[0]["tension"], rtol=1e-9)
 
 
-@settings(max_examples=300, deadline=None, derandomize=True)
+@settings(max_examples=300, derandomize=True)
 @given(some.integers(1, 6), some.booleans(), some.data())
 def test_it_ends_whatever_it_is_given_and_a_tension_is_a_number_or_inf(n, pulled, data):
     segments, guides = uniform(n, 0.5)
@@ -80,7 +80,7 @@ def test_it_ends_whatever_it_is_given_and_a_tension_is_a_number_or_inf(n, pulled
         assert not guides["flow"].any()
 
 
-@settings(max_examples=100, deadline=None, derandomize=True)
+@settings(max_examples=100, derandomize=True)
 @given(some.floats(1e-3, 1.0), some.floats(1e-9, 0.5), some.floats(0.0, 10.0))
 def test_a_segment_holds_what_its_tension_says(length, tau, give):
     segments, _ = uniform(1, 0.0)
