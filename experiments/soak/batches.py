@@ -11,8 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import psutil
-
+from experiments.soak.own_memory import own_memory
 from tendon_mj.progress import Progress, silent
 
 _LONGEST = 900.0  # [s] that a batch may take
@@ -27,7 +26,7 @@ class Outcomes:
         violations: descriptions of trials that broke a promise.
         crashes: descriptions of batches whose process died or did not end.
         most_memory: largest resident memory of a batch [MiB].
-        most_growth: of resident memory over the second half of a batch [MiB].
+        most_growth: of a batch's own memory over its second half [MiB].
     """
 
     counts: Counter[str] = field(default_factory=Counter)
@@ -102,15 +101,14 @@ def report_batch(trials: Callable[[int, int], Iterator[tuple[str, str]]]) -> Non
     seed, count, path = int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3])
     counts: Counter[str] = Counter()
     violations = []
-    process = psutil.Process()
     halfway = 0
     for outcome, violation in trials(seed, count):
         counts[outcome] += 1
         if violation:
             violations.append(f"seed {seed}, trial {sum(counts.values())}: {violation}")
         if sum(counts.values()) == count // 2:
-            halfway = process.memory_info().rss
-    growth = (process.memory_info().rss - halfway) / 2**20 if halfway else 0.0
+            halfway = own_memory()
+    growth = (own_memory() - halfway) / 2**20 if halfway else 0.0
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     told = {"counts": counts, "violations": violations, "memory": memory, "growth": growth}
     path.write_text(json.dumps(told), encoding="utf-8")

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-import psutil
 
+from experiments.soak.own_memory import own_memory
 from tendon_mj import add_servo
 from tendon_mj.builders import load_spec
 from tendon_mj.engine import sheath_arrays, sheaths, unsolved_evaluations
@@ -29,7 +29,7 @@ class LongRun:
         steps: number of steps.
         seconds: wall time.
         drift: largest relative change of a tendon's unstretched length, stored and wound.
-        memory_growth: resident memory at the end less that after the first part [MiB].
+        memory_growth: own memory at the end less that after the first part [MiB].
         resumed: whether fresh data, resumed from checkpoints, went on as the run, to the bit.
         unsolved: evaluations whose flow was not solved.
         finite: whether every position was.
@@ -54,7 +54,7 @@ def long_run(name: str, steps: int, progress: Progress = silent) -> LongRun:
     model, controls = _prepared(name)
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data)
-    start, process = _lengths(model, data), psutil.Process()
+    start = _lengths(model, data)
     began, memory, drift, resumed, finite = time.perf_counter(), 0.0, 0.0, True, True
     bursts = max(2, steps // (_BURST * _PARTS))
     compared = min(_COMPARED, bursts)
@@ -67,14 +67,14 @@ def long_run(name: str, steps: int, progress: Progress = silent) -> LongRun:
         _simulate(model, data, controls, first + compared, bursts - compared)
         drift = max(drift, float(np.max(np.abs(_lengths(model, data) / start - 1.0))))
         finite = finite and bool(np.isfinite(data.qpos).all())
-        memory = memory or process.memory_info().rss
+        memory = memory or own_memory()
         progress(name, part + 1, _PARTS)
     return LongRun(
         name,
         bursts * _BURST * _PARTS,
         time.perf_counter() - began,
         drift,
-        (process.memory_info().rss - memory) / 2**20,
+        (own_memory() - memory) / 2**20,
         resumed,
         float(sum(unsolved_evaluations(model, data).values())),
         finite,
