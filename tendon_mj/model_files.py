@@ -12,6 +12,7 @@ from tendon_mj.errors import TendonError
 
 _VALUE = r"(?:\"[^\"]*\"|'[^']*')"
 _TAG = re.compile(rf"<([\w:.-]+)(?=[\s/>])((?:\s*[\w:.-]+\s*=\s*{_VALUE})*)")
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _ATTRIBUTE = re.compile(rf"([\w:.-]+)\s*=\s*({_VALUE})")
 _PLAIN = (stat.S_IFREG, stat.S_IFDIR, 0)  # kinds of files for which nothing waits
 _FOLDERS = ("meshdir", "texturedir", "assetdir")
@@ -49,11 +50,12 @@ def _named_files(path: Path) -> Iterator[tuple[str, Path]]:
     models, seen = [path], {_place(path)}
     while models:
         main = models.pop()
-        includes, assets, folders = [main], list[tuple[str, str]](), {main.parent}
+        includes, assets, folders, strips = [main], list[tuple[str, str]](), {main.parent}, False
         while includes:
             here = includes.pop()
             folders.add(here.parent)
             for tag, attributes in _elements(_text(here)):
+                strips |= tag == "robot" or attributes.get("strippath") == "true"  # URDF does, too
                 folders |= {main.parent / attributes[f] for f in _FOLDERS if f in attributes}
                 for name in (text for key, text in attributes.items() if key.startswith("file")):
                     assets.append((tag, name))
@@ -66,8 +68,7 @@ def _named_files(path: Path) -> Iterator[tuple[str, Path]]:
                             (includes if tag == "include" else models).append(file)
         for tag, name in assets:
             for folder in folders:
-                yield tag, folder / name
-                yield tag, folder / Path(name).name  # with strippath
+                yield tag, folder / (Path(name).name if strips else name)
 
 
 def _kind(file: Path) -> int:
@@ -89,7 +90,7 @@ def _place(file: Path) -> tuple[int, int, str] | None:
 
 def _elements(text: str) -> Iterator[tuple[str, dict[str, str]]]:
     """Tag and attributes of each element, of broken XML too."""
-    for found in _TAG.finditer(text):
+    for found in _TAG.finditer(_COMMENT.sub("", text)):
         yield (
             found[1],
             {one[1]: html.unescape(one[2][1:-1]) for one in _ATTRIBUTE.finditer(found[2])},

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from io import TextIOWrapper
 
@@ -58,20 +59,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")  # a terminal that has no µ or °
     refused = _empty_argument(given) or _unwritable_argument(given)
     if refused:
-        print(f"tendon-mj: {refused}", file=sys.stderr)
-        return 2
+        return _refused(refused)
     try:
         try:
             with _warnings_in_a_line():
                 return _run(given)
         finally:
-            print(end="", flush=True)  # not as Python ends, which would tell of it in its own way
+            if sys.stdout:
+                sys.stdout.flush()  # not as Python ends, which would tell of it in its own way
     except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if isinstance(error, BrokenPipeError):  # who reads the output has enough, as `head`
             return 0
-        print(f"tendon-mj: the standard output: {error.strerror}", file=sys.stderr)
-        return 2
+        return _refused(f"the standard output: {error.strerror}")
 
 
 def _run(given: Sequence[str]) -> int:
@@ -94,9 +94,7 @@ def _run(given: Sequence[str]) -> int:
             return _interrupted()
         if not isinstance(error, TendonError | OSError) or _is_of_output(error):
             raise
-        line = "; ".join(str(error).splitlines())  # MuJoCo's messages have several
-        print(f"tendon-mj: {line}", file=sys.stderr)
-        return 2
+        return _refused("; ".join(str(error).splitlines()))  # MuJoCo's messages have several
     except KeyboardInterrupt:
         return _interrupted()
     return 0
@@ -158,13 +156,17 @@ def _interrupted() -> int:
     return _INTERRUPTED
 
 
+def _refused(why: str) -> int:
+    """Say why on the standard error, if anybody reads it."""
+    with suppress(OSError):
+        print(f"tendon-mj: {why}", file=sys.stderr)
+    return 2
+
+
 def _is_of_output(error: Exception) -> bool:
-    """Whether the standard output takes no more; what was printed is still to be written then."""
-    try:
-        print(end="", flush=True)
-    except OSError:
-        return True
-    return isinstance(error, BrokenPipeError)
+    """Whether the standard output takes no more: errors of files name the file."""
+    full = (errno.ENOSPC, errno.EPIPE)
+    return isinstance(error, OSError) and error.filename is None and error.errno in full
 
 
 def _is_interruption(error: BaseException | None) -> bool:

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError, UnknownNameError
-from tendon_mj.recordings.table_checks import TIME
-from tendon_mj.recordings.table_file import read_table
-from tendon_mj.recordings.units import UNITS
+from tendon_mj.recordings.table_checks import TIME, in_si
+from tendon_mj.recordings.table_file import read_columns
+from tendon_mj.recordings.units import UNITS, si_name
 from tendon_mj.replay.units import column_unit, control_unit, name_in
 
 Drive = Callable[[float], NDArray[np.float64]]
@@ -76,11 +76,13 @@ def read_motion(path: Path, model: mujoco.MjModel) -> tuple[Drive, float]:
             f" its unit at the end: {columns}"
         )
     actuators = [model.actuator(k).name for k in range(model.nu)]
-    table = read_table(path, actuators)
+    in_file = read_columns(path, elements=actuators)
+    written = {si_name(column)[0]: column for column in in_file}
+    table = in_si(in_file, str(path))
     time = table.pop(TIME)
     places: list[int] = []
     for column in table:
-        name, here = column[: -len(_unit_ending(column))], f"{path}, column {column!r}"
+        name, here = column[: -len(_unit_ending(column))], f"{path}, column {written[column]!r}"
         if name not in actuators:
             raise UnknownNameError("actuator", name, actuators, here)
         place = actuators.index(name)

@@ -20,9 +20,9 @@ def ranges_of_gear(
 ) -> list[tuple[NDArray[np.float64], tuple[int, int], float]]:
     """Both ends of a muscle's range of lengths: array, index, and length of a gear of 1 [m].
 
-    None of another actuator, and of a muscle whose gear is not positive.
+    None of another actuator, and of a muscle whose gear is 0.
     """
     gear, ends = float(model.actuator_gear[actuator, 0]), model.actuator_lengthrange
-    if not is_muscle(model, actuator) or gear <= 0.0:
+    if not is_muscle(model, actuator) or gear == 0.0:
         return []
     return [(ends, (actuator, k), float(ends[actuator, k]) / gear) for k in range(2)]

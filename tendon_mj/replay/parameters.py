@@ -134,8 +134,14 @@ class Adjustable:
                 self.live[name] = value
         for name in values.keys() - self._entries.keys():
             self._check_sheath(name.rsplit(".", 1)[0])
-        if any(name.endswith((".armature", ".mass", ".gear")) for name in values):
+        muscles = [n for n in values.keys() & self._entries.keys() if self._is_gear_of_muscle(n)]
+        if muscles:  # a gear of the other sign has turned the ends around
+            self.model.actuator_lengthrange.sort(axis=1)
+        if muscles or any(name.endswith((".armature", ".mass")) for name in values):
             mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
+
+    def _is_gear_of_muscle(self, name: str) -> bool:
+        return name.endswith(".gear") and len(self._entries[name].places) > 1
 
     def _check_sheath(self, sheath: str) -> None:
         law = {name: self.live.get(f"{sheath}.{name}", 0.0) for name in LAW}  # a servo has none
@@ -195,10 +201,9 @@ class Adjustable:
             name = mujoco.mj_id2name(m, _OBJ.mjOBJ_ACTUATOR, k)
             if not name:
                 continue
-            ranges = ranges_of_gear(m, k)
-            gear: list[_Place] = [(m.actuator_gear, (k, 0), 1.0), *ranges]
+            geared: list[_Place] = [(m.actuator_gear, (k, 0), 1.0), *ranges_of_gear(m, k)]
             slots: dict[str, tuple[str, list[_Place], float]] = {
-                "gear": ("-", gear, mujoco.mjMINVAL if ranges else -math.inf),
+                "gear": ("-", geared, -math.inf),
                 "command_scale": ("-", [(self.commands, (k, 0), 1.0)], -math.inf),
                 "command_offset": (UNKNOWN, [(self.commands, (k, 1), 1.0)], -math.inf),
                 "command_delay": ("s", [(self.commands, (k, 2), 1.0)], 0.0),

@@ -10,7 +10,6 @@ lag before it, and a simulation would be run anew for what is a matter of readin
 
 from __future__ import annotations
 
-import copy
 import math
 from typing import NamedTuple
 
@@ -22,8 +21,6 @@ from scipy.signal import lfilter
 from tendon_mj.replay.clock import Clock
 
 FloatArray = NDArray[np.float64]
-
-_COMMANDS = 3  # numbers of an actuator: scale, offset and delay
 
 
 class Readout(NamedTuple):
@@ -75,11 +72,15 @@ def stored_readouts(model: mujoco.MjModel) -> FloatArray:
     return rows
 
 
-def with_plain_commands(model: mujoco.MjModel) -> mujoco.MjModel:
-    """A copy of a model whose actuators take a column as their control, as it is."""
-    plain = copy.copy(model)
-    plain.actuator_user[:, :_COMMANDS] = 0.0
-    return plain
+def plain_commands(model: mujoco.MjModel) -> dict[str, float]:
+    """Parameter → value with which a column is a control, of actuators that say otherwise."""
+    plain = {"command_scale": 1.0, "command_offset": 0.0, "command_delay": 0.0}
+    return {
+        f"{model.actuator(k).name}.{parameter}": value
+        for k, stored in enumerate(stored_commands(model).tolist())
+        if model.actuator(k).name and stored != list(plain.values())
+        for parameter, value in plain.items()
+    }
 
 
 def stored_commands(model: mujoco.MjModel) -> FloatArray:
@@ -88,7 +89,7 @@ def stored_commands(model: mujoco.MjModel) -> FloatArray:
     With two numbers, scale and offset, no command is late.
     """
     rows = np.tile([1.0, 0.0, 0.0], (model.nactuator, 1))
-    size = min(model.nuser_actuator, _COMMANDS)
+    size = min(model.nuser_actuator, 3)
     if size >= 2:
         given = model.actuator_user[:, :size]
         rows[:, :size] = np.where(given.any(axis=1)[:, None], given, rows[:, :size])

@@ -10,6 +10,7 @@ from tendon_mj.engine import GAINS, KINDS, PARAMETERS, sensor_kind, servos
 from tendon_mj.recordings.units import UNITS
 from tendon_mj.replay.live_parameters import DRAWN_BEND
 
+_PLACE, _RATE = 1, 2  # MuJoCo's `ctrlspec` of a servo
 UNKNOWN: Final = "1"  # of a reading or a control that no column names
 _WRITTEN = {"Nm": "N m", "rad_per_s": "rad/s", "m_per_s": "m/s"}
 
@@ -63,7 +64,7 @@ def control_unit(model: mujoco.MjModel, actuator: int) -> str:
     """The unit of an actuator's control; ``UNKNOWN`` where its kind does not say.
 
     A reel's is tendon wound in, a servo of the package takes a tension, a motor a force or torque,
-    MuJoCo's servos a place or a rate.
+    MuJoCo's servos a place or a rate. Of other gains nobody knows, nor of tendons of joints.
     """
     plugin = int(model.actuator_plugin[actuator])
     if plugin >= 0:
@@ -74,16 +75,29 @@ def control_unit(model: mujoco.MjModel, actuator: int) -> str:
         joint = int(model.actuator_trnid[actuator, 0])
         slides = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE.value
         force, place, rate_of = ("N", "m", "m/s") if slides else ("N m", "rad", "rad/s")
-    elif on == mujoco.mjtTrn.mjTRN_TENDON.value:
+    elif on == mujoco.mjtTrn.mjTRN_TENDON.value and _through_sites(model, actuator):
         force, place, rate_of = "N", "m", "m/s"
     else:
         return UNKNOWN
-    bias = model.actuator_biasprm[actuator]
     if model.actuator_gaintype[actuator] != mujoco.mjtGain.mjGAIN_FIXED.value:
         return UNKNOWN  # a muscle's activation
+    if model.actuator_ctrlspec[actuator]:  # the shortcuts say what they take
+        return {_PLACE: place, _RATE: rate_of}.get(int(model.actuator_ctrlspec[actuator]), UNKNOWN)
+    if model.actuator_dyntype[actuator] == mujoco.mjtDyn.mjDYN_INTEGRATOR.value:
+        return UNKNOWN
     if model.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_NONE.value:
         return force
-    return place if bias[1] else rate_of if bias[2] else UNKNOWN
+    gain, bias = model.actuator_gainprm[actuator, 0], model.actuator_biasprm[actuator]
+    if gain == -bias[1]:
+        return place
+    return rate_of if bias[1] == 0.0 and gain == -bias[2] else UNKNOWN
+
+
+def _through_sites(model: mujoco.MjModel, actuator: int) -> bool:
+    """Whether an actuator's tendon is spatial, and none of joints."""
+    tendon = int(model.actuator_trnid[actuator, 0])
+    first = model.wrap_type[model.tendon_adr[tendon]]
+    return bool(first != mujoco.mjtWrap.mjWRAP_JOINT.value)
 
 
 def ending_of(unit: str) -> str:

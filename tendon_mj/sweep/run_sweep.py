@@ -16,7 +16,7 @@ from tendon_mj.errors import InvalidValueError
 from tendon_mj.progress import Progress, silent
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.parameters import Parameter
-from tendon_mj.replay.readout import with_plain_commands
+from tendon_mj.replay.readout import plain_commands
 from tendon_mj.replay.schedule import stated_values
 from tendon_mj.replay.simulator import Simulator
 from tendon_mj.replay.units import reading_unit
@@ -88,7 +88,6 @@ class Sweep:
             raise InvalidValueError(f"--draws {draws} must be ≥ 0")
         if seed < 0:
             raise InvalidValueError(f"--seed {seed} must be ≥ 0")
-        model = model if measured else with_plain_commands(model)
         known = Simulator([recording], model, described=False, settle=settle)
         self.axes = self._axes(parameters, draws, known.parameters, known.model)
         if policy is not None:
@@ -101,7 +100,8 @@ class Sweep:
             model=known.model,
             recording=recording,
             settle=settle,
-            described=stated_values(recording, model, list(known.parameters)),
+            described=({} if measured else plain_commands(model))
+            | stated_values(recording, model, list(known.parameters)),
             axes={axis.name: axis.targets for axis in self.axes},
             outputs=self.outputs,
             policy=policy,

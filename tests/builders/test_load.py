@@ -89,3 +89,23 @@ def test_a_name_that_no_file_can_have_is_no_file_of_a_model(tmp_path):
     path = tmp_path / "m.xml"
     path.write_text(f"<mujoco><asset>{elements}</asset></mujoco>")
     assert files_of_model(path) == [path]
+
+
+def test_what_a_comment_names_is_no_file_of_a_model(tmp_path):
+    for name in ("other.xml", "a.png"):
+        (tmp_path / name).write_text("<mujoco/>")
+    path = tmp_path / "m.xml"
+    path.write_text('<mujoco><!-- as in <include file="other.xml"/>, a.png --></mujoco>')
+    assert files_of_model(path) == [path]
+
+
+@pytest.mark.parametrize("strips", [False, True])
+def test_a_path_is_stripped_only_where_the_model_says_so(tmp_path, strips):
+    (tmp_path / "tex").mkdir()
+    places = [tmp_path / "tex" / "a.png", tmp_path / "a.png"]
+    for place in places:
+        place.touch()
+    path = tmp_path / "m.xml"
+    compiler = f'<compiler strippath="{str(strips).lower()}"/>'
+    path.write_text(f'<mujoco>{compiler}<asset><texture file="tex/a.png"/></asset></mujoco>')
+    assert files_of_model(path) == [path, places[strips]]

@@ -223,6 +223,18 @@ def test_a_command_whose_reader_has_enough_does_its_work(tmp_path):
     assert all((tmp_path / file).is_file() for file in files)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows tells a pipe's end otherwise")
+def test_a_refusal_that_nobody_reads_is_one():
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tendon_mj", "replay", "nothing.csv"],
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
+    process.stdout.close()
+    assert process.wait() == 2
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no full device here")
 @pytest.mark.parametrize("buffered", ["", "1"])
 @pytest.mark.parametrize("arguments", [("--version",), ("render", "--help"), ("init", "bench")])

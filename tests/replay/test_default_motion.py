@@ -89,8 +89,8 @@ def test_a_table_moves_the_actuators_that_it_names(tmp_path):
             "reel_N",
             "column 'reel_N': the control of 'reel' is in [m]; the column would be 'reel_m'",
         ),
-        ("reel_kN", "the column would be 'reel_m'"),
-        ("reel_deg", "the column would be 'reel_m'"),
+        ("reel_kN", "column 'reel_kN': the control of 'reel' is in [m]; the column would be"),
+        ("reel_deg", "column 'reel_deg': the control of 'reel' is in [m]; the column would be"),
         ("reel_m,reel_rad", "the column would be 'reel_m'"),
     ],
 )

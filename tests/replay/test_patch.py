@@ -444,18 +444,34 @@ def test_a_muscle_pulls_as_it_was_simulated(force, given, differs, tmp_path):
     assert (np.abs(plain - simulated).max() > 1e-4) == differs
 
 
-def test_a_muscle_s_gear_is_what_mujoco_makes_of_it(tmp_path):
-    (tmp_path / "arm.xml").write_text(MUSCLE.format(name="biceps"))
+@pytest.mark.parametrize("before", [1.0, -1.0])
+@pytest.mark.parametrize("gear", [2.0, 0.5, -2.0])
+def test_a_muscle_s_gear_is_what_mujoco_makes_of_it(before, gear, tmp_path):
+    (tmp_path / "arm.xml").write_text(MUSCLE.format(name=f'biceps" gear="{before}'))
     adjustable = Adjustable(load_model(str(tmp_path / "arm.xml")))
-    adjustable.set({"biceps.gear": 2.0})
-    meant = MUSCLE.format(name='biceps" gear="2')
-    compiled = mujoco.MjModel.from_xml_string(meant)
+    adjustable.set({"biceps.gear": -3.0})
+    adjustable.set({"biceps.gear": gear})
+    compiled = mujoco.MjModel.from_xml_string(MUSCLE.format(name=f'biceps" gear="{gear}'))
     np.testing.assert_allclose(adjustable.model.actuator_acc0, compiled.actuator_acc0, rtol=1e-12)
     np.testing.assert_allclose(
         adjustable.model.actuator_lengthrange, compiled.actuator_lengthrange, rtol=1e-3
     )
-    with pytest.raises(InvalidValueError, match=r"biceps\.gear = -1 must be finite and ≥"):
-        adjustable.set({"biceps.gear": -1.0})
+
+
+def test_a_mass_is_written_beside_a_muscle_that_is_not_in_the_text(tmp_path):
+    """Of which MuJoCo seeks the range of lengths anew, to its own tolerance."""
+    (tmp_path / "child.xml").write_text("""
+    <mujoco>
+      <worldbody><body name="c"><joint name="h" axis="0 1 0" range="-1 1"/>
+        <geom size="0.05" pos="0.1 0 0"/></body></worldbody>
+      <actuator><muscle name="pull" joint="h"/></actuator>
+    </mujoco>""")
+    asset = '<asset><model name="child" file="child.xml"/></asset><worldbody>'
+    text = MUSCLE.format(name="biceps").replace("<worldbody>", asset)
+    text = text.replace("</body>", '<attach model="child" body="c" prefix="x_"/></body>')
+    (tmp_path / "arm.xml").write_text(text)
+    written = patch_model(tmp_path / "arm.xml", {"arm.mass": 1.5}, tmp_path / "new.xml")
+    assert load_model(str(written)).body("arm").mass[0] == 1.5
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from tendon_mj.recordings import read_recording
 from tendon_mj.replay import Simulator, replay_error, replay_recording
 from tendon_mj.sweep import Sweep, motion_recording, run_sweep
 from tendon_mj.sweep.plan_file import recording_digest
+from tendon_mj.sweep.policy import read_policy
 from tendon_mj.sweep.rollouts import FAILED
 from tendon_mj.sweep.run_sweep import batch_size
 from tendon_mj.tasks import Workers
@@ -166,6 +167,23 @@ def test_a_motion_is_of_controls_whatever_the_model_says_of_a_rig_s_commands(ask
     assert np.ptp(tables[0]["angle.rms"]) > 0.0
     for name, column in tables[0].items():
         np.testing.assert_array_equal(column, tables[1][name])
+
+
+def test_a_policy_sees_the_model_s_own_user_data(tmp_path):
+    (tmp_path / "own.py").write_text(
+        "def act(model, data): data.ctrl[0] = model.actuator_user[0, 0]"
+    )
+    policy = read_policy(f"{tmp_path / 'own.py'}:act")
+    angles = []
+    for user in ("0 0", "0.7 0"):
+        model = mujoco.MjModel.from_xml_string(
+            ARM.replace('<general name="pull"', f'<general name="pull" user="{user}"')
+        )
+        still = motion_recording("arm", model, None, 0.2, still=True)
+        sweep = Sweep(model, still, ["elbow.stiffness=1:4:2"], policy=policy)
+        angles.append(sweep.rollouts.of(sweep.batch(0, 2))["angle.max"])
+    assert (angles[0] == 0.0).all()
+    assert (angles[1] > 0.0).all()
 
 
 def test_a_motion_has_the_steps_nearest_to_its_duration_and_one_at_least():

@@ -69,6 +69,12 @@ def test_a_tendon_has_one_colour_in_the_model_the_clip_and_the_charts(pressed):
         ('<position joint="slide"/>', "m"),
         ('<position tendon="t"/>', "m"),
         ('<velocity joint="hinge" kv="1"/>', "rad/s"),
+        ('<intvelocity joint="hinge" kp="1" actrange="-1 1"/>', "rad/s"),
+        ('<general joint="hinge" gainprm="3" biasprm="0 -3 -1" biastype="affine"/>', "rad"),
+        ('<general joint="slide" gainprm="3" biasprm="0 0 -3" biastype="affine"/>', "m/s"),
+        ('<general joint="hinge" gainprm="1" biasprm="0 0 -0.1" biastype="affine"/>', "1"),
+        ('<position tendon="coupled"/>', "1"),
+        ('<motor tendon="coupled"/>', "1"),
         ('<muscle tendon="t"/>', "1"),
     ],
 )
@@ -80,7 +86,10 @@ def test_a_controls_unit_is_that_of_its_actuator(actuator, unit):
         <body><joint name="hinge"/><joint name="slide" type="slide"/><geom size=".1"/>
           <site name="b"/></body>
       </worldbody>
-      <tendon><spatial name="t" range="0 2"><site site="a"/><site site="b"/></spatial></tendon>
+      <tendon>
+        <spatial name="t" range="0 2"><site site="a"/><site site="b"/></spatial>
+        <fixed name="coupled" range="0 2"><joint joint="hinge" coef="1"/></fixed>
+      </tendon>
       <actuator>{actuator}</actuator>
     </mujoco>""")
     assert control_unit(model, 0) == unit

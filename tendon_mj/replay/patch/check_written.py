@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import mujoco
@@ -14,16 +14,21 @@ from numpy.typing import NDArray
 from tendon_mj.builders.load import load_model
 from tendon_mj.errors import TendonError
 from tendon_mj.replay.live_parameters import DRAWN_BEND, EXTRA_BEND
-from tendon_mj.replay.muscle import is_muscle
 from tendon_mj.replay.parameters import Adjustable
 
 _AGREE = 1e-12  # relative; degrees and radians are not the same to the last bit
 
 
 def check_written(
-    made: Path, path: Path, adjustable: Adjustable, parameters: Mapping[str, float]
+    made: Path,
+    path: Path,
+    adjustable: Adjustable,
+    parameters: Mapping[str, float],
+    muscles: Sequence[int],
 ) -> None:
     """Hold the file ``made``, as MuJoCo compiles it, against the model that ``path`` is to be.
+
+    ``muscles`` are those whose range of lengths was written.
 
     Raises:
         TendonError: the file cannot be compiled, or a parameter or number of the model differs.
@@ -45,7 +50,6 @@ def check_written(
         *("site_pos", "tendon_length0", "actuator_biasprm"),
     ):
         _compare(path, field, getattr(adjustable.model, field), getattr(written, field))
-    muscles = [k for k in range(written.nactuator) if is_muscle(written, k)]
     for field in ("actuator_acc0", "actuator_lengthrange"):
         meant, got = getattr(adjustable.model, field), getattr(written, field)
         _compare(path, field, meant[muscles], got[muscles])

@@ -95,13 +95,13 @@ def patch_model(
         else:
             text.section("option", "gravity").set("gravity", numbers(adjustable.model.opt.gravity))
     _write_damping(text, adjustable, spec)
-    _write_length_ranges(text, adjustable.model)
+    muscles = _write_length_ranges(text, adjustable.model)
     _write_intervals(text, intervals)
     text.root.insert(0, ElementTree.Comment(_says(source, adjustable, parameters, intervals)))
     text.move_to(target.parent, spec)
     with whole_file(target) as made:  # what is there stays unless the new one holds
         text.write(made)
-        check_written(made, target, adjustable, parameters)
+        check_written(made, target, adjustable, parameters, muscles)
     text.warn_of_outside(target)
     return target
 
@@ -195,12 +195,15 @@ def _write_damping(text: Mjcf, adjustable: Adjustable, spec: mujoco.MjSpec) -> N
             _write_actuator(text, adjustable, actuator.name, "kv")
 
 
-def _write_length_ranges(text: Mjcf, model: mujoco.MjModel) -> None:
-    """Write the lengths over which muscles' forces are defined, which compiling would seek anew."""
-    written = text.actuators(model)
-    for k in range(model.nactuator):
-        if k in written and is_muscle(model, k):
-            written[k].set("lengthrange", numbers(model.actuator_lengthrange[k]))
+def _write_length_ranges(text: Mjcf, model: mujoco.MjModel) -> list[int]:
+    """Write the lengths over which muscles' forces are defined, which compiling would seek anew.
+
+    Returns the muscles; those that `attach` or `replicate` makes are not in the text.
+    """
+    written = {k: e for k, e in text.actuators(model).items() if is_muscle(model, k)}
+    for k, element in written.items():
+        element.set("lengthrange", numbers(model.actuator_lengthrange[k]))
+    return list(written)
 
 
 def _write_actuator(text: Mjcf, adjustable: Adjustable, element: str, parameter: str) -> None:
