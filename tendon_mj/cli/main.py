@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from io import TextIOWrapper
+from pathlib import Path
 
 import tyro
 
@@ -54,6 +55,9 @@ _INTERRUPTED = 130  # as a shell has it for a process that Ctrl-C ends
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns 0 on success, 2 when its input was refused, 130 after Ctrl-C."""
     given = list(sys.argv[1:] if arguments is None else arguments)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # it was closed, as by >&-, which tyro does not expect
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a terminal that has no µ or °
@@ -65,8 +69,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             with _warnings_in_a_line():
                 return _run(given)
         finally:
-            if sys.stdout:
-                sys.stdout.flush()  # not as Python ends, which would tell of it in its own way
+            sys.stdout.flush()  # not as Python ends, which would tell of it in its own way
     except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if isinstance(error, BrokenPipeError):  # who reads the output has enough, as `head`

@@ -235,6 +235,17 @@ def test_a_refusal_that_nobody_reads_is_one():
     assert process.wait() == 2
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no POSIX shell")
+@pytest.mark.parametrize(("words", "status"), [("sweep bench x", 2), ("--help", 0), ("init b", 2)])
+def test_a_closed_output_is_none(words, status, tmp_path):
+    command = f"exec '{sys.executable}' -m tendon_mj {words} >&-"
+    ended = subprocess.run(
+        ["sh", "-c", command], cwd=tmp_path, stderr=subprocess.PIPE, text=True, check=False
+    )
+    assert ended.returncode == status
+    assert "Traceback" not in ended.stderr
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no full device here")
 @pytest.mark.parametrize("buffered", ["", "1"])
 @pytest.mark.parametrize("arguments", [("--version",), ("render", "--help"), ("init", "bench")])
