@@ -13,12 +13,12 @@ import mujoco
 from tendon_mj.attach.instance import add_instance
 from tendon_mj.attach.keywords import as_count, as_number, check_names, takes
 from tendon_mj.attach.names import SheathNames, TakenNames
-from tendon_mj.attach.sensor import Sensors, check_kinds
+from tendon_mj.attach.sensor import Sensors, add_plugin_sensor, check_kinds
 from tendon_mj.attach.sheath_design import Design, Request, design_sheath
 from tendon_mj.attach.sheathed import actuators_by_tendon, sheaths_by_tendon
 from tendon_mj.attach.spool import Spool, SpoolDesign, add_spools, design_spool, spool_names
 from tendon_mj.attach.spring import keep_spring, spring_of
-from tendon_mj.attach.tendon_choice import Chosen, asks_for_several, choose_tendons
+from tendon_mj.attach.tendon_choice import Chosen, asks_for_several, check_spec, choose_tendons
 from tendon_mj.attach.tendon_path import limited_joints
 from tendon_mj.engine import INPUT_ENDS, NAME
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError, UnsuitedTendonError
@@ -98,6 +98,7 @@ def add_friction(
     Warns:
         TendonWarning: of tendons that were named, left out, or have nothing to rub on.
     """
+    check_spec(spec)
     check_names(LAW, parameters, "add_friction")
     check_kinds(sensors)
     several = asks_for_several(spec, tendon)
@@ -130,6 +131,8 @@ def add_friction(
         timestep=float(spec.option.timestep),
     )
     taken = TakenNames(spec)
+    if name is not None and not isinstance(name, str):
+        raise InvalidValueError(f"name = {name!r} is no text")
     if name is not None and (not name or name in taken.instances):
         raise InvalidValueError(f"{name!r} cannot be the name of a plugin instance: empty or taken")
     chosen = choose_tendons(spec, tendon)
@@ -228,8 +231,7 @@ def _add(
     if sheath.design.takes_spring:
         keep_spring(spec, sheath.tendon, sheath.spring)
     if reel is None:
-        ends = spec.add_sensor(name=names.ends, type=mujoco.mjtSensor.mjSENS_PLUGIN)
-        ends.plugin = plugin
+        add_plugin_sensor(spec, names.ends, tendon).plugin = plugin
     else:
         actuator = spec.add_actuator(name=reel, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon)
         actuator.plugin = plugin

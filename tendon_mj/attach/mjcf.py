@@ -28,7 +28,7 @@ class Mjcf:
         path: of the main file, one that MuJoCo can load.
 
     Raises:
-        TendonError: a file that is included cannot be read.
+        TendonError: a file that is included cannot be read, or is included twice.
     """
 
     def __init__(self, path: Path) -> None:
@@ -142,6 +142,8 @@ class Mjcf:
             file = self.path.parent / name
             if not file.exists():
                 file = source.parent / name
+            if file.resolve() in map(Path.resolve, self._files):  # MuJoCo refuses it, too
+                raise TendonError(f"{source}: {name} is included twice")
             built = _Builder()
             included = _parse(file, built)
             self._files.append(file)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.engine import (
+    CHOSEN_STIFFNESS,
     GAINS,
     PARAMETERS,
     check_gain,
@@ -34,6 +35,15 @@ def check_live(name: str, value: float) -> None:
         check_gain(kind, value, owner)
     elif not np.isfinite(value):
         raise InvalidValueError(f"{name} = {value} must be finite")
+
+
+def as_it_acts(parameter: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Values of a sheath's parameter in states, as they act.
+
+    The stiffness that no model states is in the state from the first evaluation on, and 0 before.
+    """
+    chosen = (values == 0.0) & (parameter == "axial_stiffness")
+    return np.where(chosen, CHOSEN_STIFFNESS, values)
 
 
 _FIXED = ("period", "delay")  # they say how much memory a servo has
@@ -104,7 +114,8 @@ class Parameters(MutableMapping[str, float]):
         return self._address[name]
 
     def __getitem__(self, name: str) -> float:
-        return float(self._state[self._find(name)])
+        value = self._state[self._find(name)]
+        return float(as_it_acts(name.rsplit(".", 1)[1], value))
 
     def __setitem__(self, name: str, value: float) -> None:
         address = self._find(name)

@@ -11,7 +11,7 @@ from tendon_mj.attach.instance import own_configs
 from tendon_mj.attach.sheathed import instances, is_shared, sheaths_by_tendon
 from tendon_mj.attach.spool import remove_spools, spools_by_tendon
 from tendon_mj.attach.spring import give_spring_back
-from tendon_mj.attach.tendon_choice import choose_tendons
+from tendon_mj.attach.tendon_choice import check_spec, choose_tendons
 from tendon_mj.engine import NAME, SERVO
 from tendon_mj.errors import InvalidValueError
 
@@ -35,6 +35,7 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
         InvalidValueError: a tendon asked for by its name runs in no sheath, or a servo, a sensor
             or whatever else needs what would go.
     """
+    check_spec(spec)
     sheaths = sheaths_by_tendon(spec)
     chosen = choose_tendons(spec, tendon)
     for one in chosen:

@@ -55,12 +55,11 @@ class Sensors:
             kind: one of ``tendon_mj.engine.KINDS``.
             name, instance: that are free, of the sensor and of a plugin instance of its own.
         """
-        sensor = self._spec.add_sensor(name=name, type=mujoco.mjtSensor.mjSENS_PLUGIN)
+        sensor = add_plugin_sensor(self._spec, name, tendon)
         if not is_one_number(kind):
             config = {"tendon": tendon, "sensor": kind}
             sensor.plugin = add_instance(self._spec, instance, config, NAME)
             return sensor
-        sensor.objtype, sensor.objname = mujoco.mjtObj.mjOBJ_TENDON, tendon
         if kind not in self._shared:
             taken = {plugin.name for plugin in self._spec.plugins}
             shared = free_name(taken, kind, f"{kind}_sensors")
@@ -68,6 +67,20 @@ class Sensors:
         sensor.plugin = self._shared[kind]
         sensor.plugin.active = True  # which instances that were read from a file do not pass on
         return sensor
+
+
+def add_plugin_sensor(spec: mujoco.MjSpec, name: str, tendon: str) -> mujoco.MjsSensor:
+    """Add a sensor that a plugin is to fill, with the tendon as its object.
+
+    MuJoCo copies a sensor without an object in every `replicate`, wherever that is, and where it
+    refers to a plugin instance it crashes.
+    """
+    return spec.add_sensor(
+        name=name,
+        type=mujoco.mjtSensor.mjSENS_PLUGIN,
+        objtype=mujoco.mjtObj.mjOBJ_TENDON,
+        objname=tendon,
+    )
 
 
 def add_sensor(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
 from typing import NamedTuple
 
@@ -27,6 +27,19 @@ class Chosen(NamedTuple):
     by_name: bool
 
 
+def check_spec(spec: object) -> None:
+    """Refuse what is no `MjSpec`, such as the path or the compiled model that it is made from.
+
+    Raises:
+        InvalidValueError: says what it is.
+    """
+    if not isinstance(spec, mujoco.MjSpec):
+        raise InvalidValueError(
+            f"spec must be a mujoco.MjSpec, not {type(spec).__name__}: read the MJCF with"
+            " mujoco.MjSpec.from_file, and compile it afterwards"
+        )
+
+
 def asks_for_several(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> bool:
     """Whether this is a list of names or a pattern, and not the name of a tendon."""
     return not isinstance(tendon, str) or (is_pattern(tendon) and spec.tendon(tendon) is None)
@@ -48,7 +61,8 @@ def choose_tendons(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> list[Cho
         UnknownNameError: a name that no tendon has.
         InvalidValueError: a pattern that matches none, or no name at all.
     """
-    wanted = [tendon] if isinstance(tendon, str) else list(tendon)
+    is_one = isinstance(tendon, str) or not isinstance(tendon, Iterable)
+    wanted = [tendon] if is_one else list(tendon)
     if not wanted:
         raise InvalidValueError("no tendon is named: give a name, several, or a pattern")
     elements = list(spec.tendons)

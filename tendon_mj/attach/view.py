@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.attach.parameters import check_live
+from tendon_mj.attach.parameters import as_it_acts, check_live
 from tendon_mj.engine import PARAMETERS, sheath_arrays, sheaths, unused_parameters
 from tendon_mj.errors import InvalidValueError, UnknownAttributeError, UnknownNameError
 
@@ -110,7 +110,7 @@ class SheathView:
     def __getattr__(self, name: str) -> Any:
         if name not in PARAMETERS:
             raise UnknownAttributeError("parameter", name, PARAMETERS, f"sheath {self.name!r}")
-        return self._states[..., self._column(name)].copy()[()]
+        return as_it_acts(name, self._states[..., self._column(name)])[()]
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name not in PARAMETERS:

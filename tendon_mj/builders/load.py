@@ -6,6 +6,7 @@ from pathlib import Path
 
 import mujoco
 
+from tendon_mj.builders.replicated import check_replicated
 from tendon_mj.errors import TendonError, UnknownNameError
 from tendon_mj.model_files import check_model_files
 
@@ -78,10 +79,11 @@ def load_spec(name: str, *, scene: bool = False, beside: Path | None = None) -> 
     Raises:
         UnknownNameError: no such model.
         TendonError: MuJoCo cannot read it; the message is MuJoCo's, with the file's name. Or it is
-            made of a device or pipe.
+            made of a device or pipe, or copies a sheath in a `<replicate>`, where MuJoCo crashes.
     """
     path = model_path(name, scene=scene, beside=beside)
     check_model_files(path)
+    check_replicated(path)
     try:
         return mujoco.MjSpec.from_file(str(path))
     except ValueError as error:

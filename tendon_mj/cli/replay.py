@@ -133,7 +133,7 @@ def _parse(text: str, model: mujoco.MjModel) -> dict[str, float]:
     wild: dict[str, float] = {}
     known = _known(model)
     for part in text.split(","):
-        name, equals, value = part.partition("=")
+        name, equals, value = part.rpartition("=")
         try:
             given = float(value)
         except ValueError:

@@ -34,6 +34,8 @@ def check_recordings(train: Sequence[Recording], held_out: Sequence[Recording]) 
     Raises:
         RecordingError: names the recording and the reason.
     """
+    if isinstance(train, Recording) or isinstance(held_out, Recording):
+        raise RecordingError("recordings are needed as lists: write [recording]")
     if not train:
         raise RecordingError("a diagnosis needs at least one recording")
     first = train[0]

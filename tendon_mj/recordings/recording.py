@@ -181,8 +181,12 @@ def _described_in_si(described: Description, where: str) -> Description:
 def _model_beside(toml: Path, model: str) -> str:
     """Path of the MJCF file of that name beside the description; else the name as it is."""
     beside = toml.parent / model
+    plain = Path(os.path.normpath(beside))  # the same for a file that is named from several folders
     try:
-        return str(beside) if beside.is_file() else model
+        if not beside.is_file():
+            return model
+        same = plain.exists() and plain.samefile(beside)  # no link on the way
+        return str(plain if same else beside)
     except (OSError, ValueError):  # a name that no file can have
         return model
 
@@ -191,13 +195,25 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:
     """Write ``<stem>.csv`` and ``<stem>.toml`` in an existing folder, and return the CSV's path.
 
     What was there is replaced. Reading it back gives the same recording bit for bit, named after
-    the file's stem. Raises OSError where the folder cannot be written.
+    the file's stem; a model that is a file is named by its path from there, so that it is found
+    wherever it is read from. Raises OSError where the folder cannot be written.
     """
     csv, toml = table_beside(Path(path), (".csv",))
     write_csv({TIME: recording.time, **recording.columns}, csv)
+    from_there = replace(recording, model=_model_from(toml, recording.model))
     with whole_file(toml) as made:
-        made.write_text(format_description(recording), encoding="utf-8", newline="\n")
+        made.write_text(format_description(from_there), encoding="utf-8", newline="\n")
     return csv
+
+
+def _model_from(toml: Path, model: str) -> str:
+    """Path of a model's file as the description has it, from its own folder; a name stays."""
+    try:
+        file, folder = Path(model).resolve(), toml.parent.resolve()
+        is_file = file.suffix != "" and file.is_file()  # names of models have no suffix
+        return Path(os.path.relpath(file, folder)).as_posix() if is_file else model
+    except (OSError, ValueError):  # a name that no file can have, or a file on another drive
+        return model
 
 
 def _frozen(values: ArrayLike, where: str) -> FloatArray:

@@ -90,7 +90,8 @@ def _drive(model: mujoco.MjModel) -> Iterator[str]:
             column = _quoted_key(column_of(name, unit))
             yield f"{column} = {_quoted(name)}  # control in {unit}{span}"
         else:
-            yield f"# {name}_N = {_quoted(name)}  # the model does not say in which unit"
+            column = _quoted_key(column_of(name, "N"))
+            yield f"# {column} = {_quoted(name)}  # the model does not say in which unit"
 
 
 def _measured(model: mujoco.MjModel) -> Iterator[str]:
@@ -104,7 +105,8 @@ def _measured(model: mujoco.MjModel) -> Iterator[str]:
             column = _quoted_key(column_of(name, unit))
             yield f"{column} = {{ sensor = {_quoted(name)} }}  # [{unit}]"
         else:
-            yield f"# {name}_N = {{ sensor = {_quoted(name)} }}  # in which unit is it?"
+            column = _quoted_key(column_of(name, "N"))
+            yield f"# {column} = {{ sensor = {_quoted(name)} }}  # in which unit is it?"
 
 
 def _known(model: mujoco.MjModel, parameters: dict[str, Parameter]) -> Iterator[str]:
@@ -134,8 +136,12 @@ def _uncertain(parameters: dict[str, Parameter]) -> Iterator[str]:
 
 
 def column_of(name: str, unit: str) -> str:
-    """A name for an element's column, which ends in its unit [SI] and in no other before it."""
+    """A name for an element's column, which ends in its unit [SI] and in no other before it.
+
+    What no column's name may hold, such as a comma, is an underscore there.
+    """
     ending = ending_of(unit)
+    name = "".join(c if c.isprintable() and c not in ',"' else "_" for c in name).strip()
     column = name if name.endswith(ending) else name + ending
     return f"{name}_of_it{ending}" if unit_fault(column, si=True) else column
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 _AT = " @ "
 
@@ -20,6 +20,15 @@ def parameter_of(name: str) -> str:
 def recording_of(name: str) -> str:
     """The recording that a name is for; empty where it is for all."""
     return name.partition(_AT)[2]
+
+
+def values_in(recordings: Collection[str], values: Mapping[str, float]) -> dict[str, float]:
+    """The values that hold in all recordings or in one of these, by their names."""
+    return {
+        name: value
+        for name, value in values.items()
+        if _AT not in name or recording_of(name) in recordings
+    }
 
 
 def values_for(recording: str, values: Mapping[str, float]) -> dict[str, float]:

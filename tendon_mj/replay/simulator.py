@@ -22,7 +22,7 @@ from tendon_mj.replay.open_loop import run_open_loop, try_open_loop, unsolved_sh
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.parameters import Parameter as Parameter
 from tendon_mj.replay.schedule import Schedule, described_values
-from tendon_mj.replay.session_names import parameter_of, values_for
+from tendon_mj.replay.session_names import parameter_of, recording_of, values_for
 from tendon_mj.replay.silenced_warnings import UNSOLVED_WARNING, suppress_mujoco_log
 from tendon_mj.replay.simulator_protocol import Series, Values
 from tendon_mj.replay.units import column_unit, rate
@@ -89,6 +89,8 @@ class Simulator:
         threads: int | None = None,
         strict: bool = False,
     ) -> None:
+        if isinstance(recordings, Recording):
+            raise RecordingError("recordings are needed as a list: write [recording]")
         self.recordings = tuple(recordings)
         if threads is not None and threads < 1:
             raise InvalidValueError(f"threads = {threads} must be ≥ 1")
@@ -181,7 +183,7 @@ class Simulator:
             For every set, for every recording: measured column → (n,) at the samples.
 
         Raises:
-            UnknownNameError: no such parameter, with the nearest.
+            UnknownNameError: no such parameter, or recording after its `` @ ``, with the nearest.
             InvalidValueError: a value outside its range.
             TendonError: a simulation failed, and the simulator is strict.
         """
@@ -232,10 +234,13 @@ class Simulator:
     def _jobs(self, parameter_sets: Sequence[Values]) -> list[_Job]:
         """Distinct simulations that answer all sets, the longest first."""
         groups: dict[tuple[int, frozenset[tuple[str, float]]], _Job] = {}
+        recordings = {recording.name for recording in self.recordings}
         for row, asked in enumerate(parameter_sets):
-            for name in asked:
-                if parameter_of(str(name)) not in self.parameters:
-                    raise UnknownNameError("parameter", str(name), self.parameters)
+            for name in map(str, asked):
+                if parameter_of(name) not in self.parameters:
+                    raise UnknownNameError("parameter", name, self.parameters)
+                if name != parameter_of(name) and recording_of(name) not in recordings:
+                    raise UnknownNameError("recording", recording_of(name), recordings, name)
             given = {name: as_number(name, value) for name, value in asked.items()}
             for k, described in enumerate(self._described):
                 values = {**described, **values_for(self.recordings[k].name, given)}

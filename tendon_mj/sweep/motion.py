@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import mujoco
@@ -81,7 +81,7 @@ def motion_recording(
             actuator = model.actuator(k).name
             if not actuator:
                 raise InvalidValueError(f"actuator {k} moves and has no name; give it one")
-            column = _column(actuator, control_unit(model, k))
+            column = _column(actuator, control_unit(model, k), columns)
             columns[column], actuators[column] = control, actuator
     return _recording(
         Path(motion).stem if motion else "default motion", name, model, time, columns, actuators
@@ -97,11 +97,11 @@ def _recording(
     actuators: Mapping[str, str],
 ) -> Recording:
     """A motion beside what each sensor of one number would read, which is nothing yet."""
-    sensors = {
-        _column(f"{model.sensor(k).name} reading", reading_unit(model, k)): model.sensor(k).name
-        for k in range(model.nsensor)
-        if model.sensor_dim[k] == 1 and model.sensor(k).name
-    }
+    sensors: dict[str, str] = {}
+    for k in range(model.nsensor):
+        sensor = model.sensor(k).name
+        if model.sensor_dim[k] == 1 and sensor:
+            sensors[_column(f"{sensor} reading", reading_unit(model, k), sensors)] = sensor
     return Recording(
         name=motion,
         model=name,
@@ -135,5 +135,7 @@ def _number_of_steps(length: float, model: mujoco.MjModel) -> int:
     return number
 
 
-def _column(name: str, unit: str) -> str:
-    return column_of(name, unit if ending_of(unit) else "N")  # it matters to no number
+def _column(name: str, unit: str, taken: Collection[str]) -> str:
+    """A name for an element's column, other than those that are taken."""
+    column = column_of(name, unit if ending_of(unit) else "N")  # it matters to no number
+    return _column(f"another {name}", unit, taken) if column in taken else column

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj import Parameters, add_friction, add_sensor
+from tendon_mj import Parameters, add_friction, add_sensor, remove_friction
 from tendon_mj.engine import KINDS, sheaths
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 
@@ -296,3 +296,21 @@ def test_parameters_of_another_model_are_refused():
     other = both(finger(), 0.1).compile()
     with pytest.raises(ValueError, match="belongs to another model"):
         Parameters(one, mujoco.MjData(other))
+
+
+@pytest.mark.parametrize("spec", ["hand.xml", None, mujoco.MjModel.from_xml_string("<mujoco/>")])
+def test_what_is_no_spec_is_refused_as_such(spec):
+    for call in (lambda: add_friction(spec, "t", friction=0.1), lambda: remove_friction(spec, "t")):
+        with pytest.raises(InvalidValueError, match=r"spec must be a mujoco\.MjSpec, not"):
+            call()
+
+
+@pytest.mark.parametrize("tendon", [None, 5, [None]])
+def test_what_names_no_tendon_is_refused(tendon):
+    with pytest.raises(InvalidValueError, match="is not the name of a tendon"):
+        add_friction(finger(), tendon, friction=0.1)
+
+
+def test_a_name_that_is_no_text_is_refused():
+    with pytest.raises(InvalidValueError, match="name = 5 is no text"):
+        add_friction(finger(), "flexor", friction=0.1, name=5)

@@ -155,3 +155,21 @@ def test_data_that_were_never_evaluated_show_their_state():
     data = mujoco.MjData(model)
     for name in sheaths(model):
         assert not view_sheath(model, data, name).tension.any()
+
+
+def test_the_stiffness_that_is_chosen_reads_as_it_acts_from_the_start():
+    spec = finger()
+    spec.tendon("flexor").stiffness[0] = 0.0
+    spec.add_actuator(name="pull", trntype=mujoco.mjtTrn.mjTRN_TENDON, target="flexor")
+    add_friction(spec, "flexor", friction=0.2, name="sheath")
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    parameters, name = Parameters(model, data), "sheath.axial_stiffness"
+    before = dict(parameters)
+    assert view_sheath(model, data, "sheath").axial_stiffness == before[name]
+    parameters.update(before)
+    mujoco.mj_forward(model, data)
+    assert dict(parameters) == before
+    mujoco.mj_resetData(model, data)
+    mujoco.mj_forward(model, data)
+    assert data.plugin_state[list(PARAMETERS).index("axial_stiffness")] == before[name]

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from tendon_mj.builders.load import example_recording
+from tendon_mj.builders.load import example_recording, model_path
 from tendon_mj.cli import main
 from tendon_mj.cli.output import console
 from tendon_mj.recordings.recording import read_recording
@@ -57,6 +57,20 @@ def test_change_is_one_more_variant(tmp_path):
     assert main([*arguments, "--change", "sheeth.friction=0.3"]) == 2
     assert main([*arguments, "--change", "sheath.friction=much"]) == 2
     assert main([*arguments, "--change", "sheath.friction=0.1,sheath.friction=0.2"]) == 2
+
+
+def test_change_reaches_a_sheath_with_an_equals_sign_in_its_name(tmp_path):
+    model = model_path("bench").read_text("utf-8")
+    for kind in ("name", "instance"):
+        model = model.replace(f'{kind}="sheath"', f'{kind}="s=1"')
+    (tmp_path / "bench.xml").write_text(model)
+    toml = example_recording().with_suffix(".toml").read_text("utf-8")
+    toml = toml.replace("sheath.", "s=1.").replace('"bench"', '"bench.xml"')
+    (tmp_path / "rig.toml").write_text(toml)
+    arguments = ["replay", str(example_recording()), "--description", str(tmp_path / "rig.toml")]
+    out = tmp_path / "out"
+    assert main([*arguments, "--change", "s=1.friction=0.3", "--out", str(out)]) == 0
+    assert read(out)["rmse"]["s=1.friction=0.3"]["output_tension_N"]["rmse"] > 0.5
 
 
 @pytest.mark.parametrize(

@@ -214,3 +214,17 @@ def test_a_recording_among_the_tables_is_refused_and_not_removed(finished, tmp_p
     assert main([*asked, "--out", str(out)]) == 2
     assert "mine.parquet is no table of this run" in capsys.readouterr().err
     assert contents(out) == before
+
+
+def test_names_that_no_column_may_have_are_swept_over(tmp_path):
+    motors = "".join(f"<motor name='{n}' joint='j' ctrlrange='-1 1'/>" for n in ("m,1", "m_1"))
+    sensors = "".join(f"<jointpos name='{n}' joint='j'/>" for n in ("q&quot;", "q_"))
+    (tmp_path / "m.xml").write_text(
+        "<mujoco><worldbody><body><joint name='j'/><geom size='0.1'/></body></worldbody>"
+        f"<actuator>{motors}</actuator><sensor>{sensors}</sensor></mujoco>"
+    )
+    options = ["--parameter", "j.damping=0.1,0.2", "--duration", "0.1", "--processes", "1"]
+    out = tmp_path / "out"
+    assert main(["sweep", str(tmp_path / "m.xml"), *options, "--out", str(out)]) == 0
+    table = pandas.read_csv(out / "table.csv")
+    assert (table['q".final'] == table["q_.final"]).all()

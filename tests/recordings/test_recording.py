@@ -279,3 +279,25 @@ def test_the_documented_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyP
     Path("pull.toml").write_text(blocks["toml"].replace("displacement", "displacment"))
     with pytest.raises(RecordingError, match=re.escape(" ".join(blocks["text"].split()))):
         read_recording("pull")
+
+
+def test_a_model_s_file_is_found_from_any_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for folder in ("one/rig", "one/out", "two/rig"):
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / "rig.xml").write_text("<mujoco/>")
+    monkeypatch.chdir(tmp_path / "one")
+    time = np.array([0.0, 1.0])
+    first = Recording(name="a", model="rig/rig.xml", source="s", time=time, columns={})
+    write_recording(first, "out/a")
+    assert read_recording("out/a").model == "rig/rig.xml"  # the same name from the same folder
+    for folder in ("two", "two/rig"):
+        monkeypatch.chdir(tmp_path / folder)
+        found = Path(read_recording(tmp_path / "one" / "out" / "a").model)
+        assert found.samefile(tmp_path / "one" / "rig" / "rig.xml")
+    (tmp_path / "link").symlink_to("one/out")
+    monkeypatch.chdir(tmp_path)
+    assert Path(read_recording("link/a").model).samefile(tmp_path / "one" / "rig" / "rig.xml")
+    write_recording(dataclasses.replace(first, model="rig"), "link/b")  # a model of the package
+    assert read_recording("link/b").model == "rig"

@@ -93,7 +93,13 @@ def test_any_name_makes_valid_toml() -> None:
     text = format_template(mujoco.MjModel.from_xml_string(HARD), 'a "model".xml')
     described = parse_description(text, "hard")
     assert described.model == 'a "model".xml'
-    assert described.drive == {'with "quotes"_m_per_s': 'with "quotes"'}
+    assert described.drive == {"with _quotes__m_per_s": 'with "quotes"'}
     assert {c: m.sensor for c, m in described.measured.items()} == {"tip_m_of_it_N": "tip_m"}
-    for said in ("# of a site_N", "actuator 2 has no name", "'place' reads 3", "sensor 3 has no"):
+    for said in ('# "of a site_N"', "actuator 2 has no name", "'place' reads 3", "sensor 3 has no"):
         assert said in text
+
+
+def test_a_name_with_a_line_break_stays_in_its_comment() -> None:
+    text = HARD.replace('"of a site"', '"of&#10;a site"').replace('"place"', '"pl&#10;ace"')
+    described = parse_description(format_template(mujoco.MjModel.from_xml_string(text), "m"), "m")
+    assert list(described.drive) == ["with _quotes__m_per_s"]

@@ -482,3 +482,30 @@ def test_an_effect_without_its_scale_is_refused_as_mjcf_does(effect, scale, tmp_
         patch_model("bench", {f"sheath.{effect}": 0.2}, tmp_path / "model.xml")
     both = {f"sheath.{effect}": 0.2, f"sheath.{scale}": 0.1}
     assert patch_model("bench", both, tmp_path / "model.xml").is_file()
+
+
+SPRUNG = """<mujoco>
+<default><default class="sprung"><joint springdamper="0.1 1"/></default></default>
+<worldbody><body name="upper"><joint name="a" axis="0 1 0" {a}/><geom size=".02" pos=".1 0 0"/>
+<body name="lower" pos=".2 0 0"><joint {name} class="sprung" axis="0 1 0"/>
+<geom size=".02" pos=".1 0 0"/></body></body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("given", [{"lower.mass": 0.3}, {"a.damping": 0.02}, {"b.stiffness": 0.5}])
+def test_a_spring_damper_keeps_what_it_was_made_of_before_the_masses_changed(given, tmp_path):
+    path = tmp_path / "arm.xml"
+    path.write_text(SPRUNG.format(a='springdamper="0.2 0.5"', name='name="b"'))
+    adjustable = Adjustable(load_model(str(path)))
+    adjustable.set(given)
+    written = load_model(str(patch_model(path, given, tmp_path / "new.xml")))
+    for field in ("jnt_stiffness", "dof_damping"):
+        meant, got = getattr(adjustable.model, field), getattr(written, field)
+        np.testing.assert_array_equal(meant, got)
+
+
+def test_a_spring_damper_without_a_name_is_refused_where_its_masses_change(tmp_path):
+    path = tmp_path / "arm.xml"
+    path.write_text(SPRUNG.format(a="", name=""))
+    patch_model(path, {"a.damping": 0.1}, tmp_path / "new.xml")
+    with pytest.raises(TendonError, match="dof_damping of mjModel is not what was to be written"):
+        patch_model(path, {"lower.mass": 0.3}, tmp_path / "new.xml")

@@ -338,3 +338,12 @@ def test_a_number_of_any_kind_is_a_value():
 def test_a_name_that_is_no_text_is_refused(name):
     with pytest.raises(UnknownNameError):
         Simulator([RECORDINGS[0]])([{name: 0.3}])
+
+
+def test_a_recording_that_there_is_not_is_refused_after_the_at_too():
+    simulate = Simulator(RECORDINGS[:2])
+    for name, said in (("shrt", "did you mean 'short'"), ("", "unknown recording ''")):
+        with pytest.raises(UnknownNameError, match=rf"sheath\.friction @ .*{said}"):
+            simulate([{f"sheath.friction @ {name}": 0.1}])
+    with pytest.raises(RecordingError, match=r"write \[recording\]"):
+        Simulator(RECORDINGS[0])  # type: ignore[arg-type]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from tendon_mj.diagnosis.data.answers import check_answers
 from tendon_mj.recordings.noise import noise_levels
 from tendon_mj.recordings.recording import Recording
+from tendon_mj.replay.session_names import values_in
 from tendon_mj.replay.simulator_protocol import Simulates
 
 FloatArray = NDArray[np.float64]
@@ -111,7 +112,9 @@ class Problem:
         self, simulate: Simulates, parameter_sets: Sequence[Mapping[str, float]]
     ) -> FloatArray:
         rows = []
-        answered = simulate([{**self.fixed, **values} for values in parameter_sets])
+        names = {recording.name for recording in self.recordings}
+        sets = [values_in(names, {**self.fixed, **values}) for values in parameter_sets]
+        answered = simulate(sets)
         check_answers(answered, len(parameter_sets), self.recordings, simulate)
         for answers in answered:
             parts = []

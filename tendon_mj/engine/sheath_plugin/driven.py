@@ -32,7 +32,7 @@ from tendon_mj.sheath.records import Guides, Segments
 from tendon_mj.sheath.segment_law import held, strain_at
 from tendon_mj.sheath.tension_solver import solve_flow
 
-_STIFF = 1e6  # EA where none is given, and beyond which nothing would change [N]
+CHOSEN_STIFFNESS = 1e6  # EA where none is given, and beyond which nothing would change [N]
 _SOFTEST = 1e2  # EA to which guides yield at most [N]
 _PASSES = 3  # over branches that feed one another; they differ by the tendon's stretch alone
 
@@ -51,7 +51,7 @@ def let_guides_yield(
         h: time step [s].
     """
     if not state.law.axial_stiffness > 0.0:
-        state.law.axial_stiffness = _STIFF
+        state.law.axial_stiffness = CHOSEN_STIFFNESS
     ea, nv = state.law.axial_stiffness, size(m + layout.m_nv)
     inverse = coordinates(pointer(m + layout.m_dof_invweight0))  # diagonal of M⁻¹ in `qpos0`
     mj_markStack(d)
@@ -64,7 +64,7 @@ def let_guides_yield(
         for dof in range(nv):
             mobility += jacobian[dof] * jacobian[dof] * inverse[dof]
         length = segments[j].length
-        yields = max(ea * h * h * mobility, ea / _STIFF * length)
+        yields = max(ea * h * h * mobility, ea / CHOSEN_STIFFNESS * length)
         yields = min(yields, ea / _SOFTEST * length) - length
         segments[j].support_compliance = max(0.0, yields)
     mj_freeStack(d)

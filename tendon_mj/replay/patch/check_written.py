@@ -46,7 +46,7 @@ def check_written(
             raise TendonError(f"{path}: {name} = {value!r} was to be written, it reads {got}")
     mujoco.mj_setConst(adjustable.model, mujoco.MjData(adjustable.model))
     for field in (
-        *("qpos0", "body_mass", "body_inertia", "dof_invweight0"),
+        *("qpos0", "body_mass", "body_inertia", "dof_invweight0", "dof_damping", "jnt_stiffness"),
         *("site_pos", "tendon_length0", "actuator_biasprm"),
     ):
         _compare(path, field, getattr(adjustable.model, field), getattr(written, field))

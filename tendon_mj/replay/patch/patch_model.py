@@ -5,7 +5,8 @@
 | of a sheath or servo | its plugin instance's ``config`` |
 | ``drawn_bend`` of a sheath | added to ``extra_bend`` there, and what it adds beside it, as |
 | | ``<custom><text name="<sheath>.drawn_bend.correction" data="…"/>`` |
-| of a joint; ``gear``, ``kp``, ``kv`` | the element's own attribute |
+| of a joint; ``gear``, ``kp``, ``kv`` | the element's own attribute; with a joint or a mass also |
+| | ``stiffness`` and ``damping`` of every joint that had ``springdamper``, in place of that |
 | | of muscles always ``lengthrange``, which their gear and masses change |
 | ``mass`` of a body | its ``<inertial>``, which is made where its geoms have the mass |
 | ``command_scale``, ``command_offset``, ``command_delay`` | ``user`` data, in this order |
@@ -28,7 +29,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.attach.mjcf import Mjcf, number, numbers, set_first
 from tendon_mj.builders.load import load_model, load_spec, model_path
-from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.replay.live_parameters import CORRECTION, DRAWN_BEND, EXTRA_BEND, custom_numbers
 from tendon_mj.replay.muscle import is_muscle
 from tendon_mj.replay.parameters import Adjustable
@@ -94,6 +95,8 @@ def patch_model(
             text.sensor(element).set("user", user)
         else:
             text.section("option", "gravity").set("gravity", numbers(adjustable.model.opt.gravity))
+    if {"body", "joint"} & {kinds[name] for name in parameters}:
+        _write_spring_dampers(text, adjustable.model, spec)
     _write_damping(text, adjustable, spec)
     muscles = _write_length_ranges(text, adjustable.model)
     _write_intervals(text, intervals)
@@ -169,6 +172,23 @@ def _write_joint(
     if parameter == "springref" and turns and spec.compiler.degree:
         value = math.degrees(value)
     set_first(text.joint(element), parameter, value)
+
+
+def _write_spring_dampers(text: Mjcf, model: mujoco.MjModel, spec: mujoco.MjSpec) -> None:
+    """Write as stiffness and damping what `springdamper` made of masses that may be other ones now.
+
+    A joint without a name, or that is not in the text, stays as it is: it may have other masses.
+    """
+    for joint in spec.joints:
+        if not joint.springdamper.any() or not joint.name:
+            continue
+        try:
+            written, compiled = text.joint(joint.name), model.joint(joint.name)
+        except TendonError:
+            continue
+        set_first(written, "stiffness", compiled.stiffness[0])
+        set_first(written, "damping", compiled.damping[0])
+        written.set("springdamper", "0 0")  # which a class may give, too
 
 
 def _write_mass(text: Mjcf, model: mujoco.MjModel, element: str, value: float) -> None:
