@@ -121,7 +121,8 @@ def test_attach_in_mjcf(tmp_path, child):
         model = mujoco.MjModel.from_xml_string(part)
         assert "l_knuckle" in (model.joint(k).name for k in range(model.njnt))
         assert [model.tendon(k).name for k in range(model.ntendon)] == ["flexor"]  # the parent's
-        assert not sheaths(model) and model.nsensor == 0  # they stay with their tendon
+        assert not sheaths(model)  # it stays with its tendon
+        assert model.nsensor == 0
 
 
 def test_a_sheath_written_by_hand():
