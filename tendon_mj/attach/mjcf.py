@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 
 import mujoco
 
-from tendon_mj.errors import TendonError, TendonWarning, unknown
+from tendon_mj.errors import InvalidValueError, TendonError, TendonWarning, unknown
 from tendon_mj.whole_file import whole_file
 
 Element = ElementTree.Element
@@ -28,7 +28,7 @@ class Mjcf:
         path: of the main file, one that MuJoCo can load.
 
     Raises:
-        TendonError: a file that is included cannot be read, or is included twice.
+        TendonError: a file that is included cannot be read, or is included in itself.
     """
 
     def __init__(self, path: Path) -> None:
@@ -37,7 +37,7 @@ class Mjcf:
         self.root = _parse(path, built)
         self._files = [path]  # this one and all that it includes
         self._before, self._after = built.before, built.after
-        self._include(self.root, path)
+        self._include(self.root, [path])
 
     def joint(self, name: str) -> Element:
         """A joint by name; this and the next raise `TendonError` where the text has none."""
@@ -132,24 +132,35 @@ class Mjcf:
         with whole_file(path) as made:
             made.write_text("\n".join([*texts, ""]), encoding="utf-8", newline="\n")
 
-    def _include(self, parent: Element, source: Path) -> None:
+    def _include(self, parent: Element, chain: list[Path]) -> None:
+        """Put what is included in its place; ``chain``: files, each of which includes the next."""
         for child in list(parent):
             if child.tag != "include":
-                self._include(child, source)
+                self._include(child, chain)
                 continue
             # MuJoCo looks beside the main file, and then beside the one that includes
             name = str(child.get("file"))
             file = self.path.parent / name
             if not file.exists():
-                file = source.parent / name
-            if file.resolve() in map(Path.resolve, self._files):  # MuJoCo refuses it, too
-                raise TendonError(f"{source}: {name} is included twice")
+                file = chain[-1].parent / name
+            if file.resolve() in map(Path.resolve, chain):
+                raise TendonError(f"{chain[-1]}: {name} is included in itself")
             built = _Builder()
             included = _parse(file, built)
             self._files.append(file)
-            self._include(included, file)
+            self._include(included, [*chain, file])
             at = list(parent).index(child)
             parent[at : at + 1] = [*built.before, *included, *built.after]
+
+
+def check_suffix(path: Path) -> None:
+    """Refuse a name for MJCF under which MuJoCo would not read it.
+
+    Raises:
+        InvalidValueError: names the file.
+    """
+    if path.suffix != ".xml":
+        raise InvalidValueError(f"{path}: what is written is MJCF; choose a name that ends in .xml")
 
 
 def set_first(element: Element, attribute: str, value: float) -> None:

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
-from tendon_mj.attach.mjcf import Element, Mjcf, numbers
+from tendon_mj.attach.mjcf import Element, Mjcf, check_suffix, numbers
 from tendon_mj.attach.spring import spring_note
 from tendon_mj.engine import NAME
 from tendon_mj.errors import InvalidValueError, TendonError
@@ -43,9 +43,8 @@ def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
         TendonError: a tendon that `attach` or `replicate` makes, which is not in the text; or the
             written file is not the model.
     """
+    check_suffix(path)
     text, before = Mjcf(source), mujoco.MjSpec.from_file(str(source))
-    if path.suffix in (".mjb", ".txt"):
-        raise InvalidValueError(f"{path}: what is written is MJCF; choose a name that ends in .xml")
     if not path.parent.is_dir() or path.is_dir():
         raise InvalidValueError(f"{path} must be a file in a folder that exists")
     if path.exists() and any(path.samefile(file) for file in files_of_model(source)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,7 +11,14 @@ from tendon_mj.errors import TendonError
 from tendon_mj.model_files import files_of_model
 
 _OURS = "tendon_mj."  # begins the names of the plugins
-_MJCF = (".xml", ".mjcf")  # of models in a model
+_ROOT = re.compile(rb"<mujoco[\s>]")  # and not of what is included
+_REFERS = {  # attribute, or type of object → tag of what it names
+    **{key: key for key in ("site", "geom", "joint", "tendon", "body")},
+    **dict.fromkeys(("sidesite", "cranksite", "slidersite", "refsite"), "site"),
+    "jointinparent": "joint",
+    "xbody": "body",
+}
+_MJCF = (".xml", ".mjcf")  # of models in a model, and of what they include
 
 
 def check_replicated(path: Path) -> None:
@@ -18,25 +26,28 @@ def check_replicated(path: Path) -> None:
 
     While it copies a sensor or an actuator that refers to a plugin instance by name, it goes
     through the list of instances to which it adds. It copies those whose object is copied, and
-    sensors without an object always. What cannot be read is left to MuJoCo, which says so.
+    sensors without an object always. What is no MJCF at all is left to MuJoCo, which says so.
 
     Raises:
         TendonError: names the model, the sensor or actuator, and what to write.
     """
-    models = (file for file in files_of_model(path) if file == path or file.suffix in _MJCF)
-    for file in filter(_may_replicate, models):
+    files = [file for file in files_of_model(path) if file == path or file.suffix in _MJCF]
+    texts = {file: file.read_bytes() for file in files}
+    together = b"".join(texts.values())
+    if b"<replicate" not in together or _OURS.encode() not in together:
+        return
+    for file, text in texts.items():
+        if not _ROOT.search(text):
+            continue
         try:
             root = Mjcf(file).root
-        except (TendonError, OSError, ValueError):  # also a name that no file can have
-            continue
+        except (TendonError, OSError, ValueError) as error:  # MuJoCo may read it all the same
+            raise TendonError(
+                f"{error}; in a model with <replicate>, which MuJoCo may crash over where it copies"
+                " a sheath, the text has to be XML in UTF-8"
+            ) from None
         for fault in _copied(root):
             raise TendonError(f"{file}: {fault}")
-
-
-def _may_replicate(file: Path) -> bool:
-    """Whether something is replicated in a file, or may be in what it includes."""
-    text = file.read_bytes()
-    return b"<replicate" in text or b"<include" in text
 
 
 def _copied(root: Element) -> Iterator[str]:
@@ -44,28 +55,39 @@ def _copied(root: Element) -> Iterator[str]:
     replicates = list(root.iter("replicate"))
     if not replicates:
         return
-    sites = {site.get("name") for copies in replicates for site in copies.iter("site")}
-    copied = {
-        tendon.get("name")
-        for tendon in root.iterfind("tendon/spatial")
-        if any(site.get("site") in sites for site in tendon.iterfind("site"))
+    copied = {(e.tag, e.get("name")) for copies in replicates for e in copies.iter()}
+    for tendon in root.iterfind("tendon/*"):
+        if any(copied & _referred(part) for part in tendon):
+            copied.add(("tendon", tendon.get("name")))
+    ours = {
+        instance.get("name")
+        for plugin in root.iterfind("extension/plugin")
+        if plugin.get("plugin", "").startswith(_OURS)
+        for instance in plugin.iterfind("instance")
     }
-    for kind, attribute in (("sensor", "objname"), ("actuator", "tendon")):
+    for kind in ("sensor", "actuator"):
         for element in root.iterfind(f"{kind}/plugin"):
-            if not element.get("plugin", "").startswith(_OURS) or not element.get("instance"):
+            if element.get("instance") not in ours:
                 continue
-            where = f"{kind} {element.get('name', '')!r}"
-            on = element.get(attribute)
-            if on is None and kind == "sensor":
+            where, both = f"{kind} {element.get('name', '')!r}", copied & _referred(element)
+            if kind == "sensor" and element.get("objname") is None:
                 yield (
                     f"{where} shows a sheath and has no object; MuJoCo copies such a sensor in each"
                     ' <replicate>, and crashes: give it objtype="tendon" and the tendon\'s name as'
                     " objname"
                 )
-            elif on in copied:
+            elif both:
+                tag, name = min(both)
                 yield (
-                    f"{where} is on tendon {on!r}, which a <replicate> copies with it; MuJoCo may"
-                    " crash over the copies of its plugin instance: leave it out, give the copies"
-                    " friction in Python, with tendon_mj.add_friction, and write them with"
-                    " MjSpec.to_xml"
+                    f"{where} is on {tag} {name!r}, which a <replicate> copies with it;"
+                    " MuJoCo may crash over the copies of its plugin instance: leave it out, give"
+                    " the copies friction in Python, with tendon_mj.add_friction, and write them"
+                    " with MjSpec.to_xml"
                 )
+
+
+def _referred(element: Element) -> set[tuple[str, str]]:
+    """Tag and name of whatever an element of a path, a sensor or an actuator refers to."""
+    found = {(_REFERS[key], name) for key, name in element.attrib.items() if key in _REFERS}
+    kind = element.get("objtype", "")
+    return found | {(_REFERS.get(kind, kind), element.get("objname", ""))}

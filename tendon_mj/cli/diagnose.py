@@ -115,17 +115,17 @@ def diagnose(
     }
     command = typed_command("diagnose", recordings, options)
     provenance = collect_provenance(command, files_of((*recordings, *hold_out), description, train))
-    for path in (
-        *write_before_after(simulated, out),
-        diagnosis.write_model(out / MODEL),  # the report links to it
-        *write_report(
-            diagnosis,
-            simulated,
-            out,
-            sysid=compared,
-            no_sysid=no_sysid,
-            provenance=provenance,
-        ),
+    for path in write_before_after(simulated, out):
+        output.add(path)
+    unwritten: TendonError | None = None
+    try:  # before the report, which links to it
+        output.add(diagnosis.write_model(out / MODEL))
+    except TendonError as error:  # what was found is written all the same
+        unwritten = error
+        warning = f"There is no {MODEL}: {error}"
+        diagnosis = replace(diagnosis, warnings=(*diagnosis.warnings, warning))
+    for path in write_report(
+        diagnosis, simulated, out, sysid=compared, no_sysid=no_sysid, provenance=provenance
     ):
         output.add(path)
     suggestion, failure = _suggest(diagnosis, bounds)
@@ -144,8 +144,9 @@ def diagnose(
     }
     output.result(result)
     output.close(f"{diagnosis.sentence} Report: {out / 'report.html'}")
-    if failure:
-        raise failure
+    untold = unwritten or failure
+    if untold:
+        raise untold
     return result
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import fnmatch
+import copy
 import math
 from collections.abc import Mapping
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +13,7 @@ import mujoco
 import tyro
 
 from tendon_mj.attach import Parameters
+from tendon_mj.attach.tendon_choice import is_pattern
 from tendon_mj.builders.load import load_model
 from tendon_mj.cli.given_files import given_files
 from tendon_mj.cli.output import Output, console, print_warnings, progress_bar
@@ -21,6 +23,7 @@ from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.recordings.recording import Recording, read_recording, write_recording
 from tendon_mj.replay.engineering_units import quantity
 from tendon_mj.replay.misfit import Misfit, replay_error
+from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.patch import read_intervals
 from tendon_mj.replay.replay_recording import replay_recording
 from tendon_mj.replay.units import column_unit
@@ -128,10 +131,10 @@ def _rms(error: Misfit, column: str) -> str:
 
 
 def _parse(text: str, model: mujoco.MjModel) -> dict[str, float]:
-    """Parameters of ``name=value,…``, where * in a name stands for any text; a plain name wins."""
+    """Parameters of ``name=value,…``; a pattern means all that it matches; a plain name wins."""
     plain: dict[str, float] = {}
     wild: dict[str, float] = {}
-    known = _known(model)
+    known = Adjustable(copy.copy(model)).names()
     for part in text.split(","):
         name, equals, value = part.rpartition("=")
         try:
@@ -142,10 +145,12 @@ def _parse(text: str, model: mujoco.MjModel) -> dict[str, float]:
             raise InvalidValueError(f"--change {text!r}: {part!r} is not like name=value")
         if not math.isfinite(given):
             raise InvalidValueError(f"--change {text!r}: {part!r} is not finite; give a number")
-        chosen = wild if "*" in name else plain
-        names = fnmatch.filter(known, name.strip()) if "*" in name else [name.strip()]
+        name = name.strip()
+        by_pattern = is_pattern(name) and name not in known
+        chosen = wild if by_pattern else plain
+        names = [one for one in known if fnmatchcase(one, name)] if by_pattern else [name]
         if not names:
-            raise UnknownNameError("parameter", name.strip(), known, f"--change {text!r}")
+            raise UnknownNameError("parameter", name, known, f"--change {text!r}")
         for one in names:
             if chosen.setdefault(one, given) != given:
                 raise InvalidValueError(

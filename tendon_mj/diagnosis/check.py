@@ -18,7 +18,7 @@ from tendon_mj.diagnosis.data.problem import (
 )
 from tendon_mj.diagnosis.data.regimes import motion
 from tendon_mj.errors import InvalidValueError, RecordingError
-from tendon_mj.recordings.recording import Recording
+from tendon_mj.recordings.recording import Recording, is_same_model
 from tendon_mj.replay.parameters import Parameter
 from tendon_mj.replay.simulator_protocol import Simulates
 
@@ -46,7 +46,7 @@ def check_recordings(train: Sequence[Recording], held_out: Sequence[Recording]) 
             raise RecordingError(f"{where}: no column is in [measured]: nothing to compare with")
         for name in ("model", "uncertain"):
             mine, theirs = getattr(recording, name), getattr(first, name)
-            if mine != theirs:
+            if mine != theirs and not (name == "model" and is_same_model(mine, theirs)):
                 raise RecordingError(
                     f"{where}: its {name} {_plain(mine)!r} differs from {_plain(theirs)!r} of"
                     f" {first.name!r}; recordings that are diagnosed together are of one rig"

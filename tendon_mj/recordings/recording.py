@@ -191,6 +191,17 @@ def _model_beside(toml: Path, model: str) -> str:
         return model
 
 
+def is_same_model(one: str, other: str) -> bool:
+    """Whether two recordings' models are the same name, or paths to one file in one folder."""
+    first, second = Path(one), Path(other)
+    try:
+        return one == other or (
+            first.name == second.name and first.is_file() and first.parent.samefile(second.parent)
+        )
+    except (OSError, ValueError):  # a name that no file can have
+        return False
+
+
 def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:
     """Write ``<stem>.csv`` and ``<stem>.toml`` in an existing folder, and return the CSV's path.
 
@@ -209,8 +220,9 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:
 def _model_from(toml: Path, model: str) -> str:
     """Path of a model's file as the description has it, from its own folder; a name stays."""
     try:
-        file, folder = Path(model).resolve(), toml.parent.resolve()
-        is_file = file.suffix != "" and file.is_file()  # names of models have no suffix
+        # of a link the link, beside which its includes are; names of models have no suffix
+        file, folder = Path(model).parent.resolve() / Path(model).name, toml.parent.resolve()
+        is_file = file.suffix != "" and file.is_file()
         return Path(os.path.relpath(file, folder)).as_posix() if is_file else model
     except (OSError, ValueError):  # a name that no file can have, or a file on another drive
         return model

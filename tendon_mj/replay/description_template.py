@@ -46,12 +46,13 @@ def format_template(model: mujoco.MjModel, name: str) -> str:
             MJCF file from the description's folder.
     """
     parameters = Adjustable(copy.copy(model)).parameters()
+    columns: set[str] = set()
     parts = [
         f"{_HEAD}\nmodel = {_quoted(name)}",
         'source = ""  # who measured it, when, on which rig, under which licence\n'
         + _settle(model),
-        "\n".join(["[drive]", _DRIVE, *_drive(model)]),
-        "\n".join(["[measured]", _MEASURED, *_measured(model)]),
+        "\n".join(["[drive]", _DRIVE, *_drive(model, columns)]),
+        "\n".join(["[measured]", _MEASURED, *_measured(model, columns)]),
         "\n".join(["[known]", _KNOWN, *_known(model, parameters)]),
         "\n".join(["[uncertain]", _UNCERTAIN, *_uncertain(parameters)]),
     ]
@@ -79,7 +80,7 @@ def _bears_a_load(model: mujoco.MjModel) -> bool:
     return bool((load[turned] > _NO_LOAD).any())
 
 
-def _drive(model: mujoco.MjModel) -> Iterator[str]:
+def _drive(model: mujoco.MjModel, columns: set[str]) -> Iterator[str]:
     for k in range(model.nactuator):
         name, unit = model.actuator(k).name, control_unit(model, k)
         if not name:
@@ -87,14 +88,14 @@ def _drive(model: mujoco.MjModel) -> Iterator[str]:
         elif ending_of(unit):
             limits = model.actuator_ctrlrange[k].tolist() if model.actuator_ctrllimited[k] else []
             span = f", {limits[0]:g} … {limits[1]:g}" if limits else ""
-            column = _quoted_key(column_of(name, unit))
+            column = _quoted_key(column_of(name, unit, columns))
             yield f"{column} = {_quoted(name)}  # control in {unit}{span}"
         else:
-            column = _quoted_key(column_of(name, "N"))
+            column = _quoted_key(column_of(name, "N", columns))
             yield f"# {column} = {_quoted(name)}  # the model does not say in which unit"
 
 
-def _measured(model: mujoco.MjModel) -> Iterator[str]:
+def _measured(model: mujoco.MjModel, columns: set[str]) -> Iterator[str]:
     for k in range(model.nsensor):
         name, unit, size = model.sensor(k).name, reading_unit(model, k), int(model.sensor_dim[k])
         if not name:
@@ -102,10 +103,10 @@ def _measured(model: mujoco.MjModel) -> Iterator[str]:
         elif size != 1:
             yield f"# sensor {name!r} reads {size} numbers, and a column is one"
         elif ending_of(unit):
-            column = _quoted_key(column_of(name, unit))
+            column = _quoted_key(column_of(name, unit, columns))
             yield f"{column} = {{ sensor = {_quoted(name)} }}  # [{unit}]"
         else:
-            column = _quoted_key(column_of(name, "N"))
+            column = _quoted_key(column_of(name, "N", columns))
             yield f"# {column} = {{ sensor = {_quoted(name)} }}  # in which unit is it?"
 
 
@@ -135,15 +136,20 @@ def _uncertain(parameters: dict[str, Parameter]) -> Iterator[str]:
             yield f"{_quoted(name)} = {entry}  # [-], of the capstan law"
 
 
-def column_of(name: str, unit: str) -> str:
+def column_of(name: str, unit: str, taken: set[str]) -> str:
     """A name for an element's column, which ends in its unit [SI] and in no other before it.
 
-    What no column's name may hold, such as a comma, is an underscore there.
+    What no column's name may hold, such as a comma, is an underscore there. It is none of those
+    that are ``taken``, to which it is added.
     """
     ending = ending_of(unit)
     name = "".join(c if c.isprintable() and c not in ',"' else "_" for c in name).strip()
     column = name if name.endswith(ending) else name + ending
-    return f"{name}_of_it{ending}" if unit_fault(column, si=True) else column
+    column = f"{name}_of_it{ending}" if unit_fault(column, si=True) else column
+    if column in taken:
+        return column_of(f"another {name}", unit, taken)
+    taken.add(column)
+    return column
 
 
 def _number(value: float) -> str:

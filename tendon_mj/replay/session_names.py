@@ -22,12 +22,17 @@ def recording_of(name: str) -> str:
     return name.partition(_AT)[2]
 
 
-def values_in(recordings: Collection[str], values: Mapping[str, float]) -> dict[str, float]:
-    """The values that hold in all recordings or in one of these, by their names."""
+def values_in(
+    recordings: Collection[str], values: Mapping[str, float], parameters: Collection[str]
+) -> dict[str, float]:
+    """The values but for those that parameters have in other recordings than these."""
     return {
         name: value
         for name, value in values.items()
-        if _AT not in name or recording_of(name) in recordings
+        if _AT not in name
+        or recording_of(name) in recordings
+        or parameter_of(name)
+        not in parameters  # which is no name at all, and the simulator says so
     }
 
 

@@ -17,7 +17,7 @@ from tendon_mj.attach.keywords import as_number
 from tendon_mj.builders.load import load_model
 from tendon_mj.engine import sheaths
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
-from tendon_mj.recordings.recording import Recording
+from tendon_mj.recordings.recording import Recording, is_same_model
 from tendon_mj.replay.open_loop import run_open_loop, try_open_loop, unsolved_sheaths
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.parameters import Parameter as Parameter
@@ -205,8 +205,8 @@ class Simulator:
         return answers
 
     def _load_model(self) -> mujoco.MjModel:
-        names = sorted({recording.model for recording in self.recordings})
-        if len(names) != 1:
+        names = list(dict.fromkeys(recording.model for recording in self.recordings))
+        if not names or not all(is_same_model(names[0], other) for other in names):
             raise RecordingError(
                 f"recordings of one model are needed, got {len(self.recordings)} recordings of"
                 f" {', '.join(map(repr, names)) or 'none'}"
@@ -237,6 +237,10 @@ class Simulator:
         recordings = {recording.name for recording in self.recordings}
         for row, asked in enumerate(parameter_sets):
             for name in map(str, asked):
+                if name in self.parameters and name != parameter_of(name):
+                    raise InvalidValueError(
+                        f"{name}: ' @ ' in a name stands before a recording; rename the element"
+                    )
                 if parameter_of(name) not in self.parameters:
                     raise UnknownNameError("parameter", name, self.parameters)
                 if name != parameter_of(name) and recording_of(name) not in recordings:

@@ -74,7 +74,9 @@ def parse_axes(
 
 
 def _parse(text: str, draws: int, parameters: Collection[str], sheaths: Mapping[str, str]) -> Axis:
-    name, _, values = (part.strip() for part in text.partition("="))
+    name, equals, values = (part.strip() for part in text.rpartition("="))
+    if not equals:
+        raise InvalidValueError(f"--parameter {text}: it is not like {_FORMS}")
     targets = _targets(name, f"--parameter {text}", parameters, sheaths)
     try:
         numbers = [float(part) for part in values.split("," if ":" not in values else ":")]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import mujoco
@@ -74,14 +74,14 @@ def motion_recording(
         drive, length = read_motion(Path(motion), model)
     time = _steps(length if duration is None else duration, model)
     controls = np.array([drive(now) for now in time]).reshape(len(time), model.nu)
-    columns, actuators = {}, {}
+    columns, actuators, taken = {}, {}, set[str]()
     for k in range(model.nactuator):
         control = controls[:, model.actuator_ctrladr[k]]
         if control.any():
             actuator = model.actuator(k).name
             if not actuator:
                 raise InvalidValueError(f"actuator {k} moves and has no name; give it one")
-            column = _column(actuator, control_unit(model, k), columns)
+            column = _column(actuator, control_unit(model, k), taken)
             columns[column], actuators[column] = control, actuator
     return _recording(
         Path(motion).stem if motion else "default motion", name, model, time, columns, actuators
@@ -98,10 +98,11 @@ def _recording(
 ) -> Recording:
     """A motion beside what each sensor of one number would read, which is nothing yet."""
     sensors: dict[str, str] = {}
+    taken = set(driven)
     for k in range(model.nsensor):
         sensor = model.sensor(k).name
         if model.sensor_dim[k] == 1 and sensor:
-            sensors[_column(f"{sensor} reading", reading_unit(model, k), sensors)] = sensor
+            sensors[_column(f"{sensor} reading", reading_unit(model, k), taken)] = sensor
     return Recording(
         name=motion,
         model=name,
@@ -135,7 +136,5 @@ def _number_of_steps(length: float, model: mujoco.MjModel) -> int:
     return number
 
 
-def _column(name: str, unit: str, taken: Collection[str]) -> str:
-    """A name for an element's column, other than those that are taken."""
-    column = column_of(name, unit if ending_of(unit) else "N")  # it matters to no number
-    return _column(f"another {name}", unit, taken) if column in taken else column
+def _column(name: str, unit: str, taken: set[str]) -> str:
+    return column_of(name, unit if ending_of(unit) else "N", taken)  # it matters to no number

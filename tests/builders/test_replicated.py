@@ -58,6 +58,32 @@ def test_what_mujoco_would_crash_over_is_refused_by_name(world, sensor, said, tm
         load_model(str(path))
 
 
+@pytest.mark.parametrize("objtype", ["site", "body", "xbody"])
+def test_any_object_that_is_copied_is_found_also_without_the_plugin_s_name(objtype, tmp_path):
+    """As MuJoCo writes it, which knows the plugin by its instance."""
+    path = tmp_path / "arm.xml"
+    world = BESIDE.replace('<geom size=".1"/>', '<body name="x"/><site name="x"/>')
+    text = arm(world, f'objtype="{objtype}" objname="x"')
+    path.write_text(text.replace('name="e" plugin="tendon_mj.sheath"', 'name="e"'))
+    with pytest.raises(TendonError, match=r"sensor 'e' is on \w+ 'x', which a <replicate> copies"):
+        load_model(str(path))
+
+
+def test_a_tendon_is_copied_with_a_geom_that_it_wraps(tmp_path):
+    world = BESIDE.replace('<geom size=".1"/>', '<geom name="drum" size=".1"/>')
+    text = arm(world, ON_TENDON).replace('<site site="c"/>', '<geom geom="drum"/><site site="c"/>')
+    (tmp_path / "arm.xml").write_text(text)
+    with pytest.raises(TendonError, match="is on tendon 't', which a <replicate> copies"):
+        load_model(str(tmp_path / "arm.xml"))
+
+
+def test_text_that_only_mujoco_can_read_is_refused_beside_a_replicate(tmp_path):
+    text = arm(BESIDE, "").replace("<mujoco>", '<mujoco model="a & b">')
+    (tmp_path / "arm.xml").write_text(text)
+    with pytest.raises(TendonError, match="with <replicate>, which MuJoCo may crash over"):
+        load_model(str(tmp_path / "arm.xml"))
+
+
 def test_it_is_found_behind_an_include_and_in_a_model_of_the_model(tmp_path):
     (tmp_path / "many.xml").write_text(
         "<mujoco><worldbody><replicate count='2'><geom size='1'/></replicate></worldbody></mujoco>"

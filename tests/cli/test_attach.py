@@ -234,3 +234,22 @@ def test_comments_around_the_model_and_its_includes_stay(finger, tmp_path, docty
     assert places == sorted(places)
     assert written.index("<mujoco") > places[1]
     assert written.index("</mujoco>") < places[-1]
+
+
+def test_a_name_under_which_mujoco_reads_no_mjcf_is_refused(finger, tmp_path, capsys):
+    arguments = ["attach", str(finger), "--tendon", "flexor", "--friction", "0.15"]
+    for name in ("new", "new.mjb", "new.XML"):
+        assert main([*arguments, "--out", str(tmp_path / name)]) == 2
+        assert "choose a name that ends in .xml" in " ".join(capsys.readouterr().err.split())
+    assert [path.name for path in tmp_path.iterdir()] == ["finger.xml"]
+
+
+def test_two_includes_that_are_links_to_one_file_are_both_in_the_model(finger, tmp_path):
+    (tmp_path / "part.xml").write_text('<mujoco><worldbody><geom size="1"/></worldbody></mujoco>')
+    (tmp_path / "link.xml").symlink_to("part.xml")
+    both = '<include file="part.xml"/><include file="link.xml"/>'
+    finger.write_text(finger.read_text().replace("<worldbody>", f"{both}<worldbody>", 1))
+    arguments = ["attach", str(finger), "--tendon", "flexor", "--friction", "0.15"]
+    assert main([*arguments, "--out", str(tmp_path / "new.xml")]) == 0
+    models = [mujoco.MjModel.from_xml_path(str(tmp_path / f"{n}.xml")) for n in ("finger", "new")]
+    assert models[0].ngeom == models[1].ngeom

@@ -54,6 +54,10 @@ def test_change_is_one_more_variant(tmp_path):
     assert main([*arguments, "--change", "*.friction=0.3"]) == 0
     result = read(tmp_path)["rmse"]
     assert result["*.friction=0.3"]["output_tension_N"]["rmse"] > 0.5
+    assert main([*arguments, "--change", "?utput_tension.o*=0.1"]) == 0
+    shifted, plain = (read(tmp_path)["rmse"][n] for n in ("?utput_tension.o*=0.1", "as described"))
+    assert shifted["input_tension_N"] == plain["input_tension_N"]
+    assert shifted["output_tension_N"]["rmse"] > plain["output_tension_N"]["rmse"]
     assert main([*arguments, "--change", "sheeth.friction=0.3"]) == 2
     assert main([*arguments, "--change", "sheath.friction=much"]) == 2
     assert main([*arguments, "--change", "sheath.friction=0.1,sheath.friction=0.2"]) == 2

@@ -13,7 +13,8 @@ from PIL import Image
 from tendon_mj.attach import Parameters
 from tendon_mj.builders.load import model_path
 from tendon_mj.cli import main
-from tendon_mj.diagnosis import CATALOGUE
+from tendon_mj.diagnosis import CATALOGUE, Diagnosis
+from tendon_mj.errors import TendonError
 from tendon_mj.recordings.recording import Measured, Recording, Uncertain, read_recording
 from tendon_mj.recordings.recording import write_recording as write
 from tendon_mj.replay.replay_recording import replay_recording
@@ -297,3 +298,15 @@ def test_no_texture_of_the_model_is_removed_as_an_earlier_picture(rig, tmp_path,
     assert main([command, str(tmp_path / "a.csv"), "--out", str(tmp_path)]) == 2
     assert "gap.png there would be" in " ".join(capsys.readouterr().err.split())
     assert {path: path.read_bytes() for path in before} == before
+
+
+def test_what_was_found_is_written_where_the_model_cannot_be(rig, tmp_path, capsys, monkeypatch):
+    def write_model(*_):
+        raise TendonError("rig.xml: unknown body 'x_link'")
+
+    monkeypatch.setattr(Diagnosis, "write_model", write_model)
+    assert "unknown body 'x_link'" in refused([*rig[0.0], "--exclude", *OTHERS], tmp_path, capsys)
+    result = json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))
+    assert "There is no model.xml: rig.xml: unknown body 'x_link'" in result["warnings"]
+    assert "There is no model.xml" in (tmp_path / "out" / "report.html").read_text("utf-8")
+    assert not (tmp_path / "out" / "model.xml").exists()

@@ -26,7 +26,7 @@ from tendon_mj.diagnosis.model_selection.fit import Fit, fit
 from tendon_mj.diagnosis.model_selection.reproducibility import bar, reproducibility
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.recordings.recording import Measured, Recording, Session, Uncertain
-from tendon_mj.replay.session_names import name_in_session, values_for
+from tendon_mj.replay.session_names import name_in_session, recording_of, values_for
 from tendon_mj.replay.simulator import Parameter
 from tendon_mj.replay.simulator_protocol import Simulates
 
@@ -51,7 +51,9 @@ class Rig(Simulates):
         } | {f"sheath.{name}": Parameter(0.0, "-", "joint") for name in EFFECTS}
 
     def __call__(self, sets: Sequence[Mapping[str, float]]) -> list[list[dict[str, FloatArray]]]:
-        """Series for every set and recording."""
+        """Series for every set and recording; a value for another recording is a mistake."""
+        known = {"", *(recording.name for recording in self.recordings)}
+        assert {recording_of(name) for values in sets for name in values} <= known
         return [[{COLUMN: self._tension(values, r)} for r in self.recordings] for values in sets]
 
     def _tension(self, values: Mapping[str, float], recording: Recording) -> FloatArray:
@@ -142,6 +144,9 @@ def test_held_out_recordings_are_given_zeros_of_their_own() -> None:
     assert found.held_out.after == pytest.approx(1.0, abs=0.1)
     own = found.model[name_in_session("gauge.offset", "bend 3")]
     assert own == pytest.approx(ZEROS[3], abs=0.03)
+    (row,) = found.simulate()
+    left = row.after.columns[COLUMN] - row.measured.columns[COLUMN]
+    assert float(np.sqrt(np.mean(left**2))) < 1.1 * NOISE
 
 
 def test_what_remains_beside_an_effect_is_said_and_the_effect_is_named() -> None:

@@ -66,7 +66,7 @@ def test_a_plugin_of_mujocos_own():
 
 
 def test_a_user_s_passive_force_adds_to_ours():
-    """It is called after the plugins, and sees their forces."""
+    """MuJoCo calls it before the plugins, whose forces add to what it sets."""
     model, seen = arm(), []
 
     def damp(m, d):
@@ -82,6 +82,7 @@ def test_a_user_s_passive_force_adds_to_ours():
     other = run(damped, started(damped, 3), STEPS)
     np.testing.assert_allclose(data.qpos, other.qpos, rtol=1e-9)
     assert len(seen) >= STEPS
+    assert not np.any(seen)
 
 
 def pulled(gain):

@@ -27,7 +27,7 @@ from tendon_mj.recordings import (
 )
 from tendon_mj.recordings.description_toml import parse_description, parse_topics
 from tendon_mj.recordings.magnitude import LARGEST, SMALLEST
-from tendon_mj.recordings.recording import UNITS
+from tendon_mj.recordings.recording import UNITS, is_same_model
 
 CELLS = st.floats(-LARGEST, LARGEST)
 POSITIVE = st.floats(SMALLEST, LARGEST)
@@ -301,3 +301,43 @@ def test_a_model_s_file_is_found_from_any_folder(
     assert Path(read_recording("link/a").model).samefile(tmp_path / "one" / "rig" / "rig.xml")
     write_recording(dataclasses.replace(first, model="rig"), "link/b")  # a model of the package
     assert read_recording("link/b").model == "rig"
+
+
+def test_a_link_to_a_model_is_named_and_not_what_it_links_to(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Since what the model includes lies beside the link."""
+    for folder in ("rig", "store", "out"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "store" / "abc").write_text("<mujoco/>")
+    (tmp_path / "rig" / "rig.xml").symlink_to("../store/abc")
+    monkeypatch.chdir(tmp_path)
+    time = np.array([0.0, 1.0])
+    one = Recording(name="a", model="rig/rig.xml", source="s", time=time, columns={})
+    write_recording(one, "out/a")
+    assert read_recording("out/a").model == "rig/rig.xml"
+
+
+def test_a_file_with_the_name_of_a_model_is_not_taken_for_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bench").write_text("not a model")
+    (tmp_path / "out").mkdir()
+    time = np.array([0.0, 1.0])
+    write_recording(Recording(name="a", model="bench", source="s", time=time, columns={}), "out/a")
+    assert read_recording("out/a").model == "bench"
+
+
+def test_one_model_by_several_paths_is_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "rig.xml").write_text("<mujoco/>")
+    (tmp_path / "link").symlink_to("a")
+    (tmp_path / "a" / "other.xml").symlink_to("rig.xml")
+    assert is_same_model("bench", "bench")
+    assert is_same_model("a/rig.xml", str(tmp_path / "a" / "rig.xml"))
+    assert is_same_model("a/rig.xml", "link/rig.xml")
+    for other in ("b/rig.xml", "a/other.xml", "bench", "a" * 5000, "\0"):
+        assert not is_same_model("a/rig.xml", other)

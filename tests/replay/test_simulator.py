@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.builders.bench import Bench, build_bench
-from tendon_mj.builders.load import load_model
+from tendon_mj.builders.load import load_model, model_path
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.recordings import Measured, Recording, Uncertain
 from tendon_mj.replay import replay_recording
@@ -347,3 +347,25 @@ def test_a_recording_that_there_is_not_is_refused_after_the_at_too():
             simulate([{f"sheath.friction @ {name}": 0.1}])
     with pytest.raises(RecordingError, match=r"write \[recording\]"):
         Simulator(RECORDINGS[0])  # type: ignore[arg-type]
+
+
+def test_an_element_that_is_named_like_a_recording_s_value_is_refused_so(tmp_path):
+    (tmp_path / "m.xml").write_text(
+        "<mujoco><worldbody><body><joint name='elbow @ left'/><geom size='1'/></body></worldbody>"
+        "<actuator><motor name='m' joint='elbow @ left'/></actuator></mujoco>"
+    )
+    time = np.array([0.0, 1e-2])
+    given = {"time": time, "columns": {"pull_Nm": time}, "drive": {"pull_Nm": "m"}}
+    one = Recording(name="r", model=str(tmp_path / "m.xml"), source="made up", **given)
+    with pytest.raises(InvalidValueError, match="' @ ' in a name stands before a recording"):
+        Simulator([one])([{"elbow @ left.damping": 0.1}])
+
+
+def test_recordings_of_one_model_by_several_paths_are_simulated_together(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = model_path("bench").read_text("utf-8")
+    (tmp_path / "bench.xml").write_text(text)
+    paths = ("bench.xml", str(tmp_path / "bench.xml"))
+    first, second = (bench_recording(0.1, model=path) for path in paths)
+    (answer,) = Simulator([first, second])([{}])
+    np.testing.assert_array_equal(answer[0]["input_tension_N"], answer[1]["input_tension_N"])

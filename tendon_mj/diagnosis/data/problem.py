@@ -113,7 +113,10 @@ class Problem:
     ) -> FloatArray:
         rows = []
         names = {recording.name for recording in self.recordings}
-        sets = [values_in(names, {**self.fixed, **values}) for values in parameter_sets]
+        sets = [
+            values_in(names, {**self.fixed, **values}, simulate.parameters)
+            for values in parameter_sets
+        ]
         answered = simulate(sets)
         check_answers(answered, len(parameter_sets), self.recordings, simulate)
         for answers in answered:

@@ -205,11 +205,12 @@ class Diagnosis:
         Before, only what was uncertain is fitted.
         """
         before = {name: self.before[name] for name in self.calibrated}
+        shown = self.held_out_recordings or self.recordings
+        names = [recording.name for recording in shown]
         own = [
-            {name: value for name, value in values.items() if recording_of(name)}
+            {name: value for name, value in values.items() if recording_of(name) in names}
             for values in (self.before, self.model)
         ]
-        shown = self.held_out_recordings or self.recordings
         return simulate_before_after(
             shown, self.simulator, {**before, **own[0]}, {**self.fitted, **own[1]}, progress
         )

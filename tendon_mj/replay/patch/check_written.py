@@ -62,4 +62,7 @@ def check_written(
 
 def _compare(path: Path, field: str, meant: NDArray[np.float64], got: NDArray[np.float64]) -> None:
     if not np.allclose(meant, got, rtol=_AGREE, atol=_AGREE):
-        raise TendonError(f"{path}: {field} of mjModel is not what was to be written")
+        hint = ""
+        if field in ("dof_damping", "jnt_stiffness"):
+            hint = "; a joint with springdamper has to be in the text, by a name: give it one"
+        raise TendonError(f"{path}: {field} of mjModel is not what was to be written{hint}")

@@ -27,7 +27,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.attach.mjcf import Mjcf, number, numbers, set_first
+from tendon_mj.attach.mjcf import Mjcf, check_suffix, number, numbers, set_first
 from tendon_mj.builders.load import load_model, load_spec, model_path
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.replay.live_parameters import CORRECTION, DRAWN_BEND, EXTRA_BEND, custom_numbers
@@ -68,11 +68,12 @@ def patch_model(
 
     Raises:
         UnknownNameError: no such model or parameter, or an interval of none that is given.
-        InvalidValueError: a value or an interval outside its range, or user data that other
-            numbers occupy.
+        InvalidValueError: a value or an interval outside its range, user data that other numbers
+            occupy, or a path that does not end in .xml.
         TendonError: an element that is not in the text, or the written file is not the model.
     """
     source, target, intervals = model_path(str(model)), Path(path), dict(intervals or {})
+    check_suffix(target)
     _check_intervals(parameters, intervals)
     adjustable = Adjustable(load_model(str(source)))
     adjustable.set(parameters)
