@@ -70,7 +70,7 @@ def test_a_user_s_passive_force_adds_to_ours():
     model, seen = arm(), []
 
     def damp(m, d):
-        seen.append(d.qfrc_passive.copy())
+        seen.append(d.qfrc_passive - d.qfrc_spring - d.qfrc_damper)
         d.qfrc_passive[:] -= 0.3 * d.qvel
 
     mujoco.set_mjcb_passive(damp)
