@@ -147,7 +147,7 @@ def column_of(name: str, unit: str, taken: set[str]) -> str:
     column = name if name.endswith(ending) else name + ending
     column = f"{name}_of_it{ending}" if unit_fault(column, si=True) else column
     if column in taken:
-        return column_of(f"another {name}", unit, taken)
+        return column_of(f"another_{name}", unit, taken)
     taken.add(column)
     return column
 

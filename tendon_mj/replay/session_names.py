@@ -25,15 +25,16 @@ def recording_of(name: str) -> str:
 def values_in(
     recordings: Collection[str], values: Mapping[str, float], parameters: Collection[str]
 ) -> dict[str, float]:
-    """The values but for those that parameters have in other recordings than these."""
-    return {
-        name: value
-        for name, value in values.items()
-        if _AT not in name
-        or recording_of(name) in recordings
-        or parameter_of(name)
-        not in parameters  # which is no name at all, and the simulator says so
-    }
+    """The values but for those that parameters have in other recordings than these.
+
+    What is no name of a parameter stays, for the simulator to refuse.
+    """
+
+    def holds(name: str) -> bool:
+        own = _AT in name and parameter_of(name) in parameters
+        return not own or recording_of(name) in recordings
+
+    return {name: value for name, value in values.items() if holds(name)}
 
 
 def values_for(recording: str, values: Mapping[str, float]) -> dict[str, float]:
