@@ -43,12 +43,12 @@ def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
         TendonError: a tendon that `attach` or `replicate` makes, which is not in the text; or the
             written file is not the model.
     """
-    check_suffix(path)
     text, before = Mjcf(source), mujoco.MjSpec.from_file(str(source))
     if not path.parent.is_dir() or path.is_dir():
         raise InvalidValueError(f"{path} must be a file in a folder that exists")
     if path.exists() and any(path.samefile(file) for file in files_of_model(source)):
         raise InvalidValueError(f"{path} is a file that {source} is made of: choose another")
+    check_suffix(path)
     _write_tendons(text, before, spec)
     _write_notes(text, before, spec)
     _write_instances(text, before, spec)
