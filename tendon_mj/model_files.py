@@ -18,19 +18,25 @@ _PLAIN = (stat.S_IFREG, stat.S_IFDIR, 0)  # kinds of files for which nothing wai
 _FOLDERS = ("meshdir", "texturedir", "assetdir")
 
 
-def check_model_files(path: Path) -> None:
+def check_model_files(path: Path) -> list[Path]:
     """Refuse a model that names a device or pipe, before MuJoCo opens it.
 
     What is no XML or is not there is left to MuJoCo, which says so.
 
+    Returns:
+        `files_of_model`.
+
     Raises:
         TendonError: names the model, the element and the file.
     """
+    files = [path]
     for tag, file in _named_files(path):
         if _kind(file) not in _PLAIN:
             raise TendonError(
                 f"{path}: <{tag}> names {file}, which is a device or pipe; give a file in its place"
             )
+        files.append(file)
+    return _there(files)
 
 
 def files_of_model(path: Path) -> list[Path]:
@@ -38,8 +44,11 @@ def files_of_model(path: Path) -> list[Path]:
 
     Empty where none is there, as for a name of the package's models.
     """
-    named = (file for _, file in _named_files(path))
-    return [file for file in (path, *named) if _kind(file) == stat.S_IFREG]
+    return _there([path, *(file for _, file in _named_files(path))])
+
+
+def _there(files: list[Path]) -> list[Path]:
+    return [file for file in files if _kind(file) == stat.S_IFREG]
 
 
 def _named_files(path: Path) -> Iterator[tuple[str, Path]]:

@@ -82,8 +82,7 @@ def load_spec(name: str, *, scene: bool = False, beside: Path | None = None) -> 
             made of a device or pipe, or copies a sheath in a `<replicate>`, where MuJoCo crashes.
     """
     path = model_path(name, scene=scene, beside=beside)
-    check_model_files(path)
-    check_replicated(path)
+    check_replicated(path, check_model_files(path))
     try:
         return mujoco.MjSpec.from_file(str(path))
     except ValueError as error:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable
 from pathlib import Path
 
 from tendon_mj.attach.mjcf import Element, Mjcf
 from tendon_mj.errors import TendonError
-from tendon_mj.model_files import files_of_model
 
 _OURS = "tendon_mj."  # begins the names of the plugins
 _ROOT = re.compile(rb"<mujoco[\s>]")  # and not of what is included
@@ -21,18 +20,22 @@ _REFERS = {  # attribute, or type of object → tag of what it names
 _MJCF = (".xml", ".mjcf")  # of models in a model, and of what they include
 
 
-def check_replicated(path: Path) -> None:
+def check_replicated(path: Path, files: Iterable[Path]) -> None:
     """Refuse a model in which MuJoCo would copy a reference to a sheath, before MuJoCo reads it.
 
     While it copies a sensor or an actuator that refers to a plugin instance by name, it goes
     through the list of instances to which it adds. It copies those whose object is copied, and
     sensors without an object always. What is no MJCF at all is left to MuJoCo, which says so.
 
+    Args:
+        path: MJCF file of the model.
+        files: that it is made of, see `files_of_model`.
+
     Raises:
         TendonError: names the model, the sensor or actuator, and what to write.
     """
-    files = [file for file in files_of_model(path) if file == path or file.suffix in _MJCF]
-    texts = {file: file.read_bytes() for file in files}
+    models = dict.fromkeys(file for file in files if file == path or file.suffix in _MJCF)
+    texts = {file: file.read_bytes() for file in models}
     together = b"".join(texts.values())
     if b"<replicate" not in together or _OURS.encode() not in together:
         return
@@ -46,12 +49,11 @@ def check_replicated(path: Path) -> None:
                 f"{error}; in a model with <replicate>, which MuJoCo may crash over where it copies"
                 " a sheath, the text has to be XML in UTF-8"
             ) from None
-        for fault in _copied(root):
-            raise TendonError(f"{file}: {fault}")
+        _check_copies(file, root)
 
 
-def _copied(root: Element) -> Iterator[str]:
-    """What is wrong with each sensor and actuator of our plugins that would be copied."""
+def _check_copies(file: Path, root: Element) -> None:
+    """Refuse a sensor or an actuator of our plugins that would be copied."""
     replicates = list(root.iter("replicate"))
     if not replicates:
         return
@@ -69,16 +71,16 @@ def _copied(root: Element) -> Iterator[str]:
         for element in root.iterfind(f"{kind}/plugin"):
             if element.get("instance") not in ours:
                 continue
-            where, both = f"{kind} {element.get('name', '')!r}", copied & _referred(element)
+            where, both = f"{file}: {kind} {element.get('name', '')!r}", copied & _referred(element)
             if kind == "sensor" and element.get("objname") is None:
-                yield (
+                raise TendonError(
                     f"{where} shows a sheath and has no object; MuJoCo copies such a sensor in each"
                     ' <replicate>, and crashes: give it objtype="tendon" and the tendon\'s name as'
                     " objname"
                 )
-            elif both:
+            if both:
                 tag, name = min(both)
-                yield (
+                raise TendonError(
                     f"{where} is on {tag} {name!r}, which a <replicate> copies with it;"
                     " MuJoCo may crash over the copies of its plugin instance: leave it out, give"
                     " the copies friction in Python, with tendon_mj.add_friction, and write them"

@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Mapping
-from fnmatch import fnmatchcase
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Annotated
 
-import mujoco
 import tyro
 
-from tendon_mj.attach import Parameters
-from tendon_mj.attach.tendon_choice import is_pattern
 from tendon_mj.builders.load import load_model
 from tendon_mj.cli.given_files import given_files
 from tendon_mj.cli.output import Output, console, print_warnings, progress_bar
 from tendon_mj.cli.values_of import ValuesOf, applied
 from tendon_mj.data_check import timing_warnings
-from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
+from tendon_mj.errors import InvalidValueError, RecordingError
 from tendon_mj.recordings.recording import Recording, read_recording, write_recording
 from tendon_mj.replay.engineering_units import quantity
+from tendon_mj.replay.grouped_names import matching
 from tendon_mj.replay.misfit import Misfit, replay_error
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.patch import read_intervals
@@ -73,10 +70,11 @@ def replay(
     kept = not described and bool(read_intervals(compiled) or values_of)
     stated = KEPT if kept else DESCRIBED
     variants: dict[str, dict[str, float]] = {stated: {}}
-    frictions = [name for name in _known(compiled) if name.endswith(".friction")]
+    known = Adjustable(copy.copy(compiled)).names()
+    frictions = [name for name in known if name.endswith(".friction")]
     if frictions:
         variants[WITHOUT] = dict.fromkeys(frictions, 0.0)
-    variants |= {text: _parse(text, compiled) for text in change}
+    variants |= {text: _parse(text, known) for text in change}
     simulated = {}
     with progress_bar() as progress:
         for k, (label, parameters) in enumerate(variants.items()):
@@ -106,10 +104,6 @@ def replay(
     return result
 
 
-def _known(model: mujoco.MjModel) -> list[str]:
-    return list(Parameters(model, mujoco.MjData(model)))
-
-
 def _conclusion(
     measured: Recording, errors: Mapping[str, Mapping[str, Misfit]], stated: str
 ) -> str:
@@ -130,11 +124,10 @@ def _rms(error: Misfit, column: str) -> str:
     return quantity(error.rmse, column_unit(column))
 
 
-def _parse(text: str, model: mujoco.MjModel) -> dict[str, float]:
+def _parse(text: str, known: Collection[str]) -> dict[str, float]:
     """Parameters of ``name=value,…``; a pattern means all that it matches; a plain name wins."""
     plain: dict[str, float] = {}
     wild: dict[str, float] = {}
-    known = Adjustable(copy.copy(model)).names()
     for part in text.split(","):
         name, equals, value = part.rpartition("=")
         try:
@@ -145,12 +138,8 @@ def _parse(text: str, model: mujoco.MjModel) -> dict[str, float]:
             raise InvalidValueError(f"--change {text!r}: {part!r} is not like name=value")
         if not math.isfinite(given):
             raise InvalidValueError(f"--change {text!r}: {part!r} is not finite; give a number")
-        name = name.strip()
-        by_pattern = is_pattern(name) and name not in known
-        chosen = wild if by_pattern else plain
-        names = [one for one in known if fnmatchcase(one, name)] if by_pattern else [name]
-        if not names:
-            raise UnknownNameError("parameter", name, known, f"--change {text!r}")
+        names = matching(name.strip(), known, f"--change {text!r}")
+        chosen = plain if names == [name.strip()] else wild
         for one in names:
             if chosen.setdefault(one, given) != given:
                 raise InvalidValueError(

@@ -14,8 +14,10 @@ Entry = TypeVar("Entry")
 _WILD = frozenset("*?[")
 
 
-def matching(name: str, names: Collection[str]) -> list[str]:
+def matching(name: str, names: Collection[str], where: str = "") -> list[str]:
     """Parameters that a name stands for: itself, or all that fit its `*`, `?` and `[…]`.
+
+    ``where`` begins the message of an error.
 
     Raises:
         UnknownNameError: wildcards that no parameter fits.
@@ -24,7 +26,7 @@ def matching(name: str, names: Collection[str]) -> list[str]:
         return [name]
     found = sorted(n for n in names if fnmatchcase(n, name))
     if not found:
-        raise UnknownNameError("parameter", name, names)
+        raise UnknownNameError("parameter", name, names, where)
     return found
 
 

@@ -237,13 +237,14 @@ class Simulator:
         recordings = {recording.name for recording in self.recordings}
         for row, asked in enumerate(parameter_sets):
             for name in map(str, asked):
-                if name in self.parameters and name != parameter_of(name):
+                parameter = parameter_of(name)
+                if name in self.parameters and name != parameter:
                     raise InvalidValueError(
                         f"{name}: ' @ ' in a name stands before a recording; rename the element"
                     )
-                if parameter_of(name) not in self.parameters:
+                if parameter not in self.parameters:
                     raise UnknownNameError("parameter", name, self.parameters)
-                if name != parameter_of(name) and recording_of(name) not in recordings:
+                if name != parameter and recording_of(name) not in recordings:
                     raise UnknownNameError("recording", recording_of(name), recordings, name)
             given = {name: as_number(name, value) for name, value in asked.items()}
             for k, described in enumerate(self._described):
