@@ -8,34 +8,43 @@
 | body that moves | mass [kg], with which its inertia grows in proportion |
 | actuator | gear; kp, kv of a position servo |
 | | command_scale [-], command_offset [of its control], command_delay [s] |
+| | slip [of its control] and slip_time [s], of one that takes a place |
 | sensor | scale [-], offset [of its reading], delay [s], lag [s], drift [of its reading per s] |
+| | efficiency and holding [-] of a gear, of T_in and of an actuator's force |
 | gravity | x, y, z [m/s²] |
 
 The commands of actuators and the parameters of sensors are the rig's:
 control(t) = scale × column(t − delay) + offset, and a column is what `Readout` makes of a reading.
+From its ``slip_time`` on, a control is more by its ``slip``, as where the cable slips on its drum.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Literal, NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import Final, Literal, NamedTuple
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.attach.keywords import as_number
+from tendon_mj.engine import sensor_kind, sheath_arrays, sheaths
 from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnknownNameError
 from tendon_mj.recordings.magnitude import excess
-from tendon_mj.replay.live_parameters import DRAWN_BEND, LiveParameters
+from tendon_mj.replay.live_parameters import DRAWN_BEND, LiveParameters, custom_numbers
 from tendon_mj.replay.muscle import ranges_of_gear
 from tendon_mj.replay.readout import Readout, stored_commands, stored_readouts
-from tendon_mj.replay.units import JOINT, UNKNOWN, live_unit, rate
+from tendon_mj.replay.units import JOINT, UNKNOWN, control_unit, live_unit, rate
 from tendon_mj.sheath.law import LAW, check_scales, check_static
 
 _OBJ, _JNT, _TRN = mujoco.mjtObj, mujoco.mjtJoint, mujoco.mjtTrn
 _Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
+GEAR: Final = ".gear"  # custom text of a model: efficiency and holding of a sensor's gear
+GEARED: Final = ("efficiency", "holding")
+SLIP: Final = ("slip", "slip_time")
+_PLACES = "m", "rad"  # units of a control that is a place
+_LEAST_EFFICIENCY = 1e-3
 
 Kind = Literal["live", "joint", "body", "actuator", "motor", "sensor", "gravity"]
 
@@ -74,17 +83,24 @@ class Adjustable:
 
     Attributes:
         model, data: ready to run, with what ``set`` was given.
-        commands: (nactuator, 3) scale, offset and delay, for who runs the model.
-        readings: (nsensor, 5) `Readout` of every sensor, for who runs the model.
+        commands: (nactuator, 5) scale, offset, delay, slip and its time, for who runs the model.
+        readings: (nsensor, 7) `Readout` of every sensor, for who runs the model.
+        geared: sensor of a load → the actuator that bears it, and the sense, 1 or −1, in which
+            the actuator's control moves as the load resists.
         live: those of sheaths and servos alone.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self.model = model
         self.data = mujoco.MjData(model)
-        self.commands = stored_commands(model)
-        self.readings = stored_readouts(model)
+        self.commands = np.hstack([stored_commands(model), np.zeros((model.nactuator, 2))])
         self.live = LiveParameters(model, self.data)
+        self.geared = dict(self._geared())
+        self.readings = np.hstack([stored_readouts(model), np.ones((model.nsensor, len(GEARED)))])
+        for sensor in self.geared:
+            text = mujoco.mj_name2id(model, _OBJ.mjOBJ_TEXT, model.sensor(sensor).name + GEAR)
+            if text >= 0:
+                self.readings[sensor, -len(GEARED) :] = custom_numbers(model, text, len(GEARED))
         self._entries = (
             self._joints() | self._bodies() | self._actuators() | self._sensors() | self._gravity()
         )
@@ -208,6 +224,9 @@ class Adjustable:
                 "command_offset": (UNKNOWN, [(self.commands, (k, 1), 1.0)], -math.inf),
                 "command_delay": ("s", [(self.commands, (k, 2), 1.0)], 0.0),
             }
+            if (unit := control_unit(m, k)) in _PLACES:
+                slots["slip"] = (unit, [(self.commands, (k, 3), 1.0)], -math.inf)
+                slots["slip_time"] = ("s", [(self.commands, (k, 4), 1.0)], -math.inf)
             if gain[k, 0] != 0.0 and gain[k, 0] == -bias[k, 1]:  # a position servo
                 slides = not self._turns(k)
                 places: list[_Place] = [(gain, (k, 0), 1.0), (bias, (k, 1), -1.0)]
@@ -244,15 +263,45 @@ class Adjustable:
             and m.actuator_plugin[actuator] < 0
         )
 
+    def _geared(self) -> Iterator[tuple[int, tuple[int, float]]]:
+        """Yield what ``geared`` holds: of sensors of T_in, and of actuators' forces."""
+        m, known = self.model, sheaths(self.model)
+        places = [k for k in range(m.nu) if control_unit(m, k) in _PLACES]
+        for sensor in range(m.nsensor):
+            seen = int(m.sensor_objid[sensor])
+            if m.sensor_type[sensor] == mujoco.mjtSensor.mjSENS_ACTUATORFRC.value:
+                if seen in places:
+                    yield sensor, (seen, 1.0)
+            elif known and sensor_kind(m, sensor) == "input_tension":
+                of = [s for s in known.items() if m.tendon(s[1].tendon).id == seen]
+                for sheath, found in of[:1]:
+                    state = sheath_arrays(m, self.data.plugin_state, sheath, found.state).state
+                    for k in places:
+                        sense = self._winding(k, state, seen)
+                        if sense:
+                            yield sensor, (k, sense)
+
+    def _winding(self, actuator: int, state: NDArray[np.void], tendon: int) -> float:
+        """Sense in which a control winds in the tendon of a sheath; 0 where it does not."""
+        m, turned, along = self.model, self._joint_of(actuator), float(self.model.actuator_gear[actuator, 0])
+        if actuator == int(state["reel_actuator"]):
+            return 1.0
+        if turned >= 0 and turned == int(state["reel_joint"]):
+            return float(np.sign(along * state["reel_radius"]))
+        pulls = m.actuator_trntype[actuator] == _TRN.mjTRN_TENDON.value
+        own = pulls and m.actuator_plugin[actuator] < 0 and m.actuator_trnid[actuator, 0] == tendon
+        return -float(np.sign(along)) if own else 0.0
+
     def _sensors(self) -> dict[str, _Entry]:
         found = {}
-        units = Readout("-", UNKNOWN, "s", "s", rate(UNKNOWN))  # type: ignore[arg-type]
+        units = Readout("-", UNKNOWN, "s", "s", rate(UNKNOWN), "-", "-")  # type: ignore[arg-type]
+        least = {"delay": 0.0, "lag": 0.0, "efficiency": _LEAST_EFFICIENCY, "holding": 0.0}
         for k in range(self.model.nsensor):
             name = mujoco.mj_id2name(self.model, _OBJ.mjOBJ_SENSOR, k)
             for column, parameter in enumerate(Readout._fields):
-                low = 0.0 if parameter in ("delay", "lag") else -math.inf
+                low = least.get(parameter, -math.inf)
                 places: list[_Place] = [(self.readings, (k, column), 1.0)]
-                if name:
+                if name and (parameter not in GEARED or k in self.geared):
                     entry = _Entry("sensor", str(units[column]), places, low)
                     found[f"{name}.{parameter}"] = entry
         return found

@@ -1,7 +1,11 @@
-"""Model of a sensor and its recorder: delay, lag, scale, drift and offset of a quantity.
+"""Model of a sensor and its recorder: gear, delay, lag, scale, drift and offset of a quantity.
 
-y = scale · x_f(t − delay) + drift · (t − t_0) + offset, with lag · dx_f/dt = x − x_f and t_0 the
+y = scale · x_f(t − delay) + drift · (t − t_0) + offset, with lag · dx_f/dt = x_g − x_f and t_0 the
 time of the first sample. Before it, x counts as what it was then.
+
+A reading behind a gear, as a motor's current is, has x_g = x η^{−s}: x/η while the motor winds in
+(s = 1) and x η while the load turns it back (s = −1). At rest the gear's friction bears part of
+the load, s = (1 − c) s_l − c with s_l of the last motion and c its ``holding``. Else x_g = x.
 
 MuJoCo's sensors have a delay of their own. It is not used here: it is a number of samples fixed
 when the model is compiled, so a replay's step and a fit's delay could not be chosen, it knows no
@@ -22,11 +26,47 @@ from tendon_mj.replay.clock import Clock
 
 FloatArray = NDArray[np.float64]
 
+USER_NUMBERS = 5  # of a `Readout`, that are user data of MJCF
+_STILL, _FASTEST_STILL = 1e-3, 0.1  # of the largest speed: between these a drive counts as at rest
+_NOISE = 4.0  # standard deviations of a speed that noise makes, likewise
+_GAUSS = 0.6744897501960817  # median |x| of a standard normal variable
+
+
+class Sense(NamedTuple):
+    """Sense in which a drive moves at every sample.
+
+    Attributes:
+        now: (n,) 1 winding in, −1 paying out, 0 at rest.
+        last: (n,) of the last motion, 1 or −1; before the first one the drive holds the load, −1.
+    """
+
+    now: FloatArray
+    last: FloatArray
+
+
+def sense_of(time: FloatArray, place: FloatArray) -> Sense:
+    """Sense of the motion of a drive whose ``place`` (n,) grows as it winds in.
+
+    Slower than a thousandth of its highest speed, or than its noise makes it, it is at rest. A
+    sample at a corner, between two senses, is at rest too.
+    """
+    ahead, behind = np.r_[place[1:], place[-1]], np.r_[place[0], place[:-1]]
+    elapsed = np.r_[time[1:], time[-1]] - np.r_[time[0], time[:-1]]
+    speed, step = (ahead - behind) / elapsed, float(np.median(elapsed))
+    jitter = float(np.median(np.abs(np.diff(place, 3)))) if place.size > 3 else 0.0
+    noise = jitter / _GAUSS / math.sqrt(20.0)  # as of `estimate_noise`, without rounding
+    fastest = float(np.abs(speed).max())
+    still = np.clip(_NOISE * math.sqrt(2.0) * noise / step, _STILL * fastest, _FASTEST_STILL * fastest)
+    now = np.where(np.abs(speed) > still, np.sign(speed), 0.0)
+    moved = np.maximum.accumulate(np.where(now != 0.0, np.arange(now.size), -1))
+    return Sense(now, np.where(moved < 0, -1.0, now[moved]))
+
 
 class Readout(NamedTuple):
-    """Numbers of one sensor, in the order in which MJCF holds them as the sensor's ``user`` data.
+    """Numbers of one sensor; the first five in the order of the sensor's ``user`` data in MJCF.
 
-    scale [-], offset [of the reading], delay and lag ≥ 0 [s], drift [of the reading per second].
+    scale [-], offset [of the reading], delay and lag ≥ 0 [s], drift [of the reading per second],
+    efficiency of a gear before it and its holding 0 … 1 [-].
     """
 
     scale: float = 1.0
@@ -34,9 +74,20 @@ class Readout(NamedTuple):
     delay: float = 0.0
     lag: float = 0.0
     drift: float = 0.0
+    efficiency: float = 1.0
+    holding: float = 1.0
 
-    def of(self, series: FloatArray, clock: Clock, time: FloatArray) -> FloatArray:
-        """(steps+1,) simulated on the clock's grid to (n,) as recorded at the sample times [s]."""
+    def of(
+        self, series: FloatArray, clock: Clock, time: FloatArray, sense: Sense | None = None
+    ) -> FloatArray:
+        """(steps+1,) simulated on the clock's grid to (n,) as recorded at the sample times [s].
+
+        ``sense`` is that of the drive behind the gear; without it no gear is.
+        """
+        if self.efficiency != 1.0 and sense is not None:
+            resting = (1.0 - self.holding) * sense.last - self.holding
+            state = np.interp(clock.time, time, np.where(sense.now != 0.0, sense.now, resting))
+            series = series * self.efficiency ** (-state * np.sign(series))
         if self.lag > 0.0:
             series = low_pass(series, clock.timestep, self.lag)
         samples = clock.sample(series, self.delay)
@@ -64,10 +115,9 @@ def low_pass(series: FloatArray, timestep: float, lag: float) -> FloatArray:
 
 def stored_readouts(model: mujoco.MjModel) -> FloatArray:
     """(nsensor, 5) from the sensors' user data; a row of zeros, or none, is a plain sensor's."""
-    size = len(Readout._fields)
-    rows = np.tile(np.array(Readout()), (model.nsensor, 1))
-    if model.nuser_sensor >= size:
-        given = model.sensor_user[:, :size]
+    rows = np.tile(np.array(Readout()[:USER_NUMBERS]), (model.nsensor, 1))
+    if model.nuser_sensor >= USER_NUMBERS:
+        given = model.sensor_user[:, :USER_NUMBERS]
         rows = np.where(given.any(axis=1)[:, None], given, rows)
     return rows
 

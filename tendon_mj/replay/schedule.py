@@ -15,7 +15,7 @@ from tendon_mj.replay.clock import make_clock
 from tendon_mj.replay.grouped_names import expand
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.patch import read_intervals
-from tendon_mj.replay.readout import Readout
+from tendon_mj.replay.readout import Readout, Sense, sense_of
 from tendon_mj.replay.units import column_unit, name_in, reading_unit
 
 _MOST_STEPS = 20_000_000  # some minutes
@@ -77,6 +77,7 @@ class Schedule:
             else np.interp(grid, recording.time, recording.columns[column])
             for column in recording.drive
         }
+        self._senses: dict[tuple[str, float], Sense] = {}
 
     @property
     def steps(self) -> int:
@@ -94,8 +95,11 @@ class Schedule:
         ramp = np.minimum(1.0, np.arange(1, self.lead + 1) / max(1, self.lead // 2))
         for column, name in self.recording.drive.items():
             actuator = adjustable.model.actuator(name).id
-            scale, offset, delay = adjustable.commands[actuator]
+            scale, offset, delay, slip, since = adjustable.commands[actuator]
             drive = scale * self._late(column, delay) + offset
+            if slip != 0.0:  # within the step before it
+                after = (self.clock.time - since) / self.clock.timestep
+                drive = drive + slip * np.clip(after + 1.0, 0.0, 1.0)
             slot = adjustable.model.actuator_ctrladr[actuator]
             control[: self.lead, slot] = ramp * drive[0]
             control[self.lead :, slot] = drive
@@ -114,10 +118,22 @@ class Schedule:
         time = self.recording.time
         return {
             column: Readout(*adjustable.readings[sensor].tolist()).of(
-                readings[self.lead :, address], self.clock, time
+                readings[self.lead :, address], self.clock, time, self._sense(adjustable, sensor)
             )
             for column, (sensor, address) in self.addresses.items()
         }
+
+    def _sense(self, adjustable: Adjustable, sensor: int) -> Sense | None:
+        """Sense of motion of the drive that bears what a sensor reads; None where none is driven."""
+        for actuator, sense in [adjustable.geared[sensor]] if sensor in adjustable.geared else []:
+            for column, name in self.recording.drive.items():
+                if name == adjustable.model.actuator(actuator).name:
+                    way = sense * float(np.sign(adjustable.commands[actuator, 0]))
+                    if (column, way) not in self._senses:
+                        place = way * self.recording.columns[column]
+                        self._senses[column, way] = sense_of(self.recording.time, place)
+                    return self._senses[column, way]
+        return None
 
     def when(self, step: int) -> str:
         """Time of a step, as text for a message."""
