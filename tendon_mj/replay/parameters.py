@@ -10,7 +10,7 @@
 | | command_scale [-], command_offset [of its control], command_delay [s] |
 | | slip [of its control] and slip_time [s], of one that takes a place |
 | sensor | scale [-], offset [of its reading], delay [s], lag [s], drift [of its reading per s] |
-| | efficiency and holding [-] of a gear, of T_in and of an actuator's force |
+| | efficiency, rest_in and rest_out [-] of a gear, of T_in and of an actuator's force |
 | gravity | x, y, z [m/s²] |
 
 The commands of actuators and the parameters of sensors are the rig's:
@@ -21,27 +21,28 @@ From its ``slip_time`` on, a control is more by its ``slip``, as where the cable
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Final, Literal, NamedTuple
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_mj.abi.library import C
 from tendon_mj.attach.keywords import as_number
 from tendon_mj.engine import sensor_kind, sheath_arrays, sheaths
 from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnknownNameError
 from tendon_mj.recordings.magnitude import excess
 from tendon_mj.replay.live_parameters import DRAWN_BEND, LiveParameters, custom_numbers
 from tendon_mj.replay.muscle import ranges_of_gear
-from tendon_mj.replay.readout import Readout, stored_commands, stored_readouts
+from tendon_mj.replay.readout import USER_NUMBERS, Readout, stored_commands, stored_readouts
 from tendon_mj.replay.units import JOINT, UNKNOWN, control_unit, live_unit, rate
 from tendon_mj.sheath.law import LAW, check_scales, check_static
 
 _OBJ, _JNT, _TRN = mujoco.mjtObj, mujoco.mjtJoint, mujoco.mjtTrn
 _Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
-GEAR: Final = ".gear"  # custom text of a model: efficiency and holding of a sensor's gear
-GEARED: Final = ("efficiency", "holding")
+GEAR: Final = ".gear"  # custom text of a model: the numbers of a sensor's gear
+GEARED: Final = ("efficiency", "rest_in", "rest_out")
 SLIP: Final = ("slip", "slip_time")
 _PLACES = "m", "rad"  # units of a control that is a place
 _LEAST_EFFICIENCY = 1e-3
@@ -84,9 +85,9 @@ class Adjustable:
     Attributes:
         model, data: ready to run, with what ``set`` was given.
         commands: (nactuator, 5) scale, offset, delay, slip and its time, for who runs the model.
-        readings: (nsensor, 7) `Readout` of every sensor, for who runs the model.
-        geared: sensor of a load → the actuator that bears it, and the sense, 1 or −1, in which
-            the actuator's control moves as the load resists.
+        readings: (nsensor, 8) `Readout` of every sensor, for who runs the model.
+        geared: sensor of a load → actuators that may bear it, and the sense, 1 or −1, in which
+            the control of each moves against the load.
         live: those of sheaths and servos alone.
     """
 
@@ -95,8 +96,9 @@ class Adjustable:
         self.data = mujoco.MjData(model)
         self.commands = np.hstack([stored_commands(model), np.zeros((model.nactuator, 2))])
         self.live = LiveParameters(model, self.data)
-        self.geared = dict(self._geared())
-        self.readings = np.hstack([stored_readouts(model), np.ones((model.nsensor, len(GEARED)))])
+        self.geared = self._geared()
+        gearless = np.tile(Readout()[USER_NUMBERS:], (model.nsensor, 1))
+        self.readings = np.hstack([stored_readouts(model), gearless])
         for sensor in self.geared:
             text = mujoco.mj_name2id(model, _OBJ.mjOBJ_TEXT, model.sensor(sensor).name + GEAR)
             if text >= 0:
@@ -263,39 +265,41 @@ class Adjustable:
             and m.actuator_plugin[actuator] < 0
         )
 
-    def _geared(self) -> Iterator[tuple[int, tuple[int, float]]]:
-        """Yield what ``geared`` holds: of sensors of T_in, and of actuators' forces."""
-        m, known = self.model, sheaths(self.model)
-        places = [k for k in range(m.nu) if control_unit(m, k) in _PLACES]
+    def _geared(self) -> dict[int, dict[int, float]]:
+        """Find what ``geared`` holds, of sensors of T_in and of actuators' forces."""
+        m, found = self.model, dict[int, dict[int, float]]()
+        places = [k for k in range(m.nactuator) if control_unit(m, k) in _PLACES]
+        states = [
+            sheath_arrays(m, self.data.plugin_state, name, sheath.state).state
+            for name, sheath in sheaths(m).items()
+        ]
         for sensor in range(m.nsensor):
-            seen = int(m.sensor_objid[sensor])
             if m.sensor_type[sensor] == mujoco.mjtSensor.mjSENS_ACTUATORFRC.value:
-                if seen in places:
-                    yield sensor, (seen, 1.0)
-            elif known and sensor_kind(m, sensor) == "input_tension":
-                of = [s for s in known.items() if m.tendon(s[1].tendon).id == seen]
-                for sheath, found in of[:1]:
-                    state = sheath_arrays(m, self.data.plugin_state, sheath, found.state).state
-                    for k in places:
-                        sense = self._winding(k, state, seen)
-                        if sense:
-                            yield sensor, (k, sense)
+                found[sensor] = {k: 1.0 for k in places if k == m.sensor_objid[sensor]}
+            elif states and sensor_kind(m, sensor) == "input_tension":
+                tendon = _shown_tendon(m, sensor)
+                for state in states:
+                    if tendon == int(state["tendon"]):
+                        senses = {k: self._winding(k, state) for k in places}
+                        found[sensor] = {k: sense for k, sense in senses.items() if sense}
+        return {sensor: by for sensor, by in found.items() if by}
 
-    def _winding(self, actuator: int, state: NDArray[np.void], tendon: int) -> float:
+    def _winding(self, actuator: int, state: NDArray[np.void]) -> float:
         """Sense in which a control winds in the tendon of a sheath; 0 where it does not."""
-        m, turned, along = self.model, self._joint_of(actuator), float(self.model.actuator_gear[actuator, 0])
+        m, joint, gear = self.model, self._joint_of(actuator), self.model.actuator_gear[actuator, 0]
         if actuator == int(state["reel_actuator"]):
             return 1.0
-        if turned >= 0 and turned == int(state["reel_joint"]):
-            return float(np.sign(along * state["reel_radius"]))
+        if joint >= 0 and joint == int(state["reel_joint"]):
+            return float(np.sign(gear * state["reel_radius"]))
         pulls = m.actuator_trntype[actuator] == _TRN.mjTRN_TENDON.value
-        own = pulls and m.actuator_plugin[actuator] < 0 and m.actuator_trnid[actuator, 0] == tendon
-        return -float(np.sign(along)) if own else 0.0
+        own = pulls and m.actuator_trnid[actuator, 0] == int(state["tendon"])
+        return -float(np.sign(gear)) if own and m.actuator_plugin[actuator] < 0 else 0.0
 
     def _sensors(self) -> dict[str, _Entry]:
         found = {}
-        units = Readout("-", UNKNOWN, "s", "s", rate(UNKNOWN), "-", "-")  # type: ignore[arg-type]
-        least = {"delay": 0.0, "lag": 0.0, "efficiency": _LEAST_EFFICIENCY, "holding": 0.0}
+        units = Readout("-", UNKNOWN, "s", "s", rate(UNKNOWN), "-", "-", "-")  # type: ignore[arg-type]
+        least = {"delay": 0.0, "lag": 0.0, "efficiency": _LEAST_EFFICIENCY}
+        least |= {"rest_in": -1.0, "rest_out": -1.0}
         for k in range(self.model.nsensor):
             name = mujoco.mj_id2name(self.model, _OBJ.mjOBJ_SENSOR, k)
             for column, parameter in enumerate(Readout._fields):
@@ -312,6 +316,15 @@ class Adjustable:
             f"gravity.{axis}": _Entry("gravity", "m/s²", [(gravity, k, 1.0)])
             for k, axis in enumerate("xyz")
         }
+
+
+def _shown_tendon(model: mujoco.MjModel, sensor: int) -> int:
+    """The tendon whose sheath a sensor shows, by its object or by what its instance names."""
+    if model.sensor_objtype[sensor] == _OBJ.mjOBJ_TENDON.value:
+        return int(model.sensor_objid[sensor])
+    instance = int(model.sensor_plugin[sensor])
+    written = C.mj_getPluginConfig(model._address, instance, b"tendon") or b""
+    return int(mujoco.mj_name2id(model, _OBJ.mjOBJ_TENDON, written.decode()))
 
 
 def _least(name: str) -> float:

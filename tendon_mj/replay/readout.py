@@ -4,8 +4,9 @@ y = scale · x_f(t − delay) + drift · (t − t_0) + offset, with lag · dx_f/
 time of the first sample. Before it, x counts as what it was then.
 
 A reading behind a gear, as a motor's current is, has x_g = x η^{−s}: x/η while the motor winds in
-(s = 1) and x η while the load turns it back (s = −1). At rest the gear's friction bears part of
-the load, s = (1 − c) s_l − c with s_l of the last motion and c its ``holding``. Else x_g = x.
+(s = 1) and x η while the load turns it back (s = −1). At rest the gear's friction bears more or
+less of the load, s = ``rest_in`` after winding in and s = ``rest_out`` after paying out, each from
+−1 to 1. Without a gear x_g = x.
 
 MuJoCo's sensors have a delay of their own. It is not used here: it is a number of samples fixed
 when the model is compiled, so a replay's step and a fit's delay could not be chosen, it knows no
@@ -37,7 +38,7 @@ class Sense(NamedTuple):
 
     Attributes:
         now: (n,) 1 winding in, −1 paying out, 0 at rest.
-        last: (n,) of the last motion, 1 or −1; before the first one the drive holds the load, −1.
+        last: (n,) of the last motion, 1 or −1; before the first one −1, as the drive holds.
     """
 
     now: FloatArray
@@ -56,7 +57,9 @@ def sense_of(time: FloatArray, place: FloatArray) -> Sense:
     jitter = float(np.median(np.abs(np.diff(place, 3)))) if place.size > 3 else 0.0
     noise = jitter / _GAUSS / math.sqrt(20.0)  # as of `estimate_noise`, without rounding
     fastest = float(np.abs(speed).max())
-    still = np.clip(_NOISE * math.sqrt(2.0) * noise / step, _STILL * fastest, _FASTEST_STILL * fastest)
+    still = np.clip(
+        _NOISE * math.sqrt(2.0) * noise / step, _STILL * fastest, _FASTEST_STILL * fastest
+    )
     now = np.where(np.abs(speed) > still, np.sign(speed), 0.0)
     moved = np.maximum.accumulate(np.where(now != 0.0, np.arange(now.size), -1))
     return Sense(now, np.where(moved < 0, -1.0, now[moved]))
@@ -66,7 +69,7 @@ class Readout(NamedTuple):
     """Numbers of one sensor; the first five in the order of the sensor's ``user`` data in MJCF.
 
     scale [-], offset [of the reading], delay and lag ≥ 0 [s], drift [of the reading per second],
-    efficiency of a gear before it and its holding 0 … 1 [-].
+    efficiency of a gear before it, and rest_in and rest_out −1 … 1 of it [-].
     """
 
     scale: float = 1.0
@@ -75,7 +78,8 @@ class Readout(NamedTuple):
     lag: float = 0.0
     drift: float = 0.0
     efficiency: float = 1.0
-    holding: float = 1.0
+    rest_in: float = -1.0
+    rest_out: float = -1.0
 
     def of(
         self, series: FloatArray, clock: Clock, time: FloatArray, sense: Sense | None = None
@@ -85,7 +89,7 @@ class Readout(NamedTuple):
         ``sense`` is that of the drive behind the gear; without it no gear is.
         """
         if self.efficiency != 1.0 and sense is not None:
-            resting = (1.0 - self.holding) * sense.last - self.holding
+            resting = np.where(sense.last > 0.0, self.rest_in, self.rest_out)
             state = np.interp(clock.time, time, np.where(sense.now != 0.0, sense.now, resting))
             series = series * self.efficiency ** (-state * np.sign(series))
         if self.lag > 0.0:

@@ -124,15 +124,16 @@ class Schedule:
         }
 
     def _sense(self, adjustable: Adjustable, sensor: int) -> Sense | None:
-        """Sense of motion of the drive that bears what a sensor reads; None where none is driven."""
-        for actuator, sense in [adjustable.geared[sensor]] if sensor in adjustable.geared else []:
-            for column, name in self.recording.drive.items():
-                if name == adjustable.model.actuator(actuator).name:
-                    way = sense * float(np.sign(adjustable.commands[actuator, 0]))
-                    if (column, way) not in self._senses:
-                        place = way * self.recording.columns[column]
-                        self._senses[column, way] = sense_of(self.recording.time, place)
-                    return self._senses[column, way]
+        """Sense of motion of the drive that bears what a sensor reads; None where it has none."""
+        bearing = adjustable.geared.get(sensor, {})
+        for column, name in self.recording.drive.items() if bearing else []:
+            actuator = adjustable.model.actuator(name).id
+            if actuator in bearing:
+                way = bearing[actuator] * float(np.sign(adjustable.commands[actuator, 0]))
+                if (column, way) not in self._senses:
+                    place = way * self.recording.columns[column]
+                    self._senses[column, way] = sense_of(self.recording.time, place)
+                return self._senses[column, way]
         return None
 
     def when(self, step: int) -> str:

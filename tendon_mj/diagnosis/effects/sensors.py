@@ -67,7 +67,8 @@ SENSORS: Final = (
         ),
         binding=on_sensors(
             ParameterSpecification("efficiency", "-", 0.3, 1.0, 0.05),
-            ParameterSpecification("holding", "-", 0.0, 1.0, 0.1),
+            ParameterSpecification("rest_in", "-", -1.0, 1.0, 0.1),
+            ParameterSpecification("rest_out", "-", -1.0, 1.0, 0.1),
             spans=False,
         ),
         absent=1.0,

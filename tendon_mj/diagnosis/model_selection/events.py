@@ -8,8 +8,9 @@ the residual,
     e(t_s) = (g_sᵀ P r)²/(g_sᵀ P g_s),    a = −g_sᵀ P r/(g_sᵀ P g_s),    P = 1 − Q Qᵀ.
 
 Friction forgets where the drive was before its last reversal, so that g_s is right but for the time
-until the next one. Events that promise enough are therefore simulated at several times about the
-best, ever closer, down to the interval between two samples, which no reading resolves further.
+until the next one. Events that promise enough are therefore simulated at times between samples
+about the best, ever closer, as how far the rig has come by the next sample may tell more of the
+time than the interval between two.
 """
 
 from __future__ import annotations
@@ -31,8 +32,9 @@ FloatArray = NDArray[np.float64]
 
 _PROBE = 0.02  # of the range of the drive
 _MOST = 2  # events that are simulated in one search
-_NEAR = 0.7  # of what the best time explains, to be simulated about it
-_TIMES = 8  # simulated in one pass
+_NEAR = 0.97  # of what the best time explains, to be simulated too
+_TIMES, _MOST_TIMES = 8, 24  # simulated between the best two samples, and about them
+_RESOLVED = 0.05  # of this interval, at which passes end
 _FEWEST = 5  # samples before and after an event
 _AS_GOOD = 4.0  # Δχ² of a time that is within the interval, over what is left in each residual
 _CLEARLY = 1.1  # times what a step of one reading's zero explains, for it to be an event
@@ -40,13 +42,19 @@ _CLEARLY = 1.1  # times what a step of one reading's zero explains, for it to be
 
 @dataclass(frozen=True, eq=False)
 class _Event:
-    """An event of one candidate in one recording, and the Δχ² that it explains."""
+    """An event of one candidate in one recording, and the Δχ² that it explains.
+
+    Attributes:
+        time: of it [s].
+        ends: between which it may be, by the scan [s].
+    """
 
     candidate: Candidate
     recording: int
-    sample: int  # first one after it
+    time: float
     size: float
     explained: float
+    ends: tuple[float, float]
 
 
 @suppress_unsolved_warnings()
@@ -110,7 +118,10 @@ class _Scan:
             [problem.recordings[k].time[problem.train[k]] for k, _, _ in problem.layout()]
         )
         self.column = np.concatenate(
-            [np.full(int(problem.train[k].sum()), j) for j, (k, _, _) in enumerate(problem.layout())]
+            [
+                np.full(int(problem.train[k].sum()), j)
+                for j, (k, _, _) in enumerate(problem.layout())
+            ]
         )
 
     def name(self, candidate: Candidate, recording: int, ending: str = "") -> str:
@@ -134,7 +145,11 @@ class _Scan:
         for k in range(len(recordings)):
             explained, sizes = self._explained(trace * (self.owner == k), k)
             best = int(np.argmax(explained))
-            found.append(_Event(candidate, k, best, float(sizes[best]), float(explained[best])))
+            top, time = float(explained[best]), recordings[k].time
+            near = np.flatnonzero(explained >= min(_NEAR * top, top - _AS_GOOD * self.left(top)))
+            ends = float(time[max(near[0] - 2, 0)]), float(time[min(near[-1] + 1, time.size - 1)])
+            when = float(0.5 * (time[max(best - 1, 0)] + time[best]))
+            found.append(_Event(candidate, k, when, float(sizes[best]), top, ends))
         return found
 
     def _range(self, candidate: Candidate) -> float:
@@ -171,66 +186,48 @@ class _Scan:
         alone = np.where(visible, alone, 1.0)
         return np.where(visible, along**2 / alone, 0.0), np.where(visible, -along / alone, 0.0)
 
+    def left(self, explained: float) -> float:
+        """Mean square of what is left of the residual, at least that of noise."""
+        return max(1.0, (float(self.residual @ self.residual) - explained) / self.residual.size)
+
     def locate(self, event: _Event) -> Candidate | None:
         """The candidate at the time that explains most, by simulations of it at several times."""
-        recording = self.problem.recordings[event.recording]
-        trace = self._trace(event, 0)
-        if trace is None:
-            return None
-        rough, _ = self._explained(trace, event.recording)
-        near = np.flatnonzero(rough > _NEAR * event.explained)
-        low, high = int(near.min(initial=event.sample)), int(near.max(initial=event.sample))
-        low, high = max(low - 2, 1), min(high + 2, recording.time.size - 1)
-        tried: dict[int, _Event] = {}
-        while True:
-            spread = np.unique(np.linspace(low, high, _TIMES).round().astype(int))
-            new = [int(sample) for sample in spread if int(sample) not in tried]
-            tried |= self._simulate(event, new)
+        interval = float(np.median(np.diff(self.problem.recordings[event.recording].time)))
+        around = np.linspace(
+            *event.ends, min(4 * round(np.ptp(event.ends) / interval), _MOST_TIMES)
+        )
+        tried, step = self._simulate(event, around.tolist()), interval
+        best = event
+        while step > _RESOLVED * interval:
+            ends = best.time - 0.5 * step, best.time + 0.5 * step
+            tried |= self._simulate(event, np.linspace(*ends, _TIMES).tolist())
             if not tried:
                 return None
             best = max(tried.values(), key=lambda one: one.explained)
-            event = replace(event, size=best.size)
-            if not new or high - low < _TIMES:
-                break
-            step = max(1, int(np.ceil((high - low) / (_TIMES - 1))))
-            low, high = max(best.sample - step, 1), min(best.sample + step, recording.time.size - 1)
+            step *= 2.0 / (_TIMES - 1)
         if best.explained < _CLEARLY * self._step_of_a_zero(event.recording):
             return None
-        return self._candidate(best, list(tried.values()))
+        return self._candidate(best, sorted(tried.values(), key=lambda one: one.time))
 
-    def _trace(self, event: _Event, sample: int) -> FloatArray | None:
-        """(m,) trace per size of an event before a sample, as at its size."""
-        made = self._simulated(event, [sample])
-        return made[0]
+    def _traces(self, event: _Event, times: Sequence[float]) -> list[FloatArray | None]:
+        """(m,) trace per size of an event at each time; None where its simulation failed."""
+        name, when = (self.name(event.candidate, event.recording, e) for e in ("", "_time"))
+        rows = self.problem.residuals([{**self.values, name: event.size, when: t} for t in times])
+        own, before = self.owner == event.recording, self.fitted.correction - self.fitted.residual
+        changes = [(row + before)[self.used] * own / event.size for row in rows]
+        return [change if np.isfinite(change).all() else None for change in changes]
 
-    def _simulated(self, event: _Event, samples: Sequence[int]) -> list[FloatArray | None]:
-        time = self.problem.recordings[event.recording].time
-        sets = [
-            {
-                **self.values,
-                self.name(event.candidate, event.recording): event.size,
-                self.name(event.candidate, event.recording, "_time"): _between(time, sample),
-            }
-            for sample in samples
-        ]
-        own = self.owner == event.recording
-        traces = list[FloatArray | None]()
-        for row in self.problem.residuals(sets) if sets else []:
-            change = (row + self.fitted.correction - self.fitted.residual)[self.used] * own
-            traces.append(change / event.size if np.isfinite(change).all() else None)
-        return traces
-
-    def _simulate(self, event: _Event, samples: Sequence[int]) -> dict[int, _Event]:
-        """Sample → the event before it, for those whose simulation did not fail."""
+    def _simulate(self, event: _Event, times: Sequence[float]) -> dict[float, _Event]:
+        """Time → the event there, for those whose simulation did not fail."""
         found = {}
-        for sample, trace in zip(samples, self._simulated(event, samples), strict=True):
+        for when, trace in zip(times, self._traces(event, times), strict=True):
             if trace is None:
                 continue
             free = trace - self.basis @ (self.basis.T @ trace)
             alone, along = float(free @ free), float(free @ self.residual)
-            if alone > 0.0:
-                found[sample] = replace(
-                    event, sample=sample, size=-along / alone, explained=along**2 / alone
+            if alone > 0.0 and along != 0.0:
+                found[when] = replace(
+                    event, time=when, size=-along / alone, explained=along**2 / alone
                 )
         return found
 
@@ -245,12 +242,12 @@ class _Scan:
     def _candidate(self, best: _Event, tried: Sequence[_Event]) -> Candidate:
         """Candidate of the best of several events, with an interval of its time."""
         recording, template = self.problem.recordings[best.recording], best.candidate
-        left = max(1.0, (float(self.residual @ self.residual) - best.explained) / self.used.sum())
-        alike = [t.sample for t in tried if best.explained - t.explained < _AS_GOOD * left]
+        least = best.explained - _AS_GOOD * self.left(best.explained)
+        alike = [one.explained > least for one in tried]
+        first, last = alike.index(True), len(alike) - 1 - alike[::-1].index(True)
+        ends = tried[max(first - 1, 0)].time, tried[min(last + 1, len(tried) - 1)].time
         span, (term,) = self._range(template), template.terms
         when = self.name(template, best.recording, "_time")
-        time = recording.time
-        ends = float(time[min(alike) - 1]), float(time[max(alike)])
         sign = 1.0 if best.size > 0.0 else -1.0
         located = replace(
             term,
@@ -258,12 +255,12 @@ class _Scan:
             low=min(0.0, sign * span),
             high=max(0.0, sign * span),
             probe=min(abs(best.size), span),
-            beside=((when, _between(time, best.sample), *ends),),
+            beside=((when, best.time, *ends),),
         )
         where = f"{template.where} in {recording.name}"
         return replace(template, where=where, terms=(located,))
 
 
-def _between(time: FloatArray, sample: int) -> float:
+def _before(time: FloatArray, sample: int) -> float:
     """Middle between a sample and the one before [s]."""
     return float(0.5 * (time[max(sample - 1, 0)] + time[sample]))

@@ -220,7 +220,8 @@ class Diagnosis:
         """Write the recordings' model with what was found and what the rig is known to have.
 
         What is known differently from recording to recording, was set anew for each, or happened in
-        one of them, as a slip, is left as the model has it. Where nothing is proven, it is the model with what is closest.
+        one of them, as a slip, is left as the model has it. Where nothing is proven, it is the
+        model with what is closest.
 
         Intervals that the data determine are in the file too, by which `replay_recording` knows
         not to let a recording's guesses overrule what was found.

@@ -61,7 +61,7 @@ def _event(candidate: Candidate, unit: str, after: Mapping[str, float]) -> str:
     first, ((when, _, low, high), *_) = candidate.terms[0].targets[0], candidate.terms[0].beside
     slipped = "the cable" if unit == "m" else "the cable or the drive"
     way = "let out" if after[first] < 0.0 else "drawn in"
-    digits = max(0, 1 - math.floor(math.log10(max(high - low, 1e-6))))
+    digits = min(max(0, 1 - math.floor(math.log10(max(high - low, 1e-3)))), 3)
     return (
         f"{slipped} slipped by {quantity(abs(after[first]), unit)} ({way}) at"
         f" {after[when]:.{digits}f} s of recording {candidate.recording!r}"

@@ -11,7 +11,7 @@
 | ``mass`` of a body | its ``<inertial>``, which is made where its geoms have the mass |
 | ``command_scale``, ``command_offset``, ``command_delay`` | ``user`` data, in this order |
 | ``scale`` … ``drift`` of a sensor | the sensor's ``user`` data, in the order of `Readout` |
-| ``efficiency``, ``holding`` of it | ``<custom><text name="<sensor>.gear" data="…"/>``, both |
+| ``efficiency``, ``rest_in`` … of it | ``<custom><text name="<sensor>.gear" data="…"/>``, all |
 | ``gravity.x`` … | ``<option gravity>`` |
 | a parameter's interval | ``<custom><text name="<parameter>.interval" data="<low> <high>"/>`` |
 """
