@@ -240,12 +240,15 @@ class _Scan:
         )
 
     def _candidate(self, best: _Event, tried: Sequence[_Event]) -> Candidate:
-        """Candidate of the best of several events, with an interval of its time."""
+        """Candidate of the best of events in the order of time, with an interval of that."""
         recording, template = self.problem.recordings[best.recording], best.candidate
         least = best.explained - _AS_GOOD * self.left(best.explained)
         alike = [one.explained > least for one in tried]
         first, last = alike.index(True), len(alike) - 1 - alike[::-1].index(True)
-        ends = tried[max(first - 1, 0)].time, tried[min(last + 1, len(tried) - 1)].time
+        early, late = tried[max(first - 1, 0)].time, tried[min(last + 1, len(tried) - 1)].time
+        time = recording.time  # a slip takes a while: no nearer than the samples about it
+        after = int(np.clip(np.searchsorted(time, best.time), 1, time.size - 1))
+        ends = min(early, float(time[after - 1])), max(late, float(time[after]))
         span, (term,) = self._range(template), template.terms
         when = self.name(template, best.recording, "_time")
         sign = 1.0 if best.size > 0.0 else -1.0
@@ -259,8 +262,3 @@ class _Scan:
         )
         where = f"{template.where} in {recording.name}"
         return replace(template, where=where, terms=(located,))
-
-
-def _before(time: FloatArray, sample: int) -> float:
-    """Middle between a sample and the one before [s]."""
-    return float(0.5 * (time[max(sample - 1, 0)] + time[sample]))
