@@ -299,7 +299,6 @@ class Adjustable:
         found = {}
         units = Readout("-", UNKNOWN, "s", "s", rate(UNKNOWN), "-", "-", "-")  # type: ignore[arg-type]
         least = {"delay": 0.0, "lag": 0.0, "efficiency": _LEAST_EFFICIENCY}
-        least |= {"rest_in": -1.0, "rest_out": -1.0}
         for k in range(self.model.nsensor):
             name = mujoco.mj_id2name(self.model, _OBJ.mjOBJ_SENSOR, k)
             for column, parameter in enumerate(Readout._fields):
