@@ -30,26 +30,35 @@ FloatArray = NDArray[np.float64]
 USER_NUMBERS = 5  # of a `Readout`, that are user data of MJCF
 _STILL, _FASTEST_STILL = 1e-3, 0.1  # of the largest speed: between these a drive counts as at rest
 _NOISE = 4.0  # standard deviations of a speed that noise makes, likewise
+_SAME = 1e-6  # of an interval: a time this near to a sample is that of it
 _GAUSS = 0.6744897501960817  # median |x| of a standard normal variable
 
 
 class Sense(NamedTuple):
-    """Sense in which a drive moves at every sample.
+    """Sense in which a drive moves, at its n samples and between them, 2n − 1 in the order of time.
 
     Attributes:
-        now: (n,) 1 winding in, −1 paying out, 0 at rest.
-        last: (n,) of the last motion, 1 or −1; before the first one −1, as the drive holds.
+        now: 1 winding in, −1 paying out, 0 at rest.
+        last: of the last motion, 1 or −1; before the first one −1, as the drive holds.
     """
 
     now: FloatArray
     last: FloatArray
 
+    def at(self, time: FloatArray, grid: FloatArray) -> Sense:
+        """The sense at times of a grid, from that at and between the samples at ``time`` (n,)."""
+        behind = np.clip(np.searchsorted(time, grid + _SAME * (grid[1] - grid[0])) - 1, 0, None)
+        behind = np.minimum(behind, time.size - 2)
+        shares = (grid - time[behind]) / (time[behind + 1] - time[behind])
+        places = 2 * behind + np.where(shares < _SAME, 0, np.where(shares > 1.0 - _SAME, 2, 1))
+        return Sense(self.now[places], self.last[places])
+
 
 def sense_of(time: FloatArray, place: FloatArray) -> Sense:
     """Sense of the motion of a drive whose ``place`` (n,) grows as it winds in.
 
-    Slower than a thousandth of its highest speed, or than its noise makes it, it is at rest. A
-    sample at a corner, between two senses, is at rest too.
+    Slower than a thousandth of its highest speed, or than its noise makes it, it is at rest. At a
+    corner the faster of two motions counts, and of equal ones neither.
     """
     ahead, behind = np.r_[place[1:], place[-1]], np.r_[place[0], place[:-1]]
     elapsed = np.r_[time[1:], time[-1]] - np.r_[time[0], time[:-1]]
@@ -57,10 +66,16 @@ def sense_of(time: FloatArray, place: FloatArray) -> Sense:
     jitter = float(np.median(np.abs(np.diff(place, 3)))) if place.size > 3 else 0.0
     noise = jitter / _GAUSS / math.sqrt(20.0)  # as of `estimate_noise`, without rounding
     fastest = float(np.abs(speed).max())
-    still = np.clip(
-        _NOISE * math.sqrt(2.0) * noise / step, _STILL * fastest, _FASTEST_STILL * fastest
-    )
-    now = np.where(np.abs(speed) > still, np.sign(speed), 0.0)
+    least = _NOISE * math.sqrt(2.0) * noise / step
+    still = float(np.clip(least, _STILL * fastest, _FASTEST_STILL * fastest))
+
+    def way(speeds: FloatArray) -> FloatArray:
+        return np.where(np.abs(speeds) > still, np.sign(speeds), 0.0)
+
+    now = np.empty(2 * place.size - 1)
+    now[::2] = way(speed)
+    between = way(np.diff(place) / np.diff(time))  # of twice the noise, so only at corners
+    now[1::2] = np.where(now[:-1:2] == now[2::2], now[:-1:2], between)
     moved = np.maximum.accumulate(np.where(now != 0.0, np.arange(now.size), -1))
     return Sense(now, np.where(moved < 0, -1.0, now[moved]))
 
@@ -89,8 +104,9 @@ class Readout(NamedTuple):
         ``sense`` is that of the drive behind the gear; without it no gear is.
         """
         if self.efficiency != 1.0 and sense is not None:
-            resting = np.where(sense.last > 0.0, self.rest_in, self.rest_out)
-            state = np.interp(clock.time, time, np.where(sense.now != 0.0, sense.now, resting))
+            now, last = sense.at(time, clock.time)
+            resting = np.where(last > 0.0, self.rest_in, self.rest_out)
+            state = np.where(now != 0.0, now, resting)
             series = series * self.efficiency ** (-state * np.sign(series))
         if self.lag > 0.0:
             series = low_pass(series, clock.timestep, self.lag)
