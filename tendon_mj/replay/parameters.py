@@ -8,14 +8,15 @@
 | body that moves | mass [kg], with which its inertia grows in proportion |
 | actuator | gear; kp, kv of a position servo |
 | | command_scale [-], command_offset [of its control], command_delay [s] |
-| | slip [of its control] and slip_time [s], of one that takes a place |
+| | slip [of its control], slip_time and slip_duration [s], of one that takes a place |
 | sensor | scale [-], offset [of its reading], delay [s], lag [s], drift [of its reading per s] |
 | | efficiency, rest_in and rest_out [-] of a gear, of T_in and of an actuator's force |
 | gravity | x, y, z [m/s²] |
 
 The commands of actuators and the parameters of sensors are the rig's:
 control(t) = scale × column(t − delay) + offset, and a column is what `Readout` makes of a reading.
-From its ``slip_time`` on, a control is more by its ``slip``, as where the cable slips on its drum.
+Over its ``slip_duration`` from its ``slip_time`` on, a control becomes more by its ``slip``, as
+where the cable slips on its drum.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ _OBJ, _JNT, _TRN = mujoco.mjtObj, mujoco.mjtJoint, mujoco.mjtTrn
 _Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
 GEAR: Final = ".gear"  # custom text of a model: the numbers of a sensor's gear
 GEARED: Final = ("efficiency", "rest_in", "rest_out")
-SLIP: Final = ("slip", "slip_time")
+SLIP: Final = ("slip", "slip_time", "slip_duration")
 _PLACES = "m", "rad"  # units of a control that is a place
 _LEAST_EFFICIENCY = 1e-3
 
@@ -84,7 +85,8 @@ class Adjustable:
 
     Attributes:
         model, data: ready to run, with what ``set`` was given.
-        commands: (nactuator, 5) scale, offset, delay, slip and its time, for who runs the model.
+        commands: (nactuator, 6) scale, offset, delay, slip, its time and its duration, for who
+            runs the model.
         readings: (nsensor, 8) `Readout` of every sensor, for who runs the model.
         geared: sensor of a load → actuators that may bear it, and the sense, 1 or −1, in which
             the control of each moves against the load.
@@ -94,7 +96,7 @@ class Adjustable:
     def __init__(self, model: mujoco.MjModel) -> None:
         self.model = model
         self.data = mujoco.MjData(model)
-        self.commands = np.hstack([stored_commands(model), np.zeros((model.nactuator, 2))])
+        self.commands = np.hstack([stored_commands(model), np.zeros((model.nactuator, len(SLIP)))])
         self.live = LiveParameters(model, self.data)
         self.geared = self._geared()
         gearless = np.tile(Readout()[USER_NUMBERS:], (model.nsensor, 1))
@@ -229,6 +231,7 @@ class Adjustable:
             if (unit := control_unit(m, k)) in _PLACES:
                 slots["slip"] = (unit, [(self.commands, (k, 3), 1.0)], -math.inf)
                 slots["slip_time"] = ("s", [(self.commands, (k, 4), 1.0)], -math.inf)
+                slots["slip_duration"] = ("s", [(self.commands, (k, 5), 1.0)], 0.0)
             if gain[k, 0] != 0.0 and gain[k, 0] == -bias[k, 1]:  # a position servo
                 slides = not self._turns(k)
                 places: list[_Place] = [(gain, (k, 0), 1.0), (bias, (k, 1), -1.0)]

@@ -95,11 +95,12 @@ class Schedule:
         ramp = np.minimum(1.0, np.arange(1, self.lead + 1) / max(1, self.lead // 2))
         for column, name in self.recording.drive.items():
             actuator = adjustable.model.actuator(name).id
-            scale, offset, delay, slip, since = adjustable.commands[actuator]
+            scale, offset, delay, slip, since, duration = adjustable.commands[actuator]
             drive = scale * self._late(column, delay) + offset
-            if slip != 0.0:  # within the step before it
-                after = (self.clock.time - since) / self.clock.timestep
-                drive = drive + slip * np.clip(after + 1.0, 0.0, 1.0)
+            if slip != 0.0:  # in no less than the step to its end
+                duration = max(duration, self.clock.timestep)
+                ends = since + adjustable.commands[actuator, 5]
+                drive = drive + slip * np.clip(1.0 + (self.clock.time - ends) / duration, 0.0, 1.0)
             slot = adjustable.model.actuator_ctrladr[actuator]
             control[: self.lead, slot] = ramp * drive[0]
             control[self.lead :, slot] = drive

@@ -53,9 +53,10 @@ def _gear(rng: np.random.Generator) -> HiddenEffect[ReferenceBench]:
 def _slip(rng: np.random.Generator) -> HiddenEffect[ReferenceBench]:
     recording, sign = int(rng.integers(2)), float(rng.choice([-1.0, 1.0]))
     when = float(rng.uniform(0.15, 0.85) * 0.5 * DURATION)
+    duration = float(np.exp(rng.uniform(*np.log([0.005, 0.05]))))
 
     def apply(bench: ReferenceBench, strength: float) -> ReferenceBench:
-        return dataclasses.replace(bench, slip=(recording, sign * strength, when))
+        return dataclasses.replace(bench, slip=(recording, sign * strength, when, duration))
 
     where = f"train_{recording + 1}"
     return HiddenEffect(

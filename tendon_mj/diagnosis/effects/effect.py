@@ -213,8 +213,9 @@ class Effect:
             searched.
         changes: parameter of its elements that it changes; it is no candidate where that is 0 on
             all of them. May be empty.
-        event: whether it happens once, in one recording: its first parameter is 0 before a time
-            that is its second, ``<parameter>_time``, which is searched for in the residual.
+        event: whether it happens once, in one recording: its parameter is 0 before the time
+            ``<parameter>_time`` and for the ``<parameter>_duration`` from there on rises to its
+            value. Both times are searched for in the residual.
 
     Raises:
         InvalidValueError: the identifier is empty.

@@ -1,4 +1,4 @@
-"""Time and size of events, such as a slip of the cable, from the residual that a fit leaves.
+"""Times and size of events, such as a slip of the cable, from the residual that a fit leaves.
 
 An event of size a at time t_s in one recording changes its residual from then on. For every t_s the
 reduction of χ² is computed from one simulation, in which the event is at the first sample: with g
@@ -9,8 +9,8 @@ the residual,
 
 Friction forgets where the drive was before its last reversal, so that g_s is right but for the time
 until the next one. Events that promise enough are therefore simulated at times between samples
-about the best, ever closer, as how far the rig has come by the next sample may tell more of the
-time than the interval between two.
+about the best, with several durations, ever closer: what is read while the cable slips, or while
+the rig comes to rest after it, may be many times the noise.
 """
 
 from __future__ import annotations
@@ -33,8 +33,14 @@ FloatArray = NDArray[np.float64]
 _PROBE = 0.02  # of the range of the drive
 _MOST = 2  # events that are simulated in one search
 _NEAR = 0.97  # of what the best time explains, to be simulated too
-_TIMES, _MOST_TIMES = 8, 24  # simulated between the best two samples, and about them
-_RESOLVED = 0.05  # of this interval, at which passes end
+# In intervals between two samples: begins, about that of the scan, and durations that are tried
+# first, and how near the last ones lie.
+_BEGINS, _DURATIONS, _RESOLVED = (
+    (-4.0, -2.0, -1.0, -0.4, 0.0, 0.4, 1.0),
+    (0.0, 1.0, 2.5, 6.0, 15.0),
+    0.05,
+)
+_MOST_TIMES = 8  # other begins, where the scan is not sure
 _FEWEST = 5  # samples before and after an event
 _AS_GOOD = 4.0  # Δχ² of a time that is within the interval, over what is left in each residual
 _CLEARLY = 1.1  # times what a step of one reading's zero explains, for it to be an event
@@ -45,7 +51,8 @@ class _Event:
     """An event of one candidate in one recording, and the Δχ² that it explains.
 
     Attributes:
-        time: of it [s].
+        time: at which it begins [s].
+        duration: [s].
         ends: between which it may be, by the scan [s].
     """
 
@@ -55,6 +62,7 @@ class _Event:
     size: float
     explained: float
     ends: tuple[float, float]
+    duration: float = 0.0
 
 
 @suppress_unsolved_warnings()
@@ -193,41 +201,47 @@ class _Scan:
     def locate(self, event: _Event) -> Candidate | None:
         """The candidate at the time that explains most, by simulations of it at several times."""
         interval = float(np.median(np.diff(self.problem.recordings[event.recording].time)))
-        around = np.linspace(
-            *event.ends, min(4 * round(np.ptp(event.ends) / interval), _MOST_TIMES)
-        )
-        tried, step = self._simulate(event, around.tolist()), interval
-        best = event
-        while step > _RESOLVED * interval:
-            ends = best.time - 0.5 * step, best.time + 0.5 * step
-            tried |= self._simulate(event, np.linspace(*ends, _TIMES).tolist())
-            if not tried:
-                return None
+        low, high = event.ends
+        count = int(min(2 * round((high - low) / interval), _MOST_TIMES))
+        begins = [event.time + share * interval for share in _BEGINS]
+        begins += np.linspace(low, high, count).tolist()
+        grid = [(when, share * interval) for when in begins for share in _DURATIONS]
+        tried, step = self._simulate(event, grid), 0.5 * interval
+        while tried and step > _RESOLVED * interval:
             best = max(tried.values(), key=lambda one: one.explained)
-            step *= 2.0 / (_TIMES - 1)
-        if best.explained < _CLEARLY * self._step_of_a_zero(event.recording):
+            moves = [(a * step, b * step) for a in (-1.0, -0.5, 0.0, 0.5, 1.0) for b in (-1, 0, 1)]
+            near = [(best.time + a, max(best.duration + b, 0.0)) for a, b in moves]
+            tried |= self._simulate(best, [at for at in dict.fromkeys(near) if at not in tried])
+            step *= 0.5
+        best = max(tried.values(), key=lambda one: one.explained, default=event)
+        if not tried or best.explained < _CLEARLY * self._step_of_a_zero(event.recording):
             return None
-        return self._candidate(best, sorted(tried.values(), key=lambda one: one.time))
+        return self._candidate(best, list(tried.values()))
 
-    def _traces(self, event: _Event, times: Sequence[float]) -> list[FloatArray | None]:
-        """(m,) trace per size of an event at each time; None where its simulation failed."""
-        name, when = (self.name(event.candidate, event.recording, e) for e in ("", "_time"))
-        rows = self.problem.residuals([{**self.values, name: event.size, when: t} for t in times])
+    def _simulate(
+        self, event: _Event, times: Sequence[tuple[float, float]]
+    ) -> dict[tuple[float, float], _Event]:
+        """Begin and duration → the event there, for those whose simulation did not fail."""
+        size, when, long = (
+            self.name(event.candidate, event.recording, e) for e in ("", "_time", "_duration")
+        )
+        sets = [
+            {**self.values, size: event.size, when: begin, long: duration}
+            for begin, duration in times
+        ]
         own, before = self.owner == event.recording, self.fitted.correction - self.fitted.residual
-        changes = [(row + before)[self.used] * own / event.size for row in rows]
-        return [change if np.isfinite(change).all() else None for change in changes]
-
-    def _simulate(self, event: _Event, times: Sequence[float]) -> dict[float, _Event]:
-        """Time → the event there, for those whose simulation did not fail."""
         found = {}
-        for when, trace in zip(times, self._traces(event, times), strict=True):
-            if trace is None:
-                continue
+        for at, row in zip(times, self.problem.residuals(sets), strict=True):
+            trace = (row + before)[self.used] * own / event.size
             free = trace - self.basis @ (self.basis.T @ trace)
             alone, along = float(free @ free), float(free @ self.residual)
-            if alone > 0.0 and along != 0.0:
-                found[when] = replace(
-                    event, time=when, size=-along / alone, explained=along**2 / alone
+            if np.isfinite(alone) and alone > 0.0 and along != 0.0:
+                found[at] = replace(
+                    event,
+                    time=at[0],
+                    duration=at[1],
+                    size=-along / alone,
+                    explained=along**2 / alone,
                 )
         return found
 
@@ -240,17 +254,19 @@ class _Scan:
         )
 
     def _candidate(self, best: _Event, tried: Sequence[_Event]) -> Candidate:
-        """Candidate of the best of events in the order of time, with an interval of that."""
+        """Candidate of the best of several events, with an interval of its time."""
         recording, template = self.problem.recordings[best.recording], best.candidate
         least = best.explained - _AS_GOOD * self.left(best.explained)
-        alike = [one.explained > least for one in tried]
-        first, last = alike.index(True), len(alike) - 1 - alike[::-1].index(True)
-        early, late = tried[max(first - 1, 0)].time, tried[min(last + 1, len(tried) - 1)].time
-        time = recording.time  # a slip takes a while: no nearer than the samples about it
-        after = int(np.clip(np.searchsorted(time, best.time), 1, time.size - 1))
-        ends = min(early, float(time[after - 1])), max(late, float(time[after]))
+        alike = [one for one in tried if one.explained > least]
+        begins, begin, time = [one.time for one in alike], best.time, recording.time
+        after = int(np.clip(np.searchsorted(time, begin), 1, time.size - 1))
+        early, late = float(time[after - 1]), float(time[after])  # no nearer than these
+        durations = [one.duration for one in alike]
+        times = begin, min(*begins, early), max(*begins, late)
+        ends = min(*durations, best.duration - late + early), best.duration + late - early
+        lasting = best.duration, max(ends[0], 0.0), max(*durations, ends[1])
         span, (term,) = self._range(template), template.terms
-        when = self.name(template, best.recording, "_time")
+        when, long = (self.name(template, best.recording, e) for e in ("_time", "_duration"))
         sign = 1.0 if best.size > 0.0 else -1.0
         located = replace(
             term,
@@ -258,7 +274,7 @@ class _Scan:
             low=min(0.0, sign * span),
             high=max(0.0, sign * span),
             probe=min(abs(best.size), span),
-            beside=((when, best.time, *ends),),
+            beside=((when, *times), (long, *lasting)),
         )
         where = f"{template.where} in {recording.name}"
         return replace(template, where=where, terms=(located,))
