@@ -66,6 +66,7 @@ class Finding:
         elsewhere: elements on which the data cannot tell the same effect from it.
         statement: what was found in words, with the value; see `state_finding`.
         parameter: name of the parameter that is its strength; the first, where it has several.
+        recording: the one that it happened in, of an event; else empty.
     """
 
     identifier: str
@@ -78,6 +79,7 @@ class Finding:
     elsewhere: tuple[str, ...] = ()
     statement: str = ""
     parameter: str = ""
+    recording: str = ""
 
 
 @dataclass(frozen=True, eq=False)

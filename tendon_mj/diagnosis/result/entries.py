@@ -50,6 +50,7 @@ def finding(
         kind="parameter" if candidate.in_model(before) else candidate.kind,
         statement=state_finding(effect, candidate, parameters, before, after),
         parameter=candidate.terms[0].targets[0],
+        recording=candidate.recording,
         confidence=selected.confidence,
         rivals=tuple(
             dict.fromkeys(r.identifier for r in rivals if r.identifier != effect.identifier)
