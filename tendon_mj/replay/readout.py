@@ -28,7 +28,7 @@ from tendon_mj.replay.clock import Clock
 FloatArray = NDArray[np.float64]
 
 USER_NUMBERS = 5  # of a `Readout`, that are user data of MJCF
-_STILL, _FASTEST_STILL = 1e-3, 0.1  # of the largest speed: between these a drive counts as at rest
+_STILL, _FASTEST_STILL = 1e-6, 0.1  # of the largest speed: between these a drive counts as at rest
 _NOISE = 4.0  # standard deviations of a speed that noise makes, likewise
 _SAME = 1e-6  # of an interval: a time this near to a sample is that of it
 _GAUSS = 0.6744897501960817  # median |x| of a standard normal variable
@@ -57,14 +57,14 @@ class Sense(NamedTuple):
 def sense_of(time: FloatArray, place: FloatArray) -> Sense:
     """Sense of the motion of a drive whose ``place`` (n,) grows as it winds in.
 
-    Slower than a thousandth of its highest speed, or than its noise makes it, it is at rest. At a
-    corner the faster of two motions counts, and of equal ones neither.
+    No faster than its noise makes it, it is at rest. At a corner the faster of two motions counts,
+    and of equal ones neither.
     """
     ahead, behind = np.r_[place[1:], place[-1]], np.r_[place[0], place[:-1]]
     elapsed = np.r_[time[1:], time[-1]] - np.r_[time[0], time[:-1]]
     speed, step = (ahead - behind) / elapsed, float(np.median(elapsed))
-    jitter = float(np.median(np.abs(np.diff(place, 3)))) if place.size > 3 else 0.0
-    noise = jitter / _GAUSS / math.sqrt(20.0)  # as of `estimate_noise`, without rounding
+    jitter = float(np.median(np.abs(np.diff(place, 5)))) if place.size > 5 else 0.0
+    noise = jitter / _GAUSS / math.sqrt(252.0)  # as of `estimate_noise`, without fast motion
     fastest = float(np.abs(speed).max())
     least = _NOISE * math.sqrt(2.0) * noise / step
     still = float(np.clip(least, _STILL * fastest, _FASTEST_STILL * fastest))

@@ -27,6 +27,8 @@ def meaning(diagnosis: Diagnosis) -> str:
     verdict = diagnosis.verdict
     if verdict == "nothing missing" and diagnosis.bars:
         return "The model explains the recordings down to what differs between sessions of the rig."
+    if verdict == "named" and all(found.recording for found in diagnosis.findings):
+        return "An event explains the error; the model lacks nothing else."
     if verdict == "named" and all(found.kind == "parameter" for found in diagnosis.findings):
         verdict = "parameter"
     return MEANING[verdict]
