@@ -10,16 +10,17 @@ from typing import Literal, NamedTuple, SupportsFloat, Unpack
 
 import mujoco
 
+from tendon_mj.attach.idlers import idlers
 from tendon_mj.attach.instance import add_instance
 from tendon_mj.attach.keywords import as_count, as_number, check_names, takes
 from tendon_mj.attach.names import SheathNames, TakenNames
 from tendon_mj.attach.sensor import Sensors, add_plugin_sensor, check_kinds
 from tendon_mj.attach.sheath_design import Design, Request, design_sheath
-from tendon_mj.attach.sheathed import actuators_by_tendon, sheaths_by_tendon
+from tendon_mj.attach.sheathed import actuators_by_tendon, force_on_tendon, sheaths_by_tendon
 from tendon_mj.attach.spool import Spool, SpoolDesign, add_spools, design_spool, spool_names
 from tendon_mj.attach.spring import keep_spring, spring_of
 from tendon_mj.attach.tendon_choice import Chosen, asks_for_several, check_spec, choose_tendons
-from tendon_mj.attach.tendon_path import limited_joints
+from tendon_mj.attach.tendon_path import idlers_are_possible, limited_joints
 from tendon_mj.engine import INPUT_ENDS, NAME
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError, UnsuitedTendonError
 from tendon_mj.sheath.law import LAW, OptionalParameters
@@ -65,8 +66,8 @@ def add_friction(
     Args:
         spec: changed in place and returned; not at all where the call is refused.
         tendon: name of a spatial tendon; several names; or a pattern with ``*``, ``?`` or ``[…]``.
-            A pattern leaves out tendons that run in a sheath or that nothing pulls, and names
-            tendons that have no name; a warning says which.
+            A pattern leaves out tendons that are fixed, run in a sheath or that nothing pulls, and
+            names tendons that have no name; a warning says which.
         <parameters>
         arc_guides: guides on each geom that a tendon may wrap around.
         inner_guides: guides at the input end, for bend that is not drawn (``extra_bend``), as of a
@@ -96,7 +97,8 @@ def add_friction(
             would not pull through a spool as before, such as a muscle.
 
     Warns:
-        TendonWarning: of tendons that were named, left out, or have nothing to rub on.
+        TendonWarning: of tendons that were named, left out, or have nothing to rub on; of actuators
+            that can push; of a side site that friction turns away from its tendon.
     """
     check_spec(spec)
     check_names(LAW, parameters, "add_friction")
@@ -142,6 +144,7 @@ def add_friction(
             f"none of the tendons that {_listed(tendon)} means can be given a sheath:"
             f" {_reasons(left_out)}"
         )
+    side_sites = _of_side_sites(spec, sheaths)  # before anything is changed, as it is compiled
     unnamed = [sheath.tendon_name for sheath in sheaths if not sheath.tendon.name]
     spools = {sheath.tendon_name: sheath.spool for sheath in sheaths if sheath.spool}
     joints = spool_names(spec, spools)
@@ -152,8 +155,8 @@ def add_friction(
         one = sheath.tendon_name
         given = taken.of_several(one, sensors) if several else taken.of_one(one, sensors, name)
         _add(spec, sheath, given, reel, joints.get(one), shown)
-    pulled = actuators_by_tendon(spec)
-    driven = [s for s in sheaths if s.design.is_driven and s.tendon_name in pulled]
+    pulling = actuators_by_tendon(spec)
+    driven = [s for s in sheaths if s.design.is_driven and s.tendon_name in pulling]
     _say(
         unnamed,
         left_out,
@@ -161,6 +164,8 @@ def add_friction(
         [
             *(design.warning for design in spools.values() if design.warning),
             *_of_limited_joints({s.tendon_name: limited_joints(s.tendon) for s in driven}),
+            *_of_pushes(driven, pulling),
+            *side_sites,
         ],
     )
     return spec
@@ -268,6 +273,41 @@ def _of_limited_joints(limited: Mapping[str, Sequence[str]]) -> list[str]:
         f"actuatorfrcrange of joint {joints} limits what actuators do there, and the sheath on "
         f"{_listed(limited)} rubs under their whole force: limit the tendon (its "
         "actuatorfrcrange) or the actuator (its forcerange) instead"
+    ]
+
+
+def _of_pushes(
+    driven: Sequence[_Sheath], pulling: Mapping[str, Sequence[mujoco.MjsActuator]]
+) -> list[str]:
+    """Warning of the driven tendons that an actuator can push, and of those that it cannot pull."""
+    forces = {
+        one.tendon_name: [force_on_tendon(a, one.tendon) for a in pulling[one.tendon_name]]
+        for one in driven
+    }
+    pushed = [name for name, ranges in forces.items() if max(high for _, high in ranges) > 0.0]
+    if not pushed:
+        return []
+    unpulled = [name for name in pushed if min(low for low, _ in forces[name]) >= 0.0]
+    never = f"; on {_listed(unpulled)} it can only push: turn its sign" if unpulled else ""
+    return [
+        f"a cable cannot push, and an actuator can on {_listed(pushed)}: a push (a force above 0) "
+        "passes the sheath without friction, and its input tension is 0 meanwhile. End the "
+        f"actuator's forcerange or ctrlrange at 0, and pull with a force below 0{never}"
+    ]
+
+
+def _of_side_sites(spec: mujoco.MjSpec, sheaths: Sequence[_Sheath]) -> list[str]:
+    """Warnings of the side sites that friction turns away from their tendon."""
+    if not any(idlers_are_possible(sheath.tendon) for sheath in sheaths):
+        return []
+    model, ids = spec.compile(), {sheath.tendon.id: sheath.tendon_name for sheath in sheaths}
+    return [
+        f"side site {model.site(idler.side_site).name!r} of tendon {ids[idler.tendon]!r} turns "
+        f"with geom {model.geom(idler.geom).name!r}, which friction turns on joint "
+        f"{model.joint(idler.joint).name!r}, and carries the tendon off the geom: put the side "
+        "site on the body that bears the joint"
+        for idler in idlers(model)
+        if idler.side_site >= 0 and idler.tendon in ids
     ]
 
 

@@ -17,6 +17,12 @@ from tendon_mj.attach.tendon_path import TendonPath, end_sites, guides_are_beyon
 from tendon_mj.errors import InvalidValueError, UnsuitedTendonError
 from tendon_mj.sheath.law import LAW, Law
 
+_RUB_UNBENT = ("extra_bend", "constant_friction", "viscous_friction")
+_FIXED = (
+    "is fixed, a sum of joint positions without a path that bends: draw it as a spatial tendon, "
+    "over sites or cylinders as far from the axis of each hinge as its coefficient [m] says; or, "
+    "for a loss that does not grow with the tension, give the tendon frictionloss [N]"
+)
 _UNBENT = "with nothing to bend over: give extra_bend [rad], or route it over more sites"
 _BEYOND = (
     "all of whose guides are on the body at which it ends, so that every joint feels its input "
@@ -97,9 +103,7 @@ def design_sheath(
     """
     path = path_of(tendon)
     if not path.is_spatial:
-        raise UnsuitedTendonError(
-            f"tendon {name!r} is a fixed one, over joints; a sheath needs a spatial one"
-        )
+        raise UnsuitedTendonError(f"tendon {name!r} {_FIXED}")
     if request.input_end == "last" and len(path.branches) > 1:
         raise UnsuitedTendonError(
             f"tendon {name!r} branches at a pulley, behind its site {end_sites(tendon)[0][1]!r}, "
@@ -156,14 +160,30 @@ def design_sheath(
         config["axial_stiffness"] = repr(stiffness)
     if pretension is not None:
         config["pretension"] = repr(pretension)
-    idle = ""
-    if path.bends() == 0 and not (inner and _rubs_unbent(law)):
-        idle = _UNBENT
-    elif only_inner and not is_driven and not request.is_wound_in:
-        idle = _HELD.format(request.input_end)
-    elif is_driven and not inner and guides_are_beyond(tendon, request.input_end):
-        idle = _BEYOND
+    idle = idle_reason(tendon, config, is_driven=is_driven, is_wound_in=request.is_wound_in)
     return Design(config | dict(request.ends), not is_driven, idle, is_driven)
+
+
+def idle_reason(
+    tendon: mujoco.MjsTendon, config: Mapping[str, str], *, is_driven: bool, is_wound_in: bool
+) -> str:
+    """Why friction of a sheath can do nothing, and the remedy; empty where it can.
+
+    Args:
+        tendon: of a spec.
+        config: of the sheath.
+        is_driven: whether an actuator or the tendon's own spring gives the input tension.
+        is_wound_in: whether a reel or a spool winds tendon in at the input.
+    """
+    inner, end = int(config.get("inner_guides", 0)), config.get("input_end", "first")
+    if path_of(tendon).bends() == 0:
+        if not (inner and any(float(config.get(key, 0.0)) > 0.0 for key in _RUB_UNBENT)):
+            return _UNBENT
+        if not is_driven and not is_wound_in:
+            return _HELD.format(end)
+    elif is_driven and not inner and guides_are_beyond(tendon, end):
+        return _BEYOND
+    return ""
 
 
 def _inner_guides(path: TendonPath, law: Law, asked: int | None) -> int:
@@ -181,7 +201,7 @@ def _inner_guides(path: TendonPath, law: Law, asked: int | None) -> int:
 
 def _rubs_unbent(law: Law) -> bool:
     """Whether there is friction at a guide at which the drawn path does not bend."""
-    return law.extra_bend > 0.0 or law.constant_friction > 0.0 or law.viscous_friction > 0.0
+    return any(getattr(law, key) > 0.0 for key in _RUB_UNBENT)
 
 
 def _law(request: Request, stiffness: float | None, pretension: float | None) -> Law:

@@ -88,11 +88,11 @@ def test_friction_can_be_taken_off_a_written_model_again(hand, tmp_path):
 def test_each_tendon_that_is_meant_has_a_row_of_what_was_done_to_it(hand, tmp_path):
     attached = attach_friction(str(hand), "*", tmp_path / "new.xml", friction=0.15)
     rows = {row.tendon: row for row in attached.rows}
-    assert set(rows) == {"flexor", "tendon_1", "loose"}
+    assert set(rows) == {"flexor", "tendon_1", "loose", "sum"}
     assert rows["flexor"].done == "sheath 'flexor_sheath' in place of its spring"
     assert rows["tendon_1"].done == "named, sheath 'tendon_1_sheath' in place of its spring"
-    assert rows["loose"].done == "left as it was"
-    assert [rows[t].drives for t in rows] == ["its spring", "its spring", "nothing"]
+    assert rows["loose"].done == rows["sum"].done == "left as it was"
+    assert [rows[t].drives for t in rows] == ["its spring", "its spring", "nothing", "nothing"]
     length = mujoco.MjModel.from_xml_string(HAND).tendon_length0[1]
     assert rows["tendon_1"].axial_stiffness == pytest.approx(20.0 * length)
     bend = math.atan2(0.1, 0.2 - 0.1234567890123)
@@ -105,6 +105,7 @@ def test_each_tendon_that_is_meant_has_a_row_of_what_was_done_to_it(hand, tmp_pa
     assert len(attached.said) == 2
     assert "now 'tendon_1'" in attached.said[0]
     assert "'loose': has no stiffness" in attached.said[1]
+    assert "'sum': is fixed" in attached.said[1]
 
 
 def test_bend_that_is_not_drawn_is_bend(hand, tmp_path):
@@ -119,7 +120,7 @@ def test_a_sheath_that_was_there_is_left_with_its_own_friction(hand, tmp_path):
     first, second = tmp_path / "first.xml", tmp_path / "second.xml"
     attach_friction(str(hand), "flexor", first, friction=0.5)
     attached = attach_friction(str(first), "*", second, friction=0.1)
-    flexor, other, _ = attached.rows
+    flexor, other, *_ = attached.rows
     assert (flexor.friction, flexor.done) == (0.5, "left in sheath 'sheath'")
     assert (other.friction, other.sheath) == (0.1, "tendon_1_sheath")
     assert len(sheaths(mujoco.MjModel.from_xml_path(str(second)))) == 2
