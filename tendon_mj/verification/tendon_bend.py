@@ -98,7 +98,7 @@ def sampled_poses(model: mujoco.MjModel) -> FloatArray:
     """
     rng = np.random.default_rng(0)
     alone, together = [model.qpos0], np.tile(model.qpos0, (2 * _POSES, 1))
-    for joint in map(int, np.flatnonzero(_is_swept(model))):
+    for joint in (j for j in range(model.njnt) if _is_swept(model, j)):
         where, ends, anywhere = _sweep(model, joint, rng)
         for end in ends:
             alone.append(model.qpos0.copy())
@@ -117,13 +117,14 @@ def sampled_poses(model: mujoco.MjModel) -> FloatArray:
 
 def unswept_joints(model: mujoco.MjModel) -> list[int]:
     """Ids of slides without a range and of free joints, the position of which has none."""
-    return list(np.flatnonzero(~_is_swept(model) | (model.jnt_type == _JOINT.mjJNT_FREE.value)))
+    is_free = model.jnt_type == _JOINT.mjJNT_FREE.value
+    return [joint for joint in range(model.njnt) if is_free[joint] or not _is_swept(model, joint)]
 
 
-def _is_swept(model: mujoco.MjModel) -> NDArray[np.bool_]:
-    """Which joints have a range, or turn."""
-    turns: NDArray[np.bool_] = model.jnt_type != _JOINT.mjJNT_SLIDE.value
-    return turns | (model.jnt_limited != 0)
+def _is_swept(model: mujoco.MjModel, joint: int) -> bool:
+    """Whether a joint has a range, or turns."""
+    is_slide = model.jnt_type[joint] == _JOINT.mjJNT_SLIDE.value
+    return bool(model.jnt_limited[joint]) or not is_slide
 
 
 def _sweep(
