@@ -87,11 +87,9 @@ def _errors(one: Checked) -> dict[str, Misfit]:
 
 def _say(one: Checked) -> None:
     for column, error in _errors(one).items():
-        share = error.share_of_range
-        of_range = f", {share:.1%} of its range" if math.isfinite(share) else ""
         console.print(
             f"{one.recording.name}: {one.recording.written(column)} rms error"
-            f" {quantity(error.rmse, column_unit(column))}{of_range}",
+            f" {quantity(error.rmse, column_unit(column))}{error.of_range}",
             soft_wrap=True,
         )
     print_warnings(one.warnings)
@@ -115,10 +113,9 @@ def _conclusion(checked: Sequence[Checked]) -> str:
     warnings, recordings = sum(len(one.warnings) for one in checked), len(checked)
     of = "1 recording" if recordings == 1 else f"{recordings} recordings"
     if not warnings:
-        off = max((e.share_of_range for one in checked for e in _errors(one).values()), default=0.0)
-        return (
-            f"Checked {of}: nothing looks wrong; the model is off by up to {off:.0%} of a column's"
-            " range. What remains is for tendon-mj diagnose."
-        )
+        shares = [e.share_of_range for one in checked for e in _errors(one).values()]
+        shares = [share for share in shares if math.isfinite(share)]
+        off = f"; the model is off by up to {max(shares):.0%} of a column's range" if shares else ""
+        return f"Checked {of}: nothing looks wrong{off}. What remains is for tendon-mj diagnose."
     said = "1 warning" if warnings == 1 else f"{warnings} warnings"
     return f"Checked {of}: {said}. A diagnosis would take such faults for properties of the rig."
