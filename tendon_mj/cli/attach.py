@@ -87,14 +87,8 @@ def attach(
             "shorter step",
             soft_wrap=True,
         )
-    for idler in (sentence for row in attached.rows for sentence in row.idlers):
-        console.print(idler, soft_wrap=True)
-    if attached.unswept:
-        console.print(
-            f"held as in qpos0, as they have no range: {', '.join(attached.unswept)}",
-            soft_wrap=True,
-        )
-    for said in attached.said:
+    idlers = [sentence for row in attached.rows for sentence in row.idlers]
+    for said in (*idlers, *attached.limits, *attached.said):
         console.print(said, soft_wrap=True)
     console.print(f"wrote {attached.path}", soft_wrap=True)
     console.print(_sentence(attached.rows), soft_wrap=True)
@@ -108,7 +102,7 @@ def _sentence(rows: Sequence[Row]) -> str:
     count = f"{len(sheathed)} of {len(rows)} tendons run in sheaths"
     slipping = [row for row in sheathed if row.acts and row.most_slid_bend > 0.0]
     if not slipping:
-        return f"{count}; friction takes nothing from their pull in the poses that were looked at."
+        return f"{count}; no joint feels sliding friction in the poses that were looked at."
     most = min(slipping, key=lambda row: row.least_transmission)
     return (
         f"{count}; {most.tendon} loses most by friction, {1.0 - most.transmission:.0%} of its "

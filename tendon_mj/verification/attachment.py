@@ -27,6 +27,7 @@ from tendon_mj.verification.tendon_bend import bend_at, sampled_poses, unswept_j
 
 FloatArray = NDArray[np.float64]
 _FREE = mujoco.mjtJoint.mjJNT_FREE.value
+_LOOPS = (mujoco.mjtEq.mjEQ_CONNECT.value, mujoco.mjtEq.mjEQ_WELD.value)
 
 
 class Row(NamedTuple):
@@ -94,13 +95,13 @@ class Attached(NamedTuple):
         path: of the file.
         rows: of the tendons that were asked for.
         said: what `add_friction` and `write_sheaths` warned of.
-        unswept: joints that move one of these tendons and have no range.
+        limits: of the poses in which bends were looked at, in sentences.
     """
 
     path: Path
     rows: tuple[Row, ...]
     said: tuple[str, ...]
-    unswept: tuple[str, ...]
+    limits: tuple[str, ...]
 
 
 def attach_friction(
@@ -192,7 +193,11 @@ def attach_friction(
                 most_bend=float(bend.max()),
                 slid_bend=float(slid_bend[0]),
                 most_slid_bend=float(slid_bend.max()),
-                idlers=tuple(_idler(before, i, name) for i in rolling if i.tendon == ids[k]),
+                idlers=tuple(
+                    _idler(before, idler, name, 1.0 - np.exp(-mu * (bend - slid_bend).max()))
+                    for idler in rolling
+                    if idler.tendon == ids[k]
+                ),
                 friction=mu,
                 axial_stiffness=float(stiffness) if stiffness else None,
                 largest_stiffness=limit,
@@ -210,7 +215,7 @@ def attach_friction(
         path,
         tuple(rows),
         tuple(one.removeprefix("add_friction: ") for one in said),
-        _unswept(before, ids),
+        _limits(before, ids),
     )
 
 
@@ -229,14 +234,15 @@ def _done(sheath: mujoco.MjsPlugin | None, was_there: bool, unnamed: bool, moved
     return f"{named}sheath {sheath.name!r}{' in place of its spring' if moved else ''}"
 
 
-def _idler(model: mujoco.MjModel, idler: Idler, tendon: str) -> str:
+def _idler(model: mujoco.MjModel, idler: Idler, tendon: str, most: float) -> str:
     """Sentence of a guide that turns with its tendon, and of what is lost there."""
     radius, dof = model.geom_size[idler.geom, 0], model.jnt_dofadr[idler.joint]
     dry, damping = model.dof_frictionloss[dof] / radius, model.dof_damping[dof] / radius**2
     return (
         f"{tendon} does not slip over geom {model.geom(idler.geom).name!r}, which turns with it on "
-        f"joint {model.joint(idler.joint).name!r}: of its tension only the bearing's torque over "
-        f"the radius is lost there, {dry:.3g} N and {damping:.3g} N s/m"
+        f"joint {model.joint(idler.joint).name!r}: it loses the bearing's torque over the radius "
+        f"there, {dry:.3g} N and {damping:.3g} N s/m, where that is less than {most:.0%} of its "
+        "tension"
     )
 
 
@@ -248,11 +254,11 @@ def _bends(
     return np.array([bend_at(model, data, qpos, tendons, without) for qpos in poses])
 
 
-def _unswept(model: mujoco.MjModel, tendons: list[int]) -> tuple[str, ...]:
-    """Names of joints that have no range to sweep and change the length of a tendon at `qpos0`."""
+def _limits(model: mujoco.MjModel, tendons: list[int]) -> tuple[str, ...]:
+    """Joints that are not swept, though they move one of the tendons, and loops that are torn."""
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
-    moving = []
+    still = []
     for joint in unswept_joints(model):
         first = int(model.jnt_dofadr[joint])
         for dof in range(first, first + (3 if model.jnt_type[joint] == _FREE else 1)):
@@ -260,6 +266,9 @@ def _unswept(model: mujoco.MjModel, tendons: list[int]) -> tuple[str, ...]:
             data.qvel[dof] = 1.0
             mujoco.mj_fwdVelocity(model, data)
             if data.ten_velocity[tendons].any():
-                moving.append(model.joint(joint).name or f"joint {joint}")
+                still.append(model.joint(joint).name or f"joint {joint}")
                 break
-    return tuple(moving)
+    sentences = [f"held as in qpos0, as they have no range: {', '.join(still)}"] if still else []
+    if (np.isin(model.eq_type, _LOOPS) & (model.eq_active0 != 0)).any():
+        sentences.append("the poses do not keep connect and weld constraints: bends may be less")
+    return tuple(sentences)
