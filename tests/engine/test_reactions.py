@@ -59,7 +59,8 @@ def arm(seed, path="", drive=""):
             )
     for name in ("wound", "paid_out"):
         spool = spec.worldbody.add_body(name=name)
-        spool.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, damping=[0.01, 0, 0])
+        joint = spool.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, armature=1e-3)
+        joint.damping[0], joint.stiffness[0] = 0.1, 10.0
         spool.add_geom(size=[0.01, 0, 0], mass=0.1, contype=0, conaffinity=0)
     if path:
         draw(spec, PATHS[path], drive)
@@ -86,7 +87,7 @@ def draw(spec, path, drive):
             name="pull", trntype=mujoco.mjtTrn.mjTRN_TENDON, target="tendon"
         )
         if drive == "muscle":
-            actuator.set_to_muscle(force=50.0)
+            actuator.set_to_muscle(tausmooth=0.0, force=50.0)
             actuator.lengthrange = [0.3, 0.7]
             actuator.ctrlrange, actuator.ctrllimited = [0, 1], 1
         else:
@@ -101,15 +102,7 @@ def draw(spec, path, drive):
         given |= {"reel_joint": "wound", "reel_radius": 0.01}
         given |= {"output_joint": "paid_out", "output_radius": -0.02}
     if drive == "equality":
-        other = spec.add_tendon(name="other")
-        other.wrap_site("a")
-        other.wrap_site("b3")
-        spec.add_equality(
-            type=mujoco.mjtEq.mjEQ_TENDON,
-            name1="tendon",
-            name2="other",
-            data=[-0.02, 0.5] + [0] * 9,
-        )
+        spec.add_equality(type=mujoco.mjtEq.mjEQ_TENDON, name1="tendon", data=[-0.02] + [0] * 11)
     if drive == "limit":
         tendon.limited, tendon.range = 1, [0.0, 0.1]
     add_friction(spec, "tendon", friction=0.2, name="sheath", **given)
@@ -167,9 +160,8 @@ def simulate(seed, path, drive, steps):
     model = arm(seed, path, drive).compile()
     data = mujoco.MjData(model)
     rng = np.random.default_rng(seed + 100)
-    data.qpos[:] += 0.0 if steps == 0 else 0.0
     goal = rng.uniform(0.3, 1.0) * (0.01 if drive == "reel" else 1.0)
-    for k in range(max(steps, 1)):
+    for k in range(steps):
         if model.nu:
             data.ctrl[0] = goal * min(1.0, k / 300)
         mujoco.mj_step(model, data)
@@ -194,10 +186,10 @@ def test_sensors_read_what_the_spans_pull(seed, path, drive, steps):
     model, data = simulate(seed, path, drive, steps)
     other = pulled_without_tendon(seed, model, data)
     view = view_sheath(model, data, "sheath")
-    assert view.input_tension > 0.5
+    assert view.input_tension > 0.1
     assert np.ptp(view.tension) > 1e-2  # friction acts
     largest = np.abs(data.sensordata).max()
-    acceleration = np.abs(other.qacc).max()
+    acceleration = max(1.0, np.abs(other.qacc).max())
     np.testing.assert_allclose(data.qacc, other.qacc, rtol=0, atol=1e-8 * acceleration)
     names = [f"{kind}{k}" for kind in ("force", "torque") for k in range(LINKS)]
     for name in names:
