@@ -1,12 +1,43 @@
-"""Axial stiffness and pretension equivalent to a tendon's own spring, for a sheath to take over."""
+"""A tendon's own spring as the elasticity of a cable, and what MuJoCo's constraints do to it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import mujoco
+import numpy as np
 
 from tendon_mj.errors import UnsuitedTendonError
+
+
+def has_spring(tendon: mujoco.MjsTendon) -> bool:
+    """Whether a tendon pulls of itself."""
+    return any(float(k) for k in tendon.stiffness)
+
+
+class Constraints(NamedTuple):
+    """Constraints of MuJoCo's that may act along a tendon.
+
+    Attributes:
+        equalities: names of the equalities in which it is.
+        longest: length at which its limit ends it [m]; None without a limit.
+    """
+
+    equalities: tuple[str, ...]
+    longest: float | None
+
+    def __str__(self) -> str:
+        said = [f"equality {name!r}" if name else "an equality" for name in self.equalities]
+        return " and ".join(said + ["its limit"] * (self.longest is not None))
+
+
+def constraints_on(model: mujoco.MjModel, tendon: int) -> Constraints:
+    """Constraints that may act along a tendon of a compiled model."""
+    pairs = np.column_stack([model.eq_obj1id, model.eq_obj2id])
+    on = (model.eq_type == mujoco.mjtEq.mjEQ_TENDON) & (pairs == tendon).any(axis=1)
+    longest = float(model.tendon_range[tendon, 1]) if model.tendon_limited[tendon] else None
+    return Constraints(tuple(model.equality(k).name for k in np.flatnonzero(on)), longest)
 
 
 def own_elasticity(

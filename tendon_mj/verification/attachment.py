@@ -12,11 +12,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_mj.attach.elasticity import has_spring, own_elasticity
 from tendon_mj.attach.friction import add_friction
 from tendon_mj.attach.idlers import Idler, idlers
 from tendon_mj.attach.sheath_design import idle_reason
 from tendon_mj.attach.sheathed import actuators_by_tendon, sheaths_by_tendon
-from tendon_mj.attach.spring import has_spring
 from tendon_mj.attach.tendon_choice import choose_tendons
 from tendon_mj.attach.tendon_path import end_sites
 from tendon_mj.attach.write import write_sheaths
@@ -177,12 +177,15 @@ def attach_friction(
         mu = float(config.get("friction", friction))
         at = [0, int(np.argmax(slid_bend))]
         stiffness = config.get("axial_stiffness")
-        moved = name in had_spring and "pretension" in config
+        moved = config.get("spring") == "cable"
+        if moved and not stiffness:
+            stiffness = own_elasticity(one.element, name, lambda: after)[0]
+        is_driven = not moved and "pretension" not in config
         on_it = pulling.get(name, [])
         idle = idle_reason(
             one.element,
             config,
-            is_driven="pretension" not in config,
+            is_driven=is_driven,
             is_wound_in="reel_joint" in config or any(a.plugin.active for a in on_it),
         )
         rows.append(
@@ -204,7 +207,11 @@ def attach_friction(
                 input=_input(one.element, config) if sheath else "",
                 drives=", ".join(a.name or f"actuator {a.id}" for a in on_it)
                 or ("its spring" if name in had_spring else "nothing"),
-                pull=worst_pull(after, ids[k], poses[at], np.exp(-mu * slid_bend[at])),
+                pull=(
+                    worst_pull(after, ids[k], poses[at], np.exp(-mu * slid_bend[at]))
+                    if is_driven
+                    else Pull(0.0, 0.0, math.inf)
+                ),
                 done=_done(sheath, name in sheathed, name in unnamed, moved),
                 sheath=sheath.name if sheath else "",
                 acts=bool(sheath) and not idle,
@@ -231,7 +238,7 @@ def _done(sheath: mujoco.MjsPlugin | None, was_there: bool, unnamed: bool, moved
     if was_there:
         return f"left in sheath {sheath.name!r}"
     named = "named, " if unnamed else ""
-    return f"{named}sheath {sheath.name!r}{' in place of its spring' if moved else ''}"
+    return f"{named}sheath {sheath.name!r}{', its spring as elasticity' if moved else ''}"
 
 
 def _idler(model: mujoco.MjModel, idler: Idler, tendon: str, most: float) -> str:
