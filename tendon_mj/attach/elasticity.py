@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import mujoco
-import numpy as np
 
 from tendon_mj.errors import UnsuitedTendonError
 
@@ -24,20 +23,28 @@ class Constraints(NamedTuple):
         longest: length at which its limit ends it [m]; None without a limit.
     """
 
-    equalities: tuple[str, ...]
-    longest: float | None
+    equalities: tuple[str, ...] = ()
+    longest: float | None = None
 
     def __str__(self) -> str:
         said = [f"equality {name!r}" if name else "an equality" for name in self.equalities]
         return " and ".join(said + ["its limit"] * (self.longest is not None))
 
 
-def constraints_on(model: mujoco.MjModel, tendon: int) -> Constraints:
-    """Constraints that may act along a tendon of a compiled model."""
-    pairs = np.column_stack([model.eq_obj1id, model.eq_obj2id])
-    on = (model.eq_type == mujoco.mjtEq.mjEQ_TENDON) & (pairs == tendon).any(axis=1)
-    longest = float(model.tendon_range[tendon, 1]) if model.tendon_limited[tendon] else None
-    return Constraints(tuple(model.equality(k).name for k in np.flatnonzero(on)), longest)
+def constraints_on(spec: mujoco.MjSpec, tendon: mujoco.MjsTendon) -> Constraints:
+    """Constraints that may act along a tendon of a spec."""
+    names = tuple(
+        equality.name
+        for equality in spec.equalities
+        if equality.type == mujoco.mjtEq.mjEQ_TENDON
+        and tendon.name in (equality.name1, equality.name2)
+    )
+    low, high = (float(x) for x in tendon.range)
+    limited = int(tendon.limited)
+    is_limited = limited == int(mujoco.mjtLimited.mjLIMITED_TRUE) or (
+        limited == int(mujoco.mjtLimited.mjLIMITED_AUTO) and low < high
+    )
+    return Constraints(names if tendon.name else (), high if is_limited else None)
 
 
 def own_elasticity(

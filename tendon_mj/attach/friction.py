@@ -10,6 +10,7 @@ from typing import Literal, NamedTuple, SupportsFloat, Unpack
 
 import mujoco
 
+from tendon_mj.attach.elasticity import constraints_on
 from tendon_mj.attach.idlers import idlers
 from tendon_mj.attach.instance import add_instance
 from tendon_mj.attach.keywords import as_count, as_number, check_names, takes
@@ -206,7 +207,8 @@ def _design(
                     f"tendon {name!r} already runs in sheath {sheathed[name].name!r}"
                 )
             pulling = actuators.get(name, [])
-            design = design_sheath(tendon, name, request, pulling, compiled)
+            constraints = constraints_on(spec, tendon)
+            design = design_sheath(tendon, name, request, pulling, constraints, compiled)
             spool = None
             if request.spool is not None:
                 stiffness = float(design.config["axial_stiffness"])

@@ -8,7 +8,7 @@ from typing import NamedTuple, SupportsFloat
 
 import mujoco
 
-from tendon_mj.attach.elasticity import constraints_on, has_spring, own_elasticity
+from tendon_mj.attach.elasticity import Constraints, has_spring, own_elasticity
 from tendon_mj.attach.keywords import as_number
 from tendon_mj.attach.sheathed import name_of
 from tendon_mj.attach.spool import Spool
@@ -38,6 +38,9 @@ _PASSING = (
     "pretension and slack out, so that it gives the input tension"
 )
 _SHORTER = "; its range lets the tendon be {:.3g} mm longer than the sheath does"
+
+
+_SAME = 1e-9  # relative, of two lengths
 
 
 class Request(NamedTuple):
@@ -89,6 +92,7 @@ def design_sheath(
     name: str,
     request: Request,
     actuators: Sequence[mujoco.MjsActuator],
+    constraints: Constraints,
     compiled: Callable[[], mujoco.MjModel],
 ) -> Design:
     """The sheath that a request means for a tendon.
@@ -104,6 +108,7 @@ def design_sheath(
         name: of the tendon, or the one that it will have.
         request: what is asked for.
         actuators: on the tendon.
+        constraints: that may act along it.
         compiled: returns the compiled spec.
 
     Raises:
@@ -146,7 +151,7 @@ def design_sheath(
         if has_spring(tendon):
             is_driven = may_be_driven and (only_inner or request.spring == "input")
         else:
-            is_driven = may_be_driven and bool(str(constraints_on(compiled(), tendon.id)))
+            is_driven = may_be_driven and constraints != Constraints()
         if request.law.get("slack") and pretension is None and not has_spring(tendon):
             pretension = 0.0
         if not is_driven and (stiffness is None or pretension is None):
@@ -178,12 +183,12 @@ def design_sheath(
     if pretension is not None:
         config["pretension"] = repr(pretension)
     idle = idle_reason(tendon, config, is_driven=is_driven, is_wound_in=request.is_wound_in)
-    constraints = None if is_driven else constraints_on(compiled(), tendon.id)
-    passing = _PASSING.format(constraints) if constraints and str(constraints) else ""
-    if constraints and constraints.longest and not is_cable:
+    passing = ""
+    if not is_driven and request.is_wound:  # whose limit is the end of its travel
+        constraints = constraints._replace(longest=None)
+    if not is_driven and constraints != Constraints():
         rest = float(compiled().tendon_length0[tendon.id]) + law.slack
-        if law.pretension == 0.0 and constraints.longest > rest * (1.0 + 1e-9):
-            passing += _SHORTER.format(1e3 * (constraints.longest - rest))
+        passing = _passing(constraints, rest)
     return Design(config | dict(request.ends), idle, passing, is_driven)
 
 
@@ -207,6 +212,13 @@ def idle_reason(
     elif is_driven and not inner and guides_are_beyond(tendon, end):
         return _BEYOND
     return ""
+
+
+def _passing(constraints: Constraints, rest: float) -> str:
+    """Warning of constraints past the sheath of a tendon whose unstretched length is ``rest``."""
+    if constraints.longest is None or constraints.longest <= rest * (1.0 + _SAME):
+        return _PASSING.format(constraints)
+    return _PASSING.format(constraints) + _SHORTER.format(1e3 * (constraints.longest - rest))
 
 
 def _inner_guides(path: TendonPath, law: Law, asked: int | None) -> int:

@@ -16,8 +16,8 @@ ARM = """<mujoco><option timestep=".001" integrator="{integrator}" gravity="0 0 
       <geom type="capsule" fromto="0 0 0 .08 0 0" size=".01" contype="0" conaffinity="0"/>
       <site name="e" pos=".04 0 .02"/>
   </body></body></worldbody>
-  <tendon><spatial name="band" stiffness="200" springlength="{length}"><site site="a"/><site site="b"/>
-    <site site="c"/><site site="d"/><site site="e"/></spatial></tendon>
+  <tendon><spatial name="band" stiffness="200" springlength="{length}"><site site="a"/>
+    <site site="b"/><site site="c"/><site site="d"/><site site="e"/></spatial></tendon>
   <sensor><tendonpos tendon="band"/></sensor></mujoco>"""
 
 

@@ -77,7 +77,7 @@ def draw(spec, path, drive):
     for name in path:
         if name[0] == "/":
             tendon.wrap_pulley(float(name[1:]))
-        elif name[0] in "ab" and name[:4] != "ball" or name[0] == "m":
+        elif (name[0] in "ab" and name[:4] != "ball") or name[0] == "m":
             tendon.wrap_site(name)
         else:
             tendon.wrap_geom(name, "")
