@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import mujoco
 
+from tendon_mj.attach.tendon_path import is_limited
 from tendon_mj.errors import UnsuitedTendonError
 
 
@@ -39,12 +40,8 @@ def constraints_on(spec: mujoco.MjSpec, tendon: mujoco.MjsTendon) -> Constraints
         if equality.type == mujoco.mjtEq.mjEQ_TENDON
         and tendon.name in (equality.name1, equality.name2)
     )
-    low, high = (float(x) for x in tendon.range)
-    limited = int(tendon.limited)
-    is_limited = limited == int(mujoco.mjtLimited.mjLIMITED_TRUE) or (
-        limited == int(mujoco.mjtLimited.mjLIMITED_AUTO) and low < high
-    )
-    return Constraints(names if tendon.name else (), high if is_limited else None)
+    longest = float(tendon.range[1]) if is_limited(tendon.limited, tendon.range) else None
+    return Constraints(names if tendon.name else (), longest)
 
 
 def own_elasticity(

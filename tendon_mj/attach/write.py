@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from tendon_mj.attach.mjcf import Element, Mjcf, check_suffix
+from tendon_mj.attach.sheathed import sheaths_by_tendon
 from tendon_mj.engine import NAME
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.model_files import files_of_model
@@ -66,11 +67,12 @@ def _section(text: Mjcf, tag: str) -> Element:
 
 
 def _write_tendons(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
-    """Names of the tendons that had none."""
+    """Names of the tendons that had none; each with a new sheath has to be there."""
+    sheathed = sheaths_by_tendon(spec).keys() - sheaths_by_tendon(before).keys()
     written = [e for part in text.root.findall("tendon") for e in part if _is_tendon(e)]
     by_name = {e.get("name"): e for e in written if e.get("name")}
     for k, (old, new) in enumerate(zip(before.tendons, spec.tendons, strict=True)):
-        if new.name == old.name:
+        if new.name not in sheathed:
             continue
         element = by_name.get(old.name)
         if not old.name and len(written) == len(before.tendons):

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.attach.elasticity import has_spring, own_elasticity
+from tendon_mj.attach.elasticity import constraints_on, has_spring, own_elasticity
 from tendon_mj.attach.friction import add_friction
 from tendon_mj.attach.idlers import Idler, idlers
 from tendon_mj.attach.sheath_design import idle_reason
@@ -206,7 +206,9 @@ def attach_friction(
                 largest_stiffness=limit,
                 input=_input(one.element, config) if sheath else "",
                 drives=", ".join(a.name or f"actuator {a.id}" for a in on_it)
-                or ("its spring" if name in had_spring else "nothing"),
+                or ("its spring" if name in had_spring else "")
+                or str(constraints_on(spec, one.element))
+                or "nothing",
                 pull=(
                     worst_pull(after, ids[k], poses[at], np.exp(-mu * slid_bend[at]))
                     if is_driven

@@ -91,8 +91,8 @@ def test_each_tendon_that_is_meant_has_a_row_of_what_was_done_to_it(hand, tmp_pa
     attached = attach_friction(str(hand), "*", tmp_path / "new.xml", friction=0.15)
     rows = {row.tendon: row for row in attached.rows}
     assert set(rows) == {"flexor", "tendon_1", "loose", "sum"}
-    assert rows["flexor"].done == "sheath 'flexor_sheath' in place of its spring"
-    assert rows["tendon_1"].done == "named, sheath 'tendon_1_sheath' in place of its spring"
+    assert rows["flexor"].done == "sheath 'flexor_sheath', its spring as elasticity"
+    assert rows["tendon_1"].done == "named, sheath 'tendon_1_sheath', its spring as elasticity"
     assert rows["loose"].done == rows["sum"].done == "left as it was"
     assert [rows[t].drives for t in rows] == ["its spring", "its spring", "nothing", "nothing"]
     length = mujoco.MjModel.from_xml_string(HAND).tendon_length0[1]
@@ -139,6 +139,12 @@ def test_friction_that_joints_do_not_feel_is_no_loss(tmp_path):
     *_, last = capture.get().splitlines()
     assert "can do nothing on 't'" in capture.get()
     assert "%" not in last
+
+
+def test_a_limit_that_pulls_is_the_drive(hand, tmp_path):
+    hand.write_text(HAND.replace('name="loose"', 'name="loose" range="0 .25"'))
+    rows = attach_friction(str(hand), "loose", tmp_path / "new.xml", friction=0.1).rows
+    assert [row.drives for row in rows] == ["its limit"]
 
 
 def test_poses_that_tear_a_loop_are_said_to(hand, tmp_path):
