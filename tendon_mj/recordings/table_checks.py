@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +16,31 @@ from tendon_mj.recordings.units import si_name, unit_fault
 
 FloatArray = NDArray[np.float64]
 
+Cells = dict[str, NDArray[Any]]
+
 TIME = "time_s"
 TIMES = (TIME, "time_ms", "time_us", "time_ns")  # as a file may have it
+
+
+@dataclass(frozen=True)
+class OpenTable:
+    """A table of which the names are read, and its cells not yet.
+
+    Attributes:
+        names: of its columns, in order.
+        has: whether a column can be read: one of these, or a part of one.
+        first: row of its first values.
+        read: (column → whether it is needed, the clock) → columns, each (n,), and faults of their
+            cells. Columns are float64 with NaN for an empty cell; the clock may be of integers,
+            dates or texts. Those that are not needed are left out where they hold no numbers.
+        sample: column → a value as text, of some columns.
+    """
+
+    names: list[str]
+    has: Callable[[str], bool]
+    first: int
+    read: Callable[[Mapping[str, bool], str], tuple[Cells, list[str]]]
+    sample: Mapping[str, str]
 
 
 def check_names(
@@ -37,18 +62,21 @@ def check_names(
         if position == 1 and name not in (TIMES[:1] if si else TIMES):
             hint = f" (it is column {names.index(TIME) + 1})" if TIME in names else ""
             raise RecordingError(
-                f"{here}: the first column is {TIME!r}{hint}, not {name!r}{_way_out(name)}"
+                f"{here}: the first column is {TIME!r}{hint}, not {name!r}{way_out(name)}"
             )
-        if name != name.strip() or not name.isprintable() or {",", '"'} & set(name):
-            raise RecordingError(
-                f"{here}: {name!r} is no column name; write a word such as 'tension_N', unquoted"
-            )
-        fault = unit_fault(name, si=si, elements=elements)
-        if fault:
-            raise RecordingError(f"{here}: {name!r} {fault}")
+        if fault := name_fault(name, si=si, elements=elements):
+            raise RecordingError(f"{here}: {fault}")
 
 
-def _way_out(name: str) -> str:
+def name_fault(name: str, *, si: bool = False, elements: Collection[str] = ()) -> str:
+    """What is wrong with a column's name; empty if nothing."""
+    if name != name.strip() or not name.isprintable() or {",", '"'} & set(name):
+        return f"{name!r} is no column name; write a word such as 'tension_N', unquoted"
+    fault = unit_fault(name, si=si, elements=elements)
+    return f"{name!r} {fault}" if fault else ""
+
+
+def way_out(name: str) -> str:
     """What to do where a first column is nearly one of times."""
     bare = name.strip("\"'")
     if bare != name and bare in TIMES:
@@ -124,6 +152,12 @@ def in_si(table: Mapping[str, FloatArray], where: str) -> dict[str, FloatArray]:
     if not (np.diff(converted[TIME]) > 0.0).all():
         raise RecordingError(f"{where}, column {before[TIME]!r}: times too close in seconds")
     return converted
+
+
+def and_more(count: int) -> str:
+    """How many rows there are beside the first one."""
+    others = count - 1
+    return f" (and {others} more row{'s' if others > 1 else ''})" if others > 0 else ""
 
 
 def too_few_rows(count: int, where: str) -> str:

@@ -35,7 +35,6 @@ _IN_PINT = {
     "lbf": "pound_force",
 }
 _TORQUE = re.compile(r"([umk]?N|k?gf)([cm]?m)")
-# the unit that a name claims, compound ones whole: `rate_deg_per_s` must not pass as seconds
 # words that stand for units in exports of others
 _WORDS = {
     "_degrees": "_deg",
@@ -51,6 +50,7 @@ _WORDS = {
     "_millimeters": "_mm",
     "_millimetres": "_mm",
 }
+# the unit that a name claims, compound ones whole: `rate_deg_per_s` must not pass as seconds
 _CLAIMED = re.compile(r"(?:(?:^|_)[^_]+_per)?_[^_]+$")
 
 
@@ -105,6 +105,16 @@ def unit_fault(column: str, *, si: bool, elements: Collection[str] = ()) -> str:
             f" {', '.join(UNITS)}"
         )
     return ""
+
+
+def proposed_name(column: str) -> str:
+    """A name for a column of another program: its unit as it is spelt here, or ``UNIT`` for it."""
+    stem = re.sub(r"[^0-9A-Za-z]+", "_", column).strip("_")
+    ending = claimed_unit(stem)
+    spelt = {unit.lower(): unit for unit in reversed(unit_factors())} | _WORDS
+    if ending != stem and ending.lower() in spelt:
+        return stem.removesuffix(ending) + spelt[ending.lower()]
+    return f"{stem}_UNIT"
 
 
 def _nearest(ending: str, allowed: tuple[str, ...]) -> str:
