@@ -6,7 +6,8 @@ import json
 import re
 import warnings
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from typing import Any, NamedTuple
 
@@ -18,6 +19,7 @@ from tendon_mj.errors import RecordingError, TendonWarning, unknown
 from tendon_mj.recordings.description import Layout, Source
 from tendon_mj.recordings.magnitude import LARGEST, excess
 from tendon_mj.recordings.table_checks import (
+    A_DATE,
     TIME,
     TIMES,
     FloatArray,
@@ -27,12 +29,13 @@ from tendon_mj.recordings.table_checks import (
     too_few_rows,
     way_out,
 )
-from tendon_mj.recordings.units import claimed_unit, proposed_name, si_name
+from tendon_mj.recordings.units import claimed_unit, proposed_name, si_name, unit_factors
 
 Series = tuple[NDArray[Any], FloatArray]  # times, and values at them
 
 _SPARSE = 0.5  # share of complete rows below which a row is a message of one source
 _LONG = 10.0  # times the usual interval: over such a gap values are not interpolated in silence
+_COARSE = 0.05  # share of equal times from which the clock is coarse, and none a row that is double
 _SINCE_1970 = 1e8  # [s]: a date, and not a stopwatch
 _CLOCK = re.compile(r"(.*[\W_])?(time|t|stamp|timestamp|zeit)([\W_].*)?", re.IGNORECASE)
 
@@ -238,7 +241,8 @@ def _sources(
         elif not table.has(source.column):
             faults.append(f"{here}: {unknown('column', source.column, table.names)}")
         else:
-            sources[column] = source
+            sources[column], fault = _in_its_unit(column, source)
+            faults += [f"{here}: {fault}"] if fault else []
     used = {source.column for source in mapped.values()}
     for place, name in enumerate(table.names, start=1):
         needed = described is None or name in described
@@ -247,16 +251,36 @@ def _sources(
         here, first = f"{header}, column {place}", table.names.index(name) + 1
         fault = name_fault(name, elements=elements)
         if fault and needed:
-            faults.append(f"{here}: {fault}")
+            known = any(" (SI: " in said for said in faults)  # the units that there are, once
+            faults.append(f"{here}: {fault.partition(' (SI: ')[0] if known else fault}")
         elif first != place and (needed or name in used):
             faults.append(f"{here}: {name!r} is already the name of column {first}")
         elif not fault and first == place:
             sources[name] = Source(column=name)
-    for name, title in (described or {}).items():
-        if name not in (*mapped, *table.names):
-            valid = [*mapped, *(n for n in table.names if n not in TIMES)]
-            faults.append(f"{toml}, [{title}] {name!r}: {unknown('column', name, valid)}")
+    named = described or {}
+    missing = [name for name in named if name not in (*mapped, *table.names)]
+    valid = [n for n in (*mapped, *table.names) if n not in (*named, *TIMES, *used)]
+    for name in missing:
+        fault = unknown("column", name, valid)
+        if name != missing[0]:
+            fault = fault.partition(" (there ")[0]
+        faults.append(f"{toml}, [{named[name]}] {name!r}: {fault}")
     return sources, faults
+
+
+def _in_its_unit(column: str, source: Source) -> tuple[Source, str]:
+    """A source with the unit that the file's own name for it ends in; or what contradicts that."""
+    ours, theirs = claimed_unit(column), claimed_unit(source.column)
+    units = unit_factors()
+    if source.unit or theirs not in units or theirs == ours:
+        return source, ""
+    plain, alike = source.factor == 1.0 and not source.offset, units[ours][0] == units[theirs][0]
+    if plain and alike:
+        return replace(source, unit=theirs.removeprefix("_")), ""
+    if alike or plain:
+        product = "factor × number + offset" if alike else f"a number of {source.column!r}"
+        return source, f"which unit {product} is in is unclear; say unit = {ours[1:]!r} or another"
+    return source, ""
 
 
 def _suggestion(
@@ -270,22 +294,26 @@ def _suggestion(
     """The entries of [columns] with which a table would be read, as far as its names say."""
     entries = []
     if not clock:
-        name = next((name for name in table.names if _CLOCK.fullmatch(name)), "…")
+        dates = (n for n in table.names if table.sample.get(n) == A_DATE)
+        name = next((n for n in table.names if _CLOCK.fullmatch(n)), next(dates, "…"))
         entries.append((_clock_name(name, table.sample.get(name, "")), name))
-    for column in described:
-        if column in table.names and column not in sources:
-            entries.append((proposed_name(column), column))
-        elif column not in (*sources, *layout.columns, *TIMES):
-            entries.append((column, (get_close_matches(column, table.names, 1) or ["…"])[0]))
-    if all(column == name for column, name in entries):
-        return []
-    names = [f"{column} = {json.dumps(name, ensure_ascii=False)}" for column, name in entries]
-    unit = ", with units such as deg in the place of UNIT" if "_UNIT = " in " ".join(names) else ""
+    rest = [n for n in table.names if n not in (*described, *TIMES, *(e[1] for e in entries))]
+    missing = [c for c in described if c not in (*table.names, *layout.columns, *TIMES)]
+    for column in missing:
+        near = get_close_matches(column, rest, 1) or (
+            rest if len(rest) == len(missing) == 1 else []
+        )
+        entries.append((column, (near or ["…"])[0]))
+    entries += [(proposed_name(c), c) for c in described if c in table.names and c not in sources]
+    lines = [f"{column} = {json.dumps(name, ensure_ascii=False)}" for column, name in entries]
+    unit = ", with units such as deg in the place of UNIT" if "UNIT" in " ".join(lines) else ""
     return [
-        f"{toml} says which columns are meant in a table [columns], by whose names [drive] and"
-        f" [measured] go, such as{unit}:",
+        f"{toml} says in a table [columns] which columns are meant; [drive] and [measured] take the"
+        f" names on its left{unit}:",
         "[columns]",
-        *names,
+        *lines,
+        'or, of other numbers, such as counts: … = { column = "…", factor = …, offset = …, unit ='
+        ' "…" }',
     ]
 
 
@@ -314,12 +342,12 @@ def _clock(
         return _Clock(dates.astype(np.int64), ~np.isnat(dates), nanoseconds, dated=True)
     text = pd.Series(cells, dtype=object)
     there = text.notna().to_numpy()
-    stamps, written = np.zeros(there.size, np.int64), text[there].astype(str).str.strip()
-    try:
-        stamps[there] = [int(cell) for cell in written]
-        return _Clock(stamps, there, source.factor * source.ratio(clock), dated=False)
-    except (ValueError, OverflowError):
-        pass
+    written = text[there].astype(str).str.strip()
+    for kind in (np.int64, np.float64):
+        with suppress(ValueError, OverflowError):
+            stamps = np.zeros(there.size, kind)
+            stamps[there] = [int(cell) if kind is np.int64 else float(cell) for cell in written]
+            return _Clock(stamps, there, source.factor * source.ratio(clock), dated=False)
     as_dates = pd.to_datetime(written, format="ISO8601", utc=True, errors="coerce")
     as_spans = pd.to_timedelta(written, errors="coerce")
     best = min(as_dates, as_spans, key=lambda times: times.isna().sum())
@@ -327,8 +355,9 @@ def _clock(
     if bad.any():
         cell = f"{written.iloc[int(np.argmax(bad))]!r} is neither a number nor a time of ISO 8601"
         raise RecordingError(_at(where, rows[there][bad], source.column, cell))
-    stamps[there] = pd.Index(best).as_unit("ns").asi8
-    return _Clock(stamps, there, nanoseconds, dated=True)
+    dates = np.zeros(there.size, np.int64)
+    dates[there] = pd.Index(best).as_unit("ns").asi8
+    return _Clock(dates, there, nanoseconds, dated=True)
 
 
 def _spread(time: FloatArray, rows: NDArray[np.int64], where: str) -> FloatArray:
@@ -342,7 +371,8 @@ def _spread(time: FloatArray, rows: NDArray[np.int64], where: str) -> FloatArray
     resolution, k = float(steps[steps > 0.0].min()), np.arange(time.size)
     slope, start = np.polyfit(k, time - time[0], 1)
     even: FloatArray = time[0] + slope * k
-    if np.abs(even + start - time).max() <= resolution:
+    coarse = equal.size >= _COARSE * steps.size
+    if coarse and np.abs(even + start - time).max() <= resolution:
         how = f"they are read as even, {slope:.6g} apart"
     else:
         begins = np.flatnonzero(np.append(True, steps > 0.0))

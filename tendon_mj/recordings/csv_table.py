@@ -6,6 +6,7 @@ import csv
 import re
 import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -19,7 +20,8 @@ from tendon_mj.whole_file import whole_file
 
 _LONGEST_ROW = 2**20  # characters: thousands of columns
 _CHUNK = 2**21  # cells that are taken apart at a time
-_EXACT = 1e15  # integers above it, as ns since 1970, are not read as floats
+_AHEAD = 2**16  # characters that are looked at for a decimal comma
+_LONG = re.compile("[+-]?[0-9]{16,}")  # an integer, as ns since 1970, that a float may not hold
 _EXTRA = "extra"  # the cells behind the last column
 _DATUM = re.compile(r"\s*(?:[+-]?\.?\d.*|nan)?\s*", re.IGNORECASE)  # a number, a time, or empty
 
@@ -41,15 +43,18 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
     try:
         with path.open(encoding="utf-8-sig") as file:
             lines = _leading_lines(file, path)
-            below = _cells(file.readline(_LONGEST_ROW))
+            ahead = file.read(_AHEAD)
     except UnicodeDecodeError:
         read_text(path)  # which says where
         raise
     if not "".join(lines).strip():
         raise RecordingError(f"{path}, row 1: the file is empty")
-    above, first = lines[:-1], _cells(lines[-1])
+    separator = _separator(lines[-1])
+    above, first = lines[:-1], _cells(lines[-1], separator)
+    below = _cells(ahead.partition("\n")[0], separator)
+    decimal = "," if separator == ";" and "," in ahead else "."
     no_names = all(map(_DATUM.fullmatch, first))
-    comment = next((_cells(line.lstrip("# ")) for line in reversed(above) if line.strip()), [])
+    comment = _cells(above[-1].lstrip("# "), separator) if above else []
     if header:
         names, skipped = list(header), len(above)
         if not no_names:
@@ -70,7 +75,7 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
     sample = dict(zip(names, first if no_names else below, strict=False))
 
     def read(wanted: Mapping[str, bool], clock: str) -> tuple[Cells, list[str]]:
-        return _read(path, names, skipped, wanted, clock)
+        return _read(_Body(path, names, skipped, separator, decimal), wanted, clock)
 
     return OpenTable(names, set(names).__contains__, skipped + 1, read, sample)
 
@@ -96,87 +101,133 @@ def _leading_lines(file: TextIO, path: Path) -> list[str]:
     return lines
 
 
-def _cells(line: str) -> list[str]:
-    return [cell.strip() for row in csv.reader([line], skipinitialspace=True) for cell in row]
+def _separator(line: str) -> str:
+    """What stands between cells: a comma, or a semicolon, tab or blanks where that is none."""
+    if ";" in line and line.count(";") >= line.count(","):
+        return ";"
+    return next((mark for mark in (",", "\t") if mark in line), " " if " " in line.strip() else ",")
 
 
-def _read(
-    path: Path, names: Sequence[str], skipped: int, wanted: Mapping[str, bool], clock: str
-) -> tuple[Cells, list[str]]:
+def _cells(line: str, separator: str) -> list[str]:
+    if separator == " ":
+        return line.split()
+    rows = csv.reader([line], delimiter=separator, skipinitialspace=True)
+    return [cell.strip() for row in rows for cell in row]
+
+
+@dataclass(frozen=True)
+class _Body:
+    """The rows of a CSV below its names, and the names of the columns."""
+
+    path: Path
+    names: Sequence[str]
+    skipped: int  # rows above
+    separator: str
+    decimal: str
+
+    def row(self, place: int) -> int:
+        return self.skipped + 1 + place
+
+    def chunks(
+        self, places: Sequence[int], kinds: Mapping[str, type], rows: int | None = None
+    ) -> Iterator[Any]:
+        """Parts as frames: columns by their labels, and what is behind the last one."""
+        labels = [*map(_label, range(len(self.names))), _EXTRA]
+        separator = r"\s+" if self.separator == " " else self.separator
+        with self.path.open(encoding="utf-8-sig") as file, warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # from pandas 3.1 on `float_precision` is deprecated
+            try:
+                yield from pd.read_csv(
+                    _Rows(self.path, file, self.skipped, self.separator.join(labels) + "\n"),
+                    sep=separator,
+                    decimal=self.decimal,
+                    usecols=[*map(_label, places), _EXTRA],
+                    dtype={label: kinds.get(label, str) for label in labels},
+                    skipinitialspace=True,
+                    skip_blank_lines=False,
+                    float_precision="round_trip",  # to the last bit, also in older versions
+                    chunksize=rows or max(_CHUNK // (len(places) + 1), 2),
+                    nrows=rows,
+                )
+            except UnicodeDecodeError:
+                read_text(self.path)  # which says where
+                raise
+
+    def point(self, cells: Any) -> Any:
+        """Texts with a decimal point."""
+        return cells.str.replace(",", ".") if self.decimal == "," else cells
+
+
+def _read(body: _Body, wanted: Mapping[str, bool], clock: str) -> tuple[Cells, list[str]]:
     """Columns by name, and the faults of their cells.
 
     Numbers are (n,) float64, NaN where a cell is empty; a clock of texts or of integers that a
     float cannot hold is (n,) of texts. One that is not needed is left out where it holds text.
     """
-    places = {name: names.index(name) for name in wanted}
-    if clock in wanted and _is_text_clock(path, skipped, places[clock], len(names)):
-        texts = {clock}
-    else:
-        texts = set[str]()
+    places = {name: body.names.index(name) for name in wanted}
+    texts = {clock} if clock and _is_text_clock(body, places[clock]) else set[str]()
     try:
-        cells, faults = _parsed(path, len(names), skipped, places, texts)
+        return _parsed(body, places, texts)
     except ValueError as error:  # text where numbers are: which cells it is takes another reading
-        bad = _bad_cells(path, names, skipped, {k: v for k, v in places.items() if k not in texts})
-        needed = [fault for name, fault in bad.items() if wanted[name]]
+        if isinstance(error, RecordingError):
+            raise
+        bad = _bad_cells(body, {k: v for k, v in places.items() if k not in texts})
         if not bad:
-            raise RecordingError(f"{path}: not a table of numbers: {error}") from None
+            raise RecordingError(f"{body.path}: not a table of numbers: {error}") from None
         good = {name: place for name, place in places.items() if name not in bad}
-        cells, faults = _parsed(path, len(names), skipped, good, texts)
-        return cells, [*needed, *faults]
-    return cells, faults
+        cells, faults = _parsed(body, good, texts)
+        return cells, [*(fault for name, fault in bad.items() if wanted[name]), *faults]
 
 
-def _is_text_clock(path: Path, skipped: int, place: int, width: int) -> bool:
-    for chunk in _chunks(path, width, skipped, [place], {}, rows=100):
-        for cell in chunk[_label(place)].dropna():
+def _is_text_clock(body: _Body, place: int) -> bool:
+    for chunk in body.chunks([place], {}, rows=100):
+        for cell in body.point(chunk[_label(place)].dropna()):
             try:
-                return abs(float(cell)) >= _EXACT
+                float(cell)
             except ValueError:
                 return True
+            return _LONG.fullmatch(cell) is not None
     return False
 
 
 def _parsed(
-    path: Path, width: int, skipped: int, places: Mapping[str, int], texts: Collection[str]
+    body: _Body, places: Mapping[str, int], texts: Collection[str]
 ) -> tuple[Cells, list[str]]:
     kinds = {_label(place): str if n in texts else float for n, place in places.items()}
     parts: dict[str, list[Any]] = {name: [] for name in places}
-    faults, rows = list[str](), 0
-    for chunk in _chunks(path, width, skipped, list(places.values()), kinds):
+    faults, rows, width = list[str](), 0, len(body.names)
+    for chunk in body.chunks(list(places.values()), kinds):
         for name, place in places.items():
             parts[name].append(chunk[_label(place)].to_numpy(object if name in texts else float))
         more = chunk[_EXTRA].dropna()
         if len(more) and not faults:
             faults.append(
-                f"{path}, row {skipped + 1 + more.index[0]}, column {width + 1}: {more.iloc[0]!r}"
-                f" is one cell too many; the names end with column {width}"
+                f"{body.path}, row {body.row(more.index[0])}, column {width + 1}: {more.iloc[0]!r}"
+                f" is one cell too many; the names end with column {width}, {body.names[-1]!r}"
             )
         rows += len(chunk)
         if rows * max(len(places), 1) * 8 > LARGEST:  # short cells take more than their text
             raise RecordingError(
-                f"{path}, row {skipped + rows}: its numbers are more than {LARGEST} bytes;"
+                f"{body.path}, row {body.row(rows) - 1}: its numbers are more than {LARGEST} bytes;"
                 " split the recording"
             )
     cells = {name: np.concatenate(part) if part else np.zeros(0) for name, part in parts.items()}
     return cells, faults
 
 
-def _bad_cells(
-    path: Path, names: Sequence[str], skipped: int, places: Mapping[str, int]
-) -> dict[str, str]:
+def _bad_cells(body: _Body, places: Mapping[str, int]) -> dict[str, str]:
     """Column → its first cell that is neither a number nor empty, in words."""
     first: dict[str, tuple[int, str]] = {}
     count = dict.fromkeys(places, 0)
-    for chunk in _chunks(path, len(names), skipped, list(places.values()), {}):
+    for chunk in body.chunks(list(places.values()), {}):
         for name, place in places.items():
-            column = chunk[_label(place)]
-            there = column[column.notna()]
-            bad = there[pd.to_numeric(there, errors="coerce").isna()]
+            there = chunk[_label(place)].dropna()
+            bad = there[pd.to_numeric(body.point(there), errors="coerce").isna()]
             count[name] += len(bad)
             if len(bad) and name not in first:
                 first[name] = int(bad.index[0]), str(bad.iloc[0])
     return {
-        name: f"{path}, row {skipped + 1 + row}, column {name!r}: {cell!r} is not a number"
+        name: f"{body.path}, row {body.row(row)}, column {name!r}: {cell!r} is not a number"
         + and_more(count[name])
         for name, (row, cell) in first.items()
     }
@@ -184,34 +235,6 @@ def _bad_cells(
 
 def _label(place: int) -> str:
     return f"c{place}"
-
-
-def _chunks(
-    path: Path,
-    width: int,
-    skipped: int,
-    places: Sequence[int],
-    kinds: Mapping[str, type],
-    rows: int | None = None,
-) -> Iterator[Any]:
-    """Parts of a table as frames: columns by their labels, and what is behind the last one."""
-    labels = [*map(_label, range(width)), _EXTRA]
-    with path.open(encoding="utf-8-sig") as file, warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # from pandas 3.1 on `float_precision` is deprecated
-        try:
-            yield from pd.read_csv(
-                _Rows(path, file, skipped, ",".join(labels) + "\n"),
-                usecols=[*map(_label, places), _EXTRA],
-                dtype={label: kinds.get(label, str) for label in labels},
-                skipinitialspace=True,
-                skip_blank_lines=False,
-                float_precision="round_trip",  # to the last bit, also in older versions
-                chunksize=rows or max(_CHUNK // (len(places) + 1), 2),
-                nrows=rows,
-            )
-        except UnicodeDecodeError:
-            read_text(path)  # which says where
-            raise
 
 
 class _Rows:

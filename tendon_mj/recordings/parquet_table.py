@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tendon_mj.errors import MissingPackageError, RecordingError
-from tendon_mj.recordings.table_checks import Cells, OpenTable
+from tendon_mj.recordings.table_checks import A_DATE, Cells, OpenTable
 from tendon_mj.recordings.text_file import LARGEST, check_file
 
 _BYTES = 8  # of a number
@@ -52,7 +52,7 @@ def open_parquet(path: Path) -> OpenTable:
             count = _numbers(file, roots)
             if count * _BYTES > LARGEST:
                 raise RecordingError(
-                    f"{path}: {file.metadata.num_rows} rows with {count} numbers are more than"
+                    f"{path}: {file.metadata.num_rows} rows of {len(roots)} columns are more than"
                     f" {LARGEST} bytes; split the recording"
                 )
             cells, faults = Cells(), list[str]()
@@ -74,7 +74,7 @@ def open_parquet(path: Path) -> OpenTable:
         return _type_of(schema, name) is not None
 
     kinds = ((name, schema.field(k).type) for k, name in enumerate(names))
-    sample = {name: "a date" for name, kind in kinds if pa.types.is_timestamp(kind)}
+    sample = {name: A_DATE for name, kind in kinds if pa.types.is_timestamp(kind)}
     return OpenTable(names, has, _FIRST, read, sample)
 
 

@@ -60,6 +60,10 @@ class Recording(Description):
         freeze = object.__setattr__
         freeze(self, "time", _frozen(self.time, f"{where}, time"))
         freeze(self, "columns", MappingProxyType(columns))
+        if self.rows is not None:
+            rows = np.array(self.rows)
+            rows.setflags(write=False)
+            freeze(self, "rows", rows)
         for name in ("drive", "measured", "known", "uncertain", "session", "in_file"):
             freeze(self, name, MappingProxyType(dict(getattr(self, name))))
         if TIME in columns:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,6 +15,7 @@ from tendon_mj.recordings.units import si_name, unit_fault
 
 FloatArray = NDArray[np.float64]
 
+A_DATE = "a date"
 Cells = dict[str, NDArray[Any]]
 
 TIME = "time_s"
@@ -33,7 +33,7 @@ class OpenTable:
         read: (column → whether it is needed, the clock) → columns, each (n,), and faults of their
             cells. Columns are float64 with NaN for an empty cell; the clock may be of integers,
             dates or texts. Those that are not needed are left out where they hold no numbers.
-        sample: column → a value as text, of some columns.
+        sample: column → a value as text, or `A_DATE`, of some columns.
     """
 
     names: list[str]
@@ -81,8 +81,6 @@ def way_out(name: str) -> str:
     bare = name.strip("\"'")
     if bare != name and bare in TIMES:
         return "; write the names without quotes"
-    if {cell.strip("\"'") for cell in re.split("[;\t ]", name)} & {*TIMES}:
-        return "; cells are separated by commas, and decimals by a point"
     if name.lower() in ("time", "t", "timestamp"):
         return f"; say its unit: {', '.join(map(repr, TIMES))}"
     return ""

@@ -14,8 +14,8 @@ from tendon_mj.recordings.parquet_table import open_parquet
 from tendon_mj.recordings.table_checks import FloatArray, in_si
 
 FORMATS = (".csv", ".parquet", ".mcap")  # in the order in which a stem is sought
+_AS_CSV = (".txt", ".tsv", ".dat", ".log")  # read as CSV where a path names them
 _PANDAS = 'in Python: import pandas; pandas.{read}.to_csv("{stem}.csv", index=False)'
-_SPACES = _PANDAS.replace("{read}", 'read_csv("{name}", sep="[ \\t;]+", engine="python")')
 _OTHERS = {  # suffix → format, and how to convert it
     ".mat": (
         "a MATLAB file",
@@ -60,14 +60,13 @@ _OTHERS = {  # suffix → format, and how to convert it
         'in Python: from nptdms import TdmsFile; TdmsFile.read("{name}").as_dataframe().to_csv('
         '"{stem}.csv", index=False)',
     ),
-    ".txt": ("text with other separators than commas", _SPACES),
     ".gz": ("compressed", "gunzip {name}"),
     ".zip": ("compressed", "unpack it"),
 }
 _ALIKE = {
     ".hdf5": ".h5", ".hdf": ".h5", ".nc": ".h5", ".sqlite": ".db3", ".db": ".db3", ".p": ".pkl",
     ".pickle": ".pkl", ".joblib": ".pkl", ".xls": ".xlsx", ".ods": ".xlsx", ".arrow": ".feather",
-    ".ndjson": ".jsonl", ".tsv": ".txt", ".dat": ".txt", ".log": ".txt", ".asc": ".txt",
+    ".ndjson": ".jsonl",
 }  # fmt: skip
 
 
@@ -78,7 +77,7 @@ def check_format(path: Path) -> None:
         RecordingError: names the format.
     """
     suffix = path.suffix.lower()
-    if suffix in FORMATS:
+    if suffix in (*FORMATS, *_AS_CSV):
         return
     name, way_out = _OTHERS.get(_ALIKE.get(suffix, suffix), (f"{suffix or 'no'} file", ""))
     way_out = way_out.format(name=path.name, stem=path.stem) or "convert it"
@@ -130,7 +129,8 @@ def table_beside(path: Path, formats: Sequence[str] = FORMATS) -> tuple[Path, Pa
     """
     if path.name in ("", ".."):
         raise RecordingError(f"{path} is a folder; give the path of a recording's table")
-    if path.suffix.lower() in formats:
+    as_csv = path.suffix.lower() in _AS_CSV and path.is_file() and formats is FORMATS
+    if as_csv or path.suffix.lower() in formats:
         return path, path.with_suffix(".toml")
     stem = path.name.removesuffix(".toml")
     tables = [path.with_name(stem + suffix) for suffix in formats]

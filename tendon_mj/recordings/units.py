@@ -111,17 +111,21 @@ def proposed_name(column: str) -> str:
     """A name for a column of another program: its unit as it is spelt here, or ``UNIT`` for it."""
     stem = re.sub(r"[^0-9A-Za-z]+", "_", column).strip("_")
     ending = claimed_unit(stem)
-    spelt = {unit.lower(): unit for unit in reversed(unit_factors())} | _WORDS
-    if ending != stem and ending.lower() in spelt:
-        return stem.removesuffix(ending) + spelt[ending.lower()]
-    return f"{stem}_UNIT"
+    unit = _spelt(ending) if ending != stem else ""
+    return stem.removesuffix(ending) + unit if unit else f"{stem}_UNIT"
+
+
+def _spelt(ending: str) -> str:
+    """A unit that others spell in other letters or words, as it is spelt here; or nothing."""
+    spelt = {unit.lower(): unit for unit in reversed(unit_factors())}
+    return _WORDS.get(ending.lower(), "") or spelt.get(ending.lower(), "")
 
 
 def _nearest(ending: str, allowed: tuple[str, ...]) -> str:
     """Message that a unit is unknown, with the nearest of all and those of SI."""
     near = unknown("unit", ending, allowed).partition(" (there are")[0]
-    if ending.lower() in _WORDS:
-        near = f"unknown unit {ending!r}; did you mean {_WORDS[ending.lower()]!r}?"
+    if (spelt := _spelt(ending)) in allowed:
+        near = f"unknown unit {ending!r}; did you mean {spelt!r}?"
     of_si = ", ".join(map(repr, UNITS))
     offset = "; a unit with an offset is none" if ending in ("_degC", "_degF", "_C") else ""
     return f"{near}{offset} (SI: {of_si})"

@@ -9,10 +9,7 @@ from tendon_mj.recordings.table_checks import check_names
 @pytest.mark.parametrize(
     ("header", "says"),
     [
-        (["time_ms;spool_deg;cable_N"], "cells are separated by commas, and decimals by a point"),
-        (["time_s\tspool_deg"], "cells are separated by commas"),
         (['"time_ms"', '"spool_deg"'], "write the names without quotes"),
-        (['"time_ms";"spool_deg"'], "cells are separated by commas"),
         (["time", "spool_deg"], "say its unit: 'time_s', 'time_ms'"),
         (["t", "spool_deg"], "say its unit"),
         (["time_s", "lever_degrees"], "did you mean '_deg'?"),
