@@ -4,39 +4,32 @@ from __future__ import annotations
 
 import json
 import re
-import warnings
 from collections.abc import Collection, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from difflib import get_close_matches
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
-from tendon_mj.errors import RecordingError, TendonWarning, unknown
+from tendon_mj.errors import RecordingError, unknown
 from tendon_mj.recordings.description import Layout, Source
 from tendon_mj.recordings.magnitude import LARGEST, excess
 from tendon_mj.recordings.table_checks import (
-    A_DATE,
     TIME,
     TIMES,
     FloatArray,
     OpenTable,
-    and_more,
     name_fault,
     too_few_rows,
     way_out,
 )
+from tendon_mj.recordings.times import at, at_common_times, read_clock, spread
 from tendon_mj.recordings.units import claimed_unit, proposed_name, si_name, unit_factors
 
-Series = tuple[NDArray[Any], FloatArray]  # times, and values at them
-
-_SPARSE = 0.5  # share of complete rows below which a row is a message of one source
-_LONG = 10.0  # times the usual interval: over such a gap values are not interpolated in silence
-_COARSE = 0.05  # share of equal times from which the clock is coarse, and none a row that is double
+_SPARSE = 0.6  # share of complete rows below which a row is a message: half are, of 100 and 50 Hz
 _SINCE_1970 = 1e8  # [s]: a date, and not a stopwatch
+_DATE = re.compile(r"\d{4}-\d\d-\d\d")
 _CLOCK = re.compile(r"(.*[\W_])?(time|t|stamp|timestamp|zeit)([\W_].*)?", re.IGNORECASE)
 
 
@@ -45,19 +38,6 @@ class Table(NamedTuple):
 
     columns: dict[str, FloatArray]
     rows: NDArray[np.int64] | None = None
-
-
-@dataclass(frozen=True)
-class _Clock:
-    """Times of the rows: (n,) stamps, which are of rows where ``there``; units of the column each.
-
-    dated: whether they count from 1970, and not from a time that the file chose.
-    """
-
-    stamps: NDArray[Any]
-    there: NDArray[np.bool_]
-    scale: float
-    dated: bool
 
 
 def assemble(
@@ -72,8 +52,8 @@ def assemble(
 ) -> Table:
     """Read the columns that a description names, and others that are as a column must be.
 
-    Rows in which none of the named columns has a value are passed over, as of events. Where fewer
-    than half of the others are complete, a row is a message, and `at_common_times` joins them.
+    Rows in which none of the named columns has a value are passed over, as of events. Where few of
+    the others are complete, a row is a message, and `at_common_times` joins them.
 
     Args:
         table: opened.
@@ -113,12 +93,12 @@ def assemble(
     if of_clock not in cells:
         raise _refusal(faults)
     try:
-        time = _clock(cells[of_clock], clock, sources[clock], rows, where)
+        time = read_clock(cells[of_clock], clock, sources[clock], rows, where)
     except RecordingError as error:
         raise _refusal([*faults, str(error)]) from None
     kept = filled.any(axis=0) if columns else time.there
     if not time.there[kept].all():
-        faults.append(_at(where, rows[kept & ~time.there], of_clock, "empty cell"))
+        faults.append(at(where, rows[kept & ~time.there], of_clock, "empty cell"))
         kept &= time.there
     if kept.sum() < 2 and not faults:
         faults.append(too_few_rows(int(kept.sum()), where))
@@ -130,12 +110,12 @@ def assemble(
         faults += _size_faults(numbers[column], rows, source, where)
         if not there.all() and not (sparse and there.any()):
             gap = "empty cell or nan; leave out rows that have a gap"
-            faults.append(_at(where, rows[~there], source, gap))
+            faults.append(at(where, rows[~there], source, gap))
     back = np.flatnonzero(stamps[1:] < stamps[:-1])
     if back.size:
-        before, after = stamps[back[0]].item(), stamps[back[0] + 1].item()
-        step = f"{after!r} does not come after {before!r} of the row before"
-        faults.append(_at(where, rows[back + 1], of_clock, step))
+        before, after = map(time.shown, stamps[back[0] : back[0] + 2])
+        step = f"{after} does not come after {before} of the row before"
+        faults.append(at(where, rows[back + 1], of_clock, step))
     if faults:
         raise _refusal(faults)
     if sparse:
@@ -150,77 +130,12 @@ def assemble(
         for c, values in numbers.items()
         if c in columns or (np.abs(values) <= LARGEST).all()  # not if one is nan
     }
-    since = abs(float(stamps[0])) * time.scale * si_name(clock)[1] >= _SINCE_1970
-    if since and (time.dated or clock in layout.columns):
+    since_1970 = abs(float(stamps[0])) * time.scale * si_name(clock)[1] >= _SINCE_1970
+    if time.dated or (since_1970 and clock in layout.columns):
         stamps = stamps - stamps[0]
     times = np.asarray(stamps, np.float64)
     times = times if time.scale == 1.0 else times * time.scale
-    return Table({clock: _spread(times, rows, f"{where}, column {of_clock!r}")} | converted, rows)
-
-
-def at_common_times(
-    series: Mapping[str, Series], clock: str, scale: float, where: str, held: Collection[str]
-) -> tuple[dict[str, FloatArray], NDArray[np.int64]]:
-    """Columns at the times of the first one, from the first row on.
-
-    Another one is linear between its values, or keeps the latest where it is ``held``. Rows before
-    the first or after the last value of any of them are left out; of two values at one time the
-    later one counts.
-
-    Args:
-        series: column → (m,) times [any unit] and (m,) values.
-        clock: name of the column of times.
-        scale: of the unit of times to that of the clock.
-        where: the file, for messages.
-        held: columns that keep their value until the next.
-
-    Returns:
-        The clock and the columns, each (n,), and the (n,) values of the first that are its rows.
-
-    Raises:
-        RecordingError: there are not two common times.
-
-    Warns:
-        TendonWarning: of values over each other, and of gaps over which values are interpolated.
-    """
-    joined: dict[str, FloatArray] = {}
-    chosen = {column: _in_order(times) for column, (times, _) in series.items()}
-    in_order = {c: (times[chosen[c]], values[chosen[c]]) for c, (times, values) in series.items()}
-    main = next(iter(series))
-    stamps = in_order[main][0]
-    within = stamps >= max(times[0] for times, _ in in_order.values())
-    within &= stamps <= min(times[-1] for times, _ in in_order.values())
-    rows = stamps[within]
-    if rows.size < 2:
-        raise RecordingError(f"{where}: its columns have no two values at common times")
-    joined[clock] = (rows - rows[0]) * scale
-    for column, (times, values) in in_order.items():
-        if lost := series[column][0].size - times.size:
-            _warn(
-                f"{where}: {lost} of {lost + times.size} values of {column!r} have the time of a"
-                " later one and are left out"
-            )
-        if column in held:
-            joined[column] = values[np.searchsorted(times, rows, side="right") - 1]
-            continue
-        joined[column] = np.interp(rows - rows[0], times - rows[0], values)
-        steps = np.diff(times) * scale
-        if column != main and steps.size and steps.max() > _LONG * np.median(steps):
-            unit = claimed_unit(clock).removeprefix("_")
-            begin = (times[np.argmax(steps)] - rows[0]) * scale
-            _warn(
-                f"{where}: {column!r} has no value for {steps.max():.4g} {unit} from"
-                f" {begin:.6g} {unit} on, and else one each {np.median(steps):.4g} {unit}; in"
-                " between it is taken as linear: hold = true in [drive] keeps the latest value"
-            )
-    return joined, chosen[main][within]
-
-
-def _in_order(times: NDArray[Any]) -> NDArray[np.int64]:
-    order = np.argsort(times, kind="stable")
-    sorted_times = times[order]
-    last: NDArray[np.int64] = order[np.append(sorted_times[1:] != sorted_times[:-1], True)]
-    return last
+    return Table({clock: spread(times, rows, f"{where}, column {of_clock!r}")} | converted, rows)
 
 
 def _sources(
@@ -294,7 +209,7 @@ def _suggestion(
     """The entries of [columns] with which a table would be read, as far as its names say."""
     entries = []
     if not clock:
-        dates = (n for n in table.names if table.sample.get(n) == A_DATE)
+        dates = (n for n in table.names if _DATE.match(table.sample.get(n, "")))
         name = next((n for n in table.names if _CLOCK.fullmatch(n)), next(dates, "…"))
         entries.append((_clock_name(name, table.sample.get(name, "")), name))
     rest = [n for n in table.names if n not in (*described, *TIMES, *(e[1] for e in entries))]
@@ -330,63 +245,6 @@ def _clock_name(name: str, sample: str) -> str:
     return next((unit for unit, least in units.items() if size >= least), "time_UNIT")
 
 
-def _clock(
-    cells: NDArray[Any], clock: str, source: Source, rows: NDArray[np.int64], where: str
-) -> _Clock:
-    """Times as they are in a file: numbers, dates, or ISO 8601 and durations as text."""
-    if cells.dtype.kind in "fiu":
-        return _Clock(cells, ~np.isnan(cells), source.factor * source.ratio(clock), dated=False)
-    nanoseconds = 1e-9 / si_name(clock)[1]
-    if cells.dtype.kind in "mM":
-        dates = cells.astype(f"{cells.dtype.kind}8[ns]")
-        return _Clock(dates.astype(np.int64), ~np.isnat(dates), nanoseconds, dated=True)
-    text = pd.Series(cells, dtype=object)
-    there = text.notna().to_numpy()
-    written = text[there].astype(str).str.strip()
-    for kind in (np.int64, np.float64):
-        with suppress(ValueError, OverflowError):
-            stamps = np.zeros(there.size, kind)
-            stamps[there] = [int(cell) if kind is np.int64 else float(cell) for cell in written]
-            return _Clock(stamps, there, source.factor * source.ratio(clock), dated=False)
-    as_dates = pd.to_datetime(written, format="ISO8601", utc=True, errors="coerce")
-    as_spans = pd.to_timedelta(written, errors="coerce")
-    best = min(as_dates, as_spans, key=lambda times: times.isna().sum())
-    bad = best.isna().to_numpy()
-    if bad.any():
-        cell = f"{written.iloc[int(np.argmax(bad))]!r} is neither a number nor a time of ISO 8601"
-        raise RecordingError(_at(where, rows[there][bad], source.column, cell))
-    dates = np.zeros(there.size, np.int64)
-    dates[there] = pd.Index(best).as_unit("ns").asi8
-    return _Clock(dates, there, nanoseconds, dated=True)
-
-
-def _spread(time: FloatArray, rows: NDArray[np.int64], where: str) -> FloatArray:
-    """Times of which some are equal, as of a clock that is coarser than the samples, apart."""
-    steps = np.diff(time)
-    equal = np.flatnonzero(steps == 0.0)
-    if not equal.size:
-        return time
-    if equal.size == steps.size:
-        raise RecordingError(f"{where}: all times are {time[0].item()!r}")
-    resolution, k = float(steps[steps > 0.0].min()), np.arange(time.size)
-    slope, start = np.polyfit(k, time - time[0], 1)
-    even: FloatArray = time[0] + slope * k
-    coarse = equal.size >= _COARSE * steps.size
-    if coarse and np.abs(even + start - time).max() <= resolution:
-        how = f"they are read as even, {slope:.6g} apart"
-    else:
-        begins = np.flatnonzero(np.append(True, steps > 0.0))
-        counts = np.diff(np.append(begins, time.size))
-        widths = np.append(np.diff(time[begins]), np.median(steps[steps > 0.0]))
-        share = (k - np.repeat(begins, counts)) / np.repeat(counts, counts)
-        even, how = time + share * np.repeat(widths, counts), "they are spread until the next one"
-    _warn(
-        f"{where}, row {rows[equal[0] + 1]}: {time[equal[0]].item()!r} is the time of the row"
-        f" before{and_more(equal.size)}; the clock steps by {resolution:.6g}, and {how}"
-    )
-    return even
-
-
 def _size_faults(
     values: FloatArray, rows: NDArray[np.int64], column: str, where: str
 ) -> Sequence[str]:
@@ -396,16 +254,8 @@ def _size_faults(
         return ()
     value = float(values[bad[0]])
     fault = excess(value) if np.isfinite(value) else f"{value} is not finite"
-    return (_at(where, rows[bad], column, fault),)
-
-
-def _at(where: str, rows: NDArray[np.int64], column: str, fault: str) -> str:
-    return f"{where}, row {rows[0]}, column {column!r}: {fault}{and_more(rows.size)}"
+    return (at(where, rows[bad], column, fault),)
 
 
 def _refusal(faults: Sequence[str]) -> RecordingError:
     return RecordingError("\n".join(dict.fromkeys(faults)))
-
-
-def _warn(text: str) -> None:
-    warnings.warn(text, TendonWarning, stacklevel=2)

@@ -120,19 +120,19 @@ def _source(name: str, entry: Any, here: str) -> Source:
             f" … }}, got {entry!r}"
         )
     texts, numbers = ["column", "topic", "field", "unit"], ["factor", "offset", "period"]
+    needed = ["column"] if "column" in entry else ["topic", "field"]
     if name in TIMES:  # of a log it is its log time
-        texts, numbers = ["column", "unit"], ["factor"]
-    _check_keys(entry, (*texts, *numbers), (), here)
-    if "column" not in entry or "topic" in entry or "field" in entry:
-        _check_keys(entry, entry, ("topic", "field"), here)
+        texts, numbers, needed = ["column", "unit"], ["factor"], ["column"]
+    _check_keys(entry, (*texts, *numbers), needed, here)
     values: dict[str, Any] = {k: _text(entry[k], f"{here}, {k}") for k in texts if k in entry}
     for key in numbers:
         if key in entry:
             values[key] = number = _number(entry[key], f"{here}, {key}")
+            positive = key == "period" or name in TIMES
             if not math.isfinite(number) or size_fault(number):
                 raise RecordingError(f"{here}, {key}: {number!r} is out of range")
-            if (number == 0.0 and key != "offset") or (number < 0.0 and key == "period"):
-                raise RecordingError(f"{here}, {key}: {number!r}; leave it out for none")
+            if (number == 0.0 and key != "offset") or (number < 0.0 and positive):
+                raise RecordingError(f"{here}, {key}: cannot be {number!r}; leave it out for none")
     if "unit" in entry:
         target = unit_factors()[claimed_unit(name)][0]
         kin = [u.removeprefix("_") for u, (si, _) in unit_factors().items() if si == target]

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tendon_mj.errors import MissingPackageError, RecordingError, unknown
-from tendon_mj.recordings.assembly import Series, at_common_times
 from tendon_mj.recordings.description import Source
 from tendon_mj.recordings.table_checks import TIME, TIMES, FloatArray, check_table
 from tendon_mj.recordings.text_file import check_file
+from tendon_mj.recordings.times import Series, at_common_times
 
 if TYPE_CHECKING:
     from tendon_mj.recordings.mcap_messages import LogMessage

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tendon_mj.errors import MissingPackageError, RecordingError
-from tendon_mj.recordings.table_checks import A_DATE, Cells, OpenTable
+from tendon_mj.recordings.table_checks import Cells, OpenTable
 from tendon_mj.recordings.text_file import LARGEST, check_file
 
 _BYTES = 8  # of a number
@@ -74,7 +74,7 @@ def open_parquet(path: Path) -> OpenTable:
         return _type_of(schema, name) is not None
 
     kinds = ((name, schema.field(k).type) for k, name in enumerate(names))
-    sample = {name: A_DATE for name, kind in kinds if pa.types.is_timestamp(kind)}
+    sample = {name: "1970-01-01" for name, kind in kinds if pa.types.is_timestamp(kind)}
     return OpenTable(names, has, _FIRST, read, sample)
 
 

@@ -15,7 +15,6 @@ from tendon_mj.recordings.units import si_name, unit_fault
 
 FloatArray = NDArray[np.float64]
 
-A_DATE = "a date"
 Cells = dict[str, NDArray[Any]]
 
 TIME = "time_s"
@@ -33,7 +32,7 @@ class OpenTable:
         read: (column → whether it is needed, the clock) → columns, each (n,), and faults of their
             cells. Columns are float64 with NaN for an empty cell; the clock may be of integers,
             dates or texts. Those that are not needed are left out where they hold no numbers.
-        sample: column → a value as text, or `A_DATE`, of some columns.
+        sample: column → a value as text, of some columns.
     """
 
     names: list[str]
