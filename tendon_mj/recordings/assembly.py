@@ -73,7 +73,7 @@ def assemble(
     named = sources if described is None else [*layout.columns, *described]
     needed = [c for c in dict.fromkeys(named) if c in sources and c not in TIMES]
     if not clock:
-        hint = way_out(table.names[0]) if table.names else ""
+        hint = "" if toml or not table.names else way_out(table.names[0])
         faults.append(
             f"{where}, row {max(table.first - 1, 1)}: has no column {TIME!r}, nor 'time_ms' and the"
             f" like{hint}"
@@ -212,23 +212,27 @@ def _suggestion(
         dates = (n for n in table.names if _DATE.match(table.sample.get(n, "")))
         name = next((n for n in table.names if _CLOCK.fullmatch(n)), next(dates, "…"))
         entries.append((_clock_name(name, table.sample.get(name, "")), name))
+    entries += [(proposed_name(c), c) for c in described if c in table.names and c not in sources]
     rest = [n for n in table.names if n not in (*described, *TIMES, *(e[1] for e in entries))]
     missing = [c for c in described if c not in (*table.names, *layout.columns, *TIMES)]
-    for column in missing:
-        near = get_close_matches(column, rest, 1) or (
-            rest if len(rest) == len(missing) == 1 else []
-        )
-        entries.append((column, (near or ["…"])[0]))
-    entries += [(proposed_name(c), c) for c in described if c in table.names and c not in sources]
+    near = {column: get_close_matches(column, rest, 1, 0.5) for column in missing}
+    if not entries and all(near.values()):
+        return []  # misspelt, as the faults say
+    only = rest if len(rest) == len(missing) == 1 else ["…"]
+    entries += [(column, (names or only)[0]) for column, names in near.items()]
     lines = [f"{column} = {json.dumps(name, ensure_ascii=False)}" for column, name in entries]
-    unit = ", with units such as deg in the place of UNIT" if "UNIT" in " ".join(lines) else ""
+    others = [entry for entry in entries if entry[0] not in TIMES]
+    angles = [entry for entry in others if entry[0].endswith(("_deg", "_rad"))]
+    column, name = (*angles, *others, ("lever_deg", "…"))[0]
+    factor, of = (
+        ('0.087890625, unit = "deg"', ", as counts of 4096 a turn") if angles else ("…", "")
+    )
     return [
-        f"{toml} says in a table [columns] which columns are meant; [drive] and [measured] take the"
-        f" names on its left{unit}:",
+        f"add to {toml}; [drive] and [measured] use the names on the left, with a unit for UNIT:",
         "[columns]",
         *lines,
-        'or, of other numbers, such as counts: … = { column = "…", factor = …, offset = …, unit ='
-        ' "…" }',
+        f"where numbers are in no unit{of}: {column} = {{ column = {json.dumps(name, ensure_ascii=False)}, factor ="
+        f" {factor} }}",
     ]
 
 

@@ -25,7 +25,7 @@ _COARSE = 0.05  # share of equal times from which the clock is coarse, and none 
 
 @dataclass(frozen=True)
 class Clock:
-    """Times of the rows: (n,) stamps, of rows where ``there``; ``scale`` × stamp is in the column's unit.
+    """Times of the rows: (n,) stamps, of rows where ``there``; scale × stamp [the column's unit].
 
     dated: whether they are dates, times of day or durations, and not numbers.
     """

@@ -128,11 +128,11 @@ def test_parquet_and_csv_are_the_same_recording(tmp_path: Path) -> None:
     [
         ({"time_s": [0.0, 0.1], "a_N": ["1", "2"]}, "column 'a_N': holds string"),
         (
-            {"time_s": [0.0, 0.1], "a_N": [1.0, None], "b_N": [1.0, 1.0]},
+            {"time_s": [0.0, 0.1, 0.2], "a_N": [1.0, None, 1.0], "b_N": [1.0] * 3},
             "row 3, column 'a_N': empty cell",
         ),
         (
-            {"time_s": [0.0, 0.1], "a_N": [1.0, float("nan")], "b_N": [1.0, 1.0]},
+            {"time_s": [0.0, 0.1, 0.2], "a_N": [1.0, np.nan, 1.0], "b_N": [1.0] * 3},
             "row 3, column 'a_N': empty cell or nan",
         ),
         ({"time_s": [0.0, 0.0], "a_N": [1.0, 1.0]}, "column 'time_s': all times are 0.0"),
