@@ -227,12 +227,12 @@ def _suggestion(
     factor, of = (
         ('0.087890625, unit = "deg"', ", as counts of 4096 a turn") if angles else ("…", "")
     )
+    example = f"{column} = {{ column = {json.dumps(name, ensure_ascii=False)}, factor = {factor} }}"
     return [
         f"add to {toml}; [drive] and [measured] use the names on the left, with a unit for UNIT:",
         "[columns]",
         *lines,
-        f"where numbers are in no unit{of}: {column} = {{ column = {json.dumps(name, ensure_ascii=False)}, factor ="
-        f" {factor} }}",
+        f"where numbers are in no unit{of}: {example}",
     ]
 
 

@@ -19,8 +19,8 @@ from tendon_mj.recordings.text_file import LARGEST, check_file, read_text
 from tendon_mj.whole_file import whole_file
 
 _LONGEST_ROW = 2**20  # characters: thousands of columns
-_CHUNK = 2**21  # cells that are taken apart at a time
-_AHEAD = 2**16  # characters that are looked at for a decimal comma
+_CHUNK = 2**24  # characters that are taken apart at a time, about
+_AHEAD = 2**16  # characters that are looked at for decimal commas and the length of rows
 _LONG = re.compile("[+-]?[0-9]{16,}")  # an integer, as ns since 1970, that a float may not hold
 _EXTRA = "extra"  # the cells behind the last column
 _DATUM = re.compile(r"\s*(?:[+-]?\.?\d.*|nan)?\s*", re.IGNORECASE)  # a number, a time, or empty
@@ -75,7 +75,9 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
     sample = dict(zip(names, first if no_names else below, strict=False))
 
     def read(wanted: Mapping[str, bool], clock: str) -> tuple[Cells, list[str]]:
-        return _read(_Body(path, names, skipped, separator, decimal), wanted, clock)
+        rows = _CHUNK * (ahead.count("\n") + 1) // (len(ahead) + 1)
+        body = _Body(path, names, skipped, separator, decimal, max(rows, 2))
+        return _read(body, wanted, clock)
 
     return OpenTable(names, set(names).__contains__, skipped + 1, read, sample)
 
@@ -124,6 +126,7 @@ class _Body:
     skipped: int  # rows above
     separator: str
     decimal: str
+    at_once: int  # rows
 
     def row(self, place: int) -> int:
         return self.skipped + 1 + place
@@ -142,16 +145,19 @@ class _Body:
                     sep=separator,
                     decimal=self.decimal,
                     usecols=[*map(_label, places), _EXTRA],
+                    index_col=False,  # else rows that are too long have one, and are shifted
                     dtype={label: kinds.get(label, str) for label in labels},
                     skipinitialspace=True,
                     skip_blank_lines=False,
                     float_precision="round_trip",  # to the last bit, also in older versions
-                    chunksize=rows or max(_CHUNK // (len(places) + 1), 2),
+                    chunksize=rows or self.at_once,
                     nrows=rows,
                 )
             except UnicodeDecodeError:
                 read_text(self.path)  # which says where
                 raise
+            except pd.errors.ParserError as error:  # such as a quote that does not end
+                raise RecordingError(f"{self.path}: not a CSV: {error}") from None
 
     def point(self, cells: Any) -> Any:
         """Texts with a decimal point."""
@@ -166,17 +172,18 @@ def _read(body: _Body, wanted: Mapping[str, bool], clock: str) -> tuple[Cells, l
     """
     places = {name: body.names.index(name) for name in wanted}
     texts = {clock} if clock and _is_text_clock(body, places[clock]) else set[str]()
-    try:
-        return _parsed(body, places, texts)
-    except ValueError as error:  # text where numbers are: which cells it is takes another reading
-        if isinstance(error, RecordingError):
-            raise
-        bad = _bad_cells(body, {k: v for k, v in places.items() if k not in texts})
-        if not bad:
-            raise RecordingError(f"{body.path}: not a table of numbers: {error}") from None
+    bad: dict[str, str] = {}
+    for _ in range(2):
         good = {name: place for name, place in places.items() if name not in bad}
-        cells, faults = _parsed(body, good, texts)
-        return cells, [*(fault for name, fault in bad.items() if wanted[name]), *faults]
+        try:
+            cells, faults = _parsed(body, good, texts)
+            return cells, [*(fault for name, fault in bad.items() if wanted[name]), *faults]
+        except RecordingError:
+            raise
+        except ValueError as error:  # text where numbers are: another reading says where
+            bad = _bad_cells(body, {k: v for k, v in places.items() if k not in texts})
+            why = error
+    raise RecordingError(f"{body.path}: not a table of numbers: {why}")
 
 
 def _is_text_clock(body: _Body, place: int) -> bool:

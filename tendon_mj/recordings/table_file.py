@@ -134,9 +134,8 @@ def table_beside(path: Path, formats: Sequence[str] = FORMATS) -> tuple[Path, Pa
         return path, path.with_suffix(".toml")
     stem = path.name.removesuffix(".toml")
     tables = [path.with_name(stem + suffix) for suffix in formats]
-    other = path.suffix.lower() in (*_OTHERS, *_ALIKE) or (
-        path.suffix != ".toml" and path.is_file()
-    )
+    known = path.suffix.lower() in (*_OTHERS, *_ALIKE, *_AS_CSV)
+    other = known or (path.suffix != ".toml" and path.exists())
     usual = path if other and formats is FORMATS else tables[0]
     table = next((table for table in tables if table.is_file()), usual)
     return table, path.with_name(stem + ".toml")

@@ -210,6 +210,13 @@ def test_other_separators_are_read(
     assert read(tmp_path, lines, name=f"r.{suffix}") == plain
 
 
+@pytest.mark.parametrize("more", ["5", "5,6", "5,6,7"])
+def test_rows_that_are_all_too_long_are_refused_and_not_shifted(tmp_path: Path, more: str) -> None:
+    rows = "".join(f"{t},{t},20,{more}\n" for t in range(5))
+    with pytest.raises(RecordingError, match=r"row 2, column 4: '5' is one cell too many"):
+        read(tmp_path, f"time_s,reel_m,pull_N\n{rows}")
+
+
 def test_a_decimal_comma_between_commas_is_refused_at_its_row(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"row 4, column 4: '5' is one cell too many"):
         read(tmp_path, "time_s,reel_m,pull_N\n0,0,20\n1,0,20\n2,0,20,5\n")
@@ -444,6 +451,12 @@ def test_all_faults_of_a_log_are_in_one_message(tmp_path: Path) -> None:
         read_recording(path)
     assert "unknown topic '/b'" in str(caught.value)
     assert "field 'x' is 'high', not a number" in str(caught.value)
+
+
+def test_a_folder_that_is_there_is_not_said_to_be_missing(tmp_path: Path) -> None:
+    (tmp_path / "bag").mkdir()  # as of rosbag2
+    with pytest.raises(RecordingError, match=r"bag: cannot be read"):
+        read_recording(tmp_path / "bag")
 
 
 class Bomb:
