@@ -22,7 +22,6 @@ from tendon_mj.recordings.table_checks import (
     OpenTable,
     name_fault,
     too_few_rows,
-    way_out,
 )
 from tendon_mj.recordings.times import at, at_common_times, read_clock, spread
 from tendon_mj.recordings.units import claimed_unit, proposed_name, si_name, unit_factors
@@ -61,7 +60,7 @@ def assemble(
         layout: where the named columns are.
         described: column → table of the description that names it; None: all columns are needed.
         held: columns that keep their value until the next one.
-        elements: as of `check_names`.
+        elements: as of `name_fault`.
         toml: the description, for messages.
 
     Raises:
@@ -73,11 +72,8 @@ def assemble(
     named = sources if described is None else [*layout.columns, *described]
     needed = [c for c in dict.fromkeys(named) if c in sources and c not in TIMES]
     if not clock:
-        hint = "" if toml or not table.names else way_out(table.names[0])
-        faults.append(
-            f"{where}, row {max(table.first - 1, 1)}: has no column {TIME!r}, nor 'time_ms' and the"
-            f" like{hint}"
-        )
+        header = max(table.first - 1, 1)
+        faults.append(f"{where}, row {header}: no column is named {', '.join(map(repr, TIMES))}")
     if faults and toml:
         faults += _suggestion(table, layout, described or {}, sources, clock, toml)
     of_clock = sources[clock].column if clock else ""

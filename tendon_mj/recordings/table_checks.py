@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,62 +42,29 @@ class OpenTable:
     sample: Mapping[str, str]
 
 
-def check_names(
-    names: Sequence[str], where: str, *, si: bool = False, elements: Collection[str] = ()
-) -> None:
-    """Raise `RecordingError` unless the names are unique, carry units and begin with the time.
+def name_fault(name: str, *, si: bool = False, elements: Collection[str] = ()) -> str:
+    """What is wrong with a column's name; empty if nothing.
 
     Args:
-        names: of the columns.
-        where: begins every message: the file, or the recording.
-        si: whether units have to be of SI, or may be such as are converted.
+        name: of a column.
+        si: whether its unit has to be of SI, or may be one that is converted.
         elements: names, as of actuators, that columns may have although they end in units.
     """
-    for position, name in enumerate(names, start=1):
-        here = f"{where}, row 1, column {position}"
-        if name in names[: position - 1]:
-            first = names.index(name) + 1
-            raise RecordingError(f"{here}: {name!r} is already the name of column {first}")
-        if position == 1 and name not in (TIMES[:1] if si else TIMES):
-            hint = f" (it is column {names.index(TIME) + 1})" if TIME in names else ""
-            raise RecordingError(
-                f"{here}: the first column is {TIME!r}{hint}, not {name!r}{way_out(name)}"
-            )
-        if fault := name_fault(name, si=si, elements=elements):
-            raise RecordingError(f"{here}: {fault}")
-
-
-def name_fault(name: str, *, si: bool = False, elements: Collection[str] = ()) -> str:
-    """What is wrong with a column's name; empty if nothing."""
     if name != name.strip() or not name.isprintable() or {",", '"'} & set(name):
         return f"{name!r} is no column name; write a word such as 'tension_N', unquoted"
     fault = unit_fault(name, si=si, elements=elements)
     return f"{name!r} {fault}" if fault else ""
 
 
-def way_out(name: str) -> str:
-    """What to do where a first column is nearly one of times."""
-    bare = name.strip("\"'")
-    if bare != name and bare in TIMES:
-        return "; write the names without quotes"
-    if name.lower() in ("time", "t", "timestamp"):
-        return f"; say its unit: {', '.join(map(repr, TIMES))}"
-    return ""
-
-
-def check_table(
-    table: Mapping[str, FloatArray],
-    where: str,
-    *,
-    si: bool = False,
-    elements: Collection[str] = (),
-) -> None:
+def check_table(table: Mapping[str, FloatArray], where: str, *, si: bool = False) -> None:
     """Raise `RecordingError` unless the columns, each (n,), are lawful; rows as in the CSV.
 
-    That is: names as in `check_names`, equal lengths of at least 2, every value finite and at most
-    `LARGEST` in size, and the time strictly increasing.
+    That is: names as in `name_fault`, equal lengths of at least 2, every value finite and at most
+    `LARGEST` in size, and the time, the first of them, strictly increasing.
     """
-    check_names(list(table), where, si=si, elements=elements)
+    for position, name in enumerate(table, start=1):
+        if fault := name_fault(name, si=si):
+            raise RecordingError(f"{where}, row 1, column {position}: {fault}")
     clock = next(iter(table))
     time = table[clock]
     for name, column in table.items():

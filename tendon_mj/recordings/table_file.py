@@ -89,7 +89,7 @@ def read_table(path: Path, elements: Collection[str] = ()) -> dict[str, FloatArr
 
     ``x_mm`` of the file becomes ``x_m``. Raises `RecordingError`, naming file, row (the header is
     row 1) and column, for whatever is no column of docs/recording.md. ``elements`` as in
-    `check_names`.
+    `name_fault`.
     """
     return in_si(read_columns(path, elements=elements).columns, str(path))
 

@@ -424,7 +424,7 @@ lever_rad = "angel"
     with pytest.raises(RecordingError) as caught:
         read_recording(tmp_path / "r.csv")
     for said in (
-        "r.csv, row 1: has no column 'time_s'",
+        "r.csv, row 1: no column is named 'time_s'",
         'time_s = "when"',
         "r.csv, row 3, column 'reel_m': 'x'",
         "'pull_n' does not end in a unit",
