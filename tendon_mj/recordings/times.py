@@ -20,6 +20,7 @@ from tendon_mj.recordings.units import claimed_unit, si_name
 Series = tuple[NDArray[Any], FloatArray]  # times, and values at them
 
 _LONG = 10.0  # times the usual interval: over such a gap values are not interpolated in silence
+_OUTSIDE = 0.25  # share of the rows before and after the common time, above which that is said
 _COARSE = 0.05  # share of equal times from which the clock is coarse, and none a row that is double
 
 
@@ -121,7 +122,8 @@ def at_common_times(
         RecordingError: there are not two common times.
 
     Warns:
-        TendonWarning: of values over each other, and of gaps over which values are interpolated.
+        TendonWarning: of values at one time, gaps over which values are interpolated, and many rows
+            that are left out.
     """
     joined: dict[str, FloatArray] = {}
     chosen = {column: _in_order(times) for column, (times, _) in series.items()}
@@ -133,6 +135,15 @@ def at_common_times(
     rows = stamps[within]
     if rows.size < 2:
         raise RecordingError(f"{where}: its columns have no two values at common times")
+    if rows.size < (1.0 - _OUTSIDE) * stamps.size:
+        late, early = (
+            choose(in_order, key=lambda c: in_order[c][0][end])
+            for choose, end in ((max, 0), (min, -1))
+        )
+        _warn(
+            f"{where}: {stamps.size - rows.size} of {stamps.size} rows are left out: {late!r}"
+            f" begins later, or {early!r} ends earlier"
+        )
     joined[clock] = (rows - rows[0]) * scale
     for column, (times, values) in in_order.items():
         if lost := series[column][0].size - times.size:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from tendon_mj.cli.check import check
 from tendon_mj.errors import RecordingError, TendonWarning
 from tendon_mj.recordings import Recording, read_recording, read_table, table_file
 
@@ -325,6 +326,17 @@ def test_equal_stamps_of_a_coarse_clock_are_spread_evenly_and_said(
         assert_allclose(steps, step, rtol=0.03)
 
 
+def test_check_says_what_was_done_to_a_table(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shown = np.floor(np.arange(60) * 0.7 + 1e-9) * 0.01
+    (tmp_path / "r.csv").write_text(csv(PLAIN | {"time_s": shown}))
+    (tmp_path / "r.toml").write_text(TOML)
+    result = check((tmp_path / "r.csv",), out=tmp_path / "out")
+    assert "column 'time_s'" in result["table_warnings"][0]
+    assert "nothing looks wrong" not in capsys.readouterr().out
+
+
 def test_one_double_row_moves_no_other_time(tmp_path: Path) -> None:
     time = np.insert(TIME, 30, TIME[30])
     table = {"time_s": time, "reel_m": np.insert(REEL, 30, REEL[30]), "pull_N": [20.0] * 61}
@@ -400,6 +412,9 @@ def test_a_long_silence_is_said_and_a_column_without_a_value_refused(tmp_path: P
     }
     with pytest.warns(TendonWarning, match=r"r\.csv: 'pull_N' has no value for"):
         read(tmp_path, csv(rows))
+    dead = rows["pull_N"][:40] + [""] * (len(sent) - 40)
+    with pytest.warns(TendonWarning, match="rows are left out: .* or 'pull_N' ends earlier"):
+        assert read(tmp_path, csv(rows | {"pull_N": dead})).time[-1] < 0.5
     with pytest.raises(RecordingError, match=r"column 'pull_N': empty cell"):
         read(tmp_path, csv(rows | {"pull_N": [""] * len(sent)}))
 
