@@ -23,6 +23,10 @@ _HEAD = """\
 # What the columns of a recording are on the model. Fill in `source`; give the columns the names
 # that they have in your table, with the unit that they are in, such as lever_deg or pull_kN; take
 # out what you did not record. Then: tendon-mj check RECORDING. Every entry: docs/recording.md
+# If your table has other names, counts or dates, add at the end:
+#   [columns]
+#   time_s = "timestamp"
+#   lever_deg = { column = "present_position", factor = 0.087890625, period = 4096 }
 """
 _DRIVE = """\
 # column = the actuator that it commands. Between samples it is linear; for a command that keeps its
