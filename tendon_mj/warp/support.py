@@ -11,6 +11,8 @@ import numpy as np
 from tendon_mj.engine import sensor_kind, servos
 from tendon_mj.errors import NoPluginsError
 from tendon_mj.sheath.law import LAW
+from tendon_mj.warp.reactions import FORCE, TORQUE
+from tendon_mj.warp.sensors import sensors_of_sheaths
 from tendon_mj.warp.simulated import Simulated
 
 # live parameters that each world has of its own, by the names that the plugin has for them
@@ -21,6 +23,7 @@ PARAMETERS: Final = (
     "constant_friction",
     "pretension",
     "extra_bend",
+    "slack",
 )
 _SCALES = {found.scale for found in LAW.values()}  # of no effect by themselves
 # parameters of effects that no world has
@@ -31,6 +34,7 @@ _INTEGRATORS = (
     mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
 )
 _TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
+_SENSORS_OFF = mujoco.mjtDisableBit.mjDSBL_SENSOR.value
 _PASSIVE_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value | mujoco.mjtDisableBit.mjDSBL_DAMPER.value
 
 
@@ -46,19 +50,28 @@ def check_supported(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> 
     """
     for servo in servos(model):
         _refuse(f"servo {servo!r}", "put its law into your policy or into the control")
-    check_options(model.opt)
+    check_options(model.opt, any(sheath.state["constrained"] for sheath in sheaths.values()))
     if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP.value:
         _refuse("the flag sleep, for bodies of which some have tendons in sheaths", "disable it")
     for geom in np.flatnonzero(model.geom_plugin >= 0):
         _refuse(f"geom {model.geom(geom).name!r} of another plugin", "take a mesh or a primitive")
+    shown = sensors_of_sheaths(model)
     for sensor in range(model.nsensor):
+        name = f"sensor {model.sensor(sensor).name!r}"
         if sensor_kind(model, sensor) == "friction_work":
-            _refuse(f"sensor {model.sensor(sensor).name!r} of friction_work", "remove it")
+            _refuse(f"{name} of friction_work", "remove it")
+        shows = sensor in shown or int(model.sensor_type[sensor]) in (FORCE, TORQUE)
+        if shows and model.sensor_history[sensor, 0] > 0:
+            _refuse(f"{name} with a history", "delay what it shows yourself")
     check_sheaths(model, sheaths)
 
 
-def check_options(options: Any) -> None:
+def check_options(options: Any, constrained: bool = False) -> None:
     """Refuse options that are not supported, of a model here or on the device.
+
+    Args:
+        options: of either.
+        constrained: whether equalities or limits pull a tendon.
 
     Raises:
         NoPluginsError: names the option, and what to do instead.
@@ -69,6 +82,13 @@ def check_options(options: Any) -> None:
         _refuse(f"integrator {name}", "take Euler, implicit or implicitfast")
     if int(options.disableflags) & _PASSIVE_OFF == _PASSIVE_OFF:
         _refuse("disabling springs and dampers both", "disable one of them at most")
+    if int(options.disableflags) & _SENSORS_OFF:  # in their stage constraints are read
+        if constrained:
+            _refuse(
+                "disabling sensors where a constraint pulls a tendon in a sheath", "enable them"
+            )
+        if getattr(options, "run_rne_postconstraint", False):
+            _refuse("run_rne_postconstraint without sensors", "enable sensors")
 
 
 def check_sheaths(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> None:
@@ -91,6 +111,8 @@ def _check_sheath(model: mujoco.MjModel, where: str, sheath: Simulated) -> None:
             _refuse(f"{where}{effect} = {value:g} [{LAW[effect].unit}]", "set it to 0")
     if state["pulleys"]:
         _refuse(f"{where}a tendon that branches at a pulley", "give each branch a tendon")
+    if state["own_spring"] and not state["law"]["axial_stiffness"] > 0.0:
+        _refuse(f"{where}stiffness = 0 [N/m] of its tendon's spring", "give it one")
     if not state["driven"]:
         reel = int(state["reel_actuator"])
         if reel >= 0 and model.actuator_delay[reel] > 0.0:
