@@ -99,7 +99,8 @@ def _rest(b: Motion, t: Tendons, s: Sheath) -> wp.float64:
 def _follow_stiffness(b: Motion, t: Tendons, s: Sheath) -> bool:
     """Let EA follow k S of the tendon's own spring; return whether that can pull."""
     k, w = s.index, s.world
-    tendon, before = t.tendon[k], t.spring_product[k, w]
+    tendon = t.tendon[k]
+    before = t.spring_product[k, w]
     now = wp.float64(stiffness(b, tendon, w)) * wp.float64(rest_length(b, tendon, w))
     if before > _ZERO and not wp.abs(now - before) <= _ROUNDED_PRODUCT * before:
         if not now > _ZERO:

@@ -241,7 +241,7 @@ def _beyond_spring(model: mujoco.MjModel) -> list[float]:
         state, law = sheath.state, sheath.state["law"]
         if state["own_spring"]:
             length = float(model.tendon_length0[int(state["tendon"])]) + float(law["slack"])
-            strain = float(law["pretension"]) / max(float(law["axial_stiffness"]), 1e-9)
+            strain = float(law["pretension"]) / float(law["axial_stiffness"])
             beyond.append(length / (1.0 + strain) - float(state["spring_length"]))
         else:
             beyond.append(0.0)

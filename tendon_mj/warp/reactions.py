@@ -93,7 +93,9 @@ def _add_once(
     wrench: wp.spatial_vector,
 ) -> None:
     """Add a wrench, unless the sum is what was written when it was added last."""
-    value, before = total[w, body], written[w, body]
+    value = total[w, body]
+    before = written[w, body]
+    summed = value + wrench  # in a pair, `value` would be what stands there when it is used
     same = bool(True)
     changes = bool(False)
     for i in range(6):
@@ -102,8 +104,8 @@ def _add_once(
     if not changes:
         written[w, body] = wp.spatial_vector(wp.nan, wp.nan, wp.nan, wp.nan, wp.nan, wp.nan)
     elif not same:
-        total[w, body] = value + wrench
-        written[w, body] = value + wrench
+        total[w, body] = summed
+        written[w, body] = summed
 
 
 @wp.kernel

@@ -12,7 +12,6 @@ from tendon_mj.engine import sensor_kind, servos
 from tendon_mj.errors import NoPluginsError
 from tendon_mj.sheath.law import LAW
 from tendon_mj.warp.reactions import FORCE, TORQUE
-from tendon_mj.warp.sensors import sensors_of_sheaths
 from tendon_mj.warp.simulated import Simulated
 
 # live parameters that each world has of its own, by the names that the plugin has for them
@@ -55,13 +54,11 @@ def check_supported(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> 
         _refuse("the flag sleep, for bodies of which some have tendons in sheaths", "disable it")
     for geom in np.flatnonzero(model.geom_plugin >= 0):
         _refuse(f"geom {model.geom(geom).name!r} of another plugin", "take a mesh or a primitive")
-    shown = sensors_of_sheaths(model)
     for sensor in range(model.nsensor):
         name = f"sensor {model.sensor(sensor).name!r}"
         if sensor_kind(model, sensor) == "friction_work":
             _refuse(f"{name} of friction_work", "remove it")
-        shows = sensor in shown or int(model.sensor_type[sensor]) in (FORCE, TORQUE)
-        if shows and model.sensor_history[sensor, 0] > 0:
+        if model.sensor_type[sensor] in (FORCE, TORQUE) and model.sensor_history[sensor, 0] > 0:
             _refuse(f"{name} with a history", "delay what it shows yourself")
     check_sheaths(model, sheaths)
 
@@ -111,8 +108,9 @@ def _check_sheath(model: mujoco.MjModel, where: str, sheath: Simulated) -> None:
             _refuse(f"{where}{effect} = {value:g} [{LAW[effect].unit}]", "set it to 0")
     if state["pulleys"]:
         _refuse(f"{where}a tendon that branches at a pulley", "give each branch a tendon")
-    if state["own_spring"] and not state["law"]["axial_stiffness"] > 0.0:
-        _refuse(f"{where}stiffness = 0 [N/m] of its tendon's spring", "give it one")
+    for kind, acts in (("stiffness", "own_spring"), ("stiffness", "driven"), ("damping", "driven")):
+        if state[acts] and np.any(getattr(model, f"tendon_{kind}poly")[tendon]):
+            _refuse(f"{where}a polynomial {kind} of its tendon", "give it a linear one")
     if not state["driven"]:
         reel = int(state["reel_actuator"])
         if reel >= 0 and model.actuator_delay[reel] > 0.0:
@@ -123,9 +121,6 @@ def _check_sheath(model: mujoco.MjModel, where: str, sheath: Simulated) -> None:
     on = (model.actuator_trntype == _TENDON) & (model.actuator_trnid[:, 0] == tendon)
     if np.any(model.actuator_dampingpoly[on]):
         _refuse(f"{where}a polynomial damping of its actuator", "give it a linear one")
-    for kind in ("stiffness", "damping"):
-        if np.any(getattr(model, f"tendon_{kind}poly")[tendon]):
-            _refuse(f"{where}a polynomial {kind} of its tendon", "give it a linear one")
 
 
 def _refuse(what: str, remedy: str) -> None:
