@@ -63,7 +63,7 @@ def check_recording(
     timing = timing_warnings(recording)
     if any(warning.identifier in _WRONG_TIMES for warning in timing):
         return Checked(recording, None, (*timing, *drive_warnings(recording)))
-    Schedule(recording, adjustable.model, settle)  # refuses what fits the model nowhere
+    schedule = Schedule(recording, adjustable.model, settle)  # refuses what fits it nowhere
     adjustable.set(stated_values(recording, model, adjustable.names(), described))
     still = drive_warnings(recording)
     found = [
@@ -71,7 +71,7 @@ def check_recording(
         *turn_warnings(recording),
         *spike_warnings(recording),
         *still,
-        *actuation_warnings(recording, adjustable),
+        *actuation_warnings(schedule, adjustable),
     ]
     try:
         with warnings.catch_warnings(record=True):

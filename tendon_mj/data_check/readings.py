@@ -101,7 +101,7 @@ def _drive_unit(recording: Recording, said: str, ratios: list[float]) -> DataWar
     span = f"{min(finite):.0f}" + (f" to {max(finite):.0f}" if len(finite) > 1 else "")
     span += "" if len(finite) == len(ratios) else " or more"
     driven = ", ".join(repr(recording.written(column)) for column in recording.drive)
-    scale = f"{next(iter(recording.drive.values()))}.command_scale"
+    scale = f"{recording.driven[0][1]}.command_scale"
     stated = recording.known.get(scale)
     by_scale = (
         f'if it is the angle of a spool and the control a length, write the radius as "{scale}" in'

@@ -29,7 +29,7 @@ from tendon_mj.replay.units import column_unit, rate
 
 
 class Channel(NamedTuple):
-    """Channel of a column: its actuator or sensor on the model, and the unit it is written in."""
+    """Channel of a column: its sensor on the model, and the unit it is written in."""
 
     name: str
     unit: str
@@ -66,7 +66,8 @@ class Simulator:
             model's.
         joints: hinges and slides that have a name, and whether a driven column prescribes their
             motion. A motor's torque or force prescribes none; an actuator with a gain on the
-            joint's place or rate does, unless what came of it was measured.
+            joint's place or rate does, unless what came of it was measured, and so does a column in
+            whose [drive] the joint itself is.
         steps: time steps of one simulation of all recordings.
         sessions: True: a set may hold ``<parameter> @ <recording>``, which acts on that one alone.
 
@@ -114,13 +115,15 @@ class Simulator:
 
     def _prescribed_joints(self) -> dict[str, bool]:
         names = {name.rsplit(".", 1)[0] for name, p in self.parameters.items() if p.kind == "joint"}
+        actuators = {k for schedule in self._schedules for _, k in schedule.actuators}
         driven = {
             joint
-            for channel in self.inputs.values()
-            if self.model.actuator(channel.name).biasprm[1:3].any()
-            for joint in self._moved_by(channel.name)
+            for k in actuators
+            if self.model.actuator(k).biasprm[1:3].any()
+            for joint in self._moved_by(self.model.actuator(k).name)
         }
         prescribed = driven - self._measured_joints()
+        prescribed |= {self.model.joint(k).name for s in self._schedules for _, k in s.joints}
         return {name: name in prescribed for name in sorted(names)}
 
     def _moved_by(self, actuator: str) -> set[str]:
@@ -143,12 +146,12 @@ class Simulator:
         return found
 
     @property
-    def inputs(self) -> dict[str, Channel]:
-        """Driven column → its actuator and unit, of all recordings."""
+    def inputs(self) -> dict[str, str]:
+        """Driven actuator or joint → the unit of its column, of all recordings."""
         return {
-            column: Channel(actuator, column_unit(column))
+            name: column_unit(column)
             for recording in self.recordings
-            for column, actuator in recording.drive.items()
+            for column, name in recording.driven
         }
 
     @property
@@ -226,9 +229,9 @@ class Simulator:
             for name, unit in (("offset", channel.unit), ("drift", rate(channel.unit))):
                 key = f"{channel.name}.{name}"
                 parameters[key] = parameters[key]._replace(unit=unit)
-        for channel in self.inputs.values():
-            key = f"{channel.name}.command_offset"
-            parameters[key] = parameters[key]._replace(unit=channel.unit)
+        for name, unit in self.inputs.items():
+            key = f"{name}.command_offset"
+            parameters[key] = parameters[key]._replace(unit=unit)
         return parameters
 
     def _jobs(self, parameter_sets: Sequence[Values]) -> list[_Job]:

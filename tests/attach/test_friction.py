@@ -96,8 +96,8 @@ def test_names_of_sheaths_reels_and_sensors():
     assert [s.name for s in spec.sensors] == [
         "input_tension",
         "output_tension",
-        "flexor_sheath_input_tension",
-        "flexor_sheath_output_tension",
+        "flexor_input_tension",
+        "flexor_output_tension",
     ]
     named = add_friction(finger(), "flexor", friction=0.1, name="tube", sensors=())
     assert set(sheaths(named.compile())) == {"tube"}
