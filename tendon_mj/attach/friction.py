@@ -105,9 +105,11 @@ def add_friction(
     check_kinds(sensors)
     several = asks_for_several(spec, tendon)
     if several:
-        own = {"name": name}
-        one = isinstance(tendon, list | tuple) and list(tendon) in [[t.name] for t in spec.tendons]
-        if not one:
+        own: dict[str, str | None] = {"name": name}
+        alone = isinstance(tendon, list | tuple) and list(tendon) in [
+            [t.name] for t in spec.tendons
+        ]
+        if not alone:
             own |= {"reel": reel, "reel_joint": reel_joint, "output_joint": output_joint}
         _refuse_for_several(own, tendon)
     if input_end not in INPUT_ENDS:

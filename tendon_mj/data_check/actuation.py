@@ -119,9 +119,9 @@ def _lets_go(schedule: Schedule, adjustable: Adjustable) -> list[DataWarning]:
                 DataWarning(
                     "lets_go",
                     f"{recording.name}, [drive] {recording.written(column)!r}",
-                    f"actuator {model.actuator(actuator).name!r} bears a load at rest with the first drive value, and a"
-                    f" replay comes to it in {recording.settle:g} s from a control of 0, which"
-                    " lets go",
+                    f"actuator {model.actuator(actuator).name!r} bears a load at rest with the"
+                    f" first drive value, and a replay comes to it in {recording.settle:g} s from a"
+                    " control of 0, which lets go",
                     "write settle = 0.0 (or try --settle 0): the replay then begins with the first"
                     " drive value",
                 )

@@ -10,7 +10,8 @@ import mujoco
 
 from tendon_mj.builders.load import load_model
 from tendon_mj.data_check.actuation import actuation_warnings
-from tendon_mj.data_check.readings import drive_warnings, reading_warnings
+from tendon_mj.data_check.play import play_warnings, stated_play
+from tendon_mj.data_check.readings import degree_warnings, drive_warnings, reading_warnings
 from tendon_mj.data_check.samples import spike_warnings, turn_warnings
 from tendon_mj.data_check.timing import timing_warnings
 from tendon_mj.data_check.warning import DataWarning
@@ -72,18 +73,26 @@ def check_recording(
         *spike_warnings(recording),
         *still,
         *actuation_warnings(schedule, adjustable),
+        *play_warnings(schedule, adjustable, stated_play(schedule, adjustable)),
     ]
-    try:
-        with warnings.catch_warnings(record=True):
-            simulated = replay_recording(recording, model, described=described, settle=settle)
-    except TendonError as error:
+
+    def simulate(driven: Recording) -> Recording | TendonError:
+        try:
+            with warnings.catch_warnings(record=True):
+                return replay_recording(driven, model, described=described, settle=settle)
+        except TendonError as error:
+            return error
+
+    simulated = simulate(recording)
+    degrees = degree_warnings(recording, simulated, simulate)
+    if isinstance(simulated, TendonError):
         failed = DataWarning(
             "unstable",
             recording.name,
-            str(error),
+            str(simulated),
             "check the unit of the column in [drive], and the model's timestep",
         )
-        return Checked(recording, None, (*found, failed))
-    if not still:  # else the model stands still too, and every column differs
+        return Checked(recording, None, (*found, *degrees, failed))
+    if not still and not degrees:  # else the model stands still too, or all follows from the unit
         found += reading_warnings(recording, simulated)
-    return Checked(recording, simulated, tuple(found))
+    return Checked(recording, simulated, (*found, *degrees))

@@ -194,6 +194,7 @@ def describe_system(problem: Problem) -> SystemDescription:
         slides=frozenset(j for j in joints if parameters.get(f"{j}.armature", _NONE).unit == "kg"),
         joints={name: p.joints for name, p in parameters.items() if p.joints},
         reference={name: p.reference for name, p in parameters.items() if p.reference},
+        columns=tuple(names for names in first.drive.values() if not isinstance(names, str)),
     )
 
 
