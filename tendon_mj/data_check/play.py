@@ -29,7 +29,7 @@ def stated_play(schedule: Schedule, adjustable: Adjustable) -> dict[str, tuple[f
     plays = {}
     for name in sheaths(adjustable.model):
         guess = uncertain.get(f"{name}.backlash")
-        plays[name] = adjustable.live[f"{name}.backlash"] or (guess.high if guess else 0.0)
+        plays[name] = adjustable.live.get(f"{name}.backlash", 0.0) or (guess.high if guess else 0.0)
     return {name: (play, math.inf) for name, play in plays.items() if play > 0.0}
 
 
@@ -61,13 +61,14 @@ def play_warnings(
         if name not in plays or joint < 0 or joint in done:
             continue
         play, limit = plays[name]
-        tendon = model.tendon(found.tendon)
-        stiffness = adjustable.live[f"{name}.axial_stiffness"] / float(tendon.length0[0])
+        tendon = model.tendon(found.tendon).id
+        length = float(model.tendon_length0[tendon])
+        stiffness = adjustable.live[f"{name}.axial_stiffness"] / length
         pull, noise = adjustable.live[f"{name}.pretension"], math.inf
         for column, measured in recording.measured.items():
             sensor = model.sensor(measured.sensor).id
             if sensor_kind(model, sensor) == "input_tension" and (
-                model.sensor_objid[sensor] == tendon.id
+                model.sensor_objid[sensor] == tendon
             ):
                 pull = float(recording.columns[column].max())
                 noise = (measured.noise or math.inf) / stiffness
