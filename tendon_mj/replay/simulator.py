@@ -29,9 +29,9 @@ from tendon_mj.replay.units import column_unit, rate
 
 
 class Channel(NamedTuple):
-    """Channel of a column: its sensor on the model, and the unit it is written in."""
+    """Channel of a column: its actuator or sensor on the model, and the unit it is written in."""
 
-    name: str
+    name: str | tuple[str, ...]
     unit: str
 
 
@@ -146,12 +146,12 @@ class Simulator:
         return found
 
     @property
-    def inputs(self) -> dict[str, str]:
-        """Driven actuator or joint → the unit of its column, of all recordings."""
+    def inputs(self) -> dict[str, Channel]:
+        """Driven column → its actuator or joint, or several, and unit, of all recordings."""
         return {
-            name: column_unit(column)
+            column: Channel(names, column_unit(column))
             for recording in self.recordings
-            for column, name in recording.driven
+            for column, names in recording.drive.items()
         }
 
     @property
@@ -229,9 +229,9 @@ class Simulator:
             for name, unit in (("offset", channel.unit), ("drift", rate(channel.unit))):
                 key = f"{channel.name}.{name}"
                 parameters[key] = parameters[key]._replace(unit=unit)
-        for name, unit in self.inputs.items():
+        for column, name in (pair for recording in self.recordings for pair in recording.driven):
             key = f"{name}.command_offset"
-            parameters[key] = parameters[key]._replace(unit=unit)
+            parameters[key] = parameters[key]._replace(unit=column_unit(column))
         return parameters
 
     def _jobs(self, parameter_sets: Sequence[Values]) -> list[_Job]:

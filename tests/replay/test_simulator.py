@@ -237,7 +237,7 @@ def test_it_names_what_the_model_has_and_what_the_recordings_use():
     simulator = Simulator(RECORDINGS)
     assert simulator.sheaths == ["sheath"]
     assert simulator.joints == {"environment": False, "sensor": False}
-    assert simulator.inputs == {"reel": "m"}
+    assert simulator.inputs == {"input_displacement_m": ("reel", "m")}
     assert simulator.sensors["output_tension_N"] == ("output_tension", "N")
     assert Simulator([joint_recording()]).joints == {"joint": False, "spool": True}
 
