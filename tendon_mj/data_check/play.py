@@ -18,6 +18,7 @@ from tendon_mj.replay.engineering_units import quantity
 from tendon_mj.replay.grouped_names import expand
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.schedule import Schedule
+from tendon_mj.replay.units import JOINT
 
 _SHARE = 0.03  # of the play, by which the drum may stand off
 _RIGIDITY = 4.0  # k_b = J/(4 r² h²)
@@ -42,15 +43,15 @@ def play_warnings(
 ) -> Iterator[DataWarning]:
     """Warn of drums that stand off by more than 3 % of the play, the noise, or its limit.
 
-    The noise of a tension counts as a length by the cable's stiffness EA/L. Of several sheaths on
-    one joint the first is named.
+    The noise of a tension counts as a length by the cable's stiffness EA/L, that of the joint at
+    the output by its radius. Of several sheaths on one joint the first is named.
 
     Args:
         schedule: of a recording.
         adjustable: its model at the numbers that are stated or fitted; not stepped.
         plays: sheath → its play, and a limit, as half the interval of a fitted play [m].
-        with_servo: whether the lag of a servo counts. It is the motor's own where its command was
-            recorded, and an error where the angle was.
+        with_servo: whether the lag of a servo counts whose joint was not measured. It is the
+            motor's own where its command was recorded, and an error where the angle was.
     """
     model, data, recording = adjustable.model, adjustable.data, schedule.recording
     mujoco.mj_forward(model, data)
@@ -67,11 +68,14 @@ def play_warnings(
         pull, noise = adjustable.live[f"{name}.pretension"], math.inf
         for column, measured in recording.measured.items():
             sensor = model.sensor(measured.sensor).id
-            if sensor_kind(model, sensor) == "input_tension" and (
-                model.sensor_objid[sensor] == tendon
-            ):
+            on, level = int(model.sensor_objid[sensor]), measured.noise or math.inf
+            if on == tendon and sensor_kind(model, sensor) == "input_tension":
                 pull = float(recording.columns[column].max())
-                noise = (measured.noise or math.inf) / stiffness
+                noise = min(noise, level / stiffness)
+            elif model.sensor_type[sensor] == mujoco.mjtSensor.mjSENS_JOINTPOS.value:
+                with_servo = with_servo and on != joint
+                if on == state["output_joint"]:
+                    noise = min(noise, level * abs(float(state["output_radius"])))
         inertia = 1.0 / float(model.dof_invweight0[model.jnt_dofadr[joint]])
         step = schedule.clock.timestep
         flank = _RIGIDITY * pull * (radius * step) ** 2 / inertia
@@ -86,7 +90,10 @@ def play_warnings(
             parts.append(f"the servo is {quantity(late, 'm', 2)} behind its command")
         if flank > most:
             step *= math.sqrt(most / flank)
-            ways.append(f"give it an armature of {inertia * flank / most:.2g}")
+            unit = JOINT["armature"][
+                int(model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE.value)
+            ]
+            ways.append(f"give it an armature of {inertia * flank / most:.2g} {unit}")
             ways.append(f"simulate in steps of {quantity(step, 's', 2)}")
         yield DataWarning(
             "soft_flank",
