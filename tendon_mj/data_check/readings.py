@@ -25,6 +25,7 @@ _DEGREES, _NEARLY = (
     1.5,
 )  # ratio of degrees and radians, and by how much it may be off
 _TURNED = 3.0  # range of angles that may be degrees [rad]; less of these would be no motion
+_LITTLE = 1e-3  # of a range, an error that none is
 _AGAINST = -0.7  # correlation below which a column runs against the model
 _STILL = 1e-6  # of a value's size, a range that is no motion
 _OFF = 0.15  # of the measured range, by which the start may differ
@@ -109,7 +110,7 @@ def degree_warnings(
     after, turned = _misfit(recording, simulate(replace(recording, columns=columns)), angles)
     if after > min(1.0, before / _ALL):
         return []
-    nearer = f"{before / after:.0f} times " if before < np.inf else ""
+    nearer = f"{before / max(after, _LITTLE):.0f} times " if before < np.inf else ""
     return [
         DataWarning(
             "unit",
