@@ -142,7 +142,8 @@ class Description:
     """Description of a time series: the TOML beside the CSV.
 
     model: folder of models/, or path of an MJCF file; source: where the numbers come from;
-    drive: column → actuator it prescribes; measured: column → the sensor that read it;
+    drive: column → actuator or joint that it prescribes, or several (see `driven`);
+    measured: column → the sensor that read it;
     known: parameter → value, never fitted [SI]; uncertain: parameter → range to fit within [SI];
     session: parameter → mean and spread of what was set anew for each recording [SI];
     hold: driven columns that keep their value until the next sample; else linear between samples;
@@ -153,13 +154,22 @@ class Description:
 
     model: str
     source: str
-    drive: Mapping[str, str] = field(default_factory=dict)
+    drive: Mapping[str, str | tuple[str, ...]] = field(default_factory=dict)
     measured: Mapping[str, Measured] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
     uncertain: Mapping[str, Uncertain] = field(default_factory=dict)
     session: Mapping[str, Session] = field(default_factory=dict)
     hold: tuple[str, ...] = ()
     settle: float = 0.5
+
+    @property
+    def driven(self) -> list[tuple[str, str]]:
+        """Driven column and each actuator or joint that it prescribes."""
+        return [
+            (column, name)
+            for column, names in self.drive.items()
+            for name in ((names,) if isinstance(names, str) else names)
+        ]
 
     def check(self, columns: Collection[str], where: str) -> None:
         """Raise `RecordingError`, beginning with ``where``, unless it fits the CSV's ``columns``.
@@ -185,7 +195,10 @@ class Description:
                 if column not in series:
                     raise RecordingError(f"{here}: {unknown('column', column, series)}")
         driven: dict[str, str] = {}
-        for column, actuator in self.drive.items():
+        for column, names in self.drive.items():
+            if not names:
+                raise RecordingError(f"{where}, [drive] {column!r}: must not be empty")
+        for column, actuator in self.driven:
             here = f"{where}, [drive] {column!r}"
             check_text(actuator, here)
             if actuator in driven:

@@ -94,11 +94,14 @@ def format_description(description: Description) -> str:
         name: {"value": float(s.value), "spread": float(s.spread)}
         for name, s in description.session.items()
     }
-    drive: dict[str, Any] = dict(description.drive)
+    drive: dict[str, Any] = {
+        column: names if isinstance(names, str) else list(names)
+        for column, names in description.drive.items()
+    }
     if description.hold:  # all as tables: TOML has tables after what is none, in another order
         drive = {
-            column: {"actuator": actuator, "hold": column in description.hold}
-            for column, actuator in description.drive.items()
+            column: {"actuator": names, "hold": column in description.hold}
+            for column, names in drive.items()
         }
     known = {name: float(value) for name, value in description.known.items()}
     document: dict[str, Any] = {"model": description.model, "source": description.source}
@@ -141,12 +144,15 @@ def _source(name: str, entry: Any, here: str) -> Source:
     return Source(**values)
 
 
-def _driven(entry: Any, here: str) -> tuple[str, bool]:
-    """Actuator of a driven column, and whether it holds its value between samples."""
-    if not isinstance(entry, dict):
-        return _text(entry, here), False
-    _check_keys(entry, ("actuator", "hold"), ("actuator",), here)
-    return _text(entry["actuator"], here), _flag(entry.get("hold", False), f"{here}, hold")
+def _driven(entry: Any, here: str) -> tuple[str | tuple[str, ...], bool]:
+    """Actuators or joints of a driven column, and whether it holds its value between samples."""
+    if isinstance(entry, dict):
+        _check_keys(entry, ("actuator", "hold"), ("actuator",), here)
+        hold = _flag(entry.get("hold", False), f"{here}, hold")
+        return _driven(entry["actuator"], here)[0], hold
+    if isinstance(entry, list):
+        return tuple(_text(name, here) for name in entry), False
+    return _text(entry, here), False
 
 
 def _measured(entry: Any, here: str) -> Measured:

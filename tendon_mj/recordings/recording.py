@@ -64,7 +64,12 @@ class Recording(Description):
             rows = np.array(self.rows)
             rows.setflags(write=False)
             freeze(self, "rows", rows)
-        for name in ("drive", "measured", "known", "uncertain", "session", "in_file"):
+        drive = {
+            column: names if isinstance(names, str) else tuple(names)
+            for column, names in self.drive.items()
+        }
+        freeze(self, "drive", MappingProxyType(drive))
+        for name in ("measured", "known", "uncertain", "session", "in_file"):
             freeze(self, name, MappingProxyType(dict(getattr(self, name))))
         if TIME in columns:
             raise RecordingError(f"{where}, column {TIME!r}: belongs in `time`, not in `columns`")
@@ -82,10 +87,10 @@ class Recording(Description):
     def check_against(self, actuators: Collection[str], sensors: Collection[str]) -> None:
         """Raise `RecordingError`, with the nearest valid name, unless a model has all it needs.
 
-        ``actuators`` and ``sensors`` are the names that exist on the model.
+        ``actuators``, hinges and slides among them, and ``sensors`` are the model's names.
         """
         where = f"recording {self.name!r}"
-        for column, actuator in self.drive.items():
+        for column, actuator in self.driven:
             if actuator not in actuators:
                 message = unknown("actuator", actuator, actuators)
                 raise RecordingError(f"{where}, [drive] {self.written(column)!r}: {message}")

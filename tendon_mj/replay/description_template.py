@@ -29,8 +29,9 @@ _HEAD = """\
 #   lever_deg = { column = "present_position", factor = 0.087890625, period = 4096 }
 """
 _DRIVE = """\
-# column = the actuator that it commands. Between samples it is linear; for a command that keeps its
-# value until the next sample write { actuator = "…", hold = true }."""
+# column = the actuator that it commands, a list of several, or a hinge or slide that it prescribes.
+# Between samples it is linear; for a command that keeps its value until the next sample write
+# { actuator = "…", hold = true }."""
 _MEASURED = """\
 # column = the sensor that read it. If you know its noise, { sensor = "…", noise = 0.05 }: the
 # standard deviation at rest, in the column's unit."""
