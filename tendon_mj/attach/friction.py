@@ -67,7 +67,8 @@ def add_friction(
 
     Args:
         spec: changed in place and returned; not at all where the call is refused.
-        tendon: name of a spatial tendon; several names; or a pattern with ``*``, ``?`` or ``[…]``.
+        tendon: name of a spatial tendon; a list of names, which gives each tendon names that begin
+            with its own; or a pattern with ``*``, ``?`` or ``[…]``.
             A pattern leaves out tendons that are fixed, run in a sheath or that nothing pulls, and
             names tendons that have no name; a warning says which.
         <parameters>
@@ -89,7 +90,8 @@ def add_friction(
         spring: what the tendon's own spring stands for: the ``cable``'s elasticity, or a spring at
             the ``input`` end, whose force is the input tension.
         sensors: kinds to add. Those of a tendon asked for alone are named like the kind, or
-            ``<name>_<kind>`` where that is taken; of one among several ``<tendon>_<kind>``.
+            ``<tendon>_<kind>`` where that is taken (``<name>_<kind>`` with a name); of one in a
+            list, even of one tendon, always ``<tendon>_<kind>``.
 
     Returns:
         ``spec``.
@@ -108,8 +110,13 @@ def add_friction(
     check_names(LAW, parameters, "add_friction")
     check_kinds(sensors)
     several = asks_for_several(spec, tendon)
-    own = {"name": name, "reel": reel, "reel_joint": reel_joint, "output_joint": output_joint}
     if several:
+        own: dict[str, str | None] = {"name": name}
+        alone = isinstance(tendon, list | tuple) and list(tendon) in [
+            [t.name] for t in spec.tendons
+        ]
+        if not alone:
+            own |= {"reel": reel, "reel_joint": reel_joint, "output_joint": output_joint}
         _refuse_for_several(own, tendon)
     if spring not in SPRINGS:
         raise UnknownNameError("spring", str(spring), SPRINGS, "add_friction")

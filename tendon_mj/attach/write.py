@@ -9,7 +9,6 @@ import mujoco
 import numpy as np
 
 from tendon_mj.attach.mjcf import Element, Mjcf, check_suffix
-from tendon_mj.attach.sheathed import sheaths_by_tendon
 from tendon_mj.engine import NAME
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.model_files import files_of_model
@@ -67,10 +66,10 @@ def _section(text: Mjcf, tag: str) -> Element:
 
 
 def _write_tendons(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
-    """Names of the tendons that had none; each with a new sheath has to be there."""
-    sheathed = sheaths_by_tendon(spec).keys() - sheaths_by_tendon(before).keys()
+    """Names of the tendons that had none; all that get a sheath have to be in the text."""
     written = [e for part in text.root.findall("tendon") for e in part if _is_tendon(e)]
     by_name = {e.get("name"): e for e in written if e.get("name")}
+    sheathed = {plugin.config.get("tendon") for plugin in _new_instances(before, spec)}
     for k, (old, new) in enumerate(zip(before.tendons, spec.tendons, strict=True)):
         if new.name not in sheathed:
             continue
@@ -89,14 +88,17 @@ def _is_tendon(element: Element) -> bool:
     return element.tag in ("spatial", "fixed")
 
 
-def _write_instances(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
+def _new_instances(before: mujoco.MjSpec, spec: mujoco.MjSpec) -> list[mujoco.MjsPlugin]:
+    """Instances of the plugin that a spec has and had not."""
     known = {plugin.name for plugin in before.plugins}
+    return [p for p in spec.plugins if p.plugin_name == NAME and p.name not in known]
+
+
+def _write_instances(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
     extension = _section(text, "extension")
     holders = [p for p in text.root.iterfind("extension/plugin") if p.get("plugin") == NAME]
     holder = holders[-1] if holders else ElementTree.SubElement(extension, "plugin", plugin=NAME)
-    for plugin in spec.plugins:
-        if plugin.name in known or plugin.plugin_name != NAME:
-            continue
+    for plugin in _new_instances(before, spec):
         instance = ElementTree.SubElement(holder, "instance", name=plugin.name)
         for key, value in plugin.config.items():
             ElementTree.SubElement(instance, "config", key=key, value=value)

@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 from tendon_mj.engine import unsolved_evaluations
 from tendon_mj.errors import TendonError
 from tendon_mj.replay.frames import FrameRecorder
-from tendon_mj.replay.rollout import full_state, rollout_sensors
+from tendon_mj.replay.rollout import full_state, input_kind, rollout_sensors
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[float], None]
 
 _PHYSICS = mujoco.mjtState.mjSTATE_FULLPHYSICS.value
-_CTRL = mujoco.mjtState.mjSTATE_CTRL.value
 _CHUNK = 2000  # steps between two reports of progress
 
 
@@ -39,7 +38,7 @@ def run_open_loop(
 
     Args:
         model, data: where to start; ``data`` is at the end afterwards.
-        control: (steps, nu).
+        control: (steps, nu), or (steps, nu+nv) with applied forces.
         where: begins every message.
         when: says to the reader when a step was.
         progress: called with the share that is done, 0 … 1; what it costs is a call every 2000
@@ -60,7 +59,7 @@ def run_open_loop(
     pauses = sorted({*range(0, len(control), chunk), *due, len(control)})
     for first, end in pairwise(pauses):
         if recorder and first in due:
-            recorder.keep(model, data, control[first])
+            recorder.keep(model, data, control[first, : model.nu])
         part = slice(first, end)
         if not _run(model, data, control[part], readings[part]):
             raise TendonError(f"{where} failed {_first_failure(model, start, control, when)}")
@@ -106,7 +105,7 @@ def _first_failure(
     mujoco.mj_setState(model, data, start, _PHYSICS)
     timestep = f"the timestep was {model.opt.timestep:.6g} s"
     for step, row in enumerate(control):
-        mujoco.mj_setState(model, data, row, _CTRL)
+        mujoco.mj_setState(model, data, row, input_kind(model, row))
         mujoco.mj_step(model, data)
         raised = [k for k, warning in enumerate(data.warning) if warning.number]
         if raised:

@@ -132,7 +132,7 @@ class Law:
     slack: float = field(
         default=0.0,
         metadata=described(
-            "s", "m", "length by which the tendon is longer than its path at `qpos0`, T_0 then 0"
+            "s", "m", "length added to the tendon, by which it is slack at `qpos0` where T_0 is 0"
         ),
     )
 
@@ -187,16 +187,11 @@ def check_range(name: str, value: float, where: str = "") -> None:
 
 
 def check_scales(values: Mapping[str, float | None], where: str = "") -> None:
-    """Refuse an effect whose scale is missing, such as a time for creep, and T_0 with slack.
+    """Refuse an effect whose scale is missing: a velocity for Stribeck's, a time for creep.
 
     Raises:
         InvalidValueError: names both values.
     """
-    if (values["slack"] or 0.0) > 0.0 and (values["pretension"] or 0.0) > 0.0:
-        raise InvalidValueError(
-            f"{in_place(where)}slack = {values['slack']:g} [m] and pretension = "
-            f"{values['pretension']:g} [N] exclude one another: leave one of them out"
-        )
     for effect, found in LAW.items():
         if not found.scale or not (values[effect] or 0.0) > 0.0:
             continue

@@ -1,4 +1,4 @@
-"""A tendon whose own spring is the cable's elasticity: what is written to the model acts."""
+"""What is written to the model acts: a tendon's own spring, and all else that a sheath reads."""
 
 import mujoco
 import numpy as np
@@ -169,3 +169,57 @@ def test_slack_is_drawn_in_before_the_tendon_pulls():
         meant = max(0.0, 1000.0 * (float(data.ten_length[0]) / (length - drawn) - 1.0))
         tension = view_sheath(model, data, "band").tension
         np.testing.assert_allclose(tension, meant, rtol=1e-9, atol=1e-9)
+
+
+def at_random_elsewhere(model, time, rng):
+    """Write sites, a gear, damping and the order of two guides, as programs do between steps."""
+    model.site_pos[1:4] += rng.uniform(-1e-4, 1e-4, (3, 3))
+    model.actuator_gear[:, 0] *= rng.uniform(0.99, 1.01)
+    model.tendon_damping[0] = rng.uniform(0.0, 0.5)
+    model.actuator_gainprm[:, 0] *= rng.uniform(0.99, 1.01)
+    if rng.random() < 0.01:
+        model.wrap_objid[[1, 2]] = model.wrap_objid[[2, 1]]
+
+
+def test_a_driven_sheath_follows_whatever_is_written():
+    """Without friction to the last bit, with it so that each step is that of the model as it is."""
+    paths = []
+    for sheathed in (False, True):
+        drawn = pulled()
+        if sheathed:
+            add_friction(drawn, "band", friction=0.0)
+        model, rng = drawn.compile(), np.random.default_rng(3)
+        data = mujoco.MjData(model)
+        for k in range(3000):
+            data.ctrl[:] = 1.0 + np.sin(0.01 * k)
+            at_random_elsewhere(model, data.time, rng)
+            mujoco.mj_step(model, data)
+            paths.append(data.qpos.copy())
+    one, other = np.split(np.array(paths), 2)
+    assert np.ptp(one) > 0.05
+    np.testing.assert_array_equal(one, other)
+
+
+def test_friction_is_that_of_the_path_as_it_is_now():
+    """A guide that is moved live bends, and takes, as one that was compiled there."""
+    models = [add_friction(pulled(), "band", friction=0.4).compile() for _ in range(2)]
+    models[0].site_pos[1] += [0.0, 0.02, 0.0]
+    moved = pulled()
+    moved.sites[1].pos += [0.0, 0.02, 0.0]
+    models[1] = add_friction(moved, "band", friction=0.4).compile()
+    ends = []
+    for model in models:
+        data = mujoco.MjData(model)
+        data.ctrl[:] = 5.0
+        mujoco.mj_step(model, data, 300)
+        view = view_sheath(model, data, "band")
+        ends.append([*view.tension, *view.bend_angle, *data.qpos])
+    np.testing.assert_array_equal(*ends)
+
+
+def pulled():
+    drawn = spec()
+    drawn.tendon("band").stiffness[:] = 0.0
+    motor = drawn.add_actuator(trntype=mujoco.mjtTrn.mjTRN_TENDON, target="band")
+    motor.gear[0] = -2.0
+    return drawn

@@ -25,7 +25,7 @@ from tendon_mj.recordings import (
     read_recording,
     write_recording,
 )
-from tendon_mj.recordings.description_toml import parse_description, parse_topics
+from tendon_mj.recordings.description_toml import parse_description, parse_layout
 from tendon_mj.recordings.magnitude import LARGEST, SMALLEST
 from tendon_mj.recordings.recording import UNITS, is_same_model
 
@@ -275,7 +275,11 @@ def test_the_documented_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert (described.hold, described.settle) == (("command_rad",), 0.0)
     assert described.session
     log = [block for language, block in found if language == "toml"][2]
-    assert list(parse_topics(log, page.name)) == ["command_deg", "input_tension_N", "joint_deg"]
+    assert list(parse_layout(log, page.name).topics) == [
+        "command_deg",
+        "input_tension_N",
+        "joint_deg",
+    ]
     Path("pull.toml").write_text(blocks["toml"].replace("displacement", "displacment"))
     with pytest.raises(RecordingError, match=re.escape(" ".join(blocks["text"].split()))):
         read_recording("pull")

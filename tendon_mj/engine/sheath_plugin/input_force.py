@@ -197,8 +197,8 @@ def note_spring(layout: Layout, m: int, state: State, has_length: bool) -> None:
     if state.law.axial_stiffness == 0.0:
         state.law.axial_stiffness = state.spring_product
     if not has_length:
-        state.law.pretension = max(0.0, stiffness * (length - rest))  # type: ignore[misc]
-        state.law.slack = rest - length if rest > length * (1.0 + _SAME) else 0.0  # type: ignore[misc]
+        state.law.pretension = max(0.0, stiffness * (length - rest))
+        state.law.slack = rest - length if rest > length * (1.0 + _SAME) else 0.0
 
 
 @compiled

@@ -46,6 +46,8 @@ class LiveLaw(Law):
 
     axial_stiffness: float
     static_friction: float
+    pretension: float
+    slack: float
 
 
 class State:
