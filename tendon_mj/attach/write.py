@@ -48,13 +48,18 @@ def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
     if path.exists() and any(path.samefile(file) for file in files_of_model(source)):
         raise InvalidValueError(f"{path} is a file that {source} is made of: choose another")
     check_suffix(path)
-    _write_tendons(text, before, spec)
+    absent = _write_tendons(text, before, spec)
     _write_instances(text, before, spec)
     _write_sensors(text, before, spec)
     text.move_to(path.parent, before)
     with whole_file(path) as beside:
         text.write(beside)
-        _check(beside, path, spec)
+        try:
+            _check(beside, path, spec)
+        except (TendonError, ValueError) as error:
+            if absent:
+                raise _not_in_text(text, absent[0]) from error
+            raise
     text.warn_of_outside(path)
     return path
 
@@ -65,23 +70,29 @@ def _section(text: Mjcf, tag: str) -> Element:
     return found[-1] if found else ElementTree.SubElement(text.root, tag)
 
 
-def _write_tendons(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
-    """Names of the tendons that had none; all that get a sheath have to be in the text."""
+def _write_tendons(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> list[str]:
+    """Write names of the tendons that had none; return those with a new sheath not in the text."""
     written = [e for part in text.root.findall("tendon") for e in part if _is_tendon(e)]
     by_name = {e.get("name"): e for e in written if e.get("name")}
     sheathed = {plugin.config.get("tendon") for plugin in _new_instances(before, spec)}
+    absent = []
     for k, (old, new) in enumerate(zip(before.tendons, spec.tendons, strict=True)):
-        if new.name not in sheathed:
+        if new.name not in sheathed or old.name in by_name:
             continue
-        element = by_name.get(old.name)
-        if not old.name and len(written) == len(before.tendons):
-            element = written[k]
-        if element is None:
-            raise TendonError(
-                f"{text.path}: tendon {new.name!r} is not in the text, as one that `attach` or "
-                "`replicate` makes; give it friction in Python and write it with MjSpec.to_xml"
-            )
-        element.set("name", new.name)
+        if old.name:
+            absent.append(new.name)
+        elif len(written) != len(before.tendons):
+            raise _not_in_text(text, new.name)
+        else:
+            written[k].set("name", new.name)
+    return absent
+
+
+def _not_in_text(text: Mjcf, tendon: str) -> TendonError:
+    return TendonError(
+        f"{text.path}: tendon {tendon!r} is not in the text, as one that `attach` or `replicate` "
+        "makes; give it friction in Python and write it with MjSpec.to_xml"
+    )
 
 
 def _is_tendon(element: Element) -> bool:
