@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import copy
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mujoco
 
 from tendon_mj.builders.load import load_model
 from tendon_mj.data_check.actuation import actuation_warnings
+from tendon_mj.data_check.jumps import jump_warnings
 from tendon_mj.data_check.readings import drive_warnings, reading_warnings
-from tendon_mj.data_check.samples import spike_warnings, turn_warnings
+from tendon_mj.data_check.samples import (
+    converter_warnings,
+    slack_warnings,
+    spike_warnings,
+    turn_warnings,
+)
 from tendon_mj.data_check.timing import timing_warnings
 from tendon_mj.data_check.warning import DataWarning
 from tendon_mj.errors import TendonError
@@ -21,6 +28,21 @@ from tendon_mj.replay.replay_recording import replay_recording
 from tendon_mj.replay.schedule import Schedule, stated_values
 
 _WRONG_TIMES = ("times_in_ms", "times_too_short")  # with which no simulation is of use
+_DRIVE_LOST = ("turn", "wraps", "zero_step")
+_JUMPED = {"spike", "frozen", "start", "below_zero", "unit", "sign"}
+# warning → others of the same column that follow from it
+_FOLLOWS = {
+    "range_end": {"frozen", "coarse"},
+    "repeated": {"frozen"},
+    "below_zero": {"start"},
+    "spike": {"below_zero"},
+    "sign": {"below_zero"},
+    "nothing_moves": {"below_zero"},
+    "unit": {"below_zero", "coarse"},
+    "wraps": _JUMPED,
+    "zero_step": _JUMPED,
+    "scale_change": _JUMPED,
+}
 
 
 @dataclass(frozen=True)
@@ -66,16 +88,33 @@ def check_recording(
     Schedule(recording, adjustable.model, settle)  # refuses what fits the model nowhere
     adjustable.set(stated_values(recording, model, adjustable.names(), described))
     still = drive_warnings(recording)
-    found = [
-        *timing,
-        *turn_warnings(recording),
-        *spike_warnings(recording),
+    found = [*timing, *turn_warnings(recording)]
+    simulated, failed = _simulate(recording, model, described, settle)
+
+    def replay(other: Recording) -> Recording | None:
+        return _simulate(other, model, described, settle)[0]
+
+    found += [
+        *jump_warnings(recording, None if still else simulated, replay),
+        *converter_warnings(recording, simulated),
+        *spike_warnings(recording, simulated),
         *still,
         *actuation_warnings(recording, adjustable),
+        *failed,
     ]
+    lost = any(w.identifier in _DRIVE_LOST and "[drive]" in w.place for w in found)
+    if simulated is not None and not still and not lost:  # else no reading is as the model's
+        found += reading_warnings(recording, simulated)
+        found += slack_warnings(recording, simulated, adjustable)
+    return Checked(recording, simulated, _without_consequences(found))
+
+
+def _simulate(
+    recording: Recording, model: mujoco.MjModel, described: bool | None, settle: float | None
+) -> tuple[Recording | None, list[DataWarning]]:
     try:
         with warnings.catch_warnings(record=True):
-            simulated = replay_recording(recording, model, described=described, settle=settle)
+            return replay_recording(recording, model, described=described, settle=settle), []
     except TendonError as error:
         failed = DataWarning(
             "unstable",
@@ -83,7 +122,10 @@ def check_recording(
             str(error),
             "check the unit of the column in [drive], and the model's timestep",
         )
-        return Checked(recording, None, (*found, failed))
-    if not still:  # else the model stands still too, and every column differs
-        found += reading_warnings(recording, simulated)
-    return Checked(recording, simulated, tuple(found))
+        return None, [failed]
+
+
+def _without_consequences(found: Sequence[DataWarning]) -> tuple[DataWarning, ...]:
+    """Warnings without those that follow from another of the same column."""
+    follow = {(w.place, other) for w in found for other in _FOLLOWS.get(w.identifier, ())}
+    return tuple(w for w in found if (w.place, w.identifier) not in follow)
