@@ -29,16 +29,28 @@ from tendon_mj.replay.schedule import Schedule, stated_values
 
 _WRONG_TIMES = ("times_in_ms", "times_too_short")  # with which no simulation is of use
 _DRIVE_LOST = ("turn", "wraps", "zero_step")
-_JUMPED = {"spike", "frozen", "start", "below_zero", "unit", "sign"}
+_JUMPED = {
+    "spike",
+    "frozen",
+    "start",
+    "below_zero",
+    "unit",
+    "sign",
+    "slack",
+    "saturated",
+    "weak_motor",
+}
 # warning → others of the same column that follow from it
 _FOLLOWS = {
     "range_end": {"frozen", "coarse"},
     "repeated": {"frozen"},
+    "coarse": {"frozen"},
     "below_zero": {"start"},
     "spike": {"below_zero"},
     "sign": {"below_zero"},
     "nothing_moves": {"below_zero"},
     "unit": {"below_zero", "coarse"},
+    "turn": _JUMPED,
     "wraps": _JUMPED,
     "zero_step": _JUMPED,
     "scale_change": _JUMPED,

@@ -34,11 +34,14 @@ _AROUND = 3  # samples, within which something else explains it
 _MOVES, _STEP = 90.0, 3.0  # percentile of the drive's changes, times which it steps
 _SHARED = 0.3  # of a jump, which the model makes too
 _WRAPS = 0.6  # of its range, by which a counter jumps at least
-_LEAST_BITS = 6
+_NEARLY = 1.1  # times the period of a counter, that its range and its jumps are at most
+_LEAST_BITS, _SMOOTH = 6, 0.1  # of a counter; of its period, by which it changes at most otherwise
 _BETTER = 0.5  # of the error, that remains without a jump
 _PROBE = 0.02  # of the drive's range, a slip to try
+_TRIES = 4  # slips, each from what the last explains
 _AFTER = 200  # samples after a jump, by which a slip is told from a lost zero
-_EDGE, _GRID = 20, 4  # samples: the shortest part of a split, and from one split to the next
+_EDGE, _PART = 20, 0.1  # samples and share of them: the shortest part of a split
+_GRID = 4  # samples from one split to the next
 _SPLIT = 0.4  # of the error, that a split leaves at most
 _AGREES = 2.5  # noises, that the model is off by at most on either side of a split
 _OTHER_SCALE = 0.03
@@ -126,39 +129,52 @@ def jump_warnings(
             if lost_turns(recording, column).size:
                 continue  # reported already
             place = f"{recording.name}, [{table}] {recording.written(column)!r}"
-            warning = _wrap_warning(recording, column, place)
+            warning = _wrap_warning(recording, simulated, replay, column, place)
             if warning is None and simulated is not None:
                 if table == "drive":
                     warning = _drive_warning(recording, simulated, replay, column, place)
                 else:
                     warning = _reading_warning(recording, simulated, replay, column, place)
             found += [warning] if warning else []
+        if found:
+            break  # with another drive, the model is no measure of the readings
     return found
 
 
-def _wrap_warning(recording: Recording, column: str, place: str) -> DataWarning | None:
-    """A counter of 2^n steps that begins again, while its column moves on."""
+def _wrap_warning(
+    recording: Recording, simulated: Recording | None, replay: Replay, column: str, place: str
+) -> DataWarning | None:
+    """A counter of 2^n steps that begins again, so that its column jumps from end to end."""
     series, unit = recording.columns[column], column_unit(column)
     changes, step = np.diff(series), resolution(series)
     rows = np.flatnonzero(np.abs(changes) > _WRAPS * np.ptp(series))
-    if step == 0.0 or not 0 < rows.size < _SHARED * changes.size:
+    if step == 0.0 or not 0 < rows.size < _SHARED * changes.size or simulated is None:
         return None
-    around = _median_around(changes)
-    bits = np.rint(np.log2(np.abs(changes[rows]) / step))
-    period = step * 2.0 ** bits[0]
-    local = float(np.percentile(np.abs(changes), _MOVES)) + step
-    off = np.abs(changes[rows] - around[rows] - np.sign(changes[rows]) * period)
-    moves_on = changes[rows] * around[rows] < 0.0
-    if bits[0] < _LEAST_BITS or np.any(off > local) or not moves_on.all():
+    largest = float(np.abs(changes[rows]).max())
+    bits = int(np.rint(np.log2(largest / step)))
+    period = step * 2.0**bits
+    whole = bits >= _LEAST_BITS and largest / _NEARLY < period and np.ptp(series) < _NEARLY * period
+    if not whole:  # rounded once more in the file: about as long as its largest jump
+        period = float(np.median(np.abs(changes[rows])))
+    both = whole or (changes[rows].max() > 0.0 > changes[rows].min())
+    smooth = float(np.percentile(np.abs(changes), _MOVES)) < _SMOOTH * period
+    if not both or not smooth or np.ptp(series) > _NEARLY * period:
         return None
+    turns = np.append(0.0, np.cumsum(np.rint(changes / period)))
+    unwrapped = _changed(recording, column, series - period * turns)
+    better = replay(unwrapped) if column in recording.drive else simulated
+    if better is None or not (
+        _errors(unwrapped, better) < _BETTER**2 * _errors(recording, simulated)
+    ):
+        return None
+    counts = f"2^{bits} = {2**bits} of its steps of {quantity(step, unit)}"
     before, after = (quantity(series[rows[0] + k], unit) for k in (0, 1))
     more = f", and {rows.size - 1} times more" if rows.size > 1 else ""
     return DataWarning(
         "wraps",
         place,
         f"jumps from {before} to {after} in row {rows[0] + 1 + HEADER}"
-        f" ({_at(recording, rows[0] + 1)}){more}: 2^{int(bits[0])} = {2 ** int(bits[0])} of its"
-        f" steps of {quantity(step, unit)}",
+        f" ({_at(recording, rows[0] + 1)}){more}: {counts if whole else 'from end to end'}",
         "a counter that begins again: unwrap it, as numpy.unwrap(column, period="
         f"{plain(period)}) does in {unit or 'its unit'}",
         blocks=True,
@@ -169,24 +185,25 @@ def _drive_warning(
     recording: Recording, simulated: Recording, replay: Replay, column: str, place: str
 ) -> DataWarning | None:
     """A drive that jumps where nothing that it moves does."""
-    series, unit = recording.columns[column], column_unit(column)
-    changes = np.abs(np.diff(series))
-    usual = float(np.percentile(changes, _MOVES))
-    rows = np.flatnonzero(changes > _STEP * usual)
-    if not 0 < rows.size <= _MOST or changes.max() <= 0.0:
-        return None
-    row = int(rows[np.argmax(changes[rows])]) + 1
+    series = recording.columns[column]
+    changes = np.diff(series)
+    large = np.abs(changes) > _STEP * np.percentile(np.abs(changes), _MOVES)
     intervals = np.diff(recording.time)
-    if intervals[row - 1] > _STEP * np.median(intervals):
-        return None  # a gap, which is reported
-    size = float(np.diff(series)[row - 1] - _median_around(np.diff(series))[row - 1])
-    mended = replay(_shifted(recording, column, row, -size))
-    if mended is None:
+    rows = np.flatnonzero(large & (intervals < _STEP * np.median(intervals))) + 1
+    if not rows.size:
         return None
-    before = _errors(recording, simulated, row)
-    after = _errors(recording, mended, row)
-    if not after < _BETTER**2 * before:
-        return None
+    worst = sorted(rows.tolist(), key=lambda r: -_unanswered(recording, simulated, r))
+    for row in worst[:_MOST]:
+        size = float(changes[row - 1] - _median_around(changes)[row - 1])
+        mended = replay(_shifted(recording, column, row, -size))
+        before = _errors(recording, simulated, row)
+        if mended is not None and _errors(recording, mended, row) < _BETTER**2 * before:
+            return _lost_zero(recording, column, place, row, size)
+    return None
+
+
+def _lost_zero(recording: Recording, column: str, place: str, row: int, size: float) -> DataWarning:
+    unit = column_unit(column)
     return DataWarning(
         "zero_step",
         place,
@@ -198,12 +215,23 @@ def _drive_warning(
     )
 
 
+def _unanswered(recording: Recording, simulated: Recording, row: int) -> float:
+    """By how much readings change otherwise than the model's about a sample [noise²]."""
+    first, last = max(0, row - 1), min(row + _SIDE, recording.time.size - 1)
+    off = (
+        (recording.columns[c] - simulated.columns[c]) / level
+        for c, level in noise_levels(recording).items()
+    )
+    return float(sum((o[last] - o[first]) ** 2 for o in off))
+
+
 def _reading_warning(
     recording: Recording, simulated: Recording, replay: Replay, column: str, place: str
 ) -> DataWarning | None:
     """A reading whose zero or scale changes between two samples, and nothing else does."""
     read, shown = recording.columns[column], simulated.columns[column]
-    alone = [j for j in jumps(read) if not _explained(recording, shown, column, j)]
+    seen = jumps(read - shown) or jumps(read)
+    alone = [j for j in seen if not _explained(recording, shown, column, j)]
     if alone:
         jump = max(alone, key=lambda j: abs(j.size))
         stretch = _stretch(alone, jump, read.size)
@@ -213,7 +241,7 @@ def _reading_warning(
             return None
         size = float(np.median((read - shown)[row:]) - np.median((read - shown)[:row]))
         jump, stretch = _Jump(row, size), slice(row, read.size)
-    scale = _scale(read, shown, jump, stretch)
+    scale = _scale(read, shown, jump, stretch, bool(alone))
     if scale is None and _slips(recording, simulated, replay, column, jump):
         return None
     unit = column_unit(column)
@@ -255,7 +283,7 @@ def _explained(recording: Recording, shown: FloatArray, column: str, jump: _Jump
     intervals = np.diff(recording.time)
     if intervals[jump.row - 1] > _STEP * np.median(intervals):
         return True  # a gap, which is reported
-    near = slice(max(0, jump.row - 1 - _AROUND), jump.row + _AROUND)
+    near = slice(max(0, jump.row - 1 - _AROUND), jump.row + 1)  # causes go before
     for driven in recording.drive:
         changes = np.abs(np.diff(recording.columns[driven]))
         if changes[near].max() > _STEP * np.percentile(changes, _MOVES):
@@ -271,7 +299,9 @@ def _explained(recording: Recording, shown: FloatArray, column: str, jump: _Jump
     )
 
 
-def _scale(read: FloatArray, shown: FloatArray, jump: _Jump, after: slice) -> float | None:
+def _scale(
+    read: FloatArray, shown: FloatArray, jump: _Jump, after: slice, alone: bool
+) -> float | None:
     """By which a reading is multiplied from a jump on; None where an offset explains it better."""
     before = slice(max(0, jump.row - 4 * _AFTER), jump.row)
     if np.ptp(shown[before]) == 0.0 or np.ptp(shown[after]) == 0.0:
@@ -282,7 +312,9 @@ def _scale(read: FloatArray, shown: FloatArray, jump: _Jump, after: slice) -> fl
     scale = float(model @ measured / (model @ model))
     scaled = float(np.sum((measured - scale * model) ** 2))
     moved = float(np.sum((measured - model - np.mean(measured - model)) ** 2))
-    return scale if scaled < moved and abs(scale - 1.0) > _OTHER_SCALE else None
+    jumped = (scale - 1.0) * read[jump.row - 1]
+    fits = not alone or abs(jumped - jump.size) < _SHARED * abs(jump.size)
+    return scale if scaled < moved and fits and abs(scale - 1.0) > _OTHER_SCALE else None
 
 
 def _split(recording: Recording, shown: FloatArray, column: str) -> int | None:
@@ -305,11 +337,12 @@ def _split(recording: Recording, shown: FloatArray, column: str) -> int | None:
             read, np.column_stack([1.0 - later, (1.0 - later) * shown, later, later * shown])
         )
 
-    rows = range(_EDGE, read.size - _EDGE, _GRID)
+    edge = max(_EDGE, int(_PART * read.size))
+    rows = range(edge, read.size - edge, _GRID)
     if not rows:
         return None
     best = min(rows, key=split)
-    best = min(range(max(_EDGE, best - _GRID), min(read.size - _EDGE, best + _GRID + 1)), key=split)
+    best = min(range(max(edge, best - _GRID), min(read.size - edge, best + _GRID + 1)), key=split)
     time = recording.time - recording.time.mean()
     gradual = _left(read, np.column_stack([np.ones_like(shown), shown, time, time * shown]))
     left = split(best)
@@ -340,7 +373,7 @@ def _slips(
     for driven in recording.drive:
         span = float(np.ptp(recording.columns[driven]))
         slip = _PROBE * span
-        for _ in range(2):
+        for _ in range(_TRIES):
             tried = replay(_shifted(recording, driven, jump.row, slip))
             if tried is None:
                 break
@@ -359,13 +392,17 @@ def _shifted(recording: Recording, column: str, row: int, by: float) -> Recordin
     """The recording with a drive that is shifted from a sample on."""
     series = recording.columns[column].copy()
     series[row:] += by
+    return _changed(recording, column, series)
+
+
+def _changed(recording: Recording, column: str, series: FloatArray) -> Recording:
     return replace(recording, columns={**recording.columns, column: series})
 
 
-def _errors(recording: Recording, simulated: Recording, row: int) -> float:
-    """Sum of squares after a sample, of what the columns are off beyond their offset before it."""
+def _errors(recording: Recording, simulated: Recording, row: int = 0) -> float:
+    """Sum of squares from a sample on, of what the columns are off beyond their offset before."""
     noise, total = noise_levels(recording), 0.0
     for column, level in noise.items():
         off = (recording.columns[column] - simulated.columns[column]) / level
-        total += float(np.sum((off[row:] - np.median(off[:row])) ** 2))
+        total += float(np.sum((off[row:] - np.median(off[: row or None])) ** 2))
     return total

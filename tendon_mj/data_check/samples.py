@@ -79,7 +79,7 @@ def spike_warnings(recording: Recording, simulated: Recording | None) -> list[Da
     """Warn of samples of driven and measured columns that their neighbours know nothing of.
 
     A sample at which the model makes the same excursion is none, as where a cable is let off for
-    one settled point; nor is one of the drive that the readings follow so.
+    one settled point.
     """
     found = []
     off = {c: _off(recording.columns[c]) for c in (*recording.drive, *recording.measured)}

@@ -13,6 +13,7 @@ BoolArray = NDArray[np.bool_]
 GAUSS = 0.6744897501960817  # median |x| of a standard normal variable
 _SAME = 1e-9  # of its range, by which values of one level differ
 _OFF_GRID = 0.1  # of a step, rms: a uniform distribution has 0.29
+_PARTS = 4  # steps between the two levels that are nearest to each other, at most
 _WHITE = 0.5  # estimate by fourth over that by third differences: 1 of white noise, ~0 of motion
 _PILE = 5  # samples at an end of the range, and times the fullest level near it
 _NEAR = 3.0  # noises, that are near an end
@@ -38,15 +39,19 @@ def resolution(series: ArrayLike) -> float:
     levels, gaps = levels[np.append(True, gaps > same)], gaps[gaps > same]
     if not gaps.size:
         return 0.0
-    step = float(gaps.min())
-    for _ in range(3):
-        places = np.concatenate([[0.0], np.cumsum(np.rint(gaps / step))])
-        centred = places - places.mean()
-        step = float(centred @ levels / (centred @ centred))
-    off = levels - levels.mean() - step * centred
-    multiples = np.unique(np.rint(np.abs(np.diff(values)) / step))
-    on_grid = float(np.sqrt(np.mean(off**2))) < _OFF_GRID * step
-    return step if on_grid and np.count_nonzero(multiples) > (0.0 not in multiples) else 0.0
+    multiples = np.unique(np.rint(np.abs(np.diff(values)) / gaps.min()))
+    if np.count_nonzero(multiples) <= (0.0 not in multiples):
+        return 0.0
+    for part in range(1, _PARTS + 1):  # no two levels may be next to each other
+        step = float(gaps.min()) / part
+        for _ in range(3):
+            places = np.concatenate([[0.0], np.cumsum(np.rint(gaps / step))])
+            centred = places - places.mean()
+            step = float(centred @ levels / (centred @ centred))
+        off = levels - levels.mean() - step * centred
+        if float(np.sqrt(np.mean(off**2))) < _OFF_GRID * step:
+            return step
+    return 0.0
 
 
 def white_noise(series: FloatArray, among: BoolArray | None = None) -> float:
@@ -86,6 +91,7 @@ def range_ends(series: FloatArray, noise: float | None = None) -> tuple[float, f
         series: (n,) samples.
         noise: standard deviation, if known [the unit of the series].
     """
+    series = series[~held_values(series, noise)]
     inner = (series > series.min()) & (series < series.max())
     level = white_noise(series, inner)
     stated = noise is not None and noise > _CLEAR * resolution(series)
