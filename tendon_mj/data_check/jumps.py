@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tendon_mj.data_check.samples import HEADER, lost_turns
 from tendon_mj.data_check.warning import DataWarning
 from tendon_mj.recordings import Recording
-from tendon_mj.recordings.converter import resolution
+from tendon_mj.recordings.converter import range_ends, resolution
 from tendon_mj.recordings.noise import noise_levels
 from tendon_mj.replay.engineering_units import plain, quantity
 from tendon_mj.replay.units import column_unit
@@ -29,7 +29,8 @@ _SIDE = 8  # samples to either side of a jump, through which lines are laid
 _CLEAR = 8.0  # standard errors of a jump at least
 _WITHIN = 0.6  # of it between two samples
 _USUAL, _BEYOND = 99.0, 2.0  # percentile of other changes of the slope, times which it is at least
-_MOST = 3  # jumps of a column: more are how the rig moves
+_MOST = 2  # jumps of a column: more are how the rig moves
+_LONG = 100  # samples before and after a jump, over which it stays
 _AROUND = 3  # samples, within which something else explains it
 _MOVES, _STEP = 90.0, 3.0  # percentile of the drive's changes, times which it steps
 _SHARED = 0.3  # of a jump, which the model makes too
@@ -38,7 +39,7 @@ _NEARLY = 1.1  # times the period of a counter, that its range and its jumps are
 _LEAST_BITS, _SMOOTH = 6, 0.1  # of a counter; of its period, by which it changes at most otherwise
 _BETTER = 0.5  # of the error, that remains without a jump
 _PROBE = 0.02  # of the drive's range, a slip to try
-_TRIES = 4  # slips, each from what the last explains
+_TRIES = 4  # slips, each from what the last explains; places at which a drive may have jumped
 _AFTER = 200  # samples after a jump, by which a slip is told from a lost zero
 _EDGE, _PART = 20, 0.1  # samples and share of them: the shortest part of a split
 _GRID = 4  # samples from one split to the next
@@ -148,10 +149,10 @@ def _wrap_warning(
     series, unit = recording.columns[column], column_unit(column)
     changes, step = np.diff(series), resolution(series)
     rows = np.flatnonzero(np.abs(changes) > _WRAPS * np.ptp(series))
-    if step == 0.0 or not 0 < rows.size < _SHARED * changes.size or simulated is None:
+    if not 0 < rows.size < _SHARED * changes.size or simulated is None:
         return None
     largest = float(np.abs(changes[rows]).max())
-    bits = int(np.rint(np.log2(largest / step)))
+    bits = int(np.rint(np.log2(largest / step))) if step else 0
     period = step * 2.0**bits
     whole = bits >= _LEAST_BITS and largest / _NEARLY < period and np.ptp(series) < _NEARLY * period
     if not whole:  # rounded once more in the file: about as long as its largest jump
@@ -160,9 +161,11 @@ def _wrap_warning(
     smooth = float(np.percentile(np.abs(changes), _MOVES)) < _SMOOTH * period
     if not both or not smooth or np.ptp(series) > _NEARLY * period:
         return None
-    turns = np.append(0.0, np.cumsum(np.rint(changes / period)))
+    driven = column in recording.drive
+    beyond = changes if driven else changes - np.diff(simulated.columns[column])
+    turns = np.append(0.0, np.cumsum(np.rint(beyond / period)))
     unwrapped = _changed(recording, column, series - period * turns)
-    better = replay(unwrapped) if column in recording.drive else simulated
+    better = replay(unwrapped) if driven else simulated
     if better is None or not (
         _errors(unwrapped, better) < _BETTER**2 * _errors(recording, simulated)
     ):
@@ -193,7 +196,7 @@ def _drive_warning(
     if not rows.size:
         return None
     worst = sorted(rows.tolist(), key=lambda r: -_unanswered(recording, simulated, r))
-    for row in worst[:_MOST]:
+    for row in worst[:_TRIES]:
         size = float(changes[row - 1] - _median_around(changes)[row - 1])
         mended = replay(_shifted(recording, column, row, -size))
         before = _errors(recording, simulated, row)
@@ -229,9 +232,12 @@ def _reading_warning(
     recording: Recording, simulated: Recording, replay: Replay, column: str, place: str
 ) -> DataWarning | None:
     """A reading whose zero or scale changes between two samples, and nothing else does."""
-    read, shown = recording.columns[column], simulated.columns[column]
+    read = recording.columns[column]
+    shown = np.clip(simulated.columns[column], *range_ends(read, recording.measured[column].noise))
     seen = jumps(read - shown) or jumps(read)
-    alone = [j for j in seen if not _explained(recording, shown, column, j)]
+    alone = [
+        j for j in seen if _stays(read - shown, j) and not _explained(recording, shown, column, j)
+    ]
     if alone:
         jump = max(alone, key=lambda j: abs(j.size))
         stretch = _stretch(alone, jump, read.size)
@@ -276,6 +282,13 @@ def _at(recording: Recording, row: int) -> str:
 def _stretch(others: Sequence[_Jump], jump: _Jump, size: int) -> slice:
     """Samples from a jump to the next."""
     return slice(jump.row, min([j.row for j in others if j.row > jump.row], default=size))
+
+
+def _stays(off: FloatArray, jump: _Jump) -> bool:
+    """Whether a reading is off by a jump for long: on a flank of a play it comes back."""
+    before = off[max(0, jump.row - _LONG) : max(1, jump.row - _AROUND)]
+    after = off[min(jump.row + _AROUND, off.size - 1) : jump.row + _LONG]
+    return (np.median(after) - np.median(before)) / jump.size > _SHARED
 
 
 def _explained(recording: Recording, shown: FloatArray, column: str, jump: _Jump) -> bool:

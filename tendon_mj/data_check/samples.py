@@ -26,6 +26,7 @@ _NOISES = 12.0  # times the median deviation from the neighbours, likewise
 _TURN, _NEARLY = 2.0 * np.pi, 0.15  # of an encoder [rad], and by what share a jump may differ
 _SMOOTH = 0.1  # of a turn, by which other samples differ at most, in the median
 _ABOUT = 3.0  # times as much or as little, an excursion of the model is the same
+_SOON = 10  # samples from an excursion of the model, within which the rig makes its own
 _LONGEST, _LONGEST_DRIVE = 20, 5  # samples for which a value is held: longer ones of a drive rest
 _VISIBLE = 2.5e-3  # of a column's range: what a diagnosis can see of it, where no noise is stated
 _SLACK = 0.02  # of a tension's range, below which a cable is slack
@@ -79,7 +80,7 @@ def spike_warnings(recording: Recording, simulated: Recording | None) -> list[Da
     """Warn of samples of driven and measured columns that their neighbours know nothing of.
 
     A sample at which the model makes the same excursion is none, as where a cable is let off for
-    one settled point.
+    one settled point; nor is one of a reading soon before or after one of the model.
     """
     found = []
     off = {c: _off(recording.columns[c]) for c in (*recording.drive, *recording.measured)}
@@ -96,10 +97,8 @@ def spike_warnings(recording: Recording, simulated: Recording | None) -> list[Da
             limit = max(_SPIKE * usual_range(series), _NOISES * float(np.median(excursion)))
             known = follows
             if table == "measured" and column in shown:
-                known = _alike(series, off[column], shown[column])
-            spikes = (
-                np.flatnonzero((excursion > limit) & ~known) if limit > 0.0 else np.zeros(0, int)
-            )
+                known = follows | _near(np.abs(shown[column]) > limit / _ABOUT)
+            spikes = np.flatnonzero((excursion > limit) & ~known)
             if not spikes.size:
                 continue
             worst = int(spikes[np.argmax(excursion[spikes])])
@@ -121,6 +120,11 @@ def spike_warnings(recording: Recording, simulated: Recording | None) -> list[Da
 def _off(series: FloatArray) -> FloatArray:
     """(n,) of each sample, its distance from the median of it and its neighbours."""
     return series - _median_around(series)
+
+
+def _near(samples: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(n,) samples that are among the given ones, or up to `_SOON` from one."""
+    return np.convolve(samples, np.ones(2 * _SOON + 1), mode="same") > 0.0
 
 
 def _alike(read: FloatArray, off: FloatArray, shown: FloatArray) -> NDArray[np.bool_]:

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from tendon_mj.data_check.warning import DataWarning
 from tendon_mj.recordings import Recording
-from tendon_mj.recordings.converter import resolution
 from tendon_mj.recordings.table_checks import TIME, TIMES
 from tendon_mj.replay.engineering_units import quantity
 
@@ -21,6 +20,7 @@ _ENDS = 3  # intervals on either side of a gap that say how the drive moved
 _UNSEEN = 0.02  # of a drive's range, by which it may differ from a line in a gap
 _WHOLE, _MOST, _FEW = 0.2, 0.9, 3  # intervals that are whole multiples; missing rows at least
 _UNEVEN, _OFTEN = 0.1, 0.1  # of the usual interval, beyond the clock's step; share of intervals
+_DECIMALS = 9
 _SMOOTHER, _MOVES = 0.7, 0.3  # of another roughness; of the largest change, that is motion
 _LONG_SETTLE = 60.0  # [s] that no rig needs to come to rest
 
@@ -119,7 +119,7 @@ def _uneven(
         return None
     off = np.abs(intervals / usual - np.maximum(1.0, np.rint(intervals / usual)))
     off[intervals < 0.5 * usual] = 1.0
-    uneven = off > _UNEVEN + resolution(recording.time) / usual
+    uneven = off > _UNEVEN + _tick(recording.time) / usual
     if uneven.mean() < _OFTEN:
         return None
     late, right = False, False
@@ -140,6 +140,14 @@ def _uneven(
         f" own time, or write even times, {np.mean(intervals[intervals < _GAP * usual]):.6g} s"
         " apart, if no row is missing",
         blocks=late,
+    )
+
+
+def _tick(time: FloatArray) -> float:
+    """Last decimal of the times [s]."""
+    ticks = 10.0 ** -np.arange(_DECIMALS)
+    return float(
+        next((t for t in ticks if np.all(np.abs(time - np.rint(time / t) * t) < 1e-9)), 0.0)
     )
 
 
