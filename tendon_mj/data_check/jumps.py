@@ -40,6 +40,7 @@ _LEAST_BITS, _SMOOTH = 6, 0.1  # of a counter; of its period, by which it change
 _BETTER = 0.5  # of the error, that remains without a jump
 _PROBE = 0.02  # of the drive's range, a slip to try
 _TRIES = 4  # slips, each from what the last explains; places at which a drive may have jumped
+_MORE = 3.0  # times as much, other readings are off after a slip at least
 _AFTER = 200  # samples after a jump, by which a slip is told from a lost zero
 _EDGE, _PART = 20, 0.1  # samples and share of them: the shortest part of a split
 _GRID = 4  # samples from one split to the next
@@ -154,7 +155,10 @@ def _wrap_warning(
     largest = float(np.abs(changes[rows]).max())
     bits = int(np.rint(np.log2(largest / step))) if step else 0
     period = step * 2.0**bits
-    whole = bits >= _LEAST_BITS and largest / _NEARLY < period and np.ptp(series) < _NEARLY * period
+    whole = (
+        bits >= _LEAST_BITS
+        and max(largest, np.ptp(series)) < _NEARLY * period < _NEARLY**2 * largest
+    )
     if not whole:  # rounded once more in the file: about as long as its largest jump
         period = float(np.median(np.abs(changes[rows])))
     both = whole or (changes[rows].max() > 0.0 > changes[rows].min())
@@ -171,6 +175,7 @@ def _wrap_warning(
     ):
         return None
     counts = f"2^{bits} = {2**bits} of its steps of {quantity(step, unit)}"
+    rows = np.flatnonzero(np.diff(turns))
     before, after = (quantity(series[rows[0] + k], unit) for k in (0, 1))
     more = f", and {rows.size - 1} times more" if rows.size > 1 else ""
     return DataWarning(
@@ -195,8 +200,9 @@ def _drive_warning(
     rows = np.flatnonzero(large & (intervals < _STEP * np.median(intervals))) + 1
     if not rows.size:
         return None
-    worst = sorted(rows.tolist(), key=lambda r: -_unanswered(recording, simulated, r))
-    for row in worst[:_TRIES]:
+    off = {row: _unanswered(recording, simulated, row) for row in rows.tolist()}
+    silent = [row for row, (left, answer) in off.items() if answer < _BETTER * left]
+    for row in sorted(silent, key=lambda r: -off[r][0])[:_TRIES]:
         size = float(changes[row - 1] - _median_around(changes)[row - 1])
         mended = replay(_shifted(recording, column, row, -size))
         before = _errors(recording, simulated, row)
@@ -218,14 +224,15 @@ def _lost_zero(recording: Recording, column: str, place: str, row: int, size: fl
     )
 
 
-def _unanswered(recording: Recording, simulated: Recording, row: int) -> float:
-    """By how much readings change otherwise than the model's about a sample [noise²]."""
+def _unanswered(recording: Recording, simulated: Recording, row: int) -> tuple[float, float]:
+    """By how much readings change otherwise than the model's about a sample, and at all [noise²]."""
     first, last = max(0, row - 1), min(row + _SIDE, recording.time.size - 1)
-    off = (
-        (recording.columns[c] - simulated.columns[c]) / level
-        for c, level in noise_levels(recording).items()
-    )
-    return float(sum((o[last] - o[first]) ** 2 for o in off))
+    off = answer = 0.0
+    for column, level in noise_levels(recording).items():
+        read, shown = (r.columns[column] / level for r in (recording, simulated))
+        off += float((read[last] - read[first] - shown[last] + shown[first]) ** 2)
+        answer += float((read[last] - read[first]) ** 2)
+    return off, answer
 
 
 def _reading_warning(
@@ -248,7 +255,12 @@ def _reading_warning(
         size = float(np.median((read - shown)[row:]) - np.median((read - shown)[:row]))
         jump, stretch = _Jump(row, size), slice(row, read.size)
     scale = _scale(read, shown, jump, stretch, bool(alone))
-    if scale is None and _slips(recording, simulated, replay, column, jump):
+    mended, before, after = read.copy(), *_sides(jump)
+    shift = float(np.mean((read - shown)[after]) - np.median((read - shown)[before]))
+    mended[stretch] = read[stretch] - shift if scale is None else read[stretch] / scale
+    if _others_move(recording, simulated, column, jump) or _slips(
+        recording, simulated, replay, jump, _changed(recording, column, mended)
+    ):
         return None
     unit = column_unit(column)
     more = f", and {len(alone) - 1} times more" if len(alone) > 1 else ""
@@ -368,21 +380,44 @@ def _left(read: FloatArray, design: FloatArray) -> float:
     return float(np.sum((read - fitted) ** 2))
 
 
+def _sides(jump: _Jump) -> tuple[slice, slice]:
+    """Samples before and after a jump, but for those in which a rig would follow a slip."""
+    before = slice(max(0, jump.row - _AFTER), max(1, jump.row - _SIDE))
+    return before, slice(jump.row + _SIDE, jump.row + _AFTER)
+
+
+def _others_move(recording: Recording, simulated: Recording, column: str, jump: _Jump) -> bool:
+    """Whether other readings are off by more after a jump than before it."""
+    before, after = _sides(jump)
+    for other, level in noise_levels(recording).items():
+        off = (recording.columns[other] - simulated.columns[other]) / level
+        off = off - np.median(off[before])
+        usual = max(1.0, float(np.mean(off[: jump.row] ** 2)))
+        if other != column and float(np.mean(off[after] ** 2)) > _MORE**2 * usual:
+            return True
+    return False
+
+
 def _slips(
-    recording: Recording, simulated: Recording, replay: Replay, column: str, jump: _Jump
+    recording: Recording, simulated: Recording, replay: Replay, jump: _Jump, mended: Recording
 ) -> bool:
-    """Whether a step of a drive's zero, as of a cable that slips, explains a jump better."""
-    stretch = slice(jump.row, jump.row + _AFTER)
-    off = {
-        c: (recording.columns[c] - simulated.columns[c])[stretch]
-        - np.median(
-            (recording.columns[c] - simulated.columns[c])[max(0, jump.row - _AFTER) : jump.row]
-        )
-        for c in recording.measured
-    }
+    """Whether a step of a drive's zero, as of a cable that slips, explains a jump better.
+
+    Args:
+        recording, simulated: as measured, and the model under the same drive.
+        replay: see `jump_warnings`.
+        jump: of a reading.
+        mended: the recording without it.
+    """
     noise = noise_levels(recording)
-    lost = dict(off) | {column: off[column] - np.mean(off[column])}
-    by_zero = sum(float(np.sum((lost[c] / noise[c]) ** 2)) for c in off)
+    before, after = _sides(jump)
+
+    def off(measured: Recording, shown: Recording) -> FloatArray:
+        """(columns, n) by how much readings are off after the jump beyond before it [noise]."""
+        errors = ((measured.columns[c] - shown.columns[c]) / noise[c] for c in noise)
+        return np.array([e[after] - np.median(e[before]) for e in errors])
+
+    left, wanted = float(np.sum(off(mended, simulated) ** 2)), off(recording, simulated)
     for driven in recording.drive:
         span = float(np.ptp(recording.columns[driven]))
         slip = _PROBE * span
@@ -390,12 +425,11 @@ def _slips(
             tried = replay(_shifted(recording, driven, jump.row, slip))
             if tried is None:
                 break
-            change = {c: (tried.columns[c] - simulated.columns[c])[stretch] for c in off}
-            if sum(float(np.sum((off[c] - change[c]) ** 2)) / noise[c] ** 2 for c in off) < by_zero:
+            if float(np.sum(off(recording, tried) ** 2)) < left:
                 return True
-            along = sum(float(change[c] @ off[c]) / noise[c] ** 2 for c in off)
-            power = sum(float(change[c] @ change[c]) / noise[c] ** 2 for c in off)
-            slip *= along / power if power > 0.0 else 0.0
+            change = wanted - off(recording, tried)
+            power = float(np.sum(change**2))
+            slip *= float(np.sum(change * wanted)) / power if power > 0.0 else 0.0
             if not 0.0 < abs(slip) < span:
                 break
     return False
