@@ -40,7 +40,6 @@ _LEAST_BITS, _SMOOTH = 6, 0.1  # of a counter; of its period, by which it change
 _BETTER = 0.5  # of the error, that remains without a jump
 _PROBE = 0.02  # of the drive's range, a slip to try
 _TRIES = 4  # slips, each from what the last explains; places at which a drive may have jumped
-_MORE = 3.0  # times as much, other readings are off after a slip at least
 _AFTER = 200  # samples after a jump, by which a slip is told from a lost zero
 _EDGE, _PART = 20, 0.1  # samples and share of them: the shortest part of a split
 _GRID = 4  # samples from one split to the next
@@ -225,7 +224,7 @@ def _lost_zero(recording: Recording, column: str, place: str, row: int, size: fl
 
 
 def _unanswered(recording: Recording, simulated: Recording, row: int) -> tuple[float, float]:
-    """By how much readings change otherwise than the model's about a sample, and at all [noise²]."""
+    """By how much readings change beyond the model's about a sample, and at all [noise²]."""
     first, last = max(0, row - 1), min(row + _SIDE, recording.time.size - 1)
     off = answer = 0.0
     for column, level in noise_levels(recording).items():
@@ -258,9 +257,7 @@ def _reading_warning(
     mended, before, after = read.copy(), *_sides(jump)
     shift = float(np.mean((read - shown)[after]) - np.median((read - shown)[before]))
     mended[stretch] = read[stretch] - shift if scale is None else read[stretch] / scale
-    if _others_move(recording, simulated, column, jump) or _slips(
-        recording, simulated, replay, jump, _changed(recording, column, mended)
-    ):
+    if _slips(recording, simulated, replay, jump, _changed(recording, column, mended)):
         return None
     unit = column_unit(column)
     more = f", and {len(alone) - 1} times more" if len(alone) > 1 else ""
@@ -384,18 +381,6 @@ def _sides(jump: _Jump) -> tuple[slice, slice]:
     """Samples before and after a jump, but for those in which a rig would follow a slip."""
     before = slice(max(0, jump.row - _AFTER), max(1, jump.row - _SIDE))
     return before, slice(jump.row + _SIDE, jump.row + _AFTER)
-
-
-def _others_move(recording: Recording, simulated: Recording, column: str, jump: _Jump) -> bool:
-    """Whether other readings are off by more after a jump than before it."""
-    before, after = _sides(jump)
-    for other, level in noise_levels(recording).items():
-        off = (recording.columns[other] - simulated.columns[other]) / level
-        off = off - np.median(off[before])
-        usual = max(1.0, float(np.mean(off[: jump.row] ** 2)))
-        if other != column and float(np.mean(off[after] ** 2)) > _MORE**2 * usual:
-            return True
-    return False
 
 
 def _slips(
