@@ -94,7 +94,7 @@ def drive_reset(recording: Recording, random: np.random.Generator) -> Fault:
 
 
 def below_zero(recording: Recording, random: np.random.Generator) -> Fault:
-    """A load cell whose zero was set under load reads less than nothing where the cable is let off."""
+    """A load cell whose zero was set under load reads less than 0 where the cable is let off."""
     column = random.choice(_unit(recording, "_N"))
     series = recording.columns[column]
     low = 20.0 * noise_levels(recording)[column]
@@ -117,7 +117,7 @@ def _cut(recording: Recording, random: np.random.Generator, low: float, high: fl
     column = random.choice([*recording.measured])
     series = recording.columns[column]
     ends = [np.percentile(series, q) if np.isfinite(q) else q for q in (low, high)]
-    made = np.clip(series, *ends)
+    made = np.clip(series, ends[0], ends[1])
     row = int(np.argmax(np.isin(made, ends))) + _HEADER
     return Fault(_changed(recording, column, made), frozenset({"range_end"}), column, row)
 
@@ -214,7 +214,7 @@ def other_scale(recording: Recording, random: np.random.Generator) -> Fault:
 
 
 def held_drive(recording: Recording, random: np.random.Generator) -> Fault:
-    """What drives is read twice to five times as often as it is updated; on stairs it would not show."""
+    """What drives is read two to five times as often as it is updated; stairs do not show it."""
     column = next(iter(recording.drive))
     times = int(random.integers(2, 6))
     rows = np.arange(recording.time.size) // times * times

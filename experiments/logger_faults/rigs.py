@@ -1,9 +1,10 @@
-"""Five rigs that are as their models, the motions that drive them, and their readings with noise."""
+"""Five rigs that are as their models, motions that drive them, and their readings with noise."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -60,7 +61,6 @@ class Rig:
         measured: column → sensor.
         uncertain: parameter → what a description says of it.
         known: parameter → value in its description.
-        effects: parameter → value that the rig and its model have, such as for stick and slip.
         settle: as in a description [s].
     """
 
@@ -154,12 +154,12 @@ def motion(random: np.random.Generator, kind: str) -> tuple[FloatArray, FloatArr
     else:  # triangles, with rests or without
         turns = np.concatenate([[0.0], random.uniform(0.3, 1.0, 30) * (-1.0) ** np.arange(30)])
         speed, rests = random.uniform(1.2, 2.5), 0.4 if kind == "rests" else 0.0
-        corners, levels = [0.0], [0.0]
-        for before, after in zip(turns[:-1], turns[1:], strict=True):
+        corners, stops = [0.0], [0.0]
+        for before, after in pairwise(turns):
             corners += [corners[-1] + abs(after - before) / speed]
             corners += [corners[-1] + rests]
-            levels += [after, after]
-        course = np.interp(moved, corners, levels)
+            stops += [after, after]
+        course = np.interp(moved, corners, stops)
     return time, np.round(course, 4)
 
 
@@ -182,7 +182,8 @@ def record(rig: Rig, random: np.random.Generator, kind: str, folder: Path, name:
         Path(model).write_text(rig.model, encoding="utf-8")
     time, course = motion(random, "stairs" if kind == "points" else kind)
     if kind == "points":
-        time, course = np.arange(POINTS) * 1.0, random.uniform(0.2, 1.0, POINTS)
+        time = np.arange(POINTS) * 1.0
+        course = random.uniform(0.2, 1.0, POINTS)
         course[POINTS // 2] = -1.0
     bare = Recording(
         name=name,

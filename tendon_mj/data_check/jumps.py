@@ -297,7 +297,7 @@ def _stays(off: FloatArray, jump: _Jump) -> bool:
     """Whether a reading is off by a jump for long: on a flank of a play it comes back."""
     before = off[max(0, jump.row - _LONG) : max(1, jump.row - _AROUND)]
     after = off[min(jump.row + _AROUND, off.size - 1) : jump.row + _LONG]
-    return (np.median(after) - np.median(before)) / jump.size > _SHARED
+    return float(np.median(after) - np.median(before)) / jump.size > _SHARED
 
 
 def _explained(recording: Recording, shown: FloatArray, column: str, jump: _Jump) -> bool:

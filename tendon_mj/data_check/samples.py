@@ -27,7 +27,7 @@ _TURN, _NEARLY = 2.0 * np.pi, 0.15  # of an encoder [rad], and by what share a j
 _SMOOTH = 0.1  # of a turn, by which other samples differ at most, in the median
 _ABOUT = 3.0  # times as much or as little, an excursion of the model is the same
 _SOON = 10  # samples from an excursion of the model, within which the rig makes its own
-_LONGEST, _LONGEST_DRIVE = 20, 5  # samples for which a value is held: longer ones of a drive rest
+_LONGEST_DRIVE = 5  # samples for which a drive is held: longer ones are rests
 _VISIBLE = 2.5e-3  # of a column's range: what a diagnosis can see of it, where no noise is stated
 _SLACK = 0.02  # of a tension's range, below which a cable is slack
 _BELOW, _FEW = 5.0, 3  # noises below 0, and samples there, at least
@@ -143,11 +143,11 @@ def converter_warnings(recording: Recording, simulated: Recording | None) -> lis
     found: list[DataWarning | None] = []
     for column in recording.drive:
         if column not in recording.hold:
-            found.append(_held(recording, "drive", column, None))
-    for column, measured in recording.measured.items():
+            found.append(_held(recording, "drive", column, simulated))
+    for column in recording.measured:
         shown = None if simulated is None else simulated.columns[column]
         found.append(_range_end(recording, column, shown))
-        found.append(_held(recording, "measured", column, measured.noise))
+        found.append(_held(recording, "measured", column, simulated))
         found.append(_coarse(recording, column))
     return [warning for warning in found if warning]
 
@@ -177,12 +177,24 @@ def _range_end(recording: Recording, column: str, shown: FloatArray | None) -> D
     )
 
 
-def _held(recording: Recording, table: str, column: str, noise: float | None) -> DataWarning | None:
+def _held(
+    recording: Recording, table: str, column: str, simulated: Recording | None
+) -> DataWarning | None:
     series = recording.columns[column]
-    longest = _LONGEST_DRIVE if table == "drive" else _LONGEST
-    repeats = held_values(series, noise, longest)
+    if table == "drive":
+        repeats = held_values(series, None, _LONGEST_DRIVE)
+    else:
+        repeats = held_values(series, recording.measured[column].noise)
     if not repeats.any():
         return None
+    fresh = np.interp(recording.time, recording.time[~repeats], series[~repeats])
+    error = float(np.sqrt(np.mean((series - fresh) ** 2)))
+    noise = noise_levels(recording)
+    if table == "drive" and simulated is not None:  # what the model makes of it, on the average
+        shown = {c: usual_range(simulated.columns[c]) / usual_range(series) for c in noise}
+        seen = any(error * shown[c] > noise[c] for c in noise)
+    else:
+        seen = table == "drive" or error > noise[column]
     first = int(np.argmax(repeats))
     changes = int(np.count_nonzero(~repeats))
     held = (
@@ -198,7 +210,7 @@ def _held(recording: Recording, table: str, column: str, noise: float | None) ->
         f" {series.size / changes:.2g} samples",
         f"{held} read faster than it converts: log at its own rate, or leave out the rows that"
         " repeat",
-        blocks=True,
+        blocks=seen,
     )
 
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.data_check.warning import DataWarning
 from tendon_mj.recordings import Recording
+from tendon_mj.recordings.noise import noise_levels
 from tendon_mj.recordings.table_checks import TIME, TIMES
 from tendon_mj.replay.engineering_units import quantity
 
@@ -21,6 +22,7 @@ _UNSEEN = 0.02  # of a drive's range, by which it may differ from a line in a ga
 _WHOLE, _MOST, _FEW = 0.2, 0.9, 3  # intervals that are whole multiples; missing rows at least
 _UNEVEN, _OFTEN = 0.1, 0.1  # of the usual interval, beyond the clock's step; share of intervals
 _DECIMALS = 9
+_VISIBLE = 0.45  # noise rms: an error that a diagnosis does not put down to noise
 _SMOOTHER, _MOVES = 0.7, 0.3  # of another roughness; of the largest change, that is motion
 _LONG_SETTLE = 60.0  # [s] that no rig needs to come to rest
 
@@ -139,7 +141,17 @@ def _uneven(
         "times at which samples arrived, and not those at which they were taken: log the sensor's"
         f" own time, or write even times, {np.mean(intervals[intervals < _GAP * usual]):.6g} s"
         " apart, if no row is missing",
-        blocks=late,
+        blocks=late and _matters(recording, intervals, usual),
+    )
+
+
+def _matters(recording: Recording, intervals: FloatArray, usual: float) -> bool:
+    """Whether uneven lateness moves a reading by more than its noise hides."""
+    late = float(np.std(intervals[intervals < 2.0 * usual])) / np.sqrt(2.0)
+    return any(
+        late / usual * float(np.sqrt(np.mean(np.diff(recording.columns[c]) ** 2)))
+        > _VISIBLE * level
+        for c, level in noise_levels(recording).items()
     )
 
 
