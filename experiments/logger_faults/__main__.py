@@ -71,7 +71,11 @@ def check_clean(rig: str, motion: str, seed: int, folder: Path) -> Case:
 
 
 def logger_faults(
-    out: Path = Path("out/logger_faults"), seeds: int = 1, first: int = 1, diagnoses: bool = True
+    out: Path = Path("out/logger_faults"),
+    seeds: int = 1,
+    first: int = 1,
+    rigs: tuple[str, ...] = tuple(RIGS),
+    diagnoses: bool = True,
 ) -> None:
     """Check made recordings of five rigs with one fault of a column each, and as many without.
 
@@ -79,19 +83,15 @@ def logger_faults(
         out: folder for result.json, the table, and the models.
         seeds: recordings of each kind of fault on each rig.
         first: seed of the first of them.
+        rigs: on which these are made.
         diagnoses: whether those with a fault are diagnosed too (a few seconds each).
     """
     output = Output(out)
     models = out / "models"
     models.mkdir(exist_ok=True)
     cases: list[Case] = []
-    jobs = [(f, r, s) for s in range(first, first + seeds) for f in FAULTS for r in RIGS]
-    clean = [
-        (r, m, s)
-        for s in range(first, first + 3 * seeds)
-        for r in CLEAN
-        for m in (*MOTIONS, _POINTS)
-    ]
+    jobs = [(f, r, s) for s in range(first, first + seeds) for f in FAULTS for r in rigs]
+    clean = [(r, m, s) for s in range(first, first + 3) for r in CLEAN for m in (*MOTIONS, _POINTS)]
     with progress_bar() as progress:
         for k, job in enumerate(jobs):
             progress("with a fault", k, len(jobs))

@@ -27,6 +27,9 @@ _TURN, _NEARLY = 2.0 * np.pi, 0.15  # of an encoder [rad], and by what share a j
 _SMOOTH = 0.1  # of a turn, by which other samples differ at most, in the median
 _ABOUT = 3.0  # times as much or as little, an excursion of the model is the same
 _SOON = 10  # samples from an excursion of the model, within which the rig makes its own
+_BEYOND, _LEVEL = 3.0, 20  # noises beyond all readings; samples and noises that are level there
+_PART = 0.1  # of the model's range, that a column with an end has at least
+_BARELY = 1.3  # noises, by which a level reading varies at most
 _LONGEST_DRIVE = 5  # samples for which a drive is held: longer ones are rests
 _VISIBLE = 2.5e-3  # of a column's range: what a diagnosis can see of it, where no noise is stated
 _SLACK = 0.02  # of a tension's range, below which a cable is slack
@@ -159,7 +162,7 @@ def _range_end(recording: Recording, column: str, shown: FloatArray | None) -> D
         slack = _SLACK * usual_range(shown)
         ends = [e for e in ends if e != 0.0 or float(np.median(shown[series == e])) > slack]
     if not ends:
-        return None
+        return None if shown is None else _flat_end(recording, column, shown)
     at_end = np.isin(series, ends)
     first = int(np.argmax(at_end))
     values = " and ".join(quantity(end, unit) for end in ends)
@@ -175,6 +178,32 @@ def _range_end(recording: Recording, column: str, shown: FloatArray | None) -> D
         "the end of an amplifier's or a converter's range: record again with a wider one; a"
         " diagnosis cuts the model's reading off there too",
     )
+
+
+def _flat_end(recording: Recording, column: str, shown: FloatArray) -> DataWarning | None:
+    """A range's end before the noise: readings are level wherever the model is beyond them all."""
+    series, unit, noise = recording.columns[column], column_unit(column), noise_levels(recording)
+    if usual_range(series) < _PART * usual_range(shown):
+        return None  # another unit, or a sensor that is not connected
+    for sign in (-1.0, 1.0):
+        read, model, level = sign * series, sign * shown, noise[column]
+        beyond = model > read.max() + _BEYOND * level
+        if np.count_nonzero(beyond) < _LEVEL or np.ptp(model[beyond]) < _LEVEL * level:
+            continue
+        end, first = float(np.median(series[beyond])), int(np.argmax(beyond))
+        if np.std(read[beyond]) > _BARELY * level:
+            continue
+        return DataWarning(
+            "range_end",
+            f"{recording.name}, [measured] {recording.written(column)!r}",
+            f"is level at {quantity(end, unit)} in {int(beyond.sum())} samples, the first in row"
+            f" {first + HEADER} ({recording.time[first]:.6g} s), where the model goes on by up to"
+            f" {quantity(float(np.max(np.abs(shown[beyond] - end))), unit)}",
+            "the end of an amplifier's range, or a stop that the model lacks: record again with a"
+            " wider one, or end the recording before it",
+            blocks=True,
+        )
+    return None
 
 
 def _held(
