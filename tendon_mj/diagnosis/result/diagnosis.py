@@ -184,6 +184,11 @@ class Diagnosis:
         return self.verdict != "unknown"
 
     @property
+    def withheld(self) -> bool:
+        """Whether no effect was sought, for a fault of the recordings, and an error remains."""
+        return self.verdict == "unknown" and any(warning.blocks for warning in self.checks)
+
+    @property
     def changed(self) -> bool:
         """Whether the final model has more than what was uncertain fitted, proven or not."""
         return bool(self.findings or self.closest)
