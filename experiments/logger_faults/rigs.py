@@ -182,7 +182,7 @@ def record(rig: Rig, random: np.random.Generator, kind: str, folder: Path, name:
         Path(model).write_text(rig.model, encoding="utf-8")
     time, course = motion(random, "stairs" if kind == "points" else kind)
     if kind == "points":
-        time = np.arange(POINTS) * 1.0
+        time = np.arange(float(POINTS))
         course = random.uniform(0.2, 1.0, POINTS)
         course[POINTS // 2] = -1.0
     bare = Recording(

@@ -42,7 +42,6 @@ _PROBE = 0.02  # of the drive's range, a slip to try
 _TRIES = 4  # slips, each from what the last explains; places at which a drive may have jumped
 _AFTER = 200  # samples after a jump, by which a slip is told from a lost zero
 _EDGE, _PART = 20, 0.1  # samples and share of them: the shortest part of a split
-_GRID = 4  # samples from one split to the next
 _SPLIT = 0.4  # of the error, that a split leaves at most
 _AGREES = 2.5  # noises, that the model is off by at most on either side of a split
 _OTHER_SCALE = 0.03
@@ -355,23 +354,32 @@ def _split(recording: Recording, shown: FloatArray, column: str) -> int | None:
     if whole <= agrees / _AGREES**2 * 1.5:
         return None
 
-    def split(row: int) -> float:
-        """Error that is left where the relation changes before a sample."""
-        later = (np.arange(read.size) >= row).astype(float)
-        return _left(
-            read, np.column_stack([1.0 - later, (1.0 - later) * shown, later, later * shown])
-        )
-
     edge = max(_EDGE, int(_PART * read.size))
-    rows = range(edge, read.size - edge, _GRID)
-    if not rows:
+    if 2 * edge >= read.size:
         return None
-    best = min(rows, key=split)
-    best = min(range(max(edge, best - _GRID), min(read.size - edge, best + _GRID + 1)), key=split)
+    halves = _left_before(read, shown) + _left_before(read[::-1], shown[::-1])[::-1]
+    best = edge + int(np.argmin(halves[edge : read.size - edge + 1]))
     time = recording.time - recording.time.mean()
     gradual = _left(read, np.column_stack([np.ones_like(shown), shown, time, time * shown]))
-    left = split(best)
+    left = float(halves[best])
     return best if left < least and left < _GRADUAL * gradual else None
+
+
+def _left_before(read: FloatArray, shown: FloatArray) -> FloatArray:
+    """(n+1,) sum of squares that a line of a reading over the model leaves before each sample."""
+    x, y = shown - shown.mean(), read - read.mean()
+    sums = np.cumsum([x, y, x * x, x * y, y * y], axis=1)
+    sums = np.concatenate([np.zeros((5, 1)), sums], axis=1)
+    count = np.maximum(1, np.arange(read.size + 1))
+    xx, xy, yy = (
+        sums[2] - sums[0] ** 2 / count,
+        sums[3] - sums[0] * sums[1] / count,
+        sums[4] - sums[1] ** 2 / count,
+    )
+    moved = xx > 0.0
+    slope = np.divide(xy, xx, out=np.zeros_like(xx), where=moved)
+    left: FloatArray = np.maximum(0.0, yy - slope * xy)
+    return left
 
 
 def _left(read: FloatArray, design: FloatArray) -> float:
