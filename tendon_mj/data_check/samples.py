@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 
 from tendon_mj.data_check.warning import DataWarning
 from tendon_mj.engine import sensor_kind
@@ -127,7 +128,8 @@ def _off(series: FloatArray) -> FloatArray:
 
 def _near(samples: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """(n,) samples that are among the given ones, or up to `_SOON` from one."""
-    return np.convolve(samples, np.ones(2 * _SOON + 1), mode="same") > 0.0
+    near: NDArray[np.bool_] = binary_dilation(samples, np.ones(2 * _SOON + 1))
+    return near
 
 
 def _alike(read: FloatArray, off: FloatArray, shown: FloatArray) -> NDArray[np.bool_]:

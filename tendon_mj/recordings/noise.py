@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tendon_mj.recordings.converter import resolution, white_noise
+from tendon_mj.recordings.converter import range_ends, resolution, white_noise
 from tendon_mj.recordings.recording import Recording
 
 _AS_STATED = 1.05  # rounding over the stated noise, up to which that is taken to include it
@@ -17,8 +17,9 @@ def estimate_noise(series: ArrayLike) -> float:
     """Standard deviation of white noise on a smooth series.
 
     The third difference of white noise has a variance of 20 σ², that of a smooth series nearly
-    none; the median is robust to the few samples at kinks. At least the quantisation noise q/√12
-    of the series' own resolution q.
+    none; the median is robust to the few samples at kinks. Samples at the end of a range, where
+    there is no noise, do not count. At least the quantisation noise q/√12 of the series' own
+    resolution q.
 
     Args:
         series: (n,) samples at even times.
@@ -27,7 +28,8 @@ def estimate_noise(series: ArrayLike) -> float:
         σ [the unit of the series], > 0 unless the series is constant.
     """
     values = np.asarray(series, float)
-    return max(white_noise(values), resolution(values) / math.sqrt(12.0))
+    inner = ~np.isin(values, range_ends(values))
+    return max(white_noise(values, inner), resolution(values) / math.sqrt(12.0))
 
 
 def noise_levels(recording: Recording) -> dict[str, float]:

@@ -65,6 +65,13 @@ def test_a_sound_recording_is_warned_of_nothing(pull: Recording) -> None:
     assert set(checked.simulated.columns) == {"reel_m", "in_N", "out_N"}
 
 
+@pytest.mark.parametrize("size", [2, 3, 7, 20, 45])
+def test_a_part_of_a_sound_recording_is_warned_of_nothing(pull: Recording, size: int) -> None:
+    columns = {c: series[-size:] for c, series in pull.columns.items()}
+    part = replace(pull, time=pull.time[:size], columns=columns)
+    assert set(said(part)) <= {"start"}  # it begins in motion
+
+
 def test_times_in_ms_are_warned_of_and_not_simulated(pull: Recording) -> None:
     late = replace(pull, time=1000.0 * pull.time)
     checked = check_recording(late)
