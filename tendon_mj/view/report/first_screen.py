@@ -27,6 +27,8 @@ def meaning(diagnosis: Diagnosis) -> str:
     verdict = diagnosis.verdict
     if verdict == "nothing missing" and diagnosis.bars:
         return "The model explains the recordings down to what differs between sessions of the rig."
+    if diagnosis.withheld:
+        return "The recordings have a fault; whether the model lacks anything cannot be said."
     if verdict == "named" and all(found.kind == "parameter" for found in diagnosis.findings):
         verdict = "parameter"
     return MEANING[verdict]
