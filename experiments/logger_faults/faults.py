@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tendon_mj import Measured, Recording
 from tendon_mj.data_check import DataWarning
-from tendon_mj.recordings.noise import noise_levels
+from tendon_mj.recordings import noise_levels
 
 FloatArray = NDArray[np.float64]
 
