@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from tendon_mj.data_check.samples import frozen, lost_turns, usual_range
 from tendon_mj.data_check.warning import DataWarning
-from tendon_mj.errors import TendonError
 from tendon_mj.recordings import Recording
 from tendon_mj.replay.engineering_units import quantity
 from tendon_mj.replay.units import column_unit
@@ -82,8 +81,8 @@ def reading_warnings(recording: Recording, simulated: Recording) -> list[DataWar
 
 def degree_warnings(
     recording: Recording,
-    simulated: Recording | TendonError,
-    simulate: Callable[[Recording], Recording | TendonError],
+    simulated: Recording | None,
+    simulate: Callable[[Recording], Recording | None],
 ) -> list[DataWarning]:
     """Warn of driven columns in rad that hold degrees, and of measured ones that do so besides.
 
@@ -92,7 +91,7 @@ def degree_warnings(
 
     Args:
         recording: what was driven and measured.
-        simulated: at the numbers that the description states.
+        simulated: at the numbers that the description states; None where that was unstable.
         simulate: the same for another recording.
     """
     driven = {
@@ -126,10 +125,10 @@ def degree_warnings(
 
 
 def _misfit(
-    recording: Recording, simulated: Recording | TendonError, angles: set[str]
+    recording: Recording, simulated: Recording | None, angles: set[str]
 ) -> tuple[float, set[str]]:
     """Mean rms error of the measured columns over their range; those of ``angles`` in degrees."""
-    if isinstance(simulated, TendonError):
+    if simulated is None:
         return np.inf, set()
     errors, turned = [0.0], set()
     for column in recording.measured:

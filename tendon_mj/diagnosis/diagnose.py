@@ -17,6 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from tendon_mj.data_check import DataWarning, check_recording
 from tendon_mj.diagnosis.check import check_recordings, check_simulation, make_simulator
 from tendon_mj.diagnosis.data.problem import (
     MakeSimulator,
@@ -48,6 +49,7 @@ from tendon_mj.replay.grouped_names import expand, matching
 from tendon_mj.replay.live_parameters import DRAWN_BEND, EXTRA_BEND
 from tendon_mj.replay.parameters import Kind, Parameter
 from tendon_mj.replay.simulator import Simulator
+from tendon_mj.replay.simulator_protocol import Simulates
 
 _NONE = Parameter(0.0, "", "joint")
 _SHORTEST = 0.5  # times the model's own step
@@ -62,6 +64,7 @@ def diagnose(
     *,
     catalogue: Effects = CATALOGUE,
     exclude: Collection[str] = (),
+    checks: Sequence[DataWarning] | None = None,
     progress: Progress = silent,
 ) -> Diagnosis:
     """Find what a model lacks against recordings, or which of its parameters is wrong.
@@ -75,6 +78,9 @@ def diagnose(
         catalogue: effects that can be named, in place of the package's own or beside them:
             ``[*CATALOGUE.values(), mine]``.
         exclude: identifiers of effects that are not to be considered.
+        checks: warnings of `check_recording` about all recordings; by default it is called here, if
+            the simulator is the package's. Where a fit cannot see through one of them, only what is
+            uncertain is fitted, and no effect is named.
         progress: called with a label, how much is done, and of how much.
 
     Raises:
@@ -101,6 +107,10 @@ def diagnose(
     check_bindings(system, exclude, effects)
     bound = tuple(candidates(system, exclude, effects))
     check_simulation(own)
+    if checks is None:
+        checks = _check((*train, *held_out), simulate)
+    if any(warning.blocks for warning in checks):
+        bound = ()
     terms = (*uncertain_terms(own), *session_terms(train, own.simulate))
     context = SelectionContext(own, base, terms, (), 0.0, 0.0, progress)
     context, calibrated, step = _calibrate(context, search_step(own))
@@ -115,14 +125,22 @@ def diagnose(
     proof = own
     if held_out:
         proof = Problem(tuple(held_out), simulator(held_out), all_samples(held_out))
-    found = prove(context, selection, own, proof, step, effects, exclude, began)
+    found = prove(context, selection, own, proof, step, effects, exclude, checks, began)
     while step and step > _SHORTEST and _step_matters(context, selection, found.verdict):
         step *= 0.5
         progress("repeat with a shorter step", 0, 1)
         context, selection = _fit_again(context, selection, with_step(own, step))
-        found = prove(context, selection, own, proof, step, effects, exclude, began)
+        found = prove(context, selection, own, proof, step, effects, exclude, checks, began)
         progress("repeat with a shorter step", 1, 1)
     return found
+
+
+def _check(recordings: Sequence[Recording], simulate: Simulates) -> list[DataWarning]:
+    """Warnings about recordings, which a search would take for properties of the rig."""
+    if not isinstance(simulate, Simulator):
+        return []
+    model = simulate.model
+    return [w for r in recordings for w in check_recording(r, model, described=True).warnings]
 
 
 def _calibrate(

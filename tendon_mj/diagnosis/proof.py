@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_mj.data_check import DataWarning
 from tendon_mj.diagnosis.data.problem import Problem
 from tendon_mj.diagnosis.data.sessions import spreads
 from tendon_mj.diagnosis.data.step_size import step_error
@@ -55,6 +56,7 @@ def prove(
     step: float | None,
     catalogue: Mapping[str, Effect],
     excluded: Collection[str],
+    checks: Sequence[DataWarning],
     began: float,
 ) -> Diagnosis:
     """Simulate the held-out data with the models of a selection, and decide.
@@ -70,6 +72,7 @@ def prove(
         step: of the selection, see `with_step`.
         catalogue: identifier → effect, of all that could have been named.
         excluded: identifiers of effects that were not considered.
+        checks: warnings about the recordings.
         began: start of the diagnosis (`time.perf_counter`) [s].
     """
     held_out = HeldOut(context.problem, own, proof, step, context.base)
@@ -108,6 +111,7 @@ def prove(
         excluded=sorted(excluded),
         non_smooth=any(s.candidate.non_smooth for s in selection.effects),
         sheathed=has_sheath(own.simulate),
+        faults=[warning.sentence for warning in checks if warning.blocks],
     )
     first = len(fits[1].calibrated)
     model = {**base, **parameters[1], **after.sessions}
@@ -141,7 +145,12 @@ def prove(
         held_out_recordings=proof.recordings if held_out.has_recordings else (),
         search=(context, selection),
         evidence=evidence,
-        warnings=(*warn_of_step_and_noise(told), *limits),
+        warnings=(
+            *(f"Before any fit: {warning.sentence}." for warning in checks),
+            *warn_of_step_and_noise(told),
+            *limits,
+        ),
+        checks=tuple(checks),
     )
 
 

@@ -67,6 +67,13 @@ def test_a_sound_recording_is_warned_of_nothing(pull: Recording) -> None:
     assert set(checked.simulated.columns) == {"reel_m", "in_N", "out_N"}
 
 
+@pytest.mark.parametrize("size", [2, 3, 7, 20, 45])
+def test_a_part_of_a_sound_recording_is_warned_of_nothing(pull: Recording, size: int) -> None:
+    columns = {c: series[-size:] for c, series in pull.columns.items()}
+    part = replace(pull, time=pull.time[:size], columns=columns)
+    assert set(said(part)) <= {"start"}  # it begins in motion
+
+
 def test_times_in_ms_are_warned_of_and_not_simulated(pull: Recording) -> None:
     late = replace(pull, time=1000.0 * pull.time)
     checked = check_recording(late)
@@ -337,7 +344,7 @@ def test_an_angle_that_jumps_by_a_turn_is_told_with_its_row_and_nothing_else_is(
         if found:
             row = int(np.argmax(np.abs(np.diff(series)) > 5.0)) + 3
             assert f"in row {row}" in found[0].value
-            assert not spike_warnings(changed(bare, joint_rad=series))
+            assert not spike_warnings(changed(bare, joint_rad=series), None)
 
 
 def test_times_in_a_larger_unit_than_named_are_told(pull: Recording) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.diagnosis.data.answers import check_answers
+from tendon_mj.recordings.converter import range_ends
 from tendon_mj.recordings.noise import noise_levels
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.session_names import values_in
@@ -28,8 +29,8 @@ _TAIL = 0.25  # of every recording, held out where no other recording is given
 class Problem:
     """Recordings, the simulator of them, and the layout of their residuals.
 
-    A residual is (simulated − measured)/noise. Residuals are stacked by recording, then column,
-    then sample.
+    A residual is (simulated − measured)/noise; a simulated reading is cut off where its column
+    is. Residuals are stacked by recording, then column, then sample.
 
     Attributes:
         recordings: measured data.
@@ -49,6 +50,14 @@ class Problem:
     def noise(self) -> tuple[dict[str, float], ...]:
         """Noise of every measured column of every recording [the column's unit]."""
         return tuple(noise_levels(recording) for recording in self.recordings)
+
+    @cached_property
+    def ends(self) -> tuple[dict[str, tuple[float, float]], ...]:
+        """Ends of the range that each measured column is cut off at, ±inf where it is not."""
+        return tuple(
+            {c: range_ends(r.columns[c], m.noise) for c, m in r.measured.items()}
+            for r in self.recordings
+        )
 
     @cached_property
     def in_train(self) -> NDArray[np.bool_]:
@@ -121,9 +130,12 @@ class Problem:
         check_answers(answered, len(parameter_sets), self.recordings, simulate)
         for answers in answered:
             parts = []
-            for recording, noise, series in zip(self.recordings, self.noise, answers, strict=True):
+            for recording, noise, ends, series in zip(
+                self.recordings, self.noise, self.ends, answers, strict=True
+            ):
                 for column, level in noise.items():
-                    parts.append((series[column] - recording.columns[column]) / level)
+                    shown = np.clip(series[column], *ends[column])
+                    parts.append((shown - recording.columns[column]) / level)
             row = np.concatenate(parts)
             rows.append(row if np.isfinite(row).all() else np.full(row.shape, np.inf))
         return np.array(rows)
