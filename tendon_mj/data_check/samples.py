@@ -62,7 +62,12 @@ def turn_warnings(recording: Recording) -> list[DataWarning]:
 
 
 def spike_warnings(recording: Recording) -> list[DataWarning]:
-    """Warn of samples of driven and measured columns that their neighbours know nothing of."""
+    """Warn of samples of driven and measured columns that their neighbours know nothing of.
+
+    Of rests none is: what differs between them is a move.
+    """
+    if recording.quasi_static:
+        return []
     found = []
     for table, columns in (("drive", recording.drive), ("measured", recording.measured)):
         for column in columns:
