@@ -8,11 +8,10 @@ from typing import NamedTuple, SupportsFloat
 
 import mujoco
 
-from tendon_mj.attach.elasticity import own_elasticity
+from tendon_mj.attach.elasticity import Constraints, has_spring, own_elasticity
 from tendon_mj.attach.keywords import as_number
 from tendon_mj.attach.sheathed import name_of
 from tendon_mj.attach.spool import Spool
-from tendon_mj.attach.spring import has_spring
 from tendon_mj.attach.tendon_path import TendonPath, end_sites, guides_are_beyond, path_of
 from tendon_mj.errors import InvalidValueError, UnsuitedTendonError
 from tendon_mj.sheath.law import LAW, Law
@@ -28,6 +27,16 @@ _HELD = (
 )
 
 
+_PASSING = (
+    "{} pulls along the whole tendon, past the sheath that holds it: remove it, or leave "
+    "pretension and slack out, so that it gives the input tension"
+)
+_SHORTER = "; its range lets the tendon be {:.3g} mm longer than the sheath does"
+
+
+_SAME = 1e-9  # relative, of two lengths
+
+
 class Request(NamedTuple):
     """Request of a call, for each of its tendons.
 
@@ -40,6 +49,7 @@ class Request(NamedTuple):
         is_wound: whether a reel or a spool winds tendon in or out.
         is_wound_in: whether one does so at the input.
         spool: that the tendon's actuators are to turn.
+        spring: what a tendon's own spring stands for, one of `SPRINGS`.
         timestep: of the model [s].
     """
 
@@ -51,6 +61,7 @@ class Request(NamedTuple):
     is_wound: bool
     is_wound_in: bool
     spool: Spool | None
+    spring: str
     timestep: float
 
 
@@ -59,14 +70,14 @@ class Design(NamedTuple):
 
     Attributes:
         config: of the plugin instance, but for the tendon's name.
-        takes_spring: whether the tendon's own spring moves into the sheath.
         idle: why friction can do nothing, and the remedy; empty where it can.
-        is_driven: whether an actuator or its own spring gives the input tension.
+        passing: force that passes the sheath, and the remedy; empty where none does.
+        is_driven: whether MuJoCo's forces along the tendon give the input tension.
     """
 
     config: dict[str, str]
-    takes_spring: bool
     idle: str
+    passing: str
     is_driven: bool
 
 
@@ -75,20 +86,23 @@ def design_sheath(
     name: str,
     request: Request,
     actuators: Sequence[mujoco.MjsActuator],
+    constraints: Constraints,
     compiled: Callable[[], mujoco.MjModel],
 ) -> Design:
     """The sheath that a request means for a tendon.
 
-    A tendon that an actuator pulls is *driven*: the force on it is its input tension, and its own
-    spring stays where it is. Any other is *wound*: its own spring moves into the sheath where it
-    can, and where it cannot it drives the tendon. So does the spring of a tendon that has no guide
-    but at its input end: friction there acts only on what comes in.
+    A tendon that an actuator pulls is *driven*: the force on it is its input tension. Any other is
+    *wound*: its own spring is the cable's elasticity where it can be, and where it cannot, or is
+    not to be, it drives the tendon. So does the spring of a tendon that has no guide but at its
+    input end: friction there acts only on what comes in. A tendon that only an equality or a limit
+    pulls, and whose length is not stated, is driven by these.
 
     Args:
         tendon: of a spec.
         name: of the tendon, or the one that it will have.
         request: what is asked for.
         actuators: on the tendon.
+        constraints: that may act along it.
         compiled: returns the compiled spec.
 
     Raises:
@@ -115,7 +129,8 @@ def design_sheath(
             raise InvalidValueError(
                 f"tendon {name!r} is to be wound by a spool: give axial_stiffness [N]"
             )
-        pretension = 0.0 if pretension is None else pretension
+        if pretension is None and request.law.get("slack") is None:
+            pretension = 0.0
         damping = {"axial_damping": stiffness * request.timestep}
         request = request._replace(law=damping | dict(request.law))
     inner = _inner_guides(path, _law(request, stiffness, pretension), request.inner_guides)
@@ -128,18 +143,23 @@ def design_sheath(
             )
         is_driven = True
     else:
-        may_be_driven = has_spring(tendon) and pretension is None and not request.is_wound
-        is_driven = may_be_driven and only_inner
+        may_be_driven = pretension is None and not request.law.get("slack") and not request.is_wound
+        if has_spring(tendon):
+            is_driven = may_be_driven and (only_inner or request.spring == "input")
+        else:
+            is_driven = may_be_driven and constraints != Constraints()
+        if request.law.get("slack") and pretension is None and not has_spring(tendon):
+            pretension = 0.0
         if not is_driven and (stiffness is None or pretension is None):
             try:
                 own = own_elasticity(tendon, name, compiled, len(path.branches))
             except UnsuitedTendonError:
-                if not may_be_driven:
+                if not (may_be_driven and has_spring(tendon)):
                     raise
                 is_driven = True
-            else:
-                stiffness = own[0] if stiffness is None else stiffness
-                pretension = own[1] if pretension is None else pretension
+            else:  # as they are at the moment; the sheath reads them from the model
+                _law(request, *own)
+    is_cable = not is_driven and has_spring(tendon)
     law = _law(request, stiffness, pretension)
     counts = {"guides": path.guides(request.arc_guides) + inner}
     if path.wraps:
@@ -150,8 +170,10 @@ def design_sheath(
     if request.input_end != "first":
         config["input_end"] = request.input_end
     config |= {k: repr(v) for k, v in dataclasses.asdict(law).items() if v or k == "friction"}
-    if is_driven:
+    if is_driven or is_cable:
         del config["axial_stiffness"]
+    if is_cable:
+        config["spring"] = "cable"
     if stiffness is not None:
         config["axial_stiffness"] = repr(stiffness)
     if pretension is not None:
@@ -163,7 +185,20 @@ def design_sheath(
         idle = _HELD.format(request.input_end)
     elif is_driven and not inner and guides_are_beyond(tendon, request.input_end):
         idle = _BEYOND
-    return Design(config | dict(request.ends), not is_driven, idle, is_driven)
+    passing = ""
+    if not is_driven and request.is_wound:  # whose limit is the end of its travel
+        constraints = constraints._replace(longest=None)
+    if not is_driven and constraints != Constraints():
+        rest = float(compiled().tendon_length0[tendon.id]) + law.slack
+        passing = _passing(constraints, rest)
+    return Design(config | dict(request.ends), idle, passing, is_driven)
+
+
+def _passing(constraints: Constraints, rest: float) -> str:
+    """Warning of constraints past the sheath of a tendon whose unstretched length is ``rest``."""
+    if constraints.longest is None or constraints.longest <= rest * (1.0 + _SAME):
+        return _PASSING.format(constraints)
+    return _PASSING.format(constraints) + _SHORTER.format(1e3 * (constraints.longest - rest))
 
 
 def _inner_guides(path: TendonPath, law: Law, asked: int | None) -> int:

@@ -10,7 +10,8 @@ import mujoco
 
 from tendon_mj.builders.load import load_model
 from tendon_mj.data_check.actuation import actuation_warnings
-from tendon_mj.data_check.readings import drive_warnings, reading_warnings
+from tendon_mj.data_check.play import play_warnings, stated_play
+from tendon_mj.data_check.readings import degree_warnings, drive_warnings, reading_warnings
 from tendon_mj.data_check.samples import spike_warnings, turn_warnings
 from tendon_mj.data_check.timing import timing_warnings
 from tendon_mj.data_check.warning import DataWarning
@@ -63,7 +64,7 @@ def check_recording(
     timing = timing_warnings(recording)
     if any(warning.identifier in _WRONG_TIMES for warning in timing):
         return Checked(recording, None, (*timing, *drive_warnings(recording)))
-    Schedule(recording, adjustable.model, settle)  # refuses what fits the model nowhere
+    schedule = Schedule(recording, adjustable.model, settle)  # refuses what fits it nowhere
     adjustable.set(stated_values(recording, model, adjustable.names(), described))
     still = drive_warnings(recording)
     found = [
@@ -71,19 +72,27 @@ def check_recording(
         *turn_warnings(recording),
         *spike_warnings(recording),
         *still,
-        *actuation_warnings(recording, adjustable),
+        *actuation_warnings(schedule, adjustable),
+        *play_warnings(schedule, adjustable, stated_play(schedule, adjustable)),
     ]
-    try:
-        with warnings.catch_warnings(record=True):
-            simulated = replay_recording(recording, model, described=described, settle=settle)
-    except TendonError as error:
+
+    def simulate(driven: Recording) -> Recording | TendonError:
+        try:
+            with warnings.catch_warnings(record=True):
+                return replay_recording(driven, model, described=described, settle=settle)
+        except TendonError as error:
+            return error
+
+    simulated = simulate(recording)
+    degrees = degree_warnings(recording, simulated, simulate)
+    if isinstance(simulated, TendonError):
         failed = DataWarning(
             "unstable",
             recording.name,
-            str(error),
+            str(simulated),
             "check the unit of the column in [drive], and the model's timestep",
         )
-        return Checked(recording, None, (*found, failed))
-    if not still:  # else the model stands still too, and every column differs
+        return Checked(recording, None, (*found, *degrees, failed))
+    if not still and not degrees:  # else the model stands still too, or all follows from the unit
         found += reading_warnings(recording, simulated)
-    return Checked(recording, simulated, tuple(found))
+    return Checked(recording, simulated, (*found, *degrees))

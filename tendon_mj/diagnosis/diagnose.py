@@ -183,7 +183,7 @@ def describe_system(problem: Problem) -> SystemDescription:
     ]
     joints, motors = (sorted(_elements(parameters, kind)) for kind in ("joint", "motor"))
     driven = [j for j, is_driven in problem.simulate.joints.items() if is_driven]
-    inputs = tuple(first.drive.values())
+    inputs = tuple(name for _, name in first.driven)
     return SystemDescription(
         values={name: parameter.value for name, parameter in parameters.items()},
         known=_known(problem),
@@ -195,6 +195,7 @@ def describe_system(problem: Problem) -> SystemDescription:
         slides=frozenset(j for j in joints if parameters.get(f"{j}.armature", _NONE).unit == "kg"),
         joints={name: p.joints for name, p in parameters.items() if p.joints},
         reference={name: p.reference for name, p in parameters.items() if p.reference},
+        columns=tuple(names for names in first.drive.values() if not isinstance(names, str)),
     )
 
 

@@ -41,7 +41,7 @@ from tendon_mj.diagnosis.result.sentence import (
     warn_of_ends,
     warn_of_step_and_noise,
 )
-from tendon_mj.diagnosis.result.soft_friction import warn_of_soft_friction
+from tendon_mj.diagnosis.result.soft_friction import warn_of_soft_flanks, warn_of_soft_friction
 from tendon_mj.diagnosis.verdict import LARGEST, decide
 
 FloatArray = NDArray[np.float64]
@@ -93,6 +93,7 @@ def prove(
     stated = measure_errors(proof, unseen[0], unseen[1], mask)
     refits = held_out.refits(fits[1])
     calibrated = fitted_values(problem, base, fits[1], refits, calibrated=True)
+    found = fitted_values(problem, base, fits[1], refits, calibrated=False)
     proven = verdict in ("named", "parameter", "partly")
     told = Statement(
         verdict=verdict,
@@ -114,6 +115,7 @@ def prove(
     limits = [*warn_of_ends(calibrated), *warn_of_guides(lumped)]
     if verdict in ("partly", "unknown"):
         limits += warn_of_soft_friction(own.simulate, model, _considered(selection))
+    limits += warn_of_soft_flanks(own.simulate, model, {**calibrated, **found})
     return Diagnosis(
         verdict=verdict,
         sentence=" ".join([state(told), *limits]),
@@ -122,7 +124,7 @@ def prove(
         excluded=tuple(sorted(excluded)),
         ranking=ranking(selection, problem.in_train),
         calibrated=calibrated,
-        parameters=fitted_values(problem, base, fits[1], refits, calibrated=False),
+        parameters=found,
         sessions=spreads(fits[1].calibrated, fits[1].values[:first]),
         reproducibility=deviations,
         train=measure_errors(own, seen[0], seen[1], own.in_train),

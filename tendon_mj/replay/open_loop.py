@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 from tendon_mj.engine import unsolved_evaluations
 from tendon_mj.errors import TendonError
 from tendon_mj.replay.frames import FrameRecorder
-from tendon_mj.replay.rollout import full_state, rollout_sensors
+from tendon_mj.replay.rollout import full_state, input_kind, rollout_sensors
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[float], None]
 
 _PHYSICS = mujoco.mjtState.mjSTATE_FULLPHYSICS.value
-_CTRL = mujoco.mjtState.mjSTATE_CTRL.value
 _CHUNK = 2000  # steps between two reports of progress
 _WATCHED = 0.05  # of a rest, between two looks at whether anything still moves [s]
 _RESTS = 1e-4  # of what a reading spans or a joint moved: less to come until a rest's end is none
@@ -56,7 +55,7 @@ def run_open_loop(
 
     Args:
         model, data: where to start; ``data`` is at the end afterwards.
-        control: (steps, nu).
+        control: (steps, nu), or (steps, nu+nv) with applied forces.
         where: begins every message.
         when: says to the reader when a step was.
         progress: called with the share that is done, 0 … 1; what it costs is a call every 2000
@@ -81,7 +80,7 @@ def run_open_loop(
     )
     for first, end in pairwise(pauses):
         if recorder and first in due:
-            recorder.keep(model, data, control[first])
+            recorder.keep(model, data, control[first, : model.nu])
         if not _run(model, data, control, readings, slice(first, end), rests):
             raise TendonError(f"{where} failed {_first_failure(model, start, control, when)}")
         if progress:
@@ -171,7 +170,7 @@ def _first_failure(
     mujoco.mj_setState(model, data, start, _PHYSICS)
     timestep = f"the timestep was {model.opt.timestep:.6g} s"
     for step, row in enumerate(control):
-        mujoco.mj_setState(model, data, row, _CTRL)
+        mujoco.mj_setState(model, data, row, input_kind(model, row))
         mujoco.mj_step(model, data)
         raised = [k for k, warning in enumerate(data.warning) if warning.number]
         if raised:

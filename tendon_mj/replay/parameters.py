@@ -8,6 +8,7 @@
 | body that moves | mass [kg], with which its inertia grows in proportion |
 | actuator | gear; kp, kv of a position servo |
 | | command_scale [-], command_offset [of its control], command_delay [s] |
+| joint | the same three, of a column that prescribes its position |
 | sensor | scale [-], offset [of its reading], delay [s], lag [s], drift [of its reading per s] |
 | gravity | x, y, z [m/s²] |
 
@@ -30,12 +31,19 @@ from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnknownNameErro
 from tendon_mj.recordings.magnitude import excess
 from tendon_mj.replay.live_parameters import DRAWN_BEND, LiveParameters
 from tendon_mj.replay.muscle import ranges_of_gear
-from tendon_mj.replay.readout import Readout, stored_commands, stored_readouts
+from tendon_mj.replay.readout import (
+    Readout,
+    stored_commands,
+    stored_joint_commands,
+    stored_readouts,
+)
 from tendon_mj.replay.units import JOINT, UNKNOWN, live_unit, rate
 from tendon_mj.sheath.law import LAW, check_scales, check_static
 
 _OBJ, _JNT, _TRN = mujoco.mjtObj, mujoco.mjtJoint, mujoco.mjtTrn
 _Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
+
+_COMMANDS = {"command_scale": -math.inf, "command_offset": -math.inf, "command_delay": 0.0}  # least
 
 Kind = Literal["live", "joint", "body", "actuator", "motor", "sensor", "gravity"]
 
@@ -75,6 +83,7 @@ class Adjustable:
     Attributes:
         model, data: ready to run, with what ``set`` was given.
         commands: (nactuator, 3) scale, offset and delay, for who runs the model.
+        joint_commands: (njnt, 3) likewise, of columns that prescribe joints.
         readings: (nsensor, 5) `Readout` of every sensor, for who runs the model.
         live: those of sheaths and servos alone.
     """
@@ -83,6 +92,7 @@ class Adjustable:
         self.model = model
         self.data = mujoco.MjData(model)
         self.commands = stored_commands(model)
+        self.joint_commands = stored_joint_commands(model)
         self.readings = stored_readouts(model)
         self.live = LiveParameters(model, self.data)
         self._entries = (
@@ -168,6 +178,10 @@ class Adjustable:
                     found[f"{name}.{parameter}"] = _Entry("joint", unit, places, low)
                 entry = found[f"{name}.springref"]
                 found[f"{name}.springref"] = entry._replace(reference=float(m.qpos0[angle]))
+                units = ("-", JOINT["springref"][slides], "s")
+                for k, (parameter, low) in enumerate(_COMMANDS.items()):
+                    places = [(self.joint_commands, (joint, k), 1.0)]
+                    found[f"{name}.{parameter}"] = _Entry("joint", units[k], places, low)
         return found
 
     def _bodies(self) -> dict[str, _Entry]:
@@ -204,10 +218,10 @@ class Adjustable:
             geared: list[_Place] = [(m.actuator_gear, (k, 0), 1.0), *ranges_of_gear(m, k)]
             slots: dict[str, tuple[str, list[_Place], float]] = {
                 "gear": ("-", geared, -math.inf),
-                "command_scale": ("-", [(self.commands, (k, 0), 1.0)], -math.inf),
-                "command_offset": (UNKNOWN, [(self.commands, (k, 1), 1.0)], -math.inf),
-                "command_delay": ("s", [(self.commands, (k, 2), 1.0)], 0.0),
             }
+            for number, (parameter, low) in enumerate(_COMMANDS.items()):
+                unit = ("-", UNKNOWN, "s")[number]
+                slots[parameter] = (unit, [(self.commands, (k, number), 1.0)], low)
             if gain[k, 0] != 0.0 and gain[k, 0] == -bias[k, 1]:  # a position servo
                 slides = not self._turns(k)
                 places: list[_Place] = [(gain, (k, 0), 1.0), (bias, (k, 1), -1.0)]

@@ -23,6 +23,8 @@ _MOST_STEPS = 20_000_000  # some minutes
 _MOVE = 0.25  # of the settling time, in steps of the model's; in shorter steps a move is slower
 _SHORTEST_MOVE, _LONGEST_MOVE = 1.0, 10.0  # likewise [s]
 _SAME_TIME = 1e-6  # of a step: a sample this little later is at the same time
+_RIGID = 1e15  # armature of a joint that is prescribed [kg m² or kg]: no load moves it
+_PRESCRIBED = (mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value)
 
 FloatArray = NDArray[np.float64]
 
@@ -45,6 +47,8 @@ class Schedule:
     Attributes:
         recording, clock: the samples and the grid of steps from the first to the last.
         lead: steps before the first sample.
+        actuators, joints: (column, id) of what it drives: actuators by their controls, and joints
+            whose position it prescribes.
         addresses: sensor and its place in `mjData.sensordata` for every measured column.
 
     Raises:
@@ -67,6 +71,7 @@ class Schedule:
         if not (math.isfinite(longest) and longest > 0.0):
             raise InvalidValueError(f"timestep = {longest} [s] must be finite and > 0")
         self.recording = recording
+        self.actuators, self.joints = _driven(recording, model)
         self.addresses = _sensor_addresses(recording, model)
         times = recording.time
         self._move = self._between = 0.0
@@ -97,7 +102,7 @@ class Schedule:
             since = (places - before) * self._between
             share = _smooth(since / self._move)
             moves: FloatArray = series[before] + share * np.diff(series)[before]
-            return moves
+            return np.where(share < 1.0, moves, series[before + 1])  # at rest to the bit
         if column in self.recording.hold:
             return _held(grid, self.recording.time, series, self.clock.timestep)
         return np.interp(grid, self.recording.time, series)
@@ -108,22 +113,52 @@ class Schedule:
         return self.lead + self.clock.steps
 
     def prepare(self, adjustable: Adjustable) -> None:
-        """Set a model's step to that of this schedule, and its clock to 0 at the first sample."""
-        adjustable.model.opt.timestep = self.clock.timestep
-        adjustable.data.time = -self.lead * self.clock.timestep
+        """Make a model ready: its step, its clock, 0 at the first sample, and prescribed joints.
+
+        A prescribed joint starts where it is prescribed to be, with an armature that no load moves.
+        """
+        model, data = adjustable.model, adjustable.data
+        model.opt.timestep = self.clock.timestep
+        data.time = -self.lead * self.clock.timestep
+        for column, joint in self.joints:
+            dof, place = model.jnt_dofadr[joint], model.jnt_qposadr[joint]
+            model.dof_armature[dof] = model.dof_M0[dof] = _RIGID  # the second: of simple bodies
+            model.dof_invweight0[dof] = 1.0 / _RIGID
+            model.jnt_limited[joint] = 0  # a limit stops any inertia
+            data.qpos[place] = self._path(adjustable, column, joint)[0]
 
     def control(self, adjustable: Adjustable) -> FloatArray:
-        """(steps+1, nu) controls: the ramp and rest before the first sample, then the drive."""
-        control = np.zeros((self.steps + 1, adjustable.model.nu))
-        ramp = self._ramp(np.arange(1, self.lead + 1, dtype=np.float64))
-        for column, name in self.recording.drive.items():
-            actuator = adjustable.model.actuator(name).id
-            scale, offset, delay = adjustable.commands[actuator]
-            drive = scale * self._late(column, delay) + offset
-            slot = adjustable.model.actuator_ctrladr[actuator]
-            control[: self.lead, slot] = ramp * drive[0]
-            control[self.lead :, slot] = drive
+        """(steps+1, nu) controls: the ramp and rest before the first sample, then the drive.
+
+        Where joints are prescribed (steps+1, nu+nv), with the applied forces on their armature, by
+        which Euler's step leads to the position at the next one:
+
+            v_k = (q_k − q_{k−1})/h,   force_k = armature (v_{k+1} − v_k)/h.
+        """
+        model = adjustable.model
+        width = model.nu + (model.nv if self.joints else 0)
+        control = np.zeros((self.steps + 1, width))
+        for column, actuator in self.actuators:
+            command = adjustable.commands[actuator]
+            control[:, model.actuator_ctrladr[actuator]] = self._led(column, command, 0.0)
+        for column, joint in self.joints:
+            path = self._path(adjustable, column, joint)
+            speed = np.diff(path, prepend=path[0]) / self.clock.timestep
+            force = _RIGID * np.diff(speed) / self.clock.timestep
+            control[:-1, model.nu + model.jnt_dofadr[joint]] = force
         return control
+
+    def _path(self, adjustable: Adjustable, column: str, joint: int) -> FloatArray:
+        """(steps+1,) positions of a joint that a column prescribes [rad or m]."""
+        rest = adjustable.model.qpos0[adjustable.model.jnt_qposadr[joint]]
+        return self._led(column, adjustable.joint_commands[joint], float(rest))
+
+    def _led(self, column: str, command: FloatArray, rest: float) -> FloatArray:
+        """(steps+1,) driven column by scale, offset and delay, with the ramp from ``rest``."""
+        scale, offset, delay = command.tolist()
+        drive = scale * self._late(column, delay) + offset
+        ramp = self._ramp(np.arange(1, self.lead + 1, dtype=np.float64))
+        return np.concatenate([rest + ramp * (drive[0] - rest), drive])
 
     def _ramp(self, steps: FloatArray) -> FloatArray:
         """Share of the first drive value, at steps from the start of settling."""
@@ -241,10 +276,29 @@ def stated_values(
     return {name: value for name, value in values.items() if name not in fitted}
 
 
+def _driven(
+    recording: Recording, model: mujoco.MjModel
+) -> tuple[list[tuple[str, int]], list[tuple[str, int]]]:
+    """Columns with the actuators and with the joints that they drive; an actuator's name first."""
+    actuators = {model.actuator(k).name: k for k in range(model.nactuator)}
+    joints = {
+        name: k
+        for k in range(model.njnt)
+        if model.jnt_type[k] in _PRESCRIBED and (name := model.joint(k).name) not in actuators
+    }
+    sensors = {model.sensor(k).name for k in range(model.nsensor)}
+    recording.check_against({*actuators, *joints} - {""}, sensors - {""})
+    prescribed = [(c, joints[name]) for c, name in recording.driven if name in joints]
+    if prescribed and model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4.value:
+        raise RecordingError(
+            f"recording {recording.name!r}, [drive] {recording.written(prescribed[0][0])!r}: the"
+            " model's integrator RK4 follows no prescribed joint; take implicitfast"
+        )
+    return [(c, actuators[name]) for c, name in recording.driven if name in actuators], prescribed
+
+
 def _sensor_addresses(recording: Recording, model: mujoco.MjModel) -> dict[str, tuple[int, int]]:
     sensors = {model.sensor(k).name: k for k in range(model.nsensor)}
-    actuators = {model.actuator(k).name for k in range(model.nactuator)}
-    recording.check_against(actuators - {""}, sensors.keys() - {""})
     found = {}
     for column, measured in recording.measured.items():
         sensor, written = sensors[measured.sensor], recording.written(column)

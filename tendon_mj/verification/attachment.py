@@ -10,9 +10,9 @@ from typing import Literal, NamedTuple
 
 import mujoco
 
+from tendon_mj.attach.elasticity import has_spring
 from tendon_mj.attach.friction import add_friction
 from tendon_mj.attach.sheathed import actuators_by_tendon, sheaths_by_tendon
-from tendon_mj.attach.spring import has_spring
 from tendon_mj.attach.tendon_choice import choose_tendons
 from tendon_mj.attach.tendon_path import end_sites
 from tendon_mj.attach.write import write_sheaths
@@ -163,7 +163,7 @@ def attach_friction(
         config = sheath.config if sheath else {}
         more = float(config.get("extra_bend", extra_bend if not sheath else 0.0))
         stiffness = config.get("axial_stiffness")
-        moved = name in had_spring and "pretension" in config
+        moved = config.get("spring") == "cable"
         rows.append(
             Row(
                 tendon=name,
@@ -197,7 +197,7 @@ def _done(sheath: mujoco.MjsPlugin | None, was_there: bool, unnamed: bool, moved
     if was_there:
         return f"left in sheath {sheath.name!r}"
     named = "named, " if unnamed else ""
-    return f"{named}sheath {sheath.name!r}{' in place of its spring' if moved else ''}"
+    return f"{named}sheath {sheath.name!r}{', its spring as elasticity' if moved else ''}"
 
 
 def _bends(model: mujoco.MjModel, tendons: list[int]) -> list[tuple[float, float, float]]:

@@ -172,8 +172,8 @@ def test_what_is_wound_besides_takes_its_elasticity_as_before():
     with pytest.raises(InvalidValueError, match="'wrapped' has no stiffness to take over"):
         add_friction(arm(), "wrapped", friction=0.1, output_joint="elbow", output_radius=0.01)
     spec = add_friction(arm(), "stiff", friction=0.1, output_joint="elbow", output_radius=0.01)
-    assert "pretension" in spec.plugin("sheath").config
-    assert not spec.tendon("stiff").stiffness.any()
+    assert spec.plugin("sheath").config["spring"] == "cable"
+    assert spec.tendon("stiff").stiffness.any()  # the sheath reads it
 
 
 def test_without_its_friction_a_driven_model_is_what_it_was():

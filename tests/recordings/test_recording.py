@@ -25,7 +25,7 @@ from tendon_mj.recordings import (
     read_recording,
     write_recording,
 )
-from tendon_mj.recordings.description_toml import parse_description, parse_topics
+from tendon_mj.recordings.description_toml import parse_description, parse_layout
 from tendon_mj.recordings.magnitude import LARGEST, SMALLEST
 from tendon_mj.recordings.recording import UNITS, is_same_model
 
@@ -278,7 +278,11 @@ def test_the_documented_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyP
     settled, log = [block for language, block in found if language == "toml"][2:4]
     described = parse_description(f'model = "joint"\nsource = "a rig"\n{settled}', page.name)
     assert (described.quasi_static, described.settling_time) == (True, 8.0)
-    assert list(parse_topics(log, page.name)) == ["command_deg", "input_tension_N", "joint_deg"]
+    assert list(parse_layout(log, page.name).topics) == [
+        "command_deg",
+        "input_tension_N",
+        "joint_deg",
+    ]
     Path("pull.toml").write_text(blocks["toml"].replace("displacement", "displacment"))
     with pytest.raises(RecordingError, match=re.escape(" ".join(blocks["text"].split()))):
         read_recording("pull")

@@ -46,7 +46,8 @@ class SystemDescription:
         known: parameters that were measured on the rig and are never fitted.
         uncertain: parameters that are calibrated in any case.
         spans: sensor → largest less smallest measured value [the sensor's unit].
-        inputs: driven actuators.
+        inputs: driven actuators and joints.
+        columns: the inputs of each column that drives several.
         free_joints: joints that no driven actuator moves.
         motors: inputs whose force depends on nothing but their control.
         slides: joints that slide.
@@ -64,6 +65,7 @@ class SystemDescription:
     slides: frozenset[str] = frozenset()
     joints: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     reference: Mapping[str, float] = field(default_factory=dict)
+    columns: tuple[tuple[str, ...], ...] = ()
 
     def moves_freely(self, name: str) -> bool:
         """Whether a parameter's joints are free ones, one of them at least."""
