@@ -101,11 +101,14 @@ class Problem:
         """(m,) residual without the first-order error of the simulation's step.
 
         A simulation with step h errs by C h to first order, and 2 r_{h/2} − r_h does not
-        (Richardson extrapolation).
+        (Richardson extrapolation). Where rows are rests its error has no order, and the finer
+        simulation is taken as it is.
         """
         if self.half_step is None:
             return residual
         finer = self._residuals(self.half_step, [parameters])[0]
+        if any(recording.quasi_static for recording in self.recordings):
+            return finer
         with np.errstate(invalid="ignore"):
             extrapolated: FloatArray = 2.0 * finer - residual
         return np.where(np.isfinite(extrapolated), extrapolated, np.inf)
