@@ -107,10 +107,9 @@ class Problem:
         if self.half_step is None:
             return residual
         finer = self._residuals(self.half_step, [parameters])[0]
-        if any(recording.quasi_static for recording in self.recordings):
-            return finer
+        at_rest = any(recording.quasi_static for recording in self.recordings)
         with np.errstate(invalid="ignore"):
-            extrapolated: FloatArray = 2.0 * finer - residual
+            extrapolated: FloatArray = finer if at_rest else 2.0 * finer - residual
         return np.where(np.isfinite(extrapolated), extrapolated, np.inf)
 
     def _residuals(
