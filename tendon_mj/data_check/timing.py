@@ -37,8 +37,13 @@ def timing_warnings(recording: Recording) -> list[DataWarning]:
     usual, span = float(np.median(intervals)), float(np.ptp(recording.time))
     samples = f"{recording.time.size} samples {quantity(usual, 's')} apart, {quantity(span, 's')}"
     found = []
+    if recording.settling_time is not None:
+        return _rest_warnings(recording, place, recording.settling_time)
     if usual >= _SLOW and recording.time.size >= _ENOUGH:
-        way_out = "if these are milliseconds, name the column 'time_ms'"
+        way_out = (
+            "if these are milliseconds, name the column 'time_ms'; if each row was read at rest,"
+            " write quasi_static = true under [timing]"
+        )
         found.append(DataWarning("times_in_ms", place, f"{samples} in all", way_out))
     if usual < _FAST and span < _SHORT:
         way_out = f"if these are in a larger unit, name the column so: {TIMES[0]!r} or {TIMES[1]!r}"
@@ -178,3 +183,21 @@ def _roughness(time: FloatArray, series: FloatArray) -> tuple[float, float]:
     ]
     by_time, by_row = np.mean(np.sort(off, axis=1)[:, : 3 * off.shape[1] // 4], axis=1)
     return float(by_time), float(by_row)
+
+
+def _rest_warnings(recording: Recording, place: str, settling: float) -> list[DataWarning]:
+    """Warn of rests that are closer to each other than they are long."""
+    shortest = int(np.argmin(np.diff(recording.time)))
+    between = float(np.diff(recording.time)[shortest])
+    if between >= settling:
+        return []
+    return [
+        DataWarning(
+            "rests_too_close",
+            place,
+            f"rows {recording.row(shortest)} and {recording.row(shortest + 1)} are {between:.3g} s"
+            f" apart, and each was read {settling:g} s after its move",
+            "check the unit of the times, and settling_time under [timing], which is in seconds;"
+            " that decides how long a rest is simulated",
+        )
+    ]

@@ -105,7 +105,8 @@ def diagnose(
             if target not in base:
                 raise UnknownNameError("parameter", target, base)
     check_bindings(system, exclude, effects)
-    bound = tuple(candidates(system, exclude, effects))
+    at_rest = all(recording.quasi_static for recording in train)
+    bound = tuple(c for c in candidates(system, exclude, effects) if not (at_rest and c.in_motion))
     check_simulation(own)
     if checks is None:
         checks = _check((*train, *held_out), simulate)

@@ -186,7 +186,7 @@ def _weigh(
     deviations = reproducibility(context.problem, selection.final.fit.residual)
     bars = bar(judged, deviations)
     step, lumping = step_error((after.correction / bars)[mask]), discretisation_error(judged, bars)
-    limit = detection_limit(judged, step, bars)
+    limit = detection_limit(judged, step, bars, mask)
     base = context.base
     final = {**base, **selection.final.fit.parameters(base)}
     evidence = Evidence(

@@ -148,7 +148,9 @@ class Description:
     session: parameter → mean and spread of what was set anew for each recording [SI];
     hold: driven columns that keep their value until the next sample; else linear between samples;
     settle: time before the first sample [s], in which a replay brings the model to the first drive
-    value; 0: the model starts in its reference pose, as it must where a force drives what is free.
+    value; 0: the model starts in its reference pose, as it must where a force drives what is free;
+    settling_time: of rows that are rests, the time from the end of the move to the reading [s];
+    None: rows are samples of a motion.
     A parameter is named ``<element>.<parameter>``; `*`, `?` and `[…]` stand for several elements.
     """
 
@@ -161,6 +163,12 @@ class Description:
     session: Mapping[str, Session] = field(default_factory=dict)
     hold: tuple[str, ...] = ()
     settle: float = 0.5
+    settling_time: float | None = None
+
+    @property
+    def quasi_static(self) -> bool:
+        """Whether each row was read at rest, after a move from the rest before."""
+        return self.settling_time is not None
 
     @property
     def driven(self) -> list[tuple[str, str]]:
@@ -182,6 +190,11 @@ class Description:
             check_text(text, f"{where}, {key}")
         if not 0.0 <= self.settle < math.inf:
             raise RecordingError(f"{where}, settle: {self.settle!r} [s] must be ≥ 0 and finite")
+        if self.settling_time is not None and not 0.0 < self.settling_time < math.inf:
+            raise RecordingError(
+                f"{where}, [timing] settling_time: {self.settling_time!r} [s] must be > 0 and"
+                " finite"
+            )
         for table, kind in _ENTRIES.items():
             for name, entry in getattr(self, table).items():
                 if not isinstance(entry, kind):

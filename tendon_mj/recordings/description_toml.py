@@ -23,7 +23,9 @@ from tendon_mj.recordings.toml_text import read_toml
 from tendon_mj.recordings.units import claimed_unit, unit_factors
 
 TABLES = ("drive", "measured", "known", "uncertain", "session")
-KEYS = ("model", "source", "settle", "header", *TABLES, "columns", "mcap")
+KEYS = ("model", "source", "settle", "timing", "header", *TABLES, "columns", "mcap")
+
+_SETTLING_TIME = 10.0  # [s] of rests where none is stated; a model that rests earlier is read then
 
 _UNQUOTED = 'a name that has a dot is quoted, such as "sheath.friction" = …'
 
@@ -70,6 +72,7 @@ def parse_description(text: str, where: str) -> Description:
         model=_text(toml["model"], f"{where}, model"),
         source=_text(toml["source"], f"{where}, source"),
         settle=_number(toml.get("settle", Description.settle), f"{where}, settle"),
+        settling_time=_settling_time(toml.get("timing", {}), f"{where}, [timing]"),
         drive={name: _driven(*entry)[0] for name, entry in entries["drive"].items()},
         measured={name: _measured(*entry) for name, entry in entries["measured"].items()},
         known={name: _number(*entry) for name, entry in entries["known"].items()},
@@ -107,6 +110,11 @@ def format_description(description: Description) -> str:
     document: dict[str, Any] = {"model": description.model, "source": description.source}
     if description.settle != Description.settle:
         document["settle"] = float(description.settle)
+    if description.settling_time is not None:
+        document["timing"] = {
+            "quasi_static": True,
+            "settling_time": float(description.settling_time),
+        }
     tables = (drive, measured, known, uncertain, session)
     document |= {title: table for title, table in zip(TABLES, tables, strict=True) if table}
     return tomli_w.dumps(document)
@@ -142,6 +150,18 @@ def _source(name: str, entry: Any, here: str) -> Source:
         if entry["unit"] not in kin:
             raise RecordingError(f"{here}, unit: {unknown('unit', entry['unit'], kin)}")
     return Source(**values)
+
+
+def _settling_time(table: Any, here: str) -> float | None:
+    """Settling time of rows that are rests; None where they are samples of a motion."""
+    if not isinstance(table, dict):
+        raise RecordingError(f"{here}: write [timing] and quasi_static = true, got {table!r}")
+    _check_keys(table, ("quasi_static", "settling_time"), (), here)
+    if _flag(table.get("quasi_static", False), f"{here} quasi_static"):
+        return _number(table.get("settling_time", _SETTLING_TIME), f"{here} settling_time")
+    if "settling_time" in table:
+        raise RecordingError(f"{here} settling_time: is of rests; write quasi_static = true too")
+    return None
 
 
 def _driven(entry: Any, here: str) -> tuple[str | tuple[str, ...], bool]:

@@ -11,6 +11,7 @@ from tendon_mj.recordings.converter import range_ends, resolution, white_noise
 from tendon_mj.recordings.recording import Recording
 
 _AS_STATED = 1.05  # rounding over the stated noise, up to which that is taken to include it
+_SAME = 0.01  # of its range: a driven column this near to another row's repeats it
 
 
 def estimate_noise(series: ArrayLike) -> float:
@@ -32,6 +33,26 @@ def estimate_noise(series: ArrayLike) -> float:
     return max(white_noise(values, inner), resolution(values) / math.sqrt(12.0))
 
 
+def noise_of_repeats(recording: Recording, column: str) -> tuple[float, int]:
+    """Standard deviation of rests that repeat each other, and how many more there are than one.
+
+    A rest repeats another where the drive is the same, and was so at the rest before. Of groups of
+    n_g such rows, σ² = Σ_g Σ_k (y_gk - ȳ_g)²/Σ_g (n_g - 1).
+
+    Returns:
+        σ [the unit of the column], 0 where none repeats another; and Σ_g (n_g - 1).
+    """
+    driven = [recording.columns[name] for name in recording.drive]
+    places = [np.rint(d / (_SAME * (float(np.ptp(d)) or 1.0))) for d in driven]
+    moves = np.column_stack([part for place in places for part in (place[1:], place[:-1])])
+    _, group = np.unique(moves, axis=0, return_inverse=True)
+    values, group = recording.columns[column][1:], group.ravel()
+    counts = np.bincount(group)
+    means = np.bincount(group, values) / counts
+    repeats = int(np.sum(counts - 1))
+    return math.sqrt(float(np.sum((values - means[group]) ** 2)) / max(repeats, 1)), repeats
+
+
 def noise_levels(recording: Recording) -> dict[str, float]:
     """Measured column → its noise [the column's unit]: as stated, else as estimated.
 
@@ -41,11 +62,13 @@ def noise_levels(recording: Recording) -> dict[str, float]:
     levels = {}
     for column, measured in recording.measured.items():
         values = recording.columns[column]
-        if measured.noise is None:
-            level = estimate_noise(values)
-        else:
+        if measured.noise is not None:
             rounding = resolution(values) / math.sqrt(12.0)
             fine = rounding <= _AS_STATED * measured.noise
             level = measured.noise if fine else math.hypot(measured.noise, rounding)
+        elif recording.quasi_static:
+            level = noise_of_repeats(recording, column)[0]
+        else:
+            level = estimate_noise(values)
         levels[column] = level or 1e-3 * float(np.abs(values).max()) or 1e-9
     return levels

@@ -13,12 +13,15 @@ from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.recordings.recording import Recording, Session, Uncertain
 from tendon_mj.replay.clock import make_clock
 from tendon_mj.replay.grouped_names import expand
+from tendon_mj.replay.open_loop import Rests
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.patch import read_intervals
 from tendon_mj.replay.readout import Readout
 from tendon_mj.replay.units import column_unit, name_in, reading_unit
 
 _MOST_STEPS = 20_000_000  # some minutes
+_MOVE = 0.25  # of the settling time, in steps of the model's; in shorter steps a move is slower
+_SHORTEST_MOVE, _LONGEST_MOVE = 1.0, 10.0  # likewise [s]
 _SAME_TIME = 1e-6  # of a step: a sample this little later is at the same time
 _RIGID = 1e15  # armature of a joint that is prescribed [kg m² or kg]: no load moves it
 _PRESCRIBED = (mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value)
@@ -28,6 +31,11 @@ FloatArray = NDArray[np.float64]
 
 class Schedule:
     """Schedule of one recording on one model; it does not depend on parameters.
+
+    Rows that are rests are simulated as moves from rest to rest, whatever their times: with the
+    model's own step h_0 each move takes a quarter of the settling time, 1 s to 10 s, then the
+    settling time passes, and the row is read. In steps h a move is h_0/h times as slow, so that a
+    change by its speed shows as an error of the step.
 
     Args:
         recording: what was driven and measured.
@@ -65,7 +73,15 @@ class Schedule:
         self.recording = recording
         self.actuators, self.joints = _driven(recording, model)
         self.addresses = _sensor_addresses(recording, model)
-        self.clock = make_clock(recording.time, longest)
+        times = recording.time
+        self._move = self._between = 0.0
+        if recording.settling_time is not None:
+            move = np.clip(_MOVE * recording.settling_time, _SHORTEST_MOVE, _LONGEST_MOVE)
+            self._move = float(move) * model.opt.timestep / longest
+            self._between = self._move + recording.settling_time
+            times = self._between * np.arange(recording.time.size, dtype=np.float64)
+            settle = max(settle, self._between) if settle > 0.0 else 0.0
+        self.clock = make_clock(times, longest)
         lead = settle / self.clock.timestep * (1.0 - 1e-9)
         if lead + self.clock.steps > _MOST_STEPS:
             raise RecordingError(
@@ -75,13 +91,21 @@ class Schedule:
                 f" {_MOST_STEPS} are not simulated; are the times in seconds, and settle too?"
             )
         self.lead = math.ceil(lead)
-        grid = self.clock.time
-        self._drive = {
-            column: _held(grid, recording.time, recording.columns[column], self.clock.timestep)
-            if column in recording.hold
-            else np.interp(grid, recording.time, recording.columns[column])
-            for column in recording.drive
-        }
+        self._drive = {column: self._on_grid(column) for column in recording.drive}
+
+    def _on_grid(self, column: str) -> FloatArray:
+        """(steps+1,) driven column between its samples."""
+        grid, series = self.clock.time, self.recording.columns[column]
+        if self._move:
+            places = np.arange(grid.size) / self.clock.steps * (series.size - 1)
+            before = np.minimum(places.astype(np.int64), series.size - 2)
+            since = (places - before) * self._between
+            share = _smooth(since / self._move)
+            moves: FloatArray = series[before] + share * np.diff(series)[before]
+            return np.where(share < 1.0, moves, series[before + 1])  # at rest to the bit
+        if column in self.recording.hold:
+            return _held(grid, self.recording.time, series, self.clock.timestep)
+        return np.interp(grid, self.recording.time, series)
 
     @property
     def steps(self) -> int:
@@ -133,8 +157,28 @@ class Schedule:
         """(steps+1,) driven column by scale, offset and delay, with the ramp from ``rest``."""
         scale, offset, delay = command.tolist()
         drive = scale * self._late(column, delay) + offset
-        ramp = np.minimum(1.0, np.arange(1, self.lead + 1) / max(1, self.lead // 2))
+        ramp = self._ramp(np.arange(1, self.lead + 1, dtype=np.float64))
         return np.concatenate([rest + ramp * (drive[0] - rest), drive])
+
+    def _ramp(self, steps: FloatArray) -> FloatArray:
+        """Share of the first drive value, at steps from the start of settling."""
+        if self._move:
+            return _smooth(steps * self.clock.timestep / self._move)
+        ramp: FloatArray = np.minimum(1.0, steps / max(1, self.lead // 2))
+        return ramp
+
+    def rests(self, adjustable: Adjustable) -> Rests | None:
+        """Rests of a model whose readings are set; None where rows are samples of a motion."""
+        if not self._move:
+            return None
+        ends = self.lead + np.rint(self.clock.places).astype(int)
+        times = self.recording.time - self.recording.time[0]
+        spans = np.full(adjustable.model.nsensordata, np.inf)
+        for column, (sensor, address) in self.addresses.items():
+            span, scale = np.ptp(self.recording.columns[column]), adjustable.readings[sensor, 0]
+            if span > 0.0 and scale != 0.0:
+                spans[address] = min(spans[address], span / abs(scale))
+        return Rests(dict(zip(ends.tolist(), times.tolist(), strict=True)), spans)
 
     def _late(self, column: str, delay: float) -> FloatArray:
         """(steps+1,) driven column, ``delay`` ≥ 0 [s] later; before, it is its first value."""
@@ -165,6 +209,16 @@ class Schedule:
     def where(self) -> str:
         """Name of the simulation, as text for a message."""
         return f"replay of {self.recording.name!r} on model {self.recording.model!r}"
+
+
+def _smooth(share: FloatArray) -> FloatArray:
+    """Share of a move at a share x of its time, 1 - (1 - x)⁴ (1 + 4 x).
+
+    It starts softly and ends slowly: what moves last decides on the friction at rest.
+    """
+    rest = 1.0 - np.clip(share, 0.0, 1.0)
+    smooth: FloatArray = 1.0 - rest**4 * (5.0 - 4.0 * rest)
+    return smooth
 
 
 def _held(grid: FloatArray, time: FloatArray, series: FloatArray, timestep: float) -> FloatArray:

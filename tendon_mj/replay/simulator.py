@@ -277,10 +277,13 @@ class Simulator:
         schedule.prepare(adjustable)
         model, data = adjustable.model, adjustable.data
         control, plain = schedule.control(adjustable), adjustable.readings.copy()
+        rests = schedule.rests(adjustable)
         if self._strict:
-            readings = run_open_loop(model, data, control, schedule.where, schedule.when)
+            readings = run_open_loop(
+                model, data, control, schedule.where, schedule.when, rests=rests
+            )
         else:
-            tried = try_open_loop(model, data, control)
+            tried = try_open_loop(model, data, control, rests)
             shape = (len(control), model.nsensordata)
             readings = tried if tried is not None else np.full(shape, np.nan)
         series = []

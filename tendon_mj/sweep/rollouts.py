@@ -158,7 +158,7 @@ class Rollouts:
         schedule.prepare(adjustable)
         control = schedule.control(adjustable)
         if self.policy is None:
-            readings = try_open_loop(model, data, control)
+            readings = try_open_loop(model, data, control, schedule.rests(adjustable))
         else:
             readings = try_policy(model, data, self.policy, control, schedule.lead)
         stuck = sum(unsolved_sheaths(model, data).values())

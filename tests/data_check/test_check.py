@@ -362,6 +362,24 @@ def test_a_drive_that_is_scaled_already_is_not_told_to_be_scaled(pull: Recording
     assert "write the radius" not in found["unit"]
 
 
+def test_rests_are_warned_of_only_where_they_are_too_close(pull: Recording) -> None:
+    reel = np.resize(np.linspace(0.0, 1.2e-3, 7), 100)
+    zeros = np.zeros(reel.size)
+    made = replace(
+        pull,
+        time=10.0 * np.arange(reel.size),
+        columns={"reel_m": reel, "in_N": zeros, "out_N": zeros},
+        settling_time=2.0,
+    )
+    shown = replay_recording(made, parameters={"sheath.friction": 0.2})
+    let_off = replace(made, columns=shown.columns)  # from the last point of each stair at once
+    assert said(let_off) == {}
+    moving = replace(let_off, settling_time=None)
+    assert {warning.identifier for warning in timing_warnings(moving)} == {"times_in_ms"}
+    (warning,) = timing_warnings(replace(let_off, settling_time=15.0))
+    assert warning.identifier == "rests_too_close"
+
+
 def wrist(way: str, model: mujoco.MjModel) -> Recording:
     """A second of the rig with one capstan and two cables, as its model makes it."""
     time = np.arange(0.0, 1.0, 0.02)

@@ -20,6 +20,7 @@ FloatArray = NDArray[np.float64]
 MakeSimulator = Callable[[Sequence[Recording]], Simulates]
 
 _BLOCK = 1.0  # typical length of a block [s]; several in each recording, and not too many
+_ROWS = 2  # likewise, of rows that are rests
 _FEWEST_BLOCKS, _MOST_BLOCKS = 4, 12
 _FEWEST_RECORDINGS = 3
 _TAIL = 0.25  # of every recording, held out where no other recording is given
@@ -80,8 +81,9 @@ class Problem:
         """
         labels, first = [], 0
         for recording in self.recordings:
-            time = recording.time - recording.time[0]
-            count = int(np.clip(round(time[-1] / _BLOCK), _FEWEST_BLOCKS, _MOST_BLOCKS))
+            time = _clock(recording)
+            block = _ROWS if recording.quasi_static else _BLOCK
+            count = int(np.clip(round(time[-1] / block), _FEWEST_BLOCKS, _MOST_BLOCKS))
             own = np.minimum((time / time[-1] * count).astype(np.int64), count - 1) + first
             labels += [own] * len(recording.measured)
             first += count
@@ -108,13 +110,15 @@ class Problem:
         """(m,) residual without the first-order error of the simulation's step.
 
         A simulation with step h errs by C h to first order, and 2 r_{h/2} − r_h does not
-        (Richardson extrapolation).
+        (Richardson extrapolation). Where rows are rests its error has no order, and the finer
+        simulation is taken as it is.
         """
         if self.half_step is None:
             return residual
         finer = self._residuals(self.half_step, [parameters])[0]
+        at_rest = any(recording.quasi_static for recording in self.recordings)
         with np.errstate(invalid="ignore"):
-            extrapolated: FloatArray = 2.0 * finer - residual
+            extrapolated: FloatArray = finer if at_rest else 2.0 * finer - residual
         return np.where(np.isfinite(extrapolated), extrapolated, np.inf)
 
     def _residuals(
@@ -167,4 +171,12 @@ def training_samples(
     """
     if held_out or by_recording(train):
         return all_samples(train)
-    return tuple(r.time <= r.time[0] + (1.0 - _TAIL) * (r.time[-1] - r.time[0]) for r in train)
+    return tuple(clock <= (1.0 - _TAIL) * clock[-1] for clock in map(_clock, train))
+
+
+def _clock(recording: Recording) -> FloatArray:
+    """(samples,) time from the first sample [s], or the number of the row where rows are rests."""
+    if recording.quasi_static:
+        return np.arange(recording.time.size, dtype=np.float64)
+    since: FloatArray = recording.time - recording.time[0]
+    return since

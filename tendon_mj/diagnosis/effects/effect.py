@@ -16,6 +16,25 @@ from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.replay.readout import Readout
 
 Kind = Literal["missing", "parameter"]
+_LARGEST_LOGARITHM = 700.0
+
+# Parameters that change nothing at rest, or the same in each row, as creep does after equal times.
+_IN_MOTION = frozenset(
+    {
+        "viscous_friction",
+        "stribeck_friction",
+        "creep",
+        "axial_damping",
+        "tendon_mass",
+        "damping",
+        "armature",
+        "kv",
+        "velocity_gain",
+        "command_delay",
+        "delay",
+        "lag",
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -118,7 +137,9 @@ class Term:
 
     def natural(self, scaled: float) -> float:
         """The number that `scaled` made."""
-        return math.exp(scaled) if self.starts else self.inert + scaled * self.probe
+        if self.starts:  # an end of an interval may be beyond what a number can be
+            return math.exp(min(scaled, _LARGEST_LOGARITHM))
+        return self.inert + scaled * self.probe
 
 
 @dataclass(frozen=True)
@@ -150,6 +171,11 @@ class Candidate:
     def on_sensor(self) -> bool:
         """Whether it changes no motion, only what a sensor makes of it."""
         return all(t.rpartition(".")[2] in Readout._fields for t in self.targets)
+
+    @property
+    def in_motion(self) -> bool:
+        """Whether readings at rest say nothing of it."""
+        return all(t.rpartition(".")[2] in _IN_MOTION for t in self.terms[0].targets)
 
     def acts_on(self, values: Mapping[str, float]) -> bool:
         """Whether what it changes is there, with these values of the parameters."""
