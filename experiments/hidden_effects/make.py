@@ -27,11 +27,11 @@ class Suite:
         keys: folder for keys.json, which only the scorer may read.
         seed: of every random draw.
         kinds: of cases: effect, pair, parameter, nothing, outside, joint; and session, remainder,
-            too_high.
+            too_high, drawn.
         strengths: ratios of the residual after calibration to the noise, with one effect [-].
         noises: standard deviations over the range of the signal [-].
         repeats: of cases with one effect, a wrong parameter or an effect outside the catalogue, and
-            of the last three kinds.
+            of the last four kinds.
         nothing: cases in which nothing is hidden; of sessions a quarter as many.
         pairs: cases with two effects.
         cases: the first so many only; 0 is all.

@@ -95,6 +95,8 @@ def _right(j: JudgedCase) -> bool:
         return j.verdict == "unknown" or (j.named_effect and not j.confident)
     if j.kind == "parameter":
         return not j.effects and not j.false_names
+    if j.kind == "drawn":
+        return j.first and not j.false_names
     if j.kind == "too_high":
         return j.right_number
     if j.kind in ("session", "remainder"):

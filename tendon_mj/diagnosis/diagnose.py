@@ -125,7 +125,8 @@ def diagnose(
     selection = select_effects(context, calibrated)
     proof = own
     if held_out:
-        proof = Problem(tuple(held_out), simulator(held_out), all_samples(held_out))
+        judged = (*held_out, *_with_events(train, held_out, selection))
+        proof = Problem(judged, simulator(judged), all_samples(judged))
     found = prove(context, selection, own, proof, step, effects, exclude, checks, began)
     while step and step > _SHORTEST and _step_matters(context, selection, found.verdict):
         step *= 0.5
@@ -142,6 +143,14 @@ def _check(recordings: Sequence[Recording], simulate: Simulates) -> list[DataWar
         return []
     model = simulate.model
     return [w for r in recordings for w in check_recording(r, model, described=True).warnings]
+
+
+def _with_events(
+    train: Sequence[Recording], held_out: Sequence[Recording], selection: Selection
+) -> list[Recording]:
+    """Training recordings in which an event was found, which no held-out one can show."""
+    names = {s.candidate.recording for s in selection.effects} - {r.name for r in held_out}
+    return [recording for recording in train if recording.name in names]
 
 
 def _calibrate(

@@ -4,12 +4,14 @@
 * None, and recordings of different states of the rig: each by a model that is fitted to the others.
 * None, and recordings of one state: the last quarter of each.
 
-What was set anew for a recording is fitted to it, by every model alike.
+What was set anew for a recording is fitted to it, by every model alike. An event that happened in
+one recording is in no other one: a recording in which one was found is judged beside those that
+were held out, and with the event as it was fitted to it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -94,6 +96,7 @@ class HeldOut:
 
     def _recordings(self, fitted: Fit) -> Unseen:
         shared, judged = _shared(fitted, self.base), with_step(self.proof, self.step)
+        shared |= _events(fitted, self.base, {r.name for r in self.proof.recordings})
         terms = session_terms(self.proof.recordings, self.proof.simulate)
         alone = _fit_sessions(judged, shared, terms)
         sessions = alone.parameters(self.base)
@@ -106,7 +109,7 @@ class HeldOut:
         parts = [np.empty(size), np.empty(size), np.empty(size)]
         for k, refitted in enumerate(self.refits(fitted)):
             recording = self.problem.recordings[k]
-            shared = _shared(refitted, self.base)
+            shared = _shared(refitted, self.base) | _events(fitted, self.base, {recording.name})
             terms = [t for t in fitted.calibrated if recording_of(t.targets[0]) == recording.name]
             masks = [np.full(t.size, j == k) for j, t in enumerate(self.problem.train)]
             alone = _fit_sessions(replace(self.problem, train=tuple(masks)), shared, terms)
@@ -145,6 +148,13 @@ class HeldOut:
 def _shared(fitted: Fit, base: Mapping[str, float]) -> dict[str, float]:
     """Parameter → value that holds in all recordings."""
     return {n: value for n, value in fitted.parameters(base).items() if not recording_of(n)}
+
+
+def _events(fitted: Fit, base: Mapping[str, float], names: Collection[str]) -> dict[str, float]:
+    """Parameter → value of the events of a model in recordings of these names."""
+    written = fitted.parameters(base)
+    own = {n for e in fitted.effects for t in e.terms for n in t.write(0.0, {**base, **written})}
+    return {n: v for n, v in written.items() if n in own and recording_of(n) in names}
 
 
 def _fit_sessions(problem: Problem, shared: Mapping[str, float], terms: Sequence[Term]) -> Fit:

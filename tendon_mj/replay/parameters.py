@@ -9,39 +9,51 @@
 | actuator | gear; kp, kv of a position servo |
 | | command_scale [-], command_offset [of its control], command_delay [s] |
 | joint | the same three, of a column that prescribes its position |
+| | slip [of its control], slip_time and slip_duration [s], of one that takes a place |
 | sensor | scale [-], offset [of its reading], delay [s], lag [s], drift [of its reading per s] |
+| | efficiency, rest_in and rest_out [-] of a gear, of T_in and of an actuator's force |
 | gravity | x, y, z [m/s²] |
 
 The commands of actuators and the parameters of sensors are the rig's:
 control(t) = scale × column(t − delay) + offset, and a column is what `Readout` makes of a reading.
+Over its ``slip_duration`` from its ``slip_time`` on, a control becomes more by its ``slip``, as
+where the cable slips on its drum.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Literal, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_mj.abi.library import C
 from tendon_mj.attach.keywords import as_number
+from tendon_mj.engine import sensor_kind, sheath_arrays, sheaths
 from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnknownNameError
 from tendon_mj.recordings.magnitude import excess
-from tendon_mj.replay.live_parameters import DRAWN_BEND, LiveParameters
+from tendon_mj.replay.live_parameters import DRAWN_BEND, LiveParameters, custom_numbers
 from tendon_mj.replay.muscle import ranges_of_gear
 from tendon_mj.replay.readout import (
+    USER_NUMBERS,
     Readout,
     stored_commands,
     stored_joint_commands,
     stored_readouts,
 )
-from tendon_mj.replay.units import JOINT, UNKNOWN, live_unit, rate
+from tendon_mj.replay.units import JOINT, UNKNOWN, control_unit, live_unit, rate
 from tendon_mj.sheath.law import LAW, check_scales, check_static
 
 _OBJ, _JNT, _TRN = mujoco.mjtObj, mujoco.mjtJoint, mujoco.mjtTrn
 _Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
+GEAR: Final = ".gear"  # custom text of a model: the numbers of a sensor's gear
+GEARED: Final = ("efficiency", "rest_in", "rest_out")
+SLIP: Final = ("slip", "slip_time", "slip_duration")
+_PLACES = "m", "rad"  # units of a control that is a place
+_LEAST_EFFICIENCY = 1e-3
 
 _COMMANDS = {"command_scale": -math.inf, "command_offset": -math.inf, "command_delay": 0.0}  # least
 
@@ -82,19 +94,28 @@ class Adjustable:
 
     Attributes:
         model, data: ready to run, with what ``set`` was given.
-        commands: (nactuator, 3) scale, offset and delay, for who runs the model.
-        joint_commands: (njnt, 3) likewise, of columns that prescribe joints.
-        readings: (nsensor, 5) `Readout` of every sensor, for who runs the model.
+        commands: (nactuator, 6) scale, offset, delay, slip, its time and its duration, for who
+            runs the model.
+        joint_commands: (njnt, 3) scale, offset and delay of columns that prescribe joints.
+        readings: (nsensor, 8) `Readout` of every sensor, for who runs the model.
+        geared: sensor of a load → actuators that may bear it, and the sense, 1 or −1, in which
+            the control of each moves against the load.
         live: those of sheaths and servos alone.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self.model = model
         self.data = mujoco.MjData(model)
-        self.commands = stored_commands(model)
+        self.commands = np.hstack([stored_commands(model), np.zeros((model.nactuator, len(SLIP)))])
         self.joint_commands = stored_joint_commands(model)
-        self.readings = stored_readouts(model)
         self.live = LiveParameters(model, self.data)
+        self.geared = self._geared()
+        gearless = np.tile(Readout()[USER_NUMBERS:], (model.nsensor, 1))
+        self.readings = np.hstack([stored_readouts(model), gearless])
+        for sensor in self.geared:
+            text = mujoco.mj_name2id(model, _OBJ.mjOBJ_TEXT, model.sensor(sensor).name + GEAR)
+            if text >= 0:
+                self.readings[sensor, -len(GEARED) :] = custom_numbers(model, text, len(GEARED))
         self._entries = (
             self._joints() | self._bodies() | self._actuators() | self._sensors() | self._gravity()
         )
@@ -222,6 +243,10 @@ class Adjustable:
             for number, (parameter, low) in enumerate(_COMMANDS.items()):
                 unit = ("-", UNKNOWN, "s")[number]
                 slots[parameter] = (unit, [(self.commands, (k, number), 1.0)], low)
+            if (unit := control_unit(m, k)) in _PLACES:
+                slots["slip"] = (unit, [(self.commands, (k, 3), 1.0)], -math.inf)
+                slots["slip_time"] = ("s", [(self.commands, (k, 4), 1.0)], -math.inf)
+                slots["slip_duration"] = ("s", [(self.commands, (k, 5), 1.0)], 0.0)
             if gain[k, 0] != 0.0 and gain[k, 0] == -bias[k, 1]:  # a position servo
                 slides = not self._turns(k)
                 places: list[_Place] = [(gain, (k, 0), 1.0), (bias, (k, 1), -1.0)]
@@ -258,15 +283,46 @@ class Adjustable:
             and m.actuator_plugin[actuator] < 0
         )
 
+    def _geared(self) -> dict[int, dict[int, float]]:
+        """Find what ``geared`` holds, of sensors of T_in and of actuators' forces."""
+        m, found = self.model, dict[int, dict[int, float]]()
+        places = [k for k in range(m.nactuator) if control_unit(m, k) in _PLACES]
+        states = [
+            sheath_arrays(m, self.data.plugin_state, name, sheath.state).state
+            for name, sheath in sheaths(m).items()
+        ]
+        for sensor in range(m.nsensor):
+            if m.sensor_type[sensor] == mujoco.mjtSensor.mjSENS_ACTUATORFRC.value:
+                found[sensor] = {k: 1.0 for k in places if k == m.sensor_objid[sensor]}
+            elif states and sensor_kind(m, sensor) == "input_tension":
+                tendon = _shown_tendon(m, sensor)
+                for state in states:
+                    if tendon == int(state["tendon"]):
+                        senses = {k: self._winding(k, state) for k in places}
+                        found[sensor] = {k: sense for k, sense in senses.items() if sense}
+        return {sensor: by for sensor, by in found.items() if by}
+
+    def _winding(self, actuator: int, state: NDArray[np.void]) -> float:
+        """Sense in which a control winds in the tendon of a sheath; 0 where it does not."""
+        m, joint, gear = self.model, self._joint_of(actuator), self.model.actuator_gear[actuator, 0]
+        if actuator == int(state["reel_actuator"]):
+            return 1.0
+        if joint >= 0 and joint == int(state["reel_joint"]):
+            return float(np.sign(gear * state["reel_radius"]))
+        pulls = m.actuator_trntype[actuator] == _TRN.mjTRN_TENDON.value
+        own = pulls and m.actuator_trnid[actuator, 0] == int(state["tendon"])
+        return -float(np.sign(gear)) if own and m.actuator_plugin[actuator] < 0 else 0.0
+
     def _sensors(self) -> dict[str, _Entry]:
         found = {}
-        units = Readout("-", UNKNOWN, "s", "s", rate(UNKNOWN))  # type: ignore[arg-type]
+        units = Readout("-", UNKNOWN, "s", "s", rate(UNKNOWN), "-", "-", "-")  # type: ignore[arg-type]
+        least = {"delay": 0.0, "lag": 0.0, "efficiency": _LEAST_EFFICIENCY}
         for k in range(self.model.nsensor):
             name = mujoco.mj_id2name(self.model, _OBJ.mjOBJ_SENSOR, k)
             for column, parameter in enumerate(Readout._fields):
-                low = 0.0 if parameter in ("delay", "lag") else -math.inf
+                low = least.get(parameter, -math.inf)
                 places: list[_Place] = [(self.readings, (k, column), 1.0)]
-                if name:
+                if name and (parameter not in GEARED or k in self.geared):
                     entry = _Entry("sensor", str(units[column]), places, low)
                     found[f"{name}.{parameter}"] = entry
         return found
@@ -277,6 +333,15 @@ class Adjustable:
             f"gravity.{axis}": _Entry("gravity", "m/s²", [(gravity, k, 1.0)])
             for k, axis in enumerate("xyz")
         }
+
+
+def _shown_tendon(model: mujoco.MjModel, sensor: int) -> int:
+    """The tendon whose sheath a sensor shows, by its object or by what its instance names."""
+    if model.sensor_objtype[sensor] == _OBJ.mjOBJ_TENDON.value:
+        return int(model.sensor_objid[sensor])
+    instance = int(model.sensor_plugin[sensor])
+    written = C.mj_getPluginConfig(model._address, instance, b"tendon") or b""
+    return int(mujoco.mj_name2id(model, _OBJ.mjOBJ_TENDON, written.decode()))
 
 
 def _least(name: str) -> float:

@@ -16,7 +16,7 @@ from tendon_mj.replay.grouped_names import expand
 from tendon_mj.replay.open_loop import Rests
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.patch import read_intervals
-from tendon_mj.replay.readout import Readout
+from tendon_mj.replay.readout import Readout, Sense, sense_of
 from tendon_mj.replay.units import column_unit, name_in, reading_unit
 
 _MOST_STEPS = 20_000_000  # some minutes
@@ -92,6 +92,10 @@ class Schedule:
             )
         self.lead = math.ceil(lead)
         self._drive = {column: self._on_grid(column) for column in recording.drive}
+        self._recorded = self.clock.time  # times of the recording at the steps
+        if self._move:
+            self._recorded = np.interp(self.clock.time, times, recording.time)
+        self._senses: dict[tuple[str, float], Sense] = {}
 
     def _on_grid(self, column: str) -> FloatArray:
         """(steps+1,) driven column between its samples."""
@@ -139,8 +143,9 @@ class Schedule:
         width = model.nu + (model.nv if self.joints else 0)
         control = np.zeros((self.steps + 1, width))
         for column, actuator in self.actuators:
-            command = adjustable.commands[actuator]
-            control[:, model.actuator_ctrladr[actuator]] = self._led(column, command, 0.0)
+            command, event = adjustable.commands[actuator, :3], self._slip(adjustable, actuator)
+            led = self._led(column, command, 0.0, event)
+            control[:, model.actuator_ctrladr[actuator]] = led
         for column, joint in self.joints:
             path = self._path(adjustable, column, joint)
             speed = np.diff(path, prepend=path[0]) / self.clock.timestep
@@ -153,10 +158,21 @@ class Schedule:
         rest = adjustable.model.qpos0[adjustable.model.jnt_qposadr[joint]]
         return self._led(column, adjustable.joint_commands[joint], float(rest))
 
-    def _led(self, column: str, command: FloatArray, rest: float) -> FloatArray:
+    def _slip(self, adjustable: Adjustable, actuator: int) -> FloatArray | float:
+        """Slip that an actuator's command has gone through [of its control]; 0 without one."""
+        slip, since, duration = adjustable.commands[actuator, 3:].tolist()
+        if slip == 0.0:
+            return 0.0
+        ends, lasts = since + duration, max(duration, self.clock.timestep)  # a step to its end
+        gone: FloatArray = slip * np.clip(1.0 + (self._recorded - ends) / lasts, 0.0, 1.0)
+        return gone
+
+    def _led(
+        self, column: str, command: FloatArray, rest: float, event: FloatArray | float = 0.0
+    ) -> FloatArray:
         """(steps+1,) driven column by scale, offset and delay, with the ramp from ``rest``."""
         scale, offset, delay = command.tolist()
-        drive = scale * self._late(column, delay) + offset
+        drive = scale * self._late(column, delay) + offset + event
         ramp = self._ramp(np.arange(1, self.lead + 1, dtype=np.float64))
         return np.concatenate([rest + ramp * (drive[0] - rest), drive])
 
@@ -193,10 +209,22 @@ class Schedule:
         time = self.recording.time
         return {
             column: Readout(*adjustable.readings[sensor].tolist()).of(
-                readings[self.lead :, address], self.clock, time
+                readings[self.lead :, address], self.clock, time, self._sense(adjustable, sensor)
             )
             for column, (sensor, address) in self.addresses.items()
         }
+
+    def _sense(self, adjustable: Adjustable, sensor: int) -> Sense | None:
+        """Sense of motion of the drive that bears what a sensor reads; None where it has none."""
+        bearing = adjustable.geared.get(sensor, {})
+        for column, actuator in self.actuators if bearing else []:
+            if actuator in bearing:
+                way = bearing[actuator] * float(np.sign(adjustable.commands[actuator, 0]))
+                if (column, way) not in self._senses:
+                    place = way * self.recording.columns[column]
+                    self._senses[column, way] = sense_of(self.recording.time, place)
+                return self._senses[column, way]
+        return None
 
     def when(self, step: int) -> str:
         """Time of a step, as text for a message."""

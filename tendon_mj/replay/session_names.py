@@ -22,6 +22,11 @@ def recording_of(name: str) -> str:
     return name.partition(_AT)[2]
 
 
+def value_in(values: Mapping[str, float], name: str) -> float:
+    """Value of a name, in one recording that of the parameter in all where it has none there."""
+    return values.get(name, values[parameter_of(name)])
+
+
 def values_in(
     recordings: Collection[str], values: Mapping[str, float], parameters: Collection[str]
 ) -> dict[str, float]:

@@ -123,6 +123,7 @@ def test_every_parameter_can_be_written(name, tmp_path):
     before = {n: p.value for n, p in Adjustable(load_model(name)).parameters().items()}
     # a radius is of a spool that is there, and static friction is above the dynamic one
     leave = {n for n, v in before.items() if n.endswith(("_radius", ".static_friction")) and not v}
+    leave |= {n for n in before if ".slip" in n}  # of a recording
     given = {n: v * 1.125 + (0.0 if v else 0.125) for n, v in before.items() if n not in leave}
     written = patch_model(name, given, tmp_path / "model.xml")
     after = {n: p.value for n, p in Adjustable(load_model(str(written))).parameters().items()}

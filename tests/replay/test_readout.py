@@ -10,7 +10,7 @@ from tendon_mj.errors import InvalidValueError
 from tendon_mj.recordings import Measured, Recording
 from tendon_mj.replay import Adjustable, replay_recording
 from tendon_mj.replay.clock import make_clock
-from tendon_mj.replay.readout import Readout, low_pass
+from tendon_mj.replay.readout import Readout, low_pass, sense_of
 
 TIME = 3.0 + np.linspace(0.0, 2.0, 101)
 CLOCK = make_clock(TIME, longest=0.005)
@@ -103,6 +103,40 @@ def test_lag_and_delay_commute_once_what_they_began_with_has_passed():
     both = Readout(lag=0.05, delay=0.02).of(wave(GRID), CLOCK, TIME)
     lagged = Readout(lag=0.05).of(wave(GRID), CLOCK, TIME)
     np.testing.assert_allclose(both[1:], lagged[:-1], atol=1e-9)
+
+
+# behind a gear
+
+STROKE = np.interp(TIME - TIME[0], [0.0, 0.4, 0.8, 1.4, 2.0], [0.0, 0.0, 3.0, 3.0, -1.0])
+LOAD = np.full(GRID.size, 8.0)
+
+
+def geared(rest_in=-1.0, rest_out=-1.0, stroke=STROKE, load=LOAD):
+    sense = sense_of(TIME, stroke)
+    gear = Readout(efficiency=0.5, rest_in=rest_in, rest_out=rest_out)
+    return gear.of(load, CLOCK, TIME, sense)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+def test_a_gear_reads_more_winding_in_and_less_paying_out(noise):
+    jitter = np.random.default_rng(1).normal(0.0, noise, TIME.size)
+    read = geared(stroke=STROKE + jitter)
+    np.testing.assert_allclose(read[22:38], 16.0)
+    np.testing.assert_allclose(read[72:98], 4.0)
+    np.testing.assert_allclose(read[:18], 4.0)  # at rest it holds
+
+
+def test_at_rest_a_gear_shows_what_its_friction_leaves():
+    after_in, before_any = slice(42, 68), slice(0, 18)
+    for rest, reading in ((1.0, 16.0), (-1.0, 4.0), (0.0, 8.0)):
+        np.testing.assert_allclose(geared(rest_in=rest)[after_in], reading)
+        np.testing.assert_allclose(geared(rest_out=rest)[before_any], reading)
+    np.testing.assert_allclose(geared(rest_out=1.0)[after_in], 4.0)
+    np.testing.assert_allclose(geared(stroke=-STROKE, rest_out=0.0)[after_in], 8.0)
+
+
+def test_a_force_of_the_other_sign_drives_where_the_first_resists():
+    np.testing.assert_allclose(geared(load=-LOAD), -(LOAD[0] ** 2) / geared())
 
 
 # in MJCF

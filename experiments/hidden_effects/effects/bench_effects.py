@@ -13,7 +13,9 @@ from experiments.hidden_effects.effects.draws import (
     on_transmission,
 )
 from experiments.hidden_effects.effects.hidden_effect import HiddenEffect
-from experiments.hidden_effects.references.bench import ReferenceBench
+from experiments.hidden_effects.references.bench import COLUMNS, ReferenceBench
+from experiments.hidden_effects.references.excitation import DURATION
+from experiments.hidden_effects.references.sensor import Sensor
 
 
 def _static_friction(rng: np.random.Generator) -> HiddenEffect[ReferenceBench]:
@@ -28,6 +30,49 @@ def _static_friction(rng: np.random.Generator) -> HiddenEffect[ReferenceBench]:
     )
 
 
+def _gear(rng: np.random.Generator) -> HiddenEffect[ReferenceBench]:
+    column, at_rest = COLUMNS[0], rng.choice([-1.0, 0.0, np.nan])
+
+    def apply(bench: ReferenceBench, strength: float) -> ReferenceBench:
+        geared = dataclasses.replace(
+            bench.sensors.get(column, Sensor()),
+            efficiency=1.0 - strength,
+            at_rest=None if np.isnan(at_rest) else float(at_rest),
+        )
+        return dataclasses.replace(bench, sensors={**bench.sensors, column: geared})
+
+    return HiddenEffect(
+        name="gear_efficiency",
+        apply=apply,
+        parameters=lambda _, s: {f"{column.removesuffix('_N')}.efficiency": 1.0 - s},
+        high=0.5,
+        usual=(0.1, 0.25),
+    )
+
+
+def _slip(rng: np.random.Generator) -> HiddenEffect[ReferenceBench]:
+    recording, sign = int(rng.integers(2)), float(rng.choice([-1.0, 1.0]))
+    when = float(rng.uniform(0.15, 0.85) * 0.5 * DURATION)
+    duration = float(np.exp(rng.uniform(*np.log([0.005, 0.05]))))
+
+    def apply(bench: ReferenceBench, strength: float) -> ReferenceBench:
+        return dataclasses.replace(bench, slip=(recording, sign * strength, when, duration))
+
+    where = f"train_{recording + 1}"
+    return HiddenEffect(
+        name="slip",
+        apply=apply,
+        parameters=lambda _, s: {
+            f"reel.slip @ {where}": sign * s,
+            f"reel.slip_time @ {where}": when,
+        },
+        high=2e-3,
+        usual=(0.1e-3, 1e-3),
+    )
+
+
+# Those of kind "drawn", whose strength is as on a rig.
+DRAWN: dict[str, Draw] = {"gear_efficiency": _gear, "slip": _slip}
 # Each with the largest strength that is still physical, in the unit beside it.
 EFFECTS: dict[str, Draw] = {
     "static_friction": _static_friction,  # 0.5 [-], μ_s/μ − 1

@@ -18,12 +18,14 @@ class HiddenEffect(Generic[R]):
         apply: (reference, strength > 0) → reference with the effect.
         parameters: (true reference, strength) → true values of the model's parameters.
         high: largest strength that is physical.
+        usual: range of strengths of rigs, from which those of kind "drawn" are drawn.
     """
 
     name: str
     apply: Callable[[R, float], R]
     parameters: Callable[[R, float], dict[str, float]]
     high: float
+    usual: tuple[float, float] = (0.0, 0.0)
 
     @property
     def low(self) -> float:

@@ -45,6 +45,8 @@ class ReferenceBench:
         rate: samples per second.
         thermal_shortening: amplitude [m] and period [s] of a sine by which the tendon shortens, of
             which no column tells.
+        recording: number of the one that is simulated. slip: number of the recording in which the
+            cable slips on the reel, how much is drawn in [m], when, and how long it takes [s].
     """
 
     description: ClassVar[RecordingDescription] = RecordingDescription(
@@ -73,6 +75,8 @@ class ReferenceBench:
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
     rate: float = RATE
     thermal_shortening: tuple[float, float] = (0.0, 1.0)
+    recording: int = 0
+    slip: tuple[int, float, float, float] = (-1, 0.0, 0.0, 1.0)
 
     def simulate(self, drives: Sequence[FloatArray], fine: bool = True) -> list[FloatArray]:
         """Readings without noise, (2, samples) [N] of each drive [m]."""
@@ -88,6 +92,9 @@ class ReferenceBench:
         wound = self.reel_scale * np.interp(dense, sparse, drive)
         amplitude, period = self.thermal_shortening
         wound += amplitude * np.sin(2.0 * np.pi * dense / period)
+        turned, (slipping, drawn_in, since, duration) = wound.copy(), self.slip
+        if slipping == self.recording:  # faster and faster, and then at once held again
+            wound += drawn_in * np.clip((dense - since) / duration, 0.0, 1.0) ** 2
         lead = np.arange(-SETTLING_TIME, 0.0, dense[1])
         chain = uniform_chain(
             ELEMENTS,
@@ -114,7 +121,7 @@ class ReferenceBench:
         )
         return np.array(
             [
-                self.sensors.get(name, Sensor()).read(dense, tension)[::OVERSAMPLING]
+                self.sensors.get(name, Sensor()).read(dense, tension, turned)[::OVERSAMPLING]
                 for name, tension in tensions.items()
             ]
         )

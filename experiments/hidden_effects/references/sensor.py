@@ -1,4 +1,4 @@
-"""Model of a tension sensor: gain, bias, delay, lag, drift, hum and saturation."""
+"""Model of a tension sensor: gear, gain, bias, delay, lag, drift, hum and saturation."""
 
 from __future__ import annotations
 
@@ -13,11 +13,15 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class Sensor:
-    """Reading = clip(lag(delay((1 + gain) T + bias))) + drift t + hum; the defaults are ideal.
+    """Reading = clip(lag(delay((1 + gain) T_g + bias))) + drift t + hum; the defaults are ideal.
+
+    Behind a gear T_g is T/η while its drive winds in, T η while it pays out, else T_g = T.
 
     Attributes:
         bias: [N]. gain: [-]. delay: [s]. lag: time constant, first order [s]. drift: [N/s].
         hum: amplitude [N] of a sine of ``hum_frequency`` [Hz]. limit: highest reading [N].
+        efficiency: η of the gear [-]. at_rest: exponent s of T_g = T η^{−s} there, −1 as it pays
+            out, 0 for T; None as in its last motion, and before the first as it pays out.
     """
 
     bias: float = 0.0
@@ -28,10 +32,14 @@ class Sensor:
     hum: float = 0.0
     hum_frequency: float = 50.0
     limit: float = math.inf
+    efficiency: float = 1.0
+    at_rest: float | None = None
 
-    def read(self, time: FloatArray, tension: FloatArray) -> FloatArray:
-        """Readings at ``time`` [s], evenly spaced, before noise."""
+    def read(self, time: FloatArray, tension: FloatArray, wound: FloatArray) -> FloatArray:
+        """Readings at ``time`` [s], evenly spaced, before noise; ``wound`` in by the drive."""
         now = time - time[0]
+        if self.efficiency != 1.0:
+            tension = tension * self.efficiency ** -self._way(wound)
         reading: FloatArray = (1.0 + self.gain) * tension + self.bias
         if self.delay > 0.0:
             reading = np.interp(now - self.delay, now, reading)
@@ -41,6 +49,14 @@ class Sensor:
         hum = self.hum * np.sin(2.0 * np.pi * self.hum_frequency * now)
         total: FloatArray = reading + self.drift * now + hum
         return total
+
+    def _way(self, wound: FloatArray) -> FloatArray:
+        """(n,) exponents s of the gear: the sign of the drive's rate."""
+        way, last = np.empty_like(wound), -1.0
+        for k, rate in enumerate(np.gradient(wound)):
+            last = float(np.sign(rate)) or last
+            way[k] = last if rate != 0.0 or self.at_rest is None else self.at_rest
+        return way
 
 
 def _lagged(signal: FloatArray, step: float) -> FloatArray:

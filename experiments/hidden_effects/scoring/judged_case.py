@@ -133,6 +133,11 @@ class JudgedCase:
         return self.hit if self.named[:1] == self.effects[:1] else 0.0
 
     @property
+    def first(self) -> bool:
+        """Whether the first of several hidden effects comes first, before wrong numbers too."""
+        return self.named_effect and self.named[:1] == self.hidden[:1]
+
+    @property
     def column(self) -> str:
         """Column of the case in the confusion matrix."""
         if not self.named_effect:
@@ -184,7 +189,7 @@ class JudgedCase:
         found = []
         for name, true in self.key["parameters"].items():
             if name in given:
-                inert = 1.0 if name.endswith("scale") else 0.0
+                inert = 1.0 if name.endswith(("scale", "efficiency")) else 0.0
                 got = given[name]
                 error = abs(got["value"] - true) / abs(true - inert)
                 found.append((name, error, got["low"] <= true <= got["high"]))

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from experiments.hidden_effects.effects.bench_effects import DRAWN
 from experiments.hidden_effects.scoring.judged_case import PREDICTION, JudgedCase
 from experiments.hidden_effects.scoring.rates import Row, of_kind, quantile, share, spread
 from experiments.hidden_effects.scoring.reality import reality
@@ -67,7 +68,22 @@ def table(judged: Sequence[JudgedCase]) -> list[Row]:
         quantile("parameter error, ≥ 5 noise, median", "≤ 10 %", [e[1] for e in errors], 0.5),
         quantile("… 95 % interval covers", "≥ 90 %", [float(e[2]) for e in errors], None),
         *reality(judged),
+        *_drawn(judged),
         *_of_any_tool(judged),
+    ]
+
+
+def _drawn(judged: Sequence[JudgedCase]) -> list[Row]:
+    """Figures of the effects whose strength is as on a rig."""
+    drawn = of_kind(judged, "drawn")
+    alone = {name: [j for j in drawn if j.hidden[0] == name] for name in DRAWN}
+    return [
+        *(
+            share(f"{name}, as on a rig: first", "≥ 90 %", cases, lambda j: j.first)
+            for name, cases in alone.items()
+        ),
+        share("… of two effects", "", [j for j in drawn if len(j.hidden) > 1], lambda j: j.first),
+        _false("as on a rig", drawn),
     ]
 
 
@@ -110,7 +126,7 @@ def confusion(judged: Sequence[JudgedCase]) -> tuple[list[str], dict[str, Counte
     """Confusion matrix: its columns, and for each hidden effect the number of cases in each."""
     rows: dict[str, Counter[str]] = {}
     for j in judged:
-        row = j.hidden[0] if j.kind in ("effect", "joint") else j.kind
+        row = j.hidden[0] if j.kind in ("effect", "joint", "drawn") else j.kind
         if j.kind in ("parameter", "outside", "session", "remainder", "too_high"):
             row = f"{j.kind}: {j.hidden[0] if j.hidden else 'nothing'}"
         rows.setdefault(row, Counter())[j.column] += 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.hidden_effects.references import excitation
+from experiments.hidden_effects.references.bench import ReferenceBench
 from experiments.hidden_effects.suite.case_draws import CaseDraw, draw_bench, draw_joint
 from experiments.hidden_effects.suite.case_files import write_case
 from experiments.hidden_effects.suite.case_plan import REAL_KINDS, CasePlan
@@ -26,6 +28,7 @@ from experiments.hidden_effects.suite.trial import Trial, simulate_each
 FloatArray = NDArray[np.float64]
 
 NAMES = (*(f"train_{k}" for k in range(1, 5)), *(f"held_out_{k}" for k in (1, 2)))
+OF_DRAWN = ("train_1", "train_2", "held_out_1")  # of kind "drawn"
 LEAST_TENSION = 0.05  # of the pretension; below it the tendon counts as slack
 MAX_ATTEMPTS = 6  # to find an excitation under which the tendon stays taut
 
@@ -81,7 +84,13 @@ def _make(
         draw,
         raised,
         sessions,
-        dict(zip(NAMES, zip(simulated.drives, simulated.readings, strict=True), strict=True)),
+        dict(
+            zip(
+                OF_DRAWN if plan.kind == "drawn" else NAMES,
+                zip(simulated.drives, simulated.readings, strict=True),
+                strict=True,
+            )
+        ),
         simulated.noise,
     )
     model_parameters = draw.reference.description.uncertain
@@ -121,6 +130,11 @@ def _beyond_noise(
     }
 
 
+def _half(drive: FloatArray) -> FloatArray:
+    """The first half of a drive."""
+    return drive[: len(drive) // 2]
+
+
 def _simulate(plan: CasePlan, rng: np.random.Generator, draw: CaseDraw[R]) -> _Simulated[R]:
     """Simulate the reference with its effects; where the tendon goes slack, at less amplitude."""
     reference, stated = draw.reference, draw.reference.description
@@ -129,9 +143,16 @@ def _simulate(plan: CasePlan, rng: np.random.Generator, draw: CaseDraw[R]) -> _S
     for _ in range(MAX_ATTEMPTS):
         own = np.random.default_rng([*plan.seed, 1])  # of what the old kinds do not have
         training: list[FloatArray] = excitation.train(rng, scale)
-        drives = [*training, *excitation.held_out(rng, scale)]
+        unseen: list[FloatArray] = excitation.held_out(rng, scale)
+        if plan.kind == "drawn":
+            # two of four kinds, and the first halves of all: a quarter of the time
+            training = [_half(training[k]) for k in rng.permutation(4)[:2]]
+            unseen = [_half(unseen[1])]
+        drives = [*training, *unseen]
         bends = draw_bends(len(drives), own) if plan.bends else [0.0] * len(drives)
         bent = [RigState(extra_bend=b).bent(reference) for b in bends]
+        if isinstance(reference, ReferenceBench):
+            bent = [dataclasses.replace(r, recording=k) for k, r in enumerate(bent)]
         baseline = simulate_each(bent[: len(training)], training, fine=False)
         trial = Trial(
             references=bent[: len(training)],

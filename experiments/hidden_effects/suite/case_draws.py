@@ -8,7 +8,7 @@ from typing import Any, Generic
 
 import numpy as np
 
-from experiments.hidden_effects.effects.bench_effects import EFFECTS, SHEATH_FRICTION
+from experiments.hidden_effects.effects.bench_effects import DRAWN, EFFECTS, SHEATH_FRICTION
 from experiments.hidden_effects.effects.disturbances import DISTURBANCES
 from experiments.hidden_effects.effects.draws import Draw
 from experiments.hidden_effects.effects.hidden_effect import HiddenEffect
@@ -102,7 +102,7 @@ def _on_bench(kind: str, name: str) -> Draw:
         return SHEATH_FRICTION
     if kind == "parameter":
         return PARAMETERS[name]
-    return (EFFECTS | DISTURBANCES)[name]
+    return (EFFECTS | DISTURBANCES | DRAWN)[name]
 
 
 def _too_high(

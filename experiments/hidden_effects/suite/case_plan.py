@@ -6,7 +6,16 @@ from dataclasses import dataclass
 from typing import Literal
 
 Kind = Literal[
-    "effect", "pair", "parameter", "nothing", "outside", "joint", "session", "remainder", "too_high"
+    "effect",
+    "pair",
+    "parameter",
+    "nothing",
+    "outside",
+    "joint",
+    "session",
+    "remainder",
+    "too_high",
+    "drawn",
 ]
 # Those that have what reality has; each of their cases has its own model beside its recordings.
 REAL_KINDS = ("session", "remainder", "too_high")
@@ -20,7 +29,8 @@ class CasePlan:
         kind: of the case.
         names: of the hidden effects, wrong numbers or disturbances.
         target: wanted ratio of residual to noise, for each of them [-]; of kind "session" to the
-            reproducibility, of kind "remainder" to what the small effects leave.
+            reproducibility, of kind "remainder" to what the small effects leave. Of kind "drawn" it
+            is that of the second effect, and the strength of the first is drawn.
         noise: standard deviation over the range of each measured column [-].
         exclude: effects to take out of the catalogue when diagnosing.
         seed: of every random draw.

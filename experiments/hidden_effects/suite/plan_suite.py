@@ -9,6 +9,7 @@ from collections.abc import Collection
 import numpy as np
 
 from experiments.hidden_effects.effects.bench_effects import (
+    DRAWN,
     EFFECTS,
     EXCLUDABLE,
     INTERCHANGEABLE,
@@ -22,6 +23,8 @@ from experiments.hidden_effects.suite.plan_reality import plan_reality
 
 KINDS: tuple[Kind, ...] = ("effect", "pair", "parameter", "nothing", "outside", "joint")
 
+# Not beside those of kind "drawn": they take many times as long, or leave next to no residual.
+SLOW = ("static_friction", "velocity_weakening", "tendon_inertia")
 SINGLE_EFFECTS = (*EFFECTS, "sheath_friction")
 
 
@@ -41,8 +44,9 @@ def plan_suite(
         kinds: any of `CasePlan`.
         strengths: ratios of residual to noise, of cases with one effect [-].
         noises: standard deviations over the range of the signal [-].
-        repeats: of cases with one effect, a wrong parameter or an effect outside the catalogue, and
-            of those of ``REAL_KINDS``.
+        repeats: of cases with one effect, a wrong parameter or an effect outside the catalogue, of
+            those of ``REAL_KINDS``, and of each effect of kind "drawn"; every other of these has
+            a second effect of the lowest of ``strengths`` beside it.
         nothing: cases in which nothing is hidden.
         pairs: cases with two effects.
     """
@@ -74,6 +78,11 @@ def plan_suite(
         for k in range(pairs):
             pair = all_pairs[picked[k % len(picked)]]
             plans.append(_plan("pair", pair, 10.0, choice[k % len(choice)]))
+    if "drawn" in kinds:
+        seen = [e for e in EFFECTS if e not in SLOW]
+        for k, name in itertools.product(range(repeats), DRAWN):
+            beside = (str(rng.choice(seen)),) if k % 2 else ()
+            plans.append(_plan("drawn", (name, *beside), min(strengths), choice[k % len(choice)]))
     plans += plan_reality(kinds, strengths, choice, repeats, nothing, rng)
     order = rng.permutation(len(plans))
     return [dataclasses.replace(plans[i], seed=(seed, 1 + k)) for k, i in enumerate(order)]

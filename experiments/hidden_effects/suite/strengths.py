@@ -49,7 +49,12 @@ def find_strengths(
     small = tuple((one, _find(trial, one, rng.uniform(*SMALL))) for one in draw.small)
     if small:
         unit = float(np.hypot(1.0, trial.ratio(lambda reference: _apply(small, reference))))
-    hidden = tuple((one, _find(trial, one, plan.target * unit)) for one in draw.hidden)
+    hidden = tuple(
+        (one, _drawn(trial, one, rng))
+        if plan.kind == "drawn" and one is draw.hidden[0]
+        else (one, _find(trial, one, plan.target * unit))
+        for one in draw.hidden
+    )
     return Strengths(hidden=hidden, small=small, unit=unit)
 
 
@@ -58,6 +63,13 @@ def _find(trial: Trial[R], effect: HiddenEffect[R], target: float) -> FoundStren
         return trial.ratio(lambda reference: effect.apply(reference, strength))
 
     return find_strength(ratio, target, effect.low, effect.high, effect.start)
+
+
+def _drawn(trial: Trial[R], effect: HiddenEffect[R], rng: np.random.Generator) -> FoundStrength:
+    """A strength as it is on rigs, whatever it leaves."""
+    strength = float(rng.uniform(*effect.usual))
+    ratio = trial.ratio(lambda reference: effect.apply(reference, strength))
+    return FoundStrength(strength, ratio, True)
 
 
 def _apply(effects: tuple[tuple[HiddenEffect[R], FoundStrength], ...], reference: R) -> R:

@@ -24,6 +24,16 @@ ACTUATORS: Final = (
         binding=on_inputs(ParameterSpecification("command_delay", "s", 0.0, 0.3, 0.002)),
     ),
     Effect(
+        identifier="slip",
+        name="a slip of the cable on its drive",
+        equation="control + s from t_s on",
+        signature="from one moment of one recording on, all readings are those of another zero",
+        source="a clamp, a knot or a turn on a drum that gave way; an encoder that lost counts",
+        next_experiment="a mark on cable and drum, before and after",
+        binding=on_inputs(ParameterSpecification("slip", "m or rad", -1.0, 1.0, 1e-4)),
+        event=True,
+    ),
+    Effect(
         identifier="gear",
         name="gear of a motor",
         equation="force = gear × control",

@@ -65,6 +65,14 @@ DISCRIMINATING_EXPERIMENTS: Final[dict[frozenset[str], str]] = {
     frozenset({"sensor_bias", "pretension"}): (
         "Read the sensor with the tendon slack: an offset remains, a pretension is gone."
     ),
+    frozenset({"gear_efficiency", "sheath_friction"}): (
+        "Measure the tension at the drive by a load cell: the gear's friction is not in it, the"
+        " sheath's is."
+    ),
+    frozenset({"gear_efficiency", "friction"}): (
+        "Measure the tension at the drive by a load cell: the gear's friction is not in it, the"
+        " sheath's is."
+    ),
     frozenset({"sensor_drift", "friction_drift"}): (
         "Record the sensor at rest for as long: a drifting sensor drifts there too."
     ),

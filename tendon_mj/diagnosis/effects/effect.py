@@ -14,6 +14,7 @@ from typing import Literal, get_args
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.replay.readout import Readout
+from tendon_mj.replay.session_names import recording_of, value_in
 
 Kind = Literal["missing", "parameter"]
 _LARGEST_LOGARITHM = 700.0
@@ -96,6 +97,8 @@ class Term:
         beyond: where given, what each target is more than the number; the first is the number.
         starts: values to begin from, for a number that shapes an effect and does nothing alone.
         spread: standard deviation about inert that is expected of it; 0 where nothing is.
+        beside: parameters that are written with it at a value that no fit changes, each with its
+            value and the ends of its interval, as the time of an event.
     """
 
     targets: tuple[str, ...]
@@ -111,6 +114,7 @@ class Term:
     beyond: tuple[float, ...] = ()
     divided_by: str = ""
     origin: float = 0.0
+    beside: tuple[tuple[str, float, float, float], ...] = ()
 
     @property
     def depends_on(self) -> str:
@@ -124,7 +128,8 @@ class Term:
         if self.beyond:
             return {t: number + more for t, more in zip(self.targets, self.beyond, strict=True)}
         if not self.depends_on:
-            return dict.fromkeys(self.targets, number)
+            given = {name: value for name, value, _, _ in self.beside}
+            return given | dict.fromkeys(self.targets, number)
         others = [values[f"{t.rsplit('.', 1)[0]}.{self.depends_on}"] for t in self.targets]
         if self.relative_to:
             return {t: (1.0 + number) * v for t, v in zip(self.targets, others, strict=True)}
@@ -151,7 +156,7 @@ class Candidate:
         kind: "missing", an effect the model lacks, or "parameter", a number that may be wrong.
         where: the elements it is on, for the reader.
         terms: the first one is its strength, the others shape it.
-        non_smooth, changes, absent: see `Effect`.
+        non_smooth, changes, absent, event: see `Effect`.
     """
 
     identifier: str
@@ -161,6 +166,7 @@ class Candidate:
     non_smooth: bool = False
     changes: str = ""
     absent: float = 0.0
+    event: bool = False
 
     @property
     def label(self) -> str:
@@ -177,6 +183,11 @@ class Candidate:
         """Whether readings at rest say nothing of it."""
         return all(t.rpartition(".")[2] in _IN_MOTION for t in self.terms[0].targets)
 
+    @property
+    def recording(self) -> str:
+        """The one recording that it is in; empty where it is in all."""
+        return recording_of(self.terms[0].targets[0])
+
     def acts_on(self, values: Mapping[str, float]) -> bool:
         """Whether what it changes is there, with these values of the parameters."""
         elements = {target.rsplit(".", 1)[0] for target in self.targets}
@@ -184,7 +195,7 @@ class Candidate:
 
     def in_model(self, before: Mapping[str, float]) -> bool:
         """Whether a model has some of it, with parameter → value before the fit."""
-        return any(before[target] != self.absent for target in self.terms[0].targets)
+        return any(value_in(before, target) != self.absent for target in self.terms[0].targets)
 
     def found(self, before: Mapping[str, float], after: Mapping[str, float]) -> Kind:
         """Kind of what was found: a model that has more than the data want lacks nothing.
@@ -193,7 +204,7 @@ class Candidate:
             before, after: parameter → value of the model, and as fitted.
         """
         too_much = all(
-            abs(after[target] - self.absent) < abs(before[target] - self.absent)
+            abs(after[target] - self.absent) < abs(value_in(before, target) - self.absent)
             for target in self.terms[0].targets
         )
         return "parameter" if too_much else self.kind
@@ -230,6 +241,9 @@ class Effect:
             searched.
         changes: parameter of its elements that it changes; it is no candidate where that is 0 on
             all of them. May be empty.
+        event: whether it happens once, in one recording: its parameter is 0 before the time
+            ``<parameter>_time`` and for the ``<parameter>_duration`` from there on rises to its
+            value. Both times are searched for in the residual.
 
     Raises:
         InvalidValueError: the identifier is empty.
@@ -248,6 +262,7 @@ class Effect:
     non_smooth: bool = False
     changes: str = ""
     absent: float = 0.0
+    event: bool = False
 
     def __post_init__(self) -> None:
         if not self.identifier.strip():
@@ -268,6 +283,7 @@ class Effect:
                 non_smooth=self.non_smooth,
                 changes=self.changes,
                 absent=self.absent,
+                event=self.event,
             )
             for where, terms in self.binding(system)
             if not any(target in taken for term in terms for target in term.targets)

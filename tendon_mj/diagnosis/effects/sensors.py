@@ -56,4 +56,21 @@ SENSORS: Final = (
             ParameterSpecification("drift", "of the sensor per s", -0.1, 0.1, 0.002)
         ),
     ),
+    Effect(
+        identifier="gear_efficiency",
+        name="a gear between the cable and a reading of its tension",
+        equation="T/η winding in, T η paying out; at rest between the two",
+        signature="the reading jumps by 1/η² at each reversal of the drive, at any tension",
+        source="motor current as torque: a gear's friction grows with its load",
+        next_experiment=(
+            "the reading beside a load cell or a hanging weight, wound in and paid out slowly"
+        ),
+        binding=on_sensors(
+            ParameterSpecification("efficiency", "-", 0.3, 1.0, 0.05),
+            ParameterSpecification("rest_in", "-", -1.0, 1.0, 0.1),
+            ParameterSpecification("rest_out", "-", -1.0, 1.0, 0.1),
+            spans=False,
+        ),
+        absent=1.0,
+    ),
 )

@@ -13,6 +13,7 @@ from tendon_mj.diagnosis.data.problem import Problem
 from tendon_mj.diagnosis.effects.effect import Candidate, Term
 from tendon_mj.diagnosis.model_selection.comparison import CandidateSet, FittedCandidate
 from tendon_mj.diagnosis.model_selection.cross_validation import cross_validate, gain
+from tendon_mj.diagnosis.model_selection.events import find_events
 from tendon_mj.diagnosis.model_selection.fit import Fit, fit
 from tendon_mj.diagnosis.model_selection.global_search import linearisation_holds, search_globally
 from tendon_mj.diagnosis.model_selection.screening import ScreeningScore, screen
@@ -29,6 +30,7 @@ _NEAR = 5  # evaluations: enough from where screening has led
 _MOST_FITS, _MOST_LOOKED_AT = 4, 10
 _PROMISING = 0.6  # of what the best candidate explains, to be fitted
 _LEAST = 0.03, 0.3  # likewise, where none of those explains enough; on a sensor
+_EVENT = 0.1  # of the excess, that an event explains by its scan, to be located
 _EXPLAINS = 0.75  # of the excess may be left by an effect, for no others to be looked at
 
 
@@ -89,7 +91,12 @@ class SelectionContext:
         """
         taken = frozenset[str]().union(*(effect.targets for effect in model.fit.effects))
         values = {**self.base, **model.fit.parameters(self.base)}
-        others = [c for c in self.candidates if not c.targets & taken and c.acts_on(values)]
+        others = [
+            c
+            for c in self.candidates
+            if not c.targets & taken and c.acts_on(values) and not c.event
+        ]
+        others += self._events(model, taken)
         scores = screen(self.problem, self.base, model.fit, others, self.progress)
         shortlist, others_down = _promising(scores, share)
         fitted = list[FittedCandidate]()
@@ -112,6 +119,12 @@ class SelectionContext:
             tuple(sorted(best.values(), key=lambda model: model.excess)),
             tuple(reversed([m for label, m in ended.items() if label not in best])),
         )
+
+    def _events(self, model: FittedCandidate, taken: frozenset[str]) -> list[Candidate]:
+        """Events that explain so much of what a model leaves that one may be chosen."""
+        least = max(0.5 * self.smallest_gain, _EVENT * model.excess)
+        events = [candidate for candidate in self.candidates if candidate.event]
+        return find_events(self.problem, self.base, model.fit, events, taken, least)
 
     def _explains(self, model: FittedCandidate, extended: FittedCandidate) -> bool:
         """Whether an effect leaves notably less, with a strength that the data determine."""

@@ -72,7 +72,7 @@ def cross_validate(problem: Problem, fit: Fit) -> CrossValidation:
             shift[kept] = np.linalg.lstsq(others, j[:, kept].T @ r, rcond=None)[0]
             shift = np.clip(shift, *room)
         if own.any():
-            alone = j[:, own].T @ j[:, own] + np.diag(weights[own])
+            alone = j[:, own].T @ j[:, own] + regular[np.ix_(own, own)]
             shift[own] = -np.linalg.solve(alone, j[:, own].T @ (j @ shift))
         r = r + j @ shift
         chi2[b] = float(r @ r)

@@ -19,6 +19,7 @@ from scipy.optimize import least_squares
 from tendon_mj.diagnosis.data.problem import Problem
 from tendon_mj.diagnosis.effects.effect import Candidate, Term
 from tendon_mj.diagnosis.model_selection.differences import differences
+from tendon_mj.replay.session_names import recording_of
 from tendon_mj.replay.silenced_warnings import suppress_unsolved_warnings
 
 FloatArray = NDArray[np.float64]
@@ -70,9 +71,8 @@ class Fit:
 
     @property
     def shared(self) -> NDArray[np.bool_]:
-        """(p,) which terms hold in all recordings, and are not a session's own."""
-        shared: NDArray[np.bool_] = self.weights == 0.0
-        return shared
+        """(p,) which terms hold in all recordings, and are not of one alone."""
+        return np.array([not recording_of(term.targets[0]) for term in self.terms], bool)
 
     @cached_property
     def free(self) -> NDArray[np.bool_]:

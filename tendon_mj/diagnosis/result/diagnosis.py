@@ -67,6 +67,7 @@ class Finding:
         elsewhere: elements on which the data cannot tell the same effect from it.
         statement: what was found in words, with the value; see `state_finding`.
         parameter: name of the parameter that is its strength; the first, where it has several.
+        recording: the one that it happened in, of an event; else empty.
     """
 
     identifier: str
@@ -79,6 +80,7 @@ class Finding:
     elsewhere: tuple[str, ...] = ()
     statement: str = ""
     parameter: str = ""
+    recording: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,6 +216,7 @@ class Diagnosis:
         Before, only what was uncertain is fitted.
         """
         before = {name: self.before[name] for name in self.calibrated}
+        after = {name: value for name, value in self.fitted.items() if not recording_of(name)}
         shown = self.held_out_recordings or self.recordings
         names = [recording.name for recording in shown]
         own = [
@@ -221,14 +224,15 @@ class Diagnosis:
             for values in (self.before, self.model)
         ]
         return simulate_before_after(
-            shown, self.simulator, {**before, **own[0]}, {**self.fitted, **own[1]}, progress
+            shown, self.simulator, {**before, **own[0]}, {**after, **own[1]}, progress
         )
 
     def write_model(self, path: str | Path) -> Path:
         """Write the recordings' model with what was found and what the rig is known to have.
 
-        What is known differently from recording to recording, or was set anew for each, is left as
-        the model has it. Where nothing is proven, it is the model with what is closest.
+        What is known differently from recording to recording, was set anew for each, or happened in
+        one of them, as a slip, is left as the model has it. Where nothing is proven, it is the
+        model with what is closest.
 
         Intervals that the data determine are in the file too, by which `replay_recording` knows
         not to let a recording's guesses overrule what was found.
@@ -241,11 +245,13 @@ class Diagnosis:
                 own, or does not have a parameter that was found.
             TendonError: see `tendon_mj.replay.patch.patch_model`.
         """
-        first, fitted, names = self.recordings[0], self.fitted, self.simulator.parameters
+        first, names = self.recordings[0], self.simulator.parameters
+        fitted = {name: value for name, value in self.fitted.items() if not recording_of(name)}
+        found = {**self.calibrated, **self.parameters}
         intervals = {
-            name: (value.low, value.high)
-            for name, value in {**self.calibrated, **self.parameters}.items()
-            if value.determined and value.low <= fitted[name] <= value.high
+            name: (found[name].low, found[name].high)
+            for name, value in fitted.items()
+            if found[name].determined and found[name].low <= value <= found[name].high
         }
         guesses = {n: u.value for n, u in expand(first.uncertain, names).items()}
         known = [expand(recording.known, names) for recording in self.recordings]

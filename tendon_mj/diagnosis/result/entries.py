@@ -17,6 +17,7 @@ from tendon_mj.diagnosis.result.diagnosis import Finding, Value
 from tendon_mj.diagnosis.result.ranked import Ranked
 from tendon_mj.diagnosis.result.statement import state_finding
 from tendon_mj.replay.parameters import Parameter
+from tendon_mj.replay.session_names import parameter_of, value_in
 
 _EXPLAINS = 0.01  # of the excess χ², to be in the ranking
 # A calibrated value this near to an end is held by it: a hundredth of the range, or, in a range of
@@ -49,6 +50,7 @@ def finding(
         kind="parameter" if candidate.in_model(before) else candidate.kind,
         statement=state_finding(effect, candidate, parameters, before, after),
         parameter=candidate.terms[0].targets[0],
+        recording=candidate.recording,
         confidence=selected.confidence,
         rivals=tuple(
             dict.fromkeys(r.identifier for r in rivals if r.identifier != effect.identifier)
@@ -119,10 +121,14 @@ def fitted_values(
         around = [written, *others] if term.depends_on else [written]
         for target in term.targets:
             ends = [term.write(float(e), {**base, **o})[target] for e in span for o in around]
-            unit = problem.simulate.parameters[target].unit
+            unit = problem.simulate.parameters[parameter_of(target)].unit
+            before = value_in(base, target)
             values[target] = Value(
-                written[target], min(ends), max(ends), unit, base[target], determined, at_end
+                written[target], min(ends), max(ends), unit, before, determined, at_end
             )
+        for name, value, low, high in term.beside:
+            unit = problem.simulate.parameters[parameter_of(name)].unit
+            values[name] = Value(value, low, high, unit, value_in(base, name))
     return values
 
 

@@ -62,9 +62,14 @@ def state(stated: Statement) -> str:
         return _nothing(stated) + _between_sessions(stated)
     if stated.verdict == "unknown":
         return _unknown(stated) + _between_sessions(stated)
-    missing = [finding for finding in stated.findings if finding.kind == "missing"]
-    wrong = [finding for finding in stated.findings if finding.kind != "missing"]
+    happened = [finding for finding in stated.findings if finding.recording]
+    others = [finding for finding in stated.findings if not finding.recording]
+    missing = [finding for finding in others if finding.kind == "missing"]
+    wrong = [finding for finding in others if finding.kind != "missing"]
     parts = [f"Missing: {_list(missing)}"] if missing else []
+    if happened:
+        said = _list(happened)
+        parts.append(said if parts else said[0].upper() + said[1:])
     if wrong:
         parts.append(f"{'a' if parts else 'A'} parameter was wrong: {_list(wrong)}")
     text = f"{'; '.join(parts)}; {_shrank(stated)}."

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Final
 
 from tendon_mj.diagnosis.effects.effect import Candidate, Effect, Term
 from tendon_mj.replay.engineering_units import engineering_unit, from_to, plain, quantity
 from tendon_mj.replay.parameters import Parameter
+from tendon_mj.replay.session_names import parameter_of
 
 # parameter → what it is called, where not by its name in words
 _NAMES: Final = {
@@ -44,12 +46,27 @@ def state_finding(
         before, after: parameter → value of the model, and as fitted.
     """
     first = candidate.terms[0].targets[0]
-    unit = parameters[first].unit
+    unit = parameters[parameter_of(first)].unit
+    if candidate.event:
+        return _event(candidate, unit, after)
     if candidate.kind == "missing" and not candidate.in_model(before):
         called = "" if engineering_unit(unit, ()).symbol else f"{_named(first)} "
         return f"{_placed(effect, candidate)}, {called}{quantity(after[first], unit)}"
     numbers = candidate.terms if candidate.kind == "parameter" else candidate.terms[:1]
     return ", and ".join(_wrong(t, candidate.absent, parameters, before, after) for t in numbers)
+
+
+def _event(candidate: Candidate, unit: str, after: Mapping[str, float]) -> str:
+    """What happened, how far, when and in which recording: "the cable slipped by 0.8 mm …"."""
+    first, ((when, _, low, high), *_) = candidate.terms[0].targets[0], candidate.terms[0].beside
+    slipped = "the cable" if unit == "m" else "the cable or the drive"
+    way = "let out" if after[first] < 0.0 else "drawn in"
+    digits = min(max(0, 1 - math.floor(math.log10(max(high - low, 1e-3)))), 3)
+    return (
+        f"{slipped} slipped by {quantity(abs(after[first]), unit)} ({way}) at"
+        f" {after[when]:.{digits}f} s of recording {candidate.recording!r}"
+        f" ({first.rpartition('.')[0]})"
+    )
 
 
 def _wrong(

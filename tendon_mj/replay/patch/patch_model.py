@@ -12,6 +12,7 @@
 | ``command_scale``, ``command_offset``, ``command_delay`` | ``user`` data, in this order; of a |
 | | joint ``<custom><text name="<joint>.command" data="…"/>`` |
 | ``scale`` … ``drift`` of a sensor | the sensor's ``user`` data, in the order of `Readout` |
+| ``efficiency``, ``rest_in`` … of it | ``<custom><text name="<sensor>.gear" data="…"/>``, all |
 | ``gravity.x`` … | ``<option gravity>`` |
 | a parameter's interval | ``<custom><text name="<parameter>.interval" data="<low> <high>"/>`` |
 """
@@ -33,9 +34,9 @@ from tendon_mj.builders.load import load_model, load_spec, model_path
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.replay.live_parameters import CORRECTION, DRAWN_BEND, EXTRA_BEND, custom_numbers
 from tendon_mj.replay.muscle import is_muscle
-from tendon_mj.replay.parameters import Adjustable
+from tendon_mj.replay.parameters import GEAR, GEARED, SLIP, Adjustable
 from tendon_mj.replay.patch.check_written import check_written
-from tendon_mj.replay.readout import JOINT_COMMAND
+from tendon_mj.replay.readout import JOINT_COMMAND, USER_NUMBERS
 from tendon_mj.whole_file import whole_file
 
 FloatArray = NDArray[np.float64]
@@ -96,7 +97,11 @@ def patch_model(
             _write_actuator(text, adjustable, element, parameter)
         elif kinds[name] == "sensor":
             sensor = adjustable.model.sensor(element).id
-            row = adjustable.readings[sensor]
+            if parameter in GEARED:
+                gear = adjustable.readings[sensor, USER_NUMBERS:]
+                _write_custom(text, element + GEAR, numbers(gear))
+                continue
+            row = adjustable.readings[sensor, :USER_NUMBERS]
             user = _user(name, row, adjustable.model.sensor_user[sensor], text, "sensor")
             text.sensor(element).set("user", user)
         else:
@@ -237,8 +242,13 @@ def _write_actuator(text: Mjcf, adjustable: Adjustable, element: str, parameter:
     k = m.actuator(element).id
     if parameter == "gear":
         set_first(written, "gear", m.actuator_gear[k, 0])
+    elif parameter in SLIP:
+        raise InvalidValueError(
+            f"{element}.{parameter}: a slip is of one recording and not of the model; state it in"
+            " [known] of that recording"
+        )
     elif parameter not in ("kp", "kv"):
-        row, user = adjustable.commands[k], m.actuator_user[k]
+        row, user = adjustable.commands[k, :3], m.actuator_user[k]
         written.set("user", _user(f"{element}.{parameter}", row, user, text, "actuator", 2))
     elif written.tag == "general":
         written.set("gainprm", numbers(m.actuator_gainprm[k]))

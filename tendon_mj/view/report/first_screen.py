@@ -29,6 +29,8 @@ def meaning(diagnosis: Diagnosis) -> str:
         return "The model explains the recordings down to what differs between sessions of the rig."
     if diagnosis.withheld:
         return "The recordings have a fault; whether the model lacks anything cannot be said."
+    if verdict == "named" and all(found.recording for found in diagnosis.findings):
+        return "An event explains the error; the model lacks nothing else."
     if verdict == "named" and all(found.kind == "parameter" for found in diagnosis.findings):
         verdict = "parameter"
     return MEANING[verdict]
@@ -42,15 +44,16 @@ def headline(diagnosis: Diagnosis) -> str:
         return "No effect was sought: the recordings have a fault that would be taken for one."
     if diagnosis.verdict == "unknown":
         return "Nothing in the catalogue explains the error."
-    missing, wrong = (
+    missing, wrong, happened = (
         " and ".join(
             f.statement if f.statement and not f.elsewhere else _anywhere(f)
             for f in diagnosis.findings
-            if (f.kind == "missing") == is_missing
+            if ("happened" if f.recording else f.kind) == kind
         )
-        for is_missing in (True, False)
+        for kind in ("missing", "parameter", "happened")
     )
     parts = [f"the model lacks {missing}"] if missing else []
+    parts += [happened] if happened else []
     parts += [wrong] if wrong else []
     said = "; ".join(parts)
     if diagnosis.verdict == "partly":
@@ -107,6 +110,13 @@ def what_to_do(diagnosis: Diagnosis) -> list[str]:
         said.append(f"These data can't tell {names}. {' '.join(advise(group, catalogue))}")
     missing = [f for f in diagnosis.findings if f.kind == "missing"]
     for finding in missing:
+        if finding.recording:
+            said.append(
+                f"Model.xml has no slip. To replay recording {finding.recording!r}, state it in the"
+                f" [known] of that recording, or record it again: look at"
+                f" {PARTS.get(finding.identifier, finding.where)}."
+            )
+            continue
         part = PARTS.get(finding.identifier)
         look = f"look at {part} ({finding.where})" if part else f"inspect {finding.where}"
         effect = f"{catalogue[finding.identifier].name}" if len(missing) > 1 else "this effect"

@@ -71,6 +71,8 @@ def report_page(
     rest = _KEPT[diagnosis.leaves_one_out]
     kept = "proof" if held_out else f"selection and fit; {rest} for the proof"
     row, column = most_telling(simulated)
+    only = [r for r in held_out if r.name not in {seen.name for seen in train}]
+    role = ", held out" if row.measured.name in {r.name for r in only} else ""
     white = residual_autocorrelations(row)
     correlations = parameter_correlations(diagnosis)
     rival = sysid.signals if sysid else None
@@ -91,7 +93,7 @@ def report_page(
         dark=_DARK,
         library=packed_plotly(),
         shown=row.measured.name,
-        role=", held out" if row.measured.name in {r.name for r in held_out} else "",
+        role=role,
         signal=column,
         white=white,
         correlations=correlations,
@@ -101,7 +103,7 @@ def report_page(
         provenance=provenance or collect_provenance(),
         ties=[(group, advise(group, diagnosis.catalogue)) for group in diagnosis.indistinguishable],
         recordings=[(r, "selection and fit" if held_out else kept) for r in train]
-        + [(r, kept) for r in held_out],
+        + [(r, kept) for r in only],
     )
 
 

@@ -27,5 +27,7 @@ PARTS: Final = {
     "sensor_delay": _SENSOR,
     "sensor_lag": _SENSOR,
     "sensor_drift": "the sensor's zero, for heat",
+    "gear_efficiency": "the gear before the motor whose current is read; a load cell has none",
+    "slip": "where the cable is held on its drum, the coupling, and lost counts of the encoder",
     "command_delay": "the drive and its clock",
 }
