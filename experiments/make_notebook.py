@@ -55,7 +55,8 @@ def _code(language: str, block: str) -> dict[str, object]:
         run = "!{sys.executable} -m tendon_mj "
         code = "import sys\n\n" + code.replace("tendon-mj ", run)
     elif language == "toml":
-        code = f"%%writefile rig.toml\n{code}"
+        model = re.search(r'model = "(\w+)\.xml"', code)
+        code = f"%%writefile {model[1] if model else 'rig'}.toml\n{code}"
     return {
         "cell_type": "code",
         "execution_count": None,

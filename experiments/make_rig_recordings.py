@@ -1,10 +1,12 @@
-"""Makes the recordings of the page "Your rig in 20 minutes": `models/rig/triangles`, `sines`.
+"""Makes the recordings of the page "Your rig in 20 minutes": `models/rig/triangles`, `sines`,
+and those of its second rig, `wrist`, `wrist_sines`.
 
 `python -m experiments.make_rig_recordings`. They are simulated, not measured: 48 lumped elements of
 `tendon_mj.reference`, an independent reference that shares no code with the plugin, on the lever's
 inertia, spring and damper. The cause that is to be found: the bracket that holds the sheath at the
 motor yields by `MOUNT`. The sheath's friction and the cable's pretension are not what the
-description guesses either, and every reading has noise.
+description guesses either, and every reading has noise. The second rig is simulated by
+`experiments.one_capstan`.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments import one_capstan
 from tendon_mj.reference import Carriage, Effects, simulate_effects, uniform_chain
 
 # of the rig, as drawn and measured on it
@@ -84,18 +87,30 @@ def measure(
     return tension, lever + random.normal(0.0, NOISE_ANGLE, time.size)
 
 
+def write(name: str, header: str, *columns: FloatArray) -> None:
+    """Write a CSV of times [s], angles and readings, rounded as a logger does."""
+    rows = zip(np.round(1e3 * columns[0]), *columns[1:], strict=True)
+    lines = [
+        ",".join([f"{t:.0f}", f"{motor:.2f}", *(f"{f:.3f}" for f in forces), f"{angle:.2f}"])
+        for t, motor, *forces, angle in rows
+    ]
+    path = FOLDER / f"{name}.csv"
+    path.write_text("\n".join([header, *lines]) + "\n", encoding="utf-8")
+    print(path)
+
+
 def main() -> None:
-    """Simulate both motions, and write a CSV of each."""
+    """Simulate both motions of both rigs, and write a CSV of each."""
     random = np.random.default_rng(SEED)
     for motion in (triangles, sines):
         time, spool = motion()
-        tension, lever = measure(time, spool, random)
-        path = FOLDER / f"{motion.__name__}.csv"
-        rows = zip(np.round(1e3 * time), spool, tension, lever, strict=True)
-        lines = [f"{t:.0f},{s:.2f},{f:.3f},{a:.2f}" for t, s, f, a in rows]
         header = "time_ms,spool_deg,cable_N,lever_deg"
-        path.write_text("\n".join([header, *lines]) + "\n", encoding="utf-8")
-        print(path)
+        write(motion.__name__, header, time, spool, *measure(time, spool, random))
+    for name, motion in (("wrist", one_capstan.triangles), ("wrist_sines", one_capstan.sines)):
+        time, motor = motion()
+        readings = one_capstan.noisy(one_capstan.simulate(time, motor), random)
+        header = "time_ms,motor_deg,agonist_N,antagonist_N,wrist_deg"
+        write(name, header, time, motor, *readings.T)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Layers of the package: imports go down only, and have no cycles; every module stays readable."""
+"""Layers of the package: imports go down only, without cycles; every module says what it does."""
 
 import ast
 import importlib

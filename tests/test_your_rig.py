@@ -12,6 +12,7 @@ from jupyter_client.kernelspec import KernelSpecManager
 from nbclient import NotebookClient
 
 from experiments.make_notebook import NOTEBOOK, PAGE, notebook_text
+from experiments.one_capstan import FRICTION, PLAY, PRETENSION
 from tendon_mj.builders import example_rig
 from tendon_mj.errors import RecordingError
 from tendon_mj.recordings import read_recording
@@ -64,6 +65,17 @@ def test_the_cause_is_named_with_its_numbers(ran):
     assert found["calibrated"]["sheath.friction"]["value"] == pytest.approx(0.10, abs=0.002)
     assert found["calibrated"]["sheath.pretension"]["value"] == pytest.approx(15.6, abs=0.15)
     assert found["gap"]["held_out"]["reducible_closed"] > 0.95
+
+
+def test_the_play_of_the_second_rig_is_named_with_its_numbers(ran):
+    folder, _ = ran
+    found = json.loads((folder / "out" / "wrist" / "result.json").read_text("utf-8"))
+    assert (found["verdict"], found["effects"]) == ("named", ["backlash"])
+    for name, truth in (("backlash", PLAY), ("friction", FRICTION), ("pretension", PRETENSION)):
+        for cable in ("agonist", "antagonist"):
+            fitted = {**found["parameters"], **found["calibrated"]}[f"{cable}_sheath.{name}"]
+            assert fitted["low"] < truth < fitted["high"]
+            assert fitted["value"] == pytest.approx(truth, rel=0.03)
 
 
 def test_the_page_says_what_its_commands_say(ran):

@@ -26,6 +26,7 @@ _ROWS = 12  # of the recording that is broken
 _CELLS = (
     *("", " ", "nan", "inf", "-inf", "1e308", "1e400", "-1e308", "1e-320", "0x1p3", "1_0", "1;2"),
     *("True", "None", "é", "\x00", "\ufeff", '"', '"1"', "=1+1", "__import__('os')", "9" * 500),
+    *("2026-03-02T10:15:02", "10:15", "1766147454233218075", "9" * 19, "9999-12-31", '"', "#", ";"),
     *("time_s", "1\r", "\r\n", "\u2028", "\t", "1 N", "+", "--1", "1e", "٣"),
 )
 _LINES = (
@@ -38,6 +39,17 @@ _LINES = (
         "noise = nan",
         "noise = -1",
         "x = 1e999",
+    ),
+    *(
+        "[columns]",
+        'time_s = "time_s"',
+        'time_ns = { column = "time_s" }',
+        'header = ["a", "time_s"]',
+    ),
+    *(
+        'input_tension_N = "output_tension_N"',
+        "factor = 1e-30",
+        'x_N = { column = "", period = 1 }',
     ),
     *('a = "\\u0000"', "settle = 1e300", "settle = -1", "hold = 3", "= 1", "'x' = 1979-05-27"),
     *('"*.friction" = 0.1', '"*.friction" = { low = 2, high = 1 }', '"" = 1', "a.b.c = {}"),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import mujoco
 import numpy as np
@@ -36,6 +36,8 @@ class Layout(NamedTuple):
 
     m_nsensor: int
     m_nv: int
+    m_nbody: int
+    m_neq: int
     m_nactuator: int
     m_nplugin: int
     o_timestep: int
@@ -60,6 +62,8 @@ class Layout(NamedTuple):
     m_tendon_group: int
     m_tendon_width: int
     m_tendon_rgba: int
+    m_tendon_limited: int
+    m_tendon_range: int
     m_tendon_length0: int
     m_tendon_lengthspring: int
     m_tendon_stiffness: int
@@ -67,6 +71,10 @@ class Layout(NamedTuple):
     m_tendon_damping: int
     m_tendon_dampingpoly: int
     m_tendon_actuatorid: int
+    m_eq_type: int
+    m_eq_obj1id: int
+    m_eq_obj2id: int
+    m_eq_data: int
     m_wrap_type: int
     m_wrap_objid: int
     m_wrap_prm: int
@@ -87,6 +95,12 @@ class Layout(NamedTuple):
     m_sensor_plugin: int
     m_sensor_adr: int
     m_sensor_dim: int
+    m_sensor_datatype: int
+    m_sensor_cutoff: int
+    m_sensor_history: int
+    m_sensor_historyadr: int
+    m_sensor_delay: int
+    m_sensor_interval: int
     m_plugin: int
     m_plugin_stateadr: int
     m_plugin_statenum: int
@@ -127,8 +141,20 @@ class Layout(NamedTuple):
     d_qfrc_passive: int
     d_actuator_force: int
     d_sensordata: int
-    d_flg_subtreevel: int
+    d_site_xpos: int
+    d_site_xmat: int
+    d_cfrc_int: int
+    d_cfrc_ext: int
+    d_ne: int
+    d_nf: int
+    d_nefc: int
+    d_efc_type: int
+    d_efc_id: int
+    d_efc_force: int
+    d_history: int
 
+
+EQ_DATA: Final[int] = mujoco.mjNEQDATA  # numbers of each equality
 
 _OWNER = {"m": "mjModel", "o": "mjOption", "d": "mjData"}
 

@@ -61,6 +61,10 @@ mju_polyForce = types.ExternalFunction(
     "mju_polyForce",
     types.float64(types.float64, types.intp, types.float64, types.int32, types.int32),
 )
+mju_transformSpatial = types.ExternalFunction(
+    "mju_transformSpatial",
+    types.void(types.intp, types.intp, types.int32, types.intp, types.intp, types.intp),
+)
 mjv_initGeom = types.ExternalFunction(
     "mjv_initGeom",
     types.void(types.intp, types.int32, types.intp, types.intp, types.intp, types.intp),

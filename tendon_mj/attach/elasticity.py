@@ -1,12 +1,47 @@
-"""Axial stiffness and pretension equivalent to a tendon's own spring, for a sheath to take over."""
+"""A tendon's own spring as the elasticity of a cable, and what MuJoCo's constraints do to it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import mujoco
 
+from tendon_mj.attach.tendon_path import is_limited
 from tendon_mj.errors import UnsuitedTendonError
+
+
+def has_spring(tendon: mujoco.MjsTendon) -> bool:
+    """Whether a tendon pulls of itself."""
+    return any(float(k) for k in tendon.stiffness)
+
+
+class Constraints(NamedTuple):
+    """Constraints of MuJoCo's that may act along a tendon.
+
+    Attributes:
+        equalities: names of the equalities in which it is.
+        longest: length at which its limit ends it [m]; None without a limit.
+    """
+
+    equalities: tuple[str, ...] = ()
+    longest: float | None = None
+
+    def __str__(self) -> str:
+        said = [f"equality {name!r}" if name else "an equality" for name in self.equalities]
+        return " and ".join(said + ["its limit"] * (self.longest is not None))
+
+
+def constraints_on(spec: mujoco.MjSpec, tendon: mujoco.MjsTendon) -> Constraints:
+    """Constraints that may act along a tendon of a spec."""
+    names = tuple(
+        equality.name
+        for equality in spec.equalities
+        if equality.type == mujoco.mjtEq.mjEQ_TENDON
+        and tendon.name in (equality.name1, equality.name2)
+    )
+    longest = float(tendon.range[1]) if is_limited(tendon.limited, tendon.range) else None
+    return Constraints(names if tendon.name else (), longest)
 
 
 def own_elasticity(

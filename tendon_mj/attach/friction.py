@@ -10,17 +10,18 @@ from typing import Literal, NamedTuple, SupportsFloat, Unpack
 
 import mujoco
 
+from tendon_mj.attach.elasticity import constraints_on
+from tendon_mj.attach.idlers import idlers
 from tendon_mj.attach.instance import add_instance
 from tendon_mj.attach.keywords import as_count, as_number, check_names, takes
 from tendon_mj.attach.names import SheathNames, TakenNames
 from tendon_mj.attach.sensor import Sensors, add_plugin_sensor, check_kinds
 from tendon_mj.attach.sheath_design import Design, Request, design_sheath
-from tendon_mj.attach.sheathed import actuators_by_tendon, sheaths_by_tendon
+from tendon_mj.attach.sheathed import actuators_by_tendon, force_on_tendon, sheaths_by_tendon
 from tendon_mj.attach.spool import Spool, SpoolDesign, add_spools, design_spool, spool_names
-from tendon_mj.attach.spring import keep_spring, spring_of
 from tendon_mj.attach.tendon_choice import Chosen, asks_for_several, check_spec, choose_tendons
-from tendon_mj.attach.tendon_path import limited_joints
-from tendon_mj.engine import INPUT_ENDS, NAME
+from tendon_mj.attach.tendon_path import idlers_are_possible, limited_joints
+from tendon_mj.engine import INPUT_ENDS, NAME, SPRINGS
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError, UnsuitedTendonError
 from tendon_mj.sheath.law import LAW, OptionalParameters
 
@@ -28,7 +29,6 @@ from tendon_mj.sheath.law import LAW, OptionalParameters
 class _Sheath(NamedTuple):
     tendon: mujoco.MjsTendon
     tendon_name: str
-    spring: list[float]  # of the tendon, as it was
     design: Design
     spool: SpoolDesign | None
 
@@ -51,22 +51,26 @@ def add_friction(
     output_joint: str | None = None,
     output_radius: float | None = None,
     spool: Spool | None = None,
+    spring: Literal["cable", "input"] = "cable",
     sensors: Sequence[str] = ("input_tension", "output_tension"),
     **parameters: Unpack[OptionalParameters],
 ) -> mujoco.MjSpec:
     """Let spatial tendons run through sheaths with Coulomb friction.
 
     Where an actuator pulls a tendon, its force is the input tension; EA is then by default the
-    stiffest that the step resolves, and there is no T_0. Elsewhere the tendon's own spring moves
-    into the sheath: EA and T_0 default to its stiffness times its spring length and its pull at
-    `qpos0`, and it is set to 0 on the tendon. A spring that is no such one (slack, with a dead
-    band, a polynomial, over pulleys) stays, and its force is the input tension.
+    stiffest that the step resolves, and there is no T_0. Elsewhere the tendon's own spring is the
+    cable's elasticity: EA and T_0 default to its stiffness times its spring length and its pull at
+    `qpos0`, and follow them where the model is changed later; a shorter spring length is tendon
+    wound in at the input. The force of a spring that is not such a one (slack at `qpos0`, with a
+    dead band, a polynomial, over pulleys) is the input tension. Where nothing but an equality or a
+    limit (``range``) pulls the tendon, their force is.
 
     Args:
         spec: changed in place and returned; not at all where the call is refused.
-        tendon: name of a spatial tendon; several names; or a pattern with ``*``, ``?`` or ``[…]``.
-            A pattern leaves out tendons that run in a sheath or that nothing pulls, and names
-            tendons that have no name; a warning says which.
+        tendon: name of a spatial tendon; a list of names, which gives each tendon names that begin
+            with its own; or a pattern with ``*``, ``?`` or ``[…]``.
+            A pattern leaves out tendons that are fixed, run in a sheath or that nothing pulls, and
+            names tendons that have no name; a warning says which.
         <parameters>
         arc_guides: guides on each geom that a tendon may wrap around.
         inner_guides: guides at the input end, for bend that is not drawn (``extra_bend``), as of a
@@ -83,8 +87,11 @@ def add_friction(
             ``<tendon>_spool`` on a hinge of that name, at the input end and on its body. At rest
             their force is T_in + T_in²/2EA. ``axial_stiffness`` is required; T_0 is 0 by default,
             and ``axial_damping`` EA times the time step, against ringing.
+        spring: what the tendon's own spring stands for: the ``cable``'s elasticity, or a spring at
+            the ``input`` end, whose force is the input tension.
         sensors: kinds to add. Those of a tendon asked for alone are named like the kind, or
-            ``<name>_<kind>`` where that is taken; of one among several ``<tendon>_<kind>``.
+            ``<tendon>_<kind>`` where that is taken (``<name>_<kind>`` with a name); of one in a
+            list, even of one tendon, always ``<tendon>_<kind>``.
 
     Returns:
         ``spec``.
@@ -96,15 +103,23 @@ def add_friction(
             would not pull through a spool as before, such as a muscle.
 
     Warns:
-        TendonWarning: of tendons that were named, left out, or have nothing to rub on.
+        TendonWarning: of tendons that were named, left out, or have nothing to rub on; of actuators
+            that can push; of a side site that friction turns away from its tendon.
     """
     check_spec(spec)
     check_names(LAW, parameters, "add_friction")
     check_kinds(sensors)
     several = asks_for_several(spec, tendon)
-    own = {"name": name, "reel": reel, "reel_joint": reel_joint, "output_joint": output_joint}
     if several:
+        own: dict[str, str | None] = {"name": name}
+        alone = isinstance(tendon, list | tuple) and list(tendon) in [
+            [t.name] for t in spec.tendons
+        ]
+        if not alone:
+            own |= {"reel": reel, "reel_joint": reel_joint, "output_joint": output_joint}
         _refuse_for_several(own, tendon)
+    if spring not in SPRINGS:
+        raise UnknownNameError("spring", str(spring), SPRINGS, "add_friction")
     if input_end not in INPUT_ENDS:
         raise UnknownNameError("input_end", str(input_end), INPUT_ENDS, "add_friction")
     if spool is not None and (reel is not None or reel_joint is not None):
@@ -128,6 +143,7 @@ def add_friction(
         is_wound=bool(ends) or reel is not None or spool is not None,
         is_wound_in=reel_joint is not None or reel is not None or spool is not None,
         spool=spool,
+        spring=spring,
         timestep=float(spec.option.timestep),
     )
     taken = TakenNames(spec)
@@ -142,6 +158,7 @@ def add_friction(
             f"none of the tendons that {_listed(tendon)} means can be given a sheath:"
             f" {_reasons(left_out)}"
         )
+    side_sites = _of_side_sites(spec, sheaths)  # before anything is changed, as it is compiled
     unnamed = [sheath.tendon_name for sheath in sheaths if not sheath.tendon.name]
     spools = {sheath.tendon_name: sheath.spool for sheath in sheaths if sheath.spool}
     joints = spool_names(spec, spools)
@@ -152,15 +169,18 @@ def add_friction(
         one = sheath.tendon_name
         given = taken.of_several(one, sensors) if several else taken.of_one(one, sensors, name)
         _add(spec, sheath, given, reel, joints.get(one), shown)
-    pulled = actuators_by_tendon(spec)
-    driven = [s for s in sheaths if s.design.is_driven and s.tendon_name in pulled]
+    pulling = actuators_by_tendon(spec)
+    driven = [s for s in sheaths if s.design.is_driven and s.tendon_name in pulling]
     _say(
         unnamed,
         left_out,
         {s.tendon_name: s.design.idle for s in sheaths if s.design.idle},
         [
             *(design.warning for design in spools.values() if design.warning),
+            *(f"tendon {s.tendon_name!r}: {s.design.passing}" for s in sheaths if s.design.passing),
             *_of_limited_joints({s.tendon_name: limited_joints(s.tendon) for s in driven}),
+            *_of_pushes(driven, pulling),
+            *side_sites,
         ],
     )
     return spec
@@ -186,16 +206,16 @@ def _design(
     compiled = functools.cache(spec.compile)  # not a copy: it would drop what nothing refers to
     sheathed = sheaths_by_tendon(spec)
     actuators = actuators_by_tendon(spec)
-    springs = [spring_of(one.element) for one in chosen]  # before it is compiled
     sheaths, left_out = [], {}
-    for (tendon, name, by_name), spring in zip(chosen, springs, strict=True):
+    for tendon, name, by_name in chosen:
         try:
             if name in sheathed:
                 raise UnsuitedTendonError(
                     f"tendon {name!r} already runs in sheath {sheathed[name].name!r}"
                 )
             pulling = actuators.get(name, [])
-            design = design_sheath(tendon, name, request, pulling, compiled)
+            constraints = constraints_on(spec, tendon)
+            design = design_sheath(tendon, name, request, pulling, constraints, compiled)
             spool = None
             if request.spool is not None:
                 stiffness = float(design.config["axial_stiffness"])
@@ -209,7 +229,7 @@ def _design(
                 raise
             left_out[name] = str(error)
             continue
-        sheaths.append(_Sheath(tendon, name, spring, design, spool))
+        sheaths.append(_Sheath(tendon, name, design, spool))
     return sheaths, left_out
 
 
@@ -228,8 +248,6 @@ def _add(
     if sheath.spool is not None and spool is not None:
         config |= {"reel_joint": spool, "reel_radius": repr(sheath.spool.radius)}
     plugin = add_instance(spec, names.sheath, config, NAME)
-    if sheath.design.takes_spring:
-        keep_spring(spec, sheath.tendon, sheath.spring)
     if reel is None:
         add_plugin_sensor(spec, names.ends, tendon).plugin = plugin
     else:
@@ -268,6 +286,41 @@ def _of_limited_joints(limited: Mapping[str, Sequence[str]]) -> list[str]:
         f"actuatorfrcrange of joint {joints} limits what actuators do there, and the sheath on "
         f"{_listed(limited)} rubs under their whole force: limit the tendon (its "
         "actuatorfrcrange) or the actuator (its forcerange) instead"
+    ]
+
+
+def _of_pushes(
+    driven: Sequence[_Sheath], pulling: Mapping[str, Sequence[mujoco.MjsActuator]]
+) -> list[str]:
+    """Warning of the driven tendons that an actuator can push, and of those that it cannot pull."""
+    forces = {
+        one.tendon_name: [force_on_tendon(a, one.tendon) for a in pulling[one.tendon_name]]
+        for one in driven
+    }
+    pushed = [name for name, ranges in forces.items() if max(high for _, high in ranges) > 0.0]
+    if not pushed:
+        return []
+    unpulled = [name for name in pushed if min(low for low, _ in forces[name]) >= 0.0]
+    never = f"; on {_listed(unpulled)} it can only push: turn its sign" if unpulled else ""
+    return [
+        f"a cable cannot push, and an actuator can on {_listed(pushed)}: a push (a force above 0) "
+        "passes the sheath without friction, and its input tension is 0 meanwhile. End the "
+        f"actuator's forcerange or ctrlrange at 0, and pull with a force below 0{never}"
+    ]
+
+
+def _of_side_sites(spec: mujoco.MjSpec, sheaths: Sequence[_Sheath]) -> list[str]:
+    """Warnings of the side sites that friction turns away from their tendon."""
+    if not any(idlers_are_possible(sheath.tendon) for sheath in sheaths):
+        return []
+    model, ids = spec.compile(), {sheath.tendon.id: sheath.tendon_name for sheath in sheaths}
+    return [
+        f"side site {model.site(idler.side_site).name!r} of tendon {ids[idler.tendon]!r} turns "
+        f"with geom {model.geom(idler.geom).name!r}, which friction turns on joint "
+        f"{model.joint(idler.joint).name!r}, and carries the tendon off the geom: put the side "
+        "site on the body that bears the joint"
+        for idler in idlers(model)
+        if idler.side_site >= 0 and idler.tendon in ids
     ]
 
 

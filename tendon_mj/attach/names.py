@@ -1,8 +1,9 @@
 """Names that sheaths, their sensors and their plugin instances are given where none is said.
 
 A call for one tendon by its name takes short names where they are free: ``sheath``, and the kind of
-each sensor. A call for several takes ``<tendon>_sheath`` and ``<tendon>_<kind>``, which do not
-depend on what else is in the model or in which order it was added. Nothing is ever renamed.
+each sensor. A call for several, or for a list of one, takes ``<tendon>_sheath`` and
+``<tendon>_<kind>``, which do not depend on what else is in the model or in which order it was
+added. So does a call for one where the short names are taken. Nothing is ever renamed.
 """
 
 from __future__ import annotations
@@ -45,7 +46,8 @@ class TakenNames:
         The names of the sensors are distinct from each other and from all there are.
         """
         name = free_name(self.instances, "sheath", f"{tendon}_sheath") if sheath is None else sheath
-        return self._give(name, {kind: (kind, f"{name}_{kind}") for kind in kinds})
+        prefix = tendon if sheath is None else sheath
+        return self._give(name, {kind: (kind, f"{prefix}_{kind}") for kind in kinds})
 
     def of_several(self, tendon: str, kinds: Sequence[str]) -> SheathNames:
         """Names for the sheath of a tendon that was asked for among others."""

@@ -10,7 +10,6 @@ import mujoco
 from tendon_mj.attach.instance import own_configs
 from tendon_mj.attach.sheathed import instances, is_shared, sheaths_by_tendon
 from tendon_mj.attach.spool import remove_spools, spools_by_tendon
-from tendon_mj.attach.spring import give_spring_back
 from tendon_mj.attach.tendon_choice import check_spec, choose_tendons
 from tendon_mj.engine import NAME, SERVO
 from tendon_mj.errors import InvalidValueError
@@ -19,9 +18,8 @@ from tendon_mj.errors import InvalidValueError
 def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.MjSpec:
     """Take the sheaths off tendons, with their sensors and the reels and spools that wind them.
 
-    A tendon gets the stiffness and spring length back that `add_friction` moved into its sheath,
-    and its actuators from a spool that it added, so that the model compiles to what it was before.
-    From one whose sheath was written in MJCF nothing was taken: it stays as it is.
+    A tendon gets its actuators back from a spool that `add_friction` added, so that the model
+    compiles to what it was before.
 
     Args:
         spec: changed in place and returned; not at all where the call is refused.
@@ -55,8 +53,6 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
         config = configs[plugin.name]
         if config.get("tendon") in removed or (is_shared(config) and plugin.name not in used):
             spec.delete(plugin)
-    for element in removed.values():
-        give_spring_back(spec, element)
     return spec
 
 

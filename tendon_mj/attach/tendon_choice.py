@@ -9,7 +9,6 @@ from typing import NamedTuple
 import mujoco
 
 from tendon_mj.attach.names import free_name
-from tendon_mj.attach.tendon_path import path_of
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 
 
@@ -53,9 +52,9 @@ def is_pattern(tendon: str) -> bool:
 def choose_tendons(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> list[Chosen]:
     """Tendons that a name, several names or patterns mean, in the model's order.
 
-    A name that a tendon has is that tendon's, even with characters of a pattern. A pattern means
-    spatial tendons; one that matches any name, such as ``*``, also those without a name, which are
-    to be called ``tendon_<k>``, k being the tendon's place in the model.
+    A name that a tendon has is that tendon's, even with characters of a pattern. A pattern that
+    matches any name, such as ``*``, also means those without a name, which are to be called
+    ``tendon_<k>``, k being the tendon's place in the model.
 
     Raises:
         UnknownNameError: a name that no tendon has.
@@ -74,13 +73,13 @@ def choose_tendons(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> list[Cho
         if one in known:
             chosen[known[one]] = True
             continue
-        found = _matching(elements, one) if is_pattern(one) else []
+        found = [k for k, e in enumerate(elements) if is_pattern(one) and fnmatchcase(e.name, one)]
         if not found and not is_pattern(one):
             raise UnknownNameError("tendon", one, known)
         if not found:
             there = ", ".join(map(repr, known)) or "none with a name"
             raise InvalidValueError(
-                f"pattern {one!r} means no spatial tendon of the model (its tendons: {there})"
+                f"pattern {one!r} means no tendon of the model (its tendons: {there})"
             )
         for k in found:
             chosen.setdefault(k, False)
@@ -90,12 +89,3 @@ def choose_tendons(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> list[Cho
         names[k] = elements[k].name or free_name(taken, f"tendon_{k}")
         taken.add(names[k])
     return [Chosen(elements[k], names[k], chosen[k]) for k in names]
-
-
-def _matching(elements: Sequence[mujoco.MjsTendon], pattern: str) -> list[int]:
-    """Places of the spatial tendons whose name matches."""
-    return [
-        k
-        for k, element in enumerate(elements)
-        if fnmatchcase(element.name, pattern) and path_of(element).is_spatial
-    ]

@@ -78,14 +78,31 @@ def guides_are_beyond(tendon: mujoco.MjsTendon, input_end: str) -> bool:
 def limited_joints(tendon: mujoco.MjsTendon) -> list[str]:
     """Joints that a spatial tendon crosses and that limit the force of their actuators."""
     points = [p for p in tendon.path if p.type != _WRAP.mjWRAP_PULLEY and p.target is not None]
-    return [joint.name for joint in _joints_between(points) if _is_limited(joint)]
+    return [
+        joint.name
+        for joint in _joints_between(points)
+        if is_limited(joint.actfrclimited, joint.actfrcrange)
+    ]
 
 
-def _is_limited(joint: mujoco.MjsJoint) -> bool:
-    limited, (low, high) = int(joint.actfrclimited), joint.actfrcrange
-    if limited == mujoco.mjtLimited.mjLIMITED_AUTO:
-        return bool(low < high)
-    return limited == int(mujoco.mjtLimited.mjLIMITED_TRUE)
+def is_limited(limited: int, ends: Sequence[float]) -> bool:
+    """Whether a range of a spec limits, which by default it does where it is one."""
+    if int(limited) == mujoco.mjtLimited.mjLIMITED_AUTO:
+        return bool(ends[0] < ends[1])
+    return int(limited) == int(mujoco.mjtLimited.mjLIMITED_TRUE)
+
+
+def idlers_are_possible(tendon: mujoco.MjsTendon) -> bool:
+    """Whether a tendon may wrap around a geom on a body that carries none of its sites."""
+    targets = [point.target for point in tendon.path if point.type != _WRAP.mjWRAP_PULLEY]
+    sites = [target for target in targets if isinstance(target, mujoco.MjsSite)]
+    carriers = {body for site in sites for body in _above(site.parent)}
+    return any(
+        body.joints and body not in carriers
+        for geom in targets
+        if isinstance(geom, mujoco.MjsGeom)
+        for body in _above(geom.parent)
+    )
 
 
 def _joints_between(points: Sequence[mujoco.MjsWrap]) -> list[mujoco.MjsJoint]:

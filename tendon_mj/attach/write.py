@@ -8,8 +8,7 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
-from tendon_mj.attach.mjcf import Element, Mjcf, check_suffix, numbers
-from tendon_mj.attach.spring import spring_note
+from tendon_mj.attach.mjcf import Element, Mjcf, check_suffix
 from tendon_mj.engine import NAME
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.model_files import files_of_model
@@ -49,14 +48,18 @@ def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
     if path.exists() and any(path.samefile(file) for file in files_of_model(source)):
         raise InvalidValueError(f"{path} is a file that {source} is made of: choose another")
     check_suffix(path)
-    _write_tendons(text, before, spec)
-    _write_notes(text, before, spec)
+    absent = _write_tendons(text, before, spec)
     _write_instances(text, before, spec)
     _write_sensors(text, before, spec)
     text.move_to(path.parent, before)
     with whole_file(path) as beside:
         text.write(beside)
-        _check(beside, path, spec)
+        try:
+            _check(beside, path, spec)
+        except (TendonError, ValueError) as error:
+            if absent:
+                raise _not_in_text(text, absent[0]) from error
+            raise
     text.warn_of_outside(path)
     return path
 
@@ -67,53 +70,46 @@ def _section(text: Mjcf, tag: str) -> Element:
     return found[-1] if found else ElementTree.SubElement(text.root, tag)
 
 
-def _write_tendons(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
-    """Names of the tendons that had none, and no spring where a sheath has its place."""
+def _write_tendons(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> list[str]:
+    """Write names of the tendons that had none; return those with a new sheath not in the text."""
     written = [e for part in text.root.findall("tendon") for e in part if _is_tendon(e)]
     by_name = {e.get("name"): e for e in written if e.get("name")}
+    sheathed = {plugin.config.get("tendon") for plugin in _new_instances(before, spec)}
+    absent = []
     for k, (old, new) in enumerate(zip(before.tendons, spec.tendons, strict=True)):
-        lost_spring = _spring(old) != _spring(new)
-        if new.name == old.name and not lost_spring:
+        if new.name not in sheathed or old.name in by_name:
             continue
-        element = by_name.get(old.name)
-        if not old.name and len(written) == len(before.tendons):
-            element = written[k]
-        if element is None:
-            raise TendonError(
-                f"{text.path}: tendon {new.name!r} is not in the text, as one that `attach` or "
-                "`replicate` makes; give it friction in Python and write it with MjSpec.to_xml"
-            )
-        element.set("name", new.name)
-        if lost_spring:
-            stiffness, length = _spring(new)
-            element.set("stiffness", numbers(stiffness))
-            element.set("springlength", numbers(length))
+        if old.name:
+            absent.append(new.name)
+        elif len(written) != len(before.tendons):
+            raise _not_in_text(text, new.name)
+        else:
+            written[k].set("name", new.name)
+    return absent
+
+
+def _not_in_text(text: Mjcf, tendon: str) -> TendonError:
+    return TendonError(
+        f"{text.path}: tendon {tendon!r} is not in the text, as one that `attach` or `replicate` "
+        "makes; give it friction in Python and write it with MjSpec.to_xml"
+    )
 
 
 def _is_tendon(element: Element) -> bool:
     return element.tag in ("spatial", "fixed")
 
 
-def _spring(tendon: mujoco.MjsTendon) -> tuple[list[float], list[float]]:
-    return list(map(float, tendon.stiffness)), list(map(float, tendon.springlength))
-
-
-def _write_notes(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
-    """The springs that were taken, for `remove_friction`."""
-    known = {note.name for note in before.texts}
-    ours = {spring_note(tendon.name) for tendon in spec.tendons} - known
-    for note in [t for t in spec.texts if t.name in ours]:
-        ElementTree.SubElement(_section(text, "custom"), "text", name=note.name, data=note.data)
+def _new_instances(before: mujoco.MjSpec, spec: mujoco.MjSpec) -> list[mujoco.MjsPlugin]:
+    """Instances of the plugin that a spec has and had not."""
+    known = {plugin.name for plugin in before.plugins}
+    return [p for p in spec.plugins if p.plugin_name == NAME and p.name not in known]
 
 
 def _write_instances(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
-    known = {plugin.name for plugin in before.plugins}
     extension = _section(text, "extension")
     holders = [p for p in text.root.iterfind("extension/plugin") if p.get("plugin") == NAME]
     holder = holders[-1] if holders else ElementTree.SubElement(extension, "plugin", plugin=NAME)
-    for plugin in spec.plugins:
-        if plugin.name in known or plugin.plugin_name != NAME:
-            continue
+    for plugin in _new_instances(before, spec):
         instance = ElementTree.SubElement(holder, "instance", name=plugin.name)
         for key, value in plugin.config.items():
             ElementTree.SubElement(instance, "config", key=key, value=value)

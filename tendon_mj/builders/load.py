@@ -28,7 +28,7 @@ def example_recording() -> Path:
 
 
 def example_rig() -> Path:
-    """Folder of the rig of docs/your_rig.md: model, description and two simulated recordings."""
+    """Folder of the rigs of docs/your_rig.md: model, description and simulated recordings."""
     return models_folder() / "rig"
 
 

@@ -69,13 +69,13 @@ def attach(
     ]
     if too_stiff:
         console.print(
-            f"more EA than a time step carries: {', '.join(too_stiff)}. Where an actuator pulls, "
-            "the guides yield instead; any other tendon may ring at the pace of the steps: take "
-            "a shorter step",
+            f"more EA than a time step carries at qpos0: {', '.join(too_stiff)}. Where an actuator "
+            "pulls, the guides yield instead; any other tendon may ring at the pace of the steps: "
+            "take a shorter step",
             soft_wrap=True,
         )
     magnified = [
-        f"{row.tendon} (up to {row.magnified_stiffness:.2g} N/m of {row.pull.stiffness:.4g} N/m, "
+        f"{row.tendon} (up to {row.pull.magnified:.2g} N/m of {row.pull.stiffness:.4g} N/m, "
         f"where {row.pull.largest:.2g} N/m would do)"
         for row in attached.rows
         if row.is_pulled_too_stiffly
@@ -87,7 +87,8 @@ def attach(
             "shorter step",
             soft_wrap=True,
         )
-    for said in attached.said:
+    idlers = [sentence for row in attached.rows for sentence in row.idlers]
+    for said in (*idlers, *attached.limits, *attached.said):
         console.print(said, soft_wrap=True)
     console.print(f"wrote {attached.path}", soft_wrap=True)
     console.print(_sentence(attached.rows), soft_wrap=True)
@@ -98,11 +99,15 @@ def _sentence(rows: Sequence[Row]) -> str:
     sheathed = [row for row in rows if row.sheath]
     if not sheathed:
         return "No tendon runs in a sheath: the last column says why."
-    most = max(sheathed, key=lambda row: row.bend)
+    count = f"{len(sheathed)} of {len(rows)} tendons run in sheaths"
+    slipping = [row for row in sheathed if row.acts and row.most_slid_bend > 0.0]
+    if not slipping:
+        return f"{count}; no joint feels sliding friction in the poses that were looked at."
+    most = min(slipping, key=lambda row: row.least_transmission)
     return (
-        f"{len(sheathed)} of {len(rows)} tendons run in sheaths of friction {most.friction:g}; "
-        f"{most.tendon} bends most, by {most.bend:.2f} rad, and loses "
-        f"{1.0 - most.transmission:.0%} of its tension."
+        f"{count}; {most.tendon} loses most by friction, {1.0 - most.transmission:.0%} of its "
+        f"tension at qpos0 and up to {1.0 - most.least_transmission:.0%} in the poses that its "
+        f"joints allow, where it bends by {most.least_bend:.2f} to {most.most_bend:.2f} rad."
     )
 
 
@@ -112,7 +117,7 @@ def _cells(row: Row) -> tuple[str, ...]:
         row.tendon,
         f"{row.bend:.2f}",
         f"{row.least_bend:.2f} … {row.most_bend:.2f}",
-        f"{row.transmission:.3f}, {row.least_transmission:.3f}",
+        f"{row.transmission:.3f}, {row.least_transmission:.3f}" if row.acts else "-",
         left_out if row.axial_stiffness is None else f"{row.axial_stiffness:.4g}",
         row.drives,
         row.input or "-",

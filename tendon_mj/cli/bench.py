@@ -66,11 +66,11 @@ def bench(
 
 
 def _sentence(found: Benchmark) -> str:
-    name, model = next(iter(found.models.items()))
-    cost = model.cost
+    ratios = {name: model.cost.ratios.median for name, model in found.models.items()}
+    least, most = (pick(ratios, key=ratios.__getitem__) for pick in (min, max))
     return (
-        f"With sheaths a step of {name} takes {cost.step * 1e6:.1f} µs, and "
-        f"{cost.reference_step * 1e6:.1f} µs without: {cost.ratios.median:.2f} times as long."
+        f"With sheaths a step takes {ratios[least]:.2f} ({least}) to {ratios[most]:.2f} ({most}) "
+        "times as long as without."
     )
 
 

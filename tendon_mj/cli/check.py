@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +16,7 @@ from tendon_mj.cli.given_files import given_files
 from tendon_mj.cli.output import Output, console, print_warnings, progress_bar
 from tendon_mj.cli.values_of import ValuesOf, applied
 from tendon_mj.data_check import Checked, check_recording
-from tendon_mj.errors import RecordingError
+from tendon_mj.errors import RecordingError, TendonWarning
 from tendon_mj.recordings import Recording, read_recording
 from tendon_mj.replay.engineering_units import quantity
 from tendon_mj.replay.misfit import Misfit, replay_error
@@ -52,10 +53,15 @@ def check(
     output = Output(out, given=given_files(recordings, description, [model]))
     if not recordings:
         raise RecordingError("check needs at least one recording")
-    read = _told_apart([read_recording(path, description) for path in recordings])
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always", TendonWarning)
+        read = _told_apart([read_recording(path, description) for path in recordings])
+    of_tables = [str(one.message) for one in said if issubclass(one.category, TendonWarning)]
     shared = load_model(model) if model else None
     compiled = [shared or load_model(one.model, beside=one.beside) for one in read]
     described = [applied(values_of, *pair) for pair in zip(read, compiled, strict=True)]
+    for text in of_tables:
+        console.print(f"warning: {text}", soft_wrap=True)
     checked = []
     with progress_bar() as progress:
         for k, recording in enumerate(read):
@@ -68,9 +74,12 @@ def check(
             figure = replay_figure(one.recording, {_LABEL: one.simulated})
             output.figure(one.recording.name, figure)
         _say(one)
-    result: dict[str, object] = {"recordings": [_result(one) for one in checked]}
+    result: dict[str, object] = {
+        "recordings": [_result(one) for one in checked],
+        "table_warnings": of_tables,
+    }
     output.result(result)
-    output.close(_conclusion(checked))
+    output.close(_conclusion(checked, len(of_tables)))
     return result
 
 
@@ -87,11 +96,9 @@ def _errors(one: Checked) -> dict[str, Misfit]:
 
 def _say(one: Checked) -> None:
     for column, error in _errors(one).items():
-        share = error.share_of_range
-        of_range = f", {share:.1%} of its range" if math.isfinite(share) else ""
         console.print(
             f"{one.recording.name}: {one.recording.written(column)} rms error"
-            f" {quantity(error.rmse, column_unit(column))}{of_range}",
+            f" {quantity(error.rmse, column_unit(column))}{error.of_range}",
             soft_wrap=True,
         )
     print_warnings(one.warnings)
@@ -111,14 +118,13 @@ def _result(one: Checked) -> dict[str, object]:
     }
 
 
-def _conclusion(checked: Sequence[Checked]) -> str:
-    warnings, recordings = sum(len(one.warnings) for one in checked), len(checked)
+def _conclusion(checked: Sequence[Checked], of_tables: int) -> str:
+    count, recordings = of_tables + sum(len(one.warnings) for one in checked), len(checked)
     of = "1 recording" if recordings == 1 else f"{recordings} recordings"
-    if not warnings:
-        off = max((e.share_of_range for one in checked for e in _errors(one).values()), default=0.0)
-        return (
-            f"Checked {of}: nothing looks wrong; the model is off by up to {off:.0%} of a column's"
-            " range. What remains is for tendon-mj diagnose."
-        )
-    said = "1 warning" if warnings == 1 else f"{warnings} warnings"
+    if not count:
+        shares = [e.share_of_range for one in checked for e in _errors(one).values()]
+        shares = [share for share in shares if math.isfinite(share)]
+        off = f"; the model is off by up to {max(shares):.0%} of a column's range" if shares else ""
+        return f"Checked {of}: nothing looks wrong{off}. What remains is for tendon-mj diagnose."
+    said = "1 warning" if count == 1 else f"{count} warnings"
     return f"Checked {of}: {said}. A diagnosis would take such faults for properties of the rig."

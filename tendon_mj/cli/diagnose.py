@@ -10,9 +10,9 @@ from typing import Annotated
 import tyro
 
 from tendon_mj.cli.given_files import given_files
-from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.cli.output import Output, console, print_warnings, progress_bar
 from tendon_mj.cli.typed_command import typed_command
-from tendon_mj.data_check import check_recording
+from tendon_mj.data_check import DataWarning, check_recording
 from tendon_mj.diagnosis import (
     Diagnosis,
     SysidResult,
@@ -92,12 +92,11 @@ def diagnose(
         [_read(path, description, model, settle) for path in paths]
         for paths in (recordings, hold_out)
     )
-    doubts = _check((*train, *held_out))
+    checks = _check((*train, *held_out))
     if bounds and train:  # before the diagnosis, which takes longer
         check_bounds(train, bounds)
     with progress_bar() as progress:
-        diagnosis = find(train, held_out, exclude=exclude, progress=progress)
-        diagnosis = replace(diagnosis, warnings=(*doubts, *diagnosis.warnings))
+        diagnosis = find(train, held_out, exclude=exclude, checks=checks, progress=progress)
         fits = sysid and sysid_is_there()
         compared = fit_with_sysid(train, held_out, progress) if fits else None
         simulated = diagnosis.simulate(progress)
@@ -150,14 +149,11 @@ def diagnose(
     return result
 
 
-def _check(recordings: Sequence[Recording]) -> list[str]:
-    """What looks wrong with the recordings, said before a search that takes it for the rig's."""
-    found = [
-        w.sentence for one in recordings for w in check_recording(one, described=True).warnings
-    ]
-    for sentence in found:
-        console.print(f"warning: {sentence}", soft_wrap=True)
-    return [f"Before any fit: {sentence}." for sentence in found]
+def _check(recordings: Sequence[Recording]) -> list[DataWarning]:
+    """Warnings about the recordings, printed before a search that would take them for the rig's."""
+    checks = [w for one in recordings for w in check_recording(one, described=True).warnings]
+    print_warnings(checks)
+    return checks
 
 
 def _suggest(

@@ -29,7 +29,7 @@ from tendon_mj.cli.replay import replay
 from tendon_mj.cli.simulate import simulate
 from tendon_mj.cli.sweep import sweep
 from tendon_mj.cli.view import view
-from tendon_mj.errors import TendonError
+from tendon_mj.errors import RecordingError, TendonError
 from tendon_mj.interruption import pressed
 
 COMMANDS: dict[str, Command] = {
@@ -97,6 +97,8 @@ def _run(given: Sequence[str]) -> int:
             return _interrupted()
         if not isinstance(error, TendonError | OSError) or _is_of_output(error):
             raise
+        if isinstance(error, RecordingError):  # a line for each fault of a file
+            return _refused(str(error))
         return _refused("; ".join(str(error).splitlines()))  # MuJoCo's messages have several
     except KeyboardInterrupt:
         return _interrupted()

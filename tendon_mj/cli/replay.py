@@ -93,8 +93,8 @@ def replay(
         }
         for column, error in errors.items():
             console.print(
-                f"{label}: {measured.written(column)} rms error {_rms(error, column)}, "
-                f"{error.share_of_range:.2%} of its range",
+                f"{label}: {measured.written(column)} rms error {_rms(error, column)}"
+                f"{error.of_range}",
                 soft_wrap=True,
             )
         output.add(write_recording(answer, out / f"simulated_{k}.csv"))

@@ -13,6 +13,7 @@ from tendon_mj.data_check.warning import DataWarning
 from tendon_mj.engine import sensor_kind
 from tendon_mj.recordings import Recording
 from tendon_mj.replay.parameters import Adjustable
+from tendon_mj.replay.schedule import Schedule
 
 FloatArray = NDArray[np.float64]
 
@@ -24,27 +25,27 @@ _JOINT = (mujoco.mjtTrn.mjTRN_JOINT.value, mujoco.mjtTrn.mjTRN_JOINTINPARENT.val
 _TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
 
 
-def actuation_warnings(recording: Recording, adjustable: Adjustable) -> list[DataWarning]:
+def actuation_warnings(schedule: Schedule, adjustable: Adjustable) -> list[DataWarning]:
     """Warn of a saturated drive, and of joints and tendons whose load is beyond their actuators.
 
     Args:
-        recording: what was driven and measured.
+        schedule: of a recording.
         adjustable: its model at the numbers that its description states; not stepped.
     """
     return [
-        *_saturated(recording, adjustable),
-        *_cannot_hold(recording, adjustable),
-        *_lets_go(recording, adjustable),
-        *_cannot_pull(recording, adjustable.model),
+        *_saturated(schedule, adjustable),
+        *_cannot_hold(schedule, adjustable),
+        *_lets_go(schedule, adjustable),
+        *_cannot_pull(schedule.recording, adjustable.model),
     ]
 
 
-def _saturated(recording: Recording, adjustable: Adjustable) -> list[DataWarning]:
-    found, model = [], adjustable.model
-    for column, name in recording.drive.items():
-        actuator = model.actuator(name).id
+def _saturated(schedule: Schedule, adjustable: Adjustable) -> list[DataWarning]:
+    found, model, recording = [], adjustable.model, schedule.recording
+    for column, actuator in schedule.actuators:
         if not model.actuator_ctrllimited[actuator]:
             continue
+        name = model.actuator(actuator).name
         low, high = model.actuator_ctrlrange[actuator].tolist()
         scale, offset, _ = adjustable.commands[actuator]
         control = scale * recording.columns[column] + offset
@@ -65,11 +66,11 @@ def _saturated(recording: Recording, adjustable: Adjustable) -> list[DataWarning
     return found
 
 
-def _cannot_hold(recording: Recording, adjustable: Adjustable) -> list[DataWarning]:
+def _cannot_hold(schedule: Schedule, adjustable: Adjustable) -> list[DataWarning]:
     """Joints whose actuators are too weak for what pulls on them in the reference pose."""
     model, found = adjustable.model, []
     load, _ = _forces_at_start(adjustable, {})
-    for joint in range(model.njnt):
+    for joint in {*range(model.njnt)} - {joint for _, joint in schedule.joints}:
         on = np.isin(model.actuator_trntype, _JOINT) & (model.actuator_trnid[:, 0] == joint)
         dof = int(model.jnt_dofadr[joint])
         slides = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE.value
@@ -86,7 +87,7 @@ def _cannot_hold(recording: Recording, adjustable: Adjustable) -> list[DataWarni
             found.append(
                 DataWarning(
                     "weak_motor",
-                    f"{recording.name}, joint {model.joint(joint).name!r}",
+                    f"{schedule.recording.name}, joint {model.joint(joint).name!r}",
                     f"pretension, springs and weight pull it with {abs(load[dof]):.3g} {unit} where"
                     f" it starts, its actuators hold {least:.3g} {unit} at most",
                     "check the pretension in [known] or [uncertain], the radius at which the joint"
@@ -96,18 +97,17 @@ def _cannot_hold(recording: Recording, adjustable: Adjustable) -> list[DataWarni
     return found
 
 
-def _lets_go(recording: Recording, adjustable: Adjustable) -> list[DataWarning]:
+def _lets_go(schedule: Schedule, adjustable: Adjustable) -> list[DataWarning]:
     """Actuators that bear a load with the first drive value, and none with the control of 0.
 
     A replay that comes to the first value from 0 lets the load go first, which friction remembers.
     """
-    model = adjustable.model
+    model, recording = adjustable.model, schedule.recording
     if recording.settle == 0.0:
         return []
     found: list[DataWarning] = []
     none = np.add(*_forces_at_start(adjustable, {}))
-    for column, name in recording.drive.items():
-        actuator = model.actuator(name).id
+    for column, actuator in schedule.actuators:
         if model.actuator_trntype[actuator] not in _JOINT:
             continue
         dof = int(model.jnt_dofadr[model.actuator_trnid[actuator, 0]])
@@ -119,9 +119,9 @@ def _lets_go(recording: Recording, adjustable: Adjustable) -> list[DataWarning]:
                 DataWarning(
                     "lets_go",
                     f"{recording.name}, [drive] {recording.written(column)!r}",
-                    f"actuator {name!r} bears a load at rest with the first drive value, and a"
-                    f" replay comes to it in {recording.settle:g} s from a control of 0, which"
-                    " lets go",
+                    f"actuator {model.actuator(actuator).name!r} bears a load at rest with the"
+                    f" first drive value, and a replay comes to it in {recording.settle:g} s from a"
+                    " control of 0, which lets go",
                     "write settle = 0.0 (or try --settle 0): the replay then begins with the first"
                     " drive value",
                 )

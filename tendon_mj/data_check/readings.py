@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +23,8 @@ _DEGREES, _NEARLY = (
     180.0 / np.pi,
     1.5,
 )  # ratio of degrees and radians, and by how much it may be off
+_TURNED = 3.0  # range of angles that may be degrees [rad]; less of these would be no motion
+_LITTLE = 1e-3  # of a range, an error that none is
 _AGAINST = -0.7  # correlation below which a column runs against the model
 _STILL = 1e-6  # of a value's size, a range that is no motion
 _OFF = 0.15  # of the measured range, by which the start may differ
@@ -74,6 +79,68 @@ def reading_warnings(recording: Recording, simulated: Recording) -> list[DataWar
     return [warning for warning in warnings if warning]
 
 
+def degree_warnings(
+    recording: Recording,
+    simulated: Recording | None,
+    simulate: Callable[[Recording], Recording | None],
+) -> list[DataWarning]:
+    """Warn of driven columns in rad that hold degrees, and of measured ones that do so besides.
+
+    They do if the model is off by more than a column's range, and comes much nearer when they are
+    taken as degrees.
+
+    Args:
+        recording: what was driven and measured.
+        simulated: at the numbers that the description states; None where that was unstable.
+        simulate: the same for another recording.
+    """
+    driven = {
+        column
+        for column in recording.drive
+        if column_unit(column) == "rad"
+        and column not in recording.in_file
+        and np.ptp(recording.columns[column]) > _TURNED
+    }
+    before, _ = _misfit(recording, simulated, set())
+    if not driven or before <= 1.0:
+        return []
+    columns = {c: s / _DEGREES if c in driven else s for c, s in recording.columns.items()}
+    angles = {c for c in recording.measured if column_unit(c) == "rad"} - recording.in_file.keys()
+    after, turned = _misfit(recording, simulate(replace(recording, columns=columns)), angles)
+    if after > min(1.0, before / _ALL):
+        return []
+    nearer = f"{before / max(after, _LITTLE):.0f} times " if before < np.inf else ""
+    return [
+        DataWarning(
+            "unit",
+            f"{recording.name}, [{table}] {column!r}",
+            f"moves by {np.ptp(recording.columns[column]):.3g} rad; taken as degrees, the model"
+            f" comes {nearer}nearer to what was measured",
+            f"if these are degrees, name the column {column.removesuffix('rad') + 'deg'!r}",
+        )
+        for table, several in (("drive", recording.drive), ("measured", recording.measured))
+        for column in several
+        if column in driven | turned
+    ]
+
+
+def _misfit(
+    recording: Recording, simulated: Recording | None, angles: set[str]
+) -> tuple[float, set[str]]:
+    """Mean rms error of the measured columns over their range; those of ``angles`` in degrees."""
+    if simulated is None:
+        return np.inf, set()
+    errors, turned = [0.0], set()
+    for column in recording.measured:
+        read, shown = recording.columns[column], simulated.columns[column]
+        options = [read, read / _DEGREES] if column in angles else [read]
+        error = [float(np.sqrt(np.mean((s - shown) ** 2)) / (np.ptp(s) or 1.0)) for s in options]
+        errors.append(min(error))
+        if error[0] > min(error):
+            turned.add(column)
+    return sum(errors) / max(1, len(errors) - 1), turned
+
+
 def _ratio(read: FloatArray, shown: FloatArray) -> float:
     """Range as measured over the range as simulated; inf where the model stands still."""
     return usual_range(read) / usual_range(shown) if not _stands(shown) else np.inf
@@ -101,7 +168,7 @@ def _drive_unit(recording: Recording, said: str, ratios: list[float]) -> DataWar
     span = f"{min(finite):.0f}" + (f" to {max(finite):.0f}" if len(finite) > 1 else "")
     span += "" if len(finite) == len(ratios) else " or more"
     driven = ", ".join(repr(recording.written(column)) for column in recording.drive)
-    scale = f"{next(iter(recording.drive.values()))}.command_scale"
+    scale = f"{recording.driven[0][1]}.command_scale"
     stated = recording.known.get(scale)
     by_scale = (
         f'if it is the angle of a spool and the control a length, write the radius as "{scale}" in'

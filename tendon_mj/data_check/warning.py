@@ -14,18 +14,20 @@ class DataWarning:
         place: recording and column, actuator or joint.
         value: what was found there, with its unit.
         way_out: what to do.
+        blocks: whether a fit cannot see through it, so that no effect is to be named meanwhile.
     """
 
     identifier: str
     place: str
     value: str
     way_out: str
+    blocks: bool = False
 
     @property
     def sentence(self) -> str:
         """The warning in one line."""
         return f"{self.place}: {self.value}; {self.way_out}"
 
-    def result(self) -> dict[str, str]:
+    def result(self) -> dict[str, str | bool]:
         """Plain entries for `result.json`."""
         return vars(self) | {"sentence": self.sentence}

@@ -18,11 +18,14 @@ from tendon_mj.diagnosis.data.problem import (
 )
 from tendon_mj.diagnosis.data.regimes import motion
 from tendon_mj.errors import InvalidValueError, RecordingError
+from tendon_mj.recordings.noise import noise_of_repeats
 from tendon_mj.recordings.recording import Recording, is_same_model
 from tendon_mj.replay.parameters import Parameter
 from tendon_mj.replay.simulator_protocol import Simulates
 
-_FEWEST = 50  # samples
+_FEWEST = 50  # samples of a motion, whose neighbours repeat each other
+_FEWEST_RESTS, _FEWEST_PROVE = 20, 10  # rows that are rests, in all to fit and in all held out
+_FEWEST_REPEATS = 6  # rests that repeat others, from which noise can be estimated
 _TOLD = 4  # values of a description, in a message
 _FINEST, _WIDEST = 1e-12, 1e3  # noise over the range of its column
 _MEMBERS = ("parameters", "__call__", "joints", "steps", "in_steps")  # of `Simulates`
@@ -52,9 +55,11 @@ def check_recordings(train: Sequence[Recording], held_out: Sequence[Recording]) 
                     f" {first.name!r}; recordings that are diagnosed together are of one rig"
                 )
         motion(recording)
-        if recording.time.size < _FEWEST:
+        if not recording.quasi_static and recording.time.size < _FEWEST:
             raise RecordingError(
-                f"{where}: {recording.time.size} samples; a diagnosis needs {_FEWEST} or more"
+                f"{where}: {recording.time.size} samples; a diagnosis needs {_FEWEST} or more; if"
+                " each row was read at rest after a move, write quasi_static = true under [timing]:"
+                f" {_FEWEST_RESTS} such rows are enough"
             )
         if not mask.all():
             _check_part(recording, mask)
@@ -64,6 +69,8 @@ def check_recordings(train: Sequence[Recording], held_out: Sequence[Recording]) 
                     f"{where}, column {column!r}: never moves, so it tells nothing{_kept(mask)}"
                 )
             _check_noise(where, recording, column)
+    _check_rests(train, _FEWEST_RESTS, "a diagnosis")
+    _check_rests(held_out, _FEWEST_PROVE, "its proof")
     for recordings in (train, held_out):
         for one, other in combinations(recordings, 2):
             if _same_data(one, other):
@@ -87,6 +94,25 @@ def _check_noise(where: str, recording: Recording, column: str) -> None:
             f"{where}, [measured] {column!r}: noise = {stated:g} is {stated / extent:.2g} times"
             f" the range of the column, {extent:g}; from {_FINEST:g} to {_WIDEST:g} times can be"
             " used. Is it in the column's unit? Left out, it is estimated"
+        )
+    repeats = _FEWEST_REPEATS
+    if stated is None and recording.quasi_static:
+        repeats = noise_of_repeats(recording, column)[1]
+    if repeats < _FEWEST_REPEATS:
+        raise RecordingError(
+            f"{where}, [measured] {recording.written(column)!r}: its noise is not stated, and"
+            f" {repeats} rests repeat another one; state noise = …, or measure {_FEWEST_REPEATS} or"
+            " more points again, each after the same point before"
+        )
+
+
+def _check_rests(recordings: Sequence[Recording], fewest: int, needs: str) -> None:
+    """Refuse too few rows that are rests, where no motion was recorded."""
+    rows = sum(recording.time.size for recording in recordings)
+    if recordings and all(r.quasi_static for r in recordings) and rows < fewest:
+        names = ", ".join(repr(recording.name) for recording in recordings)
+        raise RecordingError(
+            f"recording {names}: {rows} settled points; {needs} needs {fewest} or more"
         )
 
 

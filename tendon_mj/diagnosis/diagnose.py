@@ -17,6 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from tendon_mj.data_check import DataWarning, check_recording
 from tendon_mj.diagnosis.check import check_recordings, check_simulation, make_simulator
 from tendon_mj.diagnosis.data.problem import (
     MakeSimulator,
@@ -48,6 +49,7 @@ from tendon_mj.replay.grouped_names import expand, matching
 from tendon_mj.replay.live_parameters import DRAWN_BEND, EXTRA_BEND
 from tendon_mj.replay.parameters import Kind, Parameter
 from tendon_mj.replay.simulator import Simulator
+from tendon_mj.replay.simulator_protocol import Simulates
 
 _NONE = Parameter(0.0, "", "joint")
 _SHORTEST = 0.5  # times the model's own step
@@ -62,6 +64,7 @@ def diagnose(
     *,
     catalogue: Effects = CATALOGUE,
     exclude: Collection[str] = (),
+    checks: Sequence[DataWarning] | None = None,
     progress: Progress = silent,
 ) -> Diagnosis:
     """Find what a model lacks against recordings, or which of its parameters is wrong.
@@ -75,6 +78,9 @@ def diagnose(
         catalogue: effects that can be named, in place of the package's own or beside them:
             ``[*CATALOGUE.values(), mine]``.
         exclude: identifiers of effects that are not to be considered.
+        checks: warnings of `check_recording` about all recordings; by default it is called here, if
+            the simulator is the package's. Where a fit cannot see through one of them, only what is
+            uncertain is fitted, and no effect is named.
         progress: called with a label, how much is done, and of how much.
 
     Raises:
@@ -99,8 +105,13 @@ def diagnose(
             if target not in base:
                 raise UnknownNameError("parameter", target, base)
     check_bindings(system, exclude, effects)
-    bound = tuple(candidates(system, exclude, effects))
+    at_rest = all(recording.quasi_static for recording in train)
+    bound = tuple(c for c in candidates(system, exclude, effects) if not (at_rest and c.in_motion))
     check_simulation(own)
+    if checks is None:
+        checks = _check((*train, *held_out), simulate)
+    if any(warning.blocks for warning in checks):
+        bound = ()
     terms = (*uncertain_terms(own), *session_terms(train, own.simulate))
     context = SelectionContext(own, base, terms, (), 0.0, 0.0, progress)
     context, calibrated, step = _calibrate(context, search_step(own))
@@ -116,14 +127,22 @@ def diagnose(
     if held_out:
         judged = (*held_out, *_with_events(train, held_out, selection))
         proof = Problem(judged, simulator(judged), all_samples(judged))
-    found = prove(context, selection, own, proof, step, effects, exclude, began)
+    found = prove(context, selection, own, proof, step, effects, exclude, checks, began)
     while step and step > _SHORTEST and _step_matters(context, selection, found.verdict):
         step *= 0.5
         progress("repeat with a shorter step", 0, 1)
         context, selection = _fit_again(context, selection, with_step(own, step))
-        found = prove(context, selection, own, proof, step, effects, exclude, began)
+        found = prove(context, selection, own, proof, step, effects, exclude, checks, began)
         progress("repeat with a shorter step", 1, 1)
     return found
+
+
+def _check(recordings: Sequence[Recording], simulate: Simulates) -> list[DataWarning]:
+    """Warnings about recordings, which a search would take for properties of the rig."""
+    if not isinstance(simulate, Simulator):
+        return []
+    model = simulate.model
+    return [w for r in recordings for w in check_recording(r, model, described=True).warnings]
 
 
 def _with_events(
@@ -191,7 +210,7 @@ def describe_system(problem: Problem) -> SystemDescription:
     ]
     joints, motors = (sorted(_elements(parameters, kind)) for kind in ("joint", "motor"))
     driven = [j for j, is_driven in problem.simulate.joints.items() if is_driven]
-    inputs = tuple(first.drive.values())
+    inputs = tuple(name for _, name in first.driven)
     return SystemDescription(
         values={name: parameter.value for name, parameter in parameters.items()},
         known=_known(problem),
@@ -203,6 +222,7 @@ def describe_system(problem: Problem) -> SystemDescription:
         slides=frozenset(j for j in joints if parameters.get(f"{j}.armature", _NONE).unit == "kg"),
         joints={name: p.joints for name, p in parameters.items() if p.joints},
         reference={name: p.reference for name, p in parameters.items() if p.reference},
+        columns=tuple(names for names in first.drive.values() if not isinstance(names, str)),
     )
 
 

@@ -42,7 +42,8 @@ class Located:
     Attributes:
         bins: of every regime, those that were visited.
         sentence: summary in words.
-        frequency: frequency below which half of the excess lies [Hz]; 0 where there is no excess.
+        frequency: frequency below which half of the excess lies [Hz]; 0 where there is no excess,
+            or where rows are rests.
     """
 
     bins: tuple[Bin, ...]
@@ -78,7 +79,8 @@ def locate(problem: Problem, residual: FloatArray, mask: NDArray[np.bool_]) -> L
     for (_, column, _), part in zip(problem.layout(), parts, strict=True):
         columns.setdefault(column, []).append(part**2)
     bins += [_bin("signal", column, found, residual) for column, found in columns.items()]
-    frequency = _half_frequency(problem, parts) if total > 0.0 else 0.0
+    rests = any(recording.quasi_static for recording in problem.recordings)
+    frequency = _half_frequency(problem, parts) if total > 0.0 and not rests else 0.0
     return Located(tuple(bins), _describe(bins, residual, frequency), frequency)
 
 

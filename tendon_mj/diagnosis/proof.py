@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_mj.data_check import DataWarning
 from tendon_mj.diagnosis.data.problem import Problem
 from tendon_mj.diagnosis.data.sessions import spreads
 from tendon_mj.diagnosis.data.step_size import step_error
@@ -41,7 +42,7 @@ from tendon_mj.diagnosis.result.sentence import (
     warn_of_ends,
     warn_of_step_and_noise,
 )
-from tendon_mj.diagnosis.result.soft_friction import warn_of_soft_friction
+from tendon_mj.diagnosis.result.soft_friction import warn_of_soft_flanks, warn_of_soft_friction
 from tendon_mj.diagnosis.verdict import LARGEST, decide
 
 FloatArray = NDArray[np.float64]
@@ -55,6 +56,7 @@ def prove(
     step: float | None,
     catalogue: Mapping[str, Effect],
     excluded: Collection[str],
+    checks: Sequence[DataWarning],
     began: float,
 ) -> Diagnosis:
     """Simulate the held-out data with the models of a selection, and decide.
@@ -70,6 +72,7 @@ def prove(
         step: of the selection, see `with_step`.
         catalogue: identifier → effect, of all that could have been named.
         excluded: identifiers of effects that were not considered.
+        checks: warnings about the recordings.
         began: start of the diagnosis (`time.perf_counter`) [s].
     """
     held_out = HeldOut(context.problem, own, proof, step, context.base)
@@ -93,6 +96,7 @@ def prove(
     stated = measure_errors(proof, unseen[0], unseen[1], mask)
     refits = held_out.refits(fits[1])
     calibrated = fitted_values(problem, base, fits[1], refits, calibrated=True)
+    found = fitted_values(problem, base, fits[1], refits, calibrated=False)
     proven = verdict in ("named", "parameter", "partly")
     told = Statement(
         verdict=verdict,
@@ -107,6 +111,7 @@ def prove(
         excluded=sorted(excluded),
         non_smooth=any(s.candidate.non_smooth for s in selection.effects),
         sheathed=has_sheath(own.simulate),
+        faults=[warning.sentence for warning in checks if warning.blocks],
     )
     first = len(fits[1].calibrated)
     model = {**base, **parameters[1], **after.sessions}
@@ -114,6 +119,7 @@ def prove(
     limits = [*warn_of_ends(calibrated), *warn_of_guides(lumped)]
     if verdict in ("partly", "unknown"):
         limits += warn_of_soft_friction(own.simulate, model, _considered(selection))
+    limits += warn_of_soft_flanks(own.simulate, model, {**calibrated, **found})
     return Diagnosis(
         verdict=verdict,
         sentence=" ".join([state(told), *limits]),
@@ -122,7 +128,7 @@ def prove(
         excluded=tuple(sorted(excluded)),
         ranking=ranking(selection, problem.in_train),
         calibrated=calibrated,
-        parameters=fitted_values(problem, base, fits[1], refits, calibrated=False),
+        parameters=found,
         sessions=spreads(fits[1].calibrated, fits[1].values[:first]),
         reproducibility=deviations,
         train=measure_errors(own, seen[0], seen[1], own.in_train),
@@ -139,7 +145,12 @@ def prove(
         held_out_recordings=proof.recordings if held_out.has_recordings else (),
         search=(context, selection),
         evidence=evidence,
-        warnings=(*warn_of_step_and_noise(told), *limits),
+        warnings=(
+            *(f"Before any fit: {warning.sentence}." for warning in checks),
+            *warn_of_step_and_noise(told),
+            *limits,
+        ),
+        checks=tuple(checks),
     )
 
 
@@ -175,7 +186,7 @@ def _weigh(
     deviations = reproducibility(context.problem, selection.final.fit.residual)
     bars = bar(judged, deviations)
     step, lumping = step_error((after.correction / bars)[mask]), discretisation_error(judged, bars)
-    limit = detection_limit(judged, step, bars)
+    limit = detection_limit(judged, step, bars, mask)
     base = context.base
     final = {**base, **selection.final.fit.parameters(base)}
     evidence = Evidence(

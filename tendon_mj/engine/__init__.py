@@ -15,6 +15,7 @@ from tendon_mj.engine.servo_plugin.gains import check_gain as check_gain
 from tendon_mj.engine.servo_plugin.state import FEEDBACKS as FEEDBACKS
 from tendon_mj.engine.servo_plugin.validate import SERVO as SERVO
 from tendon_mj.engine.sheath_plugin.attributes import INPUT_ENDS as INPUT_ENDS
+from tendon_mj.engine.sheath_plugin.attributes import SPRINGS as SPRINGS
 from tendon_mj.engine.sheath_plugin.binding.own_names import prefix_and_suffix as prefix_and_suffix
 from tendon_mj.engine.sheath_plugin.driven import CHOSEN_STIFFNESS as CHOSEN_STIFFNESS
 from tendon_mj.engine.sheath_plugin.sensors import KINDS as KINDS

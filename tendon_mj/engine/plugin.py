@@ -183,7 +183,7 @@ def _register(plugin: Definition, layout: Layout, scene_layout: SceneLayout) -> 
         nattribute=len(plugin.attributes),
         attributes=names,
         capabilityflags=plugin.capabilities,
-        needstage=mujoco.mjtStage.mjSTAGE_VEL.value,
+        needstage=mujoco.mjtStage.mjSTAGE_ACC.value,
         nstate=nstate.address,
         nsensordata=sensor.address if sensor else None,
         init=init.address,

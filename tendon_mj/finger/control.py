@@ -120,7 +120,7 @@ def prepare_finger(
     adjustable.set(drive.known)
     time = np.arange(0.0, trajectory.time[-1], model.opt.timestep)
     controls = np.zeros((len(time), model.nu))
-    for column, actuator in drive.drive.items():
+    for column, actuator in drive.driven:
         values = np.interp(time, drive.time, drive.columns[column])
         controls[:, model.actuator(actuator).id] = values
     return adjustable, controls

@@ -33,6 +33,7 @@ _TYPICAL = {
     "sheath_compliance": 1e-4,
     "tendon_mass": 0.05,
     "extra_bend": math.pi,
+    "slack": 0.01,
 }
 
 

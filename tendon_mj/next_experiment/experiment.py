@@ -120,6 +120,7 @@ class Family:
             session={**first.session, **anew},
             hold=first.hold,
             settle=first.settle,
+            settling_time=first.settling_time,
         )
         return Experiment(motions, states, tuple(besides), recording)
 

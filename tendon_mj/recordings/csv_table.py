@@ -1,108 +1,85 @@
-"""The numbers of a recording as CSV, read through pandas and held to what a table may be."""
+"""The columns of a CSV, read through pandas; names, preamble and faults of cells with their row."""
 
 from __future__ import annotations
 
-import io
-import math
+import csv
 import re
 import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from itertools import chain, islice
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 import numpy as np
 import pandas as pd
 
 from tendon_mj.errors import RecordingError
-from tendon_mj.recordings.table_checks import (
-    TIME,
-    FloatArray,
-    check_names,
-    check_table,
-    too_few_rows,
-)
+from tendon_mj.recordings.table_checks import Cells, FloatArray, OpenTable, and_more
 from tendon_mj.recordings.text_file import LARGEST, check_file, read_text
 from tendon_mj.whole_file import whole_file
 
-# what a cell may be; NaN and inf are refused by name
-_NUMBER = re.compile(
-    r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?|nan|inf|infinity)", re.IGNORECASE
-)
 _LONGEST_ROW = 2**20  # characters: thousands of columns
-_BLOCK = 2**24  # characters that are read at a time: a table takes many times its text otherwise
+_CHUNK = 2**24  # characters that are taken apart at a time, about
+_AHEAD = 2**16  # characters that are looked at for decimal commas and the length of rows
+_LONG = re.compile("[+-]?[0-9]{16,}")  # an integer, as ns since 1970, that a float may not hold
+_EXTRA = "extra"  # the cells behind the last column
+_DATUM = re.compile(r"\s*(?:[+-]?\.?\d.*|nan)?\s*", re.IGNORECASE)  # a number, a time, or empty
 
 
-def read_csv(path: Path, elements: Collection[str] = ()) -> dict[str, FloatArray]:
-    """Read a CSV into its columns in file order, the time first; each (n,) [the file's unit].
+def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
+    """The names of a CSV's columns, and how to read them.
 
-    Raises `RecordingError`, naming file, row (the header is row 1) and column, for whatever
-    `check_table` refuses and for empty files, duplicate columns, ragged or empty rows, and cells
-    that are empty or no numbers.
+    Lines that begin with ``#`` above the names are passed over. Where there are none below them,
+    the last is the names, as `numpy.savetxt` writes them.
+
+    Args:
+        path: UTF-8, a byte-order mark is dropped.
+        header: names of the columns of a file that has none.
+
+    Raises:
+        RecordingError: the file is empty, not UTF-8, too large, or its first row has no names.
     """
     check_file(path)
     try:
         with path.open(encoding="utf-8-sig") as file:
-            return _read(file, path, elements)
+            lines = _leading_lines(file, path)
+            ahead = file.read(_AHEAD)
     except UnicodeDecodeError:
         read_text(path)  # which says where
         raise
-
-
-def _read(file: TextIO, path: Path, elements: Collection[str]) -> dict[str, FloatArray]:
-    header, texts = file.readline(_LONGEST_ROW), _blocks(file, path)
-    if len(header) == _LONGEST_ROW:
+    if not "".join(lines).strip():
+        raise RecordingError(f"{path}, row 1: the file is empty")
+    separator = _separator(lines[-1])
+    above, first = lines[:-1], _cells(lines[-1], separator)
+    below = _cells(ahead.partition("\n")[0], separator)
+    decimal = "," if separator == ";" and "," in ahead else "."
+    no_names = all(map(_DATUM.fullmatch, first))
+    comment = _cells(above[-1].lstrip("# "), separator) if above else []
+    if header:
+        names, skipped = list(header), len(above)
+        if not no_names:
+            raise RecordingError(
+                f"{path}, row {len(lines)}: holds names, {first[0]!r} and so on; take header = …"
+                " out of the description"
+            )
+    elif not no_names:
+        names, skipped = first, len(lines)
+    elif len(comment) == len(first):
+        names, skipped = comment, len(above)
+    else:
         raise RecordingError(
-            f"{path}, row 1: {_LONGEST_ROW} characters or more; the first row is the names of"
-            " the columns"
+            f"{path}, row {len(lines)}: holds numbers, not the names of the columns; write into the"
+            f' description, above its tables: header = ["time_s", …], names of all {len(first)}'
+            " columns"
         )
-    begun = list(islice(texts, 2))  # the first ends at its last row, whatever blank ones follow
-    if not (header + "".join(begun[:1])).strip():
-        raise RecordingError(f"{path}, row 1: the file is empty; its first column is {TIME!r}")
-    names = [cell.strip() for cell in header.rstrip("\n").split(",")]
-    check_names(names, str(path), elements=elements)
-    if len(begun) < 2 and not any("\n" in text for text in begun):
-        raise RecordingError(too_few_rows(len(begun), str(path)))
-    row, blocks = 2, list[FloatArray]()
-    for text in chain(begun, texts):
-        count, cells = text.count("\n") + 1, _numbers(text, len(names))
-        # pandas reads ragged rows and empty cells as NaN or not at all, and says no row
-        if cells is None or cells.shape[0] != count or not np.isfinite(cells).all():
-            fault = _first_bad_cell(text.split("\n"), row, names, path)
-            raise RecordingError(fault or f"{path}: not a table of numbers")
-        blocks.append(cells)
-        row += count
-        if (row - 2) * len(
-            names
-        ) * cells.itemsize > LARGEST:  # short cells take more than their text
-            raise RecordingError(
-                f"{path}, row {row}: its numbers are more than {LARGEST} bytes; split the recording"
-            )
-    table = {name: np.concatenate([b[:, k] for b in blocks]) for k, name in enumerate(names)}
-    check_table(table, str(path), elements=elements)
-    return table
+    sample = dict(zip(names, first if no_names else below, strict=False))
 
+    def read(wanted: Mapping[str, bool], clock: str) -> tuple[Cells, list[str]]:
+        rows = _CHUNK * (ahead.count("\n") + 1) // (len(ahead) + 1)
+        body = _Body(path, names, skipped, separator, decimal, max(rows, 2))
+        return _read(body, wanted, clock)
 
-def _blocks(file: TextIO, path: Path) -> Iterator[str]:
-    """The rest of a file in blocks of rows, two at least, but for blank ones at its end."""
-    blank, row = "", 2
-    while lines := file.readlines(_BLOCK):
-        if len(lines) == 1:
-            lines.append(file.readline())
-        longest = max(lines, key=len)
-        if len(longest) >= _LONGEST_ROW:
-            raise RecordingError(
-                f"{path}, row {row + lines.index(longest)}: {len(longest)} characters; a row has"
-                f" fewer than {_LONGEST_ROW}"
-            )
-        row += len(lines)
-        text = "".join(lines)
-        body = text.rstrip("\n")
-        if body:
-            yield blank + body
-            blank = text[len(body) + 1 :]
-        else:
-            blank += text
+    return OpenTable(names, set(names).__contains__, skipped + 1, read, sample)
 
 
 def write_csv(table: Mapping[str, FloatArray], path: Path) -> None:
@@ -113,49 +90,182 @@ def write_csv(table: Mapping[str, FloatArray], path: Path) -> None:
         file.writelines(",".join(map(repr, row)) + "\n" for row in rows)
 
 
-def _numbers(body: str, columns: int) -> FloatArray | None:
-    """(rows, columns) of the text below the header; None where pandas finds no numbers."""
-    if not re.fullmatch(r"[0-9eE+\-., \tnaifty\n]*", body, re.IGNORECASE):
-        return None  # what pandas may take for a number, or an end of the cell: quotes, zero bytes
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # from pandas 3.1 on `float_precision` is deprecated
-        warnings.simplefilter("error", pd.errors.ParserWarning)  # a row with too many cells
+def _leading_lines(file: TextIO, path: Path) -> list[str]:
+    """Blank lines and comments at the top of a file, and the first line that is neither."""
+    lines: list[str] = []
+    while not lines or (lines[-1] and (lines[-1].startswith("#") or not lines[-1].strip())):
+        lines.append(file.readline(_LONGEST_ROW))
+        if len(lines[-1]) == _LONGEST_ROW or sum(map(len, lines)) > _LONGEST_ROW:
+            raise RecordingError(
+                f"{path}, row {len(lines)}: {_LONGEST_ROW} characters or more; the first row is the"
+                " names of the columns"
+            )
+    return lines
+
+
+def _separator(line: str) -> str:
+    """What stands between cells: a comma, or a semicolon, tab or blanks where that is none."""
+    if ";" in line and line.count(";") >= line.count(","):
+        return ";"
+    return next((mark for mark in (",", "\t") if mark in line), " " if " " in line.strip() else ",")
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    if separator == " ":
+        return line.split()
+    rows = csv.reader([line], delimiter=separator, skipinitialspace=True)
+    return [cell.strip() for row in rows for cell in row]
+
+
+@dataclass(frozen=True)
+class _Body:
+    """The rows of a CSV below its names, and the names of the columns."""
+
+    path: Path
+    names: Sequence[str]
+    skipped: int  # rows above
+    separator: str
+    decimal: str
+    at_once: int  # rows
+
+    def row(self, place: int) -> int:
+        return self.skipped + 1 + place
+
+    def chunks(
+        self, places: Sequence[int], kinds: Mapping[str, type], rows: int | None = None
+    ) -> Iterator[Any]:
+        """Parts as frames: columns by their labels, and what is behind the last one."""
+        labels = [*map(_label, range(len(self.names))), _EXTRA]
+        separator = r"\s+" if self.separator == " " else self.separator
+        with self.path.open(encoding="utf-8-sig") as file, warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # from pandas 3.1 on `float_precision` is deprecated
+            try:
+                yield from pd.read_csv(
+                    _Rows(self.path, file, self.skipped, self.separator.join(labels) + "\n"),
+                    sep=separator,
+                    decimal=self.decimal,
+                    usecols=[*map(_label, places), _EXTRA],
+                    index_col=False,  # else rows that are too long have one, and are shifted
+                    dtype={label: kinds.get(label, str) for label in labels},
+                    skipinitialspace=True,
+                    skip_blank_lines=False,
+                    float_precision="round_trip",  # to the last bit, also in older versions
+                    chunksize=rows or self.at_once,
+                    nrows=rows,
+                )
+            except UnicodeDecodeError:
+                read_text(self.path)  # which says where
+                raise
+            except pd.errors.ParserError as error:  # such as a quote that does not end
+                raise RecordingError(f"{self.path}: not a CSV: {error}") from None
+
+    def point(self, cells: Any) -> Any:
+        """Texts with a decimal point."""
+        return cells.str.replace(",", ".") if self.decimal == "," else cells
+
+
+def _read(body: _Body, wanted: Mapping[str, bool], clock: str) -> tuple[Cells, list[str]]:
+    """Columns by name, and the faults of their cells.
+
+    Numbers are (n,) float64, NaN where a cell is empty; a clock of texts or of integers that a
+    float cannot hold is (n,) of texts. One that is not needed is left out where it holds text.
+    """
+    places = {name: body.names.index(name) for name in wanted}
+    texts = {clock} if clock and _is_text_clock(body, places[clock]) else set[str]()
+    bad: dict[str, str] = {}
+    for _ in range(2):
+        good = {name: place for name, place in places.items() if name not in bad}
         try:
-            frame = pd.read_csv(
-                io.StringIO(body),
-                header=None,
-                names=list(range(columns)),
-                index_col=False,
-                dtype=np.float64,
-                skipinitialspace=True,
-                skip_blank_lines=False,
-                float_precision="round_trip",  # to the last bit, also in older versions
-            )
-        except (ValueError, pd.errors.ParserError, pd.errors.ParserWarning):
-            return None
-    return np.asarray(frame.to_numpy(np.float64))
+            cells, faults = _parsed(body, good, texts)
+            return cells, [*(fault for name, fault in bad.items() if wanted[name]), *faults]
+        except RecordingError:
+            raise
+        except ValueError as error:  # text where numbers are: another reading says where
+            bad = _bad_cells(body, {k: v for k, v in places.items() if k not in texts})
+            why = error
+    raise RecordingError(f"{body.path}: not a table of numbers: {why}")
 
 
-def _first_bad_cell(lines: Sequence[str], first: int, names: Sequence[str], path: Path) -> str:
-    """Say which cell of rows from ``first`` on is no number: slow, and only where there is one."""
-    for row, line in enumerate(lines, start=first):
-        cells = [cell.strip(" \t") for cell in line.split(",")]  # as pandas: other blanks are none
-        if cells == [""] and len(names) > 1:
-            return f"{path}, row {row}: empty row"
-        for name, cell in zip(names, cells, strict=False):
-            if not _NUMBER.fullmatch(cell):
-                fault = f"{cell!r} is not a number" if cell else "empty cell"
-                return f"{path}, row {row}, column {name!r}: {fault}"
-            if not math.isfinite(float(cell)):
-                return f"{path}, row {row}, column {name!r}: {float(cell)} is not finite"
-        if len(cells) < len(names):
-            return (
-                f"{path}, row {row}, column {names[len(cells)]!r}: missing; the row has"
-                f" {len(cells)} of {len(names)} cells"
+def _is_text_clock(body: _Body, place: int) -> bool:
+    for chunk in body.chunks([place], {}, rows=100):
+        for cell in body.point(chunk[_label(place)].dropna()):
+            try:
+                float(cell)
+            except ValueError:
+                return True
+            return _LONG.fullmatch(cell) is not None
+    return False
+
+
+def _parsed(
+    body: _Body, places: Mapping[str, int], texts: Collection[str]
+) -> tuple[Cells, list[str]]:
+    kinds = {_label(place): str if n in texts else float for n, place in places.items()}
+    parts: dict[str, list[Any]] = {name: [] for name in places}
+    faults, rows, width = list[str](), 0, len(body.names)
+    for chunk in body.chunks(list(places.values()), kinds):
+        for name, place in places.items():
+            parts[name].append(chunk[_label(place)].to_numpy(object if name in texts else float))
+        more = chunk[_EXTRA].dropna()
+        if len(more) and not faults:
+            faults.append(
+                f"{body.path}, row {body.row(more.index[0])}, column {width + 1}: {more.iloc[0]!r}"
+                f" is one cell too many; the names end with column {width}, {body.names[-1]!r}"
             )
-        if len(cells) > len(names):
-            return (
-                f"{path}, row {row}, column {len(names) + 1}: {cells[len(names)]!r} is one cell"
-                f" too many; the header ends with column {len(names)}, {names[-1]!r}"
+        rows += len(chunk)
+        if rows * max(len(places), 1) * 8 > LARGEST:  # short cells take more than their text
+            raise RecordingError(
+                f"{body.path}, row {body.row(rows) - 1}: its numbers are more than {LARGEST} bytes;"
+                " split the recording"
             )
-    return ""
+    cells = {name: np.concatenate(part) if part else np.zeros(0) for name, part in parts.items()}
+    return cells, faults
+
+
+def _bad_cells(body: _Body, places: Mapping[str, int]) -> dict[str, str]:
+    """Column → its first cell that is neither a number nor empty, in words."""
+    first: dict[str, tuple[int, str]] = {}
+    count = dict.fromkeys(places, 0)
+    for chunk in body.chunks(list(places.values()), {}):
+        for name, place in places.items():
+            there = chunk[_label(place)].dropna()
+            bad = there[pd.to_numeric(body.point(there), errors="coerce").isna()]
+            count[name] += len(bad)
+            if len(bad) and name not in first:
+                first[name] = int(bad.index[0]), str(bad.iloc[0])
+    return {
+        name: f"{body.path}, row {body.row(row)}, column {name!r}: {cell!r} is not a number"
+        + and_more(count[name])
+        for name, (row, cell) in first.items()
+    }
+
+
+def _label(place: int) -> str:
+    return f"c{place}"
+
+
+class _Rows:
+    """The rows of a table for pandas, below a row of our names; none is longer than allowed."""
+
+    def __init__(self, path: Path, file: TextIO, skipped: int, names: str) -> None:
+        self._path, self._file, self._names = path, file, names
+        self._row, self._length = skipped + 1, 0
+        for _ in range(skipped):
+            file.readline()
+
+    def read(self, size: int = -1) -> str:
+        if self._names:
+            names, self._names = self._names, ""
+            return names
+        text = self._file.read(min(size, _LONGEST_ROW) if size > 0 else _LONGEST_ROW)
+        if self._length + len(text.partition("\n")[0]) >= _LONGEST_ROW:
+            raise RecordingError(
+                f"{self._path}, row {self._row}: {_LONGEST_ROW} characters or more; a row has fewer"
+            )
+        ends = text.count("\n")
+        self._length = len(text) - text.rfind("\n") - 1 if ends else self._length + len(text)
+        self._row += ends
+        return text
+
+    def __iter__(self) -> Iterator[str]:  # by which pandas knows a file
+        raise NotImplementedError

@@ -10,7 +10,8 @@ import numpy as np
 
 from tendon_mj.errors import InvalidValueError, RecordingError, unknown
 from tendon_mj.recordings.magnitude import size_fault
-from tendon_mj.recordings.table_checks import TIMES
+from tendon_mj.recordings.table_checks import TIMES, FloatArray
+from tendon_mj.recordings.units import si_name, unit_factors
 
 _LEAST_SPREAD = 1e-12  # of the value that it is about
 
@@ -91,14 +92,49 @@ _ENTRIES: dict[str, type | tuple[type, ...]] = {
 
 
 @dataclass(frozen=True)
-class Topic:
-    """Where a column's values are in a log: a topic, and a field of its messages.
+class Source:
+    """Where a column's values are in a file, and how they are read.
 
-    ``field`` is a name in the message; dots lead into objects and lists, as in ``position.0``.
+        value = factor × number + offset   [unit]
+
+    column: of a table; dots lead into lists and objects of Parquet, as in ``position.0``;
+    topic, field: of a log; dots lead into its messages;
+    unit: without its underscore; empty: the one in which the column's name ends;
+    period: number after which a counter begins again, by which its jumps are undone; 0: none.
     """
 
-    topic: str
-    field: str
+    column: str = ""
+    topic: str = ""
+    field: str = ""
+    factor: float = 1.0
+    offset: float = 0.0
+    unit: str = ""
+    period: float = 0.0
+
+    def converted(self, numbers: FloatArray, column: str) -> FloatArray:
+        """Numbers of the file in the unit in which the name of a column ends."""
+        if self.period:
+            numbers = np.unwrap(numbers, period=self.period)
+        if self.factor != 1.0 or self.offset:
+            numbers = self.factor * numbers + self.offset
+        return numbers * self.ratio(column) if self.unit else numbers
+
+    def ratio(self, column: str) -> float:
+        """The unit over that in which the name of a column ends."""
+        return unit_factors()[f"_{self.unit}"][1] / si_name(column)[1] if self.unit else 1.0
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the columns of a recording are in its file.
+
+    columns: [columns] of the description; topics: the same of a log, where they may be called
+    [mcap]; header: names of the columns of a table that has none.
+    """
+
+    columns: Mapping[str, Source] = field(default_factory=dict)
+    topics: Mapping[str, Source] = field(default_factory=dict)
+    header: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,24 +142,42 @@ class Description:
     """Description of a time series: the TOML beside the CSV.
 
     model: folder of models/, or path of an MJCF file; source: where the numbers come from;
-    drive: column → actuator it prescribes; measured: column → the sensor that read it;
+    drive: column → actuator or joint that it prescribes, or several (see `driven`);
+    measured: column → the sensor that read it;
     known: parameter → value, never fitted [SI]; uncertain: parameter → range to fit within [SI];
     session: parameter → mean and spread of what was set anew for each recording [SI];
     hold: driven columns that keep their value until the next sample; else linear between samples;
     settle: time before the first sample [s], in which a replay brings the model to the first drive
-    value; 0: the model starts in its reference pose, as it must where a force drives what is free.
+    value; 0: the model starts in its reference pose, as it must where a force drives what is free;
+    settling_time: of rows that are rests, the time from the end of the move to the reading [s];
+    None: rows are samples of a motion.
     A parameter is named ``<element>.<parameter>``; `*`, `?` and `[…]` stand for several elements.
     """
 
     model: str
     source: str
-    drive: Mapping[str, str] = field(default_factory=dict)
+    drive: Mapping[str, str | tuple[str, ...]] = field(default_factory=dict)
     measured: Mapping[str, Measured] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
     uncertain: Mapping[str, Uncertain] = field(default_factory=dict)
     session: Mapping[str, Session] = field(default_factory=dict)
     hold: tuple[str, ...] = ()
     settle: float = 0.5
+    settling_time: float | None = None
+
+    @property
+    def quasi_static(self) -> bool:
+        """Whether each row was read at rest, after a move from the rest before."""
+        return self.settling_time is not None
+
+    @property
+    def driven(self) -> list[tuple[str, str]]:
+        """Driven column and each actuator or joint that it prescribes."""
+        return [
+            (column, name)
+            for column, names in self.drive.items()
+            for name in ((names,) if isinstance(names, str) else names)
+        ]
 
     def check(self, columns: Collection[str], where: str) -> None:
         """Raise `RecordingError`, beginning with ``where``, unless it fits the CSV's ``columns``.
@@ -136,6 +190,11 @@ class Description:
             check_text(text, f"{where}, {key}")
         if not 0.0 <= self.settle < math.inf:
             raise RecordingError(f"{where}, settle: {self.settle!r} [s] must be ≥ 0 and finite")
+        if self.settling_time is not None and not 0.0 < self.settling_time < math.inf:
+            raise RecordingError(
+                f"{where}, [timing] settling_time: {self.settling_time!r} [s] must be > 0 and"
+                " finite"
+            )
         for table, kind in _ENTRIES.items():
             for name, entry in getattr(self, table).items():
                 if not isinstance(entry, kind):
@@ -149,7 +208,10 @@ class Description:
                 if column not in series:
                     raise RecordingError(f"{here}: {unknown('column', column, series)}")
         driven: dict[str, str] = {}
-        for column, actuator in self.drive.items():
+        for column, names in self.drive.items():
+            if not names:
+                raise RecordingError(f"{where}, [drive] {column!r}: must not be empty")
+        for column, actuator in self.driven:
             here = f"{where}, [drive] {column!r}"
             check_text(actuator, here)
             if actuator in driven:

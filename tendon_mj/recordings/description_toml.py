@@ -2,31 +2,55 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 import tomli_w
 
 from tendon_mj.errors import InvalidValueError, RecordingError, unknown
-from tendon_mj.recordings.description import Description, Measured, Session, Topic, Uncertain
+from tendon_mj.recordings.description import (
+    Description,
+    Layout,
+    Measured,
+    Session,
+    Source,
+    Uncertain,
+)
+from tendon_mj.recordings.magnitude import size_fault
+from tendon_mj.recordings.table_checks import TIMES, name_fault
 from tendon_mj.recordings.toml_text import read_toml
+from tendon_mj.recordings.units import claimed_unit, unit_factors
 
 TABLES = ("drive", "measured", "known", "uncertain", "session")
-KEYS = ("model", "source", "settle", *TABLES, "mcap")
+KEYS = ("model", "source", "settle", "timing", "header", *TABLES, "columns", "mcap")
+
+_SETTLING_TIME = 10.0  # [s] of rests where none is stated; a model that rests earlier is read then
 
 _UNQUOTED = 'a name that has a dot is quoted, such as "sheath.friction" = …'
 
 
-def parse_topics(text: str, where: str) -> dict[str, Topic]:
-    """Read a description's [mcap]: column → where its values are in a log.
+def parse_layout(text: str, where: str) -> Layout:
+    """Read a description's [columns], [mcap] and header: where the columns are in the file.
 
-    Raises `RecordingError` for what `read_toml` refuses, and entries that are not of a topic and a
-    field.
+    Raises `RecordingError` for what `read_toml` refuses, and entries that say no place, or a unit
+    that is not one of the column's kind.
     """
-    table = read_toml(text, where).get("mcap", {})
-    if not isinstance(table, dict):
-        raise RecordingError(f"{where}, mcap: must be a table [mcap], got {table!r}")
-    return {name: _topic(entry, f"{where}, [mcap] {name!r}") for name, entry in table.items()}
+    toml = read_toml(text, where)
+    maps = {}
+    for title in ("columns", "mcap"):
+        table = toml.get(title, {})
+        if not isinstance(table, dict):
+            raise RecordingError(f"{where}, {title}: must be a table [{title}], got {table!r}")
+        maps[title] = {
+            name: _source(name, entry, f"{where}, [{title}] {name!r}")
+            for name, entry in table.items()
+        }
+    header = toml.get("header", [])
+    if not isinstance(header, list):
+        raise RecordingError(f"{where}, header: must be a list of names, got {header!r}")
+    names = tuple(_text(name, f"{where}, header") for name in header)
+    return Layout(maps["columns"], maps["mcap"] or maps["columns"], names)
 
 
 def parse_description(text: str, where: str) -> Description:
@@ -48,6 +72,7 @@ def parse_description(text: str, where: str) -> Description:
         model=_text(toml["model"], f"{where}, model"),
         source=_text(toml["source"], f"{where}, source"),
         settle=_number(toml.get("settle", Description.settle), f"{where}, settle"),
+        settling_time=_settling_time(toml.get("timing", {}), f"{where}, [timing]"),
         drive={name: _driven(*entry)[0] for name, entry in entries["drive"].items()},
         measured={name: _measured(*entry) for name, entry in entries["measured"].items()},
         known={name: _number(*entry) for name, entry in entries["known"].items()},
@@ -72,35 +97,82 @@ def format_description(description: Description) -> str:
         name: {"value": float(s.value), "spread": float(s.spread)}
         for name, s in description.session.items()
     }
-    drive: dict[str, Any] = dict(description.drive)
+    drive: dict[str, Any] = {
+        column: names if isinstance(names, str) else list(names)
+        for column, names in description.drive.items()
+    }
     if description.hold:  # all as tables: TOML has tables after what is none, in another order
         drive = {
-            column: {"actuator": actuator, "hold": column in description.hold}
-            for column, actuator in description.drive.items()
+            column: {"actuator": names, "hold": column in description.hold}
+            for column, names in drive.items()
         }
     known = {name: float(value) for name, value in description.known.items()}
     document: dict[str, Any] = {"model": description.model, "source": description.source}
     if description.settle != Description.settle:
         document["settle"] = float(description.settle)
+    if description.settling_time is not None:
+        document["timing"] = {
+            "quasi_static": True,
+            "settling_time": float(description.settling_time),
+        }
     tables = (drive, measured, known, uncertain, session)
     document |= {title: table for title, table in zip(TABLES, tables, strict=True) if table}
     return tomli_w.dumps(document)
 
 
-def _topic(entry: Any, here: str) -> Topic:
+def _source(name: str, entry: Any, here: str) -> Source:
+    if fault := name_fault(name):
+        raise RecordingError(f"{here}: {fault}")
+    if isinstance(entry, str):
+        return Source(column=entry)
     if not isinstance(entry, dict):
-        raise RecordingError(f"{here}: write {{ topic = …, field = … }}, got {entry!r}")
-    keys = ("topic", "field")
-    _check_keys(entry, keys, keys, here)
-    return Topic(*(_text(entry[key], f"{here}, {key}") for key in keys))
+        raise RecordingError(
+            f'{here}: write "<column of the file>", or {{ column = … }}, or {{ topic = …, field ='
+            f" … }}, got {entry!r}"
+        )
+    texts, numbers = ["column", "topic", "field", "unit"], ["factor", "offset", "period"]
+    needed = ["column"] if "column" in entry else ["topic", "field"]
+    if name in TIMES:  # of a log it is its log time
+        texts, numbers, needed = ["column", "unit"], ["factor"], ["column"]
+    _check_keys(entry, (*texts, *numbers), needed, here)
+    values: dict[str, Any] = {k: _text(entry[k], f"{here}, {k}") for k in texts if k in entry}
+    for key in numbers:
+        if key in entry:
+            values[key] = number = _number(entry[key], f"{here}, {key}")
+            positive = key == "period" or name in TIMES
+            if not math.isfinite(number) or size_fault(number):
+                raise RecordingError(f"{here}, {key}: {number!r} is out of range")
+            if (number == 0.0 and key != "offset") or (number < 0.0 and positive):
+                raise RecordingError(f"{here}, {key}: cannot be {number!r}; leave it out for none")
+    if "unit" in entry:
+        target = unit_factors()[claimed_unit(name)][0]
+        kin = [u.removeprefix("_") for u, (si, _) in unit_factors().items() if si == target]
+        if entry["unit"] not in kin:
+            raise RecordingError(f"{here}, unit: {unknown('unit', entry['unit'], kin)}")
+    return Source(**values)
 
 
-def _driven(entry: Any, here: str) -> tuple[str, bool]:
-    """Actuator of a driven column, and whether it holds its value between samples."""
-    if not isinstance(entry, dict):
-        return _text(entry, here), False
-    _check_keys(entry, ("actuator", "hold"), ("actuator",), here)
-    return _text(entry["actuator"], here), _flag(entry.get("hold", False), f"{here}, hold")
+def _settling_time(table: Any, here: str) -> float | None:
+    """Settling time of rows that are rests; None where they are samples of a motion."""
+    if not isinstance(table, dict):
+        raise RecordingError(f"{here}: write [timing] and quasi_static = true, got {table!r}")
+    _check_keys(table, ("quasi_static", "settling_time"), (), here)
+    if _flag(table.get("quasi_static", False), f"{here} quasi_static"):
+        return _number(table.get("settling_time", _SETTLING_TIME), f"{here} settling_time")
+    if "settling_time" in table:
+        raise RecordingError(f"{here} settling_time: is of rests; write quasi_static = true too")
+    return None
+
+
+def _driven(entry: Any, here: str) -> tuple[str | tuple[str, ...], bool]:
+    """Actuators or joints of a driven column, and whether it holds its value between samples."""
+    if isinstance(entry, dict):
+        _check_keys(entry, ("actuator", "hold"), ("actuator",), here)
+        hold = _flag(entry.get("hold", False), f"{here}, hold")
+        return _driven(entry["actuator"], here)[0], hold
+    if isinstance(entry, list):
+        return tuple(_text(name, here) for name in entry), False
+    return _text(entry, here), False
 
 
 def _measured(entry: Any, here: str) -> Measured:

@@ -10,30 +10,27 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tendon_mj.errors import MissingPackageError, RecordingError, unknown
-from tendon_mj.recordings.description import Topic
-from tendon_mj.recordings.table_checks import TIME, FloatArray, check_table
+from tendon_mj.recordings.description import Source
+from tendon_mj.recordings.table_checks import TIME, TIMES, FloatArray, check_table
 from tendon_mj.recordings.text_file import check_file
+from tendon_mj.recordings.times import Series, at_common_times
 
 if TYPE_CHECKING:
     from tendon_mj.recordings.mcap_messages import LogMessage
 
-_Series = tuple[NDArray[np.int64], FloatArray]  # log times [ns], values
 _PLACE = re.compile("[0-9]{1,9}")  # in a list
 _LARGEST_MESSAGE = 2**24  # [bytes]: what it says takes some twenty times as much memory
 _LAST_TIME = 2**63 - 1  # [ns]: the year 2262
 
 
 def read_mcap(
-    path: Path, topics: Mapping[str, Topic], held: Collection[str] = ()
+    path: Path, topics: Mapping[str, Source], held: Collection[str] = ()
 ) -> dict[str, FloatArray]:
-    """Read the columns that a description's [mcap] names, at the times of the first one's messages.
+    """Read the columns that a description names, at the times of the first one's messages.
 
-    Times are log times, from the first row on. A column of another topic is linear between its
-    messages, or keeps the latest where it is among ``held``; rows before the first or after the
-    last message of any of the topics are left out.
+    Times are log times, from the first row on; other columns are as in `at_common_times`.
 
     Args:
         path: of the log.
@@ -49,30 +46,29 @@ def read_mcap(
         MissingPackageError: mcap is not installed.
     """
     check_file(path)
+    topics = {column: source for column, source in topics.items() if column not in TIMES}
     if not topics:
         raise RecordingError(
-            f"{path}: the description has no [mcap], which says where the columns are, such as"
+            f"{path}: the description has no [columns], which says where the columns are, such as"
             ' tension_N = { topic = "/load_cell", field = "force" }'
         )
-    series = _read_series(path, topics)
-    stamps = next(iter(series.values()))[0]
-    first = max(times[0] for times, _ in series.values())
-    last = min(times[-1] for times, _ in series.values())
-    rows = stamps[(stamps >= first) & (stamps <= last)]
-    if rows.size < 2:
-        raise RecordingError(f"{path}: the topics of [mcap] have no two messages at common times")
-    table = {TIME: (rows - rows[0]) * 1e-9}
-    for column, (times, values) in series.items():
-        if column in held:
-            table[column] = values[np.searchsorted(times, rows, side="right") - 1]
-        else:
-            table[column] = np.interp(rows - rows[0], times - rows[0], values)
+    for column, source in topics.items():
+        if not source.topic:
+            raise RecordingError(
+                f"{path}: [columns] {column!r} names a column of a table; of a log write"
+                " { topic = …, field = … }"
+            )
+    series = {
+        column: (times, topics[column].converted(values, column))
+        for column, (times, values) in _read_series(path, topics).items()
+    }
+    table, _ = at_common_times(series, TIME, 1e-9, str(path), held)
     check_table(table, str(path))
     return table
 
 
-def _read_series(path: Path, topics: Mapping[str, Topic]) -> dict[str, _Series]:
-    """Column → (m,) rising log times [ns] and values; of two at one time the later one."""
+def _read_series(path: Path, topics: Mapping[str, Source]) -> dict[str, Series]:
+    """Column → (m,) log times [ns] and values; what cannot be read of any is said at once."""
     try:
         from tendon_mj.recordings.mcap_messages import read_messages
     except ImportError:
@@ -81,11 +77,11 @@ def _read_series(path: Path, topics: Mapping[str, Topic]) -> dict[str, _Series]:
             " pip install 'tendon-mj[mcap]'"
         ) from None
     columns: dict[str, list[str]] = {}
-    for column, topic in topics.items():
-        columns.setdefault(topic.topic, []).append(column)
+    for column, source in topics.items():
+        columns.setdefault(source.topic, []).append(column)
     times = {topic: array("q") for topic in columns}
     values = {column: array("d") for column in topics}
-    there: set[str] = set()
+    there, faults = set[str](), dict[str, str]()
     for message in read_messages(path):
         there.add(message.topic)
         if message.topic in columns:
@@ -93,22 +89,19 @@ def _read_series(path: Path, topics: Mapping[str, Topic]) -> dict[str, _Series]:
             decoded = _decoded(message, here)
             times[message.topic].append(message.time)
             for column in columns[message.topic]:
-                number = _field(decoded, topics[column].field, f"{here}, for {column!r}")
-                values[column].append(number)
-    for name in sorted(columns):
-        if name not in there:
-            raise RecordingError(f"{path}, [mcap]: {unknown('topic', name, there)}")
+                try:
+                    number = _field(decoded, topics[column].field, f"{here}, for {column!r}")
+                    values[column].append(number)
+                except RecordingError as error:
+                    faults.setdefault(column, str(error))
+    missing = [name for name in sorted(columns) if name not in there]
+    said = [f"{path}, [columns]: {unknown('topic', name, there)}" for name in missing]
+    if faults or said:
+        raise RecordingError("\n".join([*said, *faults.values()]))
     return {
-        column: _in_order(np.array(times[topic.topic]), np.array(values[column]))
-        for column, topic in topics.items()
+        column: (np.array(times[source.topic]), np.array(values[column]))
+        for column, source in topics.items()
     }
-
-
-def _in_order(times: NDArray[np.int64], values: FloatArray) -> _Series:
-    order = np.argsort(times, kind="stable")
-    times, values = times[order], values[order]
-    last = np.append(times[1:] != times[:-1], True)
-    return times[last], values[last]
 
 
 def _decoded(message: LogMessage, here: str) -> Any:

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.errors import InvalidValueError, RecordingError, unknown
 from tendon_mj.recordings.csv_table import write_csv
@@ -22,11 +22,11 @@ from tendon_mj.recordings.description import Uncertain as Uncertain
 from tendon_mj.recordings.description_toml import (
     format_description,
     parse_description,
-    parse_topics,
+    parse_layout,
 )
 from tendon_mj.recordings.table_checks import TIME, FloatArray, check_table, in_si
-from tendon_mj.recordings.table_file import read_columns, table_beside
-from tendon_mj.recordings.text_file import read_text
+from tendon_mj.recordings.table_file import check_format, read_columns, table_beside
+from tendon_mj.recordings.text_file import check_file, read_text
 from tendon_mj.recordings.units import UNITS as UNITS
 from tendon_mj.recordings.units import si_name
 from tendon_mj.whole_file import whole_file
@@ -39,7 +39,8 @@ class Recording(Description):
     name: the file's stem; time: (n,) [s], strictly increasing; columns: name → (n,) [the unit its
     name ends in, of SI], every column but the time, also those neither driven nor measured;
     in_file: name → its name in the file, of those that were converted; beside: folder in which the
-    description was, if it was read. The last two matter to messages alone, not to equality.
+    description was, if it was read; rows: (n,) row of the file that each sample is, if it was read.
+    These three matter to messages alone, not to equality.
     The other fields are `Description`'s. Arrays and mappings are read-only copies.
     Raises `RecordingError` for whatever a file would be refused for.
     """
@@ -49,6 +50,7 @@ class Recording(Description):
     columns: Mapping[str, FloatArray]
     in_file: Mapping[str, str] = field(default_factory=dict)
     beside: Path | None = None
+    rows: NDArray[np.int64] | None = None
 
     def __post_init__(self) -> None:
         where = f"recording {self.name!r}"
@@ -58,7 +60,16 @@ class Recording(Description):
         freeze = object.__setattr__
         freeze(self, "time", _frozen(self.time, f"{where}, time"))
         freeze(self, "columns", MappingProxyType(columns))
-        for name in ("drive", "measured", "known", "uncertain", "session", "in_file"):
+        if self.rows is not None:
+            rows = np.array(self.rows)
+            rows.setflags(write=False)
+            freeze(self, "rows", rows)
+        drive = {
+            column: names if isinstance(names, str) else tuple(names)
+            for column, names in self.drive.items()
+        }
+        freeze(self, "drive", MappingProxyType(drive))
+        for name in ("measured", "known", "uncertain", "session", "in_file"):
             freeze(self, name, MappingProxyType(dict(getattr(self, name))))
         if TIME in columns:
             raise RecordingError(f"{where}, column {TIME!r}: belongs in `time`, not in `columns`")
@@ -69,13 +80,17 @@ class Recording(Description):
         """A column's name as the file has it, for messages; its own if it was not converted."""
         return self.in_file.get(column, column)
 
+    def row(self, sample: int) -> int:
+        """Row of the file that a sample is, for messages; the first is row 2 unless it was read."""
+        return sample + 2 if self.rows is None else int(self.rows[sample])
+
     def check_against(self, actuators: Collection[str], sensors: Collection[str]) -> None:
         """Raise `RecordingError`, with the nearest valid name, unless a model has all it needs.
 
-        ``actuators`` and ``sensors`` are the names that exist on the model.
+        ``actuators``, hinges and slides among them, and ``sensors`` are the model's names.
         """
         where = f"recording {self.name!r}"
-        for column, actuator in self.drive.items():
+        for column, actuator in self.driven:
             if actuator not in actuators:
                 message = unknown("actuator", actuator, actuators)
                 raise RecordingError(f"{where}, [drive] {self.written(column)!r}: {message}")
@@ -102,7 +117,7 @@ class Recording(Description):
         return partial(Recording, **plain), ()
 
 
-_NOT_COMPARED = ("time", "columns", "in_file", "beside")  # the first two are, as arrays
+_NOT_COMPARED = ("time", "columns", "in_file", "beside", "rows")  # the first two are, as arrays
 _NOT_ARRAYS = [f.name for f in fields(Recording) if f.name not in _NOT_COMPARED]
 
 
@@ -128,14 +143,14 @@ def read_recording(
         if description is not None
         else f"; it describes {file.name}, or pass `description` (--description)"
     )
-    if file.suffix.lower() != ".mcap" and not toml.exists():
-        read_columns(file)  # whose faults are told before a description that is missing
+    check_file(file)
+    check_format(file)
     text = read_text(toml, hint)
     described = parse_description(text, str(toml))
-    if file.suffix.lower() == ".mcap":
-        table = read_columns(file, parse_topics(text, str(toml)), described.hold)
-    else:
-        table = read_columns(file)
+    columns_of = {"drive": described.drive, "measured": described.measured}
+    named = {column: title for title, columns in columns_of.items() for column in columns}
+    layout = parse_layout(text, str(toml))
+    table, rows = read_columns(file, layout, named, described.hold, toml=str(toml))
     described.check(table, str(toml))
     in_si_units = _described_in_si(described, str(toml))
     described = replace(in_si_units, model=_model_beside(toml, described.model))
@@ -147,6 +162,7 @@ def read_recording(
         columns=columns,
         in_file=in_file,
         beside=toml.parent,
+        rows=rows,
         **vars(described),
     )
 

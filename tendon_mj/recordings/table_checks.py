@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,65 +15,56 @@ from tendon_mj.recordings.units import si_name, unit_fault
 
 FloatArray = NDArray[np.float64]
 
+Cells = dict[str, NDArray[Any]]
+
 TIME = "time_s"
 TIMES = (TIME, "time_ms", "time_us", "time_ns")  # as a file may have it
 
 
-def check_names(
-    names: Sequence[str], where: str, *, si: bool = False, elements: Collection[str] = ()
-) -> None:
-    """Raise `RecordingError` unless the names are unique, carry units and begin with the time.
+@dataclass(frozen=True)
+class OpenTable:
+    """A table of which the names are read, and its cells not yet.
+
+    Attributes:
+        names: of its columns, in order.
+        has: whether a column can be read: one of these, or a part of one.
+        first: row of its first values.
+        read: (column → whether it is needed, the clock) → columns, each (n,), and faults of their
+            cells. Columns are float64 with NaN for an empty cell; the clock may be of integers,
+            dates or texts. Those that are not needed are left out where they hold no numbers.
+        sample: column → a value as text, of some columns.
+    """
+
+    names: list[str]
+    has: Callable[[str], bool]
+    first: int
+    read: Callable[[Mapping[str, bool], str], tuple[Cells, list[str]]]
+    sample: Mapping[str, str]
+
+
+def name_fault(name: str, *, si: bool = False, elements: Collection[str] = ()) -> str:
+    """What is wrong with a column's name; empty if nothing.
 
     Args:
-        names: of the columns.
-        where: begins every message: the file, or the recording.
-        si: whether units have to be of SI, or may be such as are converted.
+        name: of a column.
+        si: whether its unit has to be of SI, or may be one that is converted.
         elements: names, as of actuators, that columns may have although they end in units.
     """
-    for position, name in enumerate(names, start=1):
-        here = f"{where}, row 1, column {position}"
-        if name in names[: position - 1]:
-            first = names.index(name) + 1
-            raise RecordingError(f"{here}: {name!r} is already the name of column {first}")
-        if position == 1 and name not in (TIMES[:1] if si else TIMES):
-            hint = f" (it is column {names.index(TIME) + 1})" if TIME in names else ""
-            raise RecordingError(
-                f"{here}: the first column is {TIME!r}{hint}, not {name!r}{_way_out(name)}"
-            )
-        if name != name.strip() or not name.isprintable() or {",", '"'} & set(name):
-            raise RecordingError(
-                f"{here}: {name!r} is no column name; write a word such as 'tension_N', unquoted"
-            )
-        fault = unit_fault(name, si=si, elements=elements)
-        if fault:
-            raise RecordingError(f"{here}: {name!r} {fault}")
+    if name != name.strip() or not name.isprintable() or {",", '"'} & set(name):
+        return f"{name!r} is no column name; write a word such as 'tension_N', unquoted"
+    fault = unit_fault(name, si=si, elements=elements)
+    return f"{name!r} {fault}" if fault else ""
 
 
-def _way_out(name: str) -> str:
-    """What to do where a first column is nearly one of times."""
-    bare = name.strip("\"'")
-    if bare != name and bare in TIMES:
-        return "; write the names without quotes"
-    if {cell.strip("\"'") for cell in re.split("[;\t ]", name)} & {*TIMES}:
-        return "; cells are separated by commas, and decimals by a point"
-    if name.lower() in ("time", "t", "timestamp"):
-        return f"; say its unit: {', '.join(map(repr, TIMES))}"
-    return ""
-
-
-def check_table(
-    table: Mapping[str, FloatArray],
-    where: str,
-    *,
-    si: bool = False,
-    elements: Collection[str] = (),
-) -> None:
+def check_table(table: Mapping[str, FloatArray], where: str, *, si: bool = False) -> None:
     """Raise `RecordingError` unless the columns, each (n,), are lawful; rows as in the CSV.
 
-    That is: names as in `check_names`, equal lengths of at least 2, every value finite and at most
-    `LARGEST` in size, and the time strictly increasing.
+    That is: names as in `name_fault`, equal lengths of at least 2, every value finite and at most
+    `LARGEST` in size, and the time, the first of them, strictly increasing.
     """
-    check_names(list(table), where, si=si, elements=elements)
+    for position, name in enumerate(table, start=1):
+        if fault := name_fault(name, si=si):
+            raise RecordingError(f"{where}, row 1, column {position}: {fault}")
     clock = next(iter(table))
     time = table[clock]
     for name, column in table.items():
@@ -124,6 +116,12 @@ def in_si(table: Mapping[str, FloatArray], where: str) -> dict[str, FloatArray]:
     if not (np.diff(converted[TIME]) > 0.0).all():
         raise RecordingError(f"{where}, column {before[TIME]!r}: times too close in seconds")
     return converted
+
+
+def and_more(count: int) -> str:
+    """How many rows there are beside the first one."""
+    others = count - 1
+    return f" (and {others} more row{'s' if others > 1 else ''})" if others > 0 else ""
 
 
 def too_few_rows(count: int, where: str) -> str:

@@ -35,7 +35,6 @@ _IN_PINT = {
     "lbf": "pound_force",
 }
 _TORQUE = re.compile(r"([umk]?N|k?gf)([cm]?m)")
-# the unit that a name claims, compound ones whole: `rate_deg_per_s` must not pass as seconds
 # words that stand for units in exports of others
 _WORDS = {
     "_degrees": "_deg",
@@ -51,6 +50,7 @@ _WORDS = {
     "_millimeters": "_mm",
     "_millimetres": "_mm",
 }
+# the unit that a name claims, compound ones whole: `rate_deg_per_s` must not pass as seconds
 _CLAIMED = re.compile(r"(?:(?:^|_)[^_]+_per)?_[^_]+$")
 
 
@@ -107,11 +107,25 @@ def unit_fault(column: str, *, si: bool, elements: Collection[str] = ()) -> str:
     return ""
 
 
+def proposed_name(column: str) -> str:
+    """A name for a column of another program: its unit as it is spelt here, or ``UNIT`` for it."""
+    stem = re.sub(r"[^0-9A-Za-z]+", "_", column).strip("_")
+    ending = claimed_unit(stem)
+    unit = _spelt(ending) if ending != stem else ""
+    return stem.removesuffix(ending) + unit if unit else f"{stem}_UNIT"
+
+
+def _spelt(ending: str) -> str:
+    """A unit that others spell in other letters or words, as it is spelt here; or nothing."""
+    spelt = {unit.lower(): unit for unit in reversed(unit_factors())}
+    return _WORDS.get(ending.lower(), "") or spelt.get(ending.lower(), "")
+
+
 def _nearest(ending: str, allowed: tuple[str, ...]) -> str:
     """Message that a unit is unknown, with the nearest of all and those of SI."""
     near = unknown("unit", ending, allowed).partition(" (there are")[0]
-    if ending.lower() in _WORDS:
-        near = f"unknown unit {ending!r}; did you mean {_WORDS[ending.lower()]!r}?"
+    if (spelt := _spelt(ending)) in allowed:
+        near = f"unknown unit {ending!r}; did you mean {spelt!r}?"
     of_si = ", ".join(map(repr, UNITS))
     offset = "; a unit with an offset is none" if ending in ("_degC", "_degF", "_C") else ""
     return f"{near}{offset} (SI: {of_si})"

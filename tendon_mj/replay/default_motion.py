@@ -76,7 +76,7 @@ def read_motion(path: Path, model: mujoco.MjModel) -> tuple[Drive, float]:
             f" its unit at the end: {columns}"
         )
     actuators = [model.actuator(k).name for k in range(model.nu)]
-    in_file = read_columns(path, elements=actuators)
+    in_file = read_columns(path, elements=actuators).columns
     written = {si_name(column)[0]: column for column in in_file}
     table = in_si(in_file, str(path))
     time = table.pop(TIME)

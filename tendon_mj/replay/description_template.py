@@ -23,10 +23,15 @@ _HEAD = """\
 # What the columns of a recording are on the model. Fill in `source`; give the columns the names
 # that they have in your table, with the unit that they are in, such as lever_deg or pull_kN; take
 # out what you did not record. Then: tendon-mj check RECORDING. Every entry: docs/recording.md
+# If your table has other names, counts or dates, add at the end:
+#   [columns]
+#   time_s = "timestamp"
+#   lever_deg = { column = "present_position", factor = 0.087890625, period = 4096 }
 """
 _DRIVE = """\
-# column = the actuator that it commands. Between samples it is linear; for a command that keeps its
-# value until the next sample write { actuator = "…", hold = true }."""
+# column = the actuator that it commands, a list of several, or a hinge or slide that it prescribes.
+# Between samples it is linear; for a command that keeps its value until the next sample write
+# { actuator = "…", hold = true }."""
 _MEASURED = """\
 # column = the sensor that read it. If you know its noise, { sensor = "…", noise = 0.05 }: the
 # standard deviation at rest, in the column's unit."""

@@ -27,6 +27,12 @@ class Misfit:
     largest: float
     bias: float
 
+    @property
+    def of_range(self) -> str:
+        """The share of the range in words, after a comma; empty where the column is constant."""
+        share = self.share_of_range
+        return f", {share:.1%} of its range" if math.isfinite(share) else ""
+
 
 def replay_error(measured: Recording, simulated: Recording) -> dict[str, Misfit]:
     """Misfit of every column that ``measured`` lists as measured.

@@ -8,6 +8,7 @@
 | body that moves | mass [kg], with which its inertia grows in proportion |
 | actuator | gear; kp, kv of a position servo |
 | | command_scale [-], command_offset [of its control], command_delay [s] |
+| joint | the same three, of a column that prescribes its position |
 | | slip [of its control], slip_time and slip_duration [s], of one that takes a place |
 | sensor | scale [-], offset [of its reading], delay [s], lag [s], drift [of its reading per s] |
 | | efficiency, rest_in and rest_out [-] of a gear, of T_in and of an actuator's force |
@@ -36,7 +37,13 @@ from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnknownNameErro
 from tendon_mj.recordings.magnitude import excess
 from tendon_mj.replay.live_parameters import DRAWN_BEND, LiveParameters, custom_numbers
 from tendon_mj.replay.muscle import ranges_of_gear
-from tendon_mj.replay.readout import USER_NUMBERS, Readout, stored_commands, stored_readouts
+from tendon_mj.replay.readout import (
+    USER_NUMBERS,
+    Readout,
+    stored_commands,
+    stored_joint_commands,
+    stored_readouts,
+)
 from tendon_mj.replay.units import JOINT, UNKNOWN, control_unit, live_unit, rate
 from tendon_mj.sheath.law import LAW, check_scales, check_static
 
@@ -47,6 +54,8 @@ GEARED: Final = ("efficiency", "rest_in", "rest_out")
 SLIP: Final = ("slip", "slip_time", "slip_duration")
 _PLACES = "m", "rad"  # units of a control that is a place
 _LEAST_EFFICIENCY = 1e-3
+
+_COMMANDS = {"command_scale": -math.inf, "command_offset": -math.inf, "command_delay": 0.0}  # least
 
 Kind = Literal["live", "joint", "body", "actuator", "motor", "sensor", "gravity"]
 
@@ -87,6 +96,7 @@ class Adjustable:
         model, data: ready to run, with what ``set`` was given.
         commands: (nactuator, 6) scale, offset, delay, slip, its time and its duration, for who
             runs the model.
+        joint_commands: (njnt, 3) scale, offset and delay of columns that prescribe joints.
         readings: (nsensor, 8) `Readout` of every sensor, for who runs the model.
         geared: sensor of a load → actuators that may bear it, and the sense, 1 or −1, in which
             the control of each moves against the load.
@@ -97,6 +107,7 @@ class Adjustable:
         self.model = model
         self.data = mujoco.MjData(model)
         self.commands = np.hstack([stored_commands(model), np.zeros((model.nactuator, len(SLIP)))])
+        self.joint_commands = stored_joint_commands(model)
         self.live = LiveParameters(model, self.data)
         self.geared = self._geared()
         gearless = np.tile(Readout()[USER_NUMBERS:], (model.nsensor, 1))
@@ -188,6 +199,10 @@ class Adjustable:
                     found[f"{name}.{parameter}"] = _Entry("joint", unit, places, low)
                 entry = found[f"{name}.springref"]
                 found[f"{name}.springref"] = entry._replace(reference=float(m.qpos0[angle]))
+                units = ("-", JOINT["springref"][slides], "s")
+                for k, (parameter, low) in enumerate(_COMMANDS.items()):
+                    places = [(self.joint_commands, (joint, k), 1.0)]
+                    found[f"{name}.{parameter}"] = _Entry("joint", units[k], places, low)
         return found
 
     def _bodies(self) -> dict[str, _Entry]:
@@ -224,10 +239,10 @@ class Adjustable:
             geared: list[_Place] = [(m.actuator_gear, (k, 0), 1.0), *ranges_of_gear(m, k)]
             slots: dict[str, tuple[str, list[_Place], float]] = {
                 "gear": ("-", geared, -math.inf),
-                "command_scale": ("-", [(self.commands, (k, 0), 1.0)], -math.inf),
-                "command_offset": (UNKNOWN, [(self.commands, (k, 1), 1.0)], -math.inf),
-                "command_delay": ("s", [(self.commands, (k, 2), 1.0)], 0.0),
             }
+            for number, (parameter, low) in enumerate(_COMMANDS.items()):
+                unit = ("-", UNKNOWN, "s")[number]
+                slots[parameter] = (unit, [(self.commands, (k, number), 1.0)], low)
             if (unit := control_unit(m, k)) in _PLACES:
                 slots["slip"] = (unit, [(self.commands, (k, 3), 1.0)], -math.inf)
                 slots["slip_time"] = ("s", [(self.commands, (k, 4), 1.0)], -math.inf)

@@ -16,7 +16,7 @@ lag before it, and a simulation would be run anew for what is a matter of readin
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import mujoco
 import numpy as np
@@ -24,9 +24,11 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from tendon_mj.replay.clock import Clock
+from tendon_mj.replay.live_parameters import custom_numbers
 
 FloatArray = NDArray[np.float64]
 
+JOINT_COMMAND: Final = ".command"  # custom text of a model: scale, offset and delay of a joint
 USER_NUMBERS = 5  # of a `Readout`, that are user data of MJCF
 _STILL, _FASTEST_STILL = 1e-6, 0.1  # of the largest speed: between these a drive counts as at rest
 _NOISE = 4.0  # standard deviations of a speed that noise makes, likewise
@@ -163,4 +165,20 @@ def stored_commands(model: mujoco.MjModel) -> FloatArray:
     if size >= 2:
         given = model.actuator_user[:, :size]
         rows[:, :size] = np.where(given.any(axis=1)[:, None], given, rows[:, :size])
+    return rows
+
+
+def stored_joint_commands(model: mujoco.MjModel) -> FloatArray:
+    """(njnt, 3) scale, offset and delay of columns that prescribe joints, from custom texts.
+
+    The user data of joints are left to the model's author.
+    """
+    rows = np.tile([1.0, 0.0, 0.0], (model.njnt, 1))
+    for k in range(model.ntext):
+        name = str(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, k))
+        joint = mujoco.mj_name2id(
+            model, mujoco.mjtObj.mjOBJ_JOINT, name.removesuffix(JOINT_COMMAND)
+        )
+        if name.endswith(JOINT_COMMAND) and joint >= 0:
+            rows[joint] = custom_numbers(model, k, 3)
     return rows

@@ -79,6 +79,7 @@ def replay_recording(
         schedule.when,
         progress,
         recorder,
+        schedule.rests(adjustable),
     )
     return as_recording(recording, schedule.read_out(adjustable, readings), values)
 
@@ -103,4 +104,5 @@ def as_recording(
         drive=recording.drive,
         measured={c: Measured(m.sensor) for c, m in recording.measured.items()},
         known=applied,
+        settling_time=recording.settling_time,
     )

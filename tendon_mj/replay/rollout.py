@@ -20,6 +20,13 @@ def full_state(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     return state
 
 
+def input_kind(model: mujoco.MjModel, control: Array) -> int:
+    """Kind of state that a row of controls is: nu controls, with or without nv applied forces."""
+    kind = int(mujoco.mjtState.mjSTATE_CTRL.value)
+    applied = int(mujoco.mjtState.mjSTATE_QFRC_APPLIED.value)
+    return kind if control.shape[-1] == model.nu else kind | applied
+
+
 def rollout_sensors(
     model: mujoco.MjModel,
     data: list[mujoco.MjData],
@@ -36,7 +43,7 @@ def rollout_sensors(
         model: of all runs.
         data: work space, one a thread.
         start: (runs, state size) states of kind FULLPHYSICS.
-        control: (runs, steps, nu).
+        control: (runs, steps, nu), or (runs, steps, nu+nv) with applied forces (`input_kind`).
         warmstart: (runs, nv) accelerations from which the solver starts; none are 0.
     """
     runs, steps = control.shape[:2]
@@ -47,6 +54,7 @@ def rollout_sensors(
             data,
             start,
             np.ascontiguousarray(control),
+            control_spec=input_kind(model, control),
             skip_checks=True,  # with them it would allocate the states of all steps
             nstep=steps,
             initial_warmstart=warmstart,

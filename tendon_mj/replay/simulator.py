@@ -31,7 +31,7 @@ from tendon_mj.replay.units import column_unit, rate
 class Channel(NamedTuple):
     """Channel of a column: its actuator or sensor on the model, and the unit it is written in."""
 
-    name: str
+    name: str | tuple[str, ...]
     unit: str
 
 
@@ -66,7 +66,8 @@ class Simulator:
             model's.
         joints: hinges and slides that have a name, and whether a driven column prescribes their
             motion. A motor's torque or force prescribes none; an actuator with a gain on the
-            joint's place or rate does, unless what came of it was measured.
+            joint's place or rate does, unless what came of it was measured, and so does a column in
+            whose [drive] the joint itself is.
         steps: time steps of one simulation of all recordings.
         sessions: True: a set may hold ``<parameter> @ <recording>``, which acts on that one alone.
 
@@ -114,13 +115,15 @@ class Simulator:
 
     def _prescribed_joints(self) -> dict[str, bool]:
         names = {name.rsplit(".", 1)[0] for name, p in self.parameters.items() if p.kind == "joint"}
+        actuators = {k for schedule in self._schedules for _, k in schedule.actuators}
         driven = {
             joint
-            for channel in self.inputs.values()
-            if self.model.actuator(channel.name).biasprm[1:3].any()
-            for joint in self._moved_by(channel.name)
+            for k in actuators
+            if self.model.actuator(k).biasprm[1:3].any()
+            for joint in self._moved_by(self.model.actuator(k).name)
         }
         prescribed = driven - self._measured_joints()
+        prescribed |= {self.model.joint(k).name for s in self._schedules for _, k in s.joints}
         return {name: name in prescribed for name in sorted(names)}
 
     def _moved_by(self, actuator: str) -> set[str]:
@@ -144,11 +147,11 @@ class Simulator:
 
     @property
     def inputs(self) -> dict[str, Channel]:
-        """Driven column → its actuator and unit, of all recordings."""
+        """Driven column → its actuator or joint, or several, and unit, of all recordings."""
         return {
-            column: Channel(actuator, column_unit(column))
+            column: Channel(names, column_unit(column))
             for recording in self.recordings
-            for column, actuator in recording.drive.items()
+            for column, names in recording.drive.items()
         }
 
     @property
@@ -226,9 +229,9 @@ class Simulator:
             for name, unit in (("offset", channel.unit), ("drift", rate(channel.unit))):
                 key = f"{channel.name}.{name}"
                 parameters[key] = parameters[key]._replace(unit=unit)
-        for channel in self.inputs.values():
-            key = f"{channel.name}.command_offset"
-            parameters[key] = parameters[key]._replace(unit=channel.unit)
+        for column, name in (pair for recording in self.recordings for pair in recording.driven):
+            key = f"{name}.command_offset"
+            parameters[key] = parameters[key]._replace(unit=column_unit(column))
         return parameters
 
     def _jobs(self, parameter_sets: Sequence[Values]) -> list[_Job]:
@@ -274,10 +277,13 @@ class Simulator:
         schedule.prepare(adjustable)
         model, data = adjustable.model, adjustable.data
         control, plain = schedule.control(adjustable), adjustable.readings.copy()
+        rests = schedule.rests(adjustable)
         if self._strict:
-            readings = run_open_loop(model, data, control, schedule.where, schedule.when)
+            readings = run_open_loop(
+                model, data, control, schedule.where, schedule.when, rests=rests
+            )
         else:
-            tried = try_open_loop(model, data, control)
+            tried = try_open_loop(model, data, control, rests)
             shape = (len(control), model.nsensordata)
             readings = tried if tried is not None else np.full(shape, np.nan)
         series = []

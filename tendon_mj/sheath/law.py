@@ -129,6 +129,12 @@ class Law:
             ANY,
         ),
     )
+    slack: float = field(
+        default=0.0,
+        metadata=described(
+            "s", "m", "length added to the tendon, by which it is slack at `qpos0` where T_0 is 0"
+        ),
+    )
 
     def __post_init__(self) -> None:
         values = asdict(self)
@@ -163,6 +169,7 @@ class OptionalParameters(TypedDict, total=False):
     sheath_compliance: SupportsFloat | None
     tendon_mass: SupportsFloat | None
     extra_bend: SupportsFloat | None
+    slack: SupportsFloat | None
 
 
 LAW: Final[dict[str, Parameter]] = parameters_of(Law)

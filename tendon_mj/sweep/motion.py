@@ -74,7 +74,8 @@ def motion_recording(
         drive, length = read_motion(Path(motion), model)
     time = _steps(length if duration is None else duration, model)
     controls = np.array([drive(now) for now in time]).reshape(len(time), model.nu)
-    columns, actuators, taken = {}, {}, set[str]()
+    columns, taken = {}, set[str]()
+    actuators: dict[str, str | tuple[str, ...]] = {}
     for k in range(model.nactuator):
         control = controls[:, model.actuator_ctrladr[k]]
         if control.any():
@@ -94,7 +95,7 @@ def _recording(
     model: mujoco.MjModel,
     time: Array,
     driven: Mapping[str, Array],
-    actuators: Mapping[str, str],
+    actuators: Mapping[str, str | tuple[str, ...]],
 ) -> Recording:
     """A motion beside what each sensor of one number would read, which is nothing yet."""
     sensors: dict[str, str] = {}

@@ -63,7 +63,7 @@ def recording_digest(recording: Recording) -> str:
     """16 hexadecimal digits of what a recording drives and measures."""
     whole = hashlib.sha256(recording.time.tobytes() + repr(sorted(recording.hold)).encode())
     read = {column: measured.sensor for column, measured in recording.measured.items()}
-    for name, element in [*recording.drive.items(), *read.items()]:
+    for name, element in [*recording.driven, *read.items()]:
         whole.update(f"{name} {element}".encode())
         whole.update(recording.columns[name].tobytes())
     return whole.hexdigest()[:16]

@@ -78,8 +78,14 @@ class Rollouts:
         Raises:
             InvalidValueError, UnknownNameError: see `Policy.make`.
         """
-        if self.policy is not None:
-            self.policy.make(self._adjustable().model)
+        if self.policy is None:
+            return
+        if self._ready.schedule.joints:
+            raise InvalidValueError(
+                f"recording {self.recording.name!r} prescribes a joint, which no policy can take"
+                " part in: let an actuator turn it, or leave out --policy"
+            )
+        self.policy.make(self._adjustable().model)
 
     @property
     def steps(self) -> int:
@@ -144,7 +150,7 @@ class Rollouts:
 
     def _one(self, values: Array) -> tuple[list[float] | None, int]:
         adjustable, schedule, columns, measured = self._ready
-        if self.policy is not None:  # which may change its model
+        if self.policy is not None or schedule.joints:  # which change their model
             adjustable = self._adjustable()
         model, data = adjustable.model, adjustable.data
         mujoco.mj_resetData(model, data)
@@ -152,7 +158,7 @@ class Rollouts:
         schedule.prepare(adjustable)
         control = schedule.control(adjustable)
         if self.policy is None:
-            readings = try_open_loop(model, data, control)
+            readings = try_open_loop(model, data, control, schedule.rests(adjustable))
         else:
             readings = try_policy(model, data, self.policy, control, schedule.lead)
         stuck = sum(unsolved_sheaths(model, data).values())

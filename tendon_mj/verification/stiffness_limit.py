@@ -62,37 +62,53 @@ def stiffness_limits(model: mujoco.MjModel, tendons: Sequence[int]) -> list[floa
 
 
 class Pull(NamedTuple):
-    """How stiff what pulls a tendon is, in the pose `qpos0`.
+    """How stiff what pulls a tendon is, and what friction makes of it.
 
-    While its joints draw a tendon out they meet e^{μφ} times the stiffness at its input, which a
-    step carries up to 1/(h² J M⁻¹ Jᵀ), with J = ∂L/∂q: beyond that joints gain energy.
+    While its joints draw a tendon out they meet up to e^{μφ} times the stiffness at its input, φ
+    its bend. A step carries 1/(h² J M⁻¹ Jᵀ) of that, with J = ∂L/∂q: beyond, joints gain energy.
 
     Attributes:
-        stiffness: of the tendon's own spring and of the actuators on it [N/m].
+        stiffness: k of the tendon's own spring and of the actuators on it [N/m].
+        magnified: k e^{μφ} [N/m].
         largest: that a step carries [N/m]; ``inf`` for a tendon that moves no joint.
     """
 
     stiffness: float
+    magnified: float
     largest: float
 
 
-def pulls(model: mujoco.MjModel, tendons: Sequence[int]) -> list[Pull]:
-    """What pulls each of several tendons, by their ids."""
+def worst_pull(
+    model: mujoco.MjModel, tendon: int, poses: FloatArray, transmissions: FloatArray
+) -> Pull:
+    """What pulls a tendon, in that of several poses in which a step carries it least.
+
+    Args:
+        model: compiled.
+        tendon: its id.
+        poses: (p, nq) `qpos` of each.
+        transmissions: (p,) e^{−μφ} in each.
+    """
+    stiffness = _stiffness(model, tendon)
+    pulls = [Pull(stiffness, stiffness, np.inf)]
     data = mujoco.MjData(model)
-    jacobian = np.zeros((model.ntendon, model.nv))
-    mujoco.mj_fwdPosition(model, data)
-    for k in range(model.nv):  # `mjData.ten_J` is laid out otherwise in each release
-        data.qvel[:] = 0.0
-        data.qvel[k] = 1.0
-        mujoco.mj_fwdVelocity(model, data)
-        jacobian[:, k] = data.ten_velocity
-    inverse, found = np.zeros((1, model.nv)), []
-    for tendon in tendons:
-        mujoco.mj_solveM(model, data, inverse, jacobian[[tendon]])
-        mobility = float(jacobian[tendon] @ inverse[0])
+    jacobian, inverse = np.zeros((1, model.nv)), np.zeros((1, model.nv))
+    for qpos, transmission in zip(poses, transmissions, strict=True):
+        if not stiffness:
+            break
+        data.qpos[:] = qpos
+        mujoco.mj_fwdPosition(model, data)
+        for k in range(model.nv):  # `mjData.ten_J` is laid out otherwise in each release
+            data.qvel[:] = 0.0
+            data.qvel[k] = 1.0
+            mujoco.mj_fwdVelocity(model, data)
+            jacobian[0, k] = data.ten_velocity[tendon]
+        mujoco.mj_solveM(model, data, inverse, jacobian)
+        mobility = float(jacobian[0] @ inverse[0])
         largest = 1.0 / (model.opt.timestep**2 * mobility) if mobility > 0.0 else np.inf
-        found.append(Pull(_stiffness(model, tendon), largest))
-    return found
+        magnified = stiffness / float(transmission) if transmission > 0.0 else np.inf
+        pulls.append(Pull(stiffness, magnified, largest))
+    return max(pulls, key=lambda pull: pull.magnified / pull.largest)
 
 
 def _stiffness(model: mujoco.MjModel, tendon: int) -> float:

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import warp as wp
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.warp.simulated import Simulated, state_field
 from tendon_mj.warp.support import PARAMETERS
 from tendon_mj.warp.tendons import Tendons
 
+# committed numbers of a sheath, by the names that the plugin has for them
+COMMITTED: Final = (
+    "wound_in",
+    "wound_out",
+    "spring_length",
+    "spring_product",
+    "constraint_force",
+)
 _STIFF = 1e6  # EA of a driven tendon where none is given [N]
 
 # (rows, type, names) of what has a row each and a column for each world
@@ -20,7 +28,8 @@ _BY_WORLD = (
     ("sheaths", wp.bool, "started has_trial"),
     ("sheaths", wp.float32, "trial_time"),
     ("sheaths", wp.float64, "wound_in wound_out trial_wound_in trial_wound_out"),
-    ("sheaths", wp.float64, "reel_torque output_torque"),
+    ("sheaths", wp.float64, "reel_torque output_torque spring_length spring_product"),
+    ("sheaths", wp.float64, "trial_spring_length constraint_force solved_force"),
     ("segments", wp.float64, "stored before tension length give kept prefix pull"),
     ("segments", wp.int32, "point near_body far_body"),
     ("guides", wp.float64, "shift flow angle constant static_ratio dynamic_ratio"),
@@ -39,16 +48,20 @@ _RESULTS = (
 _NUMPY = {wp.bool: np.bool_, wp.int32: np.int32, wp.float32: np.float32}
 
 
-def allocate(found: dict[str, Simulated], reels: Sequence[int], nworld: int) -> Any:
+def allocate(
+    found: dict[str, Simulated], reels: Sequence[int], beyond: ArrayLike, nworld: int
+) -> Any:
     """Sheaths of all worlds, each as it is in the simulation.
 
     Args:
         found: each sheath by name.
         reels: address of the control of each one's reel, −1 without one.
+        beyond: by how much each one's length exceeds the rest length of its own spring [m].
         nworld: number of worlds.
     """
     tendons = Tendons()
     _describe(tendons, found, reels)
+    tendons.beyond_spring = _array(beyond, wp.float64)
     counts = {
         "segments": sum(len(sheath.segments) for sheath in found.values()),
         "guides": sum(len(sheath.guides) for sheath in found.values()),
@@ -85,6 +98,8 @@ def _describe(tendons: Any, found: dict[str, Simulated], reels: Sequence[int]) -
         ("sharing", wp.float64, np.maximum(1.0, guides - arcs * arc_guides)),
         ("step", wp.int32, np.where(state_field(found, "input_at_last"), -1, 1)),
         ("driven", wp.bool, state_field(found, "driven")),
+        ("constrained", wp.bool, state_field(found, "constrained")),
+        ("own_spring", wp.bool, state_field(found, "own_spring")),
         ("reel", wp.int32, reels),
         ("reel_joint", wp.int32, state_field(found, "reel_joint")),
         ("reel_radius", wp.float64, state_field(found, "reel_radius")),
@@ -110,7 +125,7 @@ def _fill_state(tendons: Any, found: dict[str, Simulated], nworld: int) -> None:
         columns = np.repeat(rows[:, None], nworld, axis=1)
         setattr(tendons, name, _array(columns, kind))
 
-    for name in ("wound_in", "wound_out"):
+    for name in COMMITTED:
         put(name, wp.float64, state_field(found, name))
     put("started", wp.bool, state_field(found, "started"))
     for name, field in (

@@ -8,7 +8,16 @@ anew.
 
 import warp as wp
 
-from tendon_mj.warp.motion import Motion, input_force, reeled, span_jacobian, wound
+from tendon_mj.warp.motion import (
+    Motion,
+    input_force,
+    reeled,
+    rest_length,
+    span_jacobian,
+    spring_force,
+    stiffness,
+    wound,
+)
 from tendon_mj.warp.path import Scene, trace_path
 from tendon_mj.warp.segment_law import held
 from tendon_mj.warp.solver import solve_flow
@@ -19,6 +28,9 @@ wp.set_module_options({"enable_backward": False})
 _ZERO = wp.constant(wp.float64(0.0))
 _ONE = wp.constant(wp.float64(1.0))
 _HOLDS_ANYTHING = wp.constant(wp.float64(230.0))  # see `holding_ratios`
+_FOLLOWS = wp.constant(wp.float64(0.2))  # see the plugin's `input_force`
+_ROUNDED_LENGTH = wp.constant(wp.float64(1e-7))  # relative, of what single precision holds
+_ROUNDED_PRODUCT = wp.constant(wp.float64(1e-6))
 _STIFF, _SOFTEST = wp.constant(wp.float64(1e6)), wp.constant(wp.float64(1e2))  # see `driven`
 
 
@@ -38,6 +50,9 @@ def _commit(t: Tendons, s: Sheath, now: wp.float32) -> None:
         arc += 1
     t.stored[s.segment, w] -= t.trial_wound_in[k, w] - t.wound_in[k, w]
     t.stored[last, w] -= t.trial_wound_out[k, w] - t.wound_out[k, w]
+    t.stored[s.segment, w] += t.trial_spring_length[k, w] - t.spring_length[k, w]
+    t.spring_length[k, w] = t.trial_spring_length[k, w]
+    t.constraint_force[k, w] += _FOLLOWS * (t.solved_force[k, w] - t.constraint_force[k, w])
     t.wound_in[k, w] = t.trial_wound_in[k, w]
     t.wound_out[k, w] = t.trial_wound_out[k, w]
     for i in range(s.guides):
@@ -73,7 +88,56 @@ def _let_guides_yield(b: Motion, t: Tendons, s: Sheath, ea: wp.float64) -> None:
 
 
 @wp.func
-def _lay(b: Motion, t: Tendons, s: Sheath, ea: wp.float64, tau: wp.float64) -> None:
+def _rest(b: Motion, t: Tendons, s: Sheath) -> wp.float64:
+    """Rest length of the tendon's own spring as the model on the device now has it [m]."""
+    before = t.spring_length[s.index, s.world]
+    now = wp.float64(rest_length(b, t.tendon[s.index], s.world))
+    return wp.where(wp.abs(now - before) <= _ROUNDED_LENGTH * before, before, now)
+
+
+@wp.func
+def _follow_stiffness(b: Motion, t: Tendons, s: Sheath) -> bool:
+    """Let EA follow k S of the tendon's own spring; return whether that can pull."""
+    k, w = s.index, s.world
+    tendon = t.tendon[k]
+    before = t.spring_product[k, w]
+    now = wp.float64(stiffness(b, tendon, w)) * wp.float64(rest_length(b, tendon, w))
+    if before > _ZERO and not wp.abs(now - before) <= _ROUNDED_PRODUCT * before:
+        if not now > _ZERO:
+            return False
+        ea = wp.float64(t.axial_stiffness[w, k])
+        is_own = wp.abs(ea - before) <= _ROUNDED_PRODUCT * before
+        t.axial_stiffness[w, k] = wp.float32(wp.where(is_own, now, ea * now / before))
+        t.spring_product[k, w] = now
+    return b.spring != 0.0
+
+
+@wp.func
+def _counted(b: Motion, t: Tendons, s: Sheath) -> wp.float64:
+    """Force with which MuJoCo Warp pulls by the spring of which the sheath is made [N]."""
+    k = s.index
+    pull = -wp.float64(spring_force(b, t.tendon[k], s.world))
+    if t.reel_joint[k] >= 0 or t.output_joint[k] >= 0 or t.reel[k] >= 0:
+        return pull  # of what is on the drum the spring knows nothing
+    return wp.max(_ZERO, pull)
+
+
+@wp.func
+def _pull_nothing(t: Tendons, s: Sheath, now: wp.float32) -> None:
+    """Add no force and commit nothing."""
+    k, w = s.index, s.world
+    t.has_trial[k, w] = False
+    t.trial_time[k, w] = now
+    for j in range(s.guides + 1):
+        t.pull[s.segment + j, w] = _ZERO
+    t.reel_torque[k, w] = _ZERO
+    t.output_torque[k, w] = _ZERO
+
+
+@wp.func
+def _lay(
+    b: Motion, t: Tendons, s: Sheath, ea: wp.float64, tau: wp.float64, rest: wp.float64
+) -> None:
     """Lay the tendon along its path: under τ where that is given, else with the length it has."""
     k, w = s.index, s.world
     total = wp.float64(0.0)
@@ -83,7 +147,11 @@ def _lay(b: Motion, t: Tendons, s: Sheath, ea: wp.float64, tau: wp.float64) -> N
     unstretched = wp.float64(0.0)
     if not s.given:
         length0 = b.tendon_length0[w % b.tendon_length0.shape[0], t.tendon[k]]
-        unstretched = wp.float64(length0) / (_ONE + wp.float64(t.pretension[w, k]) / ea)
+        unstretched = wp.float64(length0) + wp.float64(t.slack[w, k])
+        unstretched /= _ONE + wp.float64(t.pretension[w, k]) / ea
+        if t.own_spring[k]:
+            unstretched = rest + t.beyond_spring[k]
+            t.spring_length[k, w] = rest
         t.wound_in[k, w] = wound(b, t.reel_joint[k], t.reel_radius[k], w)
         t.wound_out[k, w] = wound(b, t.output_joint[k], t.output_radius[k], w)
         unstretched -= t.wound_in[k, w] + t.wound_out[k, w]
@@ -125,6 +193,8 @@ def _forget(t: Tendons, s: Sheath) -> None:
     t.started[k, w] = False
     t.has_trial[k, w] = False
     t.unsolved[w, k] = 0
+    t.constraint_force[k, w] = wp.float64(0.0)
+    t.solved_force[k, w] = wp.float64(0.0)
     t.wound_in[k, w] = wp.float64(0.0)
     t.wound_out[k, w] = wp.float64(0.0)
     behind = wp.where(k + 1 < t.first_arc.shape[0], t.first_arc[k + 1], t.touched.shape[0])
@@ -161,22 +231,32 @@ def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
         _forget(t, s)
     _commit(t, s, now)
     trace_path(m, t, s)
+    last = s.segment + s.guides
+    rest = wp.float64(0.0)
+    pulls = bool(True)
+    if t.own_spring[k]:
+        rest = _rest(b, t, s)
+        pulls = _follow_stiffness(b, t, s)
     ea = wp.float64(t.axial_stiffness[w, k])
     tau = wp.float64(0.0)
     if driven:
-        force = input_force(b, t.tendon[k], w)
+        force = input_force(b, t.tendon[k], w) + t.constraint_force[k, w]
         if not wp.isfinite(force):
             t.unsolved[w, k] += 1
-            t.has_trial[k, w] = False
-            t.trial_time[k, w] = now
-            for j in range(s.guides + 1):
-                t.pull[s.segment + j, w] = wp.float64(0.0)
+            _pull_nothing(t, s, now)
             return
         tau = wp.max(_ZERO, -force) / ea
     if not t.started[k, w]:
         if driven:
             _let_guides_yield(b, t, s, ea)
-        _lay(b, t, s, ea, tau)
+        _lay(b, t, s, ea, tau, rest)
+    if not pulls:
+        for j in range(s.guides + 1):
+            t.tension_out[w, s.segment + j] = wp.float32(0.0)
+        t.input_tension[w, k] = wp.float32(0.0)
+        t.output_tension[w, k] = wp.float32(0.0)
+        _pull_nothing(t, s, now)
+        return
     _update_ratios(t, s, ea)
     wound_in = wound(b, t.reel_joint[k], t.reel_radius[k], w) + reeled(b, t.reel[k], w)
     wound_out = wound(b, t.output_joint[k], t.output_radius[k], w)
@@ -186,11 +266,11 @@ def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
     for i in range(s.guides):
         t.kept[s.segment + i, w] += t.shift[s.guide + i, w]
         t.kept[s.segment + i + 1, w] -= t.shift[s.guide + i, w]
-    last = s.segment + s.guides
     if driven:
         t.tension[s.segment, w] = tau
     else:
         t.kept[s.segment, w] -= wound_in - t.wound_in[k, w]
+        t.kept[s.segment, w] += rest - t.spring_length[k, w]
         t.kept[last, w] -= wound_out - t.wound_out[k, w]
     bounded = wp.isfinite(wound_in + wound_out)
     solved = bool(False)
@@ -205,22 +285,21 @@ def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
     t.input_tension[w, k] = t.tension_out[w, s.segment]
     t.output_tension[w, k] = t.tension_out[w, last]
     if not bounded:
-        t.has_trial[k, w] = False
-        t.trial_time[k, w] = now
-        for j in range(s.guides + 1):
-            t.pull[s.segment + j, w] = wp.float64(0.0)
-        t.reel_torque[k, w] = wp.float64(0.0)
-        t.output_torque[k, w] = wp.float64(0.0)
+        _pull_nothing(t, s, now)
         return
+    counted = wp.float64(tau)
+    if t.own_spring[k]:
+        counted = _counted(b, t, s) / ea
     for j in range(s.guides + 1):
         row = s.segment + j
-        t.pull[row, w] = ea * (t.tension[row, w] - tau)
+        t.pull[row, w] = ea * (t.tension[row, w] - counted)
     first, final = t.tension[s.segment, w], t.tension[last, w]
     half = wp.float64(0.5)
     t.reel_torque[k, w] = t.reel_radius[k] * ea * first * (_ONE + half * first)
     t.output_torque[k, w] = t.output_radius[k] * ea * final * (_ONE + half * final)
     t.trial_wound_in[k, w] = wound_in
     t.trial_wound_out[k, w] = wound_out
+    t.trial_spring_length[k, w] = rest
     t.trial_time[k, w] = now
     t.has_trial[k, w] = True
 

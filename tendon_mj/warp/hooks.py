@@ -12,6 +12,7 @@ from tendon_mj.warp.evaluate import apply, solve
 from tendon_mj.warp.measure import measure
 from tendon_mj.warp.motion import Motion
 from tendon_mj.warp.path import Scene
+from tendon_mj.warp.reactions import Cells, Solved, add_reactions, fill_sensors, note_constraints
 from tendon_mj.warp.sheaths import Sheaths
 from tendon_mj.warp.simulated import Layout
 
@@ -26,6 +27,11 @@ _CONTROLS = ("actuator_ctrllimited", "actuator_ctrlrange")
 _ACTUATORS = ("nactuator", "actuator_trntype", "actuator_trnid", "actuator_gear")
 _MOTION = ("time", "qpos", "ctrl", "ten_length", "ten_velocity", "actuator_force")
 _FRAMES = ("subtree_com", "cdof", "wrap_xpos")
+_EQUALITIES = ("eq_type", "eq_obj1id", "eq_obj2id", "eq_data", "tendon_range", "tendon_length0")
+_COUNTS = ("ten_length", "ne", "nf", "nl")
+_SENSORS = ("sensor_type", "sensor_datatype", "sensor_objid", "sensor_adr", "sensor_cutoff")
+_SITES = ("site_bodyid", "body_rootid")
+_CELLS = ("site_xpos", "site_xmat", "subtree_com", "cfrc_int")
 
 
 def sheaths_of(data: Any) -> Sheaths:
@@ -72,6 +78,33 @@ def evaluate(m: Any, d: Any, layout: Layout, driven: bool) -> None:
     wp.launch(solve, dim=(len(found.names), d.nworld), inputs=inputs, device=device)
     inputs = [motion, found.tendons, driven, d.qfrc_passive]
     wp.launch(apply, dim=(m.nv, d.nworld), inputs=inputs, device=device)
+
+
+def note(m: Any, d: Any, layout: Layout) -> None:
+    """Note the forces of constraints along tendons, once these are solved."""
+    found = sheaths_laid_out(d, layout)
+    solved = _with(Solved(), (m, _EQUALITIES), (d, _COUNTS), (d.efc, ("type", "id", "force")))
+    inputs = [solved, found.tendons]
+    wp.launch(
+        note_constraints, dim=(len(found.names), d.nworld), inputs=inputs, device=d.qpos.device
+    )
+
+
+def react(m: Any, d: Any, layout: Layout, behind: Any, cells: Any) -> None:
+    """Add the reactions of the spans to `cfrc_ext` and `cfrc_int`, and fill what shows them.
+
+    Args:
+        m, d, layout: model and data on the device, and what sheaths they have.
+        behind: (bodies,), of `add_reactions`.
+        cells: numbers of the sensors of force and torque.
+    """
+    found, device = sheaths_laid_out(d, layout), d.qpos.device
+    inputs = [found.tendons, behind, m.body_rootid, d.subtree_com, d.wrap_xpos, *found.written]
+    inputs += [d.cfrc_ext, d.cfrc_int]
+    wp.launch(add_reactions, dim=d.cfrc_int.shape[::-1], inputs=inputs, device=device)
+    shown = _with(Cells(), (m, _SENSORS), (m, _SITES), (d, _CELLS))
+    inputs = [cells, shown, d.sensordata]
+    wp.launch(fill_sensors, dim=(cells.shape[0], d.nworld), inputs=inputs, device=device)
 
 
 def show(d: Any, layout: Layout, shown: Any) -> None:

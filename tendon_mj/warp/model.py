@@ -22,9 +22,9 @@ from tendon_mj.abi.memory import set_integer
 from tendon_mj.engine import sheaths, unused_parameters
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.warp.evaluate import finish, forget
-from tendon_mj.warp.hooks import evaluate, sheaths_laid_out, show
+from tendon_mj.warp.hooks import evaluate, note, react, sheaths_laid_out, show
 from tendon_mj.warp.read_back import read_back
-from tendon_mj.warp.sensors import sensors_of_sheaths, shown_numbers
+from tendon_mj.warp.sensors import force_sensors, sensors_of_sheaths, shown_numbers
 from tendon_mj.warp.sheaths import Sheaths
 from tendon_mj.warp.simulated import Simulated, layout_of, simulated_sheaths
 from tendon_mj.warp.support import check_options, check_sheaths, check_supported
@@ -40,6 +40,7 @@ _SIZES = {  # array of the data → what the model has for its length
     "sensordata": "nsensordata",
     "plugin_state": "npluginstate",
 }
+_OF_SPRING = "is that of the tendon's own spring: write tendon_lengthspring of the device's model"
 _LAST = mujoco.mjtStage.mjSTAGE_ACC.value
 
 
@@ -67,13 +68,15 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
     actuation_off = model.opt.disableflags & _ACTUATION_OFF
     late = model.nactuator > 0 and not actuation_off and any(driven)  # they need actuator forces
 
+    constrained = any(sheath.state["constrained"] for sheath in found.values())
+
     def act_bias(m: Any, d: Any) -> None:
-        check_options(m.opt)  # here too, as passive forces may all be off
+        check_options(m.opt, constrained)  # here too, as passive forces may all be off
         if late:
             evaluate(m, d, layout, True)
 
     def passive(m: Any, d: Any) -> None:
-        check_options(m.opt)
+        check_options(m.opt, constrained)
         if m.opt.disableflags & _ACTUATION_OFF != actuation_off:
             raise InvalidValueError(
                 "the flag actuation was changed on the device; change it in the mujoco.MjModel, and"
@@ -85,9 +88,19 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
             evaluate(m, d, layout, True)
 
     put.callback.passive, put.callback.act_bias = passive, act_bias
-    shown = shown_numbers(model, found)
-    if shown.shape[0]:
-        put.callback.sensor = lambda m, d, stage: show(d, layout, shown) if stage == _LAST else None
+    shown, behind, cells = shown_numbers(model, found), _bodies_behind(model), force_sensors(model)
+
+    def sensor(m: Any, d: Any, stage: int) -> None:
+        if stage != _LAST:
+            return
+        if constrained:
+            note(m, d, layout)
+        if m.sensor_rne_postconstraint or m.opt.run_rne_postconstraint:
+            react(m, d, layout, behind, cells)
+        if shown.shape[0]:
+            show(d, layout, shown)
+
+    put.callback.sensor = sensor
     return put
 
 
@@ -211,9 +224,36 @@ def _with_sheaths(put: Any, model: mujoco.MjModel, found: dict[str, Simulated]) 
             name: unused_parameters(model, instance.instance)
             for name, instance in sheaths(model).items()
         }
+        for name, sheath in found.items():
+            if sheath.state["own_spring"]:
+                unused[name] |= dict.fromkeys(("pretension", "slack"), _OF_SPRING)
         with wp.ScopedDevice(put.qpos.device):
-            put.tendon_mj = Sheaths(found, unused, addresses, put.nworld)
+            put.tendon_mj = Sheaths(
+                found, unused, addresses, _beyond_spring(model), model.nbody, put.nworld
+            )
     return put
+
+
+def _beyond_spring(model: mujoco.MjModel) -> list[float]:
+    """Unstretched length of each sheath less the rest length of its own spring [m]."""
+    beyond = []
+    for sheath in simulated_sheaths(model, mujoco.MjData(model)).values():
+        state, law = sheath.state, sheath.state["law"]
+        if state["own_spring"]:
+            length = float(model.tendon_length0[int(state["tendon"])]) + float(law["slack"])
+            strain = float(law["pretension"]) / float(law["axial_stiffness"])
+            beyond.append(length / (1.0 + strain) - float(state["spring_length"]))
+        else:
+            beyond.append(0.0)
+    return beyond
+
+
+def _bodies_behind(model: mujoco.MjModel) -> Any:
+    """Number of the first body after those that each body carries; these follow it in a row."""
+    sizes = np.ones(model.nbody, int)
+    for body in range(model.nbody - 1, 0, -1):
+        sizes[model.body_parentid[body]] += sizes[body]
+    return wp.array(np.arange(model.nbody) + sizes, dtype=wp.int32)
 
 
 def _without_plugins(model: mujoco.MjModel, found: dict[str, Simulated]) -> mujoco.MjModel:

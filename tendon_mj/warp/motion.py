@@ -90,15 +90,33 @@ def reeled(b: Motion, control: int, w: int) -> wp.float64:
 
 
 @wp.func
+def rest_length(b: Motion, tendon: int, w: int) -> float:
+    """Length beyond which the tendon's own spring pulls [m]."""
+    return b.tendon_lengthspring[w % b.tendon_lengthspring.shape[0], tendon][1]
+
+
+@wp.func
+def stiffness(b: Motion, tendon: int, w: int) -> float:
+    """Stiffness of the tendon's own spring [N/m]."""
+    return b.tendon_stiffness[w % b.tendon_stiffness.shape[0], tendon]
+
+
+@wp.func
+def spring_force(b: Motion, tendon: int, w: int) -> float:
+    """Force along the tendon by its own spring [N]; negative pulls."""
+    length, longest = b.ten_length[w, tendon], rest_length(b, tendon, w)
+    shortest = b.tendon_lengthspring[w % b.tendon_lengthspring.shape[0], tendon][0]
+    x = wp.where(length > longest, length - longest, wp.min(0.0, length - shortest))
+    return -b.spring * x * stiffness(b, tendon, w)
+
+
+@wp.func
 def input_force(b: Motion, tendon: int, w: int) -> wp.float64:
     """Force along the tendon [N] by actuators, its spring and its damper; negative pulls."""
     force = float(0.0)
     for a in range(b.nactuator):
         if b.actuator_trntype[a] == _TENDON and b.actuator_trnid[a][0] == tendon:
             force += b.actuator_gear[w % b.actuator_gear.shape[0], a][0] * b.actuator_force[w, a]
-    length = b.ten_length[w, tendon]
-    ends = b.tendon_lengthspring[w % b.tendon_lengthspring.shape[0], tendon]
-    x = wp.where(length > ends[1], length - ends[1], wp.min(0.0, length - ends[0]))
-    force -= b.spring * x * b.tendon_stiffness[w % b.tendon_stiffness.shape[0], tendon]
+    force += spring_force(b, tendon, w)
     damping = b.damper * b.tendon_damping[w % b.tendon_damping.shape[0], tendon]
     return wp.float64(force - damping * b.ten_velocity[w, tendon])

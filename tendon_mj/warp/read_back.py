@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tendon_mj.warp.allocate import COMMITTED
 from tendon_mj.warp.simulated import Simulated
 from tendon_mj.warp.support import PARAMETERS, WITHOUT_PORT
 
@@ -35,7 +36,7 @@ def read_back(found: dict[str, Simulated], tendons: Any, world: int, last: float
                 law[name] = values[k]
         for name in WITHOUT_PORT:
             law[name] = 0.0
-        for name in ("wound_in", "wound_out", "started"):
+        for name in (*COMMITTED, "started"):
             sheath.state[name] = column(name)[k]
         sheath.state["commit_time"], sheath.state["has_trial"] = last, 0.0
         sheath.state["unsolved"] = tendons.unsolved.numpy()[world, k]

@@ -13,6 +13,7 @@ from tendon_mj.abi.library import C
 from tendon_mj.engine import sensor_kind, sheaths
 from tendon_mj.errors import NoPluginsError
 from tendon_mj.warp.measure import ANGLE, SLIP, TENSION, UNSOLVED, WOUND
+from tendon_mj.warp.reactions import FORCE, TORQUE
 from tendon_mj.warp.simulated import Simulated
 
 
@@ -25,6 +26,12 @@ def sensors_of_sheaths(model: mujoco.MjModel) -> dict[int, str]:
         if kind or int(model.plugin_stateadr[model.sensor_plugin[sensor]]) in own:
             found[sensor] = kind
     return found
+
+
+def force_sensors(model: mujoco.MjModel) -> Any:
+    """Warp array of the sensors of force and torque."""
+    found = np.flatnonzero(np.isin(model.sensor_type, (FORCE, TORQUE)))
+    return wp.array(found.astype(np.int32), dtype=wp.int32)
 
 
 def shown_numbers(model: mujoco.MjModel, found: Mapping[str, Simulated]) -> Any:

@@ -35,6 +35,8 @@ class Sheaths:
         found: dict[str, Simulated],
         unused: Mapping[str, Mapping[str, str]],
         reels: list[int],
+        beyond: list[float],
+        nbody: int,
         nworld: int,
     ) -> None:
         """Put sheaths on the device as they are in a simulation of MuJoCo's.
@@ -43,13 +45,19 @@ class Sheaths:
             found: each by name.
             unused: by name of a sheath its parameters that have no use, and why.
             reels: address of the control of each one's reel, −1 without one.
+            beyond: of `allocate`.
+            nbody: number of bodies.
             nworld: number of worlds, all alike.
         """
         self.names = tuple(found)
         self._unused = unused
         self.layout = layout_of(found)
         self.nworld = nworld
-        self.tendons: Any = allocate(found, reels, nworld)
+        self.tendons: Any = allocate(found, reels, beyond, nworld)
+        self.written = [  # cfrc_ext and cfrc_int with the sheaths' reactions
+            wp.full((nworld, nbody), wp.spatial_vector(*[np.nan] * 6), dtype=wp.spatial_vector)
+            for _ in range(2)
+        ]
         self.parameters = {name: getattr(self.tendons, name) for name in PARAMETERS}
         self.input_tension = self.tendons.input_tension
         self.output_tension = self.tendons.output_tension

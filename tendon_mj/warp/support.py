@@ -11,6 +11,7 @@ import numpy as np
 from tendon_mj.engine import sensor_kind, servos
 from tendon_mj.errors import NoPluginsError
 from tendon_mj.sheath.law import LAW
+from tendon_mj.warp.reactions import FORCE, TORQUE
 from tendon_mj.warp.simulated import Simulated
 
 # live parameters that each world has of its own, by the names that the plugin has for them
@@ -21,6 +22,7 @@ PARAMETERS: Final = (
     "constant_friction",
     "pretension",
     "extra_bend",
+    "slack",
 )
 _SCALES = {found.scale for found in LAW.values()}  # of no effect by themselves
 # parameters of effects that no world has
@@ -31,6 +33,7 @@ _INTEGRATORS = (
     mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
 )
 _TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
+_SENSORS_OFF = mujoco.mjtDisableBit.mjDSBL_SENSOR.value
 _PASSIVE_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value | mujoco.mjtDisableBit.mjDSBL_DAMPER.value
 
 
@@ -46,19 +49,26 @@ def check_supported(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> 
     """
     for servo in servos(model):
         _refuse(f"servo {servo!r}", "put its law into your policy or into the control")
-    check_options(model.opt)
+    check_options(model.opt, any(sheath.state["constrained"] for sheath in sheaths.values()))
     if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP.value:
         _refuse("the flag sleep, for bodies of which some have tendons in sheaths", "disable it")
     for geom in np.flatnonzero(model.geom_plugin >= 0):
         _refuse(f"geom {model.geom(geom).name!r} of another plugin", "take a mesh or a primitive")
     for sensor in range(model.nsensor):
+        name = f"sensor {model.sensor(sensor).name!r}"
         if sensor_kind(model, sensor) == "friction_work":
-            _refuse(f"sensor {model.sensor(sensor).name!r} of friction_work", "remove it")
+            _refuse(f"{name} of friction_work", "remove it")
+        if model.sensor_type[sensor] in (FORCE, TORQUE) and model.sensor_history[sensor, 0] > 0:
+            _refuse(f"{name} with a history", "delay what it shows yourself")
     check_sheaths(model, sheaths)
 
 
-def check_options(options: Any) -> None:
+def check_options(options: Any, constrained: bool = False) -> None:
     """Refuse options that are not supported, of a model here or on the device.
+
+    Args:
+        options: of either.
+        constrained: whether equalities or limits pull a tendon.
 
     Raises:
         NoPluginsError: names the option, and what to do instead.
@@ -69,6 +79,13 @@ def check_options(options: Any) -> None:
         _refuse(f"integrator {name}", "take Euler, implicit or implicitfast")
     if int(options.disableflags) & _PASSIVE_OFF == _PASSIVE_OFF:
         _refuse("disabling springs and dampers both", "disable one of them at most")
+    if int(options.disableflags) & _SENSORS_OFF:  # in their stage constraints are read
+        if constrained:
+            _refuse(
+                "disabling sensors where a constraint pulls a tendon in a sheath", "enable them"
+            )
+        if getattr(options, "run_rne_postconstraint", False):
+            _refuse("run_rne_postconstraint without sensors", "enable sensors")
 
 
 def check_sheaths(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> None:
@@ -91,6 +108,9 @@ def _check_sheath(model: mujoco.MjModel, where: str, sheath: Simulated) -> None:
             _refuse(f"{where}{effect} = {value:g} [{LAW[effect].unit}]", "set it to 0")
     if state["pulleys"]:
         _refuse(f"{where}a tendon that branches at a pulley", "give each branch a tendon")
+    for kind, acts in (("stiffness", "own_spring"), ("stiffness", "driven"), ("damping", "driven")):
+        if state[acts] and np.any(getattr(model, f"tendon_{kind}poly")[tendon]):
+            _refuse(f"{where}a polynomial {kind} of its tendon", "give it a linear one")
     if not state["driven"]:
         reel = int(state["reel_actuator"])
         if reel >= 0 and model.actuator_delay[reel] > 0.0:
@@ -101,9 +121,6 @@ def _check_sheath(model: mujoco.MjModel, where: str, sheath: Simulated) -> None:
     on = (model.actuator_trntype == _TENDON) & (model.actuator_trnid[:, 0] == tendon)
     if np.any(model.actuator_dampingpoly[on]):
         _refuse(f"{where}a polynomial damping of its actuator", "give it a linear one")
-    for kind in ("stiffness", "damping"):
-        if np.any(getattr(model, f"tendon_{kind}poly")[tendon]):
-            _refuse(f"{where}a polynomial {kind} of its tendon", "give it a linear one")
 
 
 def _refuse(what: str, remedy: str) -> None:

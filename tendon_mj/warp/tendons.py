@@ -28,6 +28,9 @@ class Tendons:
     sharing: wp.array[wp.float64]  # number of guides that share F_c and φ_x
     step: wp.array[wp.int32]  # +1 where the path is followed as it is drawn, −1: from its last site
     driven: wp.array[wp.bool]
+    constrained: wp.array[wp.bool]  # driven, and by equalities or a limit as well
+    own_spring: wp.array[wp.bool]  # whether the tendon's own spring is the cable's elasticity
+    beyond_spring: wp.array[wp.float64]  # unstretched length less the rest length of that [m]
     reel: wp.array[wp.int32]  # address of its control
     reel_joint: wp.array[wp.int32]
     reel_radius: wp.array[wp.float64]  # [m]
@@ -40,6 +43,7 @@ class Tendons:
     constant_friction: wp.array2d[wp.float32]  # F_c [N]
     pretension: wp.array2d[wp.float32]  # T_0 [N]
     extra_bend: wp.array2d[wp.float32]  # φ_x [rad]
+    slack: wp.array2d[wp.float32]  # s [m]
     # committed state
     started: wp.array2d[wp.bool]  # (sheaths, worlds), whether the tendon has been laid
     stored: wp.array2d[wp.float64]  # s, unstretched length in a segment [m]
@@ -47,6 +51,9 @@ class Tendons:
     previous_slip: wp.array2d[wp.int32]  # of a guide: +1 to the input, −1, 0 at rest
     wound_in: wp.array2d[wp.float64]  # (sheaths, worlds) [m]
     wound_out: wp.array2d[wp.float64]
+    spring_length: wp.array2d[wp.float64]  # rest length S of the tendon's own spring [m]
+    spring_product: wp.array2d[wp.float64]  # k S of it [N]
+    constraint_force: wp.array2d[wp.float64]  # λ of equalities and limits, negative pulls [N]
     touched: wp.array2d[wp.bool]  # (arcs, worlds), whether the tendon lay on the geom
     near_tangent: wp.array2d[wp.vec3d]  # in the frame of the geom [m]
     far_tangent: wp.array2d[wp.vec3d]
@@ -55,6 +62,8 @@ class Tendons:
     trial_time: wp.array2d[wp.float32]  # [s]
     trial_wound_in: wp.array2d[wp.float64]
     trial_wound_out: wp.array2d[wp.float64]
+    trial_spring_length: wp.array2d[wp.float64]
+    solved_force: wp.array2d[wp.float64]  # λ as it was solved in that step [N]
     trial_touches: wp.array2d[wp.bool]
     trial_near: wp.array2d[wp.vec3d]
     trial_far: wp.array2d[wp.vec3d]

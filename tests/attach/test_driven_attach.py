@@ -124,6 +124,68 @@ def test_of_no_other_limit(limits, tendon):
         add_friction(limited_arm(**limits), tendon, friction=0.1)
 
 
+PULLS = [
+    "<motor {}/>",
+    '<motor {} ctrlrange="-5 0"/>',
+    '<motor {} gear="-2" ctrlrange="0 5"/>',
+    '<motor {} ctrlrange="-5 5" forcerange="-3 0"/>',
+    "<muscle {}/>",
+    '<position {} kp="100" forcerange="-9 0"/>',
+    '<general {} gaintype="user"/>',
+    '<cylinder {} area="2" bias="-1 0 0" ctrlrange="-1 .5"/>',
+]
+PUSHES = [
+    '<motor {} ctrlrange="-1 1"/>',
+    '<motor {} forcerange="-9 1"/>',
+    '<motor {} gear="-2" ctrlrange="-5 0"/>',
+    '<position {} kp="100" ctrlrange=".1 .2"/>',
+    '<velocity {} kv="1" forcerange="-9 9"/>',
+    '<intvelocity {} kp="1" actrange="0 1"/>',
+    '<cylinder {} area="2" bias="-1 0 0" ctrlrange="-1 .6"/>',
+    '<muscle {}/><motor {} ctrlrange="0 2"/>',
+]
+
+
+def driven_by(actuator):
+    on_stiff = actuator.replace("{}", 'tendon="stiff"')
+    return mujoco.MjSpec.from_string(
+        ARM.replace('<motor name="stiff_motor" tendon="stiff"/>', on_stiff)
+    )
+
+
+@pytest.mark.parametrize("actuator", PULLS)
+def test_what_can_only_pull_is_not_warned_of(actuator):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        add_friction(driven_by(actuator), "stiff", friction=0.1)
+
+
+@pytest.mark.parametrize("actuator", PUSHES)
+def test_what_can_push_is_warned_of_once_a_call(actuator):
+    with pytest.warns(TendonWarning, match="cannot push") as caught:
+        add_friction(driven_by(actuator), ["stiff", "wrapped"], friction=0.1)
+    (said,) = caught
+    assert "'wrapped', 'stiff'" in str(said.message)
+
+
+def test_a_push_passes_the_sheath_without_friction_and_without_tension():
+    with pytest.warns(TendonWarning, match="'stiff'.* can only push"):
+        spec = add_friction(driven_by('<motor {} ctrlrange="0 5"/>'), "stiff", friction=0.5)
+    model, plain = spec.compile(), driven_by('<motor {} ctrlrange="0 5"/>').compile()
+    answers = []
+    for one in (model, plain):
+        one.tendon_stiffness[:] = 0.0
+        data = mujoco.MjData(one)
+        data.ctrl[2] = 5.0
+        mujoco.mj_step(one, data, 20)
+        answers.append(data.qpos.copy())
+    np.testing.assert_allclose(*answers)
+    pushed = mujoco.MjData(model)
+    pushed.ctrl[2] = 5.0
+    mujoco.mj_forward(model, pushed)
+    assert view_sheath(model, pushed, "stiff").input_tension == 0.0
+
+
 def test_a_tendon_s_limit_is_its_input_tension():
     model = add_friction(
         limited_arm(tendon='actuatorfrcrange="-1 1"'), "stiff", friction=0.1
@@ -172,8 +234,8 @@ def test_what_is_wound_besides_takes_its_elasticity_as_before():
     with pytest.raises(InvalidValueError, match="'wrapped' has no stiffness to take over"):
         add_friction(arm(), "wrapped", friction=0.1, output_joint="elbow", output_radius=0.01)
     spec = add_friction(arm(), "stiff", friction=0.1, output_joint="elbow", output_radius=0.01)
-    assert "pretension" in spec.plugin("sheath").config
-    assert not spec.tendon("stiff").stiffness.any()
+    assert spec.plugin("sheath").config["spring"] == "cable"
+    assert spec.tendon("stiff").stiffness.any()  # the sheath reads it
 
 
 def test_without_its_friction_a_driven_model_is_what_it_was():

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from tendon_mj import add_friction, add_sensor, add_servo, remove_friction
-from tendon_mj.attach.spring import give_spring_back
 from tendon_mj.engine import sheaths
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tests.attach.finger import FINGER, finger
@@ -105,18 +104,6 @@ def test_a_spring_that_the_user_gave_since_stays():
     remove_friction(spec, "flexor")
     assert spec.tendon("flexor").stiffness[0] == 7.0
     assert not spec.texts
-
-
-@pytest.mark.parametrize(("prefix", "suffix"), [("left_", ""), ("l_", "_l")])
-def test_the_note_of_a_spring_follows_its_tendon_into_another_model(prefix, suffix):
-    child = add_friction(finger(), "flexor", friction=0.1)
-    parent = mujoco.MjSpec()
-    parent.attach(child, prefix=prefix, suffix=suffix, frame=parent.worldbody.add_frame())
-    tendon = parent.tendon(f"{prefix}flexor{suffix}")
-    assert tendon.stiffness[0] == 0.0
-    give_spring_back(parent, tendon)
-    assert tendon.stiffness[0] == 300.0
-    assert not parent.texts
 
 
 def test_sensors_with_a_config_of_their_own_go_with_their_sheath():

@@ -48,6 +48,10 @@ def test_the_result_has_every_figure(tmp_path, capsys):
     for picture in ("scaling", "cost"):
         assert (out / f"{picture}.png").stat().st_size > 10_000
     printed = capsys.readouterr().out
+    ratios = result["step_cost_ratio"]
+    last = printed.splitlines()[-1]
+    for model in (min(ratios, key=ratios.get), max(ratios, key=ratios.get)):
+        assert f"{ratios[model]:.2f} ({model})" in last
     assert "floor: an empty plugin" in printed
     assert "arm" in printed
 

@@ -181,9 +181,13 @@ def test_times_in_the_wrong_unit_are_refused_before_they_cost_hours(tmp_path, ca
     assert "are the times in seconds" in " ".join(capsys.readouterr().err.split())
 
 
-def test_a_column_that_never_moves_has_no_range(tmp_path):
+def test_a_column_that_never_moves_has_no_range(tmp_path, capsys):
     path = recorded(tmp_path, "0,0,20\n0.1,1e-4,20\n0.2,2e-4,20\n")
-    assert main(["replay", path, "--out", str(tmp_path)]) == 0
+    for command in ("check", "replay"):
+        assert main([command, path, "--out", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    assert "rms error" in printed
+    assert "inf%" not in printed
     misfit = read(tmp_path)["rmse"]["as described"]["input_tension_N"]
     assert misfit["share_of_range"] is None
     assert misfit["rmse"] > 0.0

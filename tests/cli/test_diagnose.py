@@ -184,6 +184,25 @@ def test_what_the_check_knows_is_said_before_the_search_and_on_the_first_screen(
     assert page.index("runs against sensor") < page.index("Verdict in full")
 
 
+def test_a_tare_is_the_reason_why_no_effect_is_sought(rig, tmp_path, capsys):
+    train = read_recording(rig[0.0][0])
+    tension = train.columns["output_tension_N"].copy()
+    tension[tension.size // 2 :] -= 6.0
+    tared = replace(train, columns={**train.columns, "output_tension_N": tension})
+    path = str(write(tared, tmp_path / "tared.csv"))
+    assert main(["diagnose", path, "--out", str(tmp_path / "out"), "--no-sysid"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert said.index("its zero steps by") < said.index("The misfit is")
+    result = json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))
+    (check,) = result["checks"]
+    assert (result["verdict"], result["effects"]) == ("unknown", [])
+    assert (check["identifier"], check["blocks"]) == ("zero_step", True)
+    assert f"row {tension.size // 2 + 2}" in check["value"]
+    page = (tmp_path / "out" / "report.html").read_text("utf-8")
+    assert "No effect was sought" in page
+    assert "Nothing in the catalogue" not in page
+
+
 def test_where_nothing_is_missing_it_says_so(rig, tmp_path, capsys):
     arguments = ["diagnose", *rig[0.0], "--out", str(tmp_path), "--no-sysid"]
     assert main([*arguments, "--exclude", *OTHERS]) == 0

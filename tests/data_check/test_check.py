@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import mujoco
 import numpy as np
 import pytest
 
+from experiments.one_capstan import DRUM, build, record
 from tendon_mj import Measured, Recording, Uncertain, replay_recording
 from tendon_mj.data_check import check_recording, timing_warnings
 from tendon_mj.data_check.samples import spike_warnings, turn_warnings
@@ -63,6 +65,13 @@ def test_a_sound_recording_is_warned_of_nothing(pull: Recording) -> None:
     assert checked.warnings == ()
     assert checked.simulated is not None
     assert set(checked.simulated.columns) == {"reel_m", "in_N", "out_N"}
+
+
+@pytest.mark.parametrize("size", [2, 3, 7, 20, 45])
+def test_a_part_of_a_sound_recording_is_warned_of_nothing(pull: Recording, size: int) -> None:
+    columns = {c: series[-size:] for c, series in pull.columns.items()}
+    part = replace(pull, time=pull.time[:size], columns=columns)
+    assert set(said(part)) <= {"start"}  # it begins in motion
 
 
 def test_times_in_ms_are_warned_of_and_not_simulated(pull: Recording) -> None:
@@ -335,7 +344,7 @@ def test_an_angle_that_jumps_by_a_turn_is_told_with_its_row_and_nothing_else_is(
         if found:
             row = int(np.argmax(np.abs(np.diff(series)) > 5.0)) + 3
             assert f"in row {row}" in found[0].value
-            assert not spike_warnings(changed(bare, joint_rad=series))
+            assert not spike_warnings(changed(bare, joint_rad=series), None)
 
 
 def test_times_in_a_larger_unit_than_named_are_told(pull: Recording) -> None:
@@ -351,3 +360,91 @@ def test_a_drive_that_is_scaled_already_is_not_told_to_be_scaled(pull: Recording
     found = said(scaled)
     assert "multiplied by reel.command_scale = 0.01" in found["unit"]
     assert "write the radius" not in found["unit"]
+
+
+def test_rests_are_warned_of_only_where_they_are_too_close(pull: Recording) -> None:
+    reel = np.resize(np.linspace(0.0, 1.2e-3, 7), 100)
+    zeros = np.zeros(reel.size)
+    made = replace(
+        pull,
+        time=10.0 * np.arange(reel.size),
+        columns={"reel_m": reel, "in_N": zeros, "out_N": zeros},
+        settling_time=2.0,
+    )
+    shown = replay_recording(made, parameters={"sheath.friction": 0.2})
+    let_off = replace(made, columns=shown.columns)  # from the last point of each stair at once
+    assert said(let_off) == {}
+    moving = replace(let_off, settling_time=None)
+    assert {warning.identifier for warning in timing_warnings(moving)} == {"times_in_ms"}
+    (warning,) = timing_warnings(replace(let_off, settling_time=15.0))
+    assert warning.identifier == "rests_too_close"
+
+
+def wrist(way: str, model: mujoco.MjModel) -> Recording:
+    """A second of the rig with one capstan and two cables, as its model makes it."""
+    time = np.arange(0.0, 1.0, 0.02)
+    made = record("loops", time, 40.0 * np.sin(6.0 * time), np.zeros((time.size, 3)), way, "wrist")
+    shown = replay_recording(made, model)
+    return changed(made, **{c: shown.columns[c] for c in made.measured})
+
+
+@pytest.mark.parametrize("measured", [False, True])
+@pytest.mark.parametrize("way", ["reel", "spool", "prescribed"])
+def test_degrees_named_radians_are_told_of_the_drive_and_of_what_was_measured(
+    way: str, measured: bool
+) -> None:
+    model = build(way).compile()
+    recording = wrist(way, model)
+    assert check_recording(recording, model).warnings == ()
+    columns = ["motor_rad"] + ["wrist_rad"] * measured
+    degrees = {c: np.degrees(recording.columns[c]) for c in columns}
+    found = check_recording(changed(recording, **degrees), model).warnings
+    assert [warning.identifier for warning in found] == ["unit"] * len(columns)
+    for warning, column in zip(found, columns, strict=True):
+        assert repr(column) in warning.place
+        assert repr(column.replace("rad", "deg")) in warning.way_out
+
+
+def test_radians_of_many_turns_are_not_taken_for_degrees() -> None:
+    model = build("reel").compile()
+    recording = wrist("reel", model)
+    turns = changed(recording, motor_rad=40.0 * recording.columns["motor_rad"])
+    known = {
+        f"{c}_reel.command_scale": s * DRUM / 40.0 for c, s in (("agonist", 1), ("antagonist", -1))
+    }
+    assert check_recording(replace(turns, known={**turns.known, **known}), model).warnings == ()
+
+
+def test_a_flank_that_gives_way_is_told_with_an_armature_and_a_step_that_do() -> None:
+    spec = build("soft spool")
+    recording = wrist("soft spool", spec.compile())
+    assert check_recording(recording, spec.compile()).warnings == (), (
+        "without play nothing gives way"
+    )
+    play = {f"{cable}_sheath.backlash": 4e-4 for cable in ("agonist", "antagonist")}
+    with_play = replace(recording, known={**recording.known, **play})
+    model = spec.compile()
+    (warning,) = [
+        w for w in check_recording(with_play, model).warnings if w.identifier == "soft_flank"
+    ]
+    assert "'spool'" in warning.place
+    inertia = float(model.dof_M0[model.joint("spool").dofadr[0]])
+    pull = float(recording.columns["agonist_N"].max())
+    flank = 4.0 * pull * (DRUM * model.opt.timestep) ** 2 / inertia
+    assert f"{1e6 * flank:.2g} µm at {pull:.3g} N" in warning.value
+    enough = float(re.search(r"armature of ([\d.e-]+)", warning.way_out)[1])
+    step = 1e-6 * float(re.search(r"steps of ([\d.]+) µs", warning.way_out)[1])
+    for armature, timestep in ((1.05 * enough, 1e-3), (inertia, 0.95 * step)):
+        spec.joint("spool").armature = armature
+        spec.option.timestep = timestep
+        found = check_recording(with_play, spec.compile()).warnings
+        assert "soft_flank" not in {w.identifier for w in found}
+
+
+def test_a_play_that_is_only_possible_is_told_too_and_a_prescribed_joint_has_no_flank() -> None:
+    possible = {"agonist_sheath.backlash": Uncertain(0.0, 0.0, 1e-3)}
+    for way, told in (("soft spool", {"soft_flank"}), ("prescribed", set()), ("reel", set())):
+        model = build(way).compile()
+        recording = wrist(way, model)
+        uncertain = replace(recording, uncertain={**recording.uncertain, **possible})
+        assert {w.identifier for w in check_recording(uncertain, model).warnings} == told

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 
 import pytest
 
@@ -83,6 +84,12 @@ def test_a_binding_finds_the_elements_of_its_kind(binding: Binding, where: list[
         free_joints=("elbow",),
     )
     assert [elements for elements, _ in binding(rig)] == where
+
+
+def test_what_one_column_drives_is_bound_together() -> None:
+    alone = system({"a.slack": 0.0, "b.slack": 0.0, "c.slack": 0.0}, inputs=("a", "b", "c"))
+    rig = replace(alone, columns=(("a", "c"),))
+    assert [elements for elements, _ in on_inputs(SLACK)(rig)] == ["a, c", "b"]
 
 
 def test_the_range_of_a_sensor_is_in_shares_of_its_span() -> None:

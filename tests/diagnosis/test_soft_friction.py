@@ -1,12 +1,16 @@
-"""Dry friction of joints that MuJoCo lets creep at rest."""
+"""Dry friction of joints that MuJoCo lets creep at rest, and play with a flank that gives way."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from experiments.one_capstan import PLAY, build, noisy, record
+from tendon_mj import replay_recording
+from tendon_mj.diagnosis import CATALOGUE, diagnose
 from tendon_mj.diagnosis.result.soft_friction import warn_of_soft_friction
 from tendon_mj.replay.simulator import Simulator
 from tests.diagnosis.test_wrong_numbers import PENDULUM, measured
@@ -37,3 +41,26 @@ def test_friction_that_is_neither_there_nor_considered_is_not_warned_of(tmp_path
     assert warn_of_soft_friction(soft, none) == []
     assert len(warn_of_soft_friction(soft, none, {"elbow.frictionloss"})) == 1
     assert warn_of_soft_friction(Toy([recording("r", 0, {})]), {"elbow.frictionloss": 0.1}) == []
+
+
+@pytest.mark.parametrize(("way", "warned"), [("soft spool", True), ("prescribed", False)])
+def test_a_play_that_is_found_on_a_soft_flank_is_warned_of(
+    way: str, warned: bool, tmp_path: Path
+) -> None:
+    path = tmp_path / "wrist.xml"
+    path.write_text(build(way).to_xml())
+    time = np.arange(0.0, 3.0, 0.02)
+    made = record(
+        "loops", time, 40.0 * np.sin(3.0 * time), np.zeros((time.size, 3)), way, str(path)
+    )
+    play = {f"{cable}_sheath.backlash": PLAY for cable in ("agonist", "antagonist")}
+    shown = replay_recording(made, parameters=play)
+    columns = np.array([shown.columns[c] for c in made.measured]) * [[1.0], [1.0], [180.0 / np.pi]]
+    readings = noisy(columns.T, np.random.default_rng(1))
+    found = diagnose(
+        [record("loops", time, 40.0 * np.sin(3.0 * time), readings, way, str(path))],
+        catalogue=[CATALOGUE["backlash"]],
+    )
+    assert found.effects == ["backlash"]
+    said = [w for w in found.warnings if "flank" in w]
+    assert [w.startswith("Joint 'spool': ") for w in said] == [True] * warned

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from experiments import one_capstan
 from experiments.make_rig_recordings import (
     NOISE_ANGLE,
     NOISE_TENSION,
@@ -62,3 +63,18 @@ def test_the_cause_is_what_the_model_lacks(shipped):
             for column, level in noise.items():
                 error = shown.columns[column] - recording.columns[column]
                 assert low < np.sqrt(np.mean(error**2)) / level < high
+
+
+@pytest.mark.parametrize("motion", [one_capstan.triangles, one_capstan.sines])
+def test_the_wrist_s_recordings_are_those_of_its_simulation_with_noise(motion):
+    name = {one_capstan.triangles: "wrist", one_capstan.sines: "wrist_sines"}[motion]
+    shipped = np.loadtxt(example_rig() / f"{name}.csv", delimiter=",", skiprows=1)
+    time, motor = motion()
+    np.testing.assert_allclose(shipped[:, 0], 1e3 * time, atol=1e-6)
+    np.testing.assert_allclose(shipped[:, 1], motor, atol=0.006)
+    first = slice(0, 60)  # of which the simulation does not know what comes later
+    readings = one_capstan.simulate(time[first], motor[first])
+    noise = np.array([one_capstan.NOISE_TENSION] * 2 + [one_capstan.NOISE_ANGLE])
+    off = (shipped[first, 2:] - readings) / noise
+    assert np.all(np.abs(off) < 5.0)
+    assert np.std(off, axis=0) == pytest.approx(1.0, rel=0.35)

@@ -127,9 +127,16 @@ def test_parquet_and_csv_are_the_same_recording(tmp_path: Path) -> None:
     ("columns", "said"),
     [
         ({"time_s": [0.0, 0.1], "a_N": ["1", "2"]}, "column 'a_N': holds string"),
-        ({"time_s": [0.0, 0.1], "a_N": [1.0, None]}, "row 3, column 'a_N': empty cell"),
-        ({"time_s": [0.0, 0.1], "a_N": [1.0, float("nan")]}, "row 3, column 'a_N': nan is not"),
-        ({"time_s": [0.0, 0.0], "a_N": [1.0, 1.0]}, "row 3, column 'time_s': 0.0 does not come"),
+        (
+            {"time_s": [0.0, 0.1, 0.2], "a_N": [1.0, None, 1.0], "b_N": [1.0] * 3},
+            "row 3, column 'a_N': empty cell",
+        ),
+        (
+            {"time_s": [0.0, 0.1, 0.2], "a_N": [1.0, np.nan, 1.0], "b_N": [1.0] * 3},
+            "row 3, column 'a_N': empty cell or nan",
+        ),
+        ({"time_s": [0.0, 0.0], "a_N": [1.0, 1.0]}, "column 'time_s': all times are 0.0"),
+        ({"time_s": [0.1, 0.0], "a_N": [1.0, 1.0]}, "row 3, column 'time_s': 0.0 does not come"),
         ({"time_s": [0.0, 0.1], "a": [1.0, 1.0]}, "column 2: 'a' does not end in a unit"),
         ({}, "holds no column"),
     ],
@@ -216,7 +223,7 @@ def test_a_held_drive_of_another_topic_keeps_the_latest_message(tmp_path: Path) 
         ('"wrench.force.0"', '"wrench"', "is {'force': [20.0, 0.0]}, not a number"),
         ('field = "data"', 'feild = "data"', "did you mean 'field'?"),
         ("[mcap]", "[other]", "unknown key 'other'"),
-        (MCAP, "", "has no [mcap]"),
+        (MCAP, "", "has no [columns]"),
     ],
 )
 def test_a_log_is_refused_with_topic_and_field(

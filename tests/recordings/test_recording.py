@@ -25,7 +25,7 @@ from tendon_mj.recordings import (
     read_recording,
     write_recording,
 )
-from tendon_mj.recordings.description_toml import parse_description, parse_topics
+from tendon_mj.recordings.description_toml import parse_description, parse_layout
 from tendon_mj.recordings.magnitude import LARGEST, SMALLEST
 from tendon_mj.recordings.recording import UNITS, is_same_model
 
@@ -75,6 +75,7 @@ def recordings(draw: st.DrawFn) -> Recording:
         },
         hold=tuple(name for name in driven if draw(st.booleans())),
         settle=draw(st.just(0.5) | st.floats(min_value=0, allow_infinity=False)),
+        settling_time=draw(st.none() | POSITIVE),
     )
 
 
@@ -108,7 +109,7 @@ def bits(recording: Recording) -> list[object]:
         [(name, repr(value)) for name, value in recording.known.items()],
         [(name, repr(dataclasses.astuple(u))) for name, u in recording.uncertain.items()],
         [(name, repr(dataclasses.astuple(s))) for name, s in recording.session.items()],
-        (sorted(recording.hold), repr(recording.settle)),
+        (sorted(recording.hold), repr(recording.settle), repr(recording.settling_time)),
     ]
 
 
@@ -274,8 +275,14 @@ def test_the_documented_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyP
     described = parse_description(f'model = "joint"\nsource = "a rig"\n{fragment}', page.name)
     assert (described.hold, described.settle) == (("command_rad",), 0.0)
     assert described.session
-    log = [block for language, block in found if language == "toml"][2]
-    assert list(parse_topics(log, page.name)) == ["command_deg", "input_tension_N", "joint_deg"]
+    settled, log = [block for language, block in found if language == "toml"][2:4]
+    described = parse_description(f'model = "joint"\nsource = "a rig"\n{settled}', page.name)
+    assert (described.quasi_static, described.settling_time) == (True, 8.0)
+    assert list(parse_layout(log, page.name).topics) == [
+        "command_deg",
+        "input_tension_N",
+        "joint_deg",
+    ]
     Path("pull.toml").write_text(blocks["toml"].replace("displacement", "displacment"))
     with pytest.raises(RecordingError, match=re.escape(" ".join(blocks["text"].split()))):
         read_recording("pull")

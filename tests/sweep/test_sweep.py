@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from experiments.one_capstan import build, record
 from tendon_mj.builders.load import example_recording, load_model
 from tendon_mj.errors import InvalidValueError, RecordingError
 from tendon_mj.recordings import read_recording
@@ -236,3 +237,25 @@ def test_what_a_column_drives_or_shows_is_part_of_the_plan(finger):
         recording, measured={**swapped, **{c: recording.measured[c] for c in rest}}
     )
     assert recording_digest(other) != recording_digest(recording)
+
+
+def test_rollouts_that_prescribe_a_joint_are_their_single_runs_and_take_no_policy(tmp_path):
+    time = np.arange(0.0, 0.3, 0.02)
+    model = build("prescribed").compile()
+    recording = record(
+        "loops", time, 30.0 * np.sin(9.0 * time), np.zeros((time.size, 3)), "prescribed", "wrist"
+    )
+    varied = ["wrist.armature=0,1e-4", "spool.command_scale=0.5,1"]  # the first computes constants
+    sweep = Sweep(model, recording, varied, measured=True, outputs=["*.error"])
+    table = sweep.rollouts.of(sweep.batch(0, 4))
+    for k, (armature, scale) in enumerate(sweep.design.values(0, 4).tolist()):
+        given = {"wrist.armature": armature, "spool.command_scale": scale}
+        errors = replay_error(recording, replay_recording(recording, model, parameters=given))
+        for column, measured in recording.measured.items():
+            assert table[f"{measured.sensor}.error"][k] == errors[column].rmse
+    policy = tmp_path / "still.py"
+    policy.write_text("def act(model, data):\n    pass\n")
+    with pytest.raises(InvalidValueError) as refused:
+        Sweep(model, recording, varied[:1], policy=read_policy(f"{policy}:act"))
+    assert recording.name in str(refused.value)
+    assert "joint" in str(refused.value)

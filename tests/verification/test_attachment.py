@@ -8,6 +8,8 @@ import pytest
 
 from tendon_mj import add_friction, remove_friction
 from tendon_mj.attach.write import write_sheaths
+from tendon_mj.cli import main
+from tendon_mj.cli.output import console
 from tendon_mj.engine import sheaths
 from tendon_mj.errors import TendonError
 from tendon_mj.verification.attachment import attach_friction
@@ -88,11 +90,11 @@ def test_friction_can_be_taken_off_a_written_model_again(hand, tmp_path):
 def test_each_tendon_that_is_meant_has_a_row_of_what_was_done_to_it(hand, tmp_path):
     attached = attach_friction(str(hand), "*", tmp_path / "new.xml", friction=0.15)
     rows = {row.tendon: row for row in attached.rows}
-    assert set(rows) == {"flexor", "tendon_1", "loose"}
-    assert rows["flexor"].done == "sheath 'flexor_sheath' in place of its spring"
-    assert rows["tendon_1"].done == "named, sheath 'tendon_1_sheath' in place of its spring"
-    assert rows["loose"].done == "left as it was"
-    assert [rows[t].drives for t in rows] == ["its spring", "its spring", "nothing"]
+    assert set(rows) == {"flexor", "tendon_1", "loose", "sum"}
+    assert rows["flexor"].done == "sheath 'flexor_sheath', its spring as elasticity"
+    assert rows["tendon_1"].done == "named, sheath 'tendon_1_sheath', its spring as elasticity"
+    assert rows["loose"].done == rows["sum"].done == "left as it was"
+    assert [rows[t].drives for t in rows] == ["its spring", "its spring", "nothing", "nothing"]
     length = mujoco.MjModel.from_xml_string(HAND).tendon_length0[1]
     assert rows["tendon_1"].axial_stiffness == pytest.approx(20.0 * length)
     bend = math.atan2(0.1, 0.2 - 0.1234567890123)
@@ -105,6 +107,52 @@ def test_each_tendon_that_is_meant_has_a_row_of_what_was_done_to_it(hand, tmp_pa
     assert len(attached.said) == 2
     assert "now 'tendon_1'" in attached.said[0]
     assert "'loose': has no stiffness" in attached.said[1]
+    assert "'sum': is fixed" in attached.said[1]
+
+
+def test_the_bend_over_the_motion_decides_which_tendon_loses_most(hand, tmp_path):
+    hand.write_text(HAND.replace('name="c" pos=".2 .1 0"', 'name="c" pos=".2 .01 0"'))
+    given = ["attach", str(hand), "--tendon", "*", "--friction", "0.5"]
+    with console.capture() as capture:
+        assert main([*given, "--out", str(tmp_path / "new.xml")]) == 0
+    rows = attach_friction(str(hand), "*", tmp_path / "new.xml", friction=0.5).rows
+    most = max(rows, key=lambda row: row.most_bend)
+    assert most.bend < max(row.bend for row in rows), "not the most bent one at qpos0"
+    last = capture.get().splitlines()[-1]
+    assert most.tendon in last
+    for part in (1.0 - most.transmission, 1.0 - most.least_transmission):
+        assert f"{part:.0%}" in last
+    for bend in (most.least_bend, most.most_bend):
+        assert f"{bend:.2f}" in last
+
+
+def test_friction_that_joints_do_not_feel_is_no_loss(tmp_path):
+    path = tmp_path / "beyond.xml"
+    path.write_text("""
+    <mujoco><worldbody><site name="a" pos="0 0 .1"/><body><joint/><geom size=".1"/>
+      <site name="b" pos=".1 0 .1"/><site name="c" pos=".2 0 0"/></body></worldbody>
+      <tendon><spatial name="t"><site site="a"/><site site="b"/><site site="c"/></spatial></tendon>
+      <actuator><motor tendon="t"/></actuator></mujoco>""")
+    with console.capture() as capture:
+        given = ["--tendon", "t", "--friction", "0.5", "--out", str(tmp_path / "new.xml")]
+        assert main(["attach", str(path), *given]) == 0
+    *_, last = capture.get().splitlines()
+    assert "can do nothing on 't'" in capture.get()
+    assert "%" not in last
+
+
+def test_a_limit_that_pulls_is_the_drive(hand, tmp_path):
+    hand.write_text(HAND.replace('name="loose"', 'name="loose" range="0 .25"'))
+    rows = attach_friction(str(hand), "loose", tmp_path / "new.xml", friction=0.1).rows
+    assert [row.drives for row in rows] == ["its limit"]
+
+
+def test_poses_that_tear_a_loop_are_said_to(hand, tmp_path):
+    loop = '<equality><connect body1="link" anchor="0 0 0"/></equality></mujoco>'
+    text = HAND.replace('<body pos="0.2 0 0">', '<body name="link" pos="0.2 0 0">')
+    for said, model in ((0, HAND), (1, text.replace("</mujoco>", loop))):
+        hand.write_text(model)
+        assert len(attach_friction(str(hand), "*", tmp_path / "n.xml", friction=0.1).limits) == said
 
 
 def test_bend_that_is_not_drawn_is_bend(hand, tmp_path):
@@ -119,7 +167,7 @@ def test_a_sheath_that_was_there_is_left_with_its_own_friction(hand, tmp_path):
     first, second = tmp_path / "first.xml", tmp_path / "second.xml"
     attach_friction(str(hand), "flexor", first, friction=0.5)
     attached = attach_friction(str(first), "*", second, friction=0.1)
-    flexor, other, _ = attached.rows
+    flexor, other, *_ = attached.rows
     assert (flexor.friction, flexor.done) == (0.5, "left in sheath 'sheath'")
     assert (other.friction, other.sheath) == (0.1, "tendon_1_sheath")
     assert len(sheaths(mujoco.MjModel.from_xml_path(str(second)))) == 2

@@ -4,7 +4,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj.verification.tendon_bend import bend_at, branch_bend, sampled_poses
+from tendon_mj.verification.tendon_bend import (
+    bend_at,
+    branch_bend,
+    sampled_poses,
+    unswept_joints,
+)
 
 RADIUS = 0.1
 DRUM = """
@@ -101,5 +106,70 @@ def test_poses_reach_the_ends_of_every_range_and_no_further():
     np.testing.assert_array_equal(poses[0], model.qpos0)
     for joint in (0, 1):
         assert [poses[:, joint].min(), poses[:, joint].max()] == list(model.jnt_range[joint])
-    assert not poses[:, 2].any(), "without a range it stays"
+    assert [poses[:, 2].min(), poses[:, 2].max()] == pytest.approx([-np.pi, np.pi], rel=0.1)
     assert len(sampled_poses(mujoco.MjModel.from_xml_string("<mujoco/>"))) == 1
+
+
+# straight at qpos0; it bends where it passes the joint, by the angle between the links
+ARM = """
+<mujoco>
+  <worldbody>
+    <site name="a" pos="-1 0 0"/><site name="b"/>
+    <body>{joint}<geom size=".01"/><site name="c" pos="1 0 0"/></body>
+  </worldbody>
+  <tendon><spatial><site site="a"/><site site="b"/><site site="c"/></spatial></tendon>
+</mujoco>
+"""
+
+
+@pytest.mark.parametrize(
+    ("joint", "most"),
+    [
+        ('<joint type="ball" range="0 70"/>', np.deg2rad(70)),
+        ('<joint type="ball"/>', np.pi),
+        ('<joint axis="0 0 1"/>', np.pi),
+        ('<joint axis="0 0 1" range="-20 50"/>', np.deg2rad(50)),
+        ('<joint axis="1 0 0"/>', 0.0),
+        ('<joint type="slide" axis="1 0 0"/>', 0.0),
+        ("<freejoint/>", np.pi),
+    ],
+)
+def test_a_joint_bends_its_tendon_by_as_much_as_it_turns(joint, most):
+    model = mujoco.MjModel.from_xml_string(ARM.format(joint=joint))
+    poses = sampled_poses(model)
+    found = [bends(model, qpos)[0][0] for qpos in poses]
+    assert found[0] == pytest.approx(0.0, abs=1e-12)
+    assert max(found) == pytest.approx(most, rel=0.1, abs=1e-7)
+    assert max(found) <= most + 1e-7
+    turned = poses[:, -4:]
+    if poses.shape[1] >= 4:
+        np.testing.assert_allclose(np.linalg.norm(turned, axis=1), 1.0)
+    assert unswept_joints(model) == ([0] if "slide" in joint or "free" in joint else [])
+
+
+def test_all_joints_are_at_their_ends_at_once_too():
+    links = 6
+    inner = '<joint axis="0 0 1" range="0 30"/><geom size=".01"/><site name="s{}" pos="{} 0 0"/>'
+    body = "".join(f'<body pos="{min(k, 1)} 0 0">' + inner.format(k, 1) for k in range(links))
+    sites = "".join(f'<site site="s{k}"/>' for k in range(links))
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><worldbody><site name="a" pos="-1 0 0"/><site name="b"/>{body}'
+        f'{"</body>" * links}</worldbody><tendon><spatial><site site="a"/><site site="b"/>'
+        f"{sites}</spatial></tendon></mujoco>"
+    )
+    most = max(bends(model, qpos)[0][0] for qpos in sampled_poses(model))
+    assert most == pytest.approx(links * np.deg2rad(30))
+
+
+def test_a_coupled_joint_follows():
+    two = '<joint name="{}" axis="0 0 1" range="0 1"/><geom size=".01"/>'
+    model = mujoco.MjModel.from_xml_string(f"""
+    <mujoco><compiler angle="radian"/>
+      <worldbody><body>{two.format("p")}<body>{two.format("d")}</body></body></worldbody>
+      <equality>
+        <joint joint1="d" joint2="p" polycoef=".1 .5 .2 0 0"/>
+      </equality>
+    </mujoco>""")
+    p, d = sampled_poses(model).T
+    np.testing.assert_allclose(d, 0.1 + 0.5 * p + 0.2 * p**2)
+    assert (p.min(), p.max()) == (0.0, 1.0)

@@ -50,7 +50,18 @@ FINGERS = {
         {"friction": 0.1, "extra_bend": 1.0, "inner_guides": 2, "axial_stiffness": 1e4},
     ),
     "spring": ("sphere", AROUND, "", {"friction": 0.3, "axial_stiffness": 1e4}),
+    "cable": ("sphere", OVER_SITES, "", {"friction": 0.3, "spring": "cable"}),
+    "limit": ("sphere", OVER_SITES, "", {"friction": 0.3, "axial_stiffness": 1e4}),
+    "equal": ("sphere", AROUND, "", {"friction": 0.3, "axial_stiffness": 1e4}),
 }
+OWN = {
+    "spring": 'stiffness="60" springlength="0.3" damping="0.4"',
+    "cable": 'stiffness="400" springlength="0.48"',
+    "limit": 'limited="true" range="0 0.49" solreflimit="0.05 1"',
+}
+EQUAL = '<equality><tendon tendon1="equal" polycoef="-0.02 0 0 0 0" solref="0.05 1"/></equality>'
+CELLS = """<force name="{k}_force" site="{k}_c"/><torque name="{k}_torque" site="{k}_c"/>
+  <force name="{k}_force2" site="{k}_e"/><torque name="{k}_torque2" site="{k}_e"/>"""
 SPOOLS = """
   <body pos="-.3 .2 0"><joint name="reel_joint" axis="0 1 0" stiffness=".02" damping=".01"/>
     <geom size=".03" mass=".3"/></body>
@@ -81,14 +92,14 @@ def fingers_xml(kinds=tuple(FINGERS), integrator="implicitfast", rest="", **chan
             text = config(tendon=k, sensor=kind)
             instances += f'<instance name="{k}_{kind}">{text}</instance>'
             sensors += f'<plugin name="{k}_{kind}" instance="{k}_{kind}"/>'
-        sensors += f'<plugin name="{k}" instance="{k}"/>'
+        sensors += f'<plugin name="{k}" instance="{k}"/>' + CELLS.format(k=k)
         bodies += ROOT.format(k=k, y=0.1 * y, shape=shape)
-        own = 'stiffness="60" springlength="0.3" damping="0.4"' if k == "spring" else ""
         points = "".join(
             f'<geom geom="{k}_drum"/>' if p is None else f'<site site="{k}_{p}"/>' for p in path
         )
-        tendons += f'<spatial name="{k}" {own}>{points}</spatial>'
+        tendons += f'<spatial name="{k}" {OWN.get(k, "")}>{points}</spatial>'
         actuators += pulls
+        rest += EQUAL if k == "equal" else ""
         if k == "reel":
             actuators += '<plugin plugin="tendon_mj.sheath" instance="reel" tendon="reel"/>'
     return f"""<mujoco><option timestep="0.001" integrator="{integrator}"/>

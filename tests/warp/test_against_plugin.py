@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 
 from tendon_mj import remove_friction
+from tendon_mj.engine import segment_tensions
 from tests.engine.given_models import GIVEN, sheathed
+from tests.engine.test_reactions import simulate
 from tests.warp.models import controls, fingers, fingers_xml, mjw, put, step, tensions, tw
 
 STEPS = 80
@@ -58,7 +60,11 @@ def test_sensors_show_what_the_plugin_s_show(all_kinds):
         adr, width = model.sensor_adr[k], model.sensor_dim[k]
         ours, plugin = shown[adr : adr + width], data.sensordata[adr : adr + width]
         exact = 1e-6 if "displacement" in model.sensor(k).name else 0.02
+        if "torque" in model.sensor(k).name:
+            exact = 1e-3 * np.abs(plugin).max() + 1e-4
         np.testing.assert_allclose(ours, plugin, atol=exact, err_msg=model.sensor(k).name)
+    for name in ("cfrc_int", "cfrc_ext"):
+        np.testing.assert_allclose(getattr(d, name).numpy()[0], getattr(data, name), atol=0.01)
 
 
 def test_a_simulation_goes_on_where_the_plugin_s_was(all_kinds):
@@ -105,6 +111,76 @@ def test_a_control_between_the_halves_of_a_step_drives_a_tendon_in_that_step():
     pulled = tw.sheaths_of(whole).tension.numpy()
     assert pulled.max() > 0.1
     np.testing.assert_allclose(tw.sheaths_of(halves).tension.numpy(), pulled, rtol=1e-4)
+
+
+def test_a_slack_tendon_pulls_where_the_plugin_s_does():
+    model = fingers(kinds=("reel",), pretension=0.0, slack=9e-4, constant_friction=0.0)
+    m, d = put(model)
+    plugin, warp, apart = side_by_side(model, d, m, mujoco.MjData(model), STEPS)
+    assert (plugin == 0.0).all(axis=1).any()
+    agree(plugin, warp, apart)
+
+
+def write_spring(model, m, k, rest):
+    """Write stiffness and rest length to the first tendon, here and on the device."""
+    model.tendon_stiffness[0], model.tendon_lengthspring[0] = k, rest
+    m.tendon_stiffness.assign(model.tendon_stiffness[None])
+    m.tendon_lengthspring.assign(model.tendon_lengthspring[None])
+
+
+def test_what_is_written_to_a_cable_s_spring_acts_and_stays_after_a_reset():
+    model = fingers(kinds=("cable",))
+    m, d = put(model)
+    data, rng = mujoco.MjData(model), np.random.default_rng(0)
+    for _ in range(4):
+        write_spring(model, m, rng.uniform(100, 600), rng.uniform(0.45, 0.5))
+        agree(*side_by_side(model, d, m, data, 15))
+    stiffness = tw.sheaths_of(d).parameters["axial_stiffness"].numpy()[0, 0]
+    product = model.tendon_stiffness[0] * model.tendon_lengthspring[0, 1]
+    assert stiffness == pytest.approx(product, rel=1e-6)
+    mujoco.mj_resetData(model, data)
+    tw.reset_data(m, d)
+    agree(*side_by_side(model, d, m, data, 15))
+    for each in (m, model):
+        each.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SPRING.value
+    plugin, warp, apart = side_by_side(model, d, m, data, 5)
+    assert not plugin.any()
+    assert not warp.any()
+    assert apart < 1e-4
+
+
+def test_a_second_look_at_the_sensors_changes_nothing():
+    model = fingers(kinds=("cable",))
+    m, d = put(model)
+    step(m, d, np.zeros(model.nu))
+    mjw.forward(m, d)
+    before, inner = d.sensordata.numpy().copy(), d.cfrc_int.numpy().copy()
+    mjw.sensor_acc(m, d, skip_rne_postconstraint=True)
+    np.testing.assert_array_equal(d.cfrc_int.numpy(), inner)
+    mjw.rne_postconstraint(m, d)  # as MuJoCo Warp has it, with one tension
+    assert np.abs(d.cfrc_int.numpy() - inner).max() > 0.02
+    mjw.sensor_acc(m, d)
+    np.testing.assert_array_equal(d.cfrc_int.numpy(), inner)
+    np.testing.assert_array_equal(d.sensordata.numpy(), before)
+
+
+@pytest.mark.parametrize(
+    ("seed", "path", "drive"),
+    [
+        (0, "sites", "equality"),
+        (1, "wraps", "cable"),
+        (3, "wraps", "motor"),
+        (6, "sites", "spools"),
+    ],
+)
+def test_sensors_of_force_and_torque_of_an_arm_in_space_are_the_plugin_s(seed, path, drive):
+    model, data = simulate(seed, path, drive, 100)
+    m, d = tw.put_model(model), tw.put_data(model, data)
+    mjw.forward(m, d)
+    tension = segment_tensions(model, data, "sheath")[1]
+    assert np.ptp(tension) > 0.05 * tension.max()  # friction acts
+    largest = np.abs(data.sensordata).max()
+    np.testing.assert_allclose(d.sensordata.numpy()[0], data.sensordata, atol=1e-4 * largest)
 
 
 @pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")  # of guides on the last body

@@ -7,7 +7,7 @@ from tendon_mj import Parameters
 from tendon_mj.errors import InvalidValueError, NoPluginsError
 from tests.engine import servos
 from tests.engine.test_driven import arm
-from tests.warp.models import fingers, mjw, tw
+from tests.warp.models import fingers, fingers_xml, mjw, tw
 
 wp = pytest.importorskip("warp")
 
@@ -26,7 +26,29 @@ def disabled(model):
     return model
 
 
+def late():
+    """A model in which a sensor shows the force of a while ago."""
+    spec = mujoco.MjSpec.from_string(fingers_xml(kinds=("reel",)))
+    spec.sensor("reel_force").nsample, spec.sensor("reel_force").delay = 5, 0.002
+    return spec.compile()
+
+
+def curved():
+    """A cable of stated stiffness, whose own spring is no line."""
+    spec = mujoco.MjSpec.from_string(fingers_xml(kinds=("cable",), axial_stiffness=200.0))
+    spec.tendon("cable").stiffness = [400, 50, 0]
+    return spec.compile()
+
+
+def without_sensors(model):
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR.value
+    return model
+
+
 REFUSED = {
+    "sensor 'reel_force' with a history": late,
+    "sheath 'cable': a polynomial stiffness": curved,
+    "disabling sensors where a constraint": lambda: without_sensors(fingers(kinds=("limit",))),
     "servo 'servo'": servos.model,
     "integrator RK4": lambda: fingers(kinds=("reel",), integrator="RK4"),
     "sheath 'reel': viscous_friction = 2 ": lambda: reel(viscous_friction=2.0),
@@ -68,6 +90,11 @@ def test_so_are_options_that_are_set_on_the_device():
     m, d = tw.put_model(model), tw.make_data(model)
     m.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
     with pytest.raises(NoPluginsError, match="integrator RK4"):
+        mjw.forward(m, d)
+    m = tw.put_model(model)
+    m.opt.run_rne_postconstraint = True
+    without_sensors(m)
+    with pytest.raises(NoPluginsError, match="run_rne_postconstraint without sensors"):
         mjw.forward(m, d)
     m = tw.put_model(model)
     m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION.value

@@ -6,6 +6,7 @@ import pytest
 
 from tendon_mj import Parameters
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.warp.allocate import COMMITTED
 from tendon_mj.warp.simulated import simulated_sheaths
 from tests.warp.models import controls, fingers, mjw, step, tw
 
@@ -54,6 +55,21 @@ def test_each_world_with_friction_of_its_own_is_as_it_is_alone(model, on_device)
     for row, friction in zip(together, FRICTION, strict=True):
         assert (row == alone(model, on_device, friction, inputs)).all()
     assert np.ptp(together[:, : model.nq], axis=0).max() > 1e-5  # friction does something
+
+
+def test_each_world_with_a_spring_of_its_own_is_as_it_is_alone():
+    model = fingers(kinds=("cable",))
+    inputs, rests = controls(model, STEPS), np.array([0.48, 0.46, 0.44], np.float32)
+
+    def tied(rests):
+        m, d = tw.put_model(model), tw.make_data(model, len(rests))
+        m.tendon_lengthspring = wp.array(np.stack([rests] * 2, axis=-1)[:, None], dtype=wp.vec2)
+        return run(m, d, inputs)
+
+    together = tied(rests)
+    for row, rest in zip(together, rests, strict=True):
+        assert (row == tied(rest[None])[0]).all()
+    assert np.ptp(together[:, : model.nq], axis=0).min() > 1e-4
 
 
 def test_a_world_that_is_reset_is_as_it_was_at_first_and_the_others_go_on(model, on_device):
@@ -121,6 +137,9 @@ def test_parameters_are_checked_and_named(model):
     for every in ("drum", None):
         with pytest.raises(InvalidValueError, match=r"drum\.pretension has no meaning where"):
             sheaths.set("pretension", 10.0, every)
+    sheaths = tw.sheaths_of(tw.make_data(fingers(kinds=("cable",))))
+    with pytest.raises(InvalidValueError, match=r"cable\.pretension .* tendon_lengthspring"):
+        sheaths.set("pretension", 10.0)
 
 
 def test_a_world_that_is_got_back_goes_on_as_it_does_there(model, on_device):
@@ -139,7 +158,8 @@ def test_a_world_that_is_got_back_goes_on_as_it_does_there(model, on_device):
     assert Parameters(model, data)["reel.friction"] == pytest.approx(FRICTION[1])
 
 
-def test_what_is_put_there_and_got_back_has_not_changed(model):
+def test_what_is_put_there_and_got_back_has_not_changed():
+    model = fingers(kinds=(*KINDS, "cable", "limit"))
     data, again = mujoco.MjData(model), mujoco.MjData(model)
     for row in controls(model, STEPS):
         data.ctrl[:] = row
@@ -151,7 +171,7 @@ def test_what_is_put_there_and_got_back_has_not_changed(model):
             ("segments", "stored"),
             ("segments", "previous_tension"),
             ("guides", "previous_slip"),
-            ("state", "wound_in"),
+            *(("state", name) for name in COMMITTED),
             ("state", "law"),
         ):
             assert (getattr(found[name], part)[field] == getattr(sheath, part)[field]).all()

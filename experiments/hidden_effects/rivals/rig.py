@@ -94,7 +94,7 @@ class Rig:
             known=frozenset(first.known),
             uncertain=frozenset({**first.uncertain, **first.session}),
             spans=spans,
-            inputs=tuple(first.drive.values()),
+            inputs=tuple(name for _, name in first.driven),
             free_joints=tuple(sorted(j for j in joints if not self.simulate.joints.get(j))),
         )
 

@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_mj.attach.elasticity import has_spring
 from tendon_mj.attach.spool.motor import Drive, check_movable, on_spool
 from tendon_mj.attach.spool.spool import Spool
-from tendon_mj.attach.spring import has_spring
 from tendon_mj.errors import UnsuitedTendonError
 
 _Vector = NDArray[np.float64]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.diagnosis.data.answers import check_answers
+from tendon_mj.recordings.converter import range_ends
 from tendon_mj.recordings.noise import noise_levels
 from tendon_mj.recordings.recording import Recording
 from tendon_mj.replay.session_names import values_in
@@ -19,6 +20,7 @@ FloatArray = NDArray[np.float64]
 MakeSimulator = Callable[[Sequence[Recording]], Simulates]
 
 _BLOCK = 1.0  # typical length of a block [s]; several in each recording, and not too many
+_ROWS = 2  # likewise, of rows that are rests
 _FEWEST_BLOCKS, _MOST_BLOCKS = 4, 12
 _FEWEST_RECORDINGS = 3
 _TAIL = 0.25  # of every recording, held out where no other recording is given
@@ -28,8 +30,8 @@ _TAIL = 0.25  # of every recording, held out where no other recording is given
 class Problem:
     """Recordings, the simulator of them, and the layout of their residuals.
 
-    A residual is (simulated − measured)/noise. Residuals are stacked by recording, then column,
-    then sample.
+    A residual is (simulated − measured)/noise; a simulated reading is cut off where its column
+    is. Residuals are stacked by recording, then column, then sample.
 
     Attributes:
         recordings: measured data.
@@ -49,6 +51,14 @@ class Problem:
     def noise(self) -> tuple[dict[str, float], ...]:
         """Noise of every measured column of every recording [the column's unit]."""
         return tuple(noise_levels(recording) for recording in self.recordings)
+
+    @cached_property
+    def ends(self) -> tuple[dict[str, tuple[float, float]], ...]:
+        """Ends of the range that each measured column is cut off at, ±inf where it is not."""
+        return tuple(
+            {c: range_ends(r.columns[c], m.noise) for c, m in r.measured.items()}
+            for r in self.recordings
+        )
 
     @cached_property
     def in_train(self) -> NDArray[np.bool_]:
@@ -71,8 +81,9 @@ class Problem:
         """
         labels, first = [], 0
         for recording in self.recordings:
-            time = recording.time - recording.time[0]
-            count = int(np.clip(round(time[-1] / _BLOCK), _FEWEST_BLOCKS, _MOST_BLOCKS))
+            time = _clock(recording)
+            block = _ROWS if recording.quasi_static else _BLOCK
+            count = int(np.clip(round(time[-1] / block), _FEWEST_BLOCKS, _MOST_BLOCKS))
             own = np.minimum((time / time[-1] * count).astype(np.int64), count - 1) + first
             labels += [own] * len(recording.measured)
             first += count
@@ -99,13 +110,15 @@ class Problem:
         """(m,) residual without the first-order error of the simulation's step.
 
         A simulation with step h errs by C h to first order, and 2 r_{h/2} − r_h does not
-        (Richardson extrapolation).
+        (Richardson extrapolation). Where rows are rests its error has no order, and the finer
+        simulation is taken as it is.
         """
         if self.half_step is None:
             return residual
         finer = self._residuals(self.half_step, [parameters])[0]
+        at_rest = any(recording.quasi_static for recording in self.recordings)
         with np.errstate(invalid="ignore"):
-            extrapolated: FloatArray = 2.0 * finer - residual
+            extrapolated: FloatArray = finer if at_rest else 2.0 * finer - residual
         return np.where(np.isfinite(extrapolated), extrapolated, np.inf)
 
     def _residuals(
@@ -121,9 +134,12 @@ class Problem:
         check_answers(answered, len(parameter_sets), self.recordings, simulate)
         for answers in answered:
             parts = []
-            for recording, noise, series in zip(self.recordings, self.noise, answers, strict=True):
+            for recording, noise, ends, series in zip(
+                self.recordings, self.noise, self.ends, answers, strict=True
+            ):
                 for column, level in noise.items():
-                    parts.append((series[column] - recording.columns[column]) / level)
+                    shown = np.clip(series[column], *ends[column])
+                    parts.append((shown - recording.columns[column]) / level)
             row = np.concatenate(parts)
             rows.append(row if np.isfinite(row).all() else np.full(row.shape, np.inf))
         return np.array(rows)
@@ -155,4 +171,12 @@ def training_samples(
     """
     if held_out or by_recording(train):
         return all_samples(train)
-    return tuple(r.time <= r.time[0] + (1.0 - _TAIL) * (r.time[-1] - r.time[0]) for r in train)
+    return tuple(clock <= (1.0 - _TAIL) * clock[-1] for clock in map(_clock, train))
+
+
+def _clock(recording: Recording) -> FloatArray:
+    """(samples,) time from the first sample [s], or the number of the row where rows are rests."""
+    if recording.quasi_static:
+        return np.arange(recording.time.size, dtype=np.float64)
+    since: FloatArray = recording.time - recording.time[0]
+    return since

@@ -50,6 +50,8 @@ class Regime:
 def motion(recording: Recording) -> tuple[str, FloatArray, FloatArray]:
     """Driven column that reverses most often, its values, and its rate [unit/s].
 
+    Of a rest it is the move before it, which says in which direction friction acts.
+
     Raises:
         RecordingError: no column is driven, or none reverses.
     """
@@ -70,6 +72,8 @@ def motion(recording: Recording) -> tuple[str, FloatArray, FloatArray]:
             f" that goes back and forth (column {best!r} only goes one way)"
         )
     values = recording.columns[best]
+    if recording.quasi_static:
+        return best, values, np.diff(values, prepend=values[0])
     return best, values, _rate(recording.time, values)
 
 
@@ -106,18 +110,23 @@ def _reversals(values: FloatArray) -> int:
 
 
 def regimes(recordings: Sequence[Recording]) -> list[list[Regime]]:
-    """Regimes of every recording; a coordinate has the same bins in all of them."""
+    """Regimes of every recording; a coordinate has the same bins in all of them.
+
+    One that never changes, as the speed of rests, is left out.
+    """
     coordinates = [_coordinates(recording) for recording in recordings]
     ends: dict[tuple[str, str], list[float]] = {}
     for found in coordinates:
         for name, unit, series in found[1:]:
             ends.setdefault((name, unit), []).extend((float(series.min()), float(series.max())))
+    constant = [name for (name, _), values in ends.items() if min(values) == max(values)]
     return [
         [
             Regime("direction", ("loosening", "at rest", "pulling"), found[0][2].astype(np.int64)),
             *(
                 _cut(name, series, unit, min(ends[name, unit]), max(ends[name, unit]))
                 for name, unit, series in found[1:]
+                if name not in constant
             ),
         ]
         for found in coordinates
@@ -132,11 +141,14 @@ def _coordinates(recording: Recording) -> list[tuple[str, str, FloatArray]]:
     fastest = float(np.abs(rate).max())
     way = np.where(np.abs(rate) < _REST * fastest, 0, np.sign(rate)).astype(np.int64)
     since, rest = _since_reversal(time, position, way)
+    speed = np.abs(rate)
+    if recording.settling_time is not None:
+        speed, rest = np.zeros(time.size), np.full(time.size, recording.settling_time)
     loads = sorted(recording.measured, key=lambda name: not name.endswith(("_N", "_Nm")))
     return [
         ("direction", "", way + 1.0),
         (_SINCE, unit, since),
-        ("speed", rate_unit(unit), np.abs(rate)),
+        ("speed", rate_unit(unit), speed),
         ("load", column_unit(loads[0]), recording.columns[loads[0]]),
         ("time at rest", "s", rest),
         ("time", "s", time - time[0]),

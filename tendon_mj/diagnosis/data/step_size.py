@@ -23,13 +23,17 @@ _LARGEST_ERROR = 1.0  # of the long step, see `step_error`
 def search_step(problem: Problem) -> float | None:
     """Step of the search in steps of the model, 2 or 1; None for a simulator without steps.
 
+    A longer step may end a move in another of the states in which friction holds. Rests are
+    searched with the model's own step.
+
     Args:
         problem: with the model's own step.
     """
     own = problem.simulate
     if own.steps == 0:
         return None
-    if own.in_steps(_LONGEST).steps == own.steps:  # a sample at every step
+    at_rest = any(recording.quasi_static for recording in problem.recordings)
+    if at_rest or own.in_steps(_LONGEST).steps == own.steps:  # or a sample at every step
         return 1.0
     tried = with_step(problem, _LONGEST)
     coarse = tried.residuals([{}])[0]
@@ -50,6 +54,7 @@ def step_error(correction: FloatArray) -> float:
     """Mean square by which halving the step changes a residual [noise variance].
 
     The ``correction`` (m,) of `Problem.extrapolate` is twice that change, and to first order all
-    of the step's error; the change itself measures what the correction may have missed.
+    of the step's error; the change itself measures what the correction may have missed. Of rests
+    it is that change, of which half may be left.
     """
     return float(np.mean((0.5 * correction) ** 2)) if np.isfinite(correction).all() else np.inf

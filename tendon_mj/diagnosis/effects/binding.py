@@ -123,7 +123,7 @@ def on_bodies(*specifications: ParameterSpecification) -> Binding:
 
 
 def on_inputs(*specifications: ParameterSpecification) -> Binding:
-    """A candidate for each driven actuator."""
+    """A candidate for each driven column: its actuator or joint, or all that it drives."""
     return partial(_inputs, specifications)
 
 
@@ -245,7 +245,9 @@ def _bodies(specifications: Specifications, system: SystemDescription) -> Bound:
 
 
 def _inputs(specifications: Specifications, system: SystemDescription) -> Bound:
-    return _each(specifications, system.inputs, system)
+    several = {name for names in system.columns for name in names}
+    alone = _each(specifications, (e for e in system.inputs if e not in several), system)
+    return [b for names in system.columns for b in _bind(specifications, names, system)] + alone
 
 
 def _motors(specifications: Specifications, system: SystemDescription) -> Bound:

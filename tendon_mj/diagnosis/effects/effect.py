@@ -17,6 +17,25 @@ from tendon_mj.replay.readout import Readout
 from tendon_mj.replay.session_names import recording_of, value_in
 
 Kind = Literal["missing", "parameter"]
+_LARGEST_LOGARITHM = 700.0
+
+# Parameters that change nothing at rest, or the same in each row, as creep does after equal times.
+_IN_MOTION = frozenset(
+    {
+        "viscous_friction",
+        "stribeck_friction",
+        "creep",
+        "axial_damping",
+        "tendon_mass",
+        "damping",
+        "armature",
+        "kv",
+        "velocity_gain",
+        "command_delay",
+        "delay",
+        "lag",
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -28,7 +47,8 @@ class SystemDescription:
         known: parameters that were measured on the rig and are never fitted.
         uncertain: parameters that are calibrated in any case.
         spans: sensor → largest less smallest measured value [the sensor's unit].
-        inputs: driven actuators.
+        inputs: driven actuators and joints.
+        columns: the inputs of each column that drives several.
         free_joints: joints that no driven actuator moves.
         motors: inputs whose force depends on nothing but their control.
         slides: joints that slide.
@@ -46,6 +66,7 @@ class SystemDescription:
     slides: frozenset[str] = frozenset()
     joints: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     reference: Mapping[str, float] = field(default_factory=dict)
+    columns: tuple[tuple[str, ...], ...] = ()
 
     def moves_freely(self, name: str) -> bool:
         """Whether a parameter's joints are free ones, one of them at least."""
@@ -121,7 +142,9 @@ class Term:
 
     def natural(self, scaled: float) -> float:
         """The number that `scaled` made."""
-        return math.exp(scaled) if self.starts else self.inert + scaled * self.probe
+        if self.starts:  # an end of an interval may be beyond what a number can be
+            return math.exp(min(scaled, _LARGEST_LOGARITHM))
+        return self.inert + scaled * self.probe
 
 
 @dataclass(frozen=True)
@@ -154,6 +177,11 @@ class Candidate:
     def on_sensor(self) -> bool:
         """Whether it changes no motion, only what a sensor makes of it."""
         return all(t.rpartition(".")[2] in Readout._fields for t in self.targets)
+
+    @property
+    def in_motion(self) -> bool:
+        """Whether readings at rest say nothing of it."""
+        return all(t.rpartition(".")[2] in _IN_MOTION for t in self.terms[0].targets)
 
     @property
     def recording(self) -> str:

@@ -117,5 +117,6 @@ def _inverse(normal: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
     values, vectors = np.linalg.eigh(normal * np.outer(scale, scale))
     held = values > _SINGULAR
     inverse = (vectors[:, held] / values[held]) @ vectors[:, held].T
+    inverse = 0.5 * (inverse + inverse.T)  # its halves differ in rounding, by the processor
     undetermined = (np.abs(vectors[:, ~held]) > _LOADING).any(axis=1)
     return inverse * np.outer(scale, scale), undetermined

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from tendon_mj.diagnosis.data.problem import Problem, by_recording
+from tendon_mj.recordings.noise import noise_of_repeats
 from tendon_mj.replay.simulator_protocol import Simulates
 
 FloatArray = NDArray[np.float64]
 
 SMALLEST_EXCESS = 0.2  # 0.45 noise rms: less is not worth a name
+_CERTAIN = 0.99  # probability with which rests of a right model leave less
 STANDARD_ERRORS = 2.0  # of a gain in χ²: less may be chance
 CLOSED = 0.985  # of the rms error above noise: a model that closes less does not explain it
 PART = 2.0 / 3.0  # of the error that could be removed: what removes less may be an imitation
@@ -18,12 +21,43 @@ _DISCRETISATION = 0.0025  # of a signal's range: what lumping and stepping leave
 _SHARE = 0.05, 0.1  # of the excess left now, that an effect has to gain; across recordings
 
 
-def detection_limit(problem: Problem, step_error: float, bars: FloatArray | None = None) -> float:
+def detection_limit(
+    problem: Problem,
+    step_error: float,
+    bars: FloatArray | None = None,
+    judged: NDArray[np.bool_] | None = None,
+) -> float:
     """Excess χ² below which nothing is named, for a simulation with that `step_error`.
 
-    ``bars`` (m,) of `reproducibility.bar`, where residuals are judged by more than noise.
+    ``bars`` (m,) of `reproducibility.bar`, where residuals are judged by more than noise;
+    ``judged`` (m,) which residuals are judged, by default the training data.
     """
-    return max(SMALLEST_EXCESS, step_error, discretisation_error(problem, bars))
+    count = int((problem.in_train if judged is None else judged).sum())
+    return max(
+        SMALLEST_EXCESS,
+        chance_excess(problem, count),
+        step_error,
+        discretisation_error(problem, bars),
+    )
+
+
+def chance_excess(problem: Problem, count: int) -> float:
+    """Excess χ² that ``count`` rests of a right model exceed in one of a hundred cases; else 0.
+
+    Rests are few and independent. Where their noise is estimated from n repeats, its own error
+    counts: χ²/m has an F distribution of m and n degrees of freedom.
+    """
+    if not all(recording.quasi_static for recording in problem.recordings):
+        return 0.0
+    repeats = [
+        noise_of_repeats(recording, column)[1]
+        for recording in problem.recordings
+        for column, measured in recording.measured.items()
+        if measured.noise is None
+    ]
+    if repeats:
+        return float(stats.f.ppf(_CERTAIN, count, max(1, min(repeats)))) - 1.0
+    return float(stats.chi2.ppf(_CERTAIN, count)) / count - 1.0
 
 
 def discretisation_error(problem: Problem, bars: FloatArray | None = None) -> float:

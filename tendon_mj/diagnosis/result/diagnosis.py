@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from tendon_mj.data_check import DataWarning
 from tendon_mj.diagnosis.before_after import BeforeAfter, simulate_before_after
 from tendon_mj.diagnosis.data.problem import by_recording
 from tendon_mj.diagnosis.data.sessions import Spread
@@ -115,6 +116,8 @@ class Diagnosis:
             `suggest_experiment` goes on; None for a diagnosis that `diagnose` did not make.
         evidence: what the verdict was decided by; None likewise.
         warnings: of what may make the result wrong, in whole sentences.
+        checks: warnings about the recordings, from before any fit; they are among ``warnings``.
+            Where one of them ``blocks``, no effect was sought.
     """
 
     verdict: Verdict
@@ -142,6 +145,7 @@ class Diagnosis:
     search: tuple[SelectionContext, Selection] | None = field(default=None, repr=False)
     evidence: Evidence | None = field(default=None, repr=False)
     warnings: tuple[str, ...] = ()
+    checks: tuple[DataWarning, ...] = ()
 
     @property
     def effects(self) -> list[str]:
@@ -180,6 +184,11 @@ class Diagnosis:
     def proven(self) -> bool:
         """Whether held-out data prove what was found, be it in part."""
         return self.verdict != "unknown"
+
+    @property
+    def withheld(self) -> bool:
+        """Whether no effect was sought, for a fault of the recordings, and an error remains."""
+        return self.verdict == "unknown" and any(warning.blocks for warning in self.checks)
 
     @property
     def changed(self) -> bool:
@@ -257,6 +266,7 @@ class Diagnosis:
             "proven": self.proven,
             "sentence": self.sentence,
             "warnings": list(self.warnings),
+            "checks": [warning.result() for warning in self.checks],
             "effects": self.effects,
             "confidence": self.confidence,
             "findings": [vars(finding) for finding in self.findings],

@@ -38,6 +38,7 @@ class Statement:
         excluded: effects of the catalogue that were not considered.
         non_smooth: whether one of the findings is of a non-smooth effect.
         sheathed: whether the model has a sheath.
+        faults: of the recordings, for which no effect was sought.
     """
 
     verdict: Verdict
@@ -52,6 +53,7 @@ class Statement:
     excluded: Sequence[str] = ()
     non_smooth: bool = False
     sheathed: bool = True
+    faults: Sequence[str] = ()
 
 
 def state(stated: Statement) -> str:
@@ -109,6 +111,13 @@ def warn_of_step_and_noise(stated: Statement) -> list[str]:
 
 
 def _unknown(stated: Statement) -> str:
+    if stated.faults:
+        more = f" (and {len(stated.faults) - 1} more)" if len(stated.faults) > 1 else ""
+        return (
+            f"No effect was sought, as the recordings have a fault that would be taken for one:"
+            f" {stated.faults[0]}{more}. Calibrated, the model is off by {_off(stated)} on held-out"
+            " data. Mend the recordings and diagnose again."
+        )
     text = f"Nothing in the catalogue{_without(stated)} explains the error."
     if not stated.findings:
         return f"{text} On held-out data the model is off by {_off(stated)}."

@@ -1,19 +1,27 @@
-"""Joints whose dry friction creeps at rest, as MuJoCo's does unless it is made stiff.
+"""Parts of a model that give way where a rig does not, so that no fitted value is right.
 
 A joint's `frictionloss` is a soft constraint. With MuJoCo's own `solimpfriction` a joint at rest
-under a load moves on slowly, where a rig sticks, and no value of the friction mends it.
+under a load moves on slowly, where a rig sticks. Play between a motor's joint and its drum has a
+flank that gives way (`tendon_mj.data_check.play`).
 """
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Collection, Mapping
 
 import numpy as np
 
+from tendon_mj.data_check import play_warnings
+from tendon_mj.diagnosis.result.diagnosis import Value
+from tendon_mj.replay.grouped_names import expand
+from tendon_mj.replay.parameters import Adjustable
+from tendon_mj.replay.schedule import Schedule
+from tendon_mj.replay.session_names import values_for
 from tendon_mj.replay.simulator import Simulator
 from tendon_mj.replay.simulator_protocol import Simulates
 
-_FRICTION = ".frictionloss"
+_FRICTION, _PLAY = ".frictionloss", ".backlash"
 _SOFT = (0.9, 0.95, 0.001, 0.5, 2.0)  # MuJoCo's default solimpfriction
 _STIFF = "0.999 0.9999 0.001 0.5 2"
 _STEPS = 2.0  # time steps in the shortest time constant that MuJoCo takes
@@ -44,3 +52,34 @@ def warn_of_soft_friction(
                 f' solimpfriction="{_STIFF}" and diagnose again.'
             )
     return said
+
+
+def warn_of_soft_flanks(
+    simulate: Simulates, values: Mapping[str, float], fitted: Mapping[str, Value]
+) -> list[str]:
+    """Say of drums whose fitted play is blurred by the model how to make them follow rigidly.
+
+    Args:
+        simulate: a simulator other than the package's has no drums.
+        values: parameter → value of the model; ``<parameter> @ <recording>`` for one alone.
+        fitted: parameter → value and interval.
+    """
+    plays = {
+        name.removesuffix(_PLAY): (play.value, 0.5 * (play.high - play.low))
+        for name, play in fitted.items()
+        if name.endswith(_PLAY) and play.value > 0.0
+    }
+    if not plays or not isinstance(simulate, Simulator):
+        return []
+    said: dict[str, str] = {}
+    for recording in simulate.recordings:
+        adjustable = Adjustable(copy.copy(simulate.model))
+        known = expand(recording.known, simulate.parameters)
+        adjustable.set({**values_for(recording.name, values), **known})
+        schedule = Schedule(recording, adjustable.model, None)
+        for warning in play_warnings(schedule, adjustable, plays, with_servo=True):
+            joint = warning.place.removeprefix(f"{recording.name}, ")
+            said.setdefault(
+                joint, f"{joint[0].upper()}{joint[1:]}: {warning.value}; {warning.way_out}."
+            )
+    return list(said.values())

@@ -40,6 +40,11 @@ ATTACHMENT: Final = {
     "inner_guides": Attachment("guides at its input end, for `extra_bend`", "1", "0"),
     "input_end": Attachment("its site at which it is pulled: `first` or `last`", "word", "first"),
     "instance": Attachment("name of the instance where this is written", "name", "none"),
+    "spring": Attachment(
+        "the tendon's own spring: the `cable`'s elasticity, or one at its `input` that pulls it",
+        "word",
+        "input",
+    ),
 }
 ATTRIBUTES: Final = (*ATTACHMENT, *PARAMETERS)
 (
@@ -52,9 +57,13 @@ ATTRIBUTES: Final = (*ATTACHMENT, *PARAMETERS)
     INNER_GUIDES,
     INPUT_END,
     INSTANCE,
+    SPRING,
 ) = range(len(ATTACHMENT))
 FIRST_PARAMETER: Final = len(ATTACHMENT)
+PRETENSION: Final = FIRST_PARAMETER + list(PARAMETERS).index("pretension")
+SLACK: Final = FIRST_PARAMETER + list(PARAMETERS).index("slack")
 INPUT_ENDS: Final = ("first", "last")  # sites of the path as it is drawn
+SPRINGS: Final = ("input", "cable")
 
 
 def as_rows(known: Iterable[str]) -> NDArray[np.uint8]:
@@ -65,6 +74,7 @@ def as_rows(known: Iterable[str]) -> NDArray[np.uint8]:
 
 _KIND_NAMES = as_rows(KINDS)
 _END_NAMES = as_rows(INPUT_ENDS)
+_SPRING_NAMES = as_rows(SPRINGS)
 
 
 @compiled
@@ -77,6 +87,15 @@ def text_at(layout: Layout, m: int, instance: int, attribute: int) -> int:
             address += 1
         address += 1
     return address
+
+
+@compiled
+def has_length(layout: Layout, m: int, instance: int) -> bool:
+    """Whether a sheath's pretension or slack is stated, so that its tendon has a length."""
+    return (
+        byte(text_at(layout, m, instance, PRETENSION), 0) != 0
+        or byte(text_at(layout, m, instance, SLACK), 0) != 0
+    )
 
 
 @compiled
@@ -113,3 +132,9 @@ def sensor_kind_at(address: int) -> int:
 def input_end_at(address: int) -> int:
     """Index of the input end that a string names, that of the first site where it is empty."""
     return max(0, index_of(address, _END_NAMES))
+
+
+@compiled
+def is_cable_spring(address: int) -> bool:
+    """Whether a string says that the tendon's own spring is the cable's elasticity."""
+    return index_of(address, _SPRING_NAMES) == 1

@@ -21,6 +21,8 @@ from tendon_mj.engine.sheath_plugin.binding.bind_sensor import ensure_shown, res
 from tendon_mj.engine.sheath_plugin.binding.own_names import own_name
 from tendon_mj.engine.sheath_plugin.binding.seal import is_sheath
 from tendon_mj.engine.sheath_plugin.evaluate import evaluate
+from tendon_mj.engine.sheath_plugin.input_force import follow_constraint
+from tendon_mj.engine.sheath_plugin.reactions import add_reactions
 from tendon_mj.engine.sheath_plugin.sensors import measure, measure_ends, numbers_of
 from tendon_mj.engine.sheath_plugin.state import (
     fits,
@@ -30,7 +32,6 @@ from tendon_mj.engine.sheath_plugin.state import (
     state_of,
     state_size_of,
 )
-from tendon_mj.engine.sheath_plugin.subtree_velocities import READERS, skip_subtree_velocities
 from tendon_mj.engine.sheath_plugin.trial import commit
 
 _ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
@@ -123,6 +124,7 @@ def _advance(layout: Layout, m: int, d: int, instance: int) -> None:
             state.unsolved += 1.0
     elif is_bound(layout, m, d, instance):
         commit(address)
+        follow_constraint(layout, m, d, state)
 
 
 class Callbacks(NamedTuple):
@@ -140,7 +142,6 @@ def make_callbacks(layout: Layout) -> Callbacks:
     for each set of them. What is inlined is optimised anew in each function that it is inlined
     into, which takes most of the time, so nothing stands between these functions and `evaluate`.
     """
-    readers = READERS
     void, ptr, i32 = types.void, types.intp, types.int32
 
     @callback(void(ptr, ptr, ptr, i32))
@@ -166,12 +167,12 @@ def make_callbacks(layout: Layout) -> Callbacks:
                 evaluate(layout, m, d, address)
                 if before == 0.0 and state.unsolved > 0.0:
                     _warn(layout, m, instance)
-        if capability == _PASSIVE and not sensor:
-            skip_subtree_velocities(layout, readers, m, d, instance)
-        elif capability == _SENSOR and sensor:
+        if capability == _SENSOR and sensor:
             _show(layout, m, d, instance)
         elif capability == _SENSOR:
             _show_ends(layout, m, d, instance)
+            if state_at(state_of(layout, m, d, instance)).first_sheath == instance:
+                add_reactions(layout, m, d, instance, _is_skipped(layout, m))
         elif capability == _ACTUATOR and not sensor:
             _quiet_reel(layout, m, d, instance)
 

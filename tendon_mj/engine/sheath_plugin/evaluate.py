@@ -16,7 +16,7 @@ from tendon_mj.engine.sheath_plugin.driven import lay_at_rest, let_guides_yield,
 from tendon_mj.engine.sheath_plugin.forces import apply_forces
 from tendon_mj.engine.sheath_plugin.holding_ratios import update_ratios
 from tendon_mj.engine.sheath_plugin.initial_state import lay_tendon
-from tendon_mj.engine.sheath_plugin.input_force import input_force
+from tendon_mj.engine.sheath_plugin.input_force import follow_spring, input_force
 from tendon_mj.engine.sheath_plugin.path.over_geoms import trace_path
 from tendon_mj.engine.sheath_plugin.path.over_sites import update_path, update_spans
 from tendon_mj.engine.sheath_plugin.sliding_resistance import fill_drag
@@ -100,9 +100,9 @@ def _evaluate_driven(
         return
     if state.started == 0.0:
         let_guides_yield(layout, m, d, state, segments, elapsed)
-        update_ratios(address, state, guides, time)
         lay_at_rest(state, segments)
         state.started = 1.0
+    update_ratios(address, state, guides, time)
     strained = fill_strain(state, segments, elapsed)
     if state.arcs > 0.0:
         _shift_guides(segments, guides)
@@ -125,7 +125,7 @@ def _evaluate_driven(
     apply_forces(layout, m, d, state, segments)
     if not stage:
         state.trial_elapsed = elapsed
-        store_trial(state, segments, guides, 0.0, 0.0, time)
+        store_trial(state, segments, guides, 0.0, 0.0, 0.0, time)
 
 
 @compiled
@@ -142,6 +142,15 @@ def _evaluate_wound(
         return
     if state.started == 0.0:
         lay_tendon(layout, m, d, state, segments)
+    rest = state.spring_length
+    if state.own_spring != 0.0:
+        rest = double(pointer(m + layout.m_tendon_lengthspring), 2 * int(state.tendon) + 1)
+        if not follow_spring(layout, m, d, state):
+            for j in range(last + 1):
+                segments[j].tension = 0.0
+            state.has_trial = 0.0
+            return
+    update_ratios(address, state, guides, time)
     drive = wound_by(layout, m, d, state.reel_joint, state.reel_radius)
     drive += control(layout, m, d, int(state.reel_actuator))
     flank = flank_stiffness(layout, m, state, elapsed)
@@ -155,6 +164,7 @@ def _evaluate_wound(
     else:
         segments[0].unshifted, segments[last].unshifted = segments[0].stored, segments[last].stored
     segments[0].stored -= wound_in - state.wound_in
+    segments[0].stored += rest - state.spring_length
     segments[last].stored -= wound_out - state.wound_out
     input_length = segments[0].length
     segments[0].length = input_length + state.law.sheath_compliance * state.laid_pretension
@@ -181,14 +191,13 @@ def _evaluate_wound(
     apply_forces(layout, m, d, state, segments)
     if not stage:
         state.trial_elapsed = elapsed
-        store_trial(state, segments, guides, wound_in, wound_out, time)
+        store_trial(state, segments, guides, wound_in, wound_out, rest, time)
 
 
 @compiled
 def evaluate(layout: Layout, m: int, d: int, address: int) -> None:
     """Solve the tendon for the pose at hand, from the committed state, and apply its forces."""
     state = state_at(address)
-    _, guides, _ = unpack(address)
     time = double(d + layout.d_time, 0)
     stage = is_stage(layout, m, time, state.has_trial, state.trial_time)
     _update_path(layout, m, d, address, state.started == 0.0, stage)
@@ -197,8 +206,7 @@ def evaluate(layout: Layout, m: int, d: int, address: int) -> None:
     elapsed = time - state.commit_time
     if not elapsed > 0.0:
         elapsed = double(m + layout.o_timestep, 0)
-    if state.law.axial_stiffness > 0.0:
-        update_ratios(address, state, guides, time)
+    state.applied = 0.0
     if state.driven != 0.0:
         _evaluate_driven(layout, m, d, address, time, elapsed, stage)
     else:

@@ -9,9 +9,9 @@ centre of mass of the kinematic tree,
 + where the dof moves the far end p, − where it moves the near one. A dof that moves both does not
 change the length.
 
-MuJoCo's actuators and the tendon's own spring act with one tension along the whole tendon. A sheath
-that they drive adds what friction makes of it, T − T_in for each span, and nothing where nothing
-rubs.
+MuJoCo's actuators, springs and constraints act with one tension along the whole tendon. A sheath
+that they drive adds the difference that friction makes, T − T_in for each span, and nothing where
+nothing rubs. One whose elasticity is the tendon's own spring adds T − k (L − S).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import math
 from tendon_mj.abi.layout import Layout
 from tendon_mj.abi.memory import coordinates, doubles, integer, pointer
 from tendon_mj.compilation import compiled
-from tendon_mj.engine.sheath_plugin.input_force import input_strain
+from tendon_mj.engine.sheath_plugin.input_force import counted_strain
 from tendon_mj.engine.sheath_plugin.state import State
 from tendon_mj.engine.sheath_plugin.strain_law import spool_torque
 from tendon_mj.sheath.records import Array, Segment, Segments
@@ -111,15 +111,15 @@ def _add_torque(layout: Layout, m: int, d: int, joint: float, torque: float) -> 
 def apply_forces(layout: Layout, m: int, d: int, state: State, segments: Segments) -> None:
     """Apply the tendon's forces to the bodies along the path and to the spools."""
     ea, last = state.law.axial_stiffness, len(segments) - 1
-    driven = state.driven != 0.0
-    given = input_strain(state) if driven else 0.0
+    given = counted_strain(state)
+    state.applied = 1.0
     passive = coordinates(pointer(d + layout.d_qfrc_passive))
     for j in range(last + 1):
         segment = segments[j]
         tension = ea * (segment.tension - given / segment.divisor)
         if tension != 0.0:
             pull_segment(layout, m, d, state, segment, tension, passive)
-    if driven:
+    if state.driven != 0.0:
         return
     _add_torque(layout, m, d, state.reel_joint, -state.reel_torque)
     torque = spool_torque(state, segments, last, state.output_radius)

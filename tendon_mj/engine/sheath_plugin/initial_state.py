@@ -16,11 +16,16 @@ def lay_tendon(layout: Layout, m: int, d: int, state: State, segments: Segments)
     """Lay the tendon evenly along its first path.
 
     Its unstretched length is fixed by the pretension in the reference pose `qpos0`, as MuJoCo fixes
-    a spring length: S = L(qpos0)/(1 + ε_0), and the tendon has crept as much as it will under it.
+    a spring length: S = (L(qpos0) + s)/(1 + ε_0) with a slack of s, and the tendon has crept as
+    much as it will under it.
     """
-    reference = double(pointer(m + layout.m_tendon_length0), int(state.tendon))
+    reference = double(pointer(m + layout.m_tendon_length0), int(state.tendon)) + state.law.slack
     strain, creep = rest_strain(state.law)
     unstretched = reference / (1.0 + strain + creep)
+    if state.own_spring != 0.0:  # which may be another since the reset
+        rest = double(pointer(m + layout.m_tendon_lengthspring), 2 * int(state.tendon) + 1)
+        unstretched += rest - state.spring_length
+        state.spring_length = rest
     state.wound_in = wound_by(layout, m, d, state.reel_joint, state.reel_radius)
     state.wound_out = wound_by(layout, m, d, state.output_joint, state.output_radius)
     unstretched -= state.wound_in + state.wound_out

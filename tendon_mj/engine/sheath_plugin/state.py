@@ -46,6 +46,8 @@ class LiveLaw(Law):
 
     axial_stiffness: float
     static_friction: float
+    pretension: float
+    slack: float
 
 
 class State:
@@ -64,7 +66,9 @@ class State:
     inner_guides: float  # number of guides at the input end
     input_at_last: float  # whether that is the last site of the path as it is drawn
     pulleys: float
+    own_spring: float  # whether the tendon's own spring is the cable's elasticity
     driven: float  # whether actuators and the tendon's own spring give the input tension
+    constrained: float  # whether it is driven, and an equality or a limit may act on the tendon
     first_actuator: float  # that acts on the tendon, −1 without one
     last_actuator: float
     leads: float  # whether this is the model's first sheath that is driven
@@ -76,13 +80,19 @@ class State:
     first_sheath: float  # instance of the model's first sheath
     model_signature: float  # which that one has, of what all sheaths are bound to
     seal: float  # of the words from `config_signature` to `first_sheath`
-    input_force: float  # of what drives the tendon [N], pulling where negative
+    input_force: float  # by which MuJoCo acts along the tendon [N], pulling where negative
+    applied: float  # whether the last evaluation applied its forces
+    witness: float  # index of a number of `cfrc_ext` that has the sheaths' wrenches
+    witness_value: float  # what it was with them
     damping_poly_1: float  # work space for MuJoCo
     damping_poly_2: float
     # committed
     started: float  # whether the tendon has been laid along its path
     wound_in: float  # tendon on the reel [m]
     wound_out: float  # tendon on the output's spool [m]
+    spring_length: float  # rest length of the tendon's own spring [m]
+    spring_product: float  # its stiffness times that [N], 0 where EA is not made of it
+    constraint_force: float  # of equalities and limits of the tendon [N], pulling where negative
     commit_time: float  # [s]
     unsolved: float  # evaluations without a solution
     rebound: float  # times that the state was found to be another model's, or none
@@ -94,6 +104,7 @@ class State:
     has_trial: float
     trial_wound_in: float  # [m]
     trial_wound_out: float  # [m]
+    trial_spring_length: float  # [m]
     trial_time: float  # [s]
     trial_elapsed: float  # time that the step on trial takes [s]
     reel_torque: float  # by which the last evaluation turned the reel's joint back [N m]
@@ -154,6 +165,7 @@ def clear_step(address: int, state_size: int) -> None:
     state.laid_pretension = state.ratios_vary = state.strain_kept = state.speed_kept = 0.0
     state.has_trial = state.trial_wound_in = state.trial_wound_out = 0.0
     state.trial_time = state.trial_elapsed = state.reel_torque = state.input_force = 0.0
+    state.applied = state.constraint_force = 0.0
     state.ratio_law.axial_stiffness = 0.0  # the ratios are those of no law
 
 

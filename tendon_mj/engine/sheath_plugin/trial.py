@@ -16,7 +16,13 @@ from tendon_mj.sheath.segment_law import friction_work
 
 @compiled
 def store_trial(
-    state: State, segments: Segments, guides: Guides, wound_in: float, wound_out: float, time: float
+    state: State,
+    segments: Segments,
+    guides: Guides,
+    wound_in: float,
+    wound_out: float,
+    spring_length: float,
+    time: float,
 ) -> None:
     """Store the result of an evaluation for ``commit``."""
     ea = state.law.axial_stiffness
@@ -36,6 +42,7 @@ def store_trial(
     if state.strain_kept != 0.0:
         store_trial_strain(state, segments)
     state.trial_wound_in, state.trial_wound_out = wound_in, wound_out
+    state.trial_spring_length = spring_length
     state.trial_time = time
     state.has_trial = 1.0
 
@@ -64,6 +71,7 @@ def commit(address: int) -> None:
     if state.arcs > 0.0:
         _commit_arcs(segments, guides, unpack_arcs(address))
     segments[0].stored -= state.trial_wound_in - state.wound_in
+    segments[0].stored += state.trial_spring_length - state.spring_length
     segments[last].stored -= state.trial_wound_out - state.wound_out
     if state.strain_kept != 0.0:
         commit_strain(segments, guides)
@@ -81,5 +89,6 @@ def commit(address: int) -> None:
         refill_inputs(segments, guides)
     commit_velocity(state, guides)
     state.wound_in, state.wound_out = state.trial_wound_in, state.trial_wound_out
+    state.spring_length = state.trial_spring_length
     state.commit_time = state.trial_time
     state.has_trial = 0.0

@@ -9,7 +9,8 @@
 | | ``stiffness`` and ``damping`` of every joint that had ``springdamper``, in place of that |
 | | of muscles always ``lengthrange``, which their gear and masses change |
 | ``mass`` of a body | its ``<inertial>``, which is made where its geoms have the mass |
-| ``command_scale``, ``command_offset``, ``command_delay`` | ``user`` data, in this order |
+| ``command_scale``, ``command_offset``, ``command_delay`` | ``user`` data, in this order; of a |
+| | joint ``<custom><text name="<joint>.command" data="…"/>`` |
 | ``scale`` … ``drift`` of a sensor | the sensor's ``user`` data, in the order of `Readout` |
 | ``efficiency``, ``rest_in`` … of it | ``<custom><text name="<sensor>.gear" data="…"/>``, all |
 | ``gravity.x`` … | ``<option gravity>`` |
@@ -35,7 +36,7 @@ from tendon_mj.replay.live_parameters import CORRECTION, DRAWN_BEND, EXTRA_BEND,
 from tendon_mj.replay.muscle import is_muscle
 from tendon_mj.replay.parameters import GEAR, GEARED, SLIP, Adjustable
 from tendon_mj.replay.patch.check_written import check_written
-from tendon_mj.replay.readout import USER_NUMBERS
+from tendon_mj.replay.readout import JOINT_COMMAND, USER_NUMBERS
 from tendon_mj.whole_file import whole_file
 
 FloatArray = NDArray[np.float64]
@@ -85,6 +86,9 @@ def patch_model(
         element, parameter = name.rsplit(".", 1)
         if kinds[name] == "live":
             _write_live(text, adjustable, element, parameter, value)
+        elif kinds[name] == "joint" and parameter.startswith("command_"):
+            row = adjustable.joint_commands[adjustable.model.joint(element).id]
+            _write_custom(text, element + JOINT_COMMAND, numbers(row))
         elif kinds[name] == "joint":
             _write_joint(text, adjustable.model, spec, element, parameter, value)
         elif kinds[name] == "body":

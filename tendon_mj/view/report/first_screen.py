@@ -27,6 +27,8 @@ def meaning(diagnosis: Diagnosis) -> str:
     verdict = diagnosis.verdict
     if verdict == "nothing missing" and diagnosis.bars:
         return "The model explains the recordings down to what differs between sessions of the rig."
+    if diagnosis.withheld:
+        return "The recordings have a fault; whether the model lacks anything cannot be said."
     if verdict == "named" and all(found.recording for found in diagnosis.findings):
         return "An event explains the error; the model lacks nothing else."
     if verdict == "named" and all(found.kind == "parameter" for found in diagnosis.findings):
@@ -38,6 +40,8 @@ def headline(diagnosis: Diagnosis) -> str:
     """What was found, in a sentence with the values and their units."""
     if diagnosis.verdict == "nothing missing":
         return "Nothing is missing from the model."
+    if diagnosis.withheld:
+        return "No effect was sought: the recordings have a fault that would be taken for one."
     if diagnosis.verdict == "unknown":
         return "Nothing in the catalogue explains the error."
     missing, wrong, happened = (
@@ -69,6 +73,15 @@ def what_to_do(diagnosis: Diagnosis) -> list[str]:
             "Use model.xml, the model with its calibrated values.",
             "An effect that the motion of these recordings does not bring out cannot be seen in"
             " them: record the motions that the model is for.",
+        ]
+    if diagnosis.withheld:
+        return [
+            "Do not rely on model.xml: what is uncertain was fitted to the fault too.",
+            *(
+                f"{w.place}: {w.way_out}; then diagnose again."
+                for w in diagnosis.checks
+                if w.blocks
+            ),
         ]
     if diagnosis.verdict == "unknown":
         advice = advise(diagnosis.closest, catalogue)

@@ -27,7 +27,12 @@ from tendon_mj.engine.sheath_plugin.binding.signature import (
     config_signature,
     is_signature,
 )
-from tendon_mj.engine.sheath_plugin.input_force import acts_on, has_spring
+from tendon_mj.engine.sheath_plugin.input_force import (
+    acts_on,
+    has_spring,
+    is_constrained,
+    note_spring,
+)
 from tendon_mj.engine.sheath_plugin.path.branches import count_wraps, mark_branches
 from tendon_mj.engine.sheath_plugin.state import (
     State,
@@ -74,18 +79,35 @@ def _bind_drive(layout: Layout, m: int, instance: int, state: State) -> None:
     """Find what pulls along the tendon, for a sheath without a reel or spools."""
     tendon = int(state.tendon)
     state.first_actuator, state.last_actuator = -1.0, -1.0
-    state.driven, state.leads = 0.0, 0.0
-    if state.reel_joint >= 0.0 or state.output_joint >= 0.0 or state.reel_actuator >= 0.0:
+    state.driven, state.leads, state.constrained = 0.0, 0.0, 0.0
+    cable = at.is_cable_spring(at.text_at(layout, m, instance, at.SPRING))
+    state.own_spring = cable
+    if cable or _is_spooled(state):
         return
     for actuator in range(size(m + layout.m_nactuator)):
         if acts_on(layout, m, actuator, tendon):
             if state.first_actuator < 0.0:
                 state.first_actuator = actuator
             state.last_actuator = actuator
-    if state.first_actuator < 0.0 and not has_spring(layout, m, tendon):
+    if state.first_actuator < 0.0 and not _is_pulled(layout, m, instance, tendon):
         return
     state.driven = 1.0
+    state.constrained = is_constrained(layout, m, tendon)
     state.leads = not _is_led(layout, m, instance)
+
+
+@compiled
+def _is_spooled(state: State) -> bool:
+    """Whether a reel or a joint winds the tendon."""
+    return state.reel_joint >= 0.0 or state.output_joint >= 0.0 or state.reel_actuator >= 0.0
+
+
+@compiled
+def _is_pulled(layout: Layout, m: int, instance: int, tendon: int) -> bool:
+    """Whether a spring pulls a tendon, or an equality or a limit one of no stated length."""
+    return has_spring(layout, m, tendon) or (
+        not at.has_length(layout, m, instance) and is_constrained(layout, m, tendon)
+    )
 
 
 @apart
@@ -96,12 +118,13 @@ def _is_led(layout: Layout, m: int, instance: int) -> bool:
     for other in range(instance):
         if integer(slots, other) != integer(slots, instance) or at.is_sensor(layout, m, other):
             continue
-        spooled = byte(at.text_at(layout, m, other, at.REEL_JOINT), 0) != 0
+        spooled = at.is_cable_spring(at.text_at(layout, m, other, at.SPRING))
+        spooled |= byte(at.text_at(layout, m, other, at.REEL_JOINT), 0) != 0
         spooled |= byte(at.text_at(layout, m, other, at.OUTPUT_JOINT), 0) != 0
         if spooled or range_of(reels, actuators, other)[1] >= 0:
             continue
         tendon = resolve(layout, m, other, at.TENDON, _TENDON)
-        if has_spring(layout, m, tendon):
+        if _is_pulled(layout, m, other, tendon):
             return True
         for actuator in range(actuators):
             if acts_on(layout, m, actuator, tendon):
@@ -155,7 +178,10 @@ def reset_sheath(layout: Layout, m: int, address: int, instance: int) -> None:
             at.text_at(layout, m, instance, at.FIRST_PARAMETER + parameter)
         )
     _bind(layout, m, instance, address, False)
-    state_at(address).config_signature = config_signature(layout, m, instance)
+    state = state_at(address)
+    if state.own_spring != 0.0 and state.sheath_signature != NONE:
+        note_spring(layout, m, state, at.has_length(layout, m, instance))
+    state.config_signature = config_signature(layout, m, instance)
 
 
 @apart

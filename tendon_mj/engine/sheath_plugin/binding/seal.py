@@ -42,6 +42,7 @@ def model_signature(layout: Layout, m: int) -> float:
     """Signature of all that the signatures of a model's sheaths and sensors are made of."""
     tendons, joints = size(m + layout.m_ntendon), size(m + layout.m_njnt)
     actuators, sensors = size(m + layout.m_nactuator), size(m + layout.m_nsensor)
+    equalities = size(m + layout.m_neq)
     instances, elements = size(m + layout.m_nplugin), size(m + layout.m_nwrap)
     h = joints
     for start, count in (
@@ -54,6 +55,10 @@ def model_signature(layout: Layout, m: int) -> float:
         (m + layout.m_tendon_num, 4 * tendons),
         (m + layout.m_wrap_type, 4 * elements),
         (m + layout.m_wrap_objid, 4 * elements),
+        (m + layout.m_tendon_limited, tendons),
+        (m + layout.m_eq_type, 4 * equalities),
+        (m + layout.m_eq_obj1id, 4 * equalities),
+        (m + layout.m_eq_obj2id, 4 * equalities),
         (m + layout.m_actuator_trntype, 4 * actuators),
         (m + layout.m_actuator_trnid, 8 * actuators),
         (m + layout.m_actuator_plugin, 4 * actuators),

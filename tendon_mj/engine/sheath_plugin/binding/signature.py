@@ -22,7 +22,7 @@ from tendon_mj.abi.library import mj_id2name
 from tendon_mj.abi.memory import byte, integer, pointer, size, word
 from tendon_mj.abi.wrapping_arithmetic import plus, times
 from tendon_mj.compilation import apart, compiled
-from tendon_mj.engine.sheath_plugin.input_force import has_spring
+from tendon_mj.engine.sheath_plugin.input_force import has_spring, is_constrained
 from tendon_mj.engine.sheath_plugin.state import fits, path_counts, state_at
 
 _OBJ = mujoco.mjtObj
@@ -216,7 +216,8 @@ def binding_signature(layout: Layout, m: int, instance: int, address: int) -> fl
     h, tendon = int(number), int(state.tendon)
     for count in path_counts(state):
         h = _with_index(h, count, state_size)
-    h = _with_index(_with_index(h, state.driven, state_size), state.leads, state_size)
+    for flag in (state.driven, state.leads, state.own_spring, state.constrained):
+        h = _with_index(h, flag, state_size)
     first = integer(pointer(m + layout.m_tendon_adr), tendon)
     path = 4 * integer(pointer(m + layout.m_tendon_num), tendon)
     h = mixed(h, hashed(pointer(m + layout.m_wrap_type) + 4 * first, path))
@@ -232,6 +233,7 @@ def binding_signature(layout: Layout, m: int, instance: int, address: int) -> fl
         h = mixed(h, hashed(pointer(m + layout.m_actuator_trnid), 8 * actuators))
         if ends[0] == -1.0:
             h = mixed(h, int(has_spring(layout, m, tendon)))
+        h = mixed(h, int(is_constrained(layout, m, tendon)))
     return as_number(h)
 
 

@@ -14,10 +14,14 @@ from tendon_mj.errors import InvalidValueError
 _OBJ = mujoco.mjtObj
 _JOINTS = ("reel_joint", "output_joint")
 # Parameters that a sheath whose input tension is given has no use for.
-_OF_A_REEL = ("pretension", "backlash", "sheath_compliance", "viscous_friction", "tendon_mass")
-_GIVEN = "has no meaning where an actuator or a spring gives the input tension of tendon {!r}"
+_LENGTHS = ("pretension", "slack")
+_OF_A_REEL = (*_LENGTHS, "backlash", "sheath_compliance", "viscous_friction", "tendon_mass")
+_GIVEN = (
+    "has no meaning where an actuator, a spring, an equality or a limit gives the input tension of"
+    " tendon {!r}"
+)
 # Attributes that are read here.
-DRIVE: Final = (*_JOINTS, "axial_stiffness", *_OF_A_REEL)
+DRIVE: Final = (*_JOINTS, "spring", "axial_stiffness", *_OF_A_REEL)
 
 
 class Drive(NamedTuple):
@@ -25,18 +29,25 @@ class Drive(NamedTuple):
 
     Attributes:
         is_wound: whether a reel or a joint winds it in.
+        is_cable: whether its own spring is the cable's elasticity.
         spring: coefficients of its own spring, lowest order first.
+        spring_range: lengths between which that is slack [m].
         pullers: actuators that pull on it as a whole.
+        is_constrained: whether an equality or a limit pulls it, and its length is not stated.
     """
 
     is_wound: bool
+    is_cable: bool
     spring: tuple[float, ...]
+    spring_range: tuple[float, float]
     pullers: list[int]
+    is_constrained: bool
 
     @property
     def is_given(self) -> bool:
-        """Whether actuators and the tendon's own spring give the input tension."""
-        return not self.is_wound and (any(self.spring) or bool(self.pullers))
+        """Whether MuJoCo's forces along the tendon give the input tension."""
+        pulled = any(self.spring) or bool(self.pullers) or self.is_constrained
+        return pulled and not (self.is_wound or self.is_cable)
 
 
 def read_drive(model: Draft, config: Mapping[str, str], tendon: int, reels: Sequence[int]) -> Drive:
@@ -44,8 +55,21 @@ def read_drive(model: Draft, config: Mapping[str, str], tendon: int, reels: Sequ
     higher = model.doubles("tendon_stiffnesspoly")[2 * tendon : 2 * tendon + 2]
     return Drive(
         is_wound=bool(reels) or any(config[joint] for joint in _JOINTS),
+        is_cable=config["spring"] == "cable",
         spring=(model.doubles("tendon_stiffness")[tendon], *higher),
+        spring_range=tuple(model.doubles("tendon_lengthspring")[2 * tendon : 2 * tendon + 2]),
         pullers=[k for k in _on_tendon(model, tendon) if k not in reels],
+        is_constrained=not any(config[name] for name in _LENGTHS)
+        and _is_constrained(model, tendon),
+    )
+
+
+def _is_constrained(model: Draft, tendon: int) -> bool:
+    """Whether an equality or a limit may act on a tendon."""
+    kinds, firsts, seconds = (model.ints(f"eq_{k}") for k in ("type", "obj1id", "obj2id"))
+    return model.bools("tendon_limited")[tendon] or any(
+        kinds[k] == mujoco.mjtEq.mjEQ_TENDON.value and tendon in (firsts[k], seconds[k])
+        for k in range(int(model.fields.neq))
     )
 
 
@@ -69,10 +93,23 @@ def check_drive(config: Mapping[str, str], drive: Drive, where: str, tendon: str
     Raises:
         InvalidValueError: one that is missing, or has no meaning.
     """
-    if not drive.is_given and not config["axial_stiffness"]:
+    if not drive.is_given and not config["axial_stiffness"] and not drive.is_cable:
         raise InvalidValueError(
-            f"{where}: axial_stiffness is missing (its unit is N); only a tendon that an actuator "
-            "or a spring of its own pulls on does without"
+            f"{where}: axial_stiffness is missing (its unit is N); only a tendon that an actuator, "
+            "a spring of its own, an equality or a limit pulls on does without"
+        )
+    shortest, longest = drive.spring_range
+    is_plain = drive.spring[0] > 0.0 and not any(drive.spring[1:])
+    if (
+        drive.is_cable
+        and not config["axial_stiffness"]
+        and not (is_plain and longest > 0.0 and not 0.0 < shortest < longest)
+    ):
+        raise InvalidValueError(
+            f"{where}: spring = cable, and tendon {tendon!r} has the stiffness "
+            f"{' '.join(f'{k:g}' for k in drive.spring)} and springlength {shortest:g} "
+            f"{longest:g} [m]; a cable's stiffness is positive and linear from one rest length "
+            "on: give it such ones, or axial_stiffness [N]"
         )
     useless = [k for k in _OF_A_REEL if drive.is_given and config[k] and float(config[k]) != 0.0]
     if useless:
@@ -83,16 +120,22 @@ def check_drive(config: Mapping[str, str], drive: Drive, where: str, tendon: str
 
 
 def check_alone(model: Draft, drive: Drive, where: str, tendon: str) -> None:
-    """Check that nothing else pulls on a tendon that is wound in.
+    """Check that nothing else pulls on a tendon that is wound in, or that is its own spring.
 
     Raises:
         InvalidValueError: a spring of the tendon's own, or an actuator on it.
     """
-    if drive.is_wound and any(drive.spring):
+    if drive.is_wound and any(drive.spring) and not drive.is_cable:
         raise InvalidValueError(
             f"{where}: tendon {tendon!r} has a stiffness of its own, "
             f"{' '.join(f'{k:g}' for k in drive.spring)}, which would "
-            "act beside the sheath's axial_stiffness; remove it"
+            "act besides the sheath's axial_stiffness; remove it, or write spring = cable"
+        )
+    if drive.is_cable and not drive.is_wound and drive.pullers:
+        names = ", ".join(repr(model.name(_OBJ.mjOBJ_ACTUATOR, k)) for k in drive.pullers)
+        raise InvalidValueError(
+            f"{where}: spring = cable, and actuator {names} pulls on tendon {tendon!r} as a whole; "
+            "write spring = input, so that both forces are its input tension"
         )
     if drive.is_wound and drive.pullers:
         names = ", ".join(repr(model.name(_OBJ.mjOBJ_ACTUATOR, k)) for k in drive.pullers)

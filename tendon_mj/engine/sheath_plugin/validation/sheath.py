@@ -13,7 +13,7 @@ import mujoco
 
 from tendon_mj.abi.library import C
 from tendon_mj.abi.model_in_compilation import Draft, find, read_number
-from tendon_mj.engine.sheath_plugin.attributes import ATTRIBUTES, INPUT_ENDS
+from tendon_mj.engine.sheath_plugin.attributes import ATTRIBUTES, INPUT_ENDS, SPRINGS
 from tendon_mj.engine.sheath_plugin.binding.own_config import check_own_names, own_config
 from tendon_mj.engine.sheath_plugin.binding.sheath_of_tendon import by_tendon
 from tendon_mj.engine.sheath_plugin.binding.sleep import check_awake, sleeps
@@ -155,6 +155,8 @@ def _check_instance(
     _check_numbers(config, where)
     if config["input_end"] not in ("", *INPUT_ENDS):
         raise UnknownNameError("input_end", config["input_end"], INPUT_ENDS, where)
+    if config["spring"] not in ("", *SPRINGS):
+        raise UnknownNameError("spring", config["spring"], SPRINGS, where)
     for end in ("reel", "output"):
         if config[f"{end}_joint"]:
             _find_spool(model, config[f"{end}_joint"], f"{where}: {end}_joint")

@@ -1,0 +1,187 @@
+"""Kernels of the acceleration stage: what constraints pulled, and the reactions of the spans.
+
+As the plugin's `reactions` and `input_force`. MuJoCo Warp counts one tension along each tendon in
+`cfrc_ext` and `cfrc_int`; every span adds the wrench of what friction makes of it. Both arrays may
+be there already from an earlier call, so what was written is kept: numbers that are the same have
+their wrench.
+"""
+
+import warp as wp
+
+from tendon_mj.warp.path import point_at
+from tendon_mj.warp.tendons import Tendons
+
+wp.set_module_options({"enable_backward": False})
+
+_OF_TENDONS = wp.constant(3)  # mjtEq
+_TENDON_LIMIT = wp.constant(4)  # mjtConstraint
+FORCE, TORQUE = 4, 5  # mjtSensor
+_FORCE = wp.constant(FORCE)
+_REAL = wp.constant(0)  # mjtDataType
+
+
+@wp.struct
+class Solved:
+    """What of a model and its worlds tells the force of constraints along a tendon."""
+
+    eq_type: wp.array[wp.int32]
+    eq_obj1id: wp.array[wp.int32]
+    eq_obj2id: wp.array[wp.int32]
+    eq_data: wp.array2d[wp.types.vector(length=12, dtype=wp.float32)]
+    tendon_range: wp.array2d[wp.vec2]
+    tendon_length0: wp.array2d[wp.float32]
+    ten_length: wp.array2d[wp.float32]
+    ne: wp.array[wp.int32]
+    nf: wp.array[wp.int32]
+    nl: wp.array[wp.int32]
+    type: wp.array2d[wp.int32]
+    id: wp.array2d[wp.int32]
+    force: wp.array2d[wp.float32]
+
+
+@wp.func
+def _of_equality(c: Solved, row: int, tendon: int, w: int) -> float:
+    which = c.id[w, row]
+    force = float(0.0)
+    if c.eq_type[which] != _OF_TENDONS:
+        return force
+    if c.eq_obj1id[which] == tendon:
+        force += c.force[w, row]
+    if c.eq_obj2id[which] == tendon:
+        x = c.ten_length[w, tendon] - c.tendon_length0[w % c.tendon_length0.shape[0], tendon]
+        p = c.eq_data[w % c.eq_data.shape[0], which]
+        slope = p[1] + x * (2.0 * p[2] + x * (3.0 * p[3] + x * 4.0 * p[4]))
+        force -= c.force[w, row] * slope
+    return force
+
+
+@wp.func
+def _of_limit(c: Solved, row: int, tendon: int, w: int) -> float:
+    if c.type[w, row] != _TENDON_LIMIT or c.id[w, row] != tendon:
+        return 0.0
+    length, ends = c.ten_length[w, tendon], c.tendon_range[w % c.tendon_range.shape[0], tendon]
+    return wp.where(length - ends[0] < ends[1] - length, c.force[w, row], -c.force[w, row])
+
+
+@wp.kernel
+def note_constraints(c: Solved, t: Tendons) -> None:
+    """Note the force of equalities and limits along tendons; threads (sheaths, worlds)."""
+    k, w = wp.tid()
+    if not t.constrained[k]:
+        return
+    total = float(0.0)
+    rows = c.id.shape[1]  # there are fewer where the room for constraints is used up
+    for row in range(wp.min(c.ne[w], rows)):
+        total += _of_equality(c, row, t.tendon[k], w)
+    begin = c.ne[w] + c.nf[w]
+    for row in range(begin, wp.min(begin + c.nl[w], rows)):
+        total += _of_limit(c, row, t.tendon[k], w)
+    t.solved_force[k, w] = wp.float64(total)
+
+
+@wp.func
+def _wrench(at: wp.vec3, centre: wp.vec3, force: wp.vec3) -> wp.spatial_vector:
+    return wp.spatial_vector(wp.cross(at - centre, force), force)
+
+
+@wp.func
+def _add_once(
+    total: wp.array2d[wp.spatial_vector],
+    written: wp.array2d[wp.spatial_vector],
+    w: int,
+    body: int,
+    wrench: wp.spatial_vector,
+) -> None:
+    """Add a wrench, unless the sum is what was written when it was added last."""
+    value = total[w, body]
+    before = written[w, body]
+    summed = value + wrench  # in a pair, `value` would be what stands there when it is used
+    same = bool(True)
+    changes = bool(False)
+    for i in range(6):
+        same = same and value[i] == before[i]
+        changes = changes or wrench[i] != 0.0
+    if not changes:
+        written[w, body] = wp.spatial_vector(wp.nan, wp.nan, wp.nan, wp.nan, wp.nan, wp.nan)
+    elif not same:
+        total[w, body] = summed
+        written[w, body] = summed
+
+
+@wp.kernel
+def add_reactions(
+    t: Tendons,
+    behind: wp.array[wp.int32],
+    rootid: wp.array[wp.int32],
+    subtree_com: wp.array2d[wp.vec3],
+    wrap_xpos: wp.array2d[wp.spatial_vector],
+    written_ext: wp.array2d[wp.spatial_vector],
+    written_int: wp.array2d[wp.spatial_vector],
+    cfrc_ext: wp.array2d[wp.spatial_vector],
+    cfrc_int: wp.array2d[wp.spatial_vector],
+) -> None:
+    """Add the wrenches of all spans; threads (bodies, worlds).
+
+    ``behind`` is the number of the first body after those that a body carries. A span both of whose
+    ends a body carries does not pass the body's joint.
+    """
+    body, w = wp.tid()
+    outer = wp.spatial_vector()
+    inner = wp.spatial_vector()
+    for row in range(t.point.shape[0]):
+        at, pull = t.point[row, w], wp.float32(t.pull[row, w])
+        near, far = t.near_body[row, w], t.far_body[row, w]
+        if at >= 0 and near != far and pull != 0.0:
+            p, q = point_at(wrap_xpos, w, at), point_at(wrap_xpos, w, at + 1)
+            force = pull * wp.normalize(q - p)
+            on_near = _wrench(p, subtree_com[w, rootid[near]], force)
+            on_far = _wrench(q, subtree_com[w, rootid[far]], -force)
+            carries_near = near > 0 and body <= near and near < behind[body]
+            carries_far = far > 0 and body <= far and far < behind[body]
+            if not (carries_near and carries_far and rootid[near] == rootid[far]):
+                if carries_near:
+                    inner -= on_near
+                if carries_far:
+                    inner -= on_far
+            if body > 0 and body == near:
+                outer += on_near
+            if body > 0 and body == far:
+                outer += on_far
+    _add_once(cfrc_ext, written_ext, w, body, outer)
+    _add_once(cfrc_int, written_int, w, body, inner)
+
+
+@wp.struct
+class Cells:
+    """Sensors of force and torque, and where they are."""
+
+    sensor_type: wp.array[wp.int32]
+    sensor_datatype: wp.array[wp.int32]
+    sensor_objid: wp.array[wp.int32]
+    sensor_adr: wp.array[wp.int32]
+    sensor_cutoff: wp.array[wp.float32]
+    site_bodyid: wp.array[wp.int32]
+    body_rootid: wp.array[wp.int32]
+    site_xpos: wp.array2d[wp.vec3]
+    site_xmat: wp.array2d[wp.mat33]
+    subtree_com: wp.array2d[wp.vec3]
+    cfrc_int: wp.array2d[wp.spatial_vector]
+
+
+@wp.kernel
+def fill_sensors(sensors: wp.array[wp.int32], m: Cells, sensordata: wp.array2d[wp.float32]) -> None:
+    """Fill sensors of force and torque, as MuJoCo Warp does; threads (sensors, worlds)."""
+    k, w = wp.tid()
+    sensor = sensors[k]
+    site = m.sensor_objid[sensor]
+    body = m.site_bodyid[site]
+    value = wp.spatial_bottom(m.cfrc_int[w, body])
+    if m.sensor_type[sensor] != _FORCE:
+        arm = m.site_xpos[w, site] - m.subtree_com[w, m.body_rootid[body]]
+        value = wp.spatial_top(m.cfrc_int[w, body]) - wp.cross(arm, value)
+    value = wp.transpose(m.site_xmat[w, site]) * value
+    cutoff = m.sensor_cutoff[sensor]
+    limited = cutoff > 0.0 and m.sensor_datatype[sensor] == _REAL
+    for i in range(3):
+        shown = wp.where(limited, wp.clamp(value[i], -cutoff, cutoff), value[i])
+        sensordata[w, m.sensor_adr[sensor] + i] = shown

@@ -1,0 +1,112 @@
+"""Equalities and limits of MuJoCo's give a sheath its input tension."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj import TendonWarning, add_friction, view_sheath
+
+COUPLED = """<mujoco><option timestep=".001" gravity="0 0 0"/>
+  <default><geom contype="0" conaffinity="0" size=".01" mass=".2"/><joint damping="8"/></default>
+  <worldbody>
+    <site name="a0" pos="-.3 0 0"/><site name="b0" pos="-.3 .1 0"/><site name="b1" pos="0 .1 0"/>
+    <body name="a"><joint name="a" type="slide" axis="1 0 0" stiffness="20"/><geom/>
+      <site name="a1"/></body>
+    <body name="b" pos="0 .1 .2"><joint name="b" type="slide" axis="0 0 1" stiffness="30"/><geom/>
+      <site name="b2"/></body>
+  </worldbody>
+  <tendon>
+    <spatial name="a"><site site="a0"/><site site="a1"/></spatial>
+    <spatial name="b"><site site="b0"/><site site="b1"/><site site="b2"/></spatial>
+  </tendon>
+  <equality><tendon tendon1="b" tendon2="a" polycoef="0 {ratio} 0 0 0" solref=".004 1"/></equality>
+  <actuator><motor name="pull" tendon="a" gear="-1"/></actuator></mujoco>"""
+
+ROPE = """<mujoco><option timestep=".001" integrator="implicitfast" gravity="0 0 0"/>
+  <default><geom contype="0" conaffinity="0"/><joint damping="2"/></default><worldbody>
+    <body pos="-.1 0 0"><joint name="drive" type="slide" axis="-1 0 0"/><geom size=".01" mass=".2"/>
+      <site name="d"/></body>
+    <site name="g"/>
+    <body pos="0 0 .1"><joint name="load" type="slide" axis="0 0 1" stiffness="100"/>
+      <geom size=".01" mass=".2"/><site name="e"/></body></worldbody>
+  <tendon><spatial name="rope" range="0 .22" solreflimit=".004 1"><site site="d"/>
+    <site site="g"/><site site="e"/></spatial></tendon>
+  <actuator><motor name="push" joint="drive"/></actuator></mujoco>"""
+
+
+def pulled(spec, force, steps=6000):
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    for k in range(steps):
+        data.ctrl[0] = force * min(1.0, 2.0 * k / steps)
+        mujoco.mj_step(model, data)
+    return model, data
+
+
+@pytest.mark.parametrize("ratio", [1.0, 0.5])
+def test_a_cable_that_an_equality_pulls_rubs_and_relieves_the_one_that_pulls_it(ratio):
+    spec = mujoco.MjSpec.from_string(COUPLED.format(ratio=ratio))
+    with pytest.warns(TendonWarning, match="a"):  # has nothing to rub on
+        add_friction(spec, "*", friction=0.2)
+    model, data = pulled(spec, 4.0)
+    a, b = (view_sheath(model, data, name) for name in "ab")
+    arrives = np.exp(-0.2 * np.pi / 2)
+    handed = float(b.input_tension)  # of obj1; obj2 bears it times the slope of the polynomial
+    assert handed > 1.0
+    assert handed == pytest.approx(-float(data.efc_force[0]), rel=1e-2)
+    assert b.output_tension / b.input_tension == pytest.approx(arrives, rel=1e-2)
+    assert float(a.input_tension) == pytest.approx(4.0 - ratio * handed, rel=1e-2)
+    np.testing.assert_allclose(-20 * data.qpos[0], a.output_tension, rtol=1e-2)
+    np.testing.assert_allclose(-30 * data.qpos[1], b.output_tension, rtol=1e-2)
+
+
+@pytest.mark.parametrize("given", [{}, {"axial_stiffness": 2e4}])
+def test_a_rope_by_its_range_is_as_long_and_loses_what_the_capstan_says(given):
+    spec = add_friction(mujoco.MjSpec.from_string(ROPE), "rope", friction=0.3, **given)
+    model, data = pulled(spec, 10.0)
+    view, ends = view_sheath(model, data, "rope"), []
+    for _ in range(500):  # at rest friction holds within what it could, all but the last per cent
+        mujoco.mj_step(model, data)
+        ends.append((float(view.input_tension), float(view.output_tension)))
+    pull, load = np.mean(ends, axis=0)
+    assert pull == pytest.approx(10.0, rel=1e-3)
+    assert load / pull == pytest.approx(np.exp(-0.3 * np.pi / 2), rel=2e-2)
+    assert -100 * data.joint("load").qpos[0] == pytest.approx(load, rel=2e-3)
+    assert float(data.ten_length[0]) == pytest.approx(0.22, abs=1e-3)
+    drawn = float(data.joint("drive").qpos[0])
+    model.tendon_range[0, 1] -= 0.01
+    mujoco.mj_step(model, data, 4000)
+    assert float(data.ten_length[0]) == pytest.approx(0.21, abs=1e-3)
+    assert data.joint("drive").qpos[0] < drawn - 5e-3
+
+
+@pytest.mark.parametrize("text", [COUPLED.format(ratio=1.0), ROPE])
+@pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
+def test_without_friction_the_model_moves_as_without_a_sheath(text):
+    plain = pulled(mujoco.MjSpec.from_string(text), 5.0, 2000)[1]
+    spec = add_friction(mujoco.MjSpec.from_string(text), "*", friction=0.0)
+    np.testing.assert_array_equal(plain.qpos, pulled(spec, 5.0, 2000)[1].qpos)
+    assert np.abs(plain.qpos).max() > 0.01
+
+
+def test_a_state_that_is_handed_on_continues_bit_for_bit():
+    model, data = pulled(add_friction(mujoco.MjSpec.from_string(ROPE), "rope", friction=0.3), 8.0)
+    kind = mujoco.mjtState.mjSTATE_INTEGRATION
+    state = np.empty(mujoco.mj_stateSize(model, kind))
+    mujoco.mj_getState(model, data, state, kind)
+    other = mujoco.MjData(model)
+    mujoco.mj_setState(model, other, state, kind)
+    for d in (data, other):
+        d.ctrl[0] = 3.0
+        mujoco.mj_step(model, d, 50)
+    np.testing.assert_array_equal(data.qpos, other.qpos)
+    np.testing.assert_array_equal(data.plugin_state, other.plugin_state)
+
+
+@pytest.mark.parametrize(
+    ("given", "name"), [({"pretension": 0.0}, "limit"), ({"slack": 1e-2}, "limit")]
+)
+def test_a_limit_past_a_held_tendon_is_told_with_the_length_that_it_allows(given, name):
+    spec = mujoco.MjSpec.from_string(ROPE)
+    with pytest.warns(TendonWarning, match=rf"rope.*{name}.*mm"):
+        add_friction(spec, "rope", friction=0.3, axial_stiffness=2e4, **given)
