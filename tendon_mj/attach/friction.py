@@ -20,7 +20,7 @@ from tendon_mj.attach.sheath_design import Design, Request, design_sheath
 from tendon_mj.attach.sheathed import actuators_by_tendon, force_on_tendon, sheaths_by_tendon
 from tendon_mj.attach.spool import Spool, SpoolDesign, add_spools, design_spool, spool_names
 from tendon_mj.attach.tendon_choice import Chosen, asks_for_several, check_spec, choose_tendons
-from tendon_mj.attach.tendon_path import idlers_are_possible, limited_joints
+from tendon_mj.attach.tendon_path import crossed_joints, idlers_are_possible, is_limited
 from tendon_mj.engine import INPUT_ENDS, NAME, SPRINGS
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError, UnsuitedTendonError
 from tendon_mj.sheath.law import LAW, OptionalParameters
@@ -178,7 +178,7 @@ def add_friction(
         [
             *(design.warning for design in spools.values() if design.warning),
             *(f"tendon {s.tendon_name!r}: {s.design.passing}" for s in sheaths if s.design.passing),
-            *_of_limited_joints({s.tendon_name: limited_joints(s.tendon) for s in driven}),
+            *_of_joints(spec, {s.tendon_name: crossed_joints(s.tendon) for s in driven}),
             *_of_pushes(driven, pulling),
             *side_sites,
         ],
@@ -276,17 +276,29 @@ def _say(
         warnings.warn(f"add_friction: {one}", TendonWarning, stacklevel=3)
 
 
-def _of_limited_joints(limited: Mapping[str, Sequence[str]]) -> list[str]:
-    """Warning of the joints that limit what the actuators of driven tendons do; none without."""
-    limited = {tendon: joints for tendon, joints in limited.items() if joints}
-    if not limited:
-        return []
-    joints = _listed(dict.fromkeys(joint for names in limited.values() for joint in names))
-    return [
-        f"actuatorfrcrange of joint {joints} limits what actuators do there, and the sheath on "
-        f"{_listed(limited)} rubs under their whole force: limit the tendon (its "
-        "actuatorfrcrange) or the actuator (its forcerange) instead"
+def _of_joints(spec: mujoco.MjSpec, crossed: Mapping[str, Sequence[mujoco.MjsJoint]]) -> list[str]:
+    """Warnings of joints that limit or sense what the actuators of driven tendons do there."""
+    joints = {joint.name: joint for joints in crossed.values() for joint in joints}
+    limited = [name for name, j in joints.items() if is_limited(j.actfrclimited, j.actfrcrange)]
+    on = [t for t, ends in crossed.items() if any(j.name in limited for j in ends)]
+    sensed = [
+        sensor.name
+        for sensor in spec.sensors
+        if sensor.type == mujoco.mjtSensor.mjSENS_JOINTACTFRC and sensor.objname in joints
     ]
+    said = []
+    if limited:
+        said.append(
+            f"actuatorfrcrange of joint {_listed(limited)} limits what actuators do there, and the"
+            f" sheath on {_listed(on)} rubs under their whole force: limit the tendon (its "
+            "actuatorfrcrange) or the actuator (its forcerange) instead"
+        )
+    if sensed:
+        said.append(
+            f"sensor {_listed(sensed)} (jointactuatorfrc) reads what actuators do there as if"
+            " nothing rubbed: add the joint's qfrc_passive, or read a torque sensor"
+        )
+    return said
 
 
 def _of_pushes(

@@ -75,14 +75,10 @@ def guides_are_beyond(tendon: mujoco.MjsTendon, input_end: str) -> bool:
     return not _joints_between(points[1:] if input_end == "first" else points[:-1])
 
 
-def limited_joints(tendon: mujoco.MjsTendon) -> list[str]:
-    """Joints that a spatial tendon crosses and that limit the force of their actuators."""
+def crossed_joints(tendon: mujoco.MjsTendon) -> list[mujoco.MjsJoint]:
+    """Joints that a spatial tendon crosses."""
     points = [p for p in tendon.path if p.type != _WRAP.mjWRAP_PULLEY and p.target is not None]
-    return [
-        joint.name
-        for joint in _joints_between(points)
-        if is_limited(joint.actfrclimited, joint.actfrcrange)
-    ]
+    return _joints_between(points)
 
 
 def is_limited(limited: int, ends: Sequence[float]) -> bool:

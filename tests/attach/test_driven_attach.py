@@ -286,3 +286,15 @@ def test_a_model_of_others_is_written_with_friction(path, tmp_path):
     for row in attached.rows:
         assert 0.0 <= row.least_bend <= row.bend <= row.most_bend
         assert row.transmission == pytest.approx(math.exp(-0.1 * row.bend))
+
+
+def test_a_sensor_of_the_actuators_at_a_joint_is_said_to_know_nothing_of_friction():
+    spec = arm()
+    spec.add_sensor(
+        name="moment",
+        type=mujoco.mjtSensor.mjSENS_JOINTACTFRC,
+        objtype=mujoco.mjtObj.mjOBJ_JOINT,
+        objname="elbow",
+    )
+    with pytest.warns(TendonWarning, match=r"'moment'.*qfrc_passive"):
+        add_friction(spec, "*", friction=0.1)
