@@ -98,7 +98,7 @@ def draw(spec, path, drive):
     if drive == "reel":
         given = {"axial_stiffness": 2e3, "pretension": 10.0, "reel": "reel"}
     if drive == "spools":
-        given = {"axial_stiffness": 2e3, "pretension": 10.0}
+        given = {"axial_stiffness": 2e3, "pretension": 30.0}
         given |= {"reel_joint": "wound", "reel_radius": 0.01}
         given |= {"output_joint": "paid_out", "output_radius": -0.02}
     if drive == "equality":
@@ -173,6 +173,7 @@ CASES = [
     (seed, path, drive)
     for seed, (path, drive) in enumerate(
         (path, drive)
+        for _ in range(2)
         for drive in DRIVES
         for path in PATHS
         if path != "pulley" or drive in ("motor", "muscle", "input", "equality", "limit")
