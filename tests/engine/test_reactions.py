@@ -60,7 +60,7 @@ def arm(seed, path="", drive=""):
     for name in ("wound", "paid_out"):
         spool = spec.worldbody.add_body(name=name)
         joint = spool.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, armature=1e-3)
-        joint.damping[0], joint.stiffness[0] = 0.1, 10.0
+        joint.damping[0], joint.stiffness[0] = 1.0, 10.0
         spool.add_geom(size=[0.01, 0, 0], mass=0.1, contype=0, conaffinity=0)
     if path:
         draw(spec, PATHS[path], drive)
