@@ -47,7 +47,7 @@ def _saturated(schedule: Schedule, adjustable: Adjustable) -> list[DataWarning]:
             continue
         name = model.actuator(actuator).name
         low, high = model.actuator_ctrlrange[actuator].tolist()
-        scale, offset, _ = adjustable.commands[actuator]
+        scale, offset = adjustable.commands[actuator, :2].tolist()
         control = scale * recording.columns[column] + offset
         slack = _NEAR * (high - low)
         share = float(np.mean((control <= low + slack) | (control >= high - slack)))
@@ -111,7 +111,7 @@ def _lets_go(schedule: Schedule, adjustable: Adjustable) -> list[DataWarning]:
         if model.actuator_trntype[actuator] not in _JOINT:
             continue
         dof = int(model.jnt_dofadr[model.actuator_trnid[actuator, 0]])
-        scale, offset, _ = adjustable.commands[actuator]
+        scale, offset = adjustable.commands[actuator, :2].tolist()
         first = float(scale * recording.columns[column][0] + offset)
         held = np.add(*_forces_at_start(adjustable, {actuator: first}))
         if abs(held[dof]) < _HELD * abs(none[dof]):

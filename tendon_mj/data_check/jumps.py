@@ -45,6 +45,8 @@ _EDGE, _PART = 20, 0.1  # samples and share of them: the shortest part of a spli
 _SPLIT = 0.4  # of the error, that a split leaves at most
 _AGREES = 2.5  # noises, that the model is off by at most on either side of a split
 _OTHER_SCALE = 0.03
+_SUDDEN, _HIDDEN = 0.5, 3.0  # of a step, and noises: by how much a reading itself steps at least
+_TIE = 1.3  # times the error that a step of a zero leaves, up to which a slip is as likely
 _GRADUAL = 0.5  # of the error of a gradual change, that a sudden one leaves at most
 
 
@@ -167,6 +169,8 @@ def _wrap_warning(
     beyond = changes if driven else changes - np.diff(simulated.columns[column])
     turns = np.append(0.0, np.cumsum(np.rint(beyond / period)))
     away = turns != np.median(turns)
+    if away.any() and np.ptp(series[away]) == 0.0:
+        return None  # one value for all of it: a sensor that dropped out
     if not np.any(away[2:] & away[1:-1] & away[:-2]):
         return None  # spikes
     unwrapped = _changed(recording, column, series - period * turns)
@@ -196,7 +200,9 @@ def _drive_warning(
     """A drive that jumps where nothing that it moves does."""
     series = recording.columns[column]
     changes = np.diff(series)
+    bends = np.abs(changes - _median_around(changes))
     large = np.abs(changes) > _STEP * np.percentile(np.abs(changes), _MOVES)
+    large |= bends > _STEP * np.percentile(bends, _USUAL)
     intervals = np.diff(recording.time)
     rows = np.flatnonzero(large & (intervals < _STEP * np.median(intervals))) + 1
     if not rows.size:
@@ -274,6 +280,10 @@ def _reading_warning(
             " that row on, or end the recording before it",
             blocks=True,
         )
+    changes = np.diff(read)
+    sudden = abs(float((changes - _median_around(changes))[jump.row - 1]))
+    if sudden < _SUDDEN * abs(jump.size) - _HIDDEN * noise_levels(recording)[column]:
+        return None  # a zero that is set anew steps between two samples
     values = (quantity(float(read[jump.row + k]), unit) for k in (-1, 0))
     return DataWarning(
         "zero_step",
@@ -421,7 +431,7 @@ def _slips(
             tried = replay(_shifted(recording, driven, jump.row, slip))
             if tried is None:
                 break
-            if float(np.sum(off(recording, tried) ** 2)) < left:
+            if float(np.sum(off(recording, tried) ** 2)) < _TIE * left:
                 return True
             change = wanted - off(recording, tried)
             power = float(np.sum(change**2))

@@ -103,6 +103,8 @@ def _lost_rows(
     recording: Recording, place: str, intervals: FloatArray, usual: float
 ) -> DataWarning | None:
     """Rows that are missing one by one: intervals of two, three … times the usual one."""
+    if usual >= _SLOW:  # points that were read one by one
+        return None
     times = np.rint(intervals / usual)
     whole = np.abs(intervals / usual - times) < _WHOLE
     lost = np.flatnonzero(whole & (times > 1.0))
@@ -189,7 +191,8 @@ def _rest_warnings(recording: Recording, place: str, settling: float) -> list[Da
     """Warn of rests that are closer to each other than they are long."""
     shortest = int(np.argmin(np.diff(recording.time)))
     between = float(np.diff(recording.time)[shortest])
-    if between >= settling:
+    steps = np.diff(recording.time)
+    if between >= settling or (np.ptp(steps) == 0.0 and between == 1.0):  # numbers of rows
         return []
     return [
         DataWarning(

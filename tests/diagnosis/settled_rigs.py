@@ -103,7 +103,7 @@ def settled(
     adjustable.set(hidden)
     model, data = adjustable.model, adjustable.data
     addresses = {c: int(model.sensor(m.sensor).adr[0]) for c, m in measured.items()}
-    scale, offset, _ = adjustable.commands[model.actuator("reel").id]
+    scale, offset = adjustable.commands[model.actuator("reel").id, :2]
     rows, times, last = [], [], 0.0
     step = model.opt.timestep
     for point in points:

@@ -223,3 +223,32 @@ def pulled():
     motor = drawn.add_actuator(trntype=mujoco.mjtTrn.mjTRN_TENDON, target="band")
     motor.gear[0] = -2.0
     return drawn
+
+
+def test_a_polynomial_that_is_written_live_acts():
+    paths = []
+    for model in (spec().compile(), add_friction(spec(), "band", friction=0.0).compile()):
+
+        def write(m, time):
+            m.tendon_stiffnesspoly[0] = [2e3, 1e4] if time > 0.2 else [0.0, 0.0]
+
+        paths.append(follow(model, write, 1.0))
+    assert np.ptp(paths[0], axis=0).min() > 1e-3
+    np.testing.assert_allclose(*paths, rtol=0, atol=1e-9)
+
+
+def test_a_motor_that_is_written_away_leaves_a_tendon_that_pulls_nothing():
+    drawn = pulled()
+    add_friction(drawn, "band", friction=0.2)
+    other = drawn.add_tendon(name="other")
+    other.wrap_site("a")
+    other.wrap_site("e")
+    model = drawn.compile()
+    data = mujoco.MjData(model)
+    data.ctrl[:] = 1.0
+    mujoco.mj_step(model, data, 50)
+    model.actuator_trnid[0, 0] = model.tendon("other").id
+    mujoco.mj_step(model, data, 500)
+    assert np.isfinite(data.qpos).all()
+    assert data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number == 0
+    assert view_sheath(model, data, "band").unsolved == 500

@@ -6,6 +6,7 @@ from typing import Final
 
 from tendon_mj.diagnosis.effects.binding import (
     ParameterSpecification,
+    on_drives,
     on_inputs,
     on_motors,
     on_servos,
@@ -30,7 +31,7 @@ ACTUATORS: Final = (
         signature="from one moment of one recording on, all readings are those of another zero",
         source="a clamp, a knot or a turn on a drum that gave way; an encoder that lost counts",
         next_experiment="a mark on cable and drum, before and after",
-        binding=on_inputs(ParameterSpecification("slip", "m or rad", -1.0, 1.0, 1e-4)),
+        binding=on_drives(ParameterSpecification("slip", "m or rad", -1.0, 1.0, 1e-4)),
         event=True,
     ),
     Effect(

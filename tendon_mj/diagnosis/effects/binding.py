@@ -127,6 +127,11 @@ def on_inputs(*specifications: ParameterSpecification) -> Binding:
     return partial(_inputs, specifications)
 
 
+def on_drives(*specifications: ParameterSpecification) -> Binding:
+    """A candidate for each driven actuator or joint by itself."""
+    return partial(_drives, specifications)
+
+
 def on_motors(*specifications: ParameterSpecification) -> Binding:
     """A candidate for each driven actuator whose force depends on nothing but its control."""
     return partial(_motors, specifications)
@@ -248,6 +253,10 @@ def _inputs(specifications: Specifications, system: SystemDescription) -> Bound:
     several = {name for names in system.columns for name in names}
     alone = _each(specifications, (e for e in system.inputs if e not in several), system)
     return [b for names in system.columns for b in _bind(specifications, names, system)] + alone
+
+
+def _drives(specifications: Specifications, system: SystemDescription) -> Bound:
+    return _each(specifications, system.inputs, system)
 
 
 def _motors(specifications: Specifications, system: SystemDescription) -> Bound:

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from tendon_mj.diagnosis.data.problem import Problem
 from tendon_mj.diagnosis.effects.effect import Candidate
 from tendon_mj.diagnosis.model_selection.fit import Fit
+from tendon_mj.recordings import Recording
 from tendon_mj.replay.session_names import name_in_session
 from tendon_mj.replay.silenced_warnings import suppress_unsolved_warnings
 
@@ -43,6 +44,8 @@ _BEGINS, _DURATIONS, _RESOLVED = (
 _MOST_TIMES = 8  # other begins, where the scan is not sure
 _FEWEST = 5  # samples before and after an event
 _AS_GOOD = 4.0  # Δχ² of a time that is within the interval, over what is left in each residual
+_ROWS = 3  # samples about an event, in which a driven column may jump instead
+_ALIKE = 0.3  # of an event, up to which such a jump is the same
 _CLEARLY = 1.1  # times what a step of one reading's zero explains, for it to be an event
 
 
@@ -163,15 +166,26 @@ class _Scan:
     def _range(self, candidate: Candidate) -> float:
         """Range of what drives the candidate's actuator [its control]."""
         (target,) = candidate.targets
-        actuator, parameters = target.rpartition(".")[0], self.problem.simulate.parameters
-        scale = parameters[f"{actuator}.command_scale"].value
-        spans = [
-            float(np.ptp(recording.columns[column]))
-            for recording in self.problem.recordings
-            for column, driven in recording.drive.items()
-            if driven == actuator
-        ]
-        return abs(scale) * max(spans, default=0.0)
+        driven = (self._driven(target, recording) for recording in self.problem.recordings)
+        return max((float(np.ptp(series)) for series in driven if series.size), default=0.0)
+
+    def _driven(self, target: str, recording: Recording) -> FloatArray:
+        """(n,) column that drives a candidate's actuator [its control]; empty without one."""
+        actuator = target.rpartition(".")[0]
+        scale = self.problem.simulate.parameters[f"{actuator}.command_scale"].value
+        columns = [column for column, name in recording.driven if name == actuator]
+        return scale * recording.columns[columns[0]] if columns else np.zeros(0)
+
+    def _is_of_column(self, event: _Event) -> bool:
+        """Whether the driven column jumps back by an event: an encoder that lost its zero."""
+        recording = self.problem.recordings[event.recording]
+        (target,) = event.candidate.targets
+        changes = np.diff(self._driven(target, recording))
+        row = int(np.searchsorted(recording.time, event.time))
+        near = slice(max(0, row - _ROWS), row + _ROWS)
+        around = changes[max(0, row - 4 * _ROWS) : row + 4 * _ROWS]
+        jumped = changes[near] - float(np.median(around))
+        return bool(np.any(np.abs(jumped + event.size) < _ALIKE * abs(event.size)))
 
     def _explained(self, trace: FloatArray, recording: int) -> tuple[FloatArray, FloatArray]:
         """(n,) Δχ² and size of an event before each sample of a recording, from its trace (m,)."""
@@ -215,6 +229,8 @@ class _Scan:
             step *= 0.5
         best = max(tried.values(), key=lambda one: one.explained, default=event)
         if not tried or best.explained < _CLEARLY * self._step_of_a_zero(event.recording):
+            return None
+        if self._is_of_column(best):
             return None
         return self._candidate(best, list(tried.values()))
 

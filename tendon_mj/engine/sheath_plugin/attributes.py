@@ -60,6 +60,7 @@ ATTRIBUTES: Final = (*ATTACHMENT, *PARAMETERS)
     SPRING,
 ) = range(len(ATTACHMENT))
 FIRST_PARAMETER: Final = len(ATTACHMENT)
+AXIAL_STIFFNESS: Final = FIRST_PARAMETER + list(PARAMETERS).index("axial_stiffness")
 PRETENSION: Final = FIRST_PARAMETER + list(PARAMETERS).index("pretension")
 SLACK: Final = FIRST_PARAMETER + list(PARAMETERS).index("slack")
 INPUT_ENDS: Final = ("first", "last")  # sites of the path as it is drawn

@@ -179,10 +179,12 @@ def follow_constraint(layout: Layout, m: int, d: int, state: State) -> None:
 
 
 @compiled
-def _stiffness_times_length(layout: Layout, m: int, tendon: int) -> float:
-    """k S of a tendon's own spring [N]."""
+def _stiffness_times_length(layout: Layout, m: int, tendon: int, length: float) -> float:
+    """k S of a tendon's own spring [N], k = T/x of a polynomial at the length at hand."""
     rest = double(pointer(m + layout.m_tendon_lengthspring), 2 * tendon + 1)
-    return double(pointer(m + layout.m_tendon_stiffness), tendon) * rest
+    linear = double(pointer(m + layout.m_tendon_stiffness), tendon)
+    poly = pointer(m + layout.m_tendon_stiffnesspoly) + 16 * tendon
+    return mju_polyForce(linear, poly, max(0.0, length - rest), _POLY, 0) * rest
 
 
 @apart
@@ -193,7 +195,7 @@ def note_spring(layout: Layout, m: int, state: State, has_length: bool) -> None:
     stiffness = double(pointer(m + layout.m_tendon_stiffness), tendon)
     length = double(pointer(m + layout.m_tendon_length0), tendon)
     state.spring_length = rest
-    state.spring_product = max(0.0, _stiffness_times_length(layout, m, tendon))
+    state.spring_product = max(0.0, _stiffness_times_length(layout, m, tendon, length))
     if state.law.axial_stiffness == 0.0:
         state.law.axial_stiffness = state.spring_product
     if not has_length:
@@ -208,7 +210,8 @@ def follow_spring(layout: Layout, m: int, d: int, state: State) -> bool:
     EA changes in the ratio in which k S does.
     """
     tendon = int(state.tendon)
-    product = _stiffness_times_length(layout, m, tendon)
+    length = double(pointer(d + layout.d_ten_length), tendon)
+    product = _stiffness_times_length(layout, m, tendon, length)
     off = integer(m + layout.o_disableflags, 0) & _SPRING_OFF != 0
     state.input_force = 0.0 if off else _spring(layout, m, d, tendon)
     if state.spring_product > 0.0 and product != state.spring_product:

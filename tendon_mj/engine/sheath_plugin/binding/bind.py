@@ -161,6 +161,9 @@ def _bind(layout: Layout, m: int, instance: int, address: int, keep: bool) -> No
         state.guides, state.arcs = 0.0, 0.0
         return
     _bind_drive(layout, m, instance, state)
+    stated = byte(at.text_at(layout, m, instance, at.AXIAL_STIFFNESS), 0) != 0
+    if not stated and state.driven == 0.0 and state.own_spring == 0.0:
+        state.law.axial_stiffness = 0.0  # it was driven, and what drove it is gone
     if not keep or path_counts(state) != before or was_driven != state.driven:
         clear_step(address, state_size)
     state.has_trial = 0.0
