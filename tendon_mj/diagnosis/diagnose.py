@@ -52,6 +52,8 @@ from tendon_mj.replay.simulator import Simulator
 from tendon_mj.replay.simulator_protocol import Simulates
 
 _NONE = Parameter(0.0, "", "joint")
+_EXPLAINED = ("named", "parameter", "nothing missing")
+_AT_NOISE = 1.2  # noises that an effect leaves at most, for it to be more than a fault of a column
 _SHORTEST = 0.5  # times the model's own step
 _RINGING = 0.1  # of the mean square residual, by which halving the step changes it
 _NEARLY = 2.0  # times the detection limit or the step's error: the rest may be the step's
@@ -110,8 +112,6 @@ def diagnose(
     check_simulation(own)
     if checks is None:
         checks = _check((*train, *held_out), simulate)
-    if any(warning.blocks for warning in checks):
-        bound = ()
     terms = (*uncertain_terms(own), *session_terms(train, own.simulate))
     context = SelectionContext(own, base, terms, (), 0.0, 0.0, progress)
     context, calibrated, step = _calibrate(context, search_step(own))
@@ -122,19 +122,27 @@ def diagnose(
         step_error=step_error(calibrated.fit.correction[problem.in_train]),
         initial_excess=reducible_excess(problem, calibrated.fit.residual),
     )
-    selection = select_effects(context, calibrated)
-    proof = own
-    if held_out:
-        judged = (*held_out, *_with_events(train, held_out, selection))
-        proof = Problem(judged, simulator(judged), all_samples(judged))
-    found = prove(context, selection, own, proof, step, effects, exclude, checks, began)
-    while step and step > _SHORTEST and _step_matters(context, selection, found.verdict):
-        step *= 0.5
-        progress("repeat with a shorter step", 0, 1)
-        context, selection = _fit_again(context, selection, with_step(own, step))
-        found = prove(context, selection, own, proof, step, effects, exclude, checks, began)
-        progress("repeat with a shorter step", 1, 1)
-    return found
+
+    def decided(context: SelectionContext, step: float | None) -> Diagnosis:
+        selection = select_effects(context, calibrated)
+        proof = own
+        if held_out:
+            judged = (*held_out, *_with_events(train, held_out, selection))
+            proof = Problem(judged, simulator(judged), all_samples(judged))
+        result = prove(context, selection, own, proof, step, effects, exclude, checks, began)
+        while step and step > _SHORTEST and _step_matters(context, selection, result.verdict):
+            step *= 0.5
+            progress("repeat with a shorter step", 0, 1)
+            context, selection = _fit_again(context, selection, with_step(own, step))
+            result = prove(context, selection, own, proof, step, effects, exclude, checks, began)
+            progress("repeat with a shorter step", 1, 1)
+        return result
+
+    result = decided(context, step)
+    blocked = any(warning.blocks for warning in checks)
+    if not blocked or (result.verdict in _EXPLAINED and result.train.after < _AT_NOISE):
+        return result  # an effect that leaves no more than noise where the fault is said to be
+    return decided(replace(context, candidates=()), step)
 
 
 def _check(recordings: Sequence[Recording], simulate: Simulates) -> list[DataWarning]:

@@ -199,7 +199,7 @@ def test_a_tare_is_the_reason_why_no_effect_is_sought(rig, tmp_path, capsys):
     assert (check["identifier"], check["blocks"]) == ("zero_step", True)
     assert f"row {tension.size // 2 + 2}" in check["value"]
     page = (tmp_path / "out" / "report.html").read_text("utf-8")
-    assert "No effect was sought" in page
+    assert "No effect is named" in page
     assert "Nothing in the catalogue" not in page
 
 

@@ -57,7 +57,7 @@ def test_a_recording_that_cannot_be_used_is_left_out_and_told_by_its_file(run):
     left_out = {
         "hand_1": {"2026-03-04T12.csv": "the drive stands still"},
         CHANGED: {
-            "2026-02-28.csv": "left out: row 3: missing",
+            "2026-02-28.csv": "2026-02-28.csv, row 2, column 'time_s'",
             "2026-03-04T12.csv": "the drive stands still",
             "2026-03-09.csv": "no such file",
         },

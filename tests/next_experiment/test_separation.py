@@ -24,7 +24,9 @@ def fitted(
 ) -> Fit:
     """A linear model at its optimum, with a residual of 1 noise."""
     terms = tuple(
-        Term((f"rig.p{k}",), "-", 0.0, -reach, reach, 1.0, spread=spread)
+        Term(
+            (f"rig.p{k}" + " @ old" * (spread > 0.0),), "-", 0.0, -reach, reach, 1.0, spread=spread
+        )
         for k, spread in enumerate(spreads)
     )
     still = np.zeros(len(terms))

@@ -96,7 +96,7 @@ class Solved:
     def summary(self) -> str:
         """The verdict and its effects in a line, or why there is none."""
         if self.result is None:
-            return self.error
+            return self.error.replace("\n", "; ")
         return f"{self.result['verdict']} {', '.join(self.result['effects'])}"
 
 

@@ -117,7 +117,7 @@ class Diagnosis:
         evidence: what the verdict was decided by; None likewise.
         warnings: of what may make the result wrong, in whole sentences.
         checks: warnings about the recordings, from before any fit; they are among ``warnings``.
-            Where one of them ``blocks``, no effect was sought.
+            Where one of them ``blocks``, an effect is named only if it leaves no more than noise.
     """
 
     verdict: Verdict
@@ -187,7 +187,7 @@ class Diagnosis:
 
     @property
     def withheld(self) -> bool:
-        """Whether no effect was sought, for a fault of the recordings, and an error remains."""
+        """Whether no effect is named, for a fault of the recordings, and an error remains."""
         return self.verdict == "unknown" and any(warning.blocks for warning in self.checks)
 
     @property

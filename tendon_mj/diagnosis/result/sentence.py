@@ -38,7 +38,7 @@ class Statement:
         excluded: effects of the catalogue that were not considered.
         non_smooth: whether one of the findings is of a non-smooth effect.
         sheathed: whether the model has a sheath.
-        faults: of the recordings, for which no effect was sought.
+        faults: of the recordings, for which no effect is named.
     """
 
     verdict: Verdict
@@ -114,7 +114,7 @@ def _unknown(stated: Statement) -> str:
     if stated.faults:
         more = f" (and {len(stated.faults) - 1} more)" if len(stated.faults) > 1 else ""
         return (
-            f"No effect was sought, as the recordings have a fault that would be taken for one:"
+            f"No effect is named, as the recordings have a fault that would be taken for one:"
             f" {stated.faults[0]}{more}. Calibrated, the model is off by {_off(stated)} on held-out"
             " data. Mend the recordings and diagnose again."
         )

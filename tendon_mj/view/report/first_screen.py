@@ -41,7 +41,7 @@ def headline(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "nothing missing":
         return "Nothing is missing from the model."
     if diagnosis.withheld:
-        return "No effect was sought: the recordings have a fault that would be taken for one."
+        return "No effect is named: the recordings have a fault that would be taken for one."
     if diagnosis.verdict == "unknown":
         return "Nothing in the catalogue explains the error."
     missing, wrong, happened = (
