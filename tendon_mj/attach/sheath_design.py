@@ -33,10 +33,8 @@ _HELD = (
 )
 
 
-_PASSING = (
-    "{} pulls along the whole tendon, past the sheath that holds it: remove it, or leave "
-    "pretension and slack out, so that it gives the input tension"
-)
+_PASSING = "{} pulls along the whole tendon, past the sheath that {} it: remove it"
+_OR_DRIVES = ", or leave pretension and slack out, so that it gives the input tension"
 _SHORTER = "; its range lets the tendon be {:.3g} mm longer than the sheath does"
 
 
@@ -188,7 +186,7 @@ def design_sheath(
         constraints = constraints._replace(longest=None)
     if not is_driven and constraints != Constraints():
         rest = float(compiled().tendon_length0[tendon.id]) + law.slack
-        passing = _passing(constraints, rest)
+        passing = _passing(constraints, rest, request.is_wound)
     return Design(config | dict(request.ends), idle, passing, is_driven)
 
 
@@ -214,11 +212,13 @@ def idle_reason(
     return ""
 
 
-def _passing(constraints: Constraints, rest: float) -> str:
+def _passing(constraints: Constraints, rest: float, is_wound: bool) -> str:
     """Warning of constraints past the sheath of a tendon whose unstretched length is ``rest``."""
+    said = _PASSING.format(constraints, "winds" if is_wound else "holds")
+    said += "" if is_wound else _OR_DRIVES
     if constraints.longest is None or constraints.longest <= rest * (1.0 + _SAME):
-        return _PASSING.format(constraints)
-    return _PASSING.format(constraints) + _SHORTER.format(1e3 * (constraints.longest - rest))
+        return said
+    return said + _SHORTER.format(1e3 * (constraints.longest - rest))
 
 
 def _inner_guides(path: TendonPath, law: Law, asked: int | None) -> int:
