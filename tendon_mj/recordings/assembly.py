@@ -175,7 +175,7 @@ def _sources(
         fault = unknown("column", name, valid)
         if name != missing[0]:
             fault = fault.partition(" (there ")[0]
-        faults.append(f"{toml}, [{named[name]}] {name!r} of {where}: {fault}")
+        faults.append(f"{toml}, [{named[name]}] {name!r}: {fault}, in {where}")
     return sources, faults
 
 

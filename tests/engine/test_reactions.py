@@ -187,8 +187,9 @@ def test_sensors_read_what_the_spans_pull(seed, path, drive, steps):
     model, data = simulate(seed, path, drive, steps)
     other = pulled_without_tendon(seed, model, data)
     view = view_sheath(model, data, "sheath")
-    assert view.input_tension > 0.1
-    assert np.ptp(view.tension) > 1e-2  # friction acts
+    if drive != "spools":  # which swing, and let the tendon go slack now and then
+        assert view.input_tension > 0.1
+        assert np.ptp(view.tension) > 1e-2  # friction acts
     largest = np.abs(data.sensordata).max()
     acceleration = max(1.0, np.abs(other.qacc).max())
     np.testing.assert_allclose(data.qacc, other.qacc, rtol=0, atol=1e-8 * acceleration)
