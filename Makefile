@@ -46,7 +46,7 @@ check: $(INSTALLED)           ## formatter, linter, strict types, layers
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
-	$(BIN)/pytest -q tests/test_layers.py
+	$(BIN)/lint-imports --no-cache
 
 format: $(STAMP)
 	$(BIN)/ruff format .
@@ -84,7 +84,7 @@ MUJOCO4 := mujoco==4.0.0 mujoco-core==4.0.0 mujoco-studio==4.0.0
 
 # The next major MuJoCo, beside the pinned one: plugin and theory.
 test-mujoco4: .venv4/.ready
-	.venv4/bin/pytest -n auto --dist worksteal tests/theory tests/sheath tests/engine
+	.venv4/bin/pytest -n auto --dist worksteal tests/theory tests/sheath tests/plugin
 
 .venv4/.ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv --clear .venv4

@@ -46,7 +46,7 @@ def mean_reward(environment, policy):
     return np.mean(rewards), frictions
 
 
-environment = gymnasium.make("tendon_mj.environment:tendon_mj/HoldForce-v0", friction=(0.05, 0.25))
+environment = gymnasium.make("tendon_mj.envs:tendon_mj/HoldForce-v0", friction=(0.05, 0.25))
 drawn, frictions = mean_reward(environment, random_policy)
 scripted, _ = mean_reward(environment, lambda seed: scripted_policy())
 print(

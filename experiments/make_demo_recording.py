@@ -1,7 +1,7 @@
 """Makes the example recording of the package: `models/bench/recordings/twin.csv`.
 
 `python -m experiments.make_demo_recording`. The recording is simulated, not measured: 64 lumped
-elements of `tendon_mj.reference`, an independent reference that shares no code with the plugin,
+elements of `experiments.references`, an independent reference that shares no code with the plugin,
 with mass and stick-slip and the parameters of the bench, driven slowly through two large cycles and
 a few minor loops, with sensor noise added.
 """
@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_mj.builders import Bench
-from tendon_mj.recordings import Measured, Recording, Uncertain, write_recording
-from tendon_mj.reference import quasi_static, simulate_chain, uniform_chain
+from experiments.references import quasi_static, simulate_chain, uniform_chain
+from tendon_mj.lab.recordings import Measured, Recording, Uncertain, write_recording
+from tendon_mj.models import Bench
 
 RATE = 50.0  # samples per second
 SPEED = 0.5e-3  # of the input [m/s]

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from tendon_mj.builders import Finger, Mesh, conduit_shape, palm_shapes, phalanx_shapes
+from tendon_mj.models import Finger, Mesh, conduit_shape, palm_shapes, phalanx_shapes
 
 FOLDER = Path(__file__).parents[1] / "models" / "finger"
 DIGITS = 5  # of a coordinate [m], 10 µm

@@ -20,10 +20,10 @@ from matplotlib.font_manager import findfont
 from numpy.typing import ArrayLike
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 
-from tendon_mj.builders import load_model
-from tendon_mj.finger import lasting, press, simulate_finger
-from tendon_mj.replay import Drive, FrameRecorder, Frames, default_motion, record_frames
-from tendon_mj.view import INK, Offscreen, draw_frames, find_camera, render_clip
+from tendon_mj.lab.finger import lasting, press, simulate_finger
+from tendon_mj.lab.replay import Drive, FrameRecorder, Frames, default_motion, record_frames
+from tendon_mj.models import load_model
+from tendon_mj.show import INK, Offscreen, draw_frames, find_camera, render_clip
 
 ROOT = Path(__file__).parents[1]
 MODELS = ROOT / "models"

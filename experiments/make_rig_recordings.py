@@ -2,7 +2,7 @@
 and those of its second rig, `wrist`, `wrist_sines`.
 
 `python -m experiments.make_rig_recordings`. They are simulated, not measured: 48 lumped elements of
-`tendon_mj.reference`, an independent reference that shares no code with the plugin, on the lever's
+`experiments.references`, an independent reference without any code of the plugin, on the lever's
 inertia, spring and damper. The cause that is to be found: the bracket that holds the sheath at the
 motor yields by `MOUNT`. The sheath's friction and the cable's pretension are not what the
 description guesses either, and every reading has noise. The second rig is simulated by
@@ -14,10 +14,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from experiments import one_capstan
-from tendon_mj.reference import Carriage, Effects, simulate_effects, uniform_chain
+from experiments.references import Carriage, Effects, simulate_effects, uniform_chain
+from tendon_mj.typing import FloatArray
 
 # of the rig, as drawn and measured on it
 LENGTH, BEND, AXIAL_STIFFNESS = 0.6, np.pi, 4000.0  # of the cable in its sheath [m], [rad], [N]
@@ -35,7 +35,6 @@ REST = 0.5  # before the motion [s]
 NOISE_ANGLE, NOISE_TENSION = 0.15, 0.05  # [deg], [N]
 SEED = 20
 FOLDER = Path(__file__).parents[1] / "models" / "rig"
-FloatArray = NDArray[np.float64]
 
 
 def triangles() -> tuple[FloatArray, FloatArray]:

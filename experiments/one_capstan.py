@@ -22,12 +22,11 @@ from typing import Any, Literal, NamedTuple, get_args
 import mujoco
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 import tendon_mj
 from experiments.command import run_experiment
+from tendon_mj.typing import FloatArray
 
-FloatArray = NDArray[np.float64]
 Way = Literal["reel", "spool", "soft spool", "prescribed"]
 
 LENGTH, BEND, AXIAL_STIFFNESS = 0.5, 2.0 * np.pi / 3.0, 4000.0  # of each cable [m], [rad], [N]

@@ -23,10 +23,9 @@ from experiments.command import run_experiment
 from tendon_mj import TendonWarning, add_friction, largest_stiffness, load_spec, view_sheath
 from tendon_mj.cli import Output, console, progress_bar
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.progress import Progress
-from tendon_mj.verification import smooth_controls
-
-Array = NDArray[np.float64]
+from tendon_mj.lab.progress import Progress
+from tendon_mj.lab.verification import smooth_controls
+from tendon_mj.typing import FloatArray
 
 _REFINEMENT = 16
 _MOVES = 0.01  # travel over which a joint counts as moving, over that of the joint that moves most
@@ -50,20 +49,22 @@ class Run(NamedTuple):
         unstable: whether MuJoCo warned, or something is not finite.
     """
 
-    qpos: Array
-    output_tension: Array
-    friction_work: Array
+    qpos: FloatArray
+    output_tension: FloatArray
+    friction_work: FloatArray
     unstable: bool
 
 
-def controls(model: mujoco.MjModel, steps: int, amplitude: float, seed: int) -> Array:
+def controls(model: mujoco.MjModel, steps: int, amplitude: float, seed: int) -> FloatArray:
     """(steps, nu) smooth controls around the middle of their ranges, growing from rest."""
     time = model.opt.timestep * np.arange(steps)
     grown = np.minimum(1.0, time / 0.3)[:, None]
     return np.asarray(grown * smooth_controls(model, steps, seed, amplitude))
 
 
-def simulate(model: mujoco.MjModel, sheathed: list[str], inputs: Array, refinement: int) -> Run:
+def simulate(
+    model: mujoco.MjModel, sheathed: list[str], inputs: FloatArray, refinement: int
+) -> Run:
     """Run a model with each control held for ``refinement`` steps."""
     data = mujoco.MjData(model)
     model.opt.timestep /= refinement
@@ -81,13 +82,13 @@ def simulate(model: mujoco.MjModel, sheathed: list[str], inputs: Array, refineme
     return Run(qpos, tension, work, unstable)
 
 
-def rms(x: Array) -> Array:
+def rms(x: FloatArray) -> FloatArray:
     """Root mean square of each column."""
     return np.asarray(np.sqrt(np.mean(x * x, axis=0)))
 
 
 def differences(
-    coarse: Run, fine: Run, joints: NDArray[np.intp], travel: Array
+    coarse: Run, fine: Run, joints: NDArray[np.intp], travel: FloatArray
 ) -> dict[str, list[float]]:
     """How far the coarse run is from the fine one, over what the fine one does.
 

@@ -18,15 +18,15 @@ from typing import Annotated, Any, NamedTuple
 import mujoco
 import numpy as np
 import tyro
-from numpy.typing import NDArray
 from rich.table import Table
 
 from experiments.command import run_experiment
 from tendon_mj import TendonWarning, add_friction, load_spec, remove_friction
 from tendon_mj.cli import Output, console, progress_bar
-from tendon_mj.engine import segment_tensions, unsolved_evaluations
 from tendon_mj.errors import MissingPackageError
-from tendon_mj.verification import smooth_controls
+from tendon_mj.lab.verification import smooth_controls
+from tendon_mj.plugin import segment_tensions, unsolved_evaluations
+from tendon_mj.typing import FloatArray
 
 try:
     import mujoco_warp as mjw
@@ -36,7 +36,6 @@ try:
 except ImportError as error:
     raise MissingPackageError(f"{error}: pip install 'tendon-mj[warp]'") from None
 
-Array = NDArray[np.float64]
 
 _AMPLITUDES = {
     "bench": 5e-4,
@@ -153,12 +152,12 @@ def _compare(pair: Pair, duration: float, worlds: int, rounds: int, seed: int) -
     }
 
 
-def _controls(model: mujoco.MjModel, steps: int, amplitude: float, seed: int) -> Array:
+def _controls(model: mujoco.MjModel, steps: int, amplitude: float, seed: int) -> FloatArray:
     """(steps, nu) smooth controls in single precision, as Warp has them."""
     return smooth_controls(model, steps, seed, amplitude).astype(np.float32).astype(float)
 
 
-def _sheaths_apart(pair: Pair, steps: int, seed: int) -> tuple[Array, Array, float, int]:
+def _sheaths_apart(pair: Pair, steps: int, seed: int) -> tuple[FloatArray, FloatArray, float, int]:
     """The plugin's tensions [N], what Warp's differ by, the same of joints, steps not solved."""
     model, data = pair.model, mujoco.MjData(pair.model)
     m, d = sheathed_warp.put_model(model), sheathed_warp.make_data(model)
@@ -192,7 +191,7 @@ def _stock_apart(pair: Pair, steps: int, seed: int) -> float:
     return largest
 
 
-def _step(m: Any, d: Any, control: Array) -> None:
+def _step(m: Any, d: Any, control: FloatArray) -> None:
     """One step of all worlds under the same control."""
     if control.size:
         d.ctrl.assign(np.broadcast_to(control, d.ctrl.shape).astype(np.float32))

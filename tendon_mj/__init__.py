@@ -24,84 +24,84 @@ from tendon_mj.attach import bent_points as bent_points
 from tendon_mj.attach import remove_friction as remove_friction
 from tendon_mj.attach import show_tension as show_tension
 from tendon_mj.attach import view_sheath as view_sheath
-from tendon_mj.engine import register as _register
 from tendon_mj.errors import TendonError as TendonError
 from tendon_mj.errors import TendonWarning as TendonWarning
+from tendon_mj.plugin import register as _register
 
 if TYPE_CHECKING:
     __version__: str
 
-    from tendon_mj.builders import example_rig as example_rig
-    from tendon_mj.builders import load_model as load_model
-    from tendon_mj.builders import load_spec as load_spec
-    from tendon_mj.diagnosis import CATALOGUE as CATALOGUE
-    from tendon_mj.diagnosis import Diagnosis as Diagnosis
-    from tendon_mj.diagnosis import Effect as Effect
-    from tendon_mj.diagnosis import ParameterSpecification as ParameterSpecification
-    from tendon_mj.diagnosis import diagnose as diagnose
-    from tendon_mj.diagnosis import fit_with_sysid as fit_with_sysid
-    from tendon_mj.diagnosis import on_inputs as on_inputs
-    from tendon_mj.diagnosis import on_joints as on_joints
-    from tendon_mj.diagnosis import on_sensors as on_sensors
-    from tendon_mj.diagnosis import on_sheaths as on_sheaths
-    from tendon_mj.next_experiment import DriveBounds as DriveBounds
-    from tendon_mj.next_experiment import ExperimentBounds as ExperimentBounds
-    from tendon_mj.next_experiment import Suggestion as Suggestion
-    from tendon_mj.next_experiment import read_bounds as read_bounds
-    from tendon_mj.next_experiment import suggest_experiment as suggest_experiment
-    from tendon_mj.recordings import Measured as Measured
-    from tendon_mj.recordings import Recording as Recording
-    from tendon_mj.recordings import Session as Session
-    from tendon_mj.recordings import Uncertain as Uncertain
-    from tendon_mj.recordings import read_recording as read_recording
-    from tendon_mj.recordings import write_recording as write_recording
-    from tendon_mj.replay import Parameter as Parameter
-    from tendon_mj.replay import Simulates as Simulates
-    from tendon_mj.replay import Simulator as Simulator
-    from tendon_mj.replay import patch_model as patch_model
-    from tendon_mj.replay import read_intervals as read_intervals
-    from tendon_mj.replay import replay_error as replay_error
-    from tendon_mj.replay import replay_recording as replay_recording
-    from tendon_mj.verification import largest_stiffness as largest_stiffness
-    from tendon_mj.view import render_clip as render_clip
-    from tendon_mj.view import write_report as write_report
+    from tendon_mj.attach import largest_stiffness as largest_stiffness
+    from tendon_mj.lab.diagnosis import CATALOGUE as CATALOGUE
+    from tendon_mj.lab.diagnosis import Diagnosis as Diagnosis
+    from tendon_mj.lab.diagnosis import Effect as Effect
+    from tendon_mj.lab.diagnosis import ParameterSpecification as ParameterSpecification
+    from tendon_mj.lab.diagnosis import diagnose as diagnose
+    from tendon_mj.lab.diagnosis import fit_with_sysid as fit_with_sysid
+    from tendon_mj.lab.diagnosis import on_inputs as on_inputs
+    from tendon_mj.lab.diagnosis import on_joints as on_joints
+    from tendon_mj.lab.diagnosis import on_sensors as on_sensors
+    from tendon_mj.lab.diagnosis import on_sheaths as on_sheaths
+    from tendon_mj.lab.experiment_design import DriveBounds as DriveBounds
+    from tendon_mj.lab.experiment_design import ExperimentBounds as ExperimentBounds
+    from tendon_mj.lab.experiment_design import Suggestion as Suggestion
+    from tendon_mj.lab.experiment_design import read_bounds as read_bounds
+    from tendon_mj.lab.experiment_design import suggest_experiment as suggest_experiment
+    from tendon_mj.lab.recordings import Measured as Measured
+    from tendon_mj.lab.recordings import Recording as Recording
+    from tendon_mj.lab.recordings import Session as Session
+    from tendon_mj.lab.recordings import Uncertain as Uncertain
+    from tendon_mj.lab.recordings import read_recording as read_recording
+    from tendon_mj.lab.recordings import write_recording as write_recording
+    from tendon_mj.lab.replay import Parameter as Parameter
+    from tendon_mj.lab.replay import Simulates as Simulates
+    from tendon_mj.lab.replay import Simulator as Simulator
+    from tendon_mj.lab.replay import patch_model as patch_model
+    from tendon_mj.lab.replay import read_intervals as read_intervals
+    from tendon_mj.lab.replay import replay_error as replay_error
+    from tendon_mj.lab.replay import replay_recording as replay_recording
+    from tendon_mj.models import example_rig as example_rig
+    from tendon_mj.models import load_model as load_model
+    from tendon_mj.models import load_spec as load_spec
+    from tendon_mj.show import render_clip as render_clip
+    from tendon_mj.show import write_report as write_report
 
 # name -> package that it is loaded from when it is first used
 _LAZY = {
-    "example_rig": "builders",
-    "load_model": "builders",
-    "load_spec": "builders",
-    "CATALOGUE": "diagnosis",
-    "Diagnosis": "diagnosis",
-    "Effect": "diagnosis",
-    "diagnose": "diagnosis",
-    "ParameterSpecification": "diagnosis",
-    "fit_with_sysid": "diagnosis",
-    "on_inputs": "diagnosis",
-    "on_joints": "diagnosis",
-    "on_sensors": "diagnosis",
-    "on_sheaths": "diagnosis",
-    "DriveBounds": "next_experiment",
-    "ExperimentBounds": "next_experiment",
-    "Suggestion": "next_experiment",
-    "read_bounds": "next_experiment",
-    "suggest_experiment": "next_experiment",
-    "read_intervals": "replay",
-    "Measured": "recordings",
-    "Recording": "recordings",
-    "Session": "recordings",
-    "Uncertain": "recordings",
-    "read_recording": "recordings",
-    "write_recording": "recordings",
-    "Parameter": "replay",
-    "Simulates": "replay",
-    "Simulator": "replay",
-    "patch_model": "replay",
-    "replay_error": "replay",
-    "replay_recording": "replay",
-    "largest_stiffness": "verification",
-    "render_clip": "view",
-    "write_report": "view",
+    "example_rig": "models",
+    "load_model": "models",
+    "load_spec": "models",
+    "CATALOGUE": "lab.diagnosis",
+    "Diagnosis": "lab.diagnosis",
+    "Effect": "lab.diagnosis",
+    "diagnose": "lab.diagnosis",
+    "ParameterSpecification": "lab.diagnosis",
+    "fit_with_sysid": "lab.diagnosis",
+    "on_inputs": "lab.diagnosis",
+    "on_joints": "lab.diagnosis",
+    "on_sensors": "lab.diagnosis",
+    "on_sheaths": "lab.diagnosis",
+    "DriveBounds": "lab.experiment_design",
+    "ExperimentBounds": "lab.experiment_design",
+    "Suggestion": "lab.experiment_design",
+    "read_bounds": "lab.experiment_design",
+    "suggest_experiment": "lab.experiment_design",
+    "read_intervals": "lab.replay",
+    "Measured": "lab.recordings",
+    "Recording": "lab.recordings",
+    "Session": "lab.recordings",
+    "Uncertain": "lab.recordings",
+    "read_recording": "lab.recordings",
+    "write_recording": "lab.recordings",
+    "Parameter": "lab.replay",
+    "Simulates": "lab.replay",
+    "Simulator": "lab.replay",
+    "patch_model": "lab.replay",
+    "replay_error": "lab.replay",
+    "replay_recording": "lab.replay",
+    "largest_stiffness": "attach",
+    "render_clip": "show",
+    "write_report": "show",
 }
 
 __all__ = [

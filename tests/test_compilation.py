@@ -36,7 +36,7 @@ def called_by_c(x):
 PROBE = """
 from tendon_mj.compilation import announced
 with announced():
-    from tendon_mj.engine import caller
+    from tendon_mj.plugin import caller
 print(caller.called_by_python(1.0), caller.called_by_c.ctypes(1.0))
 """
 # sizes differ, so that Python notices a change within a second too

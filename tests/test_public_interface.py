@@ -14,7 +14,7 @@ import tendon_mj
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 # packages that need an extra, and have a page of their own
-APART = {"tendon_mj.environment", "tendon_mj.warp"}
+APART = {"tendon_mj.envs", "tendon_mj.warp"}
 
 
 @pytest.mark.parametrize("name", tendon_mj.__all__)

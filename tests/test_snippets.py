@@ -32,7 +32,7 @@ FINGER = """
 
 
 def blocks(language):
-    # these pages are one example each, which tests/recordings/test_recording.py and
+    # these pages are one example each, which tests/lab/recordings/test_recording.py and
     # tests/test_your_rig.py run
     whole = ("recording.md", "your_rig.md")
     for page in (p for p in PAGES if p.name not in whole):

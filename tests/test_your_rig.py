@@ -13,9 +13,9 @@ from nbclient import NotebookClient
 
 from experiments.make_notebook import NOTEBOOK, PAGE, notebook_text
 from experiments.one_capstan import FRICTION, PLAY, PRETENSION
-from tendon_mj.builders import example_rig
 from tendon_mj.errors import RecordingError
-from tendon_mj.recordings import read_recording
+from tendon_mj.lab.recordings import read_recording
+from tendon_mj.models import example_rig
 
 ROOT = Path(__file__).parents[1]
 

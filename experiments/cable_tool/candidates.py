@@ -9,7 +9,7 @@ from typing import Protocol
 from experiments.cable_tool.fit import PER_RECORDING, PLAY_ALONE, fit_tool
 from experiments.cable_tool.recording import ToolRecording
 from experiments.cable_tool.rivals import fit_regression, fit_steady_load
-from experiments.cable_tool.strokes import Array
+from tendon_mj.typing import FloatArray
 
 CHOSEN = "sheath and constant friction"
 
@@ -17,7 +17,7 @@ CHOSEN = "sheath and constant friction"
 class Predicts(Protocol):
     """What a fit gives: a prediction of the load from a recording's input side."""
 
-    def load(self, recording: ToolRecording) -> Array:
+    def load(self, recording: ToolRecording) -> FloatArray:
         """Load at the output [N m]."""
 
 

@@ -10,10 +10,10 @@ import numpy as np
 from experiments.cable_tool.candidates import Candidate, Predicts
 from experiments.cable_tool.recording import ToolRecording
 from experiments.cable_tool.rivals import sliding
-from experiments.cable_tool.strokes import Array
 from experiments.cable_tool.tool import Tool
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.progress import Progress, silent
+from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.typing import FloatArray
 
 LEFT_OUT: dict[str, Callable[[ToolRecording], str]] = {
     "load": lambda r: f"{r.load_share:.0%}",
@@ -84,7 +84,7 @@ def cross_validate(
     return errors
 
 
-def root_mean_square(error: Array) -> float:
+def root_mean_square(error: FloatArray) -> float:
     """Root mean square of an error, in its unit."""
     return float(np.sqrt(np.mean(error**2)))
 

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from experiments.cable_tool.recording import ToolRecording
-from experiments.cable_tool.strokes import Array
 from experiments.cable_tool.tool import Tool
+from tendon_mj.typing import FloatArray
 
 # number → (starts, size of a change that matters)
 TORQUE_NUMBERS: dict[str, tuple[tuple[float, ...], float]] = {
@@ -45,13 +45,13 @@ def fit_tool(
     base = Tool().replaced(held)
     samples = [_thinned(len(r.time)) for r in recordings]
 
-    def tool_of(values: Array) -> Tool:
+    def tool_of(values: FloatArray) -> Tool:
         numbers: dict[str, float] = dict(zip(names, values.tolist(), strict=True))
         if "take_up" in numbers:
             numbers["take_up"] = float(np.clip(numbers["take_up"], *_TAKE_UP))
         return base.replaced(numbers)
 
-    def errors(values: Array) -> Array:
+    def errors(values: FloatArray) -> FloatArray:
         tool = tool_of(values)
         return np.concatenate(
             [(tool.load(r) - r.load)[chosen] for r, chosen in zip(recordings, samples, strict=True)]

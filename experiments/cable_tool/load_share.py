@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.cable_tool.recording import ToolRecording
-from experiments.cable_tool.strokes import MID_STROKE, Array
+from experiments.cable_tool.strokes import MID_STROKE
+from tendon_mj.typing import FloatArray
 
 _RESAMPLES = 400
 _QUANTILES = (0.025, 0.975)
@@ -46,8 +47,8 @@ class LoadShare:
 class _Strokes:
     """Means in mid-stroke of every stroke in one direction: load and input torque [N m]."""
 
-    load: Array
-    torque: Array
+    load: FloatArray
+    torque: FloatArray
 
     def line(self, chosen: np.ndarray) -> tuple[float, float]:
         """Slope [-] and offset [N m] of T_in over the load."""

@@ -7,9 +7,10 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from experiments.cable_tool.strokes import Array, Strokes, find_strokes
+from experiments.cable_tool.strokes import Strokes, find_strokes
 from tendon_mj.errors import RecordingError
-from tendon_mj.recordings import read_table
+from tendon_mj.lab.recordings import read_table
+from tendon_mj.typing import FloatArray
 
 COLUMNS = ("time_s", "input_rad", "input_torque_Nm", "output_rad", "output_torque_Nm")
 _NAMES = (
@@ -43,11 +44,11 @@ class ToolRecording:
     roll: float
     load_share: float
     rate: str
-    time: Array
-    input_angle: Array
-    input_torque: Array
-    output_angle: Array
-    load: Array
+    time: FloatArray
+    input_angle: FloatArray
+    input_torque: FloatArray
+    output_angle: FloatArray
+    load: FloatArray
     strokes: Strokes = field(init=False)
 
     def __post_init__(self) -> None:

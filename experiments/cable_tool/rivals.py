@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.cable_tool.recording import ToolRecording
-from experiments.cable_tool.strokes import Array
+from tendon_mj.typing import FloatArray
 
 SLIDING = 0.15  # travel after a reversal from which on the output slides [rad]
 
@@ -24,7 +24,7 @@ class Regression:
     closing: tuple[float, float]
     opening: tuple[float, float]
 
-    def load(self, recording: ToolRecording) -> Array:
+    def load(self, recording: ToolRecording) -> FloatArray:
         """Load at the output, from the input side [N m]."""
         torque = recording.input_torque
         lines = [a * torque + b for a, b in (self.closing, self.opening)]
@@ -55,9 +55,9 @@ class SteadyLoad:
 
     numbers: tuple[float, ...]
 
-    def load(self, recording: ToolRecording) -> Array:
+    def load(self, recording: ToolRecording) -> FloatArray:
         """Load at the output, from the input side [N m]."""
-        found: Array = _steady_columns(recording) @ np.array(self.numbers)
+        found: FloatArray = _steady_columns(recording) @ np.array(self.numbers)
         return found
 
 
@@ -74,7 +74,7 @@ def sliding(recording: ToolRecording) -> np.ndarray:
     return found
 
 
-def _steady_columns(recording: ToolRecording) -> Array:
+def _steady_columns(recording: ToolRecording) -> FloatArray:
     strokes = recording.strokes
     mean = np.full(len(recording.time), recording.input_torque.mean())
     return np.column_stack([mean, np.ones_like(mean), strokes.excursion, strokes.direction])

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.compilation import checked
+from tendon_mj.typing import FloatArray
 
-Array = NDArray[np.float64]
 MID_STROKE = 0.26  # within this of the middle of the range the output slides both ways [rad]
 ENCODER_NOISE = 1e-3  # a reversal is seen when the input has come back by twice this [rad]
 
@@ -25,9 +25,9 @@ class Strokes:
         excursion: input angle from the middle of its range [rad].
     """
 
-    direction: Array
-    travel: Array
-    excursion: Array
+    direction: FloatArray
+    travel: FloatArray
+    excursion: FloatArray
 
     @cached_property
     def middle(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -37,7 +37,7 @@ class Strokes:
         return closing, opening
 
 
-def find_strokes(angle: Array) -> Strokes:
+def find_strokes(angle: FloatArray) -> Strokes:
     """Strokes of a series of input angles [rad].
 
     The motion before the recording is taken to be that of the recording itself, which covers
@@ -51,7 +51,7 @@ def find_strokes(angle: Array) -> Strokes:
 
 
 @checked
-def _follow(angle: Array, noise: float) -> tuple[Array, Array]:
+def _follow(angle: FloatArray, noise: float) -> tuple[FloatArray, FloatArray]:
     """Direction and travel of the play operator of half-width ``noise`` on ``angle``."""
     direction, travel = np.zeros(angle.size), np.zeros(angle.size)
     now, start, sense = angle[0], angle[0], 0.0

@@ -15,7 +15,7 @@ from experiments.cable_tool.load_share import LoadShare, load_share
 from experiments.cable_tool.rate import RateRatio, rate_ratios
 from experiments.cable_tool.recording import ToolRecording
 from experiments.cable_tool.tool import Tool
-from tendon_mj.progress import Progress, silent
+from tendon_mj.lab.progress import Progress, silent
 
 _QUANTILES = (0.025, 0.975)
 

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from experiments.cable_tool.recording import ToolRecording
-from experiments.cable_tool.strokes import Array
 from experiments.cable_tool.transmission import predict_load
 from tendon_mj.errors import RecordingError
+from tendon_mj.typing import FloatArray
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Tool:
             )
         return float(np.median(closing)), float(np.median(opening))
 
-    def load(self, recording: ToolRecording) -> Array:
+    def load(self, recording: ToolRecording) -> FloatArray:
         """Load at the output, from the input side [N m]."""
         return predict_load(
             recording,
@@ -90,14 +90,14 @@ class Tool:
             self.take_up,
         )
 
-    def angle(self, recording: ToolRecording) -> Array:
+    def angle(self, recording: ToolRecording) -> FloatArray:
         """Output angle but for its zero, which no input tells [rad].
 
         θ_out = −ρ θ_in − C × `carried`: what the cable carries stretches it.
         """
         return -self.angle_ratio * recording.input_angle - self.compliance * self.carried(recording)
 
-    def carried(self, recording: ToolRecording) -> Array:
+    def carried(self, recording: ToolRecording) -> FloatArray:
         """Torque that stretches the cable [N m]: x + ½ f (b_c − b_o)/2.
 
         Constant friction acts all along the cable, whose mean so bears half of it. With the
@@ -113,7 +113,7 @@ class Tool:
             load / ratio + self.opening(recording),
         )
         share = np.clip(2.0 * (drive - opening) / (closing - opening) - 1.0, -1.0, 1.0)
-        found: Array = load + 0.25 * share * (self.closing_offset - self.opening(recording))
+        found: FloatArray = load + 0.25 * share * (self.closing_offset - self.opening(recording))
         return found
 
     def replaced(self, numbers: Mapping[str, float | None]) -> Tool:

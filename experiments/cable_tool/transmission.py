@@ -22,8 +22,8 @@ from __future__ import annotations
 import math
 
 from experiments.cable_tool.recording import ToolRecording
-from experiments.cable_tool.strokes import Array
 from tendon_mj.compilation import checked
+from tendon_mj.typing import FloatArray
 
 
 def predict_load(
@@ -33,7 +33,7 @@ def predict_load(
     opening_offset: float,
     stiffness: float,
     take_up: float,
-) -> Array:
+) -> FloatArray:
     """Load at the output [N m], from angle and torque of the input.
 
     The state before the recording is that at its end, as the recording covers whole periods.
@@ -56,7 +56,9 @@ def predict_load(
 
 
 @checked
-def _slide(closing: Array, opening: Array, direction: Array, taken_up: Array) -> Array:
+def _slide(
+    closing: FloatArray, opening: FloatArray, direction: FloatArray, taken_up: FloatArray
+) -> FloatArray:
     """Load between the lines ``closing`` and ``opening``; ``taken_up`` is (travel/w)²."""
     load = closing.copy()
     now = closing[-1] if direction[-1] < 0.0 else opening[-1]

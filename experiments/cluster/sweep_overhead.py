@@ -14,8 +14,8 @@ import psutil
 import tyro
 
 from tendon_mj import load_model
-from tendon_mj.sweep import Sweep, motion_recording, run_sweep
-from tendon_mj.tasks import Workers, local_cluster
+from tendon_mj.lab.sweep import Sweep, motion_recording, run_sweep
+from tendon_mj.lab.tasks import Workers, local_cluster
 
 _INTERVAL = 2.0  # between two looks at memory [s]
 

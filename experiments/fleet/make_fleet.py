@@ -24,8 +24,8 @@ from experiments.hidden_effects.references import excitation
 from experiments.hidden_effects.references.bench import COLUMNS, ReferenceBench
 from experiments.hidden_effects.suite.noisy_recording import noisy_recording
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.recordings import Uncertain, write_recording
-from tendon_mj.tasks import Workers, run_tasks
+from tendon_mj.lab.recordings import Uncertain, write_recording
+from tendon_mj.lab.tasks import Workers, run_tasks
 
 FIRST_DAY = datetime(2026, 3, 1)
 NOISE = 0.002  # over the range of each column [-]

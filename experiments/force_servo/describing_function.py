@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from experiments.force_servo.servo_bench import Servo
-from tendon_mj.builders import Bench
+from tendon_mj.models import Bench
 from tendon_mj.sheath import Law, drive_displacement
 
 _SAMPLES = 240  # of a period

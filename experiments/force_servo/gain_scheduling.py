@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from experiments.force_servo.linear_theory import with_damping, with_scheduled_gains
 from experiments.force_servo.servo_bench import Servo
 from experiments.force_servo.step_response import StepResponse, step_response
-from tendon_mj.builders import Bench
+from tendon_mj.models import Bench
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,11 @@ import numpy as np
 
 from experiments.force_servo.describing_function import predict_amplitude
 from experiments.force_servo.linear_theory import transmission_stiffness, with_damping
-from experiments.force_servo.servo_bench import Array, Servo, ServoResponse, run_servo
+from experiments.force_servo.servo_bench import Servo, ServoResponse, run_servo
 from tendon_mj import theory
-from tendon_mj.builders import Bench
-from tendon_mj.progress import Progress, silent
+from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.models import Bench
+from tendon_mj.typing import FloatArray
 
 DAMPING = 0.2  # ζ while pulling [-]: there is a cycle; with ζ ≥ 0.35 there is none
 FREQUENCY = 6.0  # ω while pulling [rad/s]
@@ -65,7 +66,7 @@ class LimitCycles:
     intercept: float
     r_squared: float
 
-    def columns(self) -> tuple[Array, Array, Array]:
+    def columns(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Columns of ξ_B, amplitude and predicted amplitude, each (cycles,) [m]."""
         rows = [(c.backlash, c.amplitude, c.predicted_amplitude) for c in self.cycles]
         backlash, amplitude, predicted = np.array(rows).T

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.force_servo.servo_bench import Array, Servo
+from experiments.force_servo.servo_bench import Servo
 from tendon_mj import theory
-from tendon_mj.builders import Bench
+from tendon_mj.models import Bench
+from tendon_mj.typing import FloatArray
 
 # Factor on ω of the scheduled gains beyond what a step from rest requires: after a reversal the
 # plain servo leaves the backlash with speed, and must not be faster there either.
@@ -87,7 +88,7 @@ def with_scheduled_gains(bench: Bench, servo: Servo) -> Servo:
     )
 
 
-def step_error(damping: float, phase: Array, speed: float = 0.0) -> Array:
+def step_error(damping: float, phase: FloatArray, speed: float = 0.0) -> FloatArray:
     """Error of a mode with ζ ≤ 1 after a unit step, over ``phase`` = ωt [-].
 
     It starts at error 1 with ``speed`` = −de/d(ωt).

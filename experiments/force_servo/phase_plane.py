@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.force_servo.linear_theory import mode, with_damping
-from experiments.force_servo.servo_bench import Array, Servo, ServoResponse, run_servo
-from tendon_mj.builders import Bench
+from experiments.force_servo.servo_bench import Servo, ServoResponse, run_servo
+from tendon_mj.models import Bench
+from tendon_mj.typing import FloatArray
 
 GOAL = 60.0  # reference of every trajectory [N]
 # direction -> tensions that the trajectories start at [N]
@@ -30,8 +31,8 @@ class Nullcline:
     """
 
     direction: int
-    angle: Array
-    speed: Array
+    angle: FloatArray
+    speed: FloatArray
     slope: float
     analytic_slope: float
 
@@ -61,7 +62,7 @@ class PhasePlane:
     origin: float
 
 
-def _approach(bench: Bench, servo: Servo, start: float, turn: float) -> tuple[Array, float]:
+def _approach(bench: Bench, servo: Servo, start: float, turn: float) -> tuple[FloatArray, float]:
     """Reference that ramps slowly from ``turn`` to ``start`` and steps, and when it steps [s]."""
     slow = min(mode(bench, servo, way).frequency for way in (1, -1))
     rest = round(12.0 / slow / bench.timestep)

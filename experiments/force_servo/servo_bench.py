@@ -10,14 +10,13 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tendon_mj import add_servo
-from tendon_mj.builders import Bench, build_bench
 from tendon_mj.errors import TendonError
-from tendon_mj.replay import full_state, rollout_sensors
-
-Array = NDArray[np.float64]
+from tendon_mj.lab.replay import full_state, rollout_sensors
+from tendon_mj.models import Bench, build_bench
+from tendon_mj.typing import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,12 +53,12 @@ class ServoResponse:
         angle, speed: θ [rad] and θ̇ [rad/s] of the motor.
     """
 
-    time: Array
-    reference: Array
-    output_tension: Array
-    input_tension: Array
-    angle: Array
-    speed: Array
+    time: FloatArray
+    reference: FloatArray
+    output_tension: FloatArray
+    input_tension: FloatArray
+    angle: FloatArray
+    speed: FloatArray
 
     def part(self, begin: float, end: float) -> ServoResponse:
         """Response from ``begin`` to ``end`` [s]."""
@@ -121,5 +120,5 @@ def run_servo(
     names = ("output_tension", "input_tension", "motor_angle", "motor_speed")
     columns = [readings[0][:, int(model.sensor(name).adr[0])] for name in names]
     # sensors are read at the beginning of a step
-    time: Array = bench.timestep * np.arange(len(tension), dtype=np.float64)
+    time: FloatArray = bench.timestep * np.arange(len(tension), dtype=np.float64)
     return ServoResponse(time, tension, *columns)

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.force_servo.linear_theory import with_damping
-from experiments.force_servo.servo_bench import Array, Servo, ServoResponse, run_servo
-from tendon_mj.builders import Bench
+from experiments.force_servo.servo_bench import Servo, ServoResponse, run_servo
+from tendon_mj.models import Bench
+from tendon_mj.typing import FloatArray
 
 LEVELS = (0.0, 20.0, 40.0, 60.0, 40.0, 20.0, 0.0)  # above the pretension [N]
 
@@ -31,7 +32,7 @@ class Staircase:
     critical_response: ServoResponse
     time: float
 
-    def overshoots(self, response: ServoResponse) -> Array:
+    def overshoots(self, response: ServoResponse) -> FloatArray:
         """Overshoot of each of the six steps over its height [-]."""
         found = []
         for k in range(1, len(LEVELS)):

@@ -8,7 +8,7 @@ import numpy as np
 
 from experiments.force_servo.linear_theory import mode, overshoot, speed_after_backlash
 from experiments.force_servo.servo_bench import Servo, ServoResponse, run_servo
-from tendon_mj.builders import Bench
+from tendon_mj.models import Bench
 
 LOW, MIDDLE, HIGH = 40.0, 60.0, 80.0  # tensions between which the steps go [N]
 _REST = 12.0  # duration of every part of a run, times ω of the slower mode [-]

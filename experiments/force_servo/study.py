@@ -13,8 +13,8 @@ from experiments.force_servo.phase_plane import PhasePlane, simulate_phase_plane
 from experiments.force_servo.servo_bench import Servo
 from experiments.force_servo.staircase import Staircase, simulate_staircase
 from experiments.force_servo.tracking import Tracking, track
-from tendon_mj.builders import Bench
-from tendon_mj.progress import Progress, silent
+from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.models import Bench
 
 # The bench at λ = 1.5 with carriages so light, and steps so short, that their inertia and dampers
 # do not matter to the servo: with 1 kg the environment's damper alone would add 9 % to ζ.

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.force_servo.linear_theory import with_damping
-from experiments.force_servo.servo_bench import Array, Servo, ServoResponse, run_servo
-from tendon_mj.builders import Bench
-from tendon_mj.verification import run_bench
+from experiments.force_servo.servo_bench import Servo, ServoResponse, run_servo
+from tendon_mj.lab.verification import run_bench
+from tendon_mj.models import Bench
+from tendon_mj.typing import FloatArray
 
 MEAN, AMPLITUDE, FREQUENCY = 40.0, 15.0, 0.25  # of the reference [N], [N], [Hz]
 GAIN = 140.0  # G_t of the tracking servo: 20 times that of Fig. 7, ω = 28 rad/s [-]
@@ -29,9 +30,9 @@ class Tracking:
         rmse: root mean square error of T_out by strategy, ``frictionless`` among them [N].
     """
 
-    time: Array
-    reference: Array
-    frictionless: Array
+    time: FloatArray
+    reference: FloatArray
+    frictionless: FloatArray
     responses: dict[str, ServoResponse]
     rmse: dict[str, float]
 
@@ -74,7 +75,7 @@ def track(bench: Bench, servo: Servo) -> Tracking:
     count = round(_PERIODS / FREQUENCY / bench.timestep)
     phase = 2.0 * np.pi * FREQUENCY * bench.timestep * np.arange(count)
     ramp = np.linspace(bench.pretension, MEAN, lead)
-    reference: Array = np.concatenate([ramp, MEAN + AMPLITUDE * np.sin(phase)])
+    reference: FloatArray = np.concatenate([ramp, MEAN + AMPLITUDE * np.sin(phase)])
     rated = slice(lead + round(_SKIPPED * count), None)
     compliance = 1.0 / bench.output_stiffness + bench.length / bench.axial_stiffness
     open_loop = run_bench(bench, (reference - bench.pretension) * compliance).output_tension
@@ -88,5 +89,5 @@ def track(bench: Bench, servo: Servo) -> Tracking:
         name: float(np.sqrt(np.mean((output - reference)[rated] ** 2)))
         for name, output in outputs.items()
     }
-    time: Array = bench.timestep * np.arange(len(reference), dtype=np.float64)
+    time: FloatArray = bench.timestep * np.arange(len(reference), dtype=np.float64)
     return Tracking(time, reference, open_loop, responses, rmse)

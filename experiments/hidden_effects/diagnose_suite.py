@@ -12,8 +12,8 @@ from typing import Any
 
 from experiments.command import run_experiment
 from experiments.hidden_effects.suite.case_folder import Case, solve_suite
-from tendon_mj.diagnosis import diagnose
-from tendon_mj.replay import Simulator
+from tendon_mj.lab.diagnosis import diagnose
+from tendon_mj.lab.replay import Simulator
 
 
 def diagnose_suite(

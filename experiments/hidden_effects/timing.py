@@ -18,8 +18,8 @@ from experiments.hidden_effects.references import excitation
 from experiments.hidden_effects.references.bench import ReferenceBench
 from experiments.hidden_effects.suite.noisy_recording import noisy_recording
 from tendon_mj.cli import progress_bar
-from tendon_mj.diagnosis import diagnose
-from tendon_mj.recordings import Recording
+from tendon_mj.lab.diagnosis import diagnose
+from tendon_mj.lab.recordings import Recording
 
 DURATION, RATE = 20.0, 1000.0
 SCALE = 0.8  # of the drive, so that the tendon stays taut

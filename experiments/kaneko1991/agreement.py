@@ -16,9 +16,10 @@ from experiments.kaneko1991.histories import (
     random_turning_points,
 )
 from experiments.kaneko1991.paper_tendon import PaperTendon
-from experiments.kaneko1991.routes import Array, Trace
+from experiments.kaneko1991.routes import Trace
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.progress import Progress, silent
+from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.typing import FloatArray
 
 TENDON = PaperTendon(friction=0.15, output_stiffness=8e3)  # models/bench: 1/k_se = 1/10 + 1/40 m/MN
 ELEMENTS = 64
@@ -41,8 +42,8 @@ class Agreement:
     """
 
     routes: tuple[str, ...]
-    difference: dict[str, Array]
-    input_difference: dict[str, Array]
+    difference: dict[str, FloatArray]
+    input_difference: dict[str, FloatArray]
     loops: dict[str, Trace]
     tendon: PaperTendon
     histories: int
@@ -77,7 +78,7 @@ def compare_routes(
         InvalidValueError: fewer than 0 histories.
     """
     check_histories(histories)
-    difference: dict[str, Array] = {}
+    difference: dict[str, FloatArray] = {}
     loops: dict[str, Trace] = {}
     for name, points in TURNING_POINTS.items():
         loops = _run_routes(tendon, [points])[0]
@@ -118,7 +119,7 @@ def _run_routes(
     ]
 
 
-def _differences(traces: dict[str, Trace]) -> Array:
+def _differences(traces: dict[str, Trace]) -> FloatArray:
     """Differences of T_out and of T_in between any two routes, (2, routes, routes) [-]."""
     outputs = np.array([trace.output_tension for trace in traces.values()])
     inputs = np.array([trace.input_tension for trace in traces.values()])

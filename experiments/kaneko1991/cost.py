@@ -12,9 +12,9 @@ from experiments.kaneko1991 import routes
 from experiments.kaneko1991.agreement import TENDON
 from experiments.kaneko1991.discretisations import SAMPLE_TIME, Discretisation, discretisations
 from experiments.kaneko1991.histories import TURNING_POINTS, displacement_history
-from experiments.kaneko1991.routes import Array
 from tendon_mj.errors import TendonError
-from tendon_mj.progress import Progress, silent
+from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.typing import FloatArray
 
 TARGET = 0.01  # of the range, for either tension
 REPEATS = 3
@@ -63,7 +63,7 @@ def measure_costs(progress: Progress = silent) -> tuple[Cost, ...]:
 def _first_within_target(
     route: str,
     choices: Iterator[Discretisation],
-    exact: tuple[Array, Array],
+    exact: tuple[FloatArray, FloatArray],
     duration: float,
 ) -> Cost:
     for step, elements, inertia, run in choices:

@@ -11,13 +11,14 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
+from experiments import references
 from experiments.kaneko1991 import mujoco_routes, routes
 from experiments.kaneko1991.agreement import TENDON
 from experiments.kaneko1991.chain import Chain, build_chain
 from experiments.kaneko1991.histories import LEG_TIME
-from experiments.kaneko1991.routes import Array, Trace
-from tendon_mj import reference
-from tendon_mj.replay import rollout_named_sensors
+from experiments.kaneko1991.routes import Trace
+from tendon_mj.lab.replay import rollout_named_sensors
+from tendon_mj.typing import FloatArray
 
 SAMPLE_TIME = 10e-3  # step of the routes without dynamics, and where all are compared [s]
 COUNTS = (4, 8, 16, 32, 64, 128)  # elements, guides or grid intervals
@@ -40,10 +41,10 @@ class Discretisation(NamedTuple):
     step: float
     elements: int
     inertia: str
-    run: Callable[[], tuple[Array, Array]]
+    run: Callable[[], tuple[FloatArray, FloatArray]]
 
 
-def discretisations(time: Array, travel: Array) -> dict[str, Iterator[Discretisation]]:
+def discretisations(time: FloatArray, travel: FloatArray) -> dict[str, Iterator[Discretisation]]:
     """Discretisations by route, for ξ_in [m] at every ``SAMPLE_TIME``."""
     return {
         "closed form": _closed_form(travel),
@@ -55,31 +56,31 @@ def discretisations(time: Array, travel: Array) -> dict[str, Iterator[Discretisa
     }
 
 
-def _closed_form(travel: Array) -> Iterator[Discretisation]:
+def _closed_form(travel: FloatArray) -> Iterator[Discretisation]:
     run = functools.partial(routes.closed_form, TENDON, travel, "displacement")
     yield Discretisation(SAMPLE_TIME, 0, "none", _both_ends(run))
 
 
-def _continuum(travel: Array) -> Iterator[Discretisation]:
+def _continuum(travel: FloatArray) -> Iterator[Discretisation]:
     for n in COUNTS:
         run = functools.partial(routes.continuum, TENDON, travel, "displacement", n)
         yield Discretisation(SAMPLE_TIME, n, "none", _both_ends(run))
 
 
-def _sheath_alone(travel: Array) -> Iterator[Discretisation]:
+def _sheath_alone(travel: FloatArray) -> Iterator[Discretisation]:
     for n in COUNTS:
         run = functools.partial(routes.sheath_alone, TENDON, travel, "displacement", n)
         yield Discretisation(SAMPLE_TIME, n, "none", _both_ends(run))
 
 
-def _plugin(time: Array, travel: Array) -> Iterator[Discretisation]:
+def _plugin(time: FloatArray, travel: FloatArray) -> Iterator[Discretisation]:
     inertia = f"{mujoco_routes.CARRIAGE:g} kg at the output"
     for n, step in itertools.product(COUNTS, PLUGIN_STEPS):
         model = mujoco_routes.plugin_model(TENDON, n, step)
         yield Discretisation(step, n, inertia, _rollout(model, step, time, travel))
 
 
-def _elements(time: Array, travel: Array) -> Iterator[Discretisation]:
+def _elements(time: FloatArray, travel: FloatArray) -> Iterator[Discretisation]:
     for n, slowness in ELEMENTS_SLOWNESS:
         chain = _quasi_static_chain(n, slowness)
         inertia = f"tendon of {chain.mass.sum():.2g} kg"
@@ -89,7 +90,7 @@ def _elements(time: Array, travel: Array) -> Iterator[Discretisation]:
             yield Discretisation(step, n, inertia, _both_ends(run))
 
 
-def _mujoco_elements(time: Array, travel: Array) -> Iterator[Discretisation]:
+def _mujoco_elements(time: FloatArray, travel: FloatArray) -> Iterator[Discretisation]:
     for (n, slowness), share in itertools.product(ELEMENTS_SLOWNESS, CHAIN_STEPS):
         light = _quasi_static_chain(n, slowness)
         mass = float(light.mass.sum())
@@ -107,13 +108,13 @@ def _mujoco_elements(time: Array, travel: Array) -> Iterator[Discretisation]:
         )
 
 
-def _quasi_static_chain(n: int, slowness: float) -> reference.ElementChain:
+def _quasi_static_chain(n: int, slowness: float) -> references.ElementChain:
     chain = routes.element_chain(TENDON, n)
-    return reference.quasi_static(chain, 2.0 * LEG_TIME, slowness=slowness)
+    return references.quasi_static(chain, 2.0 * LEG_TIME, slowness=slowness)
 
 
-def _both_ends(run: Callable[[], Trace]) -> Callable[[], tuple[Array, Array]]:
-    def tensions() -> tuple[Array, Array]:
+def _both_ends(run: Callable[[], Trace]) -> Callable[[], tuple[FloatArray, FloatArray]]:
+    def tensions() -> tuple[FloatArray, FloatArray]:
         trace = run()
         return trace.input_tension, trace.output_tension
 
@@ -121,12 +122,12 @@ def _both_ends(run: Callable[[], Trace]) -> Callable[[], tuple[Array, Array]]:
 
 
 def _rollout(
-    model: mujoco.MjModel, step: float, time: Array, travel: Array
-) -> Callable[[], tuple[Array, Array]]:
+    model: mujoco.MjModel, step: float, time: FloatArray, travel: FloatArray
+) -> Callable[[], tuple[FloatArray, FloatArray]]:
     fine = np.arange(0.0, time[-1] + 0.5 * step, step)
     reel, every = np.interp(fine, time, travel), round(SAMPLE_TIME / step)
 
-    def tensions() -> tuple[Array, Array]:
+    def tensions() -> tuple[FloatArray, FloatArray]:
         found = rollout_named_sensors(model, reel)
         return found["input_tension"][::every], found["output_tension"][::every]
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from experiments import references
 from experiments.kaneko1991 import mujoco_routes, routes
 from experiments.kaneko1991.histories import tension_sine
 from experiments.kaneko1991.loop import (
@@ -17,9 +18,9 @@ from experiments.kaneko1991.loop import (
     predict_loop,
 )
 from experiments.kaneko1991.paper_tendon import PaperTendon
-from experiments.kaneko1991.routes import Array, Trace
-from tendon_mj import reference
-from tendon_mj.progress import Progress, silent
+from experiments.kaneko1991.routes import Trace
+from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.typing import FloatArray
 
 FREQUENCY = 0.04  # the paper's [Hz]
 AMPLITUDE = 15.0  # T_m < T_0 [N]
@@ -50,7 +51,7 @@ class Figure4a:
     """
 
     tendon: PaperTendon
-    time: Array
+    time: FloatArray
     traces: dict[str, Trace]
     measured: dict[str, LoopMeasures]
     predicted: LoopMeasures
@@ -73,7 +74,7 @@ class Figure4a:
 
 def quasi_static_mass(tendon: PaperTendon, frequency: float) -> tuple[float, float]:
     """Mass [kg] and damping [N s/m] of elements in MuJoCo, quasi-static at ``frequency`` [Hz]."""
-    chain = reference.quasi_static(
+    chain = references.quasi_static(
         routes.element_chain(tendon, MUJOCO_ELEMENTS),
         1.0 / frequency,
         slowness=MUJOCO_SLOWNESS,

@@ -15,8 +15,9 @@ from experiments.kaneko1991 import mujoco_routes, routes
 from experiments.kaneko1991.figure_4a import AMPLITUDE
 from experiments.kaneko1991.histories import tension_sine
 from experiments.kaneko1991.paper_tendon import PaperTendon
-from experiments.kaneko1991.routes import Array, Trace
-from tendon_mj.progress import Progress, silent
+from experiments.kaneko1991.routes import Trace
+from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.typing import FloatArray
 
 TENDON = PaperTendon(friction=0.1, static_friction=0.3)  # the paper's
 FREQUENCIES = (0.5, 5.0)  # the paper's (b) and (c) [Hz]
@@ -69,9 +70,9 @@ class Shift:
 
     dynamics: Dynamics
     frequency: float
-    largest: Array
-    rms: Array
-    phase: Array
+    largest: FloatArray
+    rms: FloatArray
+    phase: FloatArray
     drag: float
 
 
@@ -94,11 +95,11 @@ class Figure4bc:
     tendon: PaperTendon
     shifts: tuple[Shift, ...]
     loops: dict[float, dict[str, Trace]]
-    guides: Array
-    quasi_static: Array
-    quasi_static_phase: Array
+    guides: FloatArray
+    quasi_static: FloatArray
+    quasi_static_phase: FloatArray
     switches: tuple[float, float]
-    one_guide: Array
+    one_guide: FloatArray
     plugin_difference: float
 
 
@@ -162,7 +163,7 @@ def measure_shift(
     return shift, sticky, smooth
 
 
-def _sine(frequency: float, pretension: float = TENDON.pretension) -> tuple[Array, Array]:
+def _sine(frequency: float, pretension: float = TENDON.pretension) -> tuple[FloatArray, FloatArray]:
     return tension_sine(frequency, AMPLITUDE, pretension, PERIODS + START, SAMPLES)
 
 
@@ -189,17 +190,17 @@ def _run_routes(frequency: float, sticky: Trace, smooth: Trace) -> dict[str, Tra
     }
 
 
-def _by_period(values: Array) -> Array:
+def _by_period(values: FloatArray) -> FloatArray:
     """Rows of the periods evaluated, each from a quarter past the rise of T_in through T_0."""
     return values[-PERIODS * SAMPLES :].reshape(PERIODS, SAMPLES)
 
 
-def _phase_of_largest(rows: Array) -> Array:
+def _phase_of_largest(rows: FloatArray) -> FloatArray:
     """Phase at which each row's magnitude is largest, 0 where T_in rises through T_0 [-]."""
     return np.asarray((0.25 + (np.abs(rows).argmax(1) + 1) / SAMPLES) % 1.0)
 
 
-def _switches(tendon: PaperTendon, output: Array) -> tuple[float, float]:
+def _switches(tendon: PaperTendon, output: FloatArray) -> tuple[float, float]:
     """Phases at which T_in = T_0 + T_m sin ωt has left the backlash by the closed form [-]."""
     near = (output.max() * np.exp(-tendon.exponent), output.min() * np.exp(tendon.exponent))
     fall, rise = (np.arcsin((end - tendon.pretension) / AMPLITUDE) / (2.0 * np.pi) for end in near)

@@ -38,8 +38,9 @@ from experiments.kaneko1991.loop import (
     predict_loop,
 )
 from experiments.kaneko1991.paper_tendon import PaperTendon
-from experiments.kaneko1991.routes import Array, Trace
-from tendon_mj.progress import Progress, silent
+from experiments.kaneko1991.routes import Trace
+from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.typing import FloatArray
 
 FREQUENCY = 0.4  # the paper's [Hz]
 AMPLITUDE = 19.0  # nearly T_0, so that the loop comes near slack [N]
@@ -92,8 +93,8 @@ class Figure5:
     measured: tuple[dict[str, LoopMeasures], dict[str, LoopMeasures]]
     predicted: tuple[LoopMeasures, LoopMeasures]
     largest: tuple[float, float]
-    travel: Array
-    widening: Array
+    travel: FloatArray
+    widening: FloatArray
     departure: Departure
 
     def widening_at(self, travel: float) -> float:
@@ -174,7 +175,7 @@ def _run_routes(tendon: PaperTendon) -> dict[str, Trace]:
     }
 
 
-def _widening(tendons: tuple[PaperTendon, PaperTendon], travel: Array) -> Array:
+def _widening(tendons: tuple[PaperTendon, PaperTendon], travel: FloatArray) -> FloatArray:
     """Relative widening of the loop in T_out between its two lines at the same ξ_in [-]."""
     widths = []
     slack = tendons[0].slack_displacement

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from experiments.kaneko1991.routes import Array
+from tendon_mj.typing import FloatArray
 
 LEG_TIME = 2.0  # from one turning point to the next [s]
 LEG_SAMPLES = 60
@@ -22,13 +22,13 @@ TURNING_POINTS: dict[str, tuple[float, ...]] = {
 
 def tension_sine(
     frequency: float, amplitude: float, pretension: float, periods: float, samples: int
-) -> tuple[Array, Array]:
+) -> tuple[FloatArray, FloatArray]:
     """Time [s] and T_in = T_0 + T_m sin ωt [N], eq. (26); ``samples`` is per period."""
     time = np.arange(round(periods * samples) + 1) / (samples * frequency)
     return time, pretension + amplitude * np.sin(2.0 * np.pi * frequency * time)
 
 
-def displacement_history(turning_points: Sequence[float]) -> tuple[Array, Array]:
+def displacement_history(turning_points: Sequence[float]) -> tuple[FloatArray, FloatArray]:
     """Time [s] and ξ_in [m] from 0 through the turning points, half a cosine between each two."""
     phase = np.arange(len(turning_points) * LEG_SAMPLES + 1) / LEG_SAMPLES
     leg = np.minimum(phase.astype(int), len(turning_points) - 1)

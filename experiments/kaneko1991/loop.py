@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.kaneko1991.paper_tendon import PaperTendon
-from experiments.kaneko1991.routes import Array, Trace
+from experiments.kaneko1991.routes import Trace
 from tendon_mj import theory
+from tendon_mj.typing import FloatArray
 
 _TRANSIENT = 0.15  # share of a branch left out: the front has just reached the output there
 
@@ -92,5 +93,5 @@ def predict_loop(tendon: PaperTendon, top_tension: float) -> LoopMeasures:
 
 def largest_difference(traces: dict[str, Trace], skip: int) -> float:
     """Largest difference of T_out between two of the routes over its range [-]."""
-    outputs: Array = np.array([trace.output_tension[skip:] for trace in traces.values()])
+    outputs: FloatArray = np.array([trace.output_tension[skip:] for trace in traces.values()])
     return float(np.ptp(outputs, axis=0).max() / np.ptp(outputs[0]))

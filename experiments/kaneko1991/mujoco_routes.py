@@ -9,10 +9,11 @@ import numpy as np
 
 from experiments.kaneko1991.chain import Chain, build_chain
 from experiments.kaneko1991.paper_tendon import PaperTendon
-from experiments.kaneko1991.routes import Array, Drive, Trace
+from experiments.kaneko1991.routes import Drive, Trace
 from tendon_mj import add_friction, add_sites, add_tendon, arc_points
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.replay import rollout_named_sensors
+from tendon_mj.lab.replay import rollout_named_sensors
+from tendon_mj.typing import FloatArray
 
 CARRIAGE = 0.1  # mass on the output spring [kg]
 CARRIAGE_DAMPING_RATIO = 0.1  # its drag and its ringing both count as errors of the tendon
@@ -61,8 +62,8 @@ def plugin_model(
 
 def plugin(
     tendon: PaperTendon,
-    time: Array,
-    displacement: Array,
+    time: FloatArray,
+    displacement: FloatArray,
     guides: int,
     timestep: float | None = None,
     threads: int = 1,
@@ -93,8 +94,8 @@ def plugin(
 
 def mujoco_elements(
     tendon: PaperTendon,
-    time: Array,
-    history: Array,
+    time: FloatArray,
+    history: FloatArray,
     drive: Drive,
     n: int,
     mass: float,

@@ -10,8 +10,9 @@ import numpy as np
 from experiments.kaneko1991 import mujoco_routes, routes
 from experiments.kaneko1991.histories import LEG_TIME, TURNING_POINTS, displacement_history
 from experiments.kaneko1991.paper_tendon import PaperTendon
-from experiments.kaneko1991.routes import Array, Trace
-from tendon_mj.progress import Progress, silent
+from experiments.kaneko1991.routes import Trace
+from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.typing import FloatArray
 
 TENDON = PaperTendon(friction=1.0 / np.pi)  # λ = 1, output fixed: only the tendon to refine
 TRAVEL = 0.3  # share of the outer loop, which reaches about the same tensions without a spring
@@ -32,8 +33,8 @@ class Refinement:
         tendon: of the history, an outer loop.
     """
 
-    elements: Array
-    error: dict[str, Array]
+    elements: FloatArray
+    error: dict[str, FloatArray]
     order: dict[str, float]
     tendon: PaperTendon
 
@@ -56,7 +57,7 @@ def refine(tendon: PaperTendon = TENDON, progress: Progress = silent) -> Refinem
         ),
         "plugin in MuJoCo, EA × 100": lambda n: mujoco_routes.plugin(stiff, time, stiff_travel, n),
     }
-    error: dict[str, Array] = {}
+    error: dict[str, FloatArray] = {}
     for done, (name, run) in enumerate(runs.items()):
         gaps = [run(n).output_tension - exact for n in ELEMENTS]
         error[name] = np.array([np.sqrt(np.mean(gap**2)) for gap in gaps]) / np.ptp(exact)
@@ -66,7 +67,7 @@ def refine(tendon: PaperTendon = TENDON, progress: Progress = silent) -> Refinem
     return Refinement(counts, error, {k: v for k, v in orders.items() if v is not None}, tendon)
 
 
-def _order(counts: Array, error: Array) -> float | None:
+def _order(counts: FloatArray, error: FloatArray) -> float | None:
     """Order of convergence over at least three points, as long as the error falls enough."""
     falling = np.append(error[1:] < error[:-1] / _LEAST_FALL, False)
     points = int(np.argmin(falling)) + 1

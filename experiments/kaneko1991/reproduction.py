@@ -10,7 +10,7 @@ from experiments.kaneko1991.figure_4a import Figure4a, simulate_figure_4a
 from experiments.kaneko1991.figure_4bc import Figure4bc, simulate_figure_4bc
 from experiments.kaneko1991.figure_5 import Figure5, simulate_figure_5
 from experiments.kaneko1991.refinement import Refinement, refine
-from tendon_mj.progress import Progress, silent
+from tendon_mj.lab.progress import Progress, silent
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,15 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
+from experiments import references
 from experiments.kaneko1991.paper_tendon import PaperTendon
-from tendon_mj import reference, theory
+from tendon_mj import theory
 from tendon_mj.errors import TendonError
 from tendon_mj.sheath import drive_displacement, drive_tension
+from tendon_mj.typing import FloatArray
 
-Array = NDArray[np.float64]
 Drive = Literal["tension", "displacement"]  # the input that is prescribed: T_in or ξ_in
 
 
@@ -30,13 +28,13 @@ class Trace:
         input_displacement: ξ_in [m].
     """
 
-    input_tension: Array
-    output_tension: Array
-    input_displacement: Array
+    input_tension: FloatArray
+    output_tension: FloatArray
+    input_displacement: FloatArray
 
 
-def closed_form(tendon: PaperTendon, history: Array, drive: Drive) -> Trace:
-    """Exact play operator of `tendon_mj.theory`; F_c by ``PaperTendon.tension_offset``."""
+def closed_form(tendon: PaperTendon, history: FloatArray, drive: Drive) -> Trace:
+    """Exact play operator of `tendon_mj.theory`; F_c is ``tension_offset``."""
     offset = tendon.tension_offset
     sheath = (tendon.exponent, tendon.pretension + offset, tendon.axial_stiffness, tendon.length)
     if drive == "displacement":
@@ -47,10 +45,12 @@ def closed_form(tendon: PaperTendon, history: Array, drive: Drive) -> Trace:
     return Trace(history, far - offset, travel)
 
 
-def continuum(tendon: PaperTendon, history: Array, drive: Drive, intervals: int = 256) -> Trace:
-    """Play operators on a grid, of `tendon_mj.reference`; F_c by ``PaperTendon.tension_offset``."""
+def continuum(
+    tendon: PaperTendon, history: FloatArray, drive: Drive, intervals: int = 256
+) -> Trace:
+    """Play operators on a grid (`experiments.references`); F_c is ``tension_offset``."""
     offset = tendon.tension_offset
-    model = reference.continuum(
+    model = references.continuum(
         tendon.bend,
         length=tendon.length,
         axial_stiffness=tendon.axial_stiffness,
@@ -60,17 +60,17 @@ def continuum(tendon: PaperTendon, history: Array, drive: Drive, intervals: int 
         intervals=intervals,
     )
     if drive == "tension":
-        run = reference.simulate_continuum(model, input_tension=history + offset)
+        run = references.simulate_continuum(model, input_tension=history + offset)
     else:
-        run = reference.simulate_continuum(model, input_displacement=history)
+        run = references.simulate_continuum(model, input_displacement=history)
     return Trace(run.input_tension - offset, run.output_tension - offset, run.input_displacement)
 
 
 def element_chain(
     tendon: PaperTendon, n: int, mass: float = 1.0, damping: float = 0.0
-) -> reference.ElementChain:
+) -> references.ElementChain:
     """Lumped elements of the paper's Fig. 3; mass [kg] and damping [N s/m] of the whole tendon."""
-    return reference.uniform_chain(
+    return references.uniform_chain(
         n,
         length=tendon.length,
         bend_angle=tendon.bend,
@@ -88,17 +88,23 @@ def element_chain(
 
 
 def elements(
-    chain: reference.ElementChain, time: Array, history: Array, drive: Drive, time_step: float
+    chain: references.ElementChain,
+    time: FloatArray,
+    history: FloatArray,
+    drive: Drive,
+    time_step: float,
 ) -> Trace:
-    """Eq. (25) integrated by `tendon_mj.reference` with steps of at most ``time_step`` [s].
+    """Eq. (25) integrated by `experiments.references` with steps of at most ``time_step`` [s].
 
     Raises:
         TendonError: a step was not solved.
     """
     if drive == "tension":
-        run = reference.simulate_chain(chain, time, input_tension=history, time_step=time_step)
+        run = references.simulate_chain(chain, time, input_tension=history, time_step=time_step)
     else:
-        run = reference.simulate_chain(chain, time, input_displacement=history, time_step=time_step)
+        run = references.simulate_chain(
+            chain, time, input_displacement=history, time_step=time_step
+        )
     if run.unsolved_steps:
         raise TendonError(f"{run.unsolved_steps} of {run.steps} steps of the elements not solved")
     return Trace(run.input_tension, run.output_tension, run.input_displacement)
@@ -106,19 +112,19 @@ def elements(
 
 def quasi_static_elements(
     tendon: PaperTendon,
-    time: Array,
-    history: Array,
+    time: FloatArray,
+    history: FloatArray,
     drive: Drive,
     n: int,
     duration: float,
     slowness: float,
 ) -> Trace:
     """Elements with μ_s = μ_d, so light that the lowest mode is fast against ``duration`` [s]."""
-    chain = reference.quasi_static(element_chain(tendon, n), duration, slowness=slowness)
+    chain = references.quasi_static(element_chain(tendon, n), duration, slowness=slowness)
     return elements(chain, time, history, drive, 4.0 * chain.time_step)
 
 
-def sheath_alone(tendon: PaperTendon, history: Array, drive: Drive, guides: int) -> Trace:
+def sheath_alone(tendon: PaperTendon, history: FloatArray, drive: Drive, guides: int) -> Trace:
     """Flow solver of `tendon_mj.sheath` without MuJoCo.
 
     Raises:

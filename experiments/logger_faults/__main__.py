@@ -14,7 +14,7 @@ from experiments.logger_faults.faults import FAULTS, Fault
 from experiments.logger_faults.rigs import CLEAN, MOTIONS, RIGS, record
 from tendon_mj import diagnose
 from tendon_mj.cli import Output, progress_bar
-from tendon_mj.data_check import DataWarning, check_recording
+from tendon_mj.lab.data_check import DataWarning, check_recording
 
 _POINTS = "points"
 

@@ -7,13 +7,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tendon_mj import Measured, Recording
-from tendon_mj.data_check import DataWarning
-from tendon_mj.recordings import noise_levels
-
-FloatArray = NDArray[np.float64]
+from tendon_mj.lab.data_check import DataWarning
+from tendon_mj.lab.recordings import noise_levels
+from tendon_mj.typing import FloatArray
 
 _ROWS = 2  # by which the row of a warning may differ
 _HEADER = 2  # row of the first sample

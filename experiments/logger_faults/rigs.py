@@ -8,11 +8,9 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tendon_mj import Measured, Recording, Uncertain, example_rig, replay_recording
-
-FloatArray = NDArray[np.float64]
+from tendon_mj.typing import FloatArray
 
 RATES = 50.0, 100.0, 200.0  # samples per second
 SECONDS = 8.0

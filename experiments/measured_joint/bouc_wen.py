@@ -16,10 +16,11 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import differential_evolution
 
-from experiments.measured_joint.prediction import Array, Predict, Series
+from experiments.measured_joint.prediction import Predict, Series
 from experiments.measured_joint.recording import COLUMNS, COMMAND, bend
 from tendon_mj.compilation import checked
-from tendon_mj.recordings import Recording
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.typing import FloatArray
 
 _AMPLITUDE = math.radians(60.0)  # of the command
 _LARGEST_BEND = math.radians(240.0)
@@ -38,15 +39,15 @@ def fit_bouc_wen(train: Sequence[Recording], seed: int = 0) -> Predict:
     return predict
 
 
-def _fit(train: Sequence[Recording], column: str, seed: int) -> tuple[Array, Array]:
+def _fit(train: Sequence[Recording], column: str, seed: int) -> tuple[FloatArray, FloatArray]:
     aim = np.concatenate([r.columns[column] for r in train])
 
-    def project(shape: Array) -> tuple[Array, Array]:
+    def project(shape: FloatArray) -> tuple[FloatArray, FloatArray]:
         table = np.concatenate([_features(r, shape) for r in train])
         linear = np.linalg.lstsq(table, aim, rcond=None)[0]
         return linear, table @ linear - aim
 
-    def cost(shape: Array) -> float:
+    def cost(shape: FloatArray) -> float:
         left = project(shape)[1]
         return float(left @ left)
 
@@ -56,7 +57,7 @@ def _fit(train: Sequence[Recording], column: str, seed: int) -> tuple[Array, Arr
     return best, project(best)[0]
 
 
-def _features(recording: Recording, shape: Array) -> Array:
+def _features(recording: Recording, shape: FloatArray) -> FloatArray:
     """(n, 6) columns that a, k and κ multiply, and each of them times the bend."""
     share = bend(recording) / _LARGEST_BEND
     log_sum, ratio, power = (1.0 - share) * shape[:3] + share * shape[3:]
@@ -68,7 +69,7 @@ def _features(recording: Recording, shape: Array) -> Array:
 
 
 @checked
-def _hysteresis(command: Array, beta: float, gamma: float, power: float) -> Array:
+def _hysteresis(command: FloatArray, beta: float, gamma: float, power: float) -> FloatArray:
     """z over the command, by Heun's steps of at most a hundredth of the amplitude."""
     values = np.zeros_like(command)
     z = 0.0

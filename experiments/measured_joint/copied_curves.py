@@ -13,7 +13,7 @@ import numpy as np
 
 from experiments.measured_joint.prediction import Predict, Series
 from experiments.measured_joint.recording import COLUMNS, bend
-from tendon_mj.recordings import Recording
+from tendon_mj.lab.recordings import Recording
 
 
 def fit_copied_curves(train: Sequence[Recording], seed: int = 0) -> Predict:

@@ -15,10 +15,11 @@ from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from experiments.measured_joint.joint_model import Number, named, narrowed, values_in
-from experiments.measured_joint.prediction import Array, Series
+from experiments.measured_joint.prediction import Series
 from experiments.measured_joint.recording import COLUMNS, noise
 from experiments.measured_joint.wound_in import WoundIn
-from tendon_mj.recordings import Recording
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.typing import FloatArray
 
 _STARTS, _REFINED, _STEPS = 32, 2, 20
 _LONGER = 2.0  # times the model's step, in the fit
@@ -38,7 +39,7 @@ class DirectFit:
     """
 
     numbers: tuple[Number, ...]
-    shares: Array
+    shares: FloatArray
     chi2: float
 
     @property
@@ -72,7 +73,7 @@ def fit_directly(
     numbers = narrowed(numbers, train[0])
     simulator = WoundIn(train).in_steps(_LONGER)
 
-    def residuals(points: Array) -> Array:
+    def residuals(points: FloatArray) -> FloatArray:
         """(k, m) of (k, p) shares."""
         sets = [values_in(numbers, point.tolist(), train) for point in points]
         with warnings.catch_warnings():  # of numbers with which a sheath finds no equilibrium
@@ -88,10 +89,10 @@ def fit_directly(
             )
             for answers in answered
         ]
-        stacked: Array = np.nan_to_num(np.array(rows), nan=_FAILED)
+        stacked: FloatArray = np.nan_to_num(np.array(rows), nan=_FAILED)
         return stacked
 
-    def slopes(point: Array) -> Array:
+    def slopes(point: FloatArray) -> FloatArray:
         step = np.where(point > 0.5, -_DIFFERENCE, _DIFFERENCE)
         moved = residuals(np.vstack([point, point + np.diag(step)]))
         return np.asarray((moved[1:] - moved[0]).T / step)

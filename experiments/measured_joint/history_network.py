@@ -12,9 +12,10 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import minimize
 
-from experiments.measured_joint.prediction import Array, Predict, Series
+from experiments.measured_joint.prediction import Predict, Series
 from experiments.measured_joint.recording import COLUMNS, COMMAND, bend
-from tendon_mj.recordings import Recording
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.typing import FloatArray
 
 _AMPLITUDE = math.radians(60.0)  # of the command
 _LARGEST_BEND = math.radians(240.0)
@@ -44,7 +45,7 @@ def fit_history_network(train: Sequence[Recording], seed: int = 0) -> Predict:
     return predict
 
 
-def _inputs(recording: Recording) -> Array:
+def _inputs(recording: Recording) -> FloatArray:
     """(n, 15): delayed commands, at rest before the first sample; the bend; and 1."""
     time, command = recording.time, recording.columns[COMMAND] / _AMPLITUDE
     history = [np.interp(time - delay, time, command) for delay in _DELAYS]
@@ -52,22 +53,22 @@ def _inputs(recording: Recording) -> Array:
     return np.column_stack([*history, bend(recording) / _LARGEST_BEND * ones, ones])
 
 
-def _split(weights: Array, inputs: int) -> tuple[Array, Array]:
+def _split(weights: FloatArray, inputs: int) -> tuple[FloatArray, FloatArray]:
     first = weights[: inputs * _HIDDEN].reshape(inputs, _HIDDEN)
     return first, weights[inputs * _HIDDEN :].reshape(_HIDDEN + 1, len(COLUMNS))
 
 
-def _run(weights: Array, inputs: Array) -> tuple[Array, Array]:
+def _run(weights: FloatArray, inputs: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Hidden layer with a column of ones, and outputs."""
     first, second = _split(weights, inputs.shape[1])
     hidden = np.column_stack([np.tanh(inputs @ first), np.ones(len(inputs))])
     return hidden, hidden @ second
 
 
-def _train(inputs: Array, aim: Array, random: np.random.Generator) -> Array:
+def _train(inputs: FloatArray, aim: FloatArray, random: np.random.Generator) -> FloatArray:
     size = inputs.shape[1] * _HIDDEN + (_HIDDEN + 1) * len(COLUMNS)
 
-    def cost(weights: Array) -> tuple[float, Array]:
+    def cost(weights: FloatArray) -> tuple[float, FloatArray]:
         hidden, outputs = _run(weights, inputs)
         left = (outputs - aim) / len(inputs)
         _, second = _split(weights, inputs.shape[1])
@@ -77,7 +78,7 @@ def _train(inputs: Array, aim: Array, random: np.random.Generator) -> Array:
         return value + 0.5 * _DECAY * float(weights @ weights), slope + _DECAY * weights
 
     start = random.normal(0.0, 0.3, size)
-    found: Array = minimize(
+    found: FloatArray = minimize(
         cost, start, jac=True, method="L-BFGS-B", options={"maxiter": _ITERATIONS}
     ).x
     return found

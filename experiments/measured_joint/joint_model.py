@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from experiments.measured_joint.recording import bend
-from tendon_mj.recordings import Recording
+from tendon_mj.lab.recordings import Recording
 
 _SHEATHS = ("sheath_1", "sheath_2")
 

@@ -15,9 +15,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from experiments.measured_joint.prediction import Array, Predict, Series
+from experiments.measured_joint.prediction import Predict, Series
 from experiments.measured_joint.recording import COLUMNS, COMMAND, bend, noise
-from tendon_mj.recordings import Recording
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.typing import FloatArray
 
 _AMPLITUDE = math.radians(60.0)  # of the command
 _THRESHOLDS = np.linspace(0.0, 1.8 * _AMPLITUDE, 13)  # a play as wide as the stroke never moves
@@ -44,7 +45,7 @@ def fit_prandtl_ishlinskii(train: Sequence[Recording], seed: int = 0) -> Predict
     return predict
 
 
-def play(series: Array, threshold: float) -> Array:
+def play(series: FloatArray, threshold: float) -> FloatArray:
     """Play of a series, at rest in the middle before it begins."""
     played = np.empty_like(series)
     now = 0.0
@@ -54,7 +55,7 @@ def play(series: Array, threshold: float) -> Array:
     return played
 
 
-def _plays(recording: Recording) -> Array:
+def _plays(recording: Recording) -> FloatArray:
     """(n, p) plays, constant and square of the command, and each of them times the bend."""
     command = recording.columns[COMMAND] / _AMPLITUDE
     columns = [play(command, r / _AMPLITUDE) for r in _THRESHOLDS]

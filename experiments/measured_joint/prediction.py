@@ -6,13 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from experiments.measured_joint.recording import COLUMNS, degrees
-from tendon_mj.recordings import Recording
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.typing import FloatArray
 
-Array = NDArray[np.float64]
-Series = Mapping[str, Array]  # measured column → (n,) at the samples
+Series = Mapping[str, FloatArray]  # measured column → (n,) at the samples
 Predict = Callable[[Recording], Series]
 Fit = Callable[[Sequence[Recording], int], Predict]  # of recordings, with a seed
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from tendon_mj import read_recording
 from tendon_mj.errors import RecordingError
-from tendon_mj.recordings import Recording
+from tendon_mj.lab.recordings import Recording
 
 DESCRIPTION = Path(__file__).parent / "joint.toml"
 COMMAND = "command_rad"

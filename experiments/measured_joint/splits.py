@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from experiments.measured_joint.recording import bound_zeros, degrees
 from tendon_mj.errors import RecordingError
-from tendon_mj.recordings import Recording
+from tendon_mj.lab.recordings import Recording
 
 BETWEEN, BEYOND, LEFT_OUT = "between", "beyond", "left out"
 _GIVEN = {BETWEEN: (0, 120, 240), BEYOND: (0, 120)}  # [deg]

@@ -10,8 +10,8 @@ from experiments.measured_joint.prediction import Error, error
 from experiments.measured_joint.splits import BEYOND, Split, make_splits
 from experiments.measured_joint.wound_in import WoundIn
 from tendon_mj import Diagnosis, diagnose
-from tendon_mj.progress import Progress, silent
-from tendon_mj.recordings import Recording
+from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.lab.recordings import Recording
 
 
 @dataclass(frozen=True)

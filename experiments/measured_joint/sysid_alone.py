@@ -8,7 +8,7 @@ from dataclasses import replace
 from experiments.measured_joint.prediction import Predict, Series
 from experiments.measured_joint.wound_in import WoundIn
 from tendon_mj import Uncertain, fit_with_sysid
-from tendon_mj.recordings import Recording
+from tendon_mj.lab.recordings import Recording
 
 _FRICTION: Mapping[str, Uncertain] = {"sheath_*.friction": Uncertain(0.1, 0.0, 1.0)}
 

@@ -13,10 +13,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from experiments.measured_joint.prediction import Array
 from experiments.measured_joint.recording import REELS, TENSIONS
 from tendon_mj import Simulator
-from tendon_mj.recordings import Recording
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.typing import FloatArray
 
 _WOUND = 2e-3, 4e-3  # first two trials [m]
 _TRIALS = 2  # secant steps after these
@@ -42,7 +42,7 @@ class WoundIn(Simulator):
 
     def __call__(
         self, parameter_sets: Sequence[Mapping[str, float]]
-    ) -> list[list[dict[str, Array]]]:
+    ) -> list[list[dict[str, FloatArray]]]:
         """Simulate every recording with every set of parameters, each wound in for itself."""
         wound = self._wind_in(parameter_sets)
         return super().__call__(
@@ -52,7 +52,7 @@ class WoundIn(Simulator):
             ]
         )
 
-    def _offsets(self, lengths: Array) -> dict[str, float]:
+    def _offsets(self, lengths: FloatArray) -> dict[str, float]:
         """Parameters that wind in (recordings, 2) lengths [m]."""
         return {
             f"{reel}.command_offset @ {recording.name}": float(length)
@@ -60,7 +60,7 @@ class WoundIn(Simulator):
             for reel, length in zip(REELS, row, strict=True)
         }
 
-    def _wind_in(self, parameter_sets: Sequence[Mapping[str, float]]) -> Array:
+    def _wind_in(self, parameter_sets: Sequence[Mapping[str, float]]) -> FloatArray:
         """(sets, recordings, 2) lengths [m] with which the load cells read the first sample."""
         aim = np.array([[r.columns[c][0] for c in TENSIONS] for r in self.recordings])
         shape = (len(parameter_sets), *aim.shape)
@@ -75,7 +75,9 @@ class WoundIn(Simulator):
             now = np.clip(now + step, 0.0, _LONGEST)
         return now
 
-    def _read(self, parameter_sets: Sequence[Mapping[str, float]], lengths: Array) -> Array:
+    def _read(
+        self, parameter_sets: Sequence[Mapping[str, float]], lengths: FloatArray
+    ) -> FloatArray:
         """(sets, recordings, 2) readings of the load cells at the first sample [N]."""
         answers = self._starts(
             [

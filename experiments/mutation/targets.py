@@ -60,7 +60,7 @@ TARGETS: Final = {
             "strain_law",
             "trial",
         ),
-        tests=f"{_COMPILE} && {_PYTEST} tests/engine tests/guarantees/test_laws.py",
+        tests=f"{_COMPILE} && {_PYTEST} tests/plugin tests/guarantees/test_laws.py",
         timeout=1200.0,
     ),
     "diagnosis": Target(
@@ -80,7 +80,7 @@ TARGETS: Final = {
                 "thresholds",
             ),
         ),
-        tests=f"{_PYTEST} tests/diagnosis",
+        tests=f"{_PYTEST} tests/lab/diagnosis",
         timeout=600.0,
     ),
 }

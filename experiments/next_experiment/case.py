@@ -6,7 +6,6 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from experiments.hidden_effects.effects.bench_effects import EFFECTS
 from experiments.hidden_effects.effects.hidden_effect import HiddenEffect
@@ -21,9 +20,8 @@ from experiments.next_experiment.rig import (
     poor_drive,
     record,
 )
-from tendon_mj.recordings import Recording
-
-FloatArray = NDArray[np.float64]
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.typing import FloatArray
 
 RATIOS = 2.0, 3.0  # of the residual that the effect leaves to the noise
 AMPLITUDES = 0.5e-3, 0.45e-3  # of the training and of the held-out recording [m]

@@ -7,13 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from experiments.hidden_effects.references.bench import COLUMNS, ReferenceBench
-from tendon_mj.next_experiment import DriveBounds, ExperimentBounds
-from tendon_mj.recordings import Measured, Recording, Uncertain
-
-FloatArray = NDArray[np.float64]
+from tendon_mj.lab.experiment_design import DriveBounds, ExperimentBounds
+from tendon_mj.lab.recordings import Measured, Recording, Uncertain
+from tendon_mj.typing import FloatArray
 
 DRIVE = "input_displacement_m"
 NOISE = 0.2  # of each tension [N]

@@ -12,11 +12,11 @@ import numpy as np
 
 from experiments.next_experiment.case import Case, HiddenRig, make
 from experiments.next_experiment.rig import Description, run
-from tendon_mj.diagnosis import Diagnosis, diagnose
 from tendon_mj.errors import TendonError
-from tendon_mj.next_experiment import Experiment, draw_experiment, suggest_experiment
-from tendon_mj.recordings import Recording
-from tendon_mj.replay import Simulator
+from tendon_mj.lab.diagnosis import Diagnosis, diagnose
+from tendon_mj.lab.experiment_design import Experiment, draw_experiment, suggest_experiment
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.replay import Simulator
 
 RANDOM_EXPERIMENTS = 2  # of each tie
 _DRAWS = 50  # until one keeps the readings within limits
@@ -49,7 +49,7 @@ class Outcome:
         case: it. ratio: of the residual that was hidden to the noise [-].
         verdict, effects, ties: of the first diagnosis.
         tie: whether it ties, with the hidden effect among what ties.
-        sentence: of the suggestion. differences: see `tendon_mj.next_experiment.Difference`.
+        sentence: of the suggestion. differences: see `tendon_mj.lab.experiment_design.Difference`.
         seconds: that the search took.
         suggested: with the suggested experiment; None where none was suggested.
         random: with random ones of the same length from the same bounds.

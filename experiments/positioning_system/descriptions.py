@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from experiments.positioning_system.measurement import Measurement
-from tendon_mj.recordings import Measured, Recording, Uncertain
+from tendon_mj.lab.recordings import Measured, Recording, Uncertain
 
 SOURCE: Final = "EMPS benchmark of Janot, Gautier and Brunot; see experiments/positioning_system"
 MODELS: Final = Path(__file__).parent / "model"

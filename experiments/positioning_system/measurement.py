@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
 from tendon_mj.errors import RecordingError
-from tendon_mj.recordings import read_table
-
-FloatArray = NDArray[np.float64]
+from tendon_mj.lab.recordings import read_table
+from tendon_mj.typing import FloatArray
 
 COLUMNS = ("time_s", "reference_m", "position_m", "motor_force_N")
 _PROMINENCE = 0.5  # of the travel: a turning point and no ripple

@@ -9,11 +9,12 @@ import numpy as np
 
 from experiments.positioning_system import published
 from experiments.positioning_system.descriptions import describe
-from experiments.positioning_system.measurement import FloatArray, Measurement
-from tendon_mj.diagnosis import Diagnosis, SysidResult, diagnose, fit_with_sysid, sysid_is_there
-from tendon_mj.progress import Progress, silent
-from tendon_mj.recordings import Recording, Uncertain
-from tendon_mj.replay import Simulator
+from experiments.positioning_system.measurement import Measurement
+from tendon_mj.lab.diagnosis import Diagnosis, SysidResult, diagnose, fit_with_sysid, sysid_is_there
+from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.lab.recordings import Recording, Uncertain
+from tendon_mj.lab.replay import Simulator
+from tendon_mj.typing import FloatArray
 
 HELD_OUT = 0.25  # last share of the recording, which `diagnose` and `fit_with_sysid` do not fit
 TOLD = "sysid, told the structure"

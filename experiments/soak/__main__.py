@@ -14,8 +14,8 @@ from experiments.hidden_effects.make import Suite, make
 from experiments.soak.batches import Outcomes, run_batches
 from experiments.soak.killed_runs import killed_runs
 from experiments.soak.long_run import long_run
-from tendon_mj.builders import example_recording, example_rig
 from tendon_mj.cli import Output, console, progress_bar
+from tendon_mj.models import example_recording, example_rig
 
 _CASES = 4  # of the hidden suite whose diagnosis is killed
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from experiments.soak.own_memory import own_memory
-from tendon_mj.progress import Progress, silent
+from tendon_mj.lab.progress import Progress, silent
 
 _LONGEST = 900.0  # [s] that a batch may take
 

@@ -23,9 +23,11 @@ import mujoco
 from experiments.soak.batches import report_batch
 from experiments.soak.killed_runs import whole
 from experiments.soak.model_fuzz import DRIVEN
-from tendon_mj.builders import example_recording, load_spec
-from tendon_mj.cli import main  # all commands are loaded before the first is interrupted
-from tendon_mj.interruption import interruptible
+from tendon_mj.cli import (
+    interruptible,
+    main,  # all commands are loaded before the first is interrupted
+)
+from tendon_mj.models import example_recording, load_spec
 
 _ENDINGS = {0: "carried out", 2: "refused", 130: "interrupted"}
 _LONGEST = 0.4  # [s] until the last moment of an interruption

@@ -16,8 +16,8 @@ from xml.etree import ElementTree
 
 from PIL import Image
 
-from tendon_mj.progress import Progress, silent
-from tendon_mj.recordings import read_recording
+from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.lab.recordings import read_recording
 
 _ORPHANS = 0.5  # in which the workers of a killed run see that they are alone [s]
 

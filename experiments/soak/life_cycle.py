@@ -16,13 +16,11 @@ from concurrent.futures import ThreadPoolExecutor
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 import tendon_mj
 from experiments.soak.batches import report_batch
-from tendon_mj.builders import load_spec
-
-Array = NDArray[np.float64]
+from tendon_mj.models import load_spec
+from tendon_mj.typing import FloatArray
 
 _MODELS = ("bench", "joint", "finger")
 _PROCESSES = 4  # lives in processes of their own, half of them forked
@@ -66,7 +64,7 @@ def _in_processes(start: str, draw: random.Random) -> Iterator[str]:
         yield said if same else f"{start}: a process went another way"
 
 
-def _continued(model: mujoco.MjModel, data: mujoco.MjData, seed: int) -> tuple[Array, str]:
+def _continued(model: mujoco.MjModel, data: mujoco.MjData, seed: int) -> tuple[FloatArray, str]:
     """State after a step in this process, and what was not as it should be in a life here."""
     mujoco.mj_step(model, data)
     return data.plugin_state.copy(), _life(seed)

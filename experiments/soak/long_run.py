@@ -10,9 +10,9 @@ import numpy as np
 
 from experiments.soak.own_memory import own_memory
 from tendon_mj import add_servo
-from tendon_mj.builders import load_spec
-from tendon_mj.engine import sheath_arrays, sheaths, unsolved_evaluations
-from tendon_mj.progress import Progress, silent
+from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.models import load_spec
+from tendon_mj.plugin import sheath_arrays, sheaths, unsolved_evaluations
 
 _FULL = mujoco.mjtState.mjSTATE_INTEGRATION
 _BURST = 100  # steps with one control

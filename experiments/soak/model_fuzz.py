@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from experiments.soak.batches import report_batch
-from tendon_mj.builders import load_spec
+from tendon_mj.models import load_spec
 
 _STEPS = 12
 _NUMBER = re.compile(r'"[^"<]*?-?\d[^"<]*?"')

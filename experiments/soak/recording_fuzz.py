@@ -10,18 +10,16 @@ import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 from mcap.writer import Writer
-from numpy.typing import NDArray
 
 from experiments.soak.batches import report_batch
-from tendon_mj.builders import example_recording
 from tendon_mj.errors import TendonError
-from tendon_mj.recordings import read_recording, read_table
+from tendon_mj.lab.recordings import read_recording, read_table
+from tendon_mj.models import example_recording
+from tendon_mj.typing import FloatArray
 
-FloatArray = NDArray[np.float64]
 _ROWS = 12  # of the recording that is broken
 _CELLS = (
     *("", " ", "nan", "inf", "-inf", "1e308", "1e400", "-1e308", "1e-320", "0x1p3", "1_0", "1;2"),

@@ -1,6 +1,16 @@
 """From Python, a model in and a model out: routes sheaths, adds friction, names live parameters."""
 
+from tendon_mj.attach.attachment import Attached as Attached
+from tendon_mj.attach.attachment import Row as Row
+from tendon_mj.attach.attachment import attach_friction as attach_friction
 from tendon_mj.attach.friction import add_friction as add_friction
+from tendon_mj.attach.keywords import as_number as as_number
+from tendon_mj.attach.mjcf import Element as Element
+from tendon_mj.attach.mjcf import Mjcf as Mjcf
+from tendon_mj.attach.mjcf import check_suffix as check_suffix
+from tendon_mj.attach.mjcf import number as number
+from tendon_mj.attach.mjcf import numbers as numbers
+from tendon_mj.attach.mjcf import set_first as set_first
 from tendon_mj.attach.parameters import Parameters as Parameters
 from tendon_mj.attach.removal import remove_friction as remove_friction
 from tendon_mj.attach.route import add_sites as add_sites
@@ -10,6 +20,7 @@ from tendon_mj.attach.route import bent_points as bent_points
 from tendon_mj.attach.sensor import add_sensor as add_sensor
 from tendon_mj.attach.servo import add_servo as add_servo
 from tendon_mj.attach.spool import Spool as Spool
+from tendon_mj.attach.stiffness_limit import largest_stiffness as largest_stiffness
 from tendon_mj.attach.tension_display import show_tension as show_tension
 from tendon_mj.attach.view import SheathView as SheathView
 from tendon_mj.attach.view import view_sheath as view_sheath

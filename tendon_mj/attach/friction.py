@@ -21,9 +21,9 @@ from tendon_mj.attach.sheathed import actuators_by_tendon, force_on_tendon, shea
 from tendon_mj.attach.spool import Spool, SpoolDesign, add_spools, design_spool, spool_names
 from tendon_mj.attach.tendon_choice import Chosen, asks_for_several, check_spec, choose_tendons
 from tendon_mj.attach.tendon_path import crossed_joints, idlers_are_possible, is_limited
-from tendon_mj.engine import INPUT_ENDS, NAME, SPRINGS
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError, UnsuitedTendonError
-from tendon_mj.sheath.law import LAW, OptionalParameters
+from tendon_mj.plugin import INPUT_ENDS, NAME, SPRINGS
+from tendon_mj.sheath import LAW, OptionalParameters
 
 
 class _Sheath(NamedTuple):

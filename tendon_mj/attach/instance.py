@@ -7,8 +7,8 @@ from typing import Any
 
 import mujoco
 
-from tendon_mj.engine import prefix_and_suffix
 from tendon_mj.errors import InvalidValueError
+from tendon_mj.plugin import prefix_and_suffix
 
 
 def add_instance(

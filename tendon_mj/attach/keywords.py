@@ -13,7 +13,7 @@ from typing import SupportsFloat, SupportsIndex, TypeVar
 import numpy as np
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.sheath.parameter_metadata import Parameter
+from tendon_mj.sheath import Parameter
 
 _F = TypeVar("_F", bound=Callable[..., object])
 MARK = "<parameters>"  # line of a docstring that the parameters' lines replace

@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.engine import (
+from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnusedKeyError
+from tendon_mj.plugin import (
     CHOSEN_STIFFNESS,
     GAINS,
     PARAMETERS,
@@ -18,8 +19,7 @@ from tendon_mj.engine import (
     sheaths,
     unused_parameters,
 )
-from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnusedKeyError
-from tendon_mj.sheath.law import LAW, check_range
+from tendon_mj.sheath import LAW, check_range
 
 
 def check_live(name: str, value: float) -> None:

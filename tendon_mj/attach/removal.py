@@ -11,8 +11,8 @@ from tendon_mj.attach.instance import own_configs
 from tendon_mj.attach.sheathed import instances, is_shared, sheaths_by_tendon
 from tendon_mj.attach.spool import remove_spools, spools_by_tendon
 from tendon_mj.attach.tendon_choice import check_spec, choose_tendons
-from tendon_mj.engine import NAME, SERVO
 from tendon_mj.errors import InvalidValueError
+from tendon_mj.plugin import NAME, SERVO
 
 
 def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.MjSpec:

@@ -9,8 +9,8 @@ import mujoco
 from tendon_mj.attach.instance import add_instance
 from tendon_mj.attach.names import TakenNames, free_name
 from tendon_mj.attach.sheathed import is_shared, sheaths_by_tendon
-from tendon_mj.engine import KINDS, NAME, is_one_number
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.plugin import KINDS, NAME, is_one_number
 
 
 def check_kinds(kinds: Sequence[str]) -> None:
@@ -52,7 +52,7 @@ class Sensors:
 
         Args:
             tendon: that runs in the sheath.
-            kind: one of ``tendon_mj.engine.KINDS``.
+            kind: one of ``tendon_mj.plugin.KINDS``.
             name, instance: that are free, of the sensor and of a plugin instance of its own.
         """
         sensor = add_plugin_sensor(self._spec, name, tendon)
@@ -91,7 +91,7 @@ def add_sensor(
     Args:
         spec: changed in place.
         sheath: name of the plugin instance.
-        kind: one of ``tendon_mj.engine.KINDS``.
+        kind: one of ``tendon_mj.plugin.KINDS``.
         name: of the sensor; default: the kind, or ``<sheath>_<kind>`` where that is taken.
 
     Raises:

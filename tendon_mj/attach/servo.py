@@ -9,8 +9,8 @@ import numpy as np
 
 from tendon_mj.attach.instance import add_instance, own_configs
 from tendon_mj.attach.keywords import as_number, check_names, takes
-from tendon_mj.engine import FEEDBACKS, GAINS, NAME, SERVO, OptionalGains, check_gain
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.plugin import FEEDBACKS, GAINS, NAME, SERVO, OptionalGains, check_gain
 
 
 @takes(GAINS)

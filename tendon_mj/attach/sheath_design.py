@@ -14,7 +14,7 @@ from tendon_mj.attach.sheathed import name_of
 from tendon_mj.attach.spool import Spool
 from tendon_mj.attach.tendon_path import TendonPath, end_sites, guides_are_beyond, path_of
 from tendon_mj.errors import InvalidValueError, UnsuitedTendonError
-from tendon_mj.sheath.law import LAW, Law
+from tendon_mj.sheath import LAW, Law
 
 _RUB_UNBENT = ("extra_bend", "constant_friction", "viscous_friction")
 _FIXED = (

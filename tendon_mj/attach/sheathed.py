@@ -10,7 +10,7 @@ import numpy as np
 
 from tendon_mj.attach.instance import own_configs
 from tendon_mj.attach.tendon_path import is_limited
-from tendon_mj.engine import NAME
+from tendon_mj.plugin import NAME
 
 _GAIN, _BIAS = mujoco.mjtGain, mujoco.mjtBias
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import mujoco
 
-from tendon_mj.engine import TENSION_SCALE, check_limits
+from tendon_mj.plugin import TENSION_SCALE, check_limits
 
 
 def show_tension(spec: mujoco.MjSpec, low: float, high: float) -> mujoco.MjSpec:

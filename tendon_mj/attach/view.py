@@ -6,13 +6,12 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from tendon_mj.attach.parameters import as_it_acts, check_live
-from tendon_mj.engine import PARAMETERS, sheath_arrays, sheaths, unused_parameters
 from tendon_mj.errors import InvalidValueError, UnknownAttributeError, UnknownNameError
+from tendon_mj.plugin import PARAMETERS, sheath_arrays, sheaths, unused_parameters
+from tendon_mj.typing import FloatArray
 
-FloatArray = NDArray[np.float64]
 _FULL, _ALL = mujoco.mjtState.mjSTATE_FULLPHYSICS, mujoco.mjtState.mjSTATE_INTEGRATION
 
 

@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 
 from tendon_mj.attach.mjcf import Element, Mjcf, check_suffix
-from tendon_mj.engine import NAME
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.model_files import files_of_model
+from tendon_mj.plugin import NAME
 from tendon_mj.whole_file import whole_file
 
 _AGREE = 1e-12  # relative; degrees and radians are not the same to the last bit

@@ -8,8 +8,9 @@ from typing import Annotated, Literal
 
 import tyro
 
+from tendon_mj.attach import Attached, Row, attach_friction
 from tendon_mj.cli.output import console, print_table
-from tendon_mj.verification.attachment import Attached, Row, attach_friction
+from tendon_mj.models import load_spec, model_path
 
 _BENDS = ("bend [rad]", "over ranges", "e^(-μφ), least")
 _HEAD = ("tendon", *_BENDS, "EA [N]", "drive", "input end", "done")
@@ -47,8 +48,10 @@ def attach(
     Example:
         tendon-mj attach hand.xml --tendon "flex*" --friction 0.15 --out hand_with_friction.xml
     """
+    source = model_path(model)
     attached = attach_friction(
-        model,
+        load_spec(str(source)),
+        source,
         tendon,
         out,
         friction=friction,

@@ -7,13 +7,12 @@ from typing import Annotated
 
 import tyro
 
+from experiments.benchmarks import Benchmark, run_benchmark
+from experiments.benchmarks.figures import CostSeries, cost_figure, scaling_figure
+from experiments.benchmarks.scaling import FAST, SLOW
 from tendon_mj.cli.given_files import given_files
 from tendon_mj.cli.output import Output, console, print_table, progress_bar
-from tendon_mj.verification.benchmark import Benchmark, run_benchmark
-from tendon_mj.verification.benchmark.foreign_model import ModelCost
-from tendon_mj.verification.benchmark.scaling import FAST, SLOW
-from tendon_mj.verification.timing import Spread
-from tendon_mj.view.figures.benchmark import CostSeries, cost_figure, scaling_figure
+from tendon_mj.lab.verification import ModelCost, Spread
 
 _HEAD = ("model", "sheaths", "step [µs]", "without", "ratio", "quartiles", "state [kB]")
 _PARTS = {

@@ -11,17 +11,15 @@ from typing import Annotated
 
 import tyro
 
-from tendon_mj.builders.load import load_model
 from tendon_mj.cli.given_files import given_files
 from tendon_mj.cli.output import Output, console, print_warnings, progress_bar
 from tendon_mj.cli.values_of import ValuesOf, applied
-from tendon_mj.data_check import Checked, check_recording
 from tendon_mj.errors import RecordingError, TendonWarning
-from tendon_mj.recordings import Recording, read_recording
-from tendon_mj.replay.engineering_units import quantity
-from tendon_mj.replay.misfit import Misfit, replay_error
-from tendon_mj.replay.units import column_unit
-from tendon_mj.view.figures.replay import replay_figure
+from tendon_mj.lab.data_check import Checked, check_recording
+from tendon_mj.lab.recordings import Recording, read_recording
+from tendon_mj.lab.replay import Misfit, column_unit, quantity, replay_error
+from tendon_mj.models import load_model
+from tendon_mj.show import replay_figure
 
 _LABEL = "model as stated"
 

@@ -5,11 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from tendon_mj.cli.output import Output, console, progress_bar
-from tendon_mj.verification.comparison import Comparison, LargestErrors, compare_bench
-from tendon_mj.verification.first_motion import SWING
-from tendon_mj.view.figures.convergence import convergence_figure
-from tendon_mj.view.figures.loops import loops_figure
-from tendon_mj.view.figures.sweep import sweep_figure
+from tendon_mj.lab.verification import SWING, Comparison, LargestErrors, compare_bench
+from tendon_mj.show import convergence_figure, loops_figure, sweep_figure
 
 _REMAINDER = (
     "the remainder is finite strain T/EA and finite travel ξ/L, which the closed form neglects, "

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Final
 
-from tendon_mj.builders.load import example_recording, example_rig
 from tendon_mj.cli.compare import compare
 from tendon_mj.cli.diagnose import diagnose
 from tendon_mj.cli.output import LOCK, Output, console
 from tendon_mj.cli.render import render
 from tendon_mj.cli.replay import replay
 from tendon_mj.errors import EngineError
+from tendon_mj.models import example_recording, example_rig
 
 CLIP: Final[Any] = {"duration": 4.0, "size": "720x400", "fps": 10.0}  # a minute is for everything
 

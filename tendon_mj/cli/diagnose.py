@@ -12,34 +12,29 @@ import tyro
 from tendon_mj.cli.given_files import given_files
 from tendon_mj.cli.output import Output, console, print_warnings, progress_bar
 from tendon_mj.cli.typed_command import typed_command
-from tendon_mj.data_check import DataWarning, check_recording
-from tendon_mj.diagnosis import (
+from tendon_mj.errors import TendonError
+from tendon_mj.lab.data_check import DataWarning, check_recording
+from tendon_mj.lab.diagnosis import (
     Diagnosis,
+    Spread,
     SysidResult,
+    collect_provenance,
+    files_of,
     fit_with_sysid,
     sysid_is_there,
     write_before_after,
 )
-from tendon_mj.diagnosis import diagnose as find
-from tendon_mj.diagnosis.data.sessions import Spread
-from tendon_mj.diagnosis.provenance import collect_provenance, files_of
-from tendon_mj.errors import TendonError
-from tendon_mj.next_experiment import (
+from tendon_mj.lab.diagnosis import diagnose as find
+from tendon_mj.lab.experiment_design import (
     ExperimentBounds,
     Suggestion,
     check_bounds,
     read_bounds,
     suggest_experiment,
 )
-from tendon_mj.recordings import Recording, read_recording
-from tendon_mj.replay.engineering_units import (
-    engineering_unit,
-    estimated_percent,
-    plain,
-    with_unit,
-)
-from tendon_mj.view.report.tables import ABSENT, value_rows
-from tendon_mj.view.report.write import MODEL, write_report
+from tendon_mj.lab.recordings import Recording, read_recording
+from tendon_mj.lab.replay import engineering_unit, estimated_percent, plain, with_unit
+from tendon_mj.show import ABSENT, MODEL, value_rows, write_report
 
 _WRITES = (
     MODEL,

@@ -9,14 +9,11 @@ import tyro
 
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.cli.typed_command import typed_command
-from tendon_mj.diagnosis.provenance import collect_provenance
 from tendon_mj.errors import TendonError
-from tendon_mj.fleet import run_fleet
-from tendon_mj.fleet.rig import RESULT_TABLE, find_rigs
-from tendon_mj.tasks import Workers
-from tendon_mj.view.figures.fleet import changes_figure, spread_figure
-from tendon_mj.view.fleet.page import CHANGES, SPREAD, fleet_page
-from tendon_mj.view.fleet.table import write_table
+from tendon_mj.lab.diagnosis import collect_provenance
+from tendon_mj.lab.fleet import RESULT_TABLE, find_rigs, run_fleet
+from tendon_mj.lab.tasks import Workers
+from tendon_mj.show import CHANGES, SPREAD, changes_figure, fleet_page, spread_figure, write_table
 from tendon_mj.whole_file import whole_file
 
 PAGE = "fleet.html"

@@ -6,11 +6,10 @@ import contextlib
 from collections.abc import Iterable
 from pathlib import Path
 
-from tendon_mj.builders.load import model_path
 from tendon_mj.errors import TendonError
+from tendon_mj.lab.recordings import described_model, table_beside
 from tendon_mj.model_files import files_of_model
-from tendon_mj.recordings.recording import described_model
-from tendon_mj.recordings.table_file import table_beside
+from tendon_mj.models import model_path
 
 
 def given_files(

@@ -8,10 +8,10 @@ from typing import Annotated
 
 import tyro
 
-from tendon_mj.builders.load import load_model, model_names, model_path
 from tendon_mj.cli.output import console
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.replay.description_template import format_template
+from tendon_mj.lab.replay import format_template
+from tendon_mj.models import load_model, model_names, model_path
 from tendon_mj.whole_file import whole_file
 
 

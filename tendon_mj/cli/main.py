@@ -23,6 +23,7 @@ from tendon_mj.cli.diagnose import diagnose
 from tendon_mj.cli.fleet import fleet
 from tendon_mj.cli.help import Command, documented, example
 from tendon_mj.cli.init import init
+from tendon_mj.cli.interruption import pressed
 from tendon_mj.cli.render import render
 from tendon_mj.cli.repeated_options import gathered, options_of_several
 from tendon_mj.cli.replay import replay
@@ -30,7 +31,6 @@ from tendon_mj.cli.simulate import simulate
 from tendon_mj.cli.sweep import sweep
 from tendon_mj.cli.view import view
 from tendon_mj.errors import RecordingError, TendonError
-from tendon_mj.interruption import pressed
 
 COMMANDS: dict[str, Command] = {
     "attach": attach,

@@ -25,9 +25,9 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from tendon_mj.data_check import DataWarning
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.view.figures.style import DPI
+from tendon_mj.lab.data_check import DataWarning
+from tendon_mj.show import DPI
 from tendon_mj.whole_file import whole_file
 
 

@@ -9,23 +9,22 @@ from typing import Annotated
 import mujoco
 import tyro
 
-from tendon_mj.builders.load import load_model, model_names, model_path
 from tendon_mj.cli.given_files import given_files
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.finger.control import FINGERS, simulate_finger
-from tendon_mj.finger.trajectories import find_trajectory, lasting
-from tendon_mj.progress import Progress
-from tendon_mj.replay.default_motion import default_motion, read_motion
-from tendon_mj.replay.frames import (
+from tendon_mj.lab.finger import FINGERS, find_trajectory, lasting, simulate_finger
+from tendon_mj.lab.progress import Progress
+from tendon_mj.lab.replay import (
     FrameRecorder,
     Frames,
     check_frames,
+    default_motion,
     frictionless,
+    read_motion,
     record_frames,
 )
-from tendon_mj.view.render.clip import check_size, render_clip
-from tendon_mj.view.render.offscreen import find_camera
+from tendon_mj.models import load_model, model_names, model_path
+from tendon_mj.show import check_size, find_camera, render_clip
 
 DURATION = 6.0  # of a clip of a model without a motion of its own [s]
 

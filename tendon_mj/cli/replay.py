@@ -10,21 +10,24 @@ from typing import Annotated
 
 import tyro
 
-from tendon_mj.builders.load import load_model
 from tendon_mj.cli.given_files import given_files
 from tendon_mj.cli.output import Output, console, print_warnings, progress_bar
 from tendon_mj.cli.values_of import ValuesOf, applied
-from tendon_mj.data_check import timing_warnings
 from tendon_mj.errors import InvalidValueError, RecordingError
-from tendon_mj.recordings.recording import Recording, read_recording, write_recording
-from tendon_mj.replay.engineering_units import quantity
-from tendon_mj.replay.grouped_names import matching
-from tendon_mj.replay.misfit import Misfit, replay_error
-from tendon_mj.replay.parameters import Adjustable
-from tendon_mj.replay.patch import read_intervals
-from tendon_mj.replay.replay_recording import replay_recording
-from tendon_mj.replay.units import column_unit
-from tendon_mj.view.figures.replay import replay_figure
+from tendon_mj.lab.data_check import timing_warnings
+from tendon_mj.lab.recordings import Recording, read_recording, write_recording
+from tendon_mj.lab.replay import (
+    Adjustable,
+    Misfit,
+    column_unit,
+    matching,
+    quantity,
+    read_intervals,
+    replay_error,
+    replay_recording,
+)
+from tendon_mj.models import load_model
+from tendon_mj.show import replay_figure
 
 DESCRIBED, KEPT = "as described", "with the model's values"
 WITHOUT = "friction 0"

@@ -9,19 +9,20 @@ from typing import Annotated, Literal
 
 import tyro
 
-from tendon_mj.builders.finger_parameters import Finger
-from tendon_mj.builders.load import load_model
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import EngineError
-from tendon_mj.finger.control import simulate_finger
-from tendon_mj.finger.summary import summarise
-from tendon_mj.finger.tracking_error import tracking_error
-from tendon_mj.finger.trajectories import clamped, find_trajectory
-from tendon_mj.recordings.recording import Recording, write_recording
-from tendon_mj.replay.frames import FrameRecorder
-from tendon_mj.verification.step_cost import finger_step_cost
-from tendon_mj.view.figures.finger import finger_figure
-from tendon_mj.view.render.clip import render_clip
+from tendon_mj.lab.finger import (
+    clamped,
+    find_trajectory,
+    simulate_finger,
+    summarise,
+    tracking_error,
+)
+from tendon_mj.lab.recordings import Recording, write_recording
+from tendon_mj.lab.replay import FrameRecorder
+from tendon_mj.lab.verification import finger_step_cost
+from tendon_mj.models import Finger, load_model
+from tendon_mj.show import finger_figure, render_clip
 
 WITHOUT = "friction 0"
 

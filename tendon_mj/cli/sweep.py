@@ -10,7 +10,6 @@ import mujoco
 import tyro
 from matplotlib.figure import Figure
 
-from tendon_mj.builders.load import load_model, model_path
 from tendon_mj.cli.given_files import given_files
 from tendon_mj.cli.output import (
     Output,
@@ -19,18 +18,27 @@ from tendon_mj.cli.output import (
     print_warnings,
     progress_bar,
 )
-from tendon_mj.data_check import timing_warnings
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.recordings.recording import Recording, read_recording
-from tendon_mj.replay.units import UNKNOWN
-from tendon_mj.sweep.axes import Axis
-from tendon_mj.sweep.motion import motion_recording
-from tendon_mj.sweep.outputs import Output as SweepOutput
-from tendon_mj.sweep.policy import Policy, read_policy
-from tendon_mj.sweep.result import CSV, SweepResult
-from tendon_mj.sweep.run_sweep import PLAN, TABLE, Sweep, check_folder, run_sweep
-from tendon_mj.tasks import Workers
-from tendon_mj.view.figures.parameter_sweep import parameter_figure
+from tendon_mj.lab.data_check import timing_warnings
+from tendon_mj.lab.recordings import Recording, read_recording
+from tendon_mj.lab.replay import UNKNOWN
+from tendon_mj.lab.sweep import (
+    CSV,
+    PLAN,
+    TABLE,
+    Axis,
+    Policy,
+    Sweep,
+    SweepResult,
+    check_folder,
+    motion_recording,
+    read_policy,
+    run_sweep,
+)
+from tendon_mj.lab.sweep import Output as SweepOutput
+from tendon_mj.lab.tasks import Workers
+from tendon_mj.models import load_model, model_path
+from tendon_mj.show import parameter_figure
 
 _SHOWN = 8  # outputs on the console; result.json has all
 

@@ -7,8 +7,8 @@ from typing import Literal
 import mujoco
 
 from tendon_mj.cli.output import console
-from tendon_mj.recordings import Recording
-from tendon_mj.replay.patch import read_intervals
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.replay import read_intervals
 
 ValuesOf = Literal["description", "model"]
 

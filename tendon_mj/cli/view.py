@@ -8,7 +8,7 @@ import tyro
 
 from tendon_mj.cli.output import console
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.live import open_window, prepare, serve
+from tendon_mj.show.live import open_window, prepare, serve
 
 
 def view(

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 PACKAGE = Path(__file__).parents[1]
 # packages with compiled functions
-COMPILED = ("abi", "compilation", "engine", "reference", "sheath")
+COMPILED = ("compilation", "plugin", "sheath")
 TOOLS = ("llvmlite", "mujoco", "numba", "numpy")  # whose versions the machine code depends on
 
 

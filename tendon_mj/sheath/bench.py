@@ -17,9 +17,10 @@ from numpy.typing import ArrayLike
 from tendon_mj.compilation import compiled
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.sheath.law import LAW, Law
-from tendon_mj.sheath.records import Array, Guides, Segments, new_guides, new_segments
+from tendon_mj.sheath.records import Guides, Segments, new_guides, new_segments
 from tendon_mj.sheath.segment_law import friction_work
 from tendon_mj.sheath.tension_solver import solve_flow
+from tendon_mj.typing import FloatArray
 
 # Parameters of the law that this bench implements; the others need time, or a state between steps.
 _IMPLEMENTED = {
@@ -48,11 +49,11 @@ class Response(NamedTuple):
         unsolved: samples whose flow was not solved.
     """
 
-    input_tension: Array
-    output_tension: Array
-    input_displacement: Array
-    output_displacement: Array
-    friction_work: Array
+    input_tension: FloatArray
+    output_tension: FloatArray
+    input_displacement: FloatArray
+    output_displacement: FloatArray
+    friction_work: FloatArray
     unsolved: int
 
 
@@ -123,7 +124,7 @@ def _solve_wound(segments: Segments, guides: Guides, drawn: float) -> bool:
 
 @compiled
 def _follow_displacement(
-    segments: Segments, guides: Guides, displacement: Array, out: Array
+    segments: Segments, guides: Guides, displacement: FloatArray, out: FloatArray
 ) -> int:
     unsolved, before, work = 0, 0.0, 0.0
     for k in range(displacement.shape[0]):
@@ -175,7 +176,9 @@ def _find_drawn(segments: Segments, guides: Guides, target: float) -> float:
 
 
 @compiled
-def _follow_tension(segments: Segments, guides: Guides, tension: Array, out: Array) -> int:
+def _follow_tension(
+    segments: Segments, guides: Guides, tension: FloatArray, out: FloatArray
+) -> int:
     unsolved, wound, work = 0, 0.0, 0.0
     for k in range(tension.shape[0]):
         drawn = _find_drawn(segments, guides, tension[k])
@@ -189,7 +192,7 @@ def _follow_tension(segments: Segments, guides: Guides, tension: Array, out: Arr
     return unsolved
 
 
-def _response(law: Law, output_stiffness: float, out: Array, unsolved: int) -> Response:
+def _response(law: Law, output_stiffness: float, out: FloatArray, unsolved: int) -> Response:
     input_tension, output_tension = law.axial_stiffness * out[0], law.axial_stiffness * out[1]
     given = (output_tension - law.pretension) / output_stiffness
     work = law.axial_stiffness * out[3]
@@ -249,7 +252,7 @@ def drive_tension(
     return _response(law, output_stiffness, out, unsolved)
 
 
-def _play(drive: Array, backlash: float) -> Array:
+def _play(drive: FloatArray, backlash: float) -> FloatArray:
     """Length on a drum whose drive has to cross the backlash first [m]."""
     if backlash == 0.0:
         return drive
@@ -260,7 +263,7 @@ def _play(drive: Array, backlash: float) -> Array:
     return drum
 
 
-def _history(name: str, values: ArrayLike) -> Array:
+def _history(name: str, values: ArrayLike) -> FloatArray:
     history = np.ascontiguousarray(values, float)
     if history.ndim != 1 or not np.isfinite(history).all():
         raise InvalidValueError(f"{name} must be finite and of shape (samples,)")

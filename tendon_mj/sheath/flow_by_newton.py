@@ -21,7 +21,8 @@ import math
 import numpy as np
 
 from tendon_mj.compilation import compiled
-from tendon_mj.sheath.records import ROUNDING, Array, Guides, Segments
+from tendon_mj.sheath.records import ROUNDING, Guides, Segments
+from tendon_mj.typing import FloatArray
 
 _STEPS = 40  # of Newton's method, of which a taut tendon needs about 4
 _FREE, _SLACK, _TAUT = -1.0, 0.0, 1.0  # a left side: as its tension is, or held slack or taut
@@ -92,7 +93,12 @@ def _left_side(
 
 @compiled
 def _newton_step(
-    segments: Segments, guides: Guides, steps: Array, ratios: Array, held: Array, least: float
+    segments: Segments,
+    guides: Guides,
+    steps: FloatArray,
+    ratios: FloatArray,
+    held: FloatArray,
+    least: float,
 ) -> float:
     """Newton's step of all sliding guides; how far it goes, in strain, 0 where there is none to go.
 
@@ -135,7 +141,7 @@ def _newton_step(
 
 
 @compiled
-def _most_strain(segments: Segments, guides: Guides, steps: Array, least: float) -> float:
+def _most_strain(segments: Segments, guides: Guides, steps: FloatArray, least: float) -> float:
     """Largest strain by which a step changes a segment, beyond the rounding of its flows."""
     n, most = len(guides), 0.0
     for j in range(n + 1):
@@ -164,7 +170,7 @@ def _set_tensions(segments: Segments, guides: Guides, least: float) -> bool:
 
 
 @compiled
-def _hold(segments: Segments, guides: Guides, held: Array, least: float) -> bool:
+def _hold(segments: Segments, guides: Guides, held: FloatArray, least: float) -> bool:
     """Hold slack what the flows leave slack, and taut the rest; whether that was held before.
 
     What is slack or taut by no more than rounding stays as it was.

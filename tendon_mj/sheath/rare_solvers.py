@@ -20,7 +20,7 @@ from tendon_mj.sheath.tension_with_drag import balance_dragged
 _SEGMENTS, _GUIDES = types.CPointer(from_dtype(SEGMENT)), types.CPointer(from_dtype(GUIDE))
 
 
-@by_symbol("tendon_mj.sweep", types.boolean(_SEGMENTS, _GUIDES, numba.intp, types.boolean))
+@by_symbol("tendon_mj.lab.sweep", types.boolean(_SEGMENTS, _GUIDES, numba.intp, types.boolean))
 def _sweep(segments: Any, guides: Any, count: int, given: bool) -> bool:
     return sweep(carray(segments, count + 1), carray(guides, count), given)
 

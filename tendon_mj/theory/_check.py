@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tendon_mj.errors import InvalidValueError
-
-FloatArray = NDArray[np.float64]
+from tendon_mj.typing import FloatArray
 
 
 def finite(name: str, value: ArrayLike) -> FloatArray:

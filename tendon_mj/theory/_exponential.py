@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from tendon_mj.theory._check import FloatArray
+from tendon_mj.typing import FloatArray
 
 # (e^z - z - 1)/z = sum z^n/(n+1)!, eq. (13). For |z| <= 1 the first term left out is 1/20! = 4e-19.
 _COEFFICIENTS = [1.0 / math.factorial(n + 1) for n in range(1, 19)]

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tendon_mj.theory import _check
-from tendon_mj.theory._check import FloatArray
 from tendon_mj.theory._exponential import relative
 from tendon_mj.theory.tension_memory import TensionMemory
+from tendon_mj.typing import FloatArray
 
 
 class Sheath:

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.theory import _check
-from tendon_mj.theory._check import FloatArray
 from tendon_mj.theory._sheath import Sheath, each_sheath
 from tendon_mj.theory.tension_memory import TensionMemory
+from tendon_mj.typing import FloatArray
 
 
 def driven_tensions(

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tendon_mj.theory import _check
-from tendon_mj.theory._check import FloatArray
 from tendon_mj.theory._sheath import each_sheath
 from tendon_mj.theory.tension_memory import TensionMemory
+from tendon_mj.typing import FloatArray
 
 
 def output_tension(input_tension: ArrayLike, lam: ArrayLike, pretension: ArrayLike) -> FloatArray:

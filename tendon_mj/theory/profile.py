@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tendon_mj.theory import _check
-from tendon_mj.theory._check import FloatArray
 from tendon_mj.theory._exponential import log_ratio, mean_excess
+from tendon_mj.typing import FloatArray
 
 
 def sliding_length(

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tendon_mj.theory import _check
-from tendon_mj.theory._check import FloatArray
 from tendon_mj.theory._exponential import inverse_relative, relative_excess
+from tendon_mj.typing import FloatArray
 
 
 def friction_exponent(friction: ArrayLike, bend: ArrayLike, direction: ArrayLike) -> FloatArray:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tendon_mj.theory import _check
-from tendon_mj.theory._check import FloatArray
 from tendon_mj.theory._exponential import relative_excess
 from tendon_mj.theory.profile import elongation_profile, tension_profile
 from tendon_mj.theory.stiffness import (
@@ -17,6 +16,7 @@ from tendon_mj.theory.stiffness import (
     tendon_stiffness,
     transmission_stiffness,
 )
+from tendon_mj.typing import FloatArray
 
 
 def first_output_tension(

@@ -17,10 +17,8 @@ import mujoco_warp as mjw
 import numpy as np
 import warp as wp
 
-from tendon_mj.abi.layout import read_layout
-from tendon_mj.abi.memory import set_integer
-from tendon_mj.engine import sheaths, unused_parameters
 from tendon_mj.errors import InvalidValueError
+from tendon_mj.plugin import read_layout, set_integer, sheaths, unused_parameters
 from tendon_mj.warp.evaluate import finish, forget
 from tendon_mj.warp.hooks import evaluate, note, react, sheaths_laid_out, show
 from tendon_mj.warp.read_back import read_back

@@ -1,6 +1,6 @@
 """Lengths, bends and spans of a tendon over sites and around spheres and cylinders.
 
-The same as `tendon_mj.engine.sheath_plugin.path`, without pulleys. Where the input is the last
+The same as `tendon_mj.plugin.sheath_plugin.path`, without pulleys. Where the input is the last
 site, elements and points come in the reverse of their order.
 
 Sites and geoms are placed anew, in double precision: a stretch between two of one body would else

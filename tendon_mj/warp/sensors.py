@@ -9,9 +9,8 @@ import mujoco
 import numpy as np
 import warp as wp
 
-from tendon_mj.abi.library import C
-from tendon_mj.engine import sensor_kind, sheaths
 from tendon_mj.errors import NoPluginsError
+from tendon_mj.plugin import C, sensor_kind, sheaths
 from tendon_mj.warp.measure import ANGLE, SLIP, TENSION, UNSOLVED, WOUND
 from tendon_mj.warp.reactions import FORCE, TORQUE
 from tendon_mj.warp.simulated import Simulated

@@ -10,7 +10,7 @@ import warp as wp
 from numpy.typing import ArrayLike
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError, UnusedKeyError
-from tendon_mj.sheath.law import check_range
+from tendon_mj.sheath import check_range
 from tendon_mj.warp.allocate import allocate
 from tendon_mj.warp.simulated import Simulated, layout_of
 from tendon_mj.warp.support import PARAMETERS

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
-from tendon_mj.engine import sheath_arrays, sheaths
-from tendon_mj.sheath.records import ARC
+from tendon_mj.plugin import sheath_arrays, sheaths
+from tendon_mj.sheath import ARC
 
 Layout = tuple[tuple[str | int, ...], ...]
 

@@ -8,9 +8,9 @@ from typing import Any, Final
 import mujoco
 import numpy as np
 
-from tendon_mj.engine import sensor_kind, servos
 from tendon_mj.errors import NoPluginsError
-from tendon_mj.sheath.law import LAW
+from tendon_mj.plugin import sensor_kind, servos
+from tendon_mj.sheath import LAW
 from tendon_mj.warp.reactions import FORCE, TORQUE
 from tendon_mj.warp.simulated import Simulated
 

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from tendon_mj import Parameters, TendonWarning, add_friction, remove_friction, view_sheath
-from tendon_mj.cli import main
-from tendon_mj.cli.output import console
-from tendon_mj.engine import sheaths
+from tendon_mj.attach import attach_friction
+from tendon_mj.cli import console, main
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.replay import Adjustable
-from tendon_mj.verification.attachment import attach_friction
+from tendon_mj.lab.replay import Adjustable
+from tendon_mj.models import load_spec
+from tendon_mj.plugin import sheaths
 from tests.attach.test_removal import assert_equal
 
 ARM = """
@@ -279,7 +279,7 @@ def test_a_pattern_accepts_every_tendon_that_something_pulls_on_a_model_of_other
 @pytest.mark.skipif(not MODELS, reason="TENDON_MJ_MODELS names no folder with models")
 @pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
 def test_a_model_of_others_is_written_with_friction(path, tmp_path):
-    attached = attach_friction(str(path), "*", tmp_path / "new.xml", friction=0.1)
+    attached = attach_friction(load_spec(str(path)), path, "*", tmp_path / "new.xml", friction=0.1)
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "new.xml"))
     sheathed = {row.tendon for row in attached.rows if row.sheath}
     assert {found.tendon for found in sheaths(model).values()} == sheathed

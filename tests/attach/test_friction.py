@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tendon_mj import Parameters, add_friction, add_sensor, remove_friction
-from tendon_mj.engine import KINDS, sheaths
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.plugin import KINDS, sheaths
 
 FINGER = """
 <mujoco model="finger">

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from tendon_mj import TendonWarning, add_friction, view_sheath
+from tendon_mj.attach import attach_friction
 from tendon_mj.attach.idlers import idlers
-from tendon_mj.cli import main
-from tendon_mj.cli.output import console
-from tendon_mj.verification.attachment import attach_friction
+from tendon_mj.cli import console, main
+from tendon_mj.models import load_spec
 
 RADIUS, DRY, DAMPING, FRICTION = 0.05, 0.02, 1e-3, 0.2
 # a load that hangs on a rope over a wheel; a motor pulls at the other end
@@ -74,8 +74,9 @@ def test_only_the_bearing_s_torque_is_lost_over_an_idler_and_attach_says_so(tmp_
     assert RADIUS * turning == pytest.approx(data.joint("lift").qvel[0], rel=0.02), "no slip"
     assert lost == pytest.approx(DRY / RADIUS + DAMPING * turning / RADIUS, rel=0.1)
     (tmp_path / "well.xml").write_text(text)
+    path = tmp_path / "well.xml"
     attached = attach_friction(
-        str(tmp_path / "well.xml"), "rope", tmp_path / "new.xml", friction=FRICTION
+        load_spec(str(path)), path, "rope", tmp_path / "new.xml", friction=FRICTION
     )
     (row,), (limit,) = attached.rows, attached.limits
     assert limit.endswith("range: lift"), "the axle is swept, and the far joint moves nothing"

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import tendon_mj
-from tendon_mj.engine import GAINS, OptionalGains
-from tendon_mj.engine.servo_plugin.gains import Gains
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.sheath.law import LAW, Law, OptionalParameters
+from tendon_mj.plugin import GAINS, OptionalGains
+from tendon_mj.plugin.servo_plugin.gains import Gains
+from tendon_mj.sheath import LAW, Law, OptionalParameters
 from tests.attach.test_friction import finger
 
 TAKERS = [(tendon_mj.add_friction, LAW), (tendon_mj.add_servo, GAINS)]

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from tendon_mj import add_friction, add_sensor, add_servo, remove_friction
-from tendon_mj.engine import sheaths
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.plugin import sheaths
 from tests.attach.finger import FINGER, finger
 
 INLINE = """

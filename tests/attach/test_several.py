@@ -15,10 +15,10 @@ from tendon_mj import (
     add_tendon,
     remove_friction,
 )
-from tendon_mj.engine import sheaths
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.plugin import sheaths
 from tests.attach.finger import LIMP, finger
-from tests.engine.models import unsigned
+from tests.plugin.models import unsigned
 
 WAYS = {
     "one list": ["flexor", "extensor"],

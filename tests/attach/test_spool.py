@@ -16,8 +16,8 @@ from tendon_mj import (
     view_sheath,
 )
 from tendon_mj.attach.spool.note import kept_drives
-from tendon_mj.engine import sheaths
 from tendon_mj.errors import InvalidValueError, TendonError
+from tendon_mj.plugin import sheaths
 from tests.attach.test_removal import assert_equal
 
 STIFFNESS, RADIUS = 2e4, 0.01

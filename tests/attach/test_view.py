@@ -6,8 +6,8 @@ import pytest
 from mujoco import rollout
 
 from tendon_mj import Parameters, add_friction, add_sensor, load_model, view_sheath
-from tendon_mj.engine import KINDS, PARAMETERS, sheaths
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.plugin import KINDS, PARAMETERS, sheaths
 from tests.attach.finger import finger
 
 SHOWN = [kind for kind in KINDS if kind != "reel_displacement"]

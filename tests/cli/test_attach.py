@@ -4,9 +4,8 @@ import mujoco
 import pytest
 
 from tendon_mj import largest_stiffness
-from tendon_mj.cli import main
-from tendon_mj.cli.output import console
-from tendon_mj.engine import sheaths
+from tendon_mj.cli import console, main
+from tendon_mj.plugin import sheaths
 from tests.attach.finger import FINGER, LIMP
 
 

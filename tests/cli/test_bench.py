@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from experiments.benchmarks import run_benchmark
 from tendon_mj.cli import main
-from tendon_mj.verification.benchmark import run_benchmark
-from tests.verification.benchmark.test_foreign_model import ARM, MOTOR, MUSCLE
+from tests.experiments.benchmarks.test_foreign_model import ARM, MOTOR, MUSCLE
 
 GIVEN = Path(os.environ.get("TENDON_MJ_MODELS", "/nowhere")) / "myohand.xml"
 

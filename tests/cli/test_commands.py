@@ -6,11 +6,10 @@ import sys
 import numpy as np
 import pytest
 
-from tendon_mj.builders.load import example_recording, model_path
-from tendon_mj.cli import main
-from tendon_mj.cli.output import console
-from tendon_mj.recordings.recording import read_recording
-from tendon_mj.replay.replay_recording import replay_recording
+from tendon_mj.cli import console, main
+from tendon_mj.lab.recordings import read_recording
+from tendon_mj.lab.replay import replay_recording
+from tendon_mj.models import example_recording, model_path
 
 
 def read(folder):

@@ -11,13 +11,13 @@ import pytest
 from PIL import Image
 
 from tendon_mj.attach import Parameters
-from tendon_mj.builders.load import model_path
 from tendon_mj.cli import main
-from tendon_mj.diagnosis import CATALOGUE, Diagnosis
 from tendon_mj.errors import TendonError
-from tendon_mj.recordings.recording import Measured, Recording, Uncertain, read_recording
-from tendon_mj.recordings.recording import write_recording as write
-from tendon_mj.replay.replay_recording import replay_recording
+from tendon_mj.lab.diagnosis import CATALOGUE, Diagnosis
+from tendon_mj.lab.recordings import Measured, Recording, Uncertain, read_recording
+from tendon_mj.lab.recordings import write_recording as write
+from tendon_mj.lab.replay import replay_recording
+from tendon_mj.models import model_path
 
 NOISE = 0.05
 OTHERS = [name for name in CATALOGUE if name != "sensor_bias"]

@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_mj.builders.load import example_recording
-from tendon_mj.cli import main, progress_bar
+from tendon_mj.cli import Output, console, main, progress_bar
 from tendon_mj.cli.help import documented, example
 from tendon_mj.cli.main import COMMANDS
-from tendon_mj.cli.output import Output, console, print_table
+from tendon_mj.cli.output import print_table
 from tendon_mj.errors import EngineError
+from tendon_mj.models import example_recording
 
 # under a shell's & Python would leave Ctrl-C to its parent
 RUN = """

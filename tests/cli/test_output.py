@@ -9,10 +9,9 @@ import sys
 import filelock
 import pytest
 
-from tendon_mj.builders.load import example_recording
-from tendon_mj.cli import main
-from tendon_mj.cli.output import Output
+from tendon_mj.cli import Output, main
 from tendon_mj.errors import InvalidValueError
+from tendon_mj.models import example_recording
 
 HOLD = """
 import sys

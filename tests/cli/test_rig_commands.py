@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from tendon_mj import load_model, read_recording, replay_error, replay_recording
-from tendon_mj.builders import example_recording
 from tendon_mj.cli import main
+from tendon_mj.models import example_recording
 
 
 def test_init_writes_a_description_beside_the_model_and_keeps_what_is_there(

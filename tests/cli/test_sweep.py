@@ -9,9 +9,9 @@ from pathlib import Path
 import pandas
 import pytest
 
-from tendon_mj.builders.load import example_recording
 from tendon_mj.cli import main
-from tendon_mj.recordings import read_recording, read_table, write_recording
+from tendon_mj.lab.recordings import read_recording, read_table, write_recording
+from tendon_mj.models import example_recording
 
 pytest.importorskip("pyarrow", reason="the extra tendon-mj[parquet] is not installed")
 

@@ -12,7 +12,7 @@ from experiments.logger_faults.__main__ import check_clean, check_faulty, faulty
 from experiments.logger_faults.faults import FAULTS
 from experiments.logger_faults.rigs import CLEAN, MOTIONS, RIGS, record
 from tendon_mj import Recording, diagnose
-from tendon_mj.data_check import check_recording, timing_warnings
+from tendon_mj.lab.data_check import check_recording, timing_warnings
 
 SEED = 401
 

@@ -22,8 +22,8 @@ from experiments.next_experiment.rig import (
 )
 from experiments.next_experiment.study import Settled, SettledCases
 from experiments.next_experiment.table import table
-from tendon_mj.next_experiment import draw_experiment
-from tendon_mj.recordings import read_recording, write_recording
+from tendon_mj.lab.experiment_design import draw_experiment
+from tendon_mj.lab.recordings import read_recording, write_recording
 
 CASE = Case(hidden="sensor_bias", motion="triangle", sensors="output", ratio=3.0, seed=900)
 COLUMN = "output_tension_N"

@@ -51,10 +51,10 @@ def test_an_experiment_imports_no_inner_module(path):
 @pytest.mark.parametrize(
     ("code", "found"),
     [
-        ("from tendon_mj.builders.bench import Bench", ["tendon_mj.builders.bench"]),
-        ("def f():\n    import tendon_mj.view.figures.style", ["tendon_mj.view.figures.style"]),
-        ("from tendon_mj.view import figures", ["tendon_mj.view.figures"]),
-        ("from tendon_mj.builders import Bench", []),
+        ("from tendon_mj.models.bench import Bench", ["tendon_mj.models.bench"]),
+        ("def f():\n    import tendon_mj.show.figures.style", ["tendon_mj.show.figures.style"]),
+        ("from tendon_mj.show import figures", ["tendon_mj.show.figures"]),
+        ("from tendon_mj.models import Bench", []),
         ("from tendon_mj import add_friction, theory", []),
         ("import tendon_mj.errors", []),
     ],

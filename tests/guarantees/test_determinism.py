@@ -13,7 +13,7 @@ from hypothesis import strategies as some
 from mujoco import rollout
 
 from tendon_mj import CATALOGUE, Simulator, diagnose, load_model, read_recording
-from tendon_mj.builders import example_rig
+from tendon_mj.models import example_rig
 from tests.guarantees.random_tendon import cases, control_range, thorough
 
 STEPS, WORLDS = 40, 6

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from tendon_mj.engine import sheaths
-from tests.engine.models import fixed_sheaths, sheath_view, unpacked, warnings_of_ours
+from tendon_mj.plugin import sheaths
 from tests.guarantees.random_tendon import cases, diverged, moved, thorough
+from tests.plugin.models import fixed_sheaths, sheath_view, unpacked, warnings_of_ours
 
 STEPS = 60
 pytestmark = pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")

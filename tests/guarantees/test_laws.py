@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from hypothesis import event, given
 
-from tendon_mj.engine import sheaths
-from tests.engine.models import sheath_view
+from tendon_mj.plugin import sheaths
 from tests.guarantees.random_tendon import DRIVEN, WOUND, cases, diverged, moved, thorough
+from tests.plugin.models import sheath_view
 
 STEPS = 60
 STRAIN = 4e-15  # to which a tension over EA is known, from lengths of which ROUNDING is known

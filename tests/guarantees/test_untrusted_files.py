@@ -12,13 +12,13 @@ from pathlib import Path
 
 import pytest
 
-from tendon_mj.builders import example_recording
-from tests.recordings.test_formats import log
+from tendon_mj.models import example_recording
+from tests.lab.recordings.test_formats import log
 
 WATCHED = """
 import json, os, sys
 from tendon_mj.cli import main
-import tendon_mj.diagnosis, tendon_mj.view.report  # what is read while they load is not watched
+import tendon_mj.lab.diagnosis, tendon_mj.show.report  # what is read while they load is not watched
 
 FILES = ("os.remove", "os.rename", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "os.chmod")
 ACTS = ("socket.connect", "socket.getaddrinfo", "os.system", "os.exec", "os.posix_spawn",

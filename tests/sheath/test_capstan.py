@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from tendon_mj.sheath import solve_flow
 from tendon_mj.sheath.tension_by_sweep import sweep
-from tendon_mj.sheath.tension_solver import solve_flow
 from tests.sheath.tendons import commit, tendon, uniform
 
 GUIDES = [*range(1, 17), 24, 32, 48, 64]

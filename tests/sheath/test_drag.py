@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as some
 
-from tendon_mj.sheath.tension_solver import solve_flow
+from tendon_mj.sheath import solve_flow
 from tests.sheath.tendons import random_tendons, tendon
 
 EVERY = settings(max_examples=400, derandomize=True)

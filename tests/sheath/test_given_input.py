@@ -5,8 +5,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from tendon_mj.sheath import solve_flow
 from tendon_mj.sheath.tension_by_sweep import sweep
-from tendon_mj.sheath.tension_solver import solve_flow
 from tests.sheath.tendons import random_tendons, tendon
 
 EXACT = 1e-9  # relative

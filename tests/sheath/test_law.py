@@ -6,9 +6,8 @@ from dataclasses import FrozenInstanceError, replace
 import pytest
 
 from tendon_mj.errors import InvalidValueError, TendonError
-from tendon_mj.sheath import Law
-from tendon_mj.sheath.law import LAW as PARAMETERS
-from tendon_mj.sheath.law import check_range
+from tendon_mj.sheath import LAW as PARAMETERS
+from tendon_mj.sheath import Law, check_range
 
 LAW = Law(axial_stiffness=20e3, friction=0.15)
 

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
-from tendon_mj.sheath.segment_law import held, tension_of
-from tendon_mj.sheath.tension_solver import solve_flow
+from tendon_mj.sheath import held, solve_flow
+from tendon_mj.sheath.segment_law import tension_of
 from tests.sheath.tendons import tendon, uniform
 
 ANY = some.floats(allow_nan=True, allow_infinity=True)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from tendon_mj.sheath import solve_flow
 from tendon_mj.sheath.tension_by_sweep import _holds
-from tendon_mj.sheath.tension_solver import solve_flow
 from tests.sheath.tendons import tendon, uniform
 
 

@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj.engine import segment_tensions, sheaths
-from tests.engine.models import config
+from tendon_mj.plugin import segment_tensions, sheaths
+from tests.plugin.models import config
 
 WHY = "the extra `warp` is not installed: pip install 'tendon-mj[warp]'"
 mjw = pytest.importorskip("mujoco_warp", reason=WHY)

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from tendon_mj import remove_friction
-from tendon_mj.engine import segment_tensions
-from tests.engine.given_models import GIVEN, sheathed
-from tests.engine.test_reactions import simulate
+from tendon_mj.plugin import segment_tensions
+from tests.plugin.given_models import GIVEN, sheathed
+from tests.plugin.test_reactions import simulate
 from tests.warp.models import controls, fingers, fingers_xml, mjw, put, step, tensions, tw
 
 STEPS = 80

@@ -5,8 +5,8 @@ import pytest
 
 from tendon_mj import Parameters
 from tendon_mj.errors import InvalidValueError, NoPluginsError
-from tests.engine import servos
-from tests.engine.test_driven import arm
+from tests.plugin import servos
+from tests.plugin.test_driven import arm
 from tests.warp.models import fingers, fingers_xml, mjw, tw
 
 wp = pytest.importorskip("warp")

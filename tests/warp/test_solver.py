@@ -7,8 +7,8 @@ from tests.warp.models import WHY
 
 wp = pytest.importorskip("warp", reason=WHY)
 
+from tendon_mj.sheath import solve_flow  # noqa: E402
 from tendon_mj.sheath.records import new_guides, new_segments  # noqa: E402
-from tendon_mj.sheath.tension_solver import solve_flow  # noqa: E402
 from tendon_mj.warp.tendons import Tendons  # noqa: E402
 from tests.warp.solver_kernel import solve_all  # noqa: E402
 

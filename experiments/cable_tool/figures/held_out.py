@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from experiments.cable_tool import asked
 from experiments.cable_tool.candidates import CHOSEN
 from experiments.cable_tool.study import Study
-from tendon_mj.view import BLACK, GREY, SERIES, legend_below, new_figure, print_style
+from tendon_mj.show import BLACK, GREY, SERIES, legend_below, new_figure, print_style
 
 _SHOWN = (CHOSEN, "steady load", "regression by direction")
 

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from experiments.cable_tool.cross_validation import LEFT_OUT
 from experiments.cable_tool.fit import fit_tool
 from experiments.cable_tool.study import Study
-from tendon_mj.view import BLUE, GREY, SKY, VERMILLION, legend_below, new_figure, print_style
+from tendon_mj.show import BLUE, GREY, SKY, VERMILLION, legend_below, new_figure, print_style
 
 _SHOWN = 10.5  # [s]
 

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from experiments.cable_tool.study import Study
-from tendon_mj.view import GREY, SERIES, legend_below, new_figure, print_style
+from tendon_mj.show import GREY, SERIES, legend_below, new_figure, print_style
 
 _THIN = 4  # every so many samples are drawn
 

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from experiments.cable_tool.strokes import MID_STROKE
 from experiments.cable_tool.study import Study
-from tendon_mj.view import BLUE, GREY, VERMILLION, legend_below, new_figure, print_style
+from tendon_mj.show import BLUE, GREY, VERMILLION, legend_below, new_figure, print_style
 
 _MARKERS = {"straight": "o", "pitch": "s", "roll": "^"}
 

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.force_servo.limit_cycle import VARIED, LimitCycles
-from tendon_mj.view import BLACK, BLUE, SERIES, legend_below, new_figure, print_style
+from tendon_mj.show import BLACK, BLUE, SERIES, legend_below, new_figure, print_style
 
 
 def draw_limit_cycles(found: LimitCycles) -> Figure:

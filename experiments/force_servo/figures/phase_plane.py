@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from experiments.force_servo.phase_plane import Nullcline, PhasePlane, output_is_held
 from experiments.force_servo.servo_bench import ServoResponse
-from tendon_mj.view import (
+from tendon_mj.show import (
     BLUE,
     GREEN,
     GREY,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 
 from experiments.force_servo.staircase import Staircase
-from tendon_mj.view import BLUE, GREY, legend_below, new_figure, print_style
+from tendon_mj.show import BLUE, GREY, legend_below, new_figure, print_style
 
 _THIN = 20  # every so many samples are drawn
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from experiments.force_servo.gain_scheduling import GainScheduling
 from experiments.force_servo.tracking import Tracking
-from tendon_mj.view import BLACK, BLUE, GREEN, VERMILLION, new_figure, print_style
+from tendon_mj.show import BLACK, BLUE, GREEN, VERMILLION, new_figure, print_style
 
 _THIN = 20  # every so many samples are drawn
 

@@ -19,7 +19,7 @@ Draw = Callable[[np.random.Generator], HiddenEffect[ReferenceBench]]
 def on_transmission(
     name: str, attribute: str, high: float, *, signed: bool = False, **second: tuple[float, float]
 ) -> Draw:
-    """An effect of `tendon_mj.reference.Effects`; ``second`` is a further attribute's range."""
+    """An effect of `experiments.references.Effects`; ``second`` is a further attribute's range."""
 
     def draw(rng: np.random.Generator) -> HiddenEffect[ReferenceBench]:
         sign = rng.choice([-1.0, 1.0]) if signed else 1.0

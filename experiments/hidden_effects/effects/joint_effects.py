@@ -9,7 +9,7 @@ import numpy as np
 
 from experiments.hidden_effects.effects.hidden_effect import HiddenEffect
 from experiments.hidden_effects.references.joint import ReferenceJoint
-from tendon_mj.builders import Joint
+from tendon_mj.models import Joint
 
 
 def _parameter(

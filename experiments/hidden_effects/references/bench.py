@@ -9,16 +9,14 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from experiments.hidden_effects.references.excitation import RATE
 from experiments.hidden_effects.references.recording_description import RecordingDescription
 from experiments.hidden_effects.references.sensor import Sensor
-from tendon_mj.builders import Bench
-from tendon_mj.recordings import Uncertain
-from tendon_mj.reference import Carriage, Effects, simulate_effects, uniform_chain
-
-FloatArray = NDArray[np.float64]
+from experiments.references import Carriage, Effects, simulate_effects, uniform_chain
+from tendon_mj.lab.recordings import Uncertain
+from tendon_mj.models import Bench
+from tendon_mj.typing import FloatArray
 
 TIME_STEPS = {True: 1.25e-4, False: 5e-4}  # of recordings, of the search for a strength [s]
 COLUMNS = ("input_tension_N", "output_tension_N")

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from tendon_mj.typing import FloatArray
 
 RATE = 250.0  # samples per second
 DURATION = 8.0  # of a recording [s]

@@ -9,15 +9,13 @@ from typing import ClassVar
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from experiments.hidden_effects.references.excitation import RATE, clock
 from experiments.hidden_effects.references.recording_description import RecordingDescription
-from tendon_mj.builders import Joint, build_joint
-from tendon_mj.recordings import Measured, Recording, Uncertain
-from tendon_mj.replay import replay_recording
-
-FloatArray = NDArray[np.float64]
+from tendon_mj.lab.recordings import Measured, Recording, Uncertain
+from tendon_mj.lab.replay import replay_recording
+from tendon_mj.models import Joint, build_joint
+from tendon_mj.typing import FloatArray
 
 MASS, ARM = 0.1, 0.01  # of the tip, and of its centre of mass about the hinge [kg], [m]
 COARSE_STEP = 1e-3  # of the search for a strength, and of the model [s]

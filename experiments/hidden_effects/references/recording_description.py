@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from tendon_mj.recordings import Uncertain
+from tendon_mj.lab.recordings import Uncertain
 
 
 @dataclass(frozen=True, kw_only=True)

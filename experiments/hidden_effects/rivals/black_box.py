@@ -12,16 +12,14 @@ import sys
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from experiments.hidden_effects.rivals.command import run_rival
 from experiments.hidden_effects.rivals.drive_history import drive_history
 from experiments.hidden_effects.rivals.held_out_error import errors
 from experiments.hidden_effects.rivals.rig import noise
 from experiments.hidden_effects.suite.case_folder import Case
-from tendon_mj.recordings import Recording
-
-FloatArray = NDArray[np.float64]
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.typing import FloatArray
 
 LAYERS = (0, 100, 300)  # hidden units
 RIDGES = 10.0 ** np.arange(-4, 4)

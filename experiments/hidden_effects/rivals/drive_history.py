@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from tendon_mj.typing import FloatArray
 
 LAGS = (0.004, 0.01, 0.02, 0.04, 0.08, 0.16, 0.3, 0.6, 1.0, 2.0)  # s
 WIDTHS = np.linspace(0.02, 0.6, 12)  # of plays, over the range of the drive [-]

@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from experiments.hidden_effects.rivals.rig import Rig, Values, noise
 from experiments.hidden_effects.rivals.term_fit import fit_terms
-from tendon_mj.recordings import Recording
-
-FloatArray = NDArray[np.float64]
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.typing import FloatArray
 
 
 def predict(recordings: Sequence[Recording], parameters: Values) -> FloatArray:

@@ -8,12 +8,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.diagnosis import SystemDescription, Term
 from tendon_mj.errors import RecordingError
-from tendon_mj.recordings import Recording
-from tendon_mj.replay import Simulator
+from tendon_mj.lab.diagnosis import SystemDescription, Term
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.replay import Simulator
+from tendon_mj.typing import FloatArray
 
-FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
 
 FAILED = 1e3  # residual of a failed simulation [noise]

@@ -18,16 +18,14 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from experiments.hidden_effects.rivals.command import run_rival
 from experiments.hidden_effects.rivals.held_out_error import errors, predict
 from experiments.hidden_effects.rivals.rig import Rig
 from experiments.hidden_effects.rivals.term_fit import TermFit, fit_terms, written
 from experiments.hidden_effects.suite.case_folder import Case
-from tendon_mj.diagnosis import CATALOGUE, Candidate, Term
-
-FloatArray = NDArray[np.float64]
+from tendon_mj.lab.diagnosis import CATALOGUE, Candidate, Term
+from tendon_mj.typing import FloatArray
 
 STEP = 2.0  # of the simulation, times the model's own; predictions take the model's
 FITTED = 3  # candidates in each round

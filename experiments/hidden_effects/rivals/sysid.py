@@ -14,8 +14,8 @@ from typing import Any
 from experiments.hidden_effects.rivals.command import run_rival
 from experiments.hidden_effects.rivals.held_out_error import errors, predict
 from experiments.hidden_effects.suite.case_folder import Case
-from tendon_mj.diagnosis import fit_with_sysid
-from tendon_mj.replay import Simulator
+from tendon_mj.lab.diagnosis import fit_with_sysid
+from tendon_mj.lab.replay import Simulator
 
 
 def solve(case: Case) -> dict[str, Any]:

@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from experiments.hidden_effects.rivals.rig import Rig, Values
-from tendon_mj.diagnosis import Term
-
-FloatArray = NDArray[np.float64]
+from tendon_mj.lab.diagnosis import Term
+from tendon_mj.typing import FloatArray
 
 DIFFERENCE = 1e-2  # of a term's scale, for the Jacobian
 EVALUATIONS = 8  # points at most

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 from experiments.hidden_effects.scoring.judged_case import NAMING, PREDICTION
-from tendon_mj.diagnosis import CATALOGUE
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.lab.diagnosis import CATALOGUE
 
 INTERVAL = ("value", "low", "high")  # of a parameter
 VERDICTS = (*NAMING, "parameter", "nothing missing", "unknown", PREDICTION)

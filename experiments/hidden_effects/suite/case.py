@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, Generic
 
 import numpy as np
-from numpy.typing import NDArray
 
 from experiments.hidden_effects.references import excitation
 from experiments.hidden_effects.references.bench import ReferenceBench
@@ -24,8 +23,7 @@ from experiments.hidden_effects.suite.sessions import (
 )
 from experiments.hidden_effects.suite.strengths import Strengths, find_strengths
 from experiments.hidden_effects.suite.trial import Trial, simulate_each
-
-FloatArray = NDArray[np.float64]
+from tendon_mj.typing import FloatArray
 
 NAMES = (*(f"train_{k}" for k in range(1, 5)), *(f"held_out_{k}" for k in (1, 2)))
 OF_DRAWN = ("train_1", "train_2", "held_out_1")  # of kind "drawn"

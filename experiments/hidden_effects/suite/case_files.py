@@ -10,7 +10,6 @@ from tempfile import TemporaryDirectory
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
 from experiments.hidden_effects.references.bench import ReferenceBench
 from experiments.hidden_effects.references.joint import ReferenceJoint
@@ -19,10 +18,9 @@ from experiments.hidden_effects.suite.case_plan import REAL_KINDS, CasePlan
 from experiments.hidden_effects.suite.noisy_recording import noisy_recording
 from experiments.hidden_effects.suite.rig_state import R
 from experiments.hidden_effects.suite.sessions import Sessions
-from tendon_mj.recordings import write_recording
-from tendon_mj.replay import patch_model
-
-FloatArray = NDArray[np.float64]
+from tendon_mj.lab.recordings import write_recording
+from tendon_mj.lab.replay import patch_model
+from tendon_mj.typing import FloatArray
 
 MODEL = "model.xml"
 

@@ -14,10 +14,10 @@ from typing import Any
 import mujoco
 
 from tendon_mj import load_model
-from tendon_mj.builders import model_digest
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError
-from tendon_mj.recordings import Recording, read_recording
-from tendon_mj.tasks import Workers, run_tasks, versions
+from tendon_mj.lab.recordings import Recording, read_recording
+from tendon_mj.lab.tasks import Workers, run_tasks, versions
+from tendon_mj.models import model_digest
 from tendon_mj.whole_file import whole_file
 
 SOURCES = ("tendon_mj", "experiments")  # that workers need the same of

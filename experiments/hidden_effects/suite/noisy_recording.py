@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from experiments.hidden_effects.references import excitation
 from experiments.hidden_effects.references.bench import ReferenceBench
 from experiments.hidden_effects.references.joint import ReferenceJoint
-from tendon_mj.recordings import Measured, Recording
-
-FloatArray = NDArray[np.float64]
+from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.typing import FloatArray
 
 QUANTISATION = 1.0 / 3.0  # step of the readings over their noise [-]
 

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from experiments.hidden_effects.references.bench import ReferenceBench
 from experiments.hidden_effects.references.joint import ReferenceJoint
+from tendon_mj.typing import FloatArray
 
-FloatArray = NDArray[np.float64]
 R = TypeVar("R", ReferenceBench, ReferenceJoint)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from experiments.hidden_effects.suite.rig_state import R, RigState
 from experiments.hidden_effects.suite.trial import PERTURBATION, Trial, rms, simulate_each
-from tendon_mj.recordings import Session
+from tendon_mj.lab.recordings import Session
 
 REPRODUCIBILITY = (3.0, 5.0)  # what differs between sessions, rms in effect [noise]
 LARGEST = 2.0  # standard deviations

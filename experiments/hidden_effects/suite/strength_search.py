@@ -7,9 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from tendon_mj.typing import FloatArray
 
 TOLERANCE = 0.05  # relative, of the ratio at which the search ends
 MAX_EVALUATIONS = 10

@@ -9,12 +9,10 @@ from functools import cached_property
 from typing import Generic
 
 import numpy as np
-from numpy.typing import NDArray
 
 from experiments.hidden_effects.suite.rig_state import R
 from experiments.hidden_effects.suite.strength_search import calibration_projector
-
-FloatArray = NDArray[np.float64]
+from tendon_mj.typing import FloatArray
 
 PERTURBATION = 1.01  # factor on a parameter, to find the sensitivity of the readings to it
 

@@ -9,7 +9,7 @@ from experiments.kaneko1991.agreement import Agreement
 from experiments.kaneko1991.figures.style import LOOKS, caption_below, legend_above
 from experiments.kaneko1991.histories import LEG_SAMPLES, LEG_TIME
 from experiments.kaneko1991.refinement import STIFFENING, Refinement
-from tendon_mj.view import BLACK, SKY, new_figure, print_style
+from tendon_mj.show import BLACK, SKY, new_figure, print_style
 
 _MILLI = 1e3
 

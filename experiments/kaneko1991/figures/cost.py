@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from experiments.kaneko1991.cost import Cost
 from experiments.kaneko1991.figures.style import LOOKS
-from tendon_mj.view import new_figure, print_style
+from tendon_mj.show import new_figure, print_style
 
 
 def draw_costs(costs: Sequence[Cost]) -> Figure:

@@ -13,7 +13,7 @@ from experiments.kaneko1991.figures.loops import plot_loops, plot_theory, set_li
 from experiments.kaneko1991.figures.style import caption_below, legend_above
 from experiments.kaneko1991.paper_tendon import PaperTendon
 from experiments.kaneko1991.routes import Trace
-from tendon_mj.view import new_figure, print_style
+from tendon_mj.show import new_figure, print_style
 
 _DOTTED = "dotted: closed form at μ_d, and no friction"
 

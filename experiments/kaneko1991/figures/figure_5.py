@@ -10,7 +10,7 @@ from experiments.kaneko1991.figure_4a import SAMPLES
 from experiments.kaneko1991.figure_5 import AMPLITUDE, BOUND, FREQUENCY, Figure5
 from experiments.kaneko1991.figures.loops import MILLI, plot_loops, plot_theory, set_limits
 from experiments.kaneko1991.figures.style import PALE, caption_below, legend_above
-from tendon_mj.view import BLACK, BLUE, SKY, new_figure, print_style
+from tendon_mj.show import BLACK, BLUE, SKY, new_figure, print_style
 
 
 def draw_figure_5(found: Figure5) -> Figure:

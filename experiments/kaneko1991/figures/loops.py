@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from experiments.kaneko1991.figures.style import LOOKS
 from experiments.kaneko1991.paper_tendon import PaperTendon
 from experiments.kaneko1991.routes import Trace
-from tendon_mj.view import BLACK
+from tendon_mj.show import BLACK
 
 MILLI = 1e3
 

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from experiments.kaneko1991.figure_4bc import Figure4bc
 from experiments.kaneko1991.figures.style import caption_below
-from tendon_mj.view import BLACK, BLUE, ORANGE, SKY, VERMILLION, new_figure, print_style
+from tendon_mj.show import BLACK, BLUE, ORANGE, SKY, VERMILLION, new_figure, print_style
 
 
 def draw_shift(found: Figure4bc) -> Figure:

@@ -7,7 +7,7 @@ import textwrap
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tendon_mj.view import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
+from tendon_mj.show import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 
 PALE = "#BDBDBD"
 # colour, line, width: wide and pale below, narrow and dark above, so that all stay visible

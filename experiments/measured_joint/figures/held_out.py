@@ -12,7 +12,7 @@ from experiments.measured_joint.prediction import Error
 from experiments.measured_joint.recording import ANGLE
 from experiments.measured_joint.splits import BETWEEN, BEYOND, LEFT_OUT
 from experiments.measured_joint.study import Study
-from tendon_mj.view import BLACK, SERIES, new_figure, print_style
+from tendon_mj.show import BLACK, SERIES, new_figure, print_style
 
 _TITLES = {
     BETWEEN: "bends between the given\n(0, 120, 240°)",

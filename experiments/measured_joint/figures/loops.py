@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from experiments.measured_joint.recording import ANGLE, COMMAND, TENSIONS
 from experiments.measured_joint.splits import BETWEEN, BEYOND
 from experiments.measured_joint.study import Shown, Study
-from tendon_mj.recordings import Recording
-from tendon_mj.view import (
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.show import (
     BLACK,
     BLUE,
     GREY,

@@ -9,7 +9,7 @@ from scipy.signal import savgol_filter
 from experiments.positioning_system import published
 from experiments.positioning_system.study import Study
 from experiments.positioning_system.table import offset
-from tendon_mj.view import BLACK, GREY, SERIES, legend_below, new_figure, print_style
+from tendon_mj.show import BLACK, GREY, SERIES, legend_below, new_figure, print_style
 
 _WINDOW = 41  # samples of the filter that differentiates the position
 

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from experiments.positioning_system.study import HELD_OUT, Study
 from experiments.positioning_system.table import scale, signal
-from tendon_mj.view import BLUE, GREY, ORANGE, legend_below, new_figure, print_style
+from tendon_mj.show import BLUE, GREY, ORANGE, legend_below, new_figure, print_style
 
 _START = 0.2  # [s] in which the carriage, at rest in the replay, catches up with the measured one
 

@@ -11,7 +11,7 @@ from experiments.fleet.make_fleet import Settings, make_fleet
 from experiments.fleet.score_fleet import score
 from experiments.hidden_effects.references.bench import ReferenceBench
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.fleet import find_rigs
+from tendon_mj.lab.fleet import find_rigs
 
 
 @pytest.mark.parametrize("kind", KINDS)

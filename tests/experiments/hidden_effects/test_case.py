@@ -8,8 +8,8 @@ import pytest
 
 from experiments.hidden_effects.suite.case import make_case
 from experiments.hidden_effects.suite.case_plan import CasePlan
-from tendon_mj.recordings import read_recording
-from tendon_mj.replay import replay_recording
+from tendon_mj.lab.recordings import read_recording
+from tendon_mj.lab.replay import replay_recording
 
 NOTHING = CasePlan(kind="nothing", names=(), target=0.0, noise=0.01, exclude=(), seed=(7, 1))
 LAG = dataclasses.replace(NOTHING, kind="effect", names=("sensor_lag",), target=5.0)

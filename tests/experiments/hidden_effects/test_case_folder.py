@@ -11,8 +11,8 @@ from experiments.command import run_experiment
 from experiments.hidden_effects.diagnose_suite import diagnose_suite
 from experiments.hidden_effects.rivals.command import run_rival
 from experiments.hidden_effects.suite.case_folder import solve_suite
-from tendon_mj.builders.load import example_recording, model_path
 from tendon_mj.errors import InvalidValueError, RecordingError
+from tendon_mj.models import example_recording, model_path
 
 
 def solve(case):

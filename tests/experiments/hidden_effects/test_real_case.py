@@ -7,9 +7,9 @@ import pytest
 
 from experiments.hidden_effects.suite.case import make_case
 from experiments.hidden_effects.suite.case_plan import CasePlan
-from tendon_mj.builders import load_model
-from tendon_mj.recordings import read_recording
-from tendon_mj.replay import Simulator, replay_recording
+from tendon_mj.lab.recordings import read_recording
+from tendon_mj.lab.replay import Simulator, replay_recording
+from tendon_mj.models import load_model
 
 QUIET = CasePlan(
     kind="session", names=(), target=0.0, noise=0.01, exclude=(), seed=(7, 1), bends=True

@@ -13,9 +13,9 @@ from experiments.hidden_effects.rivals.drive_history import drive_history
 from experiments.hidden_effects.rivals.term_fit import fit_terms
 from experiments.hidden_effects.scoring.verdicts import judge
 from experiments.hidden_effects.suite.case_folder import Case, solve_suite
-from tendon_mj.diagnosis import Term
-from tendon_mj.recordings import Measured, Recording, Uncertain, write_recording
-from tendon_mj.replay import replay_recording
+from tendon_mj.lab.diagnosis import Term
+from tendon_mj.lab.recordings import Measured, Recording, Uncertain, write_recording
+from tendon_mj.lab.replay import replay_recording
 
 NOISE = 0.05
 TIME = np.arange(0.0, 2.0, 0.005)

@@ -6,7 +6,7 @@ import pytest
 
 from experiments.hidden_effects.scoring.judged_case import JudgedCase
 from experiments.hidden_effects.scoring.suite_statistics import confusion, table
-from tendon_mj.diagnosis import CATALOGUE
+from tendon_mj.lab.diagnosis import CATALOGUE
 
 KEY = {
     "kind": "effect",

@@ -6,10 +6,11 @@ import mujoco
 import numpy as np
 import pytest
 
+from experiments import references
 from experiments.kaneko1991.chain import Chain, build_chain
-from tendon_mj import reference, theory
+from tendon_mj import theory
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.replay import rollout_named_sensors
+from tendon_mj.lab.replay import rollout_named_sensors
 
 SLOW = Chain(elements=16, friction=0.1, mass=10.0, damping=100.0)
 
@@ -41,7 +42,7 @@ def test_slow_chain_is_the_closed_form():
 def test_heavy_chain_is_that_of_the_reference():
     chain = dataclasses.replace(SLOW, mass=3.0, damping=50.0)
     time, found = follow(chain, 2.5, lambda t: 20.0 + 15.0 * np.sin(2 * np.pi * 2.0 * t))
-    other = reference.uniform_chain(
+    other = references.uniform_chain(
         chain.elements,
         length=chain.length,
         bend_angle=chain.bend,
@@ -52,7 +53,7 @@ def test_heavy_chain_is_that_of_the_reference():
         damping=chain.damping,
     )
     load = 20.0 + 15.0 * np.sin(2 * np.pi * 2.0 * time)
-    exact = reference.simulate_chain(other, time, input_tension=load).output_tension
+    exact = references.simulate_chain(other, time, input_tension=load).output_tension
     quiet = theory.output_tension(load, 0.1 * np.pi, 20.0)
     gap = np.abs(found["output_tension"] - exact).max()
     assert gap < 0.01 * np.ptp(exact)

@@ -7,7 +7,7 @@ from experiments.kaneko1991 import mujoco_routes, routes
 from experiments.kaneko1991.histories import tension_sine
 from experiments.kaneko1991.paper_tendon import PaperTendon
 from tendon_mj.errors import InvalidValueError, TendonError
-from tendon_mj.replay import rollout_named_sensors
+from tendon_mj.lab.replay import rollout_named_sensors
 
 TENDON = PaperTendon(friction=0.15, output_stiffness=8e3)
 

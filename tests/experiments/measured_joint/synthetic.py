@@ -10,7 +10,7 @@ import numpy as np
 from experiments.measured_joint.recording import COLUMNS, COMMAND, DESCRIPTION, describe
 from experiments.measured_joint.wound_in import WoundIn
 from tendon_mj import Measured
-from tendon_mj.recordings import Recording, Uncertain
+from tendon_mj.lab.recordings import Recording, Uncertain
 
 FRICTION = 0.22
 PLANTED = {

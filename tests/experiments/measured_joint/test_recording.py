@@ -16,7 +16,7 @@ from experiments.measured_joint.recording import (
 )
 from experiments.measured_joint.splits import BETWEEN, BEYOND, LEFT_OUT, make_splits
 from tendon_mj.errors import RecordingError
-from tendon_mj.recordings import Uncertain
+from tendon_mj.lab.recordings import Uncertain
 from tests.experiments.measured_joint.synthetic import UNCERTAIN, blank
 
 HEADER = "time_s,command_rad,joint_rad,tension_1_N,tension_2_N\n"

@@ -7,8 +7,8 @@ import numpy as np
 from experiments.positioning_system import published
 from experiments.positioning_system.descriptions import MODELS
 from experiments.positioning_system.measurement import Measurement
-from tendon_mj.recordings import Measured, Recording
-from tendon_mj.replay import Simulator
+from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.lab.replay import Simulator
 
 CYCLES, PERIOD = 2, 2.0  # [s]
 NOISE = 1e-8, 0.1  # of position [m] and force [N]

@@ -17,9 +17,9 @@ from experiments.positioning_system import published
 from experiments.positioning_system.__main__ import positioning_system
 from experiments.positioning_system.descriptions import NAMES, describe
 from experiments.positioning_system.measurement import Measurement, read_measurement
-from tendon_mj.diagnosis import CATALOGUE, diagnose
 from tendon_mj.errors import RecordingError
-from tendon_mj.replay import Simulator
+from tendon_mj.lab.diagnosis import CATALOGUE, diagnose
+from tendon_mj.lab.replay import Simulator
 from tests.experiments.positioning_system.synthetic import synthetic
 
 FEW = ("joint_damping", "joint_friction", "sensor_gain")

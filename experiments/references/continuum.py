@@ -1,0 +1,192 @@
+"""The massless tendon on a fine grid: play in log-tension at every point of the sheath.
+
+A tendon without mass under Coulomb friction slides where the profile T_in e^{∓μθ(x)} overtakes the
+old one and holds its tension elsewhere, θ(x) the bend angle from the input to x:
+
+    T(x, t) = clip(T(x, t⁻), T_in e^{−μθ(x)}, T_in e^{+μθ(x)})                  eq. (5), any history
+    ξ_in = ξ_out + ∫_0^L (T − T_0)/EA dx,   T_out − T_0 = k_se ξ_out            eqs. (6), (15)
+
+eqs. (5), (6), (15) of the paper, here for any curvature and any history. The integral is the
+trapezoid's: T has a kink at each front, where Simpson's rule is of order 2 as well.
+
+Equations: docs/theory.md, section 2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from experiments.references.checks import drive, number, series, vector, whole
+from experiments.references.play_operator import march_play
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.typing import FloatArray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Continuum:
+    """A sheath of any curvature with a massless elastic tendon; section 2.1 of the paper.
+
+    Args:
+        position: x, rising from 0 at the input to L [m]. Shape (points,), at least 2.
+        bend_angle: θ(x), angle turned from the input to x, from 0 and never falling [rad].
+            Shape (points,).
+        axial_stiffness: EA, force per unit strain [N], > 0.
+        friction: μ = μ_s = μ_d [–], ≥ 0.
+        pretension: T_0 [N], > 0.
+        environment_stiffness: k_e [N/m]; inf is a fixed output end.
+        sensor_stiffness: k_s [N/m].
+
+    Raises:
+        InvalidValueError: a value out of its range or a shape that does not fit.
+    """
+
+    position: FloatArray
+    bend_angle: FloatArray
+    axial_stiffness: float
+    friction: float
+    pretension: float
+    environment_stiffness: float = np.inf
+    sensor_stiffness: float = np.inf
+
+    def __post_init__(self) -> None:
+        position = vector("position", self.position, least=0.0)
+        if position.size < 2 or position[0] != 0.0 or np.diff(position).min() <= 0.0:
+            raise InvalidValueError(
+                f"position has {position.size} points from {position[:1]}; it must rise strictly "
+                "from 0 over at least 2"
+            )
+        angle = vector("bend_angle", np.atleast_1d(self.bend_angle), position.size)
+        if angle[0] != 0.0 or np.diff(angle).min() < 0.0:
+            raise InvalidValueError(
+                f"bend_angle starts at {angle[0]:g} with a smallest increment of "
+                f"{np.diff(angle).min():g}; it must start at 0 and never fall"
+            )
+        friction_exponent = number("friction", self.friction, least=0.0) * angle[-1]
+        if friction_exponent > 700.0:
+            raise InvalidValueError(
+                f"friction * bend_angle[-1] is {friction_exponent:g}; it must be <= 700"
+            )
+        object.__setattr__(self, "position", position)
+        object.__setattr__(self, "bend_angle", angle)
+        number("axial_stiffness", self.axial_stiffness, above=0.0)
+        number("pretension", self.pretension, above=0.0)
+        number("environment_stiffness", self.environment_stiffness, above=0.0, infinite=True)
+        number("sensor_stiffness", self.sensor_stiffness, above=0.0, infinite=True)
+
+    @property
+    def output_stiffness(self) -> float:
+        """k_se of environment and sensor in series [N/m]; eq. (15)."""
+        return series(self.environment_stiffness, self.sensor_stiffness)
+
+
+@dataclass(frozen=True, eq=False)
+class ContinuumRun:
+    """Result of `simulate_continuum`; histories have the shape of the input.
+
+    Args:
+        input_tension: T_in [N].
+        output_tension: T_out [N].
+        input_displacement: ξ_in [m].
+        output_displacement: ξ_out = (T_out − T_0)/k_se [m].
+        tension: T(x) at the end [N]. Shape (points,).
+    """
+
+    input_tension: FloatArray
+    output_tension: FloatArray
+    input_displacement: FloatArray
+    output_displacement: FloatArray
+    tension: FloatArray
+
+
+def continuum(
+    bend_angle: float | npt.ArrayLike | Callable[[FloatArray], npt.ArrayLike],
+    *,
+    length: float,
+    axial_stiffness: float,
+    friction: float,
+    pretension: float,
+    environment_stiffness: float = np.inf,
+    sensor_stiffness: float = np.inf,
+    intervals: int = 256,
+) -> Continuum:
+    """Lay an even grid over a sheath whose bend is given by its total, an array or a function.
+
+    Args:
+        bend_angle: total L/R of a uniform bend [rad]; or θ on ``intervals + 1`` even points; or
+            θ(x) as a function of an array of x [m] with θ(0) = 0.
+        length: L [m], > 0.
+        axial_stiffness, friction, pretension, environment_stiffness, sensor_stiffness: see
+            `Continuum`.
+        intervals: grid intervals; the error falls as 1/intervals².
+
+    Raises:
+        InvalidValueError: a value out of its range or a shape that does not fit.
+    """
+    points = whole("intervals", intervals) + 1
+    position = np.linspace(0.0, number("length", length, above=0.0), points)
+    if callable(bend_angle):
+        turned = vector("bend_angle", bend_angle(position), points)
+    elif np.ndim(bend_angle) == 0:
+        turned = vector("bend_angle", bend_angle, 1)[0] * position / length
+    else:
+        turned = vector("bend_angle", bend_angle)
+    return Continuum(
+        position=position,
+        bend_angle=turned,
+        axial_stiffness=axial_stiffness,
+        friction=friction,
+        pretension=pretension,
+        environment_stiffness=environment_stiffness,
+        sensor_stiffness=sensor_stiffness,
+    )
+
+
+def simulate_continuum(
+    model: Continuum,
+    *,
+    input_tension: npt.ArrayLike | None = None,
+    input_displacement: npt.ArrayLike | None = None,
+    tension: npt.ArrayLike | None = None,
+) -> ContinuumRun:
+    """Drive the continuum through a history; eqs. (5), (6), (15) of the paper at every instant.
+
+    The result depends on the sequence of input values and not on time. Exact for the grid: T_in
+    for a given ξ_in is found by Newton steps on a piecewise linear function, to rounding.
+
+    Args:
+        model: the sheath.
+        input_tension: T_in [N], ≥ 0, monotone between samples. Shape (samples,).
+        input_displacement: ξ_in [m]; exactly one of the two. Where it leaves the tendon slack,
+            T_in = 0.
+        tension: T(x) to start from [N], ≥ 0, shape (points,); None is T_0 throughout.
+
+    Raises:
+        InvalidValueError: no input or two, or a value out of its range.
+    """
+    history, tension_driven = drive(input_tension, input_displacement)
+    start = model.pretension if tension is None else tension
+    profile = vector("tension", start, model.position.size, least=0.0).copy()
+    cells = np.diff(model.position) / model.axial_stiffness
+    compliance = 0.5 * (np.append(cells, 0.0) + np.append(0.0, cells))
+    compliance[-1] += 1.0 / model.output_stiffness
+    record = np.zeros((3, history.size))
+    march_play(
+        history,
+        tension_driven,
+        float(model.pretension),
+        np.exp(-model.friction * model.bend_angle),
+        compliance,
+        profile,
+        record,
+    )
+    return ContinuumRun(
+        input_tension=record[0],
+        output_tension=record[1],
+        input_displacement=record[2],
+        output_displacement=(record[1] - model.pretension) / model.output_stiffness,
+        tension=profile,
+    )

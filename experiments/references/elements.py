@@ -1,0 +1,155 @@
+"""The paper's lumped elements (section 2.2, Fig. 3): the model value.
+
+Element i (i = 1 … n) carries mass m_i and damping c_i, bends by φ_i = ΔL/R_i and hangs between the
+tension T_i on its input side and T_{i+1} on its output side:
+
+    m_i ξ̈_i + c_i ξ̇_i = a_i T_i − T_{i+1} − f_i sgn ξ̇_i                       eqs. (21), (22), (25)
+    T_{i+1} = T_0 + k_i (ξ_i − ξ_{i+1}),   T_{n+1} = T_0 + k′_n ξ_n            eqs. (23), (24)
+
+with 1/k′_n = 1/k_n + 1/k_e + 1/k_s, and no tension below zero (a tendon does not push). Two laws:
+
+* ``"exponential"`` (default): a_i = exp(−μ_i φ_i sgn ξ̇_i), the capstan ratio of one element, exact
+  for any bend angle. n elements then have the ratio e^{∓λ} exactly and the rest converges as 1/n².
+* ``"linear"``: a_i = 1 − μ_i φ_i sgn ξ̇_i, eq. (22) to the letter. Its ratio (1 ∓ λ/n)^n is short of
+  e^{∓λ} by λ²/2n: 0.8 % at λ = 1 and 64 elements, which is why it is not the default.
+
+Equations: docs/theory.md, section 5.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from experiments.references.checks import number, series, vector
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.typing import FloatArray
+
+Law = Literal["exponential", "linear"]
+LAWS: tuple[Law, ...] = ("exponential", "linear")
+LARGEST_EXPONENT = 700.0  # e^709 is the largest double
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ElementChain:
+    """A tendon in a sheath as n masses on springs with friction; eqs. (21)–(25) of the paper.
+
+    Arrays are in order from the input to the output; a number stands for n equal values, n being
+    the size of ``bend_angle``.
+
+    Args:
+        bend_angle: φ_i = ΔL/R_i, angle by which each element turns [rad], ≥ 0. Shape (n,).
+        mass: m_i [kg], > 0. Number or shape (n,).
+        damping: c_i [N s/m], ≥ 0. Number or shape (n,).
+        stiffness: k_i, spring from element i to i + 1, the last one to the tendon's output end
+            [N/m], > 0. Number or shape (n,).
+        static_friction: μ_s of each element, eq. (1) [–], ≥ μ_d. Number or shape (n,).
+        dynamic_friction: μ_d of each element, eq. (1) [–], ≥ 0. Number or shape (n,).
+        friction_force: f_i, tension-independent friction, at rest and in motion [N], ≥ 0. Not in
+            eq. (22); section 2.3 suspects it behind Fig. 5. Number or shape (n,).
+        pretension: T_0, tension along the tendon at ξ = 0 [N], > 0.
+        input_stiffness: k_0, spring between the input end and element 1 [N/m]; inf puts T_in on
+            element 1 itself as eq. (24) does, and then only T_in can be prescribed.
+        environment_stiffness: k_e [N/m]; inf is a fixed output end.
+        sensor_stiffness: k_s [N/m]; inf is a rigid sensor.
+        law: friction law of one element, "exponential" or "linear" (see the module).
+
+    Raises:
+        InvalidValueError: a value out of its range, a shape that does not fit, μ_s < μ_d, a
+            linear law with μ_s φ_i ≥ 1 (friction would exceed the tension), or an exponential law
+            with Σ μ_s φ_i > 700 (e^λ would exceed every number).
+        UnknownNameError: an unknown ``law``.
+    """
+
+    bend_angle: FloatArray
+    mass: FloatArray
+    damping: FloatArray
+    stiffness: FloatArray
+    static_friction: FloatArray
+    dynamic_friction: FloatArray
+    friction_force: FloatArray = field(default_factory=lambda: np.array(0.0))
+    pretension: float
+    input_stiffness: float = np.inf
+    environment_stiffness: float = np.inf
+    sensor_stiffness: float = np.inf
+    law: Law = "exponential"
+
+    def __post_init__(self) -> None:
+        angle = vector("bend_angle", np.atleast_1d(self.bend_angle), least=0.0)
+        if angle.size == 0:
+            raise InvalidValueError("bend_angle has shape (0,); a chain has at least one element")
+        object.__setattr__(self, "bend_angle", angle)
+        for name in ("mass", "stiffness"):
+            object.__setattr__(self, name, vector(name, getattr(self, name), self.n, above=0.0))
+        for name in ("damping", "static_friction", "dynamic_friction", "friction_force"):
+            object.__setattr__(self, name, vector(name, getattr(self, name), self.n, least=0.0))
+        number("pretension", self.pretension, above=0.0)
+        for name in ("input_stiffness", "environment_stiffness", "sensor_stiffness"):
+            number(name, getattr(self, name), above=0.0, infinite=True)
+        if self.law not in LAWS:
+            raise UnknownNameError("friction law", self.law, LAWS)
+        low = self.static_friction < self.dynamic_friction
+        if low.any():
+            at = int(np.argmax(low))
+            raise InvalidValueError(
+                f"static_friction[{at}] is {self.static_friction[at]:g}; it must be >= "
+                f"dynamic_friction[{at}] = {self.dynamic_friction[at]:g}"
+            )
+        steep = self.static_friction * angle
+        if self.law == "exponential" and steep.sum() > LARGEST_EXPONENT:
+            raise InvalidValueError(
+                f"the sum of static_friction * bend_angle is {steep.sum():g}; it must be <= "
+                f"{LARGEST_EXPONENT:g}"
+            )
+        if self.law == "linear" and steep.max() >= 1.0:
+            at = int(np.argmax(steep))
+            raise InvalidValueError(
+                f"static_friction[{at}] * bend_angle[{at}] is {steep[at]:g}; the linear law needs "
+                "< 1: take more elements or the exponential law"
+            )
+
+    @property
+    def n(self) -> int:
+        """Number of elements [–]."""
+        return int(self.bend_angle.size)
+
+    @property
+    def output_stiffness(self) -> float:
+        """k_se of environment and sensor in series [N/m]; eq. (15)."""
+        return series(self.environment_stiffness, self.sensor_stiffness)
+
+    @cached_property
+    def spring_stiffness(self) -> FloatArray:
+        """k_0, k_1 … k_{n−1}, k′_n: every spring from input to output [N/m]; eq. (24). (n + 1,)."""
+        springs = np.concatenate(([self.input_stiffness], self.stiffness))
+        springs[-1] = series(springs[-1], self.output_stiffness)
+        return springs
+
+    @property
+    def exponent(self) -> float:
+        """λ > 0 of the whole chain in motion, Σ μ_d φ_i [–]; eq. (12)."""
+        return float(self.dynamic_friction @ self.bend_angle)
+
+    @property
+    def time_step(self) -> float:
+        """Step that resolves the fastest element [s]: min of ½ √(m_i/(k_{i−1} + k_i)), m_i/c_i."""
+        springs = self.spring_stiffness.copy()
+        if np.isinf(springs[0]):
+            springs[0] = 0.0  # a prescribed tension adds no stiffness
+        fastest = 0.5 * np.sqrt(self.mass / (springs[:-1] + springs[1:]))
+        damped = self.mass[self.damping > 0.0] / self.damping[self.damping > 0.0]
+        return float(min(fastest.min(), damped.min(initial=np.inf)))
+
+    def friction_weights(self, friction: npt.ArrayLike) -> FloatArray:
+        """Friction of each element per unit of T_i when pulled (row 0) and loosened (row 1) [–].
+
+        1 − e^{−μφ} and e^{μφ} − 1 in the exponential law, μφ twice in the linear one. Shape (2, n).
+        """
+        turn = np.asarray(friction) * self.bend_angle
+        if self.law == "linear":
+            return np.stack((turn, turn))
+        return np.stack((-np.expm1(-turn), np.expm1(turn)))

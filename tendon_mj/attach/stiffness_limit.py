@@ -1,0 +1,159 @@
+"""Largest stiffness that a time step of a model carries, of a tendon and of what pulls it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from tendon_mj.errors import UnknownNameError
+from tendon_mj.typing import FloatArray
+
+_ON_TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
+_AFFINE = mujoco.mjtBias.mjBIAS_AFFINE.value
+_SITE = mujoco.mjtWrap.mjWRAP_SITE.value
+_ON_SITE = -1  # in `mjData.wrap_obj`; below it is a pulley
+
+
+def largest_stiffness(model: mujoco.MjModel, tendon: str) -> float:
+    """Largest EA of a sheath on a tendon that a time step of the model carries [N].
+
+        EA = min_j ℓ_j / (h² a_j),   a_j = J_j M⁻¹ J_jᵀ
+
+    A stretch j of tendon that its guides hold, of length ℓ_j between two bodies, is a spring EA/ℓ_j
+    on the inertia 1/a_j, with J_j = ∂ℓ_j/∂q. MuJoCo's integrators carry ω² = a_j EA/ℓ_j up to 4/h²
+    where it is alone; a quarter of that leaves room for the tendons beside it. A stiffer tendon can
+    ring at the pace of the steps; where an actuator pulls it, its guides yield instead.
+
+    Args:
+        model: compiled, in its pose `qpos0`.
+        tendon: name of a spatial tendon.
+
+    Returns:
+        The stiffness; ``inf`` for a tendon that moves no joint.
+
+    Raises:
+        UnknownNameError: no such tendon, with the nearest name.
+    """
+    names = [model.tendon(k).name for k in range(model.ntendon)]
+    if tendon not in names:
+        raise UnknownNameError("tendon", tendon, names, "largest_stiffness")
+    return stiffness_limits(model, [names.index(tendon)])[0]
+
+
+def stiffness_limits(model: mujoco.MjModel, tendons: Sequence[int]) -> list[float]:
+    """`largest_stiffness` of several spatial tendons, by their ids."""
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    inverse = np.zeros((1, model.nv))
+    limits = []
+    for tendon in tendons:
+        found = np.inf
+        for length, jacobian in _spans(model, data, tendon):
+            mujoco.mj_solveM(model, data, inverse, jacobian[None])
+            mobility = float(jacobian @ inverse[0])
+            if mobility > 0.0:
+                found = min(found, length / (model.opt.timestep**2 * mobility))
+        limits.append(found)
+    return limits
+
+
+class Pull(NamedTuple):
+    """How stiff what pulls a tendon is, and what friction makes of it.
+
+    While its joints draw a tendon out they meet up to e^{μφ} times the stiffness at its input, φ
+    its bend. A step carries 1/(h² J M⁻¹ Jᵀ) of that, with J = ∂L/∂q: beyond, joints gain energy.
+
+    Attributes:
+        stiffness: k of the tendon's own spring and of the actuators on it [N/m].
+        magnified: k e^{μφ} [N/m].
+        largest: that a step carries [N/m]; ``inf`` for a tendon that moves no joint.
+    """
+
+    stiffness: float
+    magnified: float
+    largest: float
+
+
+def worst_pull(
+    model: mujoco.MjModel, tendon: int, poses: FloatArray, transmissions: FloatArray
+) -> Pull:
+    """What pulls a tendon, in that of several poses in which a step carries it least.
+
+    Args:
+        model: compiled.
+        tendon: its id.
+        poses: (p, nq) `qpos` of each.
+        transmissions: (p,) e^{−μφ} in each.
+    """
+    stiffness = _stiffness(model, tendon)
+    pulls = [Pull(stiffness, stiffness, np.inf)]
+    data = mujoco.MjData(model)
+    jacobian, inverse = np.zeros((1, model.nv)), np.zeros((1, model.nv))
+    for qpos, transmission in zip(poses, transmissions, strict=True):
+        if not stiffness:
+            break
+        data.qpos[:] = qpos
+        mujoco.mj_fwdPosition(model, data)
+        for k in range(model.nv):  # `mjData.ten_J` is laid out otherwise in each release
+            data.qvel[:] = 0.0
+            data.qvel[k] = 1.0
+            mujoco.mj_fwdVelocity(model, data)
+            jacobian[0, k] = data.ten_velocity[tendon]
+        mujoco.mj_solveM(model, data, inverse, jacobian)
+        mobility = float(jacobian[0] @ inverse[0])
+        largest = 1.0 / (model.opt.timestep**2 * mobility) if mobility > 0.0 else np.inf
+        magnified = stiffness / float(transmission) if transmission > 0.0 else np.inf
+        pulls.append(Pull(stiffness, magnified, largest))
+    return max(pulls, key=lambda pull: pull.magnified / pull.largest)
+
+
+def _stiffness(model: mujoco.MjModel, tendon: int) -> float:
+    """k of a tendon's spring and of its actuators whose force falls with its length [N/m]."""
+    acts = (model.actuator_trntype == _ON_TENDON) & (model.actuator_trnid[:, 0] == tendon)
+    acts &= model.actuator_biastype == _AFFINE
+    servos = model.actuator_gear[acts, 0] ** 2 * np.maximum(-model.actuator_biasprm[acts, 1], 0.0)
+    return float(model.tendon_stiffness[tendon] + servos.sum())
+
+
+def _spans(
+    model: mujoco.MjModel, data: mujoco.MjData, tendon: int
+) -> list[tuple[float, FloatArray]]:
+    """ℓ and ∂ℓ/∂q of the straight stretches of a path between two bodies."""
+    points, bodies = _points(model, data, tendon)
+    found = []
+    for k in range(len(points) - 1):
+        near, far = bodies[k], bodies[k + 1]
+        way = points[k + 1] - points[k]
+        length = float(np.linalg.norm(way))
+        if near < 0 or far < 0 or near == far or length == 0.0:
+            continue
+        moves = np.zeros((2, 3, model.nv))
+        for end, body in enumerate((near, far)):
+            mujoco.mj_jac(model, data, moves[end], None, points[k + end], body)
+        found.append((length, way @ (moves[1] - moves[0]) / length))
+    return found
+
+
+def _points(
+    model: mujoco.MjModel, data: mujoco.MjData, tendon: int
+) -> tuple[FloatArray, list[int]]:
+    """Points of a path, and the body of each; −1 for a pulley, where the path breaks off."""
+    start, count = data.ten_wrapadr[tendon], data.ten_wrapnum[tendon]
+    points = data.wrap_xpos.reshape(-1, 3)[start : start + count]
+    objects = data.wrap_obj.ravel()[start : start + count]
+    first, elements = model.tendon_adr[tendon], model.tendon_num[tendon]
+    sites = iter(
+        int(model.site_bodyid[model.wrap_objid[k]])
+        for k in range(first, first + elements)
+        if model.wrap_type[k] == _SITE
+    )
+    bodies = []
+    for on in objects:
+        if on >= 0:
+            bodies.append(int(model.geom_bodyid[on]))
+        else:
+            bodies.append(next(sites) if on == _ON_SITE else -1)
+    return points, bodies

@@ -1,0 +1,67 @@
+"""Environments on the finger for dm_control and gymnasium, a friction of its own in every episode.
+
+Importing this package registers `tendon_mj/HoldForce-v0` and `tendon_mj/FollowTrajectory-v0` where
+gymnasium is installed. The names below are loaded when they are first used; one whose package is
+not installed raises `MissingPackageError`.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from tendon_mj.envs.ranges import Ranges as Ranges
+from tendon_mj.envs.registration import register as _register
+from tendon_mj.errors import MissingPackageError
+
+if TYPE_CHECKING:
+    from tendon_mj.envs.finger import follow_trajectory as follow_trajectory
+    from tendon_mj.envs.finger import hold_force as hold_force
+    from tendon_mj.envs.gymnasium_finger import FollowTrajectoryEnv as FollowTrajectoryEnv
+    from tendon_mj.envs.gymnasium_finger import HoldForceEnv as HoldForceEnv
+    from tendon_mj.envs.physics import FingerPhysics as FingerPhysics
+
+# name -> module that it is loaded from when it is first used
+_LAZY = {
+    "follow_trajectory": "finger",
+    "hold_force": "finger",
+    "FingerPhysics": "physics",
+    "FollowTrajectoryEnv": "gymnasium_finger",
+    "HoldForceEnv": "gymnasium_finger",
+}
+_DM_CONTROL = (
+    "pip install 'tendon-mj[environments]', and from Python 3.13 on also "
+    "pip install --no-deps dm-control"
+)
+# package -> how it comes
+_INSTALL = {
+    "dm_control": _DM_CONTROL,
+    "dm_env": _DM_CONTROL,
+    "gymnasium": "pip install 'tendon-mj[gymnasium]'",
+}
+
+if not TYPE_CHECKING:  # a type checker reads the imports above
+
+    def __getattr__(name: str) -> Any:
+        """Load a name when it is first used.
+
+        Raises:
+            MissingPackageError: dm-control, dm-env or gymnasium is needed and not installed.
+        """
+        if name not in _LAZY:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        try:
+            value = getattr(import_module(f"{__name__}.{_LAZY[name]}"), name)
+        except ModuleNotFoundError as error:
+            package = str(error.name).partition(".")[0]
+            if package not in _INSTALL:
+                raise
+            raise MissingPackageError(
+                f"{__name__}.{name} needs {package}, which is not installed: {_INSTALL[package]}",
+                name=package,
+            ) from None
+        globals()[name] = value
+        return value
+
+
+_register()

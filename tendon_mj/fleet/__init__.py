@@ -1,7 +1,0 @@
-"""Fleets: many rigs of one kind, recorded over days; which one changed, and which one differs."""
-
-from tendon_mj.fleet.result import FleetFound as FleetFound
-from tendon_mj.fleet.result import RigFound as RigFound
-from tendon_mj.fleet.rig import Rig as Rig
-from tendon_mj.fleet.rig import find_rigs as find_rigs
-from tendon_mj.fleet.run_fleet import run_fleet as run_fleet

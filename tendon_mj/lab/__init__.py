@@ -1,0 +1,1 @@
+"""Laboratory: recordings, replay, diagnosis, experiment design, sweeps, fleets (extra `lab`)."""

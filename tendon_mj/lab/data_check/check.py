@@ -1,0 +1,146 @@
+"""Check of a recording against its model: simulated at the stated numbers, nothing fitted."""
+
+from __future__ import annotations
+
+import copy
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+
+from tendon_mj.errors import TendonError
+from tendon_mj.lab.data_check.actuation import actuation_warnings
+from tendon_mj.lab.data_check.jumps import jump_warnings
+from tendon_mj.lab.data_check.play import play_warnings, stated_play
+from tendon_mj.lab.data_check.readings import degree_warnings, drive_warnings, reading_warnings
+from tendon_mj.lab.data_check.samples import (
+    converter_warnings,
+    slack_warnings,
+    spike_warnings,
+    turn_warnings,
+)
+from tendon_mj.lab.data_check.timing import timing_warnings
+from tendon_mj.lab.data_check.warning import DataWarning
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.replay import Adjustable, Schedule, replay_recording, stated_values
+from tendon_mj.models import load_model
+
+_WRONG_TIMES = ("times_in_ms", "times_too_short")  # with which no simulation is of use
+_DRIVE_LOST = ("turn", "wraps", "zero_step")
+_JUMPED = {
+    "spike",
+    "frozen",
+    "start",
+    "below_zero",
+    "unit",
+    "sign",
+    "slack",
+    "saturated",
+    "weak_motor",
+}
+# warning → others of the same column that follow from it
+_FOLLOWS = {
+    "range_end": {"frozen", "coarse"},
+    "repeated": {"frozen"},
+    "coarse": {"frozen"},
+    "below_zero": {"start"},
+    "spike": {"below_zero"},
+    "sign": {"below_zero"},
+    "nothing_moves": {"below_zero"},
+    "unit": {"below_zero", "coarse"},
+    "turn": _JUMPED,
+    "wraps": _JUMPED,
+    "zero_step": _JUMPED,
+    "scale_change": _JUMPED,
+}
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A recording, what the model makes of its drive, and what looks wrong.
+
+    Attributes:
+        recording: as given.
+        simulated: at the numbers that the description states; None where that was of no use.
+        warnings: in the order in which they are to be looked at.
+    """
+
+    recording: Recording
+    simulated: Recording | None
+    warnings: tuple[DataWarning, ...]
+
+
+def check_recording(
+    recording: Recording,
+    model: mujoco.MjModel | None = None,
+    *,
+    described: bool | None = None,
+    settle: float | None = None,
+) -> Checked:
+    """Simulate a recording at the numbers that its description states, and warn of what is odd.
+
+    Args:
+        recording: what was driven and measured.
+        model: in place of the one that the recording names; not changed.
+        described: whether its description's values are applied, as in `replay_recording`.
+        settle: time before the first sample [s]; default: as the recording says.
+
+    Raises:
+        RecordingError, UnknownNameError, InvalidValueError: as `replay_recording`, for what cannot
+            be simulated at all, such as a sensor that the model lacks.
+    """
+    if model is None:
+        model = load_model(recording.model, beside=recording.beside)
+    adjustable = Adjustable(copy.copy(model))
+    timing = timing_warnings(recording)
+    if any(warning.identifier in _WRONG_TIMES for warning in timing):
+        return Checked(recording, None, (*timing, *drive_warnings(recording)))
+    schedule = Schedule(recording, adjustable.model, settle)  # refuses what fits it nowhere
+    adjustable.set(stated_values(recording, model, adjustable.names(), described))
+    still = drive_warnings(recording)
+    found = [*timing, *turn_warnings(recording)]
+    simulated, failed = _simulate(recording, model, described, settle)
+
+    def replay(other: Recording) -> Recording | None:
+        return _simulate(other, model, described, settle)[0]
+
+    degrees = degree_warnings(recording, simulated, replay)
+    if not recording.quasi_static:  # whose rows are too few, and all jumps
+        found += jump_warnings(recording, None if still or degrees else simulated, replay)
+        found += converter_warnings(recording, simulated)
+    found += [
+        *spike_warnings(recording, simulated),
+        *still,
+        *actuation_warnings(schedule, adjustable),
+        *play_warnings(schedule, adjustable, stated_play(schedule, adjustable)),
+    ]
+    found += [*degrees, *failed]
+    lost = any(w.identifier in _DRIVE_LOST and "[drive]" in w.place for w in found)
+    # else no reading is as the model's
+    if simulated is not None and not still and not lost and not degrees:
+        found += reading_warnings(recording, simulated)
+        found += slack_warnings(recording, simulated, adjustable)
+    return Checked(recording, simulated, _without_consequences(found))
+
+
+def _simulate(
+    recording: Recording, model: mujoco.MjModel, described: bool | None, settle: float | None
+) -> tuple[Recording | None, list[DataWarning]]:
+    try:
+        with warnings.catch_warnings(record=True):
+            return replay_recording(recording, model, described=described, settle=settle), []
+    except TendonError as error:
+        failed = DataWarning(
+            "unstable",
+            recording.name,
+            str(error),
+            "check the unit of the column in [drive], and the model's timestep",
+        )
+        return None, [failed]
+
+
+def _without_consequences(found: Sequence[DataWarning]) -> tuple[DataWarning, ...]:
+    """Warnings without those that follow from another of the same column."""
+    follow = {(w.place, other) for w in found for other in _FOLLOWS.get(w.identifier, ())}
+    return tuple(w for w in found if (w.place, w.identifier) not in follow)

@@ -1,0 +1,347 @@
+"""Warnings about samples of a column: spikes, lost turns, and marks of a converter.
+
+The marks: readings that are frozen or held, ends of a range, coarse steps, and tensions below 0.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+from tendon_mj.lab.data_check.warning import DataWarning
+from tendon_mj.lab.recordings import (
+    Recording,
+    held_values,
+    noise_levels,
+    range_ends,
+    resolution,
+    white_noise,
+)
+from tendon_mj.lab.replay import Adjustable, column_unit, expand, quantity
+from tendon_mj.plugin import sensor_kind
+from tendon_mj.typing import FloatArray
+
+_AROUND = 2  # samples on either side: an excursion of so many at most is a spike
+_SPIKE = 0.5  # of the usual range, that a spike is off by at least
+_NOISES = 12.0  # times the median deviation from the neighbours, likewise
+_TURN, _NEARLY = 2.0 * np.pi, 0.15  # of an encoder [rad], and by what share a jump may differ
+_SMOOTH = 0.1  # of a turn, by which other samples differ at most, in the median
+_ABOUT = 3.0  # times as much or as little, an excursion of the model is the same
+_SOON = 10  # samples from an excursion of the model, within which the rig makes its own
+_BEYOND, _LEVEL = 3.0, 20  # noises beyond all readings; samples and noises that are level there
+_PART = 0.1  # of the model's range, that a column with an end has at least
+_BARELY = 1.3  # noises, by which a level reading varies at most
+_LONGEST_DRIVE = 5  # samples for which a drive is held: longer ones are rests
+_VISIBLE = 2.5e-3  # of a column's range: what a diagnosis can see of it, where no noise is stated
+_SLACK = 0.02  # of a tension's range, below which a cable is slack
+_BELOW, _FEW = 5.0, 3  # noises below 0, and samples there, at least
+_HELD = 10  # equal samples at least
+_MEANWHILE = 0.25  # of its range, by which the model moves on in that time
+_OUTER = 1.0  # percent of the samples at either end that do not count for the usual range
+
+
+def usual_range(series: FloatArray) -> float:
+    """Range of a series without its most extreme samples; all of it where the rest is constant."""
+    low, high = np.percentile(series, [_OUTER, 100.0 - _OUTER])
+    return float(high - low) or float(np.ptp(series))
+
+
+def lost_turns(recording: Recording, column: str) -> NDArray[np.int64]:
+    """Samples before which an angle jumps by a turn, as of an encoder that begins anew."""
+    if column_unit(column) != "rad":
+        return np.zeros(0, np.int64)
+    steps = np.abs(np.diff(recording.columns[column]))
+    if float(np.median(steps)) > _SMOOTH * _TURN:
+        return np.zeros(0, np.int64)
+    return np.flatnonzero(np.abs(steps - _TURN) < _NEARLY * _TURN) + 1
+
+
+def turn_warnings(recording: Recording) -> list[DataWarning]:
+    """Warn of driven and measured angles that jump by a turn."""
+    found = []
+    for table, columns in (("drive", recording.drive), ("measured", recording.measured)):
+        for column in columns:
+            jumps = lost_turns(recording, column)
+            if jumps.size:
+                before, after = recording.columns[column][jumps[0] - 1 : jumps[0] + 1]
+                times = f", and {jumps.size - 1} times more" if jumps.size > 1 else ""
+                found.append(
+                    DataWarning(
+                        "turn",
+                        f"{recording.name}, [{table}] {recording.written(column)!r}",
+                        f"jumps from {quantity(before, 'rad')} to {quantity(after, 'rad')} in row"
+                        f" {recording.row(jumps[0])}{times}: a turn",
+                        "an encoder that starts again after a turn: unwrap it, by period = 360 in"
+                        " [columns] or as numpy.unwrap(angle, period=360) does with degrees",
+                        blocks=True,
+                    )
+                )
+    return found
+
+
+def spike_warnings(recording: Recording, simulated: Recording | None) -> list[DataWarning]:
+    """Warn of samples of driven and measured columns that their neighbours know nothing of.
+
+    A sample at which the model makes the same excursion is none, as where a cable is let off for
+    one settled point; nor is one of a reading soon before or after one of the model.
+    """
+    if recording.quasi_static:  # what differs between rests is a move
+        return []
+    found = []
+    off = {c: _off(recording.columns[c]) for c in (*recording.drive, *recording.measured)}
+    shown = {} if simulated is None else {c: _off(simulated.columns[c]) for c in recording.measured}
+    follows = np.zeros(recording.time.size, bool)
+    for column, excursion in shown.items():
+        follows |= _alike(recording.columns[column], off[column], excursion)
+    for table, columns in (("drive", recording.drive), ("measured", recording.measured)):
+        for column in columns:
+            if lost_turns(recording, column).size:
+                continue  # reported already
+            series = recording.columns[column]
+            excursion = np.abs(off[column])
+            limit = max(_SPIKE * usual_range(series), _NOISES * float(np.median(excursion)))
+            known = follows
+            if table == "measured" and column in shown:
+                known = follows | _near(np.abs(shown[column]) > limit / _ABOUT)
+            spikes = np.flatnonzero((excursion > limit) & ~known)
+            if not spikes.size:
+                continue
+            worst = int(spikes[np.argmax(excursion[spikes])])
+            unit = column_unit(column)
+            others = f", the largest of {spikes.size}" if spikes.size > 1 else ""
+            found.append(
+                DataWarning(
+                    "spike",
+                    f"{recording.name}, [{table}] {recording.written(column)!r}",
+                    f"reads {quantity(series[worst], unit)} in row {recording.row(worst)}{others},"
+                    f" between {quantity(series[max(0, worst - 1)], unit)} and"
+                    f" {quantity(series[min(worst + 1, series.size - 1)], unit)}",
+                    "a glitch of the logger: leave the row out",
+                )
+            )
+    return found
+
+
+def _off(series: FloatArray) -> FloatArray:
+    """(n,) of each sample, its distance from the median of it and its neighbours."""
+    return series - _median_around(series)
+
+
+def _near(samples: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(n,) samples that are among the given ones, or up to `_SOON` from one."""
+    near: NDArray[np.bool_] = binary_dilation(samples, np.ones(2 * _SOON + 1))
+    return near
+
+
+def _alike(read: FloatArray, off: FloatArray, shown: FloatArray) -> NDArray[np.bool_]:
+    """Samples at which a reading leaves its neighbours, and the model does by about as much."""
+    large = np.abs(off) > 0.5 * _SPIKE * usual_range(read)
+    return large & (off * shown > off**2 / _ABOUT) & (off * shown < off**2 * _ABOUT)
+
+
+def converter_warnings(recording: Recording, simulated: Recording | None) -> list[DataWarning]:
+    """Warn of the marks of converters: a range's ends, held values, and steps.
+
+    Args:
+        recording: what was driven and measured.
+        simulated: the model under the same drive, if it can be simulated.
+    """
+    found: list[DataWarning | None] = []
+    for column in recording.drive:
+        if column not in recording.hold:
+            found.append(_held(recording, "drive", column, simulated))
+    for column in recording.measured:
+        shown = None if simulated is None else simulated.columns[column]
+        found.append(_range_end(recording, column, shown))
+        found.append(_held(recording, "measured", column, simulated))
+        found.append(_coarse(recording, column))
+    return [warning for warning in found if warning]
+
+
+def _range_end(recording: Recording, column: str, shown: FloatArray | None) -> DataWarning | None:
+    series, unit = recording.columns[column], column_unit(column)
+    ends = [e for e in range_ends(series, recording.measured[column].noise) if np.isfinite(e)]
+    if shown is not None and unit == "N":  # a cable that is let off ends at 0 too
+        slack = _SLACK * usual_range(shown)
+        ends = [e for e in ends if e != 0.0 or float(np.median(shown[series == e])) > slack]
+    if not ends:
+        return None if shown is None else _flat_end(recording, column, shown)
+    at_end = np.isin(series, ends)
+    first = int(np.argmax(at_end))
+    values = " and ".join(quantity(end, unit) for end in ends)
+    beyond = ""
+    if shown is not None:
+        past = max(float(np.max(np.abs(shown[series == end] - end))) for end in ends)
+        beyond = f", where the model goes on by up to {quantity(past, unit)}"
+    return DataWarning(
+        "range_end",
+        f"{recording.name}, [measured] {recording.written(column)!r}",
+        f"ends at {values}: {int(at_end.sum())} samples are there exactly, the first in row"
+        f" {recording.row(first)} ({recording.time[first]:.6g} s){beyond}",
+        "the end of an amplifier's or a converter's range: record again with a wider one; a"
+        " diagnosis cuts the model's reading off there too",
+    )
+
+
+def _flat_end(recording: Recording, column: str, shown: FloatArray) -> DataWarning | None:
+    """A range's end before the noise: readings are level wherever the model is beyond them all."""
+    series, unit, noise = recording.columns[column], column_unit(column), noise_levels(recording)
+    if usual_range(series) < _PART * usual_range(shown):
+        return None  # another unit, or a sensor that is not connected
+    for sign in (-1.0, 1.0):
+        read, model, level = sign * series, sign * shown, noise[column]
+        beyond = model > read.max() + _BEYOND * level
+        if np.count_nonzero(beyond) < _LEVEL or np.ptp(model[beyond]) < _LEVEL * level:
+            continue
+        end, first = float(np.median(series[beyond])), int(np.argmax(beyond))
+        if np.std(read[beyond]) > _BARELY * level:
+            continue
+        return DataWarning(
+            "range_end",
+            f"{recording.name}, [measured] {recording.written(column)!r}",
+            f"is level at {quantity(end, unit)} in {int(beyond.sum())} samples, the first in row"
+            f" {recording.row(first)} ({recording.time[first]:.6g} s), where the model goes on by"
+            f" up to {quantity(float(np.max(np.abs(shown[beyond] - end))), unit)}",
+            "the end of an amplifier's range, or a stop that the model lacks: record again with a"
+            " wider one, or end the recording before it",
+            blocks=True,
+        )
+    return None
+
+
+def _held(
+    recording: Recording, table: str, column: str, simulated: Recording | None
+) -> DataWarning | None:
+    series = recording.columns[column]
+    if table == "drive":
+        repeats = held_values(series, None, _LONGEST_DRIVE)
+    else:
+        repeats = held_values(series, recording.measured[column].noise)
+    if not repeats.any():
+        return None
+    fresh = np.interp(recording.time, recording.time[~repeats], series[~repeats])
+    error = float(np.sqrt(np.mean((series - fresh) ** 2)))
+    noise = noise_levels(recording)
+    if table == "drive" and simulated is not None:  # what the model makes of it, on the average
+        shown = {c: usual_range(simulated.columns[c]) / usual_range(series) for c in noise}
+        seen = any(error * shown[c] > noise[c] for c in noise)
+    else:
+        seen = table == "drive" or error > noise[column]
+    first = int(np.argmax(repeats))
+    changes = int(np.count_nonzero(~repeats))
+    held = (
+        "a command that is held: write { actuator = …, hold = true }; a position that is"
+        if table == "drive"
+        else "a sensor that is"
+    )
+    return DataWarning(
+        "repeated",
+        f"{recording.name}, [{table}] {recording.written(column)!r}",
+        f"repeats its last value in {int(repeats.sum())} of {series.size} samples, first in row"
+        f" {recording.row(first)} ({recording.time[first]:.6g} s), one new value in"
+        f" {series.size / changes:.2g} samples",
+        f"{held} read faster than it converts: log at its own rate, or leave out the rows that"
+        " repeat",
+        blocks=seen,
+    )
+
+
+def _coarse(recording: Recording, column: str) -> DataWarning | None:
+    series, unit = recording.columns[column], column_unit(column)
+    step, stated = resolution(series), recording.measured[column].noise
+    rounding = step / np.sqrt(12.0)
+    if stated is not None:
+        coarse = noise_levels(recording)[column] > stated
+        noise = f"the stated noise of {quantity(stated, unit)}"
+    else:
+        half = white_noise(series) < np.sqrt(2.0) * rounding  # of its noise, by the variance
+        coarse = half and step > _VISIBLE * usual_range(series)
+        noise = "what other noise it has"
+    if not coarse:
+        return None
+    first = int(np.argmax(np.diff(series) != 0.0)) + 1
+    return DataWarning(
+        "coarse",
+        f"{recording.name}, [measured] {recording.written(column)!r}",
+        f"moves in steps of {quantity(step, unit)}, the first in row {recording.row(first)}"
+        f" ({recording.time[first]:.6g} s): coarser than {noise}",
+        f"state noise = {quantity(rounding, unit)} (the step over √12) or more, which a diagnosis"
+        " takes at least; a finer range of the converter shows more",
+    )
+
+
+def slack_warnings(
+    recording: Recording, simulated: Recording, adjustable: Adjustable
+) -> list[DataWarning]:
+    """Warn of tensions of a cable that are measured below 0, where a cable cannot push.
+
+    Args:
+        recording: what was driven and measured.
+        simulated: the model under the same drive.
+        adjustable: its model with the values that the recording states.
+    """
+    found, names = [], adjustable.names()
+    fitted = expand({**recording.uncertain, **recording.session}, names)
+    for column, measured in recording.measured.items():
+        sensor = adjustable.model.sensor(measured.sensor).id
+        kind = sensor_kind(adjustable.model, sensor)
+        if not kind.endswith("tension") or f"{measured.sensor}.offset" in fitted:
+            continue
+        scale, offset = adjustable.readings[sensor, :2].tolist()
+        noise = noise_levels(recording)[column]
+        tension = np.sign(scale) * (recording.columns[column] - offset)
+        shown = np.sign(scale) * (simulated.columns[column] - offset)
+        below = np.flatnonzero((tension < -_BELOW * noise) & (shown > -noise))
+        if below.size < _FEW:
+            continue
+        worst, unit = int(below[np.argmin(tension[below])]), column_unit(column)
+        found.append(
+            DataWarning(
+                "below_zero",
+                f"{recording.name}, [measured] {recording.written(column)!r}",
+                f"reads {quantity(recording.columns[column][worst], unit)} in row"
+                f" {recording.row(worst)} ({recording.time[worst]:.6g} s), and {below.size} samples"
+                f" below 0 from row {recording.row(below[0])} on, where a cable cannot push",
+                "the load cell's zero was set under load, or has shifted: set it with the cable"
+                f' off, or write "{measured.sensor}.offset" in [known] or [uncertain]',
+                blocks=True,
+            )
+        )
+    return found
+
+
+def frozen(recording: Recording, column: str, shown: FloatArray) -> DataWarning | None:
+    """Warn of readings that are equal to the last digit for long, while the model moves on.
+
+    Args:
+        recording: that has the column.
+        column: measured.
+        shown: (n,) as simulated.
+    """
+    read = recording.columns[column]
+    ends = np.flatnonzero(np.diff(read, prepend=np.nan, append=np.nan) != 0.0)
+    limit, worst, place = _MEANWHILE * float(np.ptp(shown)), 0.0, (0, 0)
+    for start, end in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
+        if end - start >= _HELD and np.ptp(shown[start:end]) > max(limit, worst):
+            worst, place = float(np.ptp(shown[start:end])), (start, end)
+    if worst == 0.0:
+        return None
+    start, end = place
+    unit = column_unit(column)
+    return DataWarning(
+        "frozen",
+        f"{recording.name}, [measured] {recording.written(column)!r}",
+        f"reads {quantity(read[start], unit)} from row {recording.row(start)} to"
+        f" {recording.row(end - 1)}, {recording.time[end - 1] - recording.time[start]:.3g} s, in"
+        f" which the model moves by {quantity(worst, unit)}",
+        "if the sensor or its bus hung there, leave these rows out",
+    )
+
+
+def _median_around(series: FloatArray) -> FloatArray:
+    """(n,) median of each sample and its neighbours."""
+    padded = np.pad(series, _AROUND, mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * _AROUND + 1)
+    median: FloatArray = np.median(windows, axis=1)
+    return median

@@ -1,0 +1,173 @@
+"""Effects of the transmission: of the tendon, its sheath and the drive that pulls it."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from tendon_mj.lab.diagnosis.effects.binding import (
+    ParameterSpecification,
+    on_frictionless_sheaths,
+    on_sheaths,
+)
+from tendon_mj.lab.diagnosis.effects.effect import Effect
+
+TRANSMISSION: Final = (
+    Effect(
+        identifier="sheath_friction",
+        name="friction of the sheath (capstan)",
+        equation="T_high = T_low e^{μφ}",
+        signature="output lags input in a wide loop whose width grows with the tension",
+        source="Kaneko, Wada, Maekawa & Tanie 1991, eq. (1)",
+        next_experiment="full loops at two pretensions: its loop widens with the tension",
+        binding=on_frictionless_sheaths(ParameterSpecification("friction", "-", 0.0, 1.0, 0.02)),
+        overrides_known=True,  # a coefficient of 0 says that the model has no friction, not the rig
+    ),
+    Effect(
+        identifier="static_friction",
+        name="static friction above the dynamic one",
+        equation="at rest T_high ≤ T_low e^{μ_s φ}, μ_s = (1 + x) μ",
+        signature=(
+            "a jump of the tension after each reversal or dwell, when the tendon breaks loose"
+        ),
+        source="Kaneko, Wada, Maekawa & Tanie 1991, eq. (1)",
+        next_experiment=(
+            "slow pulls after rests of different lengths, driven by a force and not by a "
+            "displacement: it shows as a jump at breakaway"
+        ),
+        binding=on_sheaths(
+            ParameterSpecification("static_friction", "-", 0.0, 3.0, 0.2, relative_to="friction")
+        ),
+        changes="friction",
+    ),
+    Effect(
+        identifier="velocity_weakening",
+        name="friction that falls with speed (Stribeck)",
+        equation="μ(v) = μ + Δμ e^{−|v|/v_s}",
+        signature="wider loops when slow than when fast; a rise of friction around each reversal",
+        source=(
+            "Armstrong-Hélouvry, Dupont & Canudas de Wit 1994, Automatica 30(7), a survey of "
+            "friction models"
+        ),
+        next_experiment="the same loop at speeds from very slow to slow: friction falls with it",
+        binding=on_sheaths(
+            ParameterSpecification("stribeck_friction", "-", 0.0, 0.5, 0.01),
+            ParameterSpecification(
+                "stribeck_velocity", "m/s", 1e-4, 0.3, 1.0, starts=(0.001, 0.004, 0.015)
+            ),
+        ),
+        non_smooth=True,
+        changes="friction",  # alone it would be friction of the sheath with one number more
+    ),
+    Effect(
+        identifier="viscous_friction",
+        name="friction that grows with speed",
+        equation="T_high = T_low e^{μφ} + c_v |v|",
+        signature="wider loops when fast, and nothing when slow",
+        source=(
+            "Armstrong-Hélouvry, Dupont & Canudas de Wit 1994, Automatica 30(7), a survey of "
+            "friction models"
+        ),
+        next_experiment="the same loop ten times as fast: its part of the loop grows tenfold",
+        binding=on_sheaths(ParameterSpecification("viscous_friction", "N s/m", 0.0, 5e3, 10.0)),
+    ),
+    Effect(
+        identifier="constant_friction",
+        name="friction that the tension does not change",
+        equation="T_high = T_low e^{μφ} + F_c",
+        signature="a loop as wide at low tension as at high",
+        source="Kaneko, Wada, Maekawa & Tanie 1991, section 2.3",
+        next_experiment=(
+            "the same loop at a third and at three times the pretension: its part of the loop stays"
+        ),
+        binding=on_sheaths(ParameterSpecification("constant_friction", "N", 0.0, 50.0, 0.3)),
+    ),
+    Effect(
+        identifier="direction_asymmetry",
+        name="friction that differs between pulling and loosening",
+        equation="μ (1 + α) pulling, μ (1 − α) loosening",
+        signature="one branch of the loop is off, the other less or the other way",
+        source="an assumption of ours: a worn or plaited tendon has a grain",
+        next_experiment=(
+            "long steady pulls and long steady releases at one speed: their branches differ"
+        ),
+        binding=on_sheaths(ParameterSpecification("direction_asymmetry", "-", -0.9, 0.9, 0.05)),
+        changes="friction",
+    ),
+    Effect(
+        identifier="position_dependent_friction",
+        name="friction that changes with the tendon's place",
+        equation="μ (1 + γ u), u the tendon drawn in",
+        signature="the loop is wider at one end of the stroke than tension explains",
+        source="a worn or kinked stretch of tendon",
+        next_experiment="short loops at different places along the stroke",
+        binding=on_sheaths(ParameterSpecification("friction_gradient", "1/m", -2e3, 2e3, 30.0)),
+        changes="friction",
+    ),
+    Effect(
+        identifier="friction_drift",
+        name="friction that changes with time",
+        equation="μ (1 + β t)",
+        signature="loops widen or narrow from cycle to cycle",
+        source="running-in, lubricant and temperature",
+        next_experiment="the same loop again at the end of an hour of motion",
+        binding=on_sheaths(ParameterSpecification("friction_drift", "1/s", -0.2, 1.0, 0.01)),
+        changes="friction",
+    ),
+    Effect(
+        identifier="backlash",
+        name="play between drive and tendon",
+        equation="ξ_in = play of width b of the drive's displacement",
+        signature=(
+            "both tensions stand still for the same displacement after every reversal, at any "
+            "tension"
+        ),
+        source="Nordin & Gutman 2002, Automatica 38(10), a survey of backlash",
+        next_experiment=(
+            "small reversals at a low and at a high tension: its lost motion is the same"
+        ),
+        binding=on_sheaths(ParameterSpecification("backlash", "m", 0.0, 5e-3, 2e-5)),
+    ),
+    Effect(
+        identifier="stiffening",
+        name="a tendon that stiffens as it stretches",
+        equation="T = EA ε (1 + κ ε)",
+        signature="branches are curved: steeper at high tension",
+        source="ropes bed in: Costello 1997, Theory of Wire Rope",
+        next_experiment=(
+            "one slow pull over the whole range of tension: its slope grows with the tension"
+        ),
+        binding=on_sheaths(ParameterSpecification("stiffening", "-", 0.0, 5e3, 20.0)),
+    ),
+    Effect(
+        identifier="creep",
+        name="a tendon that creeps (viscoelastic)",
+        equation="ε = T/EA + ε_c, τ_c dε_c/dt = χ T/EA − ε_c",
+        signature="tension sinks during a dwell after pulling and rises after loosening",
+        source="standard linear solid; polymer tendons",
+        next_experiment="a step and then minutes of rest, pulling and releasing",
+        binding=on_sheaths(
+            ParameterSpecification("creep", "-", 0.0, 3.0, 0.03),
+            ParameterSpecification("creep_time", "s", 0.02, 30.0, 1.0, starts=(0.1, 0.5, 2.5)),
+        ),
+    ),
+    Effect(
+        identifier="sheath_compliance",
+        name="an elastic mount of the sheath",
+        equation="of ξ_in only ξ_in − C_s (T_in − T_0) reaches the tendon",
+        signature=(
+            "both tensions too small for the displacement, in proportion to the input tension"
+        ),
+        source="Bowden sheaths compress: Kaneko et al. 1991 hold them rigid",
+        next_experiment="the same loop with the sheath's ends clamped, or its length measured",
+        binding=on_sheaths(ParameterSpecification("sheath_compliance", "m/N", 0.0, 1e-3, 5e-7)),
+    ),
+    Effect(
+        identifier="tendon_inertia",
+        name="mass of the tendon",
+        equation="T_left − T_right = … + m dv/dt",
+        signature="input tension runs ahead of the output in fast motion, as acceleration",
+        source="Kaneko, Wada, Maekawa & Tanie 1991, section 2.2",
+        next_experiment="fast steps or a sweep up to the first resonance",
+        binding=on_sheaths(ParameterSpecification("tendon_mass", "kg", 0.0, 20.0, 0.1)),
+    ),
+)

@@ -1,0 +1,233 @@
+"""Fits of models with one effect more or less, in one diagnosis."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from tendon_mj.lab.diagnosis.data.problem import Problem
+from tendon_mj.lab.diagnosis.effects.effect import Candidate, Term
+from tendon_mj.lab.diagnosis.model_selection.comparison import CandidateSet, FittedCandidate
+from tendon_mj.lab.diagnosis.model_selection.cross_validation import cross_validate, gain
+from tendon_mj.lab.diagnosis.model_selection.events import find_events
+from tendon_mj.lab.diagnosis.model_selection.fit import Fit, fit
+from tendon_mj.lab.diagnosis.model_selection.global_search import (
+    linearisation_holds,
+    search_globally,
+)
+from tendon_mj.lab.diagnosis.model_selection.screening import ScreeningScore, screen
+from tendon_mj.lab.diagnosis.model_selection.thresholds import (
+    STANDARD_ERRORS,
+    detection_limit,
+    least_share,
+    unexplained_excess,
+)
+from tendon_mj.lab.progress import Progress
+
+CONVERGED = 25  # evaluations: enough for a fit to converge
+_NEAR = 5  # evaluations: enough from where screening has led
+_MOST_FITS, _MOST_LOOKED_AT = 4, 10
+_PROMISING = 0.6  # of what the best candidate explains, to be fitted
+_LEAST = 0.03, 0.3  # likewise, where none of those explains enough; on a sensor
+_EVENT = 0.1  # of the excess, that an event explains by its scan, to be located
+_EXPLAINS = 0.75  # of the excess may be left by an effect, for no others to be looked at
+
+
+@dataclass(frozen=True, eq=False)
+class SelectionContext:
+    """Everything that stays the same during a selection.
+
+    Attributes:
+        problem: data.
+        base: parameter → value of the model.
+        calibrated: terms of what the recordings call uncertain.
+        candidates: catalogue on this model.
+        step_error: of the simulation, see `step_error`.
+        initial_excess: excess χ² of the calibrated model, see `reducible_excess`.
+        progress: callback.
+        searched: end of every global search, so that backtracking does not search a model again.
+    """
+
+    problem: Problem
+    base: Mapping[str, float]
+    calibrated: tuple[Term, ...]
+    candidates: tuple[Candidate, ...]
+    step_error: float
+    initial_excess: float
+    progress: Progress
+    searched: dict[Hashable, FittedCandidate] = field(default_factory=dict)
+
+    def fit_model(
+        self,
+        effects: Sequence[Candidate],
+        start: Sequence[float] | np.ndarray,
+        candidate: Candidate | None = None,
+        *,
+        near: Fit | None = None,
+        evaluations: int = _NEAR,
+    ) -> FittedCandidate:
+        """Fit a model with these effects from ``start``; ``near`` is a fit not far from there."""
+        fitted = fit(
+            self.problem,
+            self.base,
+            self.calibrated,
+            effects,
+            np.asarray(start, float),
+            correction=None if near is None else near.correction,
+            evaluations=evaluations,
+        )
+        return FittedCandidate(candidate, fitted, cross_validate(self.problem, fitted))
+
+    def extend(
+        self, model: FittedCandidate, share: float = _PROMISING, *, look_down: bool = True
+    ) -> CandidateSet:
+        """Screen all candidates for one more effect, and fit the best.
+
+        Fitted are those that explain, by screening, at least ``share`` of what the best does; and,
+        with ``look_down``, others down the list, until one leaves less than three quarters of the
+        excess, with a strength that the data determine. Screening is linear, and may see little of
+        an effect that trades places with what was fitted before.
+        """
+        taken = frozenset[str]().union(*(effect.targets for effect in model.fit.effects))
+        values = {**self.base, **model.fit.parameters(self.base)}
+        others = [
+            c
+            for c in self.candidates
+            if not c.targets & taken and c.acts_on(values) and not c.event
+        ]
+        others += self._events(model, taken)
+        scores = screen(self.problem, self.base, model.fit, others, self.progress)
+        shortlist, others_down = _promising(scores, share)
+        fitted = list[FittedCandidate]()
+        for k, score in enumerate(shortlist + others_down * look_down):
+            if k >= len(shortlist) and any(self._explains(model, found) for found in fitted):
+                break
+            self.progress("fit", min(k, len(shortlist)), len(shortlist))
+            effects = (*model.fit.effects, score.candidate)
+            fitted.append(self.fit_model(effects, score.start, score.candidate, near=model.fit))
+        if shortlist:
+            self.progress("fit", len(shortlist), len(shortlist))
+        best: dict[str, FittedCandidate] = {}
+        ended: dict[str, FittedCandidate] = {}
+        for extended in sorted(fitted, key=lambda model: -model.excess):
+            if extended.candidate:
+                held = extended.fit.determines(extended.candidate)
+                (best if held else ended)[extended.candidate.label] = extended
+        return CandidateSet(
+            tuple(scores),
+            tuple(sorted(best.values(), key=lambda model: model.excess)),
+            tuple(reversed([m for label, m in ended.items() if label not in best])),
+        )
+
+    def _events(self, model: FittedCandidate, taken: frozenset[str]) -> list[Candidate]:
+        """Events that explain so much of what a model leaves that one may be chosen."""
+        least = max(0.5 * self.smallest_gain, _EVENT * model.excess)
+        events = [candidate for candidate in self.candidates if candidate.event]
+        return find_events(self.problem, self.base, model.fit, events, taken, least)
+
+    def _explains(self, model: FittedCandidate, extended: FittedCandidate) -> bool:
+        """Whether an effect leaves notably less, with a strength that the data determine."""
+        candidate = extended.candidate
+        determined = candidate is not None and extended.fit.determines(candidate)
+        less = extended.excess < _EXPLAINS * model.excess
+        return determined and less and self.improves(model, extended)
+
+    def without(self, model: FittedCandidate, candidate: Candidate) -> FittedCandidate:
+        """Fit a model without one of its effects, from the values of the others."""
+        fitted = model.fit
+        rest = tuple(effect for effect in fitted.effects if effect != candidate)
+        start = [
+            fitted.values[: len(fitted.calibrated)],
+            *(fitted.values[fitted.terms_of(effect)] for effect in rest),
+        ]
+        return self.fit_model(rest, np.concatenate(start), model.candidate, near=fitted)
+
+    def polish(self, model: FittedCandidate) -> FittedCandidate:
+        """Continue a fit to convergence, so that no effect is added to mend an early stop."""
+        fitted = model.fit
+        return self.fit_model(
+            fitted.effects, fitted.values, model.candidate, near=fitted, evaluations=CONVERGED
+        )
+
+    def optimise(self, model: FittedCandidate) -> FittedCandidate:
+        """Continue a fit to convergence, and to the global minimum for a non-smooth last effect."""
+        best = self.polish(model)
+        if best.candidate is not None and best.candidate.non_smooth:
+            for whole_range in (True, False):
+                if not self._may_be_local(best):
+                    break
+                best = self._search(best, whole_range=whole_range)
+        return best
+
+    def optimise_nearby(self, model: FittedCandidate) -> FittedCandidate:
+        """Continue a fit with another step, searching near it where the cost is non-smooth."""
+        best = self.polish(model)
+        non_smooth = any(effect.non_smooth for effect in best.fit.effects)
+        if non_smooth and self._may_be_local(best):
+            return self._search(best, whole_range=False)
+        return best
+
+    def _may_be_local(self, model: FittedCandidate) -> bool:
+        """Whether a fit leaves a significant excess, possibly because its minimum is local."""
+        significant = model.excess > self.smallest_gain
+        return significant and not linearisation_holds(self.problem, self.base, model.fit)
+
+    def _search(self, model: FittedCandidate, *, whole_range: bool) -> FittedCandidate:
+        """Better one of a fit and a fit from a global search around it.
+
+        With ``whole_range`` the terms of the last effect are searched in all their range.
+        """
+        fitted, last = model.fit, model.candidate
+        wide = last if whole_range else None
+        widely = slice(0) if wide is None else fitted.terms_of(wide)
+        labels = frozenset(effect.label for effect in fitted.effects)
+        key = self.problem, labels, wide and wide.label
+        if key not in self.searched:
+            start = search_globally(self.problem, self.base, fitted, widely, self.progress)
+            self.searched[key] = self.fit_model(
+                fitted.effects, start, last, near=fitted, evaluations=CONVERGED
+            )
+        return min(model, replace(self.searched[key], candidate=last), key=lambda end: end.excess)
+
+    def improves(self, before: FittedCandidate, after: FittedCandidate) -> bool:
+        """Whether the second model leaves significantly less than the first."""
+        got = gain(before.validation, after.validation)
+        least = max(self.smallest_gain, least_share(self.problem) * before.excess)
+        return got.mean > max(least, STANDARD_ERRORS * got.standard_error)
+
+    @cached_property
+    def detection_limit(self) -> float:
+        """Excess χ² below which nothing is named."""
+        return detection_limit(self.problem, self.step_error)
+
+    @property
+    def smallest_gain(self) -> float:
+        """Gain in χ² below which no effect is worth adding."""
+        return max(self.detection_limit, unexplained_excess(self.initial_excess))
+
+
+def _promising(
+    scores: Sequence[ScreeningScore], share: float
+) -> tuple[list[ScreeningScore], list[ScreeningScore]]:
+    """Scores not far behind the best, and others down the list.
+
+    At most two starts a candidate and three an effect.
+    """
+    starts = Counter[str]()
+    kept = []
+    for score in scores:
+        label, identifier = score.candidate.label, score.candidate.identifier
+        if starts[label] < 2 and starts[identifier] < 3:
+            starts.update((label, identifier))
+            kept.append(score)
+    near = [s for s in kept if s.explained >= share * scores[0].explained][:_MOST_FITS]
+    down = [
+        s
+        for s in kept[len(near) :]
+        if s.explained >= _LEAST[s.candidate.on_sensor] * scores[0].explained
+    ]
+    return near, down[: _MOST_LOOKED_AT - len(near)]

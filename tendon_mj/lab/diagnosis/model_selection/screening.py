@@ -1,0 +1,212 @@
+"""Screening: which candidates could explain a residual at all, without fitting any of them.
+
+Each candidate is switched on by a little. Its trace t in the residuals and the Jacobian J of the
+fitted terms predict, to first order, with which strength and which corrections of the others the
+residual r would be smallest: min |r + J Δ + t a|. The next pass simulates just that point, which
+tells what really remains and how the trace has changed; candidates that promise little drop out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from scipy.linalg import cholesky, solve_triangular
+from scipy.optimize import lsq_linear
+
+from tendon_mj.lab.diagnosis.data.problem import Problem
+from tendon_mj.lab.diagnosis.effects.effect import Candidate
+from tendon_mj.lab.diagnosis.model_selection.fit import Fit, natural, written
+from tendon_mj.lab.progress import Progress
+from tendon_mj.lab.replay import suppress_unsolved_warnings
+from tendon_mj.typing import FloatArray
+
+_INVISIBLE = 1e-8  # mean square trace, in noise, below which an effect has no place on a model
+_SWITCHED_OFF = 1e-9  # of a probe
+_LARGER, _TRIES = 1e3, 3  # factor by which a probe without a trace is enlarged, and how often
+_BATCH = 8  # parameter sets simulated between two calls of the progress callback
+_ACTIVE_SETS = 100  # tried at most; some ten terms take as many
+_KEPT = (0.05, 0.15)  # of what the best explains, to be in the next pass
+_PASSES = ("screen, first pass", "screen, second pass", "screen, third pass")
+
+
+@dataclass(frozen=True, eq=False)
+class ScreeningScore:
+    """Reduction of χ² that screening finds for a candidate.
+
+    Attributes:
+        candidate: screened effect.
+        start: (fitted terms and the candidate's,) values to begin a fit from [their units].
+        explained: reduction of the reduced χ² at these values [-].
+        attempt: which of the candidate's starts it came from.
+    """
+
+    candidate: Candidate
+    start: FloatArray
+    explained: float
+    attempt: int
+
+
+_Pair = tuple[ScreeningScore, ScreeningScore]  # simulated, and predicted at the best strength
+
+
+@suppress_unsolved_warnings()
+def screen(
+    problem: Problem,
+    base: Mapping[str, float],
+    fitted: Fit,
+    candidates: Sequence[Candidate],
+    progress: Progress,
+) -> list[ScreeningScore]:
+    """Score candidates that change a residual, best first, once for each of their starts.
+
+    Args:
+        problem, base: data, and parameter → value of the model.
+        fitted: the model so far.
+        candidates: effects to screen.
+        progress: called with a label, how many are done, and of how many.
+    """
+    scores = [
+        ScreeningScore(candidate, np.array([*fitted.values, _probe(candidate), *shape]), 0.0, k)
+        for candidate in candidates
+        for k, shape in enumerate(product(*(t.starts or (t.inert,) for t in candidate.terms[1:])))
+    ]
+    screening = _Screening(problem, base, fitted, progress)
+    best: dict[tuple[str, int], ScreeningScore] = {}
+    for k, label in enumerate(_PASSES):
+        seen = screening.run(scores, label)
+        if k == 0:
+            seen += screening.enlarge_probes(scores, seen)
+        for achieved, _ in seen:
+            key = achieved.candidate.label, achieved.attempt
+            if key not in best or achieved.explained > best[key].explained:
+                best[key] = achieved
+        predicted = [prediction for _, prediction in seen]
+        if k < len(_KEPT):
+            least = _KEPT[k] * max((s.explained for s in predicted), default=0.0)
+            scores = [s for s in predicted if s.explained > 0.0 and s.explained >= least]
+    ranked = sorted(best.values(), key=lambda score: -score.explained)
+    return [score for score in ranked if score.explained > 0.0]
+
+
+@dataclass(frozen=True, eq=False)
+class _Screening:
+    """Simulations of candidates added to one fitted model."""
+
+    problem: Problem
+    base: Mapping[str, float]
+    fitted: Fit
+    progress: Progress
+
+    def run(self, scores: Sequence[ScreeningScore], label: str) -> list[_Pair]:
+        """Score each where it stands, and predict where it would explain most."""
+        seen = []
+        for k in range(0, len(scores), _BATCH):
+            self.progress(label, k, len(scores))
+            part = scores[k : k + _BATCH]
+            sets = [
+                written((*self.fitted.terms, *s.candidate.terms), s.start, self.base) for s in part
+            ]
+            for score, row in zip(part, self.problem.residuals(sets), strict=True):
+                if np.isfinite(row).all():
+                    seen += self._score(score, row + self.fitted.correction)
+        self.progress(label, len(scores), len(scores))
+        return seen
+
+    def enlarge_probes(
+        self, scores: Sequence[ScreeningScore], seen: Sequence[_Pair]
+    ) -> list[_Pair]:
+        """Screen those that left no trace again, with larger probes.
+
+        A probe that is large for a hinge, in N m/rad, is negligible for a slide, in N/m.
+        """
+        found: list[_Pair] = []
+        for _ in range(_TRIES):
+            traced = {(s.candidate.label, s.attempt) for s, _ in [*seen, *found]}
+            scores = [
+                _enlarged(score, len(self.fitted.terms))
+                for score in scores
+                if (score.candidate.label, score.attempt) not in traced
+            ]
+            if not scores:
+                break
+            found += self.run(scores, _PASSES[0])
+        return found
+
+    def _score(self, score: ScreeningScore, simulated: FloatArray) -> list[_Pair]:
+        """Score one simulation (m,) of a candidate; nothing where it leaves no trace."""
+        fitted, used = self.fitted, self.problem.in_train
+        row, residual, slopes = simulated[used], fitted.residual[used], fitted.jacobian[used]
+        strength, terms, count = score.candidate.terms[0], fitted.terms, len(fitted.terms)
+        scaled = np.array([t.scaled(v) for t, v in zip(terms, score.start[:count], strict=True)])
+        tried = score.start[count] - strength.inert
+        trace = row - residual - slopes @ (scaled - fitted.scaled)
+        off = abs(tried) < _SWITCHED_OFF * strength.probe
+        if off or float(trace @ trace) < _INVISIBLE * trace.size:
+            return []
+        achieved = replace(score, explained=float(residual @ residual - row @ row) / row.size)
+        if achieved.explained < 0.0 < score.explained:
+            return [(achieved, _shortened(score, natural(terms, fitted.scaled)))]
+        matrix = np.column_stack([slopes, trace])
+        shares = sorted((end - strength.inert) / tried for end in (strength.low, strength.high))
+        bounds = np.column_stack([fitted.bounds - fitted.scaled, shares])
+        step = bounded_least_squares(matrix, residual, bounds)
+        left = residual + matrix @ step
+        # at a bound, which rounding may leave
+        values = np.clip(
+            natural(terms, fitted.scaled + step[:-1]),
+            [t.low for t in terms],
+            [t.high for t in terms],
+        )
+        best = min(max(strength.inert + step[-1] * tried, strength.low), strength.high)
+        prediction = replace(
+            score,
+            start=np.array([*values, best, *score.start[count + 1 :]]),
+            explained=float(residual @ residual - left @ left) / row.size,
+        )
+        return [(achieved, prediction)]
+
+
+def _shortened(score: ScreeningScore, values: FloatArray) -> ScreeningScore:
+    """Score half way back to the fit, whose ``values`` these are, where the prediction failed."""
+    count = values.size
+    strength = score.candidate.terms[0]
+    origin = np.array([*values, strength.inert, *score.start[count + 1 :]])
+    return replace(score, start=0.5 * (origin + score.start), explained=0.5 * score.explained)
+
+
+def _enlarged(score: ScreeningScore, index: int) -> ScreeningScore:
+    """Score of the candidate with a larger probe; ``index`` of its strength among the values."""
+    strength, *shape = score.candidate.terms
+    span = max(strength.high - strength.inert, strength.inert - strength.low)
+    strength = replace(strength, probe=min(_LARGER * strength.probe, span))
+    candidate = replace(score.candidate, terms=(strength, *shape))
+    start = score.start.copy()
+    start[index] = _probe(candidate)
+    return replace(score, candidate=candidate, start=start)
+
+
+def _probe(candidate: Candidate) -> float:
+    """Strength a probe away from inert, on the side where the range allows it."""
+    term = candidate.terms[0]
+    return term.inert + (term.probe if term.high - term.inert >= term.probe else -term.probe)
+
+
+def bounded_least_squares(
+    matrix: FloatArray, residual: FloatArray, bounds: FloatArray
+) -> FloatArray:
+    """(p,) step x that minimises |r + M x| within ``bounds`` (2, p).
+
+    By active sets on columns of length 1: SciPy's other method never ends where their lengths
+    differ by more than a number has digits.
+    """
+    normal = matrix.T @ matrix
+    normal += 1e-9 * np.diag(np.diag(normal)) + 1e-12 * np.eye(len(normal))
+    lengths = np.sqrt(np.diag(normal))
+    factor = cholesky(normal / np.outer(lengths, lengths))  # (p, p) in place of all samples
+    aim = solve_triangular(factor, -(matrix.T @ residual) / lengths, trans="T")
+    scaled = lsq_linear(factor, aim, bounds * lengths, method="bvls", max_iter=_ACTIVE_SETS).x
+    step: FloatArray = np.clip(scaled / lengths, bounds[0], bounds[1])
+    return step

@@ -1,0 +1,290 @@
+"""Search for the experiment, within bounds, in which models that tie differ most against noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.lab.diagnosis import (
+    SMALLEST_EXCESS,
+    Diagnosis,
+    Fit,
+    MakeSimulator,
+    Problem,
+    all_samples,
+    search_step,
+)
+from tendon_mj.lab.experiment_design.alternatives import Alternative, Tie, find_ties
+from tendon_mj.lab.experiment_design.bounds import ExperimentBounds
+from tendon_mj.lab.experiment_design.experiment import Experiment, Family, check_bounds
+from tendon_mj.lab.experiment_design.separation import Adaptation, Predictions, Rig
+from tendon_mj.lab.experiment_design.suggestion import Difference, Suggestion
+from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.lab.replay import Simulator
+from tendon_mj.typing import FloatArray
+
+_NAME = "next"
+_SEED = 0
+_SAMPLES, _ADAPTED = 64, 12  # experiments that are simulated; those to which models are fitted
+_ROUNDS, _NEIGHBOURS = 4, 6  # of the refinement, and experiments in each
+_REACH = 0.25, 0.6  # of the cube, of the first round; factor from round to round
+_ALTERNATIVES = 2  # for more of them fewer experiments are tried
+_BATCH = 8  # experiments simulated between two calls of the progress callback
+_APART = float(np.sqrt(SMALLEST_EXCESS))  # noise, rms: less is not worth a name
+
+
+def suggest_experiment(
+    diagnosis: Diagnosis,
+    bounds: ExperimentBounds,
+    simulator: MakeSimulator = Simulator,
+    *,
+    progress: Progress = silent,
+) -> Suggestion:
+    """Search the experiments that a rig can run for the one that decides between explanations.
+
+    Rivals are the effects that a diagnosis cannot tell apart, and values of a number that trade
+    places with others. Of every two of them the difference counts that remains when one is fitted
+    to the data of the other, see `separation`; of an experiment, the smallest of these. Experiments
+    are sampled (Sobol), and the best is refined; the answer is the same each time. Where no
+    experiment tells a pair apart by what was measured before, those are searched in which the rig's
+    other sensors are read too, if the bounds have any.
+
+    Args:
+        diagnosis: of `diagnose`.
+        bounds: what the rig can do.
+        simulator: makes the simulator of recordings, as in `diagnose`.
+        progress: called with a label, how much is done, and of how much.
+
+    Raises:
+        UnknownNameError: the bounds name what the rig does not have.
+        InvalidValueError: the diagnosis was not made by `diagnose`, the bounds call a parameter a
+            state which is fitted to all recordings, or no recording of the model lies within them.
+    """
+    if diagnosis.search is None:
+        raise InvalidValueError("this diagnosis does not hold the models that it compared")
+    context, selection = diagnosis.search
+    check_bounds(context.problem.recordings, bounds, simulator)
+    progress("fit what ties", 0, 1)
+    ties = find_ties(context, selection)
+    progress("fit what ties", 1, 1)
+    if not ties:
+        return Suggestion(None, ())
+    levels = _levels(context.problem, selection.final.fit)
+    found = Suggestion(None, ())
+    for besides in (False, True) if bounds.measure else (False,):
+        family = Family(context.problem.recordings, bounds, besides)
+        if besides:
+            levels |= {column: float(m.noise or 0.0) for column, m in bounds.measure.items()}
+        step = _step(family, simulator)
+        rig = Rig(context.problem, context.base, levels, bounds.limits, simulator, step)
+        tried = _Search(family, rig, ties, progress).run()
+        if not besides or tried.decided > found.decided:
+            found = tried
+        if found.decided == len(found.differences):
+            break
+    return found
+
+
+def _levels(problem: Problem, fitted: Fit) -> dict[str, float]:
+    """Measured column → its noise, or what the final model leaves of it where that is more."""
+    edges = np.cumsum([0, *(size for _, _, size in problem.layout())])
+    left: dict[str, list[FloatArray]] = {}
+    noise: dict[str, list[float]] = {}
+    for (k, column, _), first, last in zip(problem.layout(), edges, edges[1:], strict=False):
+        used = problem.in_train[first:last]
+        level = problem.noise[k][column]
+        left.setdefault(column, []).append(fitted.residual[first:last][used] * level)
+        noise.setdefault(column, []).append(level)
+    first_columns = problem.recordings[0].measured
+    return {
+        column: max(
+            float(np.median(noise[column])),
+            float(np.sqrt(np.mean(np.concatenate(left[column]) ** 2))),
+        )
+        for column in first_columns
+    }
+
+
+def _step(family: Family, simulator: MakeSimulator) -> float:
+    """Step of the simulations, in steps of the model: as long as a search allows."""
+    middle = family.at(np.full(family.dimensions, 0.5), _NAME).recording
+    made = Problem((middle,), simulator([middle]), all_samples([middle]))
+    return search_step(made) or 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """An experiment, and how far each pair differs in it.
+
+    Attributes:
+        point: of the cube.
+        experiment: there.
+        predictions: of every alternative.
+        most: (pairs,) rms difference [noise], of which a fit of one to the other may remove some.
+        remaining: (pairs,) what it cannot remove; None until the fit is made.
+    """
+
+    point: FloatArray
+    experiment: Experiment
+    predictions: list[Predictions]
+    most: FloatArray
+    remaining: FloatArray | None = None
+
+
+@dataclass(eq=False)
+class _Search:
+    """Search of a family of experiments."""
+
+    family: Family
+    rig: Rig
+    ties: Sequence[Tie]
+    progress: Progress
+    alternatives: list[Alternative] = field(init=False)
+    pairs: list[tuple[int, int]] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.alternatives = [a for tie in self.ties for a in tie]
+        place = {id(a): k for k, a in enumerate(self.alternatives)}
+        self.pairs = [
+            (place[id(a)], place[id(b)]) for tie in self.ties for a, b in combinations(tie, 2)
+        ]
+        used = self.rig.problem.in_train
+        self.adaptations = [Adaptation(a, used) for a in self.alternatives]
+
+    def run(self) -> Suggestion:
+        """Sample, fit the alternatives to each other where they differ most, and refine."""
+        share = min(1.0, _ALTERNATIVES / len(self.alternatives))
+        count = 2 ** int(np.log2(_SAMPLES * share))
+        sobol = qmc.Sobol(self.family.dimensions, seed=_SEED)
+        tried = self._simulate(sobol.random(count), "simulate experiments")
+        best_first = max(4, int(_ADAPTED * share))
+        every = np.ones(len(self.pairs), bool)
+        tried = self._adapt_first(tried, every, best_first)
+        for k in np.flatnonzero(self._largest(tried) < _APART):
+            tried = self._adapt_first(tried, np.arange(every.size) == k, best_first)
+        counts = self._largest(tried) >= _APART  # the pairs that some experiment separates
+        if not counts.any():
+            return self._suggestion(None, self._largest(tried))
+        if not counts.all():
+            tried = self._adapt_first(tried, counts, best_first)
+        best = max(_adapted(tried), key=lambda t: _score(_known(t), counts))
+        best = self._refine(best, counts)
+        return self._suggestion(best, _known(best))
+
+    def _refine(self, best: _Tried, counts: NDArray[np.bool_]) -> _Tried:
+        """Try neighbours of the best, ever nearer, with motions of the same shapes."""
+        random, reach = np.random.default_rng(_SEED), _REACH[0]
+        label = "refine the best"
+        for k in range(_ROUNDS):
+            self.progress(label, k, _ROUNDS)
+            points = best.point + reach * random.normal(size=(_NEIGHBOURS, best.point.size))
+            points = np.clip(np.where(points > 1.0, 2.0 - points, np.abs(points)), 0.0, 1.0)
+            points[:, self.family.shapes] = best.point[self.family.shapes]
+            promising = [
+                t
+                for t in self._simulate(points, "")
+                if _score(t.most, counts) > _score(_known(best), counts)
+            ]
+            better = [best, *self._adapt(promising)]
+            best = max(better, key=lambda t: _score(_known(t), counts))
+            reach *= _REACH[1]
+        self.progress(label, _ROUNDS, _ROUNDS)
+        return best
+
+    def _simulate(self, points: FloatArray, label: str) -> list[_Tried]:
+        """Experiments in which every alternative stays within limits."""
+        found = list[_Tried]()
+        for first in range(0, len(points), _BATCH):
+            if label:
+                self.progress(label, first, len(points))
+            part = points[first : first + _BATCH]
+            experiments = [self.family.at(p, f"{_NAME}_{k}") for k, p in enumerate(part)]
+            predicted = self.rig.predict(experiments, self.alternatives)
+            for point, experiment, row in zip(part, experiments, predicted, strict=True):
+                if all(p.within_limits for p in row):
+                    most = np.array(
+                        [_rms(row[a].readings - row[b].readings) for a, b in self.pairs]
+                    )
+                    found.append(_Tried(point, experiment, row, most))
+        if label:
+            self.progress(label, len(points), len(points))
+        return found
+
+    def _adapt(self, tried: Sequence[_Tried]) -> list[_Tried]:
+        """Fit the alternatives of each pair to each other, in each experiment."""
+        if not tried:
+            return []
+        experiments = [
+            self.family.at(t.point, f"{_NAME}_{k}") for k, t in enumerate(tried)
+        ]  # by names of their own
+        own = [list(terms) for terms in zip(*self.rig.sessions(experiments).values(), strict=True)]
+        slopes = [
+            self.rig.slopes(experiments, a, [t.predictions[k] for t in tried])
+            for k, a in enumerate(self.alternatives)
+        ]
+        found = []
+        for n, t in enumerate(tried):
+            sessions = own[n] if own else []
+            remaining = np.array(
+                [
+                    min(
+                        self.adaptations[b].remaining(
+                            slopes[b][n],
+                            t.predictions[b].readings - t.predictions[a].readings,
+                            sessions,
+                        )
+                        for a, b in ((one, other), (other, one))
+                    )
+                    for one, other in self.pairs
+                ]
+            )
+            found.append(_Tried(t.point, t.experiment, t.predictions, t.most, remaining))
+        return found
+
+    def _adapt_first(
+        self, tried: Sequence[_Tried], counts: NDArray[np.bool_], number: int
+    ) -> list[_Tried]:
+        """Adapt in those experiments in which the pairs that count differ most, if not done yet."""
+        ranked = sorted(tried, key=lambda t: -_score(t.most, counts))
+        first = [t for t in ranked[:number] if t.remaining is None]
+        return [*self._adapt(first), *(t for t in ranked if t not in first)]
+
+    def _largest(self, tried: Sequence[_Tried]) -> FloatArray:
+        """(pairs,) largest difference that remains in any of the experiments."""
+        reached = np.array([np.zeros(len(self.pairs)), *map(_known, _adapted(tried))])
+        most: FloatArray = reached.max(axis=0)
+        return most
+
+    def _suggestion(self, best: _Tried | None, remaining: FloatArray) -> Suggestion:
+        used = self.rig.problem.in_train
+        differences = []
+        for (a, b), reached in zip(self.pairs, remaining, strict=True):
+            one, other = self.alternatives[a], self.alternatives[b]
+            recorded = _rms((one.fit.residual - other.fit.residual)[used])
+            differences.append(Difference(one.label, other.label, recorded, float(reached)))
+        experiment = None if best is None else self.family.at(best.point, _NAME)
+        return Suggestion(experiment, tuple(differences))
+
+
+def _score(differences: FloatArray, counts: NDArray[np.bool_]) -> float:
+    """Smallest difference of the pairs that count."""
+    return float(differences[counts].min())
+
+
+def _adapted(tried: Sequence[_Tried]) -> list[_Tried]:
+    return [t for t in tried if t.remaining is not None]
+
+
+def _known(tried: _Tried) -> FloatArray:
+    assert tried.remaining is not None
+    return tried.remaining
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))

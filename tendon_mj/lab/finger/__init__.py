@@ -1,0 +1,19 @@
+"""The finger in motion: trajectories, control, tracking error."""
+
+from tendon_mj.lab.finger.control import FINGERS as FINGERS
+from tendon_mj.lab.finger.control import OUT_OF_REACH as OUT_OF_REACH
+from tendon_mj.lab.finger.control import drive_recording as drive_recording
+from tendon_mj.lab.finger.control import prepare_finger as prepare_finger
+from tendon_mj.lab.finger.control import simulate_finger as simulate_finger
+from tendon_mj.lab.finger.summary import Summary as Summary
+from tendon_mj.lab.finger.summary import summarise as summarise
+from tendon_mj.lab.finger.tracking_error import tracking_error as tracking_error
+from tendon_mj.lab.finger.trajectories import Trajectory as Trajectory
+from tendon_mj.lab.finger.trajectories import clamped as clamped
+from tendon_mj.lab.finger.trajectories import curl as curl
+from tendon_mj.lab.finger.trajectories import find_trajectory as find_trajectory
+from tendon_mj.lab.finger.trajectories import hold as hold
+from tendon_mj.lab.finger.trajectories import lasting as lasting
+from tendon_mj.lab.finger.trajectories import press as press
+from tendon_mj.lab.finger.trajectories import read_trajectory as read_trajectory
+from tendon_mj.lab.finger.trajectories import tap as tap

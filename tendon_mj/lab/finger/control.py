@@ -1,0 +1,169 @@
+"""Control of the finger along a trajectory, by ordinary position and torque servos."""
+
+from __future__ import annotations
+
+import copy
+
+import mujoco
+import numpy as np
+
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.lab.finger.trajectories import ANGLES, Trajectory, check_reach
+from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.lab.replay import Adjustable, FrameRecorder, Progress, replay_recording
+from tendon_mj.models import TENDONS, Finger, spool_angles
+from tendon_mj.typing import FloatArray
+
+FINGERS = ("finger", "finger_spring")  # models that follow trajectories
+OUT_OF_REACH = 0.5  # where the object rests on its slide for the finger to miss it [m]
+_UNITS = {"angle": "rad", "force": "N", "tension": "N", "displacement": "m"}
+
+
+def drive_recording(
+    trajectory: Trajectory,
+    model: mujoco.MjModel,
+    finger: Finger,
+    *,
+    name: str = "finger",
+    friction: float | None = None,
+) -> Recording:
+    """Commands of the motors for a trajectory, as a recording still without readings.
+
+    Joint angles become spool angles by geometry alone, as for an ideal tendon; tensions become
+    torques, T r, with the position servos off. Friction is not compensated.
+
+    Args:
+        trajectory: to follow.
+        model: `finger` or `finger_spring`.
+        finger: its parameters.
+        name: of the model.
+        friction: μ of every sheath in place of the model's [-].
+
+    Raises:
+        InvalidValueError: a tension of a tendon that the model does not have; an angle beyond its
+            joint's range, or a tension beyond what a motor gives.
+    """
+    check_reach(trajectory, finger)
+    tendons = [t for t in TENDONS if t in {model.tendon(k).name for k in range(model.ntendon)}]
+    columns, drive, known = _commands(trajectory, finger, tendons)
+    if trajectory.aside:
+        known["object.springref"] = OUT_OF_REACH
+    if friction is not None:
+        known |= {f"{tendon}_sheath.friction": friction for tendon in tendons}
+    measured = {}
+    for k in range(model.nsensor):
+        sensor = model.sensor(k).name
+        if model.sensor_dim[k] == 1:  # a column is one number
+            measured[f"{sensor}_{_UNITS[sensor.rpartition('_')[2]]}"] = Measured(sensor)
+    asked = {f"asked_{column}": values for column, values in trajectory.columns.items()}
+    nothing = np.zeros_like(trajectory.time)
+    return Recording(
+        name=trajectory.name,
+        model=name,
+        source="simulated by tendon-mj simulate",
+        time=trajectory.time,
+        columns={**columns, **dict.fromkeys(measured, nothing), **asked},
+        drive=drive,
+        measured=measured,
+        known=known,
+    )
+
+
+def _commands(
+    trajectory: Trajectory, finger: Finger, tendons: list[str]
+) -> tuple[dict[str, FloatArray], dict[str, str], dict[str, float]]:
+    """Columns, the actuators that they drive, and the parameters that this needs."""
+    columns: dict[str, FloatArray] = {}
+    drive: dict[str, str] = {}
+    known: dict[str, float] = {}
+    if not trajectory.by_tension:
+        angles = np.stack([trajectory.columns[column] for column in ANGLES], axis=-1)
+        for tendon, turned in spool_angles(finger, angles).items():
+            if tendon in tendons:
+                columns[f"{tendon}_command_rad"] = turned
+                drive[f"{tendon}_command_rad"] = f"{tendon}_angle"
+        return columns, drive, known
+    for column, tension in trajectory.columns.items():
+        tendon = column.removesuffix("_N")
+        if tendon not in tendons:
+            raise InvalidValueError(
+                f"trajectory {trajectory.name!r}: there is no {tendon!r} to pull"
+            )
+        torque = (tension - finger.pretension) * finger.spool_radius / finger.gear
+        columns[f"{tendon}_command_Nm"] = torque
+        drive[f"{tendon}_command_Nm"] = f"{tendon}_torque"
+        known |= {f"{tendon}_angle.kp": 0.0, f"{tendon}_angle.kv": 0.0}
+    return columns, drive, known
+
+
+def prepare_finger(
+    trajectory: Trajectory,
+    model: mujoco.MjModel,
+    finger: Finger | None = None,
+    *,
+    friction: float | None = None,
+) -> tuple[Adjustable, FloatArray]:
+    """A copy of a model set for a trajectory, with its data, and its (steps, nu) controls.
+
+    For callers that step the model themselves; `simulate_finger` steps it too.
+
+    Args:
+        trajectory, model, finger, friction: see `simulate_finger`.
+
+    Raises:
+        InvalidValueError: as `simulate_finger`.
+    """
+    drive = drive_recording(trajectory, model, finger or Finger(), friction=friction)
+    adjustable = Adjustable(copy.copy(model))
+    adjustable.set(drive.known)
+    time = np.arange(0.0, trajectory.time[-1], model.opt.timestep)
+    controls = np.zeros((len(time), model.nu))
+    for column, actuator in drive.driven:
+        values = np.interp(time, drive.time, drive.columns[column])
+        controls[:, model.actuator(actuator).id] = values
+    return adjustable, controls
+
+
+def simulate_finger(
+    trajectory: Trajectory,
+    model: mujoco.MjModel,
+    finger: Finger | None = None,
+    *,
+    name: str = "finger",
+    friction: float | None = None,
+    progress: Progress | None = None,
+    recorder: FrameRecorder | None = None,
+) -> Recording:
+    """Follow a trajectory, and return every sensor in a recording that `replay` can run again.
+
+    Args:
+        trajectory: to follow.
+        model: `finger` or `finger_spring`; not changed.
+        finger: its parameters; default: those of the package's model.
+        name: of the model, for the recording.
+        friction: μ of every sheath in place of the model's [-].
+        progress: called with the share that is done, 0 … 1.
+        recorder: keeps frames of the motion, for a clip of it.
+
+    Returns:
+        Columns `asked_…` of the trajectory, `…_command_…` driven, and one for every sensor.
+
+    Raises:
+        InvalidValueError: a tension of a tendon that the model does not have; an angle or tension
+            out of reach.
+        TendonError: the simulation failed; the message says when.
+    """
+    finger = finger or Finger()
+    drive = drive_recording(trajectory, model, finger, name=name, friction=friction)
+    answer = replay_recording(drive, model, progress=progress, recorder=recorder)
+    asked = {c: v for c, v in drive.columns.items() if c.startswith("asked_")}
+    return Recording(
+        name=drive.name,
+        model=name,
+        source=drive.source,
+        time=answer.time,
+        columns={**answer.columns, **asked},
+        drive=answer.drive,
+        measured=answer.measured,
+        known=answer.known,
+    )

@@ -1,0 +1,30 @@
+"""Recordings: a table of measured columns with a description of what they are."""
+
+from tendon_mj.lab.recordings.converter import held_values as held_values
+from tendon_mj.lab.recordings.converter import range_ends as range_ends
+from tendon_mj.lab.recordings.converter import resolution as resolution
+from tendon_mj.lab.recordings.converter import white_noise as white_noise
+from tendon_mj.lab.recordings.description import Measured as Measured
+from tendon_mj.lab.recordings.description import Session as Session
+from tendon_mj.lab.recordings.description import Uncertain as Uncertain
+from tendon_mj.lab.recordings.magnitude import LARGEST as LARGEST
+from tendon_mj.lab.recordings.magnitude import excess as excess
+from tendon_mj.lab.recordings.noise import estimate_noise as estimate_noise
+from tendon_mj.lab.recordings.noise import noise_levels as noise_levels
+from tendon_mj.lab.recordings.noise import noise_of_repeats as noise_of_repeats
+from tendon_mj.lab.recordings.recording import Recording as Recording
+from tendon_mj.lab.recordings.recording import described_model as described_model
+from tendon_mj.lab.recordings.recording import is_same_model as is_same_model
+from tendon_mj.lab.recordings.recording import read_recording as read_recording
+from tendon_mj.lab.recordings.recording import write_recording as write_recording
+from tendon_mj.lab.recordings.table_checks import TIME as TIME
+from tendon_mj.lab.recordings.table_checks import TIMES as TIMES
+from tendon_mj.lab.recordings.table_checks import in_si as in_si
+from tendon_mj.lab.recordings.table_file import read_columns as read_columns
+from tendon_mj.lab.recordings.table_file import read_table as read_table
+from tendon_mj.lab.recordings.table_file import table_beside as table_beside
+from tendon_mj.lab.recordings.text_file import read_text as read_text
+from tendon_mj.lab.recordings.toml_text import read_toml as read_toml
+from tendon_mj.lab.recordings.units import UNITS as UNITS
+from tendon_mj.lab.recordings.units import si_name as si_name
+from tendon_mj.lab.recordings.units import unit_fault as unit_fault

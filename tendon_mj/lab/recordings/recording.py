@@ -1,0 +1,254 @@
+"""A recording: measured or simulated time series, and what they are on a model."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import partial
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tendon_mj.errors import InvalidValueError, RecordingError, unknown
+from tendon_mj.lab.recordings.csv_table import write_csv
+from tendon_mj.lab.recordings.description import Description, check_text
+from tendon_mj.lab.recordings.description import Measured as Measured
+from tendon_mj.lab.recordings.description import Session as Session
+from tendon_mj.lab.recordings.description import Uncertain as Uncertain
+from tendon_mj.lab.recordings.description_toml import (
+    format_description,
+    parse_description,
+    parse_layout,
+)
+from tendon_mj.lab.recordings.table_checks import TIME, check_table, in_si
+from tendon_mj.lab.recordings.table_file import check_format, read_columns, table_beside
+from tendon_mj.lab.recordings.text_file import check_file, read_text
+from tendon_mj.lab.recordings.units import UNITS as UNITS
+from tendon_mj.lab.recordings.units import si_name
+from tendon_mj.typing import FloatArray
+from tendon_mj.whole_file import whole_file
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Recording(Description):
+    """Time series and their description, lawful by construction and unchangeable.
+
+    name: the file's stem; time: (n,) [s], strictly increasing; columns: name → (n,) [the unit its
+    name ends in, of SI], every column but the time, also those neither driven nor measured;
+    in_file: name → its name in the file, of those that were converted; beside: folder in which the
+    description was, if it was read; rows: (n,) row of the file that each sample is, if it was read.
+    These three matter to messages alone, not to equality.
+    The other fields are `Description`'s. Arrays and mappings are read-only copies.
+    Raises `RecordingError` for whatever a file would be refused for.
+    """
+
+    name: str
+    time: FloatArray
+    columns: Mapping[str, FloatArray]
+    in_file: Mapping[str, str] = field(default_factory=dict)
+    beside: Path | None = None
+    rows: NDArray[np.int64] | None = None
+
+    def __post_init__(self) -> None:
+        where = f"recording {self.name!r}"
+        if not self.name.strip():
+            raise RecordingError(f"{where}: the name must not be empty")
+        columns = {n: _frozen(v, f"{where}, column {n!r}") for n, v in self.columns.items()}
+        freeze = object.__setattr__
+        freeze(self, "time", _frozen(self.time, f"{where}, time"))
+        freeze(self, "columns", MappingProxyType(columns))
+        if self.rows is not None:
+            rows = np.array(self.rows)
+            rows.setflags(write=False)
+            freeze(self, "rows", rows)
+        drive = {
+            column: names if isinstance(names, str) else tuple(names)
+            for column, names in self.drive.items()
+        }
+        freeze(self, "drive", MappingProxyType(drive))
+        for name in ("measured", "known", "uncertain", "session", "in_file"):
+            freeze(self, name, MappingProxyType(dict(getattr(self, name))))
+        if TIME in columns:
+            raise RecordingError(f"{where}, column {TIME!r}: belongs in `time`, not in `columns`")
+        check_table({TIME: self.time, **columns}, where, si=True)
+        self.check(columns, where)
+
+    def written(self, column: str) -> str:
+        """A column's name as the file has it, for messages; its own if it was not converted."""
+        return self.in_file.get(column, column)
+
+    def row(self, sample: int) -> int:
+        """Row of the file that a sample is, for messages; the first is row 2 unless it was read."""
+        return sample + 2 if self.rows is None else int(self.rows[sample])
+
+    def check_against(self, actuators: Collection[str], sensors: Collection[str]) -> None:
+        """Raise `RecordingError`, with the nearest valid name, unless a model has all it needs.
+
+        ``actuators``, hinges and slides among them, and ``sensors`` are the model's names.
+        """
+        where = f"recording {self.name!r}"
+        for column, actuator in self.driven:
+            if actuator not in actuators:
+                message = unknown("actuator", actuator, actuators)
+                raise RecordingError(f"{where}, [drive] {self.written(column)!r}: {message}")
+        for column, measured in self.measured.items():
+            if measured.sensor not in sensors:
+                message = unknown("sensor", measured.sensor, sensors)
+                raise RecordingError(f"{where}, [measured] {self.written(column)!r}: {message}")
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Recording):
+            return NotImplemented
+        mine, theirs = ({TIME: r.time, **r.columns} for r in (self, other))
+        return (
+            all(getattr(self, f) == getattr(other, f) for f in _NOT_ARRAYS)
+            and mine.keys() == theirs.keys()
+            and all(np.array_equal(mine[name], theirs[name]) for name in mine)
+        )
+
+    def __reduce__(self) -> tuple[Any, ...]:  # a mapping proxy cannot be copied or sent by itself
+        state = {f.name: getattr(self, f.name) for f in fields(self)}
+        plain: dict[str, Any] = {
+            k: dict(v) if isinstance(v, MappingProxyType) else v for k, v in state.items()
+        }
+        return partial(Recording, **plain), ()
+
+
+_NOT_COMPARED = ("time", "columns", "in_file", "beside", "rows")  # the first two are, as arrays
+_NOT_ARRAYS = [f.name for f in fields(Recording) if f.name not in _NOT_COMPARED]
+
+
+def read_recording(
+    path: str | os.PathLike[str], description: str | os.PathLike[str] | None = None
+) -> Recording:
+    """Read a recording from its table and TOML; ``path`` is either of them or their common stem.
+
+    The table is a CSV, a Parquet file (``.parquet``) or a log (``.mcap``). Columns in mm, deg and
+    the like become columns in SI: ``x_mm`` is ``x_m`` of the recording, and its ``noise`` too.
+
+    ``description`` is the TOML's path where it does not lie beside the table. Nothing in the files
+    is evaluated. Raises `RecordingError`, naming file, row (the header is row 1), column and the
+    nearest valid name, for anything docs/recording.md does not allow. A model's path is sought
+    beside the description first.
+    """
+    file, toml = table_beside(Path(path))
+    check_text(file.stem, f"{str(file)!a}, its name")
+    if description is not None:
+        toml = Path(description)
+    hint = (
+        ""
+        if description is not None
+        else f"; it describes {file.name}, or pass `description` (--description)"
+    )
+    check_file(file)
+    check_format(file)
+    text = read_text(toml, hint)
+    described = parse_description(text, str(toml))
+    columns_of = {"drive": described.drive, "measured": described.measured}
+    named = {column: title for title, columns in columns_of.items() for column in columns}
+    layout = parse_layout(text, str(toml))
+    table, rows = read_columns(file, layout, named, described.hold, toml=str(toml))
+    described.check(table, str(toml))
+    in_si_units = _described_in_si(described, str(toml))
+    described = replace(in_si_units, model=_model_beside(toml, described.model))
+    columns = in_si(table, str(file))
+    in_file = {si_name(name)[0]: name for name in table if si_name(name)[0] != name}
+    return Recording(
+        name=file.stem,
+        time=columns.pop(TIME),
+        columns=columns,
+        in_file=in_file,
+        beside=toml.parent,
+        rows=rows,
+        **vars(described),
+    )
+
+
+def described_model(toml: Path) -> str:
+    """The model that a description names, as `Recording.model`.
+
+    Raises:
+        RecordingError: the description cannot be read.
+    """
+    return _model_beside(toml, parse_description(read_text(toml), str(toml)).model)
+
+
+def _described_in_si(described: Description, where: str) -> Description:
+    """A description of columns in any unit as one of the columns in SI."""
+    measured = {}
+    for column, one in described.measured.items():
+        name, factor = si_name(column)
+        noise = None if one.noise is None else one.noise * factor
+        try:
+            measured[name] = Measured(one.sensor, noise)
+        except InvalidValueError as error:
+            raise RecordingError(f"{where}, [measured] {column!r}, in SI: {error}") from None
+    return replace(
+        described,
+        drive={si_name(column)[0]: actuator for column, actuator in described.drive.items()},
+        measured=measured,
+        hold=tuple(si_name(column)[0] for column in described.hold),
+    )
+
+
+def _model_beside(toml: Path, model: str) -> str:
+    """Path of the MJCF file of that name beside the description; else the name as it is."""
+    beside = toml.parent / model
+    plain = Path(os.path.normpath(beside))  # the same for a file that is named from several folders
+    try:
+        if not beside.is_file():
+            return model
+        same = plain.exists() and plain.samefile(beside)  # no link on the way
+        return str(plain if same else beside)
+    except (OSError, ValueError):  # a name that no file can have
+        return model
+
+
+def is_same_model(one: str, other: str) -> bool:
+    """Whether two recordings' models are the same name, or paths to one file in one folder."""
+    first, second = Path(one), Path(other)
+    try:
+        return one == other or (
+            first.name == second.name and first.is_file() and first.parent.samefile(second.parent)
+        )
+    except (OSError, ValueError):  # a name that no file can have
+        return False
+
+
+def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:
+    """Write ``<stem>.csv`` and ``<stem>.toml`` in an existing folder, and return the CSV's path.
+
+    What was there is replaced. Reading it back gives the same recording bit for bit, named after
+    the file's stem; a model that is a file is named by its path from there, so that it is found
+    wherever it is read from. Raises OSError where the folder cannot be written.
+    """
+    csv, toml = table_beside(Path(path), (".csv",))
+    write_csv({TIME: recording.time, **recording.columns}, csv)
+    from_there = replace(recording, model=_model_from(toml, recording.model))
+    with whole_file(toml) as made:
+        made.write_text(format_description(from_there), encoding="utf-8", newline="\n")
+    return csv
+
+
+def _model_from(toml: Path, model: str) -> str:
+    """Path of a model's file as the description has it, from its own folder; a name stays."""
+    try:
+        # of a link the link, beside which its includes are; names of models have no suffix
+        file, folder = Path(model).parent.resolve() / Path(model).name, toml.parent.resolve()
+        is_file = file.suffix != "" and file.is_file()
+        return Path(os.path.relpath(file, folder)).as_posix() if is_file else model
+    except (OSError, ValueError):  # a name that no file can have, or a file on another drive
+        return model
+
+
+def _frozen(values: ArrayLike, where: str) -> FloatArray:
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise RecordingError(f"{where}: no array of numbers: {error}") from None
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,142 @@
+"""The table of a recording in any of the formats that are read, and the description beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+
+from tendon_mj.errors import RecordingError
+from tendon_mj.lab.recordings.assembly import Table, assemble
+from tendon_mj.lab.recordings.csv_table import open_csv
+from tendon_mj.lab.recordings.description import Layout
+from tendon_mj.lab.recordings.mcap_table import read_mcap
+from tendon_mj.lab.recordings.parquet_table import open_parquet
+from tendon_mj.lab.recordings.table_checks import in_si
+from tendon_mj.typing import FloatArray
+
+FORMATS = (".csv", ".parquet", ".mcap")  # in the order in which a stem is sought
+_AS_CSV = (".txt", ".tsv", ".dat", ".log")  # read as CSV where a path names them
+_PANDAS = 'in Python: import pandas; pandas.{read}.to_csv("{stem}.csv", index=False)'
+_OTHERS = {  # suffix → format, and how to convert it
+    ".mat": (
+        "a MATLAB file",
+        'in MATLAB: writetable(table(time_s, …), "{stem}.csv"); in Python: import pandas, scipy.io;'
+        ' log = scipy.io.loadmat("{name}"); pandas.DataFrame({{k: log[k].ravel() for k in'
+        ' ["time_s", …]}}).to_csv("{stem}.csv", index=False)',
+    ),
+    ".h5": (
+        "an HDF5 file",
+        'in Python: import h5py, pandas; log = h5py.File("{name}"); pandas.DataFrame({{k: log[k][:]'
+        ' for k in ["time_s", …]}}).to_csv("{stem}.csv", index=False)',
+    ),
+    ".db3": (
+        "an SQLite file, as of rosbag2",
+        "open its folder in PlotJuggler and save the topics as CSV; or, for each topic, ros2 topic"
+        " echo --csv /topic > {stem}.csv while ros2 bag play plays it",
+    ),
+    ".bag": (
+        "a bag of ROS 1",
+        "rostopic echo -b {name} -p /topic > {stem}.csv; or save the topics as CSV in PlotJuggler",
+    ),
+    ".npz": (
+        "an archive of NumPy",
+        'in Python: import numpy, pandas; pandas.DataFrame(dict(numpy.load("{name}"))).to_csv('
+        '"{stem}.csv", index=False)',
+    ),
+    ".npy": (
+        "an array of NumPy",
+        'in Python: import numpy; numpy.savetxt("{stem}.csv", numpy.load("{name}"), delimiter=",",'
+        ' header="time_s,…", comments="")',
+    ),
+    ".pkl": (
+        "a pickle, which can run any program and is never opened here",
+        'in the program that wrote it: frame.to_parquet("{stem}.parquet")',
+    ),
+    ".xlsx": ("a workbook", "save its sheet as CSV"),
+    ".feather": ("a Feather file", _PANDAS.replace("{read}", 'read_feather("{name}")')),
+    ".json": ("JSON", _PANDAS.replace("{read}", 'read_json("{name}")')),
+    ".jsonl": ("JSON lines", _PANDAS.replace("{read}", 'read_json("{name}", lines=True)')),
+    ".tdms": (
+        "a file of LabVIEW",
+        'in Python: from nptdms import TdmsFile; TdmsFile.read("{name}").as_dataframe().to_csv('
+        '"{stem}.csv", index=False)',
+    ),
+    ".gz": ("compressed", "gunzip {name}"),
+    ".zip": ("compressed", "unpack it"),
+}
+_ALIKE = {
+    ".hdf5": ".h5", ".hdf": ".h5", ".nc": ".h5", ".sqlite": ".db3", ".db": ".db3", ".p": ".pkl",
+    ".pickle": ".pkl", ".joblib": ".pkl", ".xls": ".xlsx", ".ods": ".xlsx", ".arrow": ".feather",
+    ".ndjson": ".jsonl",
+}  # fmt: skip
+
+
+def check_format(path: Path) -> None:
+    """Refuse a file of a format that is not read, with how to convert it.
+
+    Raises:
+        RecordingError: names the format.
+    """
+    suffix = path.suffix.lower()
+    if suffix in (*FORMATS, *_AS_CSV):
+        return
+    name, way_out = _OTHERS.get(_ALIKE.get(suffix, suffix), (f"{suffix or 'no'} file", ""))
+    way_out = way_out.format(name=path.name, stem=path.stem) or "convert it"
+    raise RecordingError(f"{path}: {name}; CSV, Parquet and MCAP are read: {way_out}")
+
+
+def read_table(path: Path, elements: Collection[str] = ()) -> dict[str, FloatArray]:
+    """Read a CSV or Parquet file into its columns, ``time_s`` first; each (n,) [SI].
+
+    ``x_mm`` of the file becomes ``x_m``. Raises `RecordingError`, naming file, row (the header is
+    row 1) and column, for whatever is no column of docs/recording.md. ``elements`` as in
+    `name_fault`.
+    """
+    return in_si(read_columns(path, elements=elements).columns, str(path))
+
+
+def read_columns(
+    path: Path,
+    layout: Layout | None = None,
+    described: Mapping[str, str] | None = None,
+    held: Collection[str] = (),
+    elements: Collection[str] = (),
+    toml: str = "",
+) -> Table:
+    """The columns of a table, under the names and in the units of its description.
+
+    Arguments as of `assemble`; without a layout every column of a table is needed.
+    """
+    check_format(path)
+    if path.suffix.lower() == ".mcap":
+        if layout is None:
+            raise RecordingError(f"{path}: a log needs a description that says what is in it")
+        return Table(read_mcap(path, layout.topics, held))
+    if path.suffix.lower() == ".parquet":
+        table = open_parquet(path)
+    else:
+        table = open_csv(path, layout.header if layout else ())
+    return assemble(table, str(path), layout, described, held=held, elements=elements, toml=toml)
+
+
+def table_beside(path: Path, formats: Sequence[str] = FORMATS) -> tuple[Path, Path]:
+    """Table and TOML of a path to either or to their stem, which may itself have dots in it.
+
+    Where several tables could be meant, the first format of which there is a file, else the first,
+    or the path itself where it is a file of a format that is not read.
+
+    Raises:
+        RecordingError: it names a folder alone, as `.` and `/` do.
+    """
+    if path.name in ("", ".."):
+        raise RecordingError(f"{path} is a folder; give the path of a recording's table")
+    as_csv = path.suffix.lower() in _AS_CSV and path.is_file() and formats is FORMATS
+    if as_csv or path.suffix.lower() in formats:
+        return path, path.with_suffix(".toml")
+    stem = path.name.removesuffix(".toml")
+    tables = [path.with_name(stem + suffix) for suffix in formats]
+    known = path.suffix.lower() in (*_OTHERS, *_ALIKE, *_AS_CSV)
+    other = known or (path.suffix != ".toml" and path.exists())
+    usual = path if other and formats is FORMATS else tables[0]
+    table = next((table for table in tables if table.is_file()), usual)
+    return table, path.with_name(stem + ".toml")

@@ -1,0 +1,182 @@
+"""Model of a sensor and its recorder: gear, delay, lag, scale, drift and offset of a quantity.
+
+y = scale · x_f(t − delay) + drift · (t − t_0) + offset, with lag · dx_f/dt = x_g − x_f and t_0 the
+time of the first sample. Before it, x counts as what it was then.
+
+A reading behind a gear, as a motor's current is, has x_g = x η^{−s}: x/η while the motor winds in
+(s = 1) and x η while the load turns it back (s = −1). At rest the gear's friction bears more or
+less of the load, s = ``rest_in`` after winding in and s = ``rest_out`` after paying out, each from
+−1 to 1. Without a gear x_g = x.
+
+MuJoCo's sensors have a delay of their own. It is not used here: it is a number of samples fixed
+when the model is compiled, so a replay's step and a fit's delay could not be chosen, it knows no
+lag before it, and a simulation would be run anew for what is a matter of reading it off.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+import mujoco
+import numpy as np
+from scipy.signal import lfilter
+
+from tendon_mj.lab.replay.clock import Clock
+from tendon_mj.lab.replay.live_parameters import custom_numbers
+from tendon_mj.typing import FloatArray
+
+JOINT_COMMAND: Final = ".command"  # custom text of a model: scale, offset and delay of a joint
+USER_NUMBERS = 5  # of a `Readout`, that are user data of MJCF
+_STILL, _FASTEST_STILL = 1e-6, 0.1  # of the largest speed: between these a drive counts as at rest
+_NOISE = 4.0  # standard deviations of a speed that noise makes, likewise
+_SAME = 1e-6  # of an interval: a time this near to a sample is that of it
+_GAUSS = 0.6744897501960817  # median |x| of a standard normal variable
+
+
+class Sense(NamedTuple):
+    """Sense in which a drive moves, at its n samples and between them, 2n − 1 in the order of time.
+
+    Attributes:
+        now: 1 winding in, −1 paying out, 0 at rest.
+        last: of the last motion, 1 or −1; before the first one −1, as the drive holds.
+    """
+
+    now: FloatArray
+    last: FloatArray
+
+    def at(self, time: FloatArray, grid: FloatArray) -> Sense:
+        """The sense at times of a grid, from that at and between the samples at ``time`` (n,)."""
+        behind = np.clip(np.searchsorted(time, grid + _SAME * (grid[1] - grid[0])) - 1, 0, None)
+        behind = np.minimum(behind, time.size - 2)
+        shares = (grid - time[behind]) / (time[behind + 1] - time[behind])
+        places = 2 * behind + np.where(shares < _SAME, 0, np.where(shares > 1.0 - _SAME, 2, 1))
+        return Sense(self.now[places], self.last[places])
+
+
+def sense_of(time: FloatArray, place: FloatArray) -> Sense:
+    """Sense of the motion of a drive whose ``place`` (n,) grows as it winds in.
+
+    No faster than its noise makes it, it is at rest. At a corner the faster of two motions counts,
+    and of equal ones neither.
+    """
+    ahead, behind = np.r_[place[1:], place[-1]], np.r_[place[0], place[:-1]]
+    elapsed = np.r_[time[1:], time[-1]] - np.r_[time[0], time[:-1]]
+    speed, step = (ahead - behind) / elapsed, float(np.median(elapsed))
+    jitter = float(np.median(np.abs(np.diff(place, 5)))) if place.size > 5 else 0.0
+    noise = jitter / _GAUSS / math.sqrt(252.0)  # as of `estimate_noise`, without fast motion
+    fastest = float(np.abs(speed).max())
+    least = _NOISE * math.sqrt(2.0) * noise / step
+    still = float(np.clip(least, _STILL * fastest, _FASTEST_STILL * fastest))
+
+    def way(speeds: FloatArray) -> FloatArray:
+        return np.where(np.abs(speeds) > still, np.sign(speeds), 0.0)
+
+    now = np.empty(2 * place.size - 1)
+    now[::2] = way(speed)
+    between = way(np.diff(place) / np.diff(time))  # of twice the noise, so only at corners
+    now[1::2] = np.where(now[:-1:2] == now[2::2], now[:-1:2], between)
+    moved = np.maximum.accumulate(np.where(now != 0.0, np.arange(now.size), -1))
+    return Sense(now, np.where(moved < 0, -1.0, now[moved]))
+
+
+class Readout(NamedTuple):
+    """Numbers of one sensor; the first five in the order of the sensor's ``user`` data in MJCF.
+
+    scale [-], offset [of the reading], delay and lag ≥ 0 [s], drift [of the reading per second],
+    efficiency of a gear before it, and rest_in and rest_out −1 … 1 of it [-].
+    """
+
+    scale: float = 1.0
+    offset: float = 0.0
+    delay: float = 0.0
+    lag: float = 0.0
+    drift: float = 0.0
+    efficiency: float = 1.0
+    rest_in: float = -1.0
+    rest_out: float = -1.0
+
+    def of(
+        self, series: FloatArray, clock: Clock, time: FloatArray, sense: Sense | None = None
+    ) -> FloatArray:
+        """(steps+1,) simulated on the clock's grid to (n,) as recorded at the sample times [s].
+
+        ``sense`` is that of the drive behind the gear; without it no gear is.
+        """
+        if self.efficiency != 1.0 and sense is not None:
+            now, last = sense.at(time, clock.time)
+            resting = np.where(last > 0.0, self.rest_in, self.rest_out)
+            state = np.where(now != 0.0, now, resting)
+            series = series * self.efficiency ** (-state * np.sign(series))
+        if self.lag > 0.0:
+            series = low_pass(series, clock.timestep, self.lag)
+        samples = clock.sample(series, self.delay)
+        read: FloatArray = self.scale * samples + self.drift * (time - time[0]) + self.offset
+        return read
+
+
+def low_pass(series: FloatArray, timestep: float, lag: float) -> FloatArray:
+    """First-order lag of a series that is linear between steps, at rest before the first.
+
+    Exact at the steps: x_f⁺ = a x_f + b_1 x + b_0 x⁺ with a = e^{−r}, r = h/lag.
+
+    Args:
+        series: (n,) in steps of ``timestep`` [s].
+        lag: time constant > 0 [s].
+    """
+    ratio = timestep / lag
+    passed = -math.expm1(-ratio)
+    now = 1.0 - passed / ratio
+    before = passed - now
+    start = [(1.0 - now) * series[0]]
+    smooth, _ = lfilter([now, before], [1.0, -(1.0 - passed)], series, zi=start)
+    return np.asarray(smooth, np.float64)
+
+
+def stored_readouts(model: mujoco.MjModel) -> FloatArray:
+    """(nsensor, 5) from the sensors' user data; a row of zeros, or none, is a plain sensor's."""
+    rows = np.tile(np.array(Readout()[:USER_NUMBERS]), (model.nsensor, 1))
+    if model.nuser_sensor >= USER_NUMBERS:
+        given = model.sensor_user[:, :USER_NUMBERS]
+        rows = np.where(given.any(axis=1)[:, None], given, rows)
+    return rows
+
+
+def plain_commands(model: mujoco.MjModel) -> dict[str, float]:
+    """Parameter → value with which a column is a control, of actuators that say otherwise."""
+    plain = {"command_scale": 1.0, "command_offset": 0.0, "command_delay": 0.0}
+    return {
+        f"{model.actuator(k).name}.{parameter}": value
+        for k, stored in enumerate(stored_commands(model).tolist())
+        if model.actuator(k).name and stored != list(plain.values())
+        for parameter, value in plain.items()
+    }
+
+
+def stored_commands(model: mujoco.MjModel) -> FloatArray:
+    """(nactuator, 3) scale, offset and delay from the actuators' user data, likewise.
+
+    With two numbers, scale and offset, no command is late.
+    """
+    rows = np.tile([1.0, 0.0, 0.0], (model.nactuator, 1))
+    size = min(model.nuser_actuator, 3)
+    if size >= 2:
+        given = model.actuator_user[:, :size]
+        rows[:, :size] = np.where(given.any(axis=1)[:, None], given, rows[:, :size])
+    return rows
+
+
+def stored_joint_commands(model: mujoco.MjModel) -> FloatArray:
+    """(njnt, 3) scale, offset and delay of columns that prescribe joints, from custom texts.
+
+    The user data of joints are left to the model's author.
+    """
+    rows = np.tile([1.0, 0.0, 0.0], (model.njnt, 1))
+    for k in range(model.ntext):
+        name = str(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, k))
+        joint = mujoco.mj_name2id(
+            model, mujoco.mjtObj.mjOBJ_JOINT, name.removesuffix(JOINT_COMMAND)
+        )
+        if name.endswith(JOINT_COMMAND) and joint >= 0:
+            rows[joint] = custom_numbers(model, k, 3)
+    return rows

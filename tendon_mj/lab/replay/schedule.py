@@ -1,0 +1,343 @@
+"""Schedule of a recording on a model: controls at every step, readings at every sample."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+
+import mujoco
+import numpy as np
+
+from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
+from tendon_mj.lab.recordings import Recording, Session, Uncertain
+from tendon_mj.lab.replay.clock import make_clock
+from tendon_mj.lab.replay.grouped_names import expand
+from tendon_mj.lab.replay.open_loop import Rests
+from tendon_mj.lab.replay.parameters import Adjustable
+from tendon_mj.lab.replay.patch import read_intervals
+from tendon_mj.lab.replay.readout import Readout, Sense, sense_of
+from tendon_mj.lab.replay.units import column_unit, name_in, reading_unit
+from tendon_mj.typing import FloatArray
+
+_MOST_STEPS = 20_000_000  # some minutes
+_MOVE = 0.25  # of the settling time, in steps of the model's; in shorter steps a move is slower
+_SHORTEST_MOVE, _LONGEST_MOVE = 1.0, 10.0  # likewise [s]
+_SAME_TIME = 1e-6  # of a step: a sample this little later is at the same time
+_RIGID = 1e15  # armature of a joint that is prescribed [kg m² or kg]: no load moves it
+_PRESCRIBED = (mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value)
+
+
+class Schedule:
+    """Schedule of one recording on one model; it does not depend on parameters.
+
+    Rows that are rests are simulated as moves from rest to rest, whatever their times: with the
+    model's own step h_0 each move takes a quarter of the settling time, 1 s to 10 s, then the
+    settling time passes, and the row is read. In steps h a move is h_0/h times as slow, so that a
+    change by its speed shows as an error of the step.
+
+    Args:
+        recording: what was driven and measured.
+        model: that has its actuators and sensors; not kept.
+        settle: time before the first sample [s]; with 0 the model starts in its reference pose.
+            None: as the recording says.
+        timestep: longest step allowed [s]; default: the model's.
+
+    Attributes:
+        recording, clock: the samples and the grid of steps from the first to the last.
+        lead: steps before the first sample.
+        actuators, joints: (column, id) of what it drives: actuators by their controls, and joints
+            whose position it prescribes.
+        addresses: sensor and its place in `mjData.sensordata` for every measured column.
+
+    Raises:
+        RecordingError: the model lacks an actuator or sensor, the sensor is not one number, or
+            the recording would take far too many steps.
+        InvalidValueError: ``settle`` or ``timestep`` outside its range.
+    """
+
+    def __init__(
+        self,
+        recording: Recording,
+        model: mujoco.MjModel,
+        settle: float | None,
+        timestep: float | None = None,
+    ) -> None:
+        settle = recording.settle if settle is None else settle
+        if not (math.isfinite(settle) and settle >= 0.0):
+            raise InvalidValueError(f"settle = {settle} [s] must be finite and ≥ 0")
+        longest = model.opt.timestep if timestep is None else timestep
+        if not (math.isfinite(longest) and longest > 0.0):
+            raise InvalidValueError(f"timestep = {longest} [s] must be finite and > 0")
+        self.recording = recording
+        self.actuators, self.joints = _driven(recording, model)
+        self.addresses = _sensor_addresses(recording, model)
+        times = recording.time
+        self._move = self._between = 0.0
+        if recording.settling_time is not None:
+            move = np.clip(_MOVE * recording.settling_time, _SHORTEST_MOVE, _LONGEST_MOVE)
+            self._move = float(move) * model.opt.timestep / longest
+            self._between = self._move + recording.settling_time
+            times = self._between * np.arange(recording.time.size, dtype=np.float64)
+            settle = max(settle, self._between) if settle > 0.0 else 0.0
+        self.clock = make_clock(times, longest)
+        lead = settle / self.clock.timestep * (1.0 - 1e-9)
+        if lead + self.clock.steps > _MOST_STEPS:
+            raise RecordingError(
+                f"recording {recording.name!r}: its typical interval between samples gives steps of"
+                f" {self.clock.timestep:g} s, {lead + self.clock.steps:.9g} in all, of which"
+                f" {lead:.6g} in the settle of {settle:g} s before the first sample; more than"
+                f" {_MOST_STEPS} are not simulated; are the times in seconds, and settle too?"
+            )
+        self.lead = math.ceil(lead)
+        self._drive = {column: self._on_grid(column) for column in recording.drive}
+        self._recorded = self.clock.time  # times of the recording at the steps
+        if self._move:
+            self._recorded = np.interp(self.clock.time, times, recording.time)
+        self._senses: dict[tuple[str, float], Sense] = {}
+
+    def _on_grid(self, column: str) -> FloatArray:
+        """(steps+1,) driven column between its samples."""
+        grid, series = self.clock.time, self.recording.columns[column]
+        if self._move:
+            places = np.arange(grid.size) / self.clock.steps * (series.size - 1)
+            before = np.minimum(places.astype(np.int64), series.size - 2)
+            since = (places - before) * self._between
+            share = _smooth(since / self._move)
+            moves: FloatArray = series[before] + share * np.diff(series)[before]
+            return np.where(share < 1.0, moves, series[before + 1])  # at rest to the bit
+        if column in self.recording.hold:
+            return _held(grid, self.recording.time, series, self.clock.timestep)
+        return np.interp(grid, self.recording.time, series)
+
+    @property
+    def steps(self) -> int:
+        """From the start of settling to the last sample."""
+        return self.lead + self.clock.steps
+
+    def prepare(self, adjustable: Adjustable) -> None:
+        """Make a model ready: its step, its clock, 0 at the first sample, and prescribed joints.
+
+        A prescribed joint starts where it is prescribed to be, with an armature that no load moves.
+        """
+        model, data = adjustable.model, adjustable.data
+        model.opt.timestep = self.clock.timestep
+        data.time = -self.lead * self.clock.timestep
+        for column, joint in self.joints:
+            dof, place = model.jnt_dofadr[joint], model.jnt_qposadr[joint]
+            model.dof_armature[dof] = model.dof_M0[dof] = _RIGID  # the second: of simple bodies
+            model.dof_invweight0[dof] = 1.0 / _RIGID
+            model.jnt_limited[joint] = 0  # a limit stops any inertia
+            data.qpos[place] = self._path(adjustable, column, joint)[0]
+
+    def control(self, adjustable: Adjustable) -> FloatArray:
+        """(steps+1, nu) controls: the ramp and rest before the first sample, then the drive.
+
+        Where joints are prescribed (steps+1, nu+nv), with the applied forces on their armature, by
+        which Euler's step leads to the position at the next one:
+
+            v_k = (q_k − q_{k−1})/h,   force_k = armature (v_{k+1} − v_k)/h.
+        """
+        model = adjustable.model
+        width = model.nu + (model.nv if self.joints else 0)
+        control = np.zeros((self.steps + 1, width))
+        for column, actuator in self.actuators:
+            command, event = adjustable.commands[actuator, :3], self._slip(adjustable, actuator)
+            led = self._led(column, command, 0.0, event)
+            control[:, model.actuator_ctrladr[actuator]] = led
+        for column, joint in self.joints:
+            path = self._path(adjustable, column, joint)
+            speed = np.diff(path, prepend=path[0]) / self.clock.timestep
+            force = _RIGID * np.diff(speed) / self.clock.timestep
+            control[:-1, model.nu + model.jnt_dofadr[joint]] = force
+        return control
+
+    def _path(self, adjustable: Adjustable, column: str, joint: int) -> FloatArray:
+        """(steps+1,) positions of a joint that a column prescribes [rad or m]."""
+        rest = adjustable.model.qpos0[adjustable.model.jnt_qposadr[joint]]
+        return self._led(column, adjustable.joint_commands[joint], float(rest))
+
+    def _slip(self, adjustable: Adjustable, actuator: int) -> FloatArray | float:
+        """Slip that an actuator's command has gone through [of its control]; 0 without one."""
+        slip, since, duration = adjustable.commands[actuator, 3:].tolist()
+        if slip == 0.0:
+            return 0.0
+        ends, lasts = since + duration, max(duration, self.clock.timestep)  # a step to its end
+        gone: FloatArray = slip * np.clip(1.0 + (self._recorded - ends) / lasts, 0.0, 1.0)
+        return gone
+
+    def _led(
+        self, column: str, command: FloatArray, rest: float, event: FloatArray | float = 0.0
+    ) -> FloatArray:
+        """(steps+1,) driven column by scale, offset and delay, with the ramp from ``rest``."""
+        scale, offset, delay = command.tolist()
+        drive = scale * self._late(column, delay) + offset + event
+        ramp = self._ramp(np.arange(1, self.lead + 1, dtype=np.float64))
+        return np.concatenate([rest + ramp * (drive[0] - rest), drive])
+
+    def _ramp(self, steps: FloatArray) -> FloatArray:
+        """Share of the first drive value, at steps from the start of settling."""
+        if self._move:
+            return _smooth(steps * self.clock.timestep / self._move)
+        ramp: FloatArray = np.minimum(1.0, steps / max(1, self.lead // 2))
+        return ramp
+
+    def rests(self, adjustable: Adjustable) -> Rests | None:
+        """Rests of a model whose readings are set; None where rows are samples of a motion."""
+        if not self._move:
+            return None
+        ends = self.lead + np.rint(self.clock.places).astype(int)
+        times = self.recording.time - self.recording.time[0]
+        spans = np.full(adjustable.model.nsensordata, np.inf)
+        for column, (sensor, address) in self.addresses.items():
+            span, scale = np.ptp(self.recording.columns[column]), adjustable.readings[sensor, 0]
+            if span > 0.0 and scale != 0.0:
+                spans[address] = min(spans[address], span / abs(scale))
+        return Rests(dict(zip(ends.tolist(), times.tolist(), strict=True)), spans)
+
+    def _late(self, column: str, delay: float) -> FloatArray:
+        """(steps+1,) driven column, ``delay`` ≥ 0 [s] later; before, it is its first value."""
+        drive = self._drive[column]
+        if delay == 0.0:
+            return drive
+        grid = self.clock.time
+        return np.interp(grid - delay, grid, drive)
+
+    def read_out(self, adjustable: Adjustable, readings: FloatArray) -> dict[str, FloatArray]:
+        """(n,) of every measured column, from the (steps+1, nsensordata) readings."""
+        time = self.recording.time
+        return {
+            column: Readout(*adjustable.readings[sensor].tolist()).of(
+                readings[self.lead :, address], self.clock, time, self._sense(adjustable, sensor)
+            )
+            for column, (sensor, address) in self.addresses.items()
+        }
+
+    def _sense(self, adjustable: Adjustable, sensor: int) -> Sense | None:
+        """Sense of motion of the drive that bears what a sensor reads; None where it has none."""
+        bearing = adjustable.geared.get(sensor, {})
+        for column, actuator in self.actuators if bearing else []:
+            if actuator in bearing:
+                way = bearing[actuator] * float(np.sign(adjustable.commands[actuator, 0]))
+                if (column, way) not in self._senses:
+                    place = way * self.recording.columns[column]
+                    self._senses[column, way] = sense_of(self.recording.time, place)
+                return self._senses[column, way]
+        return None
+
+    def when(self, step: int) -> str:
+        """Time of a step, as text for a message."""
+        if step < self.lead:
+            before = (self.lead - step) * self.clock.timestep
+            return f"{before:.6g} s before the first sample, settling"
+        return f"at time {self.clock.time[step - self.lead]:.6g} s"
+
+    @property
+    def where(self) -> str:
+        """Name of the simulation, as text for a message."""
+        return f"replay of {self.recording.name!r} on model {self.recording.model!r}"
+
+
+def _smooth(share: FloatArray) -> FloatArray:
+    """Share of a move at a share x of its time, 1 - (1 - x)⁴ (1 + 4 x).
+
+    It starts softly and ends slowly: what moves last decides on the friction at rest.
+    """
+    rest = 1.0 - np.clip(share, 0.0, 1.0)
+    smooth: FloatArray = 1.0 - rest**4 * (5.0 - 4.0 * rest)
+    return smooth
+
+
+def _held(grid: FloatArray, time: FloatArray, series: FloatArray, timestep: float) -> FloatArray:
+    """Series at times of the grid, each sample kept until the next; a step's rounding is none."""
+    latest = np.searchsorted(time, grid + _SAME_TIME * timestep, side="right") - 1
+    return series[np.maximum(latest, 0)]
+
+
+def described_values(recording: Recording, names: Collection[str]) -> dict[str, float]:
+    """Parameters of a recording's description: known, and guesses at what is fitted.
+
+    Args:
+        recording: whose names may stand for several parameters.
+        names: of all parameters that there are.
+
+    Raises:
+        RecordingError: a name with wildcards that no parameter fits.
+    """
+    guesses: dict[str, Uncertain | Session] = {**recording.session, **recording.uncertain}
+    try:
+        return {
+            **{name: guess.value for name, guess in expand(guesses, names).items()},
+            **expand(recording.known, names),
+        }
+    except UnknownNameError as error:
+        raise RecordingError(f"recording {recording.name!r}: {error}") from error
+
+
+def stated_values(
+    recording: Recording,
+    model: mujoco.MjModel,
+    names: Collection[str],
+    described: bool | None = None,
+) -> dict[str, float]:
+    """Parameters that a recording's description sets on a model.
+
+    Args:
+        recording: whose description it is.
+        model: of the simulation.
+        names: of all parameters that there are.
+        described: whether ``known``, ``uncertain`` and ``session`` are applied. None: all but what
+            a diagnosis fitted, if ``model`` carries intervals of it: those parameters, and
+            ``uncertain``.
+
+    Raises:
+        RecordingError: a name with wildcards that no parameter fits.
+    """
+    if described is False:
+        return {}
+    values = described_values(recording, names)
+    found = read_intervals(model)
+    if described or not found:
+        return values
+    fitted = {*found, *expand(recording.uncertain, names)}
+    return {name: value for name, value in values.items() if name not in fitted}
+
+
+def _driven(
+    recording: Recording, model: mujoco.MjModel
+) -> tuple[list[tuple[str, int]], list[tuple[str, int]]]:
+    """Columns with the actuators and with the joints that they drive; an actuator's name first."""
+    actuators = {model.actuator(k).name: k for k in range(model.nactuator)}
+    joints = {
+        name: k
+        for k in range(model.njnt)
+        if model.jnt_type[k] in _PRESCRIBED and (name := model.joint(k).name) not in actuators
+    }
+    sensors = {model.sensor(k).name for k in range(model.nsensor)}
+    recording.check_against({*actuators, *joints} - {""}, sensors - {""})
+    prescribed = [(c, joints[name]) for c, name in recording.driven if name in joints]
+    if prescribed and model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4.value:
+        raise RecordingError(
+            f"recording {recording.name!r}, [drive] {recording.written(prescribed[0][0])!r}: the"
+            " model's integrator RK4 follows no prescribed joint; take implicitfast"
+        )
+    return [(c, actuators[name]) for c, name in recording.driven if name in actuators], prescribed
+
+
+def _sensor_addresses(recording: Recording, model: mujoco.MjModel) -> dict[str, tuple[int, int]]:
+    sensors = {model.sensor(k).name: k for k in range(model.nsensor)}
+    found = {}
+    for column, measured in recording.measured.items():
+        sensor, written = sensors[measured.sensor], recording.written(column)
+        if model.sensor_dim[sensor] != 1:
+            raise RecordingError(
+                f"recording {recording.name!r}, [measured] {written!r}: sensor {measured.sensor!r}"
+                f" reads {model.sensor_dim[sensor]} numbers, and a column is one"
+            )
+        unit = reading_unit(model, sensor)
+        if unit != column_unit(column) and name_in(unit, column):
+            raise RecordingError(
+                f"recording {recording.name!r}, [measured] {written!r}: sensor {measured.sensor!r}"
+                f" reads [{unit}]; the column would be {name_in(unit, column)!r}"
+            )
+        found[column] = (sensor, int(model.sensor_adr[sensor]))
+    return found

@@ -1,8 +1,0 @@
-"""Simulations to watch while they run: in MuJoCo's viewer, or in a browser."""
-
-from tendon_mj.live.prepare import Prepared as Prepared
-from tendon_mj.live.prepare import prepare as prepare
-from tendon_mj.live.real_time import RealTime as RealTime
-from tendon_mj.live.simulation import LiveSimulation as LiveSimulation
-from tendon_mj.live.web import serve as serve
-from tendon_mj.live.window import open_window as open_window

@@ -1,0 +1,245 @@
+"""The finger as a model, built from its parameters."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from tendon_mj.attach import add_friction, add_sensor, add_sites, add_tendon
+from tendon_mj.models.finger_parameters import (
+    FLEXION,
+    FORWARD,
+    JOINTS,
+    SIDE,
+    TENDONS,
+    UP,
+    Finger,
+    sheath_points,
+    spool_angles,
+)
+from tendon_mj.models.finger_shapes import COLOUR, TENDON_COLOUR, Mesh, phalanx_shapes
+from tendon_mj.typing import FloatArray
+
+_STEEL, _OBJECT = [0.45, 0.47, 0.5, 1.0], [0.3, 0.33, 0.38, 1.0]
+_CONTACT = 3  # group of the geoms that touch, which viewers do not show
+_DRAWN: dict[str, Any] = {"group": 1, "mass": 0.0, "contype": 0, "conaffinity": 0}  # for the eye
+_PHALANX = 1  # contact bit: phalanges touch the object and nothing else
+_OBJECT_SIZE = (0.007, 0.012, 0.008)  # half edges of the object [m]
+_RAIL = np.array([0.0, 0.0165, 0.0])  # of the rod that guides the object, behind the finger [m]
+_PIN = 0.0013, 0.0012, 0.006  # radius, front and back of the pins that guides are drawn with [m]
+# so light joints would otherwise give way to what the motors can pull; 2 steps are the stiffest
+# that MuJoCo takes
+_LIMIT_STEPS, _LIMIT_SOLIMP = 2.0, (0.99, 0.999, 0.01, 0.5, 2.0)
+_TENDON_RADIUS = 0.0004  # as drawn [m]
+
+
+def build_finger(finger: Finger, *, spring_return: bool = False) -> mujoco.MjSpec:
+    """The finger as an editable model.
+
+    For every tendon t of `flexor`, `extensor`: tendon `t`, sheath `t_sheath`, spool `t_motor`;
+    actuators `t_angle`, where the spool is to be [rad], which bears the pretension besides, and
+    `t_torque` of the rotor [N m] on top, which drives alone once the other's kp and kv are 0;
+    sensors `t_input_tension`, `t_output_tension` [N] (both in `t_sheath`), `t_motor_angle` [rad].
+    Hinges `mcp`, `pip`, `dip` with sensors `mcp_angle`, … [rad]; sensor `tip_force` [N]; slide
+    `object` with sensor `object_displacement` [m].
+
+    Args:
+        finger: its parameters.
+        spring_return: without the extensor; the joints' springs alone extend the finger.
+    """
+    spec = mujoco.MjSpec()
+    spec.modelname = "finger_spring" if spring_return else "finger"
+    spec.compiler.degree = False
+    spec.option.timestep = finger.timestep
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    tendons = TENDONS[:1] if spring_return else TENDONS
+    _add_phalanges(spec, finger)
+    _add_object(spec, finger)
+    for tendon in tendons:
+        _add_motor(spec, finger, tendon)
+        _add_path(spec, finger, tendon)
+        add_friction(
+            spec,
+            tendon,
+            name=f"{tendon}_sheath",
+            friction=finger.friction,
+            axial_stiffness=finger.axial_stiffness,
+            pretension=finger.pretension,
+            reel_joint=f"{tendon}_motor",
+            reel_radius=finger.spool_radius,
+            sensors=(),
+        )
+    _add_sensors(spec, tendons)
+    _balance(spec, finger, tendons)
+    return spec
+
+
+def _add_phalanges(spec: mujoco.MjSpec, finger: Finger) -> None:
+    body, start, shapes = spec.worldbody, np.zeros(3), phalanx_shapes(finger)
+    for name, joint in finger.joints.items():
+        body = body.add_body(name=name, pos=start)
+        start = joint.length * FORWARD
+        hinge = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=FLEXION)
+        hinge.range, hinge.limited = [joint.low, joint.high], True
+        hinge.stiffness[0], hinge.damping[0] = joint.stiffness, joint.damping
+        hinge.armature = joint.armature
+        hinge.solref_limit = [_LIMIT_STEPS * finger.timestep, 1.0]
+        hinge.solimp_limit = _LIMIT_SOLIMP
+        end = joint.length if name != JOINTS[-1] else joint.length - joint.radius
+        body.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+            size=[joint.radius, 0.0, 0.0],
+            fromto=[0.0, 0.0, 0.0, end, 0.0, 0.0],
+            mass=joint.mass,
+            group=_CONTACT,
+            contype=_PHALANX,
+            conaffinity=0,
+        )
+        _draw_phalanx(spec, body, shapes)
+    tip = finger.dip
+    body.add_site(
+        name="tip",
+        type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+        size=[1.2 * tip.radius, 0.0, 0.0],
+        fromto=[0.0, 0.0, 0.0, tip.length - tip.radius, 0.0, 0.0],
+        rgba=[0.0, 0.0, 0.0, 0.0],
+    )
+
+
+def _draw_phalanx(spec: mujoco.MjSpec, body: mujoco.MjsBody, shapes: dict[str, Mesh]) -> None:
+    for part, rgba in COLOUR.items():
+        name = f"{body.name}_{part}"
+        shape = shapes[name]
+        spec.add_mesh(name=name, uservert=shape.vertices.ravel(), userface=shape.faces.ravel())
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, rgba=rgba, **_DRAWN)
+
+
+def _add_object(spec: mujoco.MjSpec, finger: Finger) -> None:
+    """A block on a spring k_e, which gives way as the face is pressed; its weight is carried."""
+    tilt = 0.5 * (0.5 * np.pi - finger.object_angle)
+    inwards = -np.cos(finger.object_angle) * FORWARD - np.sin(finger.object_angle) * UP
+    face = finger.object_x * FORWARD + finger.object_z * UP
+    body = spec.worldbody.add_body(name="object", pos=face + _OBJECT_SIZE[2] * inwards)
+    body.quat = [np.cos(tilt), 0.0, np.sin(tilt), 0.0]
+    body.gravcomp = 1.0
+    slide = body.add_joint(name="object", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=-UP)
+    slide.stiffness[0] = finger.object_stiffness
+    slide.damping[0] = 2.0 * np.sqrt(finger.object_stiffness * finger.object_mass)
+    body.add_geom(
+        name="object",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=_OBJECT_SIZE,
+        mass=finger.object_mass,
+        rgba=_OBJECT,
+        contype=0,
+        conaffinity=_PHALANX,
+        solref=[4.0 * finger.timestep, 1.0],
+    )
+    box, rod = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER
+    body.add_geom(type=box, pos=_RAIL, size=[0.003, 0.0065, 0.003], rgba=_STEEL, **_DRAWN)
+    ends = [*_RAIL, *(_RAIL - 0.05 * UP)]
+    body.add_geom(type=rod, fromto=ends, size=[0.0022, 0.0, 0.0], rgba=_STEEL, **_DRAWN)
+
+
+def _add_motor(spec: mujoco.MjSpec, finger: Finger, tendon: str) -> None:
+    """A spool that winds the tendon in when it turns forward, and what turns it."""
+    side, name = SIDE[tendon], f"{tendon}_motor"
+    centre = sheath_points(finger, tendon)[0] + side * finger.spool_radius * UP
+    body = spec.worldbody.add_body(name=name, pos=centre, explicitinertial=True, mass=0.02)
+    body.ipos, body.inertia = np.zeros(3), np.full(3, 1e-6)
+    for kind, radius, fromto in (
+        (
+            mujoco.mjtGeom.mjGEOM_CYLINDER,
+            finger.spool_radius,
+            [*(-0.004 * FLEXION), *(0.004 * FLEXION)],
+        ),
+        (
+            mujoco.mjtGeom.mjGEOM_CAPSULE,
+            0.0015,
+            [0.0, -0.005, 0.0, 0.0, -0.005, 0.8 * side * finger.spool_radius],
+        ),
+    ):
+        rgba = _STEEL if kind == mujoco.mjtGeom.mjGEOM_CYLINDER else TENDON_COLOUR[tendon]
+        body.add_geom(
+            type=kind, size=[radius, 0, 0], fromto=fromto, rgba=rgba, contype=0, conaffinity=0
+        )
+    hinge = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=side * FLEXION)
+    hinge.armature = finger.rotor_inertia * finger.gear**2
+    hinge.damping[0] = finger.motor_damping
+    most = finger.motor_torque * finger.gear
+    joint = {"trntype": mujoco.mjtTrn.mjTRN_JOINT, "target": name}
+    position = spec.add_actuator(name=f"{tendon}_angle", **joint)
+    position.set_to_position(kp=finger.servo_stiffness, kv=finger.servo_damping)
+    strain = finger.pretension / finger.axial_stiffness
+    # the servo bears the pretension, so that 0 rad is where it rests
+    position.biasprm[0] = finger.spool_radius * finger.pretension * (1.0 + 0.5 * strain)
+    position.forcerange, position.forcelimited = [-most, most], True
+    ends = [
+        spool_angles(finger, [getattr(j, end) for j in finger.joints.values()])[tendon]
+        for end in ("low", "high")
+    ]
+    position.ctrlrange = [min(ends) - finger.servo_margin, max(ends) + finger.servo_margin]
+    position.ctrllimited = True
+    torque = spec.add_actuator(name=f"{tendon}_torque", **joint)
+    torque.set_to_motor()
+    torque.gear[0] = finger.gear
+    torque.ctrlrange, torque.ctrllimited = [-finger.motor_torque, finger.motor_torque], True
+
+
+def _add_path(spec: mujoco.MjSpec, finger: Finger, tendon: str) -> None:
+    """The tendon over its sites: the sheath's, then one before and one after every joint."""
+    names = add_sites(spec, f"{tendon}_sheath", sheath_points(finger, tendon))
+    parent, axis = spec.worldbody, 0.0
+    for name, joint in finger.joints.items():
+        before, after = joint.guides(tendon)
+        body = spec.body(name)
+        for on, end, pos in ((parent, "before", before + axis * FORWARD), (body, "after", after)):
+            on.add_site(name=f"{tendon}_{name}_{end}", pos=pos)
+            if on != spec.worldbody:
+                _draw_pin(on, pos)
+        names += [f"{tendon}_{name}_before", f"{tendon}_{name}_after"]
+        parent, axis = body, joint.length
+    element = add_tendon(spec, tendon, names)
+    element.width, element.rgba = _TENDON_RADIUS, TENDON_COLOUR[tendon]
+
+
+def _draw_pin(body: mujoco.MjsBody, guide: FloatArray) -> None:
+    radius, front, back = _PIN
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        fromto=[*(guide + front * FLEXION), *(guide + back * FLEXION)],
+        size=[radius, 0.0, 0.0],
+        rgba=_STEEL,
+        **_DRAWN,
+    )
+
+
+def _add_sensors(spec: mujoco.MjSpec, tendons: tuple[str, ...]) -> None:
+    def add(name: str, kind: mujoco.mjtSensor, of: str, what: mujoco.mjtObj) -> None:
+        spec.add_sensor(name=name, type=kind, objtype=what, objname=of)
+
+    position, joint = mujoco.mjtSensor.mjSENS_JOINTPOS, mujoco.mjtObj.mjOBJ_JOINT
+    for name in JOINTS:
+        add(f"{name}_angle", position, name, joint)
+    for tendon in tendons:
+        add(f"{tendon}_motor_angle", position, f"{tendon}_motor", joint)
+    add("tip_force", mujoco.mjtSensor.mjSENS_TOUCH, "tip", mujoco.mjtObj.mjOBJ_SITE)
+    add("object_displacement", position, "object", joint)
+    for tendon in tendons:
+        for kind in ("input_tension", "output_tension"):
+            add_sensor(spec, f"{tendon}_sheath", kind, f"{tendon}_{kind}")
+
+
+def _balance(spec: mujoco.MjSpec, finger: Finger, tendons: tuple[str, ...]) -> None:
+    """Let the springs rest where they bear pretension and weight in the reference pose."""
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    for name, joint in finger.joints.items():
+        dof = int(model.joint(name).dofadr[0])
+        torque = float(data.qfrc_passive[dof] - data.qfrc_bias[dof])
+        if joint.stiffness > 0.0:
+            spec.joint(name).springref = -torque / joint.stiffness

@@ -1,0 +1,144 @@
+"""Sheaths and servos of a model, and where in `mjData.plugin_state` each keeps its state."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.plugin.abi.library import C
+from tendon_mj.plugin.abi.model_in_compilation import Draft
+from tendon_mj.plugin.servo_plugin.state import view as servo_view
+from tendon_mj.plugin.servo_plugin.validate import SERVO
+from tendon_mj.plugin.sheath_plugin.binding.own_config import own_config
+from tendon_mj.plugin.sheath_plugin.state import STATE, View, size
+from tendon_mj.plugin.sheath_plugin.state import view as sheath_view
+from tendon_mj.plugin.sheath_plugin.validation.sheath import NAME
+from tendon_mj.sheath import GUIDE, SEGMENT
+
+
+class Instance(NamedTuple):
+    """A sheath or servo of a model."""
+
+    tendon: str
+    state: int  # address of its first number in `mjData.plugin_state`
+    instance: int  # of its plugin
+
+
+def _config(model: mujoco.MjModel, instance: int, attribute: str) -> str:
+    raw = C.mj_getPluginConfig(model._address, instance, attribute.encode())
+    return (raw or b"").decode()
+
+
+def sheaths(model: mujoco.MjModel) -> dict[str, Instance]:
+    """Every sheath of a model by name; an unnamed one goes by its tendon's name."""
+    return {
+        mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, k) or found.tendon: found
+        for k, found in _instances(model, NAME)
+        if not _config(model, k, "sensor")
+    }
+
+
+def sensor_kind(model: mujoco.MjModel, sensor: int) -> str:
+    """Kind of a sheath's sensor, one of `KINDS`; empty for a sensor that is none of ours."""
+    instance = int(model.sensor_plugin[sensor])
+    if instance not in (k for k, _ in _instances(model, NAME)):
+        return ""
+    return _config(model, instance, "sensor")
+
+
+def servos(model: mujoco.MjModel) -> dict[str, Instance]:
+    """Every servo of a model by name; an unnamed one goes by its actuator's name."""
+    named = {}
+    for k, found in _instances(model, SERVO):
+        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, k)
+        for actuator in np.flatnonzero(model.actuator_plugin == k):
+            name = name or model.actuator(int(actuator)).name
+        if name:
+            named[name] = found
+    return named
+
+
+def _instances(model: mujoco.MjModel, plugin: str) -> Iterator[tuple[int, Instance]]:
+    draft = Draft(model._address, ("tendon",))
+    for k in range(model.nplugin):
+        if C.mjp_getPluginAtSlot(int(model.plugin[k])).contents.name == plugin.encode():
+            yield k, Instance(own_config(draft, k)["tendon"], int(model.plugin_stateadr[k]), k)
+
+
+def unsolved_evaluations(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, int]:
+    """Evaluations without a solution since the reset, of every sheath by name."""
+    return {
+        name: int(sheath_view(data.plugin_state, found.state).state.unsolved)
+        for name, found in sheaths(model).items()
+    }
+
+
+def servo_estimate(model: mujoco.MjModel, data: mujoco.MjData, servo: str) -> float:
+    """T̂_out [N], the output tension as a servo's observer computes it from T_in.
+
+    Raises:
+        UnknownNameError: no such servo.
+    """
+    known = servos(model)
+    if servo not in known:
+        raise UnknownNameError("servo", servo, known)
+    return float(servo_view(data.plugin_state, known[servo].state).trial.estimate)
+
+
+def segment_tensions(
+    model: mujoco.MjModel, data: mujoco.MjData, sheath: str
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The path of a sheath's tendon and the tension along it, at the latest evaluation.
+
+    Returns:
+        (n+2, 3) points [m], and (n+1,) tensions of the segments between them [N].
+
+    Raises:
+        UnknownNameError: no such sheath.
+    """
+    known = sheaths(model)
+    if sheath not in known:
+        raise UnknownNameError("sheath", sheath, known)
+    found = sheath_view(data.plugin_state, known[sheath].state)
+    return found.path.copy(), found.state.law.axial_stiffness * found.segments["tension"]
+
+
+def sheath_arrays(
+    model: mujoco.MjModel, plugin_states: NDArray[np.float64], sheath: str, start: int
+) -> View:
+    """State of a sheath in many simulations at once, their axes before those of `View`.
+
+    Args:
+        model: that has the sheath.
+        plugin_states: (..., npluginstate).
+        sheath: its name.
+        start: address of its first number in `mjData.plugin_state`, see `Instance`.
+
+    Raises:
+        InvalidValueError: numbers that are no states of this model.
+    """
+    states = np.ascontiguousarray(plugin_states, np.float64)
+    scalars: NDArray[np.void] = states[..., start : start + STATE.itemsize // 8].view(STATE)
+    counts: NDArray[np.float64] = scalars["guides"]
+    n = int(counts.flat[0]) if counts.size and np.isfinite(counts).all() else -1
+    state_size = int(model.plugin_statenum[np.flatnonzero(model.plugin_stateadr == start)].max())
+    bound = (scalars["sheath_signature"] != 0.0).all()  # as a reset leaves it
+    if not bound or n < 0 or (counts != n).any() or size(n) > state_size:
+        raise InvalidValueError(
+            f"sheath {sheath!r}: these are no plugin states of this model, or none at all"
+        )
+
+    def take(dtype: np.dtype[np.void], count: int) -> NDArray[np.void]:
+        nonlocal start
+        begin, start = start, start + count * dtype.itemsize // 8
+        return states[..., begin:start].view(dtype)
+
+    state = take(STATE, 1)[..., 0]
+    segments, guides = take(SEGMENT, n + 1), take(GUIDE, n)
+    path = states[..., start : start + 3 * (n + 2)]
+    return View(state, segments, guides, path.reshape(*path.shape[:-1], n + 2, 3))

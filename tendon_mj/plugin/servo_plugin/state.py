@@ -1,0 +1,154 @@
+"""State of a servo in `mjData.plugin_state`: gains, memory, commands on their way to the motor.
+
+As for the sheath there is a *committed* state, from which every evaluation starts, and what the
+last evaluation leaves on *trial* for `advance`. A ring of commands follows the scalars.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, Final, Protocol
+
+import numpy as np
+from numba import carray
+
+from tendon_mj.compilation import compiled
+from tendon_mj.plugin.abi.memory import doubles, record_at, records_pointer
+from tendon_mj.plugin.servo_plugin.gains import GAINS, Gains
+from tendon_mj.sheath import record_type
+from tendon_mj.typing import FloatArray
+
+ATTRIBUTES: Final = (*GAINS, "tendon", "feedback", "backdrive", "instance")
+TENDON, FEEDBACK, BACKDRIVE, INSTANCE = range(len(GAINS), len(ATTRIBUTES))
+FEEDBACKS: Final = ("sensor", "observer")
+SWITCH: Final = ("false", "true")
+
+
+class LiveGains(Gains):
+    """The gains as the state keeps them: a number for each."""
+
+    loosening_tension_gain: float
+    loosening_velocity_gain: float
+    motor_inertia: float
+    observer_friction: float
+
+
+class Memory:
+    """Memory of a servo from one sample to the next."""
+
+    estimate: float  # T̂_out, the output tension as the motor side knows it [N]
+    turned_at: float  # extreme of the reference since it last turned [N]
+    sense: float  # where the reference goes: +1 pulls, −1 loosens, 0 has not moved yet
+    crossing: float  # 1 while the backlash of the last reversal is being crossed
+    mark: float  # output tension from which it has to move for the crossing to be over [N]
+    reference: float  # the last one [N]
+    time: float  # when that was [s]
+
+
+class State:
+    """Scalars of a servo; indices are −1 for what there is none of, flags 0 or 1."""
+
+    gains: LiveGains
+    # what it is attached to
+    config_signature: float  # of its attributes and of its sheath's
+    servo_signature: float  # of what the following are bound to, 0 where that failed
+    instance: float  # of the sheath, −1 for none
+    sheath: float  # where the sheath's state begins in plugin_state
+    actuator: float
+    observes: float  # whether the feedback is the observer's
+    backdriven: float  # whether the tendon can turn the motor
+    capacity: float  # of the ring
+    # committed
+    started: float
+    sample: float  # index of the last sample on the grid of periods
+    head: float  # of the ring
+    count: float  # of commands in the ring
+    # on trial
+    has_trial: float
+    trial_time: float  # [s]
+    sampled: float
+    trial_sample: float
+    trial_torque: float  # [N m]
+    committed: Memory
+    trial: Memory
+
+
+class Command:
+    """A torque on its way to the motor."""
+
+    time: float  # of its sample [s]
+    torque: float  # [N m]
+
+
+class Memories(Protocol):
+    """An array of one memory."""
+
+    def __getitem__(self, index: int) -> Memory: ...
+    def __setitem__(self, index: int, memory: Memory) -> None: ...
+
+
+class Commands(Protocol):
+    """The ring of commands."""
+
+    def __getitem__(self, index: int) -> Command: ...
+    def __len__(self) -> int: ...
+
+
+STATE, MEMORY, COMMAND = record_type(State), record_type(Memory), record_type(Command)
+_COUNT, _MEMORY_COUNT, _COMMAND_COUNT = (t.itemsize // 8 for t in (STATE, MEMORY, COMMAND))
+_TRIAL = _COUNT - _MEMORY_COUNT  # where the last member begins
+_COMMITTED = _TRIAL - _MEMORY_COUNT
+_GAIN_COUNT = len(GAINS)
+state_at: Callable[[int], State] = record_at(STATE)
+_memories_at, _commands_at = records_pointer(MEMORY), records_pointer(COMMAND)
+
+
+def capacity(period: float, delay: float, timestep: float) -> int:
+    """Commands that can be on their way at once; 0 for a servo that acts at once."""
+    if period == 0.0 and delay == 0.0:
+        return 0
+    return math.ceil(delay / max(period, timestep) - 1e-9) + 2
+
+
+def size(commands: int) -> int:
+    """Numbers that a servo keeps with memory for so many commands."""
+    return _COUNT + _COMMAND_COUNT * commands
+
+
+@compiled
+def capacity_of(count: int) -> int:
+    """Commands that a state of so many numbers has memory for."""
+    return (count - _COUNT) // _COMMAND_COUNT
+
+
+@compiled
+def commands_at(address: int) -> Commands:
+    """Ring of commands of the servo whose state is at ``address``."""
+    ring: Commands = carray(_commands_at(address + 8 * _COUNT), int(state_at(address).capacity))
+    return ring
+
+
+@compiled
+def gains_at(address: int) -> FloatArray:
+    """Gains of a servo, in the order of ``GAINS``."""
+    return doubles(address, _GAIN_COUNT)
+
+
+@compiled
+def trial_memory(address: int, scratch: bool) -> Memories:
+    """Memory on trial, or a copy of it where the evaluation must leave no trace."""
+    memory: Any = carray(_memories_at(address + 8 * _TRIAL), 1)
+    return memory.copy() if scratch else memory
+
+
+@compiled
+def committed_memory(address: int) -> Memories:
+    """Memory that the last finished step left."""
+    memory: Memories = carray(_memories_at(address + 8 * _COMMITTED), 1)
+    return memory
+
+
+def view(plugin_state: FloatArray, start: int) -> Any:
+    """Record of the servo whose state begins at ``plugin_state[start]``, sharing the memory."""
+    return plugin_state[start : start + _COUNT].view((np.record, STATE))[0]

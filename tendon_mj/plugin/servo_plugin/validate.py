@@ -1,0 +1,165 @@
+"""Checks of a servo's configuration, once, while MuJoCo compiles the model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import mujoco
+
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.plugin.abi.model_in_compilation import Draft, find, read_number
+from tendon_mj.plugin.servo_plugin import state as sv
+from tendon_mj.plugin.servo_plugin.gains import GAINS, check_gain
+from tendon_mj.plugin.servo_plugin.stability import largest_damping
+from tendon_mj.plugin.sheath_plugin.binding.own_config import check_own_names, own_config
+from tendon_mj.plugin.sheath_plugin.binding.sheath_of_tendon import sheath_on, sheathed_tendons
+from tendon_mj.plugin.sheath_plugin.validation.sheath import NAME as SHEATH
+from tendon_mj.plugin.sheath_plugin.validation.sheath import SPOOL_ATTRIBUTES
+
+SERVO = "tendon_mj.servo"
+_OBJ = mujoco.mjtObj
+_MOST_SAMPLES = 100_000
+
+
+def _check_word(config: dict[str, str], name: str, known: Iterable[str], where: str) -> None:
+    if config[name] and config[name] not in known:
+        raise UnknownNameError(name, config[name], known, where)
+
+
+def _sheath_of(model: Draft, tendon: str, where: str) -> dict[str, str]:
+    """Configuration of the sheath on a tendon."""
+    count = int(model.fields.ntendon)
+    find(model, _OBJ.mjOBJ_TENDON, count, "tendon", tendon, where)
+    sheath = sheath_on(model, tendon, SHEATH)
+    if sheath is None:
+        raise UnknownNameError("sheathed tendon", tendon, sheathed_tendons(model, SHEATH), where)
+    return own_config(Draft(model.address, SPOOL_ATTRIBUTES), sheath)
+
+
+def state_size(address: int, instance: int) -> int:
+    """Check an instance and say how many numbers of state it needs.
+
+    Raises:
+        InvalidValueError, UnknownNameError: what is wrong, where, and the nearest valid choice.
+    """
+    model = Draft(address, sv.ATTRIBUTES)
+    where, config = model.where(instance), own_config(model, instance)
+    values = {name: read_number(config, name, where) for name in GAINS}
+    for name, value in values.items():
+        if value is not None:
+            check_gain(name, value, where)
+        elif GAINS[name].required:
+            raise InvalidValueError(f"{where}: {name} is missing (its unit is {GAINS[name].unit})")
+    _check_word(config, "feedback", sv.FEEDBACKS, where)
+    _check_word(config, "backdrive", sv.SWITCH, where)
+    sheath = _sheath_of(model, config["tendon"], where)
+    if not sheath["reel_joint"]:
+        raise InvalidValueError(
+            f"{where}: the sheath on tendon {config['tendon']!r} has no reel_joint that a motor "
+            "could turn; give it reel_joint and reel_radius"
+        )
+    timestep = float(model.fields.opt.timestep)
+    samples = sv.capacity(values["period"] or 0.0, values["delay"] or 0.0, timestep)
+    if samples > _MOST_SAMPLES:
+        raise InvalidValueError(
+            f"{where}: delay = {values['delay']:g} [s] is {samples} samples to remember, more than "
+            f"{_MOST_SAMPLES}"
+        )
+    return sv.size(samples)
+
+
+def check_joint(address: int, instance: int) -> int:
+    """Check, at the first servo, that each drives its tendon's motor; the model is complete.
+
+    Raises:
+        InvalidValueError: what is wrong with an actuator or joint.
+    """
+    model = Draft(address, sv.ATTRIBUTES)
+    if model.is_first(instance):
+        actuators = model.actuators()
+        servos: dict[str, list[int]] = {}  # that have an actuator, of each tendon
+        instances = model.siblings(instance)
+        check_own_names(model, instances)
+        for k in sorted(instances, key=lambda k: actuators.get(k, [0])[0]):
+            if k in actuators:
+                servos.setdefault(own_config(model, k)["tendon"], []).append(k)
+        for k in instances:
+            _check_servo(model, k, actuators.get(k, []), servos)
+    return 0
+
+
+def _check_servo(
+    model: Draft, instance: int, mine: Sequence[int], servos: Mapping[str, Sequence[int]]
+) -> None:
+    """Check a servo; ``mine`` are its actuators, ``servos`` those of each tendon."""
+    where, config = model.where(instance), own_config(model, instance)
+    wanted = _sheath_of(model, config["tendon"], where)["reel_joint"]
+    if len(mine) > 1:
+        raise InvalidValueError(
+            f"{where}: {len(mine)} actuators share it; a servo drives one motor"
+        )
+    for actuator in mine:
+        _check_actuator(model, actuator, wanted, where)
+        _check_rivals(model, instance, config["tendon"], servos, where)
+    joints = int(model.fields.njnt)
+    joint = find(model, _OBJ.mjOBJ_JOINT, joints, "joint", wanted, where)
+    armature = model.doubles("dof_armature")[model.ints("jnt_dofadr")[joint]]
+    if not config["motor_inertia"] and not armature > 0.0:
+        raise InvalidValueError(
+            f"{where}: motor_inertia [kg m²] is missing, and joint {wanted!r} has no armature "
+            "to take its place"
+        )
+    _check_damping(model, instance, read_number(config, "motor_inertia", where) or armature)
+
+
+def _check_damping(model: Draft, instance: int, inertia: float) -> None:
+    """Damping that is not taken implicitly has a largest value."""
+    where, config = model.where(instance), model.config(instance)
+    step, integrator = float(model.fields.opt.timestep), int(model.fields.opt.integrator)
+    period, delay = (read_number(config, name, where) or 0.0 for name in ("period", "delay"))
+    most = inertia * largest_damping(step, integrator, period, delay)
+    how = f"period = {period:g} s and delay = {delay:g} s" if period or delay else "RK4"
+    for name in ("velocity_gain", "loosening_velocity_gain"):
+        value = read_number(config, name, where) or 0.0
+        if value >= most:
+            raise InvalidValueError(
+                f"{where}: {name} = {value:g} [N m s/rad] makes the motor swing up instead of "
+                f"damping it: with {how}, a time step of {step:g} s and motor_inertia = "
+                f"{inertia:g} kg m² it must be < {most:.3g}"
+            )
+
+
+def _check_rivals(
+    model: Draft, instance: int, tendon: str, servos: Mapping[str, Sequence[int]], where: str
+) -> None:
+    """Two servos would both hold the gear, and the tension with it."""
+    for other in servos[tendon]:
+        if other != instance:
+            raise InvalidValueError(
+                f"{where}: tendon {tendon!r} already has servo "
+                f"{model.name(_OBJ.mjOBJ_PLUGIN, other)!r}; a motor has one"
+            )
+
+
+def _check_actuator(model: Draft, actuator: int, wanted: str, where: str) -> None:
+    name = model.name(_OBJ.mjOBJ_ACTUATOR, actuator)
+    joint = ""
+    if model.ints("actuator_trntype")[actuator] == mujoco.mjtTrn.mjTRN_JOINT.value:
+        joint = model.name(_OBJ.mjOBJ_JOINT, model.ints("actuator_trnid")[2 * actuator])
+    if joint != wanted:
+        drives = f"joint {joint!r}" if joint else "no joint"
+        raise InvalidValueError(
+            f"{where}: actuator {name!r} drives {drives}, but the tendon is wound in by joint "
+            f"{wanted!r}, the sheath's reel_joint"
+        )
+    gear = model.doubles("actuator_gear")[6 * actuator]
+    if gear != 1.0:
+        raise InvalidValueError(
+            f"{where}: actuator {name!r} has gear = {gear:g}; it must be 1, a gear belongs into "
+            "motor_inertia and the gains"
+        )
+    if model.bools("actuator_forcelimited")[actuator]:
+        raise InvalidValueError(
+            f"{where}: actuator {name!r} has a forcerange, which would also limit what the gear "
+            "holds; use torque_limit"
+        )

@@ -1,0 +1,157 @@
+"""A sheath that MuJoCo drives: its input tension is given, friction decides what arrives.
+
+The input tension is T_in = max(0, −f) with f of `input_force`; a force that pushes passes the
+sheath unrubbed. Each branch has a friction state of its own. A branch behind a pulley starts with
+T_in over its divisor; one that begins at the site where an earlier one ended takes over what
+arrived there, and draws its tendon through that one: what comes in at its beginning, times its
+tension over that of the other, leaves the other's end.
+
+A stretch j of tendon that its guides hold is a spring EA/ℓ_j on the inertia that it meets, 1/a_j
+with a_j = J M⁻¹ Jᵀ, M⁻¹ by its diagonal in `qpos0`. Where h² a_j EA/ℓ_j is above 1 the step does
+not resolve how the tendon comes to rest there: friction would change its sense from step to step
+instead of holding, and make energy. Guides therefore yield to a stretch by g_j τ,
+
+    g_j = max(0, EA h² a_j − ℓ_j),   so that the tendon acts as with an EA from 100 N to 1 MN,
+
+and its stiffness EA/(ℓ_j + g_j) is what the step resolves in the pose of the first evaluation: the
+guides give way by what the inertia moves in a step under the friction that holds it. A stiffer
+cable thus converges to an inextensible one. Where none is given EA is 1 MN.
+"""
+
+from __future__ import annotations
+
+from tendon_mj.compilation import apart, compiled
+from tendon_mj.plugin.abi.layout import Layout
+from tendon_mj.plugin.abi.library import mj_freeStack, mj_markStack, mj_stackAllocNum
+from tendon_mj.plugin.abi.memory import coordinates, pointer, size
+from tendon_mj.plugin.sheath_plugin.forces import pull_segment
+from tendon_mj.plugin.sheath_plugin.input_force import input_strain
+from tendon_mj.plugin.sheath_plugin.state import State
+from tendon_mj.plugin.sheath_plugin.strain_law import reset_to_linear
+from tendon_mj.sheath import Guides, Segments, held, solve_flow, strain_at
+
+CHOSEN_STIFFNESS = 1e6  # EA where none is given, and beyond which nothing would change [N]
+_SOFTEST = 1e2  # EA to which guides yield at most [N]
+_PASSES = 3  # over branches that feed one another; they differ by the tendon's stretch alone
+
+
+@apart
+def let_guides_yield(
+    layout: Layout, m: int, d: int, state: State, segments: Segments, h: float
+) -> None:
+    """Let the guides yield by what makes a step of h resolve the stretches between them.
+
+    Where no axial stiffness is given it is chosen.
+
+    Args:
+        layout, m, d: where things are, `mjModel`, `mjData`.
+        state, segments: of the sheath.
+        h: time step [s].
+    """
+    if not state.law.axial_stiffness > 0.0:
+        state.law.axial_stiffness = CHOSEN_STIFFNESS
+    ea, nv = state.law.axial_stiffness, size(m + layout.m_nv)
+    inverse = coordinates(pointer(m + layout.m_dof_invweight0))  # diagonal of M⁻¹ in `qpos0`
+    mj_markStack(d)
+    jacobian = coordinates(mj_stackAllocNum(d, nv))
+    for j in range(len(segments)):
+        mobility = 0.0
+        for dof in range(nv):
+            jacobian[dof] = 0.0
+        pull_segment(layout, m, d, state, segments[j], -1.0, jacobian)
+        for dof in range(nv):
+            mobility += jacobian[dof] * jacobian[dof] * inverse[dof]
+        length = segments[j].length
+        yields = max(ea * h * h * mobility, ea / CHOSEN_STIFFNESS * length)
+        yields = min(yields, ea / _SOFTEST * length) - length
+        segments[j].support_compliance = max(0.0, yields)
+    mj_freeStack(d)
+
+
+@compiled
+def lay_at_rest(state: State, segments: Segments) -> None:
+    """Lay the tendon along its path under the input tension, before anything rubs."""
+    reset_to_linear(segments)
+    for j in range(len(segments)):
+        tau = input_strain(state) / segments[j].divisor
+        segments[j].previous_tension = segments[j].tension = tau
+        segments[j].strain = strain_at(tau, state.law.stiffening)
+        length = segments[j].length - segments[j].support_compliance * tau
+        segments[j].stored = length / (1.0 + segments[j].strain)
+    state.strain_kept = 1.0  # so that the strains just written count
+
+
+@compiled
+def _input(state: State, segments: Segments, guides: Guides, first: int) -> float:
+    """τ at the beginning of the branch whose first segment is ``first``."""
+    fed_by = guides[first - 1].fed_by if first > 0 else -1.0
+    source = int(fed_by) if 0.0 <= fed_by < first else -1
+    given, tau = input_strain(state), segments[source].tension
+    if source < 0 or tau == given / segments[source].divisor:  # nothing rubbed: to the last bit
+        return given / segments[first].divisor
+    return tau * (segments[source].divisor / segments[first].divisor)
+
+
+@compiled
+def _drawn_through(segments: Segments, guides: Guides, last: int) -> float:
+    """Tendon that the branches fed by the one that ends with segment ``last`` draw from it [m]."""
+    drawn, begin = 0.0, last + 1
+    for i in range(last + 1, len(guides) + 1):
+        if i < len(guides) and guides[i].is_pulley == 0.0:
+            continue
+        if guides[begin - 1].fed_by == last:
+            taken = -guides[i].flow if i < len(guides) else 0.0  # by those that it feeds itself
+            for j in range(begin, i + 1):
+                taken += held(segments, j, segments[j].tension)[0] - segments[j].stored
+            drawn += taken * segments[last].divisor / segments[begin].divisor
+        begin = i + 1
+    return drawn
+
+
+@compiled
+def _solve_in_order(state: State, segments: Segments, guides: Guides) -> bool:
+    """Solve the branches in the order of the path, with what flows over pulleys as it is."""
+    first, solved, last = 0, True, len(guides)
+    for i in range(last + 1):
+        if i < last and guides[i].is_pulley == 0.0:
+            continue
+        segments[first].tension = _input(state, segments, guides, first)
+        if i > first:
+            stored = segments[i].stored
+            if i < last:
+                segments[i].stored += guides[i].flow
+            solved &= solve_flow(segments[first : i + 1], guides[first:i], False, True)
+            segments[i].stored = stored
+        first = i + 1
+    return solved
+
+
+@apart
+def _solve_pulleys(state: State, segments: Segments, guides: Guides) -> bool:
+    """Tensions and flows of branches that draw their tendon through one another."""
+    solved = False
+    for _ in range(_PASSES):
+        for i in range(len(guides) - 1, -1, -1):  # those that are fed come later on the path
+            if guides[i].is_pulley != 0.0:
+                guides[i].flow, guides[i].slip = 0.0, 0.0
+                guides[i].flow = -_drawn_through(segments, guides, i)
+        for j in range(len(segments)):
+            segments[j].tension = segments[j].previous_tension
+        solved = _solve_in_order(state, segments, guides)
+    return solved
+
+
+@compiled
+def solve_branches(state: State, segments: Segments, guides: Guides) -> bool:
+    """Tensions and flows of all branches."""
+    if state.pulleys > 0.0:
+        return _solve_pulleys(state, segments, guides)
+    return _solve_in_order(state, segments, guides)
+
+
+@compiled
+def refill_inputs(segments: Segments, guides: Guides) -> None:
+    """Let tendon in at the input: each branch's first segment holds what its tension says."""
+    for j in range(len(segments)):
+        if j == 0 or guides[j - 1].is_pulley != 0.0:
+            segments[j].stored = held(segments, j, segments[j].trial_tension)[0]

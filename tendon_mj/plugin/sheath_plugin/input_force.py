@@ -1,0 +1,224 @@
+"""The force with which MuJoCo acts along a tendon: actuators, spring, damper and constraints.
+
+    f = Σ g f_a − x k(x) − v c(v) + λ
+
+with g f_a the gear times the force of each actuator on the tendon, x how much the tendon is longer
+or shorter than its spring's range, v = dL/dt, k and c MuJoCo's polynomials, and λ the force of
+equalities and of the tendon's limit. It pulls where it is negative.
+
+MuJoCo computes actuators after passive forces, so the first sheath that is driven has them
+computed; the result is the same when MuJoCo computes them again. Constraints are solved last: λ
+follows what was solved in the steps before, by a fifth of the difference in each, so that a
+constraint and the friction that answers it settle instead of alternating.
+
+A tendon whose own spring is the cable's elasticity is not driven. Its stiffness k and rest length S
+make EA = k S, and S is its unstretched length: a shorter S is tendon wound in at the input. MuJoCo
+still pulls with k (L − S) along the whole tendon, which the sheath takes back.
+"""
+
+from __future__ import annotations
+
+import mujoco
+
+from tendon_mj.compilation import apart, compiled
+from tendon_mj.plugin.abi.layout import EQ_DATA, Layout
+from tendon_mj.plugin.abi.library import mj_actuatorDamping, mj_fwdActuation, mju_polyForce
+from tendon_mj.plugin.abi.memory import byte, coordinates, double, doubles, integer, pointer, size
+from tendon_mj.plugin.sheath_plugin.state import DAMPING_POLY, State
+
+ON_TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
+_TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
+_SPRING_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value
+_DAMPER_OFF = mujoco.mjtDisableBit.mjDSBL_DAMPER.value
+_POLY = 2  # mjNPOLY
+_TENDON_LIMIT = mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON.value
+_OF_TENDONS = mujoco.mjtEq.mjEQ_TENDON.value
+_SAME = 1e-9  # relative; a tendon that is longer than its path by less is not slack
+_FOLLOWS = 0.2  # share of the change of a constraint's force that counts in the next step
+
+
+@compiled
+def acts_on(layout: Layout, m: int, actuator: int, tendon: int) -> bool:
+    """Whether an actuator's transmission is a tendon."""
+    kind = integer(pointer(m + layout.m_actuator_trntype), actuator)
+    return kind == ON_TENDON and (
+        integer(pointer(m + layout.m_actuator_trnid), 2 * actuator) == tendon
+    )
+
+
+@compiled
+def has_spring(layout: Layout, m: int, tendon: int) -> bool:
+    """Whether a tendon has a stiffness of its own."""
+    higher = doubles(pointer(m + layout.m_tendon_stiffnesspoly) + 16 * tendon, _POLY)
+    linear = double(pointer(m + layout.m_tendon_stiffness), tendon)
+    return linear != 0.0 or higher[0] != 0.0 or higher[1] != 0.0
+
+
+@compiled
+def is_constrained(layout: Layout, m: int, tendon: int) -> bool:
+    """Whether an equality or a limit may act on a tendon."""
+    if byte(pointer(m + layout.m_tendon_limited), tendon) != 0:
+        return True
+    kinds = pointer(m + layout.m_eq_type)
+    firsts, seconds = pointer(m + layout.m_eq_obj1id), pointer(m + layout.m_eq_obj2id)
+    for k in range(size(m + layout.m_neq)):
+        if integer(kinds, k) == _OF_TENDONS and (
+            integer(firsts, k) == tendon or integer(seconds, k) == tendon
+        ):
+            return True
+    return False
+
+
+@compiled
+def _spring(layout: Layout, m: int, d: int, tendon: int) -> float:
+    if not has_spring(layout, m, tendon):
+        return 0.0
+    length = double(pointer(d + layout.d_ten_length), tendon)
+    low = double(pointer(m + layout.m_tendon_lengthspring), 2 * tendon)
+    high = double(pointer(m + layout.m_tendon_lengthspring), 2 * tendon + 1)
+    x = length - high if length > high else (length - low if length < low else 0.0)
+    linear = double(pointer(m + layout.m_tendon_stiffness), tendon)
+    poly = pointer(m + layout.m_tendon_stiffnesspoly) + 16 * tendon
+    return -x * mju_polyForce(linear, poly, x, _POLY, 0)
+
+
+@compiled
+def _damper(layout: Layout, m: int, d: int, address: int, tendon: int) -> float:
+    work = address + DAMPING_POLY
+    poly = doubles(work, _POLY)
+    own = doubles(pointer(m + layout.m_tendon_dampingpoly) + 16 * tendon, _POLY)
+    poly[0], poly[1] = own[0], own[1]
+    linear = double(pointer(m + layout.m_tendon_damping), tendon)
+    if integer(pointer(m + layout.m_tendon_actuatorid), tendon) != -1:
+        linear += mj_actuatorDamping(m, _TENDON, tendon, work)
+    if linear == 0.0 and poly[0] == 0.0 and poly[1] == 0.0:
+        return 0.0
+    v = double(pointer(d + layout.d_ten_velocity), tendon)
+    return -v * mju_polyForce(linear, work, v, _POLY, 1)
+
+
+@compiled
+def input_force(layout: Layout, m: int, d: int, address: int, state: State) -> float:
+    """Force along the tendon [N], pulling where it is negative."""
+    tendon, force = int(state.tendon), 0.0
+    if state.leads != 0.0:
+        mj_fwdActuation(m, d)
+    if state.first_actuator >= 0.0:
+        for actuator in range(int(state.first_actuator), int(state.last_actuator) + 1):
+            if acts_on(layout, m, actuator, tendon):
+                adr = integer(pointer(m + layout.m_actuator_outadr), actuator)
+                gear = double(pointer(m + layout.m_actuator_gear), 6 * adr)
+                force += gear * double(pointer(d + layout.d_actuator_force), adr)
+    off = integer(m + layout.o_disableflags, 0)
+    if not off & _SPRING_OFF:
+        force += _spring(layout, m, d, tendon)
+    if not off & _DAMPER_OFF:
+        force += _damper(layout, m, d, address, tendon)
+    if state.constrained != 0.0:
+        force += state.constraint_force
+    return force
+
+
+@compiled
+def input_strain(state: State) -> float:
+    """τ that the force of this evaluation gives the first segment; 0 where it pushes."""
+    return max(0.0, -state.input_force) / state.law.axial_stiffness
+
+
+@compiled
+def counted_strain(state: State) -> float:
+    """τ with which MuJoCo itself pulls along the whole tendon, which the sheath's forces replace.
+
+    A force that pushes passes a sheath, but for that of a spring whose tendon is wound: of what is
+    on the drum MuJoCo's spring knows nothing.
+    """
+    if state.driven != 0.0:
+        return input_strain(state)
+    if state.own_spring == 0.0:
+        return 0.0
+    wound = state.reel_joint >= 0.0 or state.output_joint >= 0.0 or state.reel_actuator >= 0.0
+    pull = -state.input_force
+    return pull / state.law.axial_stiffness if wound or pull > 0.0 else 0.0
+
+
+@apart
+def _constraint_force(layout: Layout, m: int, d: int, tendon: int) -> float:
+    """λ of the constraints that MuJoCo has solved [N], pulling where negative."""
+    force, equalities = 0.0, integer(d + layout.d_ne, 0)
+    for row in range(equalities):
+        which = integer(pointer(d + layout.d_efc_id), row)
+        value = double(pointer(d + layout.d_efc_force), row)
+        if integer(pointer(m + layout.m_eq_type), which) == _OF_TENDONS:
+            second = integer(pointer(m + layout.m_eq_obj2id), which)
+            if integer(pointer(m + layout.m_eq_obj1id), which) == tendon:
+                force += value
+            if second == tendon:
+                x = double(pointer(d + layout.d_ten_length), second)
+                x -= double(pointer(m + layout.m_tendon_length0), second)
+                c = coordinates(pointer(m + layout.m_eq_data) + 8 * EQ_DATA * which)
+                force -= value * (c[1] + x * (2.0 * c[2] + x * (3.0 * c[3] + x * 4.0 * c[4])))
+    begin, end = equalities + integer(d + layout.d_nf, 0), integer(d + layout.d_nefc, 0)
+    for row in range(begin, end):
+        kind = integer(pointer(d + layout.d_efc_type), row)
+        if kind > _TENDON_LIMIT:  # contacts come last
+            break
+        if kind == _TENDON_LIMIT and integer(pointer(d + layout.d_efc_id), row) == tendon:
+            length = double(pointer(d + layout.d_ten_length), tendon)
+            ends = coordinates(pointer(m + layout.m_tendon_range) + 16 * tendon)
+            value = double(pointer(d + layout.d_efc_force), row)
+            force += value if length - ends[0] < ends[1] - length else -value
+    return force
+
+
+@compiled
+def follow_constraint(layout: Layout, m: int, d: int, state: State) -> None:
+    """Count the force of the constraints of this step from the next one on."""
+    if state.constrained != 0.0:
+        solved = _constraint_force(layout, m, d, int(state.tendon))
+        state.constraint_force += _FOLLOWS * (solved - state.constraint_force)
+
+
+@compiled
+def _stiffness_times_length(layout: Layout, m: int, tendon: int, length: float) -> float:
+    """k S of a tendon's own spring [N], k = T/x of a polynomial at the length at hand."""
+    rest = double(pointer(m + layout.m_tendon_lengthspring), 2 * tendon + 1)
+    linear = double(pointer(m + layout.m_tendon_stiffness), tendon)
+    poly = pointer(m + layout.m_tendon_stiffnesspoly) + 16 * tendon
+    return mju_polyForce(linear, poly, max(0.0, length - rest), _POLY, 0) * rest
+
+
+@apart
+def note_spring(layout: Layout, m: int, state: State, has_length: bool) -> None:
+    """Take EA, and T_0 or the slack, from the tendon's own spring, unless they are configured."""
+    tendon = int(state.tendon)
+    rest = double(pointer(m + layout.m_tendon_lengthspring), 2 * tendon + 1)
+    stiffness = double(pointer(m + layout.m_tendon_stiffness), tendon)
+    length = double(pointer(m + layout.m_tendon_length0), tendon)
+    state.spring_length = rest
+    state.spring_product = max(0.0, _stiffness_times_length(layout, m, tendon, length))
+    if state.law.axial_stiffness == 0.0:
+        state.law.axial_stiffness = state.spring_product
+    if not has_length:
+        state.law.pretension = max(0.0, stiffness * (length - rest))
+        state.law.slack = rest - length if rest > length * (1.0 + _SAME) else 0.0
+
+
+@compiled
+def follow_spring(layout: Layout, m: int, d: int, state: State) -> bool:
+    """Follow the tendon's own spring as `mjModel` now has it; return whether it can pull.
+
+    EA changes in the ratio in which k S does.
+    """
+    tendon = int(state.tendon)
+    length = double(pointer(d + layout.d_ten_length), tendon)
+    product = _stiffness_times_length(layout, m, tendon, length)
+    off = integer(m + layout.o_disableflags, 0) & _SPRING_OFF != 0
+    state.input_force = 0.0 if off else _spring(layout, m, d, tendon)
+    if state.spring_product > 0.0 and product != state.spring_product:
+        if not product > 0.0:
+            return False
+        is_own = state.law.axial_stiffness == state.spring_product
+        grown = state.law.axial_stiffness * (product / state.spring_product)
+        state.law.axial_stiffness = product if is_own else grown
+        state.spring_product = product
+    return not off

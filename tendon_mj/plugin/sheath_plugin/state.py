@@ -1,0 +1,283 @@
+"""State of a sheath in `mjData.plugin_state`: parameters, committed state, the step on trial.
+
+Everything is there, so copying, saving, resetting and threads need nothing from us. One record of
+scalars comes first, then the n+1 segments, the n guides, the points of the path, and the arcs.
+
+The *committed* state is what the last finished step left; every evaluation starts from it and
+leaves its result on *trial*; only `advance` makes the trial the committed state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numba import carray
+
+from tendon_mj.compilation import compiled
+from tendon_mj.plugin.abi.layout import Layout
+from tendon_mj.plugin.abi.memory import doubles, integer, pointer, record_at, records_pointer
+from tendon_mj.sheath import (
+    ANY,
+    ARC,
+    GUIDE,
+    LAW,
+    SEGMENT,
+    Arcs,
+    Guides,
+    Law,
+    Parameter,
+    Segments,
+    record_type,
+)
+from tendon_mj.typing import FloatArray
+
+RADII: Final = {
+    "reel_radius": Parameter(
+        "r", "m", "radius at which `reel_joint` winds, its sign the sense", ANY
+    ),
+    "output_radius": Parameter("r", "m", "radius at which `output_joint` winds", ANY),
+}
+# Live parameters in the order of the state, and of the plugin's attributes of the same names.
+PARAMETERS: Final = {**LAW, **RADII}
+
+
+class LiveLaw(Law):
+    """The law as the state keeps it: a number for each parameter, 0 where none is given."""
+
+    axial_stiffness: float
+    static_friction: float
+    pretension: float
+    slack: float
+
+
+class State:
+    """Scalars of a sheath; indices are −1 for what there is none of, flags 0 or 1."""
+
+    law: LiveLaw
+    reel_radius: float  # [m]
+    output_radius: float  # [m]
+    # what the sheath is attached to
+    config_signature: float  # of the attributes that the parameters were read from
+    sheath_signature: float  # of what the following are bound to, 0 where that failed
+    tendon: float
+    guides: float  # number of guides, with one for each pulley
+    arcs: float  # number of geoms that the tendon may wrap around
+    arc_guides: float  # number of guides on each of them
+    inner_guides: float  # number of guides at the input end
+    input_at_last: float  # whether that is the last site of the path as it is drawn
+    pulleys: float
+    own_spring: float  # whether the tendon's own spring is the cable's elasticity
+    driven: float  # whether actuators and the tendon's own spring give the input tension
+    constrained: float  # whether it is driven, and an equality or a limit may act on the tendon
+    first_actuator: float  # that acts on the tendon, −1 without one
+    last_actuator: float
+    leads: float  # whether this is the model's first sheath that is driven
+    reel_joint: float
+    output_joint: float
+    reel_actuator: float
+    first_sensor: float
+    last_sensor: float
+    first_sheath: float  # instance of the model's first sheath
+    model_signature: float  # which that one has, of what all sheaths are bound to
+    seal: float  # of the words from `config_signature` to `first_sheath`
+    input_force: float  # by which MuJoCo acts along the tendon [N], pulling where negative
+    applied: float  # whether the last evaluation applied its forces
+    witness: float  # index of a number of `cfrc_ext` that has the sheaths' wrenches
+    witness_value: float  # what it was with them
+    damping_poly_1: float  # work space for MuJoCo
+    damping_poly_2: float
+    # committed
+    started: float  # whether the tendon has been laid along its path
+    wound_in: float  # tendon on the reel [m]
+    wound_out: float  # tendon on the output's spool [m]
+    spring_length: float  # rest length of the tendon's own spring [m]
+    spring_product: float  # its stiffness times that [N], 0 where EA is not made of it
+    constraint_force: float  # of equalities and limits of the tendon [N], pulling where negative
+    commit_time: float  # [s]
+    unsolved: float  # evaluations without a solution
+    rebound: float  # times that the state was found to be another model's, or none
+    laid_pretension: float  # under which the tendon was laid [N]
+    ratios_vary: float  # whether the ratios were computed for one moment only
+    strain_kept: float  # whether the strain law of the step before was another than Hooke's
+    speed_kept: float  # whether the guides' speeds were kept in the step before
+    # on trial
+    has_trial: float
+    trial_wound_in: float  # [m]
+    trial_wound_out: float  # [m]
+    trial_spring_length: float  # [m]
+    trial_time: float  # [s]
+    trial_elapsed: float  # time that the step on trial takes [s]
+    reel_torque: float  # by which the last evaluation turned the reel's joint back [N m]
+    ratio_law: LiveLaw  # law for which the guides' ratios were computed
+
+
+STATE = record_type(State)
+_COUNT = STATE.itemsize // 8
+_SEGMENT_COUNT, _GUIDE_COUNT = SEGMENT.itemsize // 8, GUIDE.itemsize // 8
+_ARC_COUNT = ARC.itemsize // 8
+BOUND_BEGIN: Final[int] = STATE.fields["config_signature"][1]  # type: ignore[index]
+BOUND_SIZE: Final[int] = STATE.fields["model_signature"][1] - BOUND_BEGIN  # type: ignore[index]
+DAMPING_POLY: Final[int] = STATE.fields["damping_poly_1"][1]  # type: ignore[index]
+_PARAMETER_COUNT, _LAW_COUNT = len(PARAMETERS), len(LAW)
+_RATIO_LAW = _COUNT - _LAW_COUNT  # where the last member begins
+
+state_at: Callable[[int], State] = record_at(STATE)
+_segments_at, _guides_at = records_pointer(SEGMENT), records_pointer(GUIDE)
+_arcs_at = records_pointer(ARC)
+
+
+def size(guides: int, arcs: int = 0) -> int:
+    """Numbers that a sheath with so many guides and arcs keeps."""
+    tables = _SEGMENT_COUNT * (guides + 1) + _GUIDE_COUNT * guides
+    return _COUNT + tables + 3 * (guides + 2) + _ARC_COUNT * arcs
+
+
+@compiled
+def fits(address: int, state_size: int) -> bool:
+    """Whether the guides and arcs that a state says it has fit into so many numbers."""
+    state = state_at(address)
+    n, arcs = state.guides, state.arcs
+    if not (0.0 <= n <= state_size and 0.0 <= arcs <= state_size):
+        return False
+    tables = _SEGMENT_COUNT * (n + 1.0) + _GUIDE_COUNT * n
+    return _COUNT + tables + 3.0 * (n + 2.0) + _ARC_COUNT * arcs <= state_size
+
+
+@compiled
+def path_counts(state: State) -> tuple[float, float, float, float, float, float]:
+    """Counts that two paths have in common where a tendon can lie on one as on the other."""
+    return (
+        state.guides,
+        state.arcs,
+        state.arc_guides,
+        state.inner_guides,
+        state.pulleys,
+        state.input_at_last,
+    )
+
+
+@compiled
+def clear_step(address: int, state_size: int) -> None:
+    """Forget how the tendon lay: parameters and what the sheath is attached to stay."""
+    doubles(address + 8 * _COUNT, state_size - _COUNT)[:] = 0.0
+    state = state_at(address)
+    state.started = state.wound_in = state.wound_out = state.commit_time = 0.0
+    state.laid_pretension = state.ratios_vary = state.strain_kept = state.speed_kept = 0.0
+    state.has_trial = state.trial_wound_in = state.trial_wound_out = 0.0
+    state.trial_time = state.trial_elapsed = state.reel_torque = state.input_force = 0.0
+    state.applied = state.constraint_force = 0.0
+    state.ratio_law.axial_stiffness = 0.0  # the ratios are those of no law
+
+
+@compiled
+def unpack(address: int) -> tuple[Segments, Guides, int]:
+    """Segments and guides of a sheath, sharing its memory; address of the path."""
+    n = int(state_at(address).guides)
+    segments = address + 8 * _COUNT
+    guides = segments + 8 * _SEGMENT_COUNT * (n + 1)
+    path = guides + 8 * _GUIDE_COUNT * n
+    return carray(_segments_at(segments), n + 1), carray(_guides_at(guides), n), path
+
+
+@compiled
+def unpack_arcs(address: int) -> Arcs:
+    """Arcs of a sheath, sharing its memory."""
+    state = state_at(address)
+    n = int(state.guides)
+    before = _COUNT + _SEGMENT_COUNT * (n + 1) + _GUIDE_COUNT * n + 3 * (n + 2)
+    return carray(_arcs_at(address + 8 * before), int(state.arcs))
+
+
+@compiled
+def parameters_at(address: int) -> FloatArray:
+    """Live parameters of a sheath, in the order of ``PARAMETERS``."""
+    return doubles(address, _PARAMETER_COUNT)
+
+
+@compiled
+def keep_ratio_law(address: int) -> bool:
+    """Note the law as that of the guides' ratios; return whether it already was."""
+    law, kept = doubles(address, _LAW_COUNT), doubles(address + 8 * _RATIO_LAW, _LAW_COUNT)
+    same = True
+    for k in range(_LAW_COUNT):
+        same &= kept[k] == law[k]
+    if not same:
+        kept[:] = law
+    return same
+
+
+class SensorState:
+    """State of an instance that shows something of sheaths; behind it lies which ones."""
+
+    seal: float  # of all that follows
+    first_sheath: float  # instance of the model's first sheath, −1 without one
+    kind: float
+    first_sensor: float
+    last_sensor: float
+    is_of_one: float  # whether all its sensors show the same sheath
+
+
+_SENSOR_STATE = record_type(SensorState)
+_SENSOR_COUNT = _SENSOR_STATE.itemsize // 8
+sensor_state_at: Callable[[int], SensorState] = record_at(_SENSOR_STATE)
+
+
+def sensor_size(sensors: int) -> int:
+    """Numbers that an instance keeps whose sensors show so many sheaths."""
+    return _SENSOR_COUNT + sensors
+
+
+@compiled
+def shown_at(address: int, state_size: int) -> FloatArray:
+    """Sheath that an instance shows, or, of each sensor of the model, that it shows; −1 for none.
+
+    Args:
+        address: of the instance's state.
+        state_size: how many numbers it has.
+    """
+    return doubles(address + 8 * _SENSOR_COUNT, state_size - _SENSOR_COUNT)
+
+
+@compiled
+def state_of(layout: Layout, m: int, d: int, instance: int) -> int:
+    """Address of an instance's state."""
+    start = integer(pointer(m + layout.m_plugin_stateadr), instance)
+    return pointer(d + layout.d_plugin_state) + 8 * start
+
+
+@compiled
+def state_size_of(layout: Layout, m: int, instance: int) -> int:
+    """How many numbers of state an instance has."""
+    return integer(pointer(m + layout.m_plugin_statenum), instance)
+
+
+class View(NamedTuple):
+    """A sheath's state for Python, sharing memory with `mjData.plugin_state`.
+
+    Attributes:
+        state: record with the fields of ``State``.
+        segments: (n+1,) records with the fields of ``Segment``.
+        guides: (n,) records with the fields of ``Guide``.
+        path: (n+2, 3) points for which lengths and bends were computed [m].
+    """
+
+    state: Any
+    segments: Any
+    guides: Any
+    path: FloatArray
+
+
+def view(plugin_state: FloatArray, start: int) -> View:
+    """View of the sheath whose state begins at ``plugin_state[start]``."""
+
+    def take(dtype: np.dtype[Any], count: int) -> Any:
+        nonlocal start
+        begin, start = start, start + count * dtype.itemsize // 8
+        return plugin_state[begin:start].view((np.record, dtype))
+
+    state = take(STATE, 1)[0]
+    n = int(state.guides)
+    segments, guides = take(SEGMENT, n + 1), take(GUIDE, n)
+    return View(state, segments, guides, plugin_state[start : start + 3 * (n + 2)].reshape(-1, 3))

@@ -1,0 +1,187 @@
+"""What moves the tendon of a sheath, while MuJoCo compiles the model: read, and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final, NamedTuple
+
+import mujoco
+
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.plugin.abi.model_in_compilation import Draft
+from tendon_mj.plugin.sheath_plugin.binding.own_config import own_config
+
+_OBJ = mujoco.mjtObj
+_JOINTS = ("reel_joint", "output_joint")
+# Parameters that a sheath whose input tension is given has no use for.
+_LENGTHS = ("pretension", "slack")
+_OF_A_REEL = (*_LENGTHS, "backlash", "sheath_compliance", "viscous_friction", "tendon_mass")
+_GIVEN = (
+    "has no meaning where an actuator, a spring, an equality or a limit gives the input tension of"
+    " tendon {!r}"
+)
+# Attributes that are read here.
+DRIVE: Final = (*_JOINTS, "spring", "axial_stiffness", *_OF_A_REEL)
+
+
+class Drive(NamedTuple):
+    """What moves a tendon.
+
+    Attributes:
+        is_wound: whether a reel or a joint winds it in.
+        is_cable: whether its own spring is the cable's elasticity.
+        spring: coefficients of its own spring, lowest order first.
+        spring_range: lengths between which that is slack [m].
+        pullers: actuators that pull on it as a whole.
+        is_constrained: whether an equality or a limit pulls it, and its length is not stated.
+    """
+
+    is_wound: bool
+    is_cable: bool
+    spring: tuple[float, ...]
+    spring_range: tuple[float, float]
+    pullers: list[int]
+    is_constrained: bool
+
+    @property
+    def is_given(self) -> bool:
+        """Whether MuJoCo's forces along the tendon give the input tension."""
+        pulled = any(self.spring) or bool(self.pullers) or self.is_constrained
+        return pulled and not (self.is_wound or self.is_cable)
+
+
+def read_drive(model: Draft, config: Mapping[str, str], tendon: int, reels: Sequence[int]) -> Drive:
+    """What moves a tendon whose sheath has these reels."""
+    higher = model.doubles("tendon_stiffnesspoly")[2 * tendon : 2 * tendon + 2]
+    return Drive(
+        is_wound=bool(reels) or any(config[joint] for joint in _JOINTS),
+        is_cable=config["spring"] == "cable",
+        spring=(model.doubles("tendon_stiffness")[tendon], *higher),
+        spring_range=tuple(model.doubles("tendon_lengthspring")[2 * tendon : 2 * tendon + 2]),
+        pullers=[k for k in _on_tendon(model, tendon) if k not in reels],
+        is_constrained=not any(config[name] for name in _LENGTHS)
+        and _is_constrained(model, tendon),
+    )
+
+
+def _is_constrained(model: Draft, tendon: int) -> bool:
+    """Whether an equality or a limit may act on a tendon."""
+    kinds, firsts, seconds = (model.ints(f"eq_{k}") for k in ("type", "obj1id", "obj2id"))
+    return model.bools("tendon_limited")[tendon] or any(
+        kinds[k] == mujoco.mjtEq.mjEQ_TENDON.value and tendon in (firsts[k], seconds[k])
+        for k in range(int(model.fields.neq))
+    )
+
+
+def unused_parameters(model: mujoco.MjModel, instance: int) -> dict[str, str]:
+    """Parameters that a sheath has no use for, whatever their values, and why each has none."""
+    draft = Draft(model._address, ("tendon", *DRIVE))
+    config, reels = own_config(draft, instance), draft.actuators().get(instance, [])
+    unused = {
+        f"{joint.removesuffix('_joint')}_radius": f"has no meaning without {joint}"
+        for joint in _JOINTS
+        if not config[joint]
+    }
+    if read_drive(draft, config, draft.tendons[config["tendon"]], reels).is_given:
+        unused |= dict.fromkeys(_OF_A_REEL, _GIVEN.format(config["tendon"]))
+    return unused
+
+
+def check_drive(config: Mapping[str, str], drive: Drive, where: str, tendon: str) -> None:
+    """Check that the parameters go with what moves the tendon.
+
+    Raises:
+        InvalidValueError: one that is missing, or has no meaning.
+    """
+    if not drive.is_given and not config["axial_stiffness"] and not drive.is_cable:
+        raise InvalidValueError(
+            f"{where}: axial_stiffness is missing (its unit is N); only a tendon that an actuator, "
+            "a spring of its own, an equality or a limit pulls on does without"
+        )
+    shortest, longest = drive.spring_range
+    is_plain = drive.spring[0] > 0.0 and not any(drive.spring[1:])
+    if (
+        drive.is_cable
+        and not config["axial_stiffness"]
+        and not (is_plain and longest > 0.0 and not 0.0 < shortest < longest)
+    ):
+        raise InvalidValueError(
+            f"{where}: spring = cable, and tendon {tendon!r} has the stiffness "
+            f"{' '.join(f'{k:g}' for k in drive.spring)} and springlength {shortest:g} "
+            f"{longest:g} [m]; a cable's stiffness is positive and linear from one rest length "
+            "on: give it such ones, or axial_stiffness [N]"
+        )
+    useless = [k for k in _OF_A_REEL if drive.is_given and config[k] and float(config[k]) != 0.0]
+    if useless:
+        raise InvalidValueError(
+            f"{where}: {useless[0]} = {config[useless[0]]} {_GIVEN.format(tendon)}; remove it, or "
+            "wind the tendon in by a reel or a reel_joint"
+        )
+
+
+def check_alone(model: Draft, drive: Drive, where: str, tendon: str) -> None:
+    """Check that nothing else pulls on a tendon that is wound in, or that is its own spring.
+
+    Raises:
+        InvalidValueError: a spring of the tendon's own, or an actuator on it.
+    """
+    if drive.is_wound and any(drive.spring) and not drive.is_cable:
+        raise InvalidValueError(
+            f"{where}: tendon {tendon!r} has a stiffness of its own, "
+            f"{' '.join(f'{k:g}' for k in drive.spring)}, which would "
+            "act besides the sheath's axial_stiffness; remove it, or write spring = cable"
+        )
+    if drive.is_cable and not drive.is_wound and drive.pullers:
+        names = ", ".join(repr(model.name(_OBJ.mjOBJ_ACTUATOR, k)) for k in drive.pullers)
+        raise InvalidValueError(
+            f"{where}: spring = cable, and actuator {names} pulls on tendon {tendon!r} as a whole; "
+            "write spring = input, so that both forces are its input tension"
+        )
+    if drive.is_wound and drive.pullers:
+        names = ", ".join(repr(model.name(_OBJ.mjOBJ_ACTUATOR, k)) for k in drive.pullers)
+        raise InvalidValueError(
+            f"{where}: actuator {names} pulls on tendon {tendon!r} as a whole, past the reel that "
+            "winds it; remove one of them"
+        )
+
+
+def _on_tendon(model: Draft, tendon: int) -> list[int]:
+    """Actuators that act on a tendon; what a servo may drive, its own plugin checks."""
+    kinds, targets = model.ints("actuator_trntype"), model.ints("actuator_trnid")
+    owners = model.ints("actuator_plugin")
+    return [
+        k
+        for k in range(int(model.fields.nactuator))
+        if kinds[k] == mujoco.mjtTrn.mjTRN_TENDON.value
+        and targets[2 * k] == tendon
+        and (owners[k] < 0 or model.plugin(owners[k]) != "tendon_mj.servo")
+    ]
+
+
+def check_reels(
+    model: Draft, instance: int, config: Mapping[str, str], reels: Sequence[int]
+) -> None:
+    """Check that there is one reel at most, on the sheath and on its tendon.
+
+    Raises:
+        InvalidValueError: several, or one elsewhere.
+    """
+    names = ", ".join(repr(model.name(_OBJ.mjOBJ_ACTUATOR, k)) for k in reels)
+    if config["sensor"] and reels:
+        raise InvalidValueError(
+            f"{model.where(instance)}: actuator {names} belongs on the sheath's instance, not on "
+            "that of a sensor"
+        )
+    if len(reels) > 1:
+        raise InvalidValueError(
+            f"{model.where(instance)}: a sheath has one reel, not {len(reels)}: {names}"
+        )
+    for reel in reels:
+        if model.ints("actuator_trntype")[reel] != mujoco.mjtTrn.mjTRN_TENDON.value:
+            continue
+        acts_on = model.name(_OBJ.mjOBJ_TENDON, model.ints("actuator_trnid")[2 * reel])
+        if acts_on != config["tendon"]:
+            raise InvalidValueError(
+                f"{model.where(instance)}: reel {names} acts on tendon {acts_on!r}, the sheath "
+                f"on {config['tendon']!r}"
+            )

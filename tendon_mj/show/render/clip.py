@@ -1,0 +1,290 @@
+"""Clip of recorded frames, drawn offscreen, the tendons coloured by the tension along them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+import imageio_ffmpeg
+import mediapy
+import mujoco
+import numpy as np
+from matplotlib.colors import Normalize
+from matplotlib.font_manager import findfont
+from PIL import Image as Picture
+from PIL import ImageDraw, ImageFont
+
+from tendon_mj.errors import EngineError, InvalidValueError
+from tendon_mj.lab.progress import Progress
+from tendon_mj.lab.replay import POSE, Frames
+from tendon_mj.plugin import sheaths
+from tendon_mj.show.render.arrows import (
+    arrow_scale,
+    draw_arrow,
+    largest_force,
+    shown_contacts,
+)
+from tendon_mj.show.render.cable import (
+    GUIDE_COLOUR,
+    add_cable,
+    cable_radius,
+    tension_scale,
+    without_tendons,
+)
+from tendon_mj.show.render.charts import tendon_colours
+from tendon_mj.show.render.labels import free_spot
+from tendon_mj.show.render.offscreen import Image, Offscreen, find_camera, project
+from tendon_mj.show.render.panel import INK, Panel, text_scale
+from tendon_mj.show.render.twin import GHOST_COLOUR, Ghost
+from tendon_mj.typing import FloatArray
+from tendon_mj.whole_file import whole_file
+
+_PANEL = 0.34  # share of the width that the panel takes
+_SMALLEST, _LARGEST = 64, 8192  # [pixels]
+_QUALITY = 4  # constant rate factor of H.264, less is better: the colour of a tendon is a reading
+# Said in the file, lest players guess: they take another matrix of colours for large pictures.
+_COLOURS: Final = (
+    "-vf",
+    "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+bicubic",
+    *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"),
+)
+_ARROW = 0.12  # length of the largest force's arrow over the model's extent
+_HALO: Final[dict[str, Any]] = {"stroke_width": 2, "stroke_fill": "white"}  # on any background
+_BYTES_A_PIXEL = 60  # of colour and depth, four samples of each, and what a frame is drawn with
+
+
+def render_clip(
+    model: mujoco.MjModel,
+    frames: Frames,
+    path: Path,
+    *,
+    width: int = 1280,
+    height: int = 720,
+    camera: str | mujoco.MjvCamera | None = None,
+    twin: Frames | None = None,
+    progress: Progress | None = None,
+) -> Path:
+    """Draw recorded frames as an MP4, tendons in sheaths coloured by their tension.
+
+    H.264 changes colours: half of a tendon's pixels are within one of the bar's 256 steps of what
+    was drawn, 19 of 20 within three. The frames that `draw_frames` gives are exact.
+
+    A panel beside the picture has the colour bar, forces, tensions, joint angles and controls, as
+    many as there is place for; a model without a sheath is shown without it.
+
+    Args:
+        model: to draw; it has the joints, tendons and actuators of the one that was recorded, and
+            may have lights and a floor besides. It is not changed.
+        frames: as `record_frames` returns them, or a `FrameRecorder` that a simulation was given.
+        path: of the MP4; its folder is made if it is not there.
+        width, height: of the clip [pixels], even numbers.
+        camera: name of one of the model's; default: its first, or a view of the whole model.
+        twin: frames of the same motion without friction, drawn in grey behind the model.
+        progress: called with what is being done, how much is done, and of how much.
+
+    Returns:
+        ``path``.
+
+    Raises:
+        EngineError: no OpenGL is to be had; the message says what to install or set.
+        UnknownNameError: no such camera.
+        InvalidValueError: a size out of range, or frames of another model.
+    """
+    check_size(width, height)
+    images = draw_frames(model, frames, width=width, height=height, camera=camera, twin=twin)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
+    first = next(images)
+    try:
+        with (
+            whole_file(path) as made,
+            mediapy.VideoWriter(
+                made, (height, width), fps=frames.fps, crf=_QUALITY, ffmpeg_args=_COLOURS
+            ) as writer,
+        ):
+            for k, image in enumerate(itertools.chain([first], images)):
+                writer.add_image(image)
+                if progress:
+                    progress("draw", k + 1, len(frames.time))
+    except (RuntimeError, BrokenPipeError) as error:
+        if isinstance(error.__context__, KeyboardInterrupt):  # Ctrl-C ends ffmpeg too
+            raise error.__context__ from None
+        raise EngineError(f"{path}: ffmpeg could not write the clip: {error}") from error
+    return path
+
+
+def draw_frames(
+    model: mujoco.MjModel,
+    frames: Frames,
+    *,
+    width: int,
+    height: int,
+    camera: str | mujoco.MjvCamera | None = None,
+    twin: Frames | None = None,
+) -> Iterator[Image]:
+    """The (height, width, 3) pictures of a clip, one after the other.
+
+    Args:
+        model, frames, width, height, camera, twin: see `render_clip`.
+
+    Raises:
+        EngineError, UnknownNameError, InvalidValueError: as `render_clip`.
+    """
+    sizes = frames.poses.shape[1], frames.controls.shape[1]
+    needed = mujoco.mj_stateSize(model, POSE), model.nu
+    if sizes != needed:
+        raise InvalidValueError(
+            f"the frames are of another model: their poses and controls have {sizes} numbers, "
+            f"the model's {needed}"
+        )
+    if twin is not None and twin.poses.shape != frames.poses.shape:
+        raise InvalidValueError(
+            f"the twin has {twin.poses.shape[0]} frames of {twin.poses.shape[1]} numbers, the "
+            f"motion {frames.poses.shape[0]} of {frames.poses.shape[1]}"
+        )
+    view = find_camera(model, camera)
+    panel = 2 * round(0.5 * _PANEL * width) if frames.cables else 0
+    return _pictures(_FramePainter(model, frames, view, width, height, panel, twin))
+
+
+def check_size(width: int, height: int) -> None:
+    """Refuse sizes that no clip has.
+
+    Raises:
+        InvalidValueError: a size [pixels] that is odd, too small, or too large; it says how much
+            memory a picture of it would take.
+    """
+    for name, size in (("width", width), ("height", height)):
+        if size % 2 or not _SMALLEST <= size <= _LARGEST:
+            memory = max(width, 0) * max(height, 0) * _BYTES_A_PIXEL / 1e9
+            raise InvalidValueError(
+                f"{name} = {size} [pixels] must be even, ≥ {_SMALLEST} and ≤ {_LARGEST}; a picture "
+                f"of {width} x {height} takes about {memory:.2g} GB"
+            )
+
+
+def _crowded(picture: Picture.Image, box: tuple[float, float, float, float]) -> float:
+    """How much there is to see in a box of a picture: the spread of its colours."""
+    return float(np.std(np.array(picture.crop(box))))
+
+
+def _pictures(painter: _FramePainter) -> Iterator[Image]:
+    try:
+        for k in range(painter.count):
+            yield painter.draw(k)
+    finally:
+        painter.close()
+
+
+class _FramePainter:
+    """Frames as pictures: the scene on the left, the panel on the right."""
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        frames: Frames,
+        camera: mujoco.MjvCamera,
+        width: int,
+        height: int,
+        panel: int,
+        twin: Frames | None,
+    ) -> None:
+        self._frames, self._camera, self._twin = frames, camera, twin
+        self.count = len(frames.time)
+        self._model = without_tendons(model)
+        self._data = mujoco.MjData(self._model)
+        self._size = (width - panel, height)
+        scale = tension_scale(frames.cables) if frames.cables else Normalize()
+        self._scale, self._radius = scale, cable_radius(model, frames.cables)
+        self._panel = Panel(model, frames, scale, panel, height, twin) if frames.cables else None
+        self._names = {
+            name: (sheaths(model)[name].tendon, colour)
+            for name, colour in tendon_colours(model).items()
+        }
+        size = max(6, round(15 * text_scale(height)))
+        self._font = ImageFont.truetype(findfont("DejaVu Sans"), size)
+        self._largest = max((largest_force(rows) for rows in frames.contacts), default=0.0)
+        self._arrow = arrow_scale(frames.contacts, _ARROW * float(model.stat.extent))
+        self._legend_row: float | None = None
+        self._offscreen = Offscreen(self._model, width - panel, height)
+        self._ghost = Ghost(self._model, self._offscreen, camera) if twin is not None else None
+
+    def draw(self, k: int) -> Image:
+        """(height, width, 3) picture of frame ``k``."""
+        mujoco.mj_setState(self._model, self._data, self._frames.poses[k], POSE)
+        mujoco.mj_fwdPosition(self._model, self._data)
+        image = self._offscreen.draw(
+            self._data, self._camera, lambda scene: self._add_cables(scene, k)
+        )
+        if self._ghost is not None and self._twin is not None:
+            depth = self._offscreen.depth
+            image = self._ghost.behind(image, depth, self._twin.poses[k], POSE)
+        written: list[FloatArray] = []
+        for contact in shown_contacts(self._frames.contacts[k], self._largest):
+            image = self._draw_force(image, contact, written)
+        image = self._label_ends(image, k)
+        return image if self._panel is None else np.hstack([image, self._panel.draw(k)])
+
+    def close(self) -> None:
+        """Free the graphics memory."""
+        self._offscreen.close()
+
+    def _add_cables(self, scene: mujoco.MjvScene, k: int) -> None:
+        for cable in self._frames.cables.values():
+            add_cable(scene, cable.points[k], cable.tensions[k], self._scale, self._radius)
+
+    def _draw_force(self, image: Image, contact: FloatArray, written: list[FloatArray]) -> Image:
+        point, force = contact[:3], contact[3:]
+        ends = np.stack([point, point + self._arrow * force])
+        start, end = project(self._offscreen.scene, ends, *self._size)
+        text = f"{np.linalg.norm(force):.1f} N"
+        return draw_arrow(image, start, end, text, self._font, written)
+
+    def _label_ends(self, image: Image, k: int) -> Image:
+        """Write the tendons' names beside their input ends, and below what else is drawn."""
+        picture = Picture.fromarray(image)
+        draw = ImageDraw.Draw(picture)
+        written: list[np.ndarray] = []
+        size = self._font.size
+        several = len(self._frames.cables) > 1
+        for name, cable in self._frames.cables.items():
+            seen = project(self._offscreen.scene, cable.points[k], *self._size)
+            tendon, colour = self._names[name]
+            labels = [(tendon, 0)] if several else [("input", 0), ("output", -1)]
+            for text, end in labels:
+                away = seen[end] - np.nanmean(seen, axis=0)
+                spot = seen[end] + 2.2 * size * away / max(float(np.linalg.norm(away)), 1.0)
+                inside = bool(((seen[end] > 0.0) & (seen[end] < self._size)).all())
+                if inside and np.isfinite(spot).all():
+                    spot = free_spot(spot, written, size)
+                    wide = self._font.getlength(text) + 2.0
+                    spot[0] -= wide if away[0] < 0.0 else 0.0
+                    spot[0] = np.clip(spot[0], 2.0, max(2.0, self._size[0] - wide))
+                    ink = colour if several else INK
+                    draw.text(tuple(spot), text, fill=ink, font=self._font, anchor="lm", **_HALO)
+        if self._frames.cables:
+            self._explain(picture, draw)
+        return np.array(picture)
+
+    def _explain(self, picture: Picture.Image, draw: ImageDraw.ImageDraw) -> None:
+        """Say in a left corner what a grey bead and the grey ghost are."""
+        size = float(self._font.size)
+        x, radius = 1.2 * size, 0.35 * size
+        lines = [("guide: bends the tendon, which rubs on it", GUIDE_COLOUR, "")]
+        if self._twin is not None:
+            lines.append(("the same drive without friction", GHOST_COLOUR, "black"))
+        high = 1.5 * size * (len(lines) - 1)
+        if self._legend_row is None:  # the emptier corner of the first frame, for all of the clip
+            wide = max(self._font.getlength(text) for text, _, _ in lines) + 2.0 * x
+            rows = self._size[1] - 1.2 * size - high, 1.2 * size
+            self._legend_row = min(
+                rows, key=lambda y: _crowded(picture, (0.0, y - size, wide, y + high + size))
+            )
+        y = self._legend_row
+        for text, colour, outline in lines:
+            box = [x - radius, y - radius, x + radius, y + radius]
+            draw.ellipse(box, fill=colour, outline=outline or None)
+            draw.text((x + size, y), text, fill=INK, font=self._font, anchor="lm", **_HALO)
+            y += 1.5 * size

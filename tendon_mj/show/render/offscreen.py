@@ -1,0 +1,158 @@
+"""Draws a model's scene into an array, without a window."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from types import TracebackType
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.errors import EngineError, UnknownNameError
+from tendon_mj.show.render.gl import make_context
+
+Image = NDArray[np.uint8]
+_MAX_GEOMS = 20000
+
+
+def find_camera(model: mujoco.MjModel, camera: str | mujoco.MjvCamera | None) -> mujoco.MjvCamera:
+    """A camera by name; None stands for the model's first one, or for a view of the whole model.
+
+    Raises:
+        UnknownNameError: the model has no such camera.
+    """
+    if isinstance(camera, mujoco.MjvCamera):
+        return camera
+    view = mujoco.MjvCamera()
+    if camera is None and model.ncam == 0:
+        mujoco.mjv_defaultFreeCamera(model, view)
+        return view
+    names = [model.camera(k).name for k in range(model.ncam)]
+    if camera is not None and camera not in names:
+        raise UnknownNameError("camera", camera, names)
+    view.type = mujoco.mjtCamera.mjCAMERA_FIXED
+    view.fixedcamid = 0 if camera is None else names.index(camera)
+    return view
+
+
+class Offscreen:
+    """Offscreen buffer to draw a model on, to be closed after use (it is a context manager).
+
+    Args:
+        model: not changed; without a sky of its own it stands before white.
+        width, height: of the picture [pixels].
+
+    Raises:
+        EngineError: no OpenGL is to be had; the message says what to do.
+    """
+
+    def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
+        self._model = copy.copy(model)
+        self._model.vis.global_.offwidth = width
+        self._model.vis.global_.offheight = height
+        self._gl = make_context(width, height)
+        try:
+            self._context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        except mujoco.FatalError as error:
+            self._gl.free()
+            raise EngineError(f"MuJoCo cannot draw with this OpenGL: {error}") from error
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self._scene = mujoco.MjvScene(self._model, _MAX_GEOMS)
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
+        self._rect = mujoco.MjrRect(0, 0, width, height)
+        self._image = np.empty((height, width, 3), np.uint8)
+        self._depth = np.empty((height, width), np.float32)
+        self._has_sky = bool((model.tex_type == mujoco.mjtTexture.mjTEXTURE_SKYBOX).any())
+
+    @property
+    def scene(self) -> mujoco.MjvScene:
+        """The scene that was drawn last, with its camera."""
+        return self._scene
+
+    @property
+    def depth(self) -> NDArray[np.float32]:
+        """(height, width) depth of the picture that was drawn last, from 0 near to 1 far."""
+        return self._depth[::-1].copy()
+
+    def draw(
+        self,
+        data: mujoco.MjData,
+        camera: mujoco.MjvCamera,
+        add: Callable[[mujoco.MjvScene], None] = lambda scene: None,
+        *,
+        model: mujoco.MjModel | None = None,
+        shadows: bool = True,
+    ) -> Image:
+        """Draw a picture.
+
+        Args:
+            data: to draw.
+            camera: that looks at it.
+            add: puts more into the scene.
+            model: the same model in other colours; default: in its own.
+            shadows: of the model's lights.
+
+        Returns:
+            (height, width, 3).
+        """
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
+        mujoco.mjv_updateScene(
+            self._model if model is None else model,
+            data,
+            mujoco.MjvOption(),
+            None,
+            camera,
+            mujoco.mjtCatBit.mjCAT_ALL.value,
+            self._scene,
+        )
+        add(self._scene)
+        self._gl.make_current()
+        mujoco.mjr_render(self._rect, self._scene, self._context)
+        mujoco.mjr_readPixels(self._image, self._depth, self._rect, self._context)
+        if not self._has_sky:  # MuJoCo's own is black, and print is not
+            self._image[self._depth == 1.0] = 255
+        return self._image[::-1].copy()
+
+    def close(self) -> None:
+        """Free the graphics memory."""
+        self._context.free()
+        self._gl.free()
+
+    def __enter__(self) -> Offscreen:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+def project(
+    scene: mujoco.MjvScene, points: NDArray[np.float64], width: int, height: int
+) -> NDArray[np.float64]:
+    """Positions in the picture of points of the world.
+
+    Args:
+        scene: as drawn, with a perspective camera.
+        points: (k, 3) [m].
+        width, height: of the picture [pixels].
+
+    Returns:
+        (k, 2) columns and rows [pixels], from the upper left; NaN for a point behind the camera.
+    """
+    eye = scene.camera[0]
+    forward, up = np.array(eye.forward, float), np.array(eye.up, float)
+    # MuJoCo keeps two eyes and draws from between them
+    away = points - np.mean([scene.camera[k].pos for k in (0, 1)], axis=0)
+    depth = away @ forward
+    depth = np.where(depth > 0.0, depth, np.nan)
+    scale = 0.5 * height * eye.frustum_near / (0.5 * (eye.frustum_top - eye.frustum_bottom))
+    right = np.cross(forward, up)
+    columns = 0.5 * width + scale * (away @ right) / depth
+    rows = 0.5 * height - scale * (away @ up) / depth
+    return np.stack([columns, rows], axis=1)

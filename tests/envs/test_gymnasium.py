@@ -1,0 +1,185 @@
+"""The gymnasium environments keep its contract, and are those of dm_control to the bit."""
+
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+from tendon_mj.attach import Parameters
+from tendon_mj.envs import HoldForceEnv, Ranges, follow_trajectory, hold_force
+from tendon_mj.errors import EngineError, InvalidValueError
+from tendon_mj.show import Offscreen
+
+IDS = {
+    "hold_force": "tendon_mj.envs:tendon_mj/HoldForce-v0",
+    "follow_trajectory": "tendon_mj.envs:tendon_mj/FollowTrajectory-v0",
+}
+HOLD_FORCE = IDS["hold_force"]
+
+
+def can_draw():
+    """Whether this machine has an OpenGL to draw with."""
+    try:
+        with Offscreen(HoldForceEnv().simulation.model, 64, 64):
+            return True
+    except EngineError:
+        return False
+
+
+@pytest.mark.parametrize("name", IDS.values(), ids=IDS)
+def test_gymnasium_finds_nothing_to_warn_of(name):
+    environment = gymnasium.make(name)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(environment.unwrapped, skip_render_check=not can_draw())
+
+
+@pytest.mark.parametrize("name", IDS.values(), ids=IDS)
+def test_every_observation_is_in_its_space_whatever_the_agent_does(name):
+    environment = gymnasium.make(name)
+    random = np.random.default_rng(0)
+    for seed in range(3):
+        seen, _ = environment.reset(seed=seed)
+        assert environment.observation_space.contains(seen)
+        for _ in range(100):
+            action = random.choice([-1.0, 1.0], 2)
+            seen, reward, *_ = environment.step(action)
+            assert environment.observation_space.contains(seen)
+            assert 0.0 <= reward <= 1.0
+
+
+@pytest.mark.parametrize("drawn", [(0.05, 0.1), (0.2, 0.2)])
+def test_friction_is_drawn_from_the_range_that_make_was_given_and_acts(drawn):
+    environment = gymnasium.make(HOLD_FORCE, friction=drawn)
+    told = []
+    for seed in range(5):
+        _, info = environment.reset(seed=seed)
+        parameters = Parameters(*environment.unwrapped.simulation.native)
+        assert parameters["flexor_sheath.friction"] == info["friction"]
+        *_, later = environment.step(np.zeros(2))
+        assert later == info
+        told.append(info["friction"])
+    assert drawn[0] <= min(told) <= max(told) <= drawn[1]
+    assert len(set(told)) == (1 if drawn[0] == drawn[1] else 5)
+
+
+@pytest.mark.parametrize("name", IDS.values(), ids=IDS)
+def test_the_time_limit_truncates_and_nothing_terminates(name):
+    environment = gymnasium.make(name, max_episode_steps=3)
+    environment.reset(seed=0)
+    ends = [environment.step(np.zeros(2))[2:4] for _ in range(3)]
+    assert ends == [(False, False), (False, False), (False, True)]
+
+
+def test_an_episode_takes_the_seconds_that_dm_control_s_takes():
+    for name, make in (("hold_force", hold_force), ("follow_trajectory", follow_trajectory)):
+        limit = gymnasium.spec(IDS[name].partition(":")[2]).max_episode_steps
+        environment = make(seed=0, ranges=Ranges(bend=(1.0, 1.0)))
+        environment.reset()
+        count = 0
+        step = None
+        while step is None or not step.last():
+            step = environment.step(np.zeros(2))
+            count += 1
+        assert count == limit
+
+
+@pytest.mark.parametrize(
+    ("name", "make"), [("hold_force", hold_force), ("follow_trajectory", follow_trajectory)]
+)
+def test_with_the_same_draws_it_is_dm_control_s_environment_to_the_bit(name, make):
+    one = make(seed=7)
+    other = gymnasium.make(IDS[name]).unwrapped
+    other.reset(seed=0)
+    # the same generator for both, as gymnasium's own is of another kind
+    other.np_random = np.random.RandomState(7)
+    step, (seen, info) = one.reset(), other.reset()
+    assert info == one.task.drawn
+    random = np.random.default_rng(1)
+    for _ in range(100):
+        for reading, values in step.observation.items():
+            np.testing.assert_array_equal(values, seen[reading])
+        action = random.uniform(-0.5, 0.5, 2)
+        step, (seen, reward, *_) = one.step(action), other.step(action)
+        assert step.reward == reward
+
+
+@pytest.mark.parametrize(
+    ("name", "mode"),
+    [("hold_force", "sync"), ("follow_trajectory", "sync"), ("hold_force", "async")],
+)
+def test_vectorised_environments_are_single_ones_to_the_bit(name, mode):
+    name = IDS[name]
+    count, length, steps = 2, 20, 50  # the episodes end, and others begin, on the way
+    kwargs = {"context": "spawn"} if mode == "async" else {}
+    many = gymnasium.make_vec(
+        name,
+        num_envs=count,
+        vectorization_mode=mode,
+        vector_kwargs=kwargs,
+        max_episode_steps=length,
+        friction=(0.1, 0.2),
+    )
+    ones = [
+        gymnasium.make(name, max_episode_steps=length, friction=(0.1, 0.2)) for _ in range(count)
+    ]
+    actions = np.random.default_rng(0).uniform(-1.0, 1.0, (steps, count, 2))
+    try:
+        seen, info = many.reset(seed=11)
+        single = [one.reset(seed=11 + k) for k, one in enumerate(ones)]
+        over = [False] * count
+        for k, action in enumerate(actions):
+            for j in range(count):
+                assert info["friction"][j] == single[j][-1]["friction"]
+                for reading, values in single[j][0].items():
+                    np.testing.assert_array_equal(seen[reading][j], values)
+            seen, reward, _, truncated, info = many.step(action)
+            for j, one in enumerate(ones):
+                if over[j]:  # the step after the last one is a reset
+                    single[j] = one.reset()
+                    over[j] = False
+                else:
+                    single[j] = one.step(action[j])
+                    assert reward[j] == single[j][1]
+                    over[j] = single[j][3]
+                assert truncated[j] == over[j], f"step {k}"
+    finally:
+        many.close()
+
+
+def test_a_picture_has_the_size_that_was_asked_and_shows_the_motion():
+    if not can_draw():
+        pytest.skip("no OpenGL to draw with")
+    environment = gymnasium.make(HOLD_FORCE, render_mode="rgb_array", width=96, height=64)
+    environment.reset(seed=0)
+    before = environment.render()
+    for _ in range(60):
+        environment.step(np.array([0.5, -0.5]))
+    after = environment.render()
+    environment.close()
+    assert before.shape == after.shape == (64, 96, 3)
+    assert before.dtype == np.uint8
+    assert (np.abs(before.astype(int) - after).max(axis=2) > 50).mean() > 0.01
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"friction": (0.2, 0.1)}, r"friction = \(0.2, 0.1\) \[-\] must be a pair"),
+        ({"render_mode": "human"}, "render_mode = 'human' must be None or 'rgb_array'"),
+    ],
+)
+def test_what_cannot_be_is_refused_when_made(given, said):
+    with pytest.raises(InvalidValueError, match=said):
+        HoldForceEnv(**given)
+
+
+def test_options_and_actions_that_mean_nothing_are_refused():
+    environment = HoldForceEnv()
+    with pytest.raises(InvalidValueError, match=r"options = .* there are none"):
+        environment.reset(options={"friction": 0.1})
+    environment.reset(seed=0)
+    with pytest.raises(InvalidValueError, match=r"action = .* 2 finite numbers"):
+        environment.step(np.array([np.nan, 0.0]))

@@ -1,0 +1,107 @@
+"""The models over which the cost is scaled are what they stand for."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from experiments.benchmarks.cost_parts import (
+    cost_parts,
+    parts_of,
+    with_instances,
+)
+from experiments.benchmarks.scaling import (
+    FAST,
+    SLOW,
+    exponent,
+    guide_runs,
+    guide_scaling,
+    several_benches,
+    sheath_scaling,
+)
+from tendon_mj import view_sheath
+from tendon_mj.lab.verification.memory import Memory
+from tendon_mj.lab.verification.mujoco_tendon import mujoco_tendon_bench
+from tendon_mj.lab.verification.rollout_speedup import thread_speedups
+from tendon_mj.models import Bench, build_bench
+from tendon_mj.plugin import sheaths
+
+
+def test_the_exponent_of_a_power_is_its_power():
+    counts = (1, 3, 10, 40)
+    assert exponent(counts, [2e-6 * n**1.5 for n in counts]) == pytest.approx(1.5)
+    assert np.isnan(exponent(counts, [1.0, 0.0, 1.0, 1.0]))
+
+
+@pytest.mark.parametrize(("guides", "frequency"), [(16, SLOW), (16, FAST), (128, FAST)])
+def test_every_guide_slides_both_ways(guides, frequency):
+    run, reference = guide_runs(Bench(), guides, frequency)
+    assert reference.model.nplugin == 0
+    view, seen = view_sheath(run.model, run.data, "tendon"), []
+    for control in run.controls:
+        run.data.ctrl[:] = control
+        mujoco.mj_step(run.model, run.data)
+        seen.append(view.slip)
+    assert (np.max(seen, axis=0) == 1.0).all()
+    assert (np.min(seen, axis=0) == -1.0).all()
+    assert view.unsolved == 0
+
+
+def test_each_of_several_benches_moves_as_one_alone():
+    models = [build_bench(Bench()).compile(), several_benches(lambda: build_bench(Bench()), 3)]
+    models[1] = models[1].compile()
+    assert len(sheaths(models[1])) == 3
+    found = []
+    for model in models:
+        data = mujoco.MjData(model)
+        for control in 1e-3 * np.sin(np.linspace(0.0, 6.0, 300)):
+            data.ctrl[:] = control
+            mujoco.mj_step(model, data)
+        found.append(data.qpos.reshape(-1, 2).copy())
+    np.testing.assert_allclose(found[1], np.tile(found[0], (3, 1)), rtol=1e-9)
+
+
+def test_scalings_have_a_cost_for_each_count():
+    guides = guide_scaling(Bench(), (4, 16, 32), rounds=1)
+    assert guides.slow.counts == guides.fast.counts == (4, 16, 32)
+    assert guides.slow.added.shape == (3, 3)
+    assert sheath_scaling(Bench(), (1, 2), rounds=1).added.shape == (2, 3)
+
+
+def test_the_parts_add_up():
+    assert cost_parts(Bench(guides=3), rounds=1).empty_plugin is not None
+    times = {"plain": 2.0, "plain one": 1.8, "idle": 13.0, "one": 2.3, "rest": 3.0, "sliding": 3.2}
+    parts = parts_of({k: np.full(3, t) for k, t in {**times, "sensors": 3.6, "empty": 6.0}.items()})
+    assert parts.sensors.median == pytest.approx(0.4)
+    steps = ("empty_plugin", "idle_instance", "first_guide", "more_guides", "sliding")
+    total = sum(getattr(parts, name).median for name in steps)
+    assert total == pytest.approx(parts.total.median, rel=1e-9)
+
+
+def test_instances_with_nothing_to_do_change_nothing():
+    moved = []
+    for count in (0, 5):
+        spec = build_bench(Bench())
+        idle = {"tendon": "tendon", "sensor": "unsolved"}
+        model = with_instances(spec, "tendon_mj.sheath", idle, count).compile()
+        data = mujoco.MjData(model)
+        for control in np.linspace(0.0, 1e-3, 200):
+            data.ctrl[:] = control
+            mujoco.mj_step(model, data)
+        moved.append(data.qpos.copy())
+    np.testing.assert_array_equal(*moved)
+
+
+def test_the_sheaths_state_is_a_part_of_the_memory():
+    model = build_bench(Bench()).compile()
+    found, without = Memory.of(model), Memory.of(mujoco_tendon_bench(Bench()).compile())
+    assert found.plugin_state == mujoco.MjData(model).plugin_state.nbytes
+    assert without.plugin_state == 0
+    assert found.buffer - without.buffer >= found.plugin_state
+    assert found.state - without.state >= found.plugin_state
+    assert found.total == found.buffer + found.arena
+
+
+def test_rollouts_are_compared_for_each_number_of_threads():
+    found = thread_speedups(Bench(guides=4), (2, 3), rounds=1, runs=4, steps=200)
+    assert set(found) == {2, 3}  # which differ from one thread in no bit, or it had refused
+    assert min(speedup.median for speedup in found.values()) > 0.0

@@ -1,0 +1,132 @@
+"""Laws of the continuum: play in log-tension, Prandtl–Ishlinskii in displacement."""
+
+import numpy as np
+import pytest
+
+from experiments.references import Continuum, continuum, simulate_continuum
+from tendon_mj.errors import InvalidValueError
+
+SHEATH = {"length": 0.5, "axial_stiffness": 2e4, "pretension": 20.0}
+END = {"environment_stiffness": 1e4, "sensor_stiffness": 4e4}
+
+
+def history(rng, samples=60):
+    return 20.0 * np.exp(rng.uniform(-1.5, 1.5, samples))
+
+
+def test_no_friction_is_hooke():
+    model = continuum(np.pi, friction=0.0, **SHEATH, **END)
+    run = simulate_continuum(model, input_displacement=np.linspace(-1e-3, 4e-3, 50))
+    stiffness = 1.0 / (0.5 / 2e4 + 1.0 / 1e4 + 1.0 / 4e4)
+    assert run.output_tension == pytest.approx(20.0 + stiffness * run.input_displacement, rel=1e-12)
+
+
+def test_first_motion_has_the_exact_elongation():
+    lam, load = 0.8, 70.0
+    model = continuum(np.pi, friction=lam / np.pi, intervals=512, **SHEATH)
+    run = simulate_continuum(model, input_tension=[20.0, load])
+    exact = 0.5 / 2e4 * (load * -np.expm1(-lam) / lam - 20.0)
+    assert run.output_tension[-1] == pytest.approx(load * np.exp(-lam), rel=1e-14)
+    assert run.input_displacement[-1] == pytest.approx(exact, rel=1e-6)
+
+
+@pytest.mark.parametrize("drive", ["input_tension", "input_displacement"])
+def test_refinement_is_of_order_2(drive):
+    def turn(x):  # a bend that tightens along the sheath
+        return 2.0 * x + 8.0 * x**2
+
+    values = 20.0 + 15.0 * np.sin(np.linspace(0.0, 12.0, 400))
+    if drive == "input_displacement":
+        values = (values - 20.0) * 1e-4
+    errors = []
+    fine = None
+    for intervals in (8192, 64, 128, 256, 512):
+        model = continuum(turn, friction=0.2, intervals=intervals, **SHEATH, **END)
+        run = simulate_continuum(model, **{drive: values})
+        got = np.concatenate((run.output_tension / 20.0, run.input_displacement / 1e-3))
+        if fine is None:
+            fine = got
+        else:
+            errors.append(np.sqrt(np.mean((got - fine) ** 2)))
+    orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    assert orders == pytest.approx(2.0, abs=0.2)
+
+
+def test_displacement_drive_inverts_tension_drive():
+    model = continuum(np.pi, friction=0.3, **SHEATH, **END)
+    by_tension = simulate_continuum(model, input_tension=history(np.random.default_rng(1)))
+    back = simulate_continuum(model, input_displacement=by_tension.input_displacement)
+    assert back.input_tension == pytest.approx(by_tension.input_tension, rel=1e-10)
+    assert back.output_tension == pytest.approx(by_tension.output_tension, rel=1e-10)
+    assert back.tension == pytest.approx(by_tension.tension, rel=1e-10)
+
+
+def test_a_closed_loop_returns_to_where_it_began():
+    model = continuum(np.pi, friction=0.3, **SHEATH, **END)
+    loop = np.concatenate((np.linspace(20, 60, 40), np.linspace(60, 9, 40), np.linspace(9, 60, 40)))
+    run = simulate_continuum(model, input_tension=np.concatenate((loop, loop[40:])))
+    assert run.output_tension[-80:] == pytest.approx(run.output_tension[-160:-80], rel=1e-13)
+    assert run.input_displacement[-80:] == pytest.approx(
+        run.input_displacement[-160:-80], rel=1e-11
+    )
+
+
+def test_rate_does_not_matter():
+    model = continuum(np.pi, friction=0.3, **SHEATH, **END)
+    turns = history(np.random.default_rng(2), 20)
+    dense = np.interp(np.linspace(0, 19, 1901), np.arange(20), turns)
+    coarse, fine = (simulate_continuum(model, input_tension=t) for t in (turns, dense))
+    assert fine.output_tension[::100] == pytest.approx(coarse.output_tension, rel=1e-13)
+    assert fine.input_displacement[::100] == pytest.approx(coarse.input_displacement, abs=1e-15)
+
+
+def test_friction_never_adds_energy():
+    model = continuum(np.pi, friction=0.3, **SHEATH)
+    swing = np.interp(np.linspace(0, 4, 4001), [0, 1, 2, 3, 4], [20, 60, 9, 60, 20])
+    run = simulate_continuum(model, input_tension=swing)
+    mean = 0.5 * (run.input_tension[1:] + run.input_tension[:-1])
+    work = np.cumsum(mean * np.diff(run.input_displacement))
+    assert work[-1] - work[1999] > 0.0  # over one closed cycle of tension
+
+
+def test_slack_tendon_has_no_tension_and_recovers():
+    model = continuum(np.pi, friction=0.3, **SHEATH, **END)
+    run = simulate_continuum(model, input_displacement=[0.0, -0.1, -0.2, 0.0, 1e-2])
+    assert run.input_tension[1] == run.input_tension[2] == run.output_tension[2] == 0.0
+    assert run.input_tension[4] > run.output_tension[4] > 0.0
+
+
+def test_array_function_and_total_give_the_same_sheath():
+    models = [
+        continuum(bend, friction=0.1, intervals=10, **SHEATH)
+        for bend in (1.0, np.linspace(0.0, 1.0, 11), lambda x: 2.0 * x)
+    ]
+    for model in models:
+        assert model.bend_angle == pytest.approx(np.linspace(0.0, 1.0, 11))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"position": [0.0, 0.0]}, "position has 2 points"),
+        ({"position": [0.1, 0.2]}, "rise strictly from 0"),
+        ({"bend_angle": [0.0, 1.0, 2.0]}, r"bend_angle has shape \(3,\)"),
+        ({"bend_angle": [0.1, 1.0]}, "bend_angle starts at 0.1"),
+        ({"bend_angle": [0.0, -1.0]}, "never fall"),
+        ({"axial_stiffness": 0.0}, "axial_stiffness is 0"),
+        ({"friction": -0.1}, "friction is -0.1; .*>= 0"),
+        ({"friction": 1e4}, "<= 700"),
+        ({"pretension": np.nan}, "pretension is nan"),
+        ({"environment_stiffness": 0.0}, "environment_stiffness is 0"),
+    ],
+)
+def test_a_value_out_of_range_is_named(change, message):
+    good = {
+        "position": [0.0, 0.5],
+        "bend_angle": [0.0, 1.0],
+        "axial_stiffness": 1.0,
+        "friction": 0.1,
+        "pretension": 1.0,
+    }
+    with pytest.raises(InvalidValueError, match=message):
+        Continuum(**{**good, **change})

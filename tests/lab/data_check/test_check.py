@@ -1,0 +1,450 @@
+"""Each fault that a recording may have is warned of by its own name, and a sound one of nothing."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from experiments.one_capstan import DRUM, build, record
+from tendon_mj import Measured, Recording, Uncertain, replay_recording
+from tendon_mj.errors import RecordingError
+from tendon_mj.lab.data_check import check_recording, timing_warnings
+from tendon_mj.lab.data_check.samples import spike_warnings, turn_warnings
+
+NOISE = 0.05
+
+
+def sound(name: str = "pull", **parameters: float) -> Recording:
+    """Two seconds of the bench, as another friction makes them, with noise."""
+    time = np.arange(0.0, 2.0, 0.01)
+    made = Recording(
+        name=name,
+        model="bench",
+        source="a test",
+        time=time,
+        columns={
+            "reel_m": 1e-3 * np.sin(5.0 * time),
+            "in_N": np.zeros(time.size),
+            "out_N": np.zeros(time.size),
+        },
+        drive={"reel_m": "reel"},
+        measured={
+            "in_N": Measured("input_tension", NOISE),
+            "out_N": Measured("output_tension", NOISE),
+        },
+        uncertain={"sheath.friction": Uncertain(0.15, 0.05, 0.4)},
+    )
+    shown = replay_recording(made, parameters={"sheath.friction": 0.2, **parameters})
+    random = np.random.default_rng(3)
+    noisy = {c: shown.columns[c] + random.normal(0.0, NOISE, time.size) for c in made.measured}
+    return replace(made, columns={**made.columns, **noisy})
+
+
+@pytest.fixture(scope="module")
+def pull() -> Recording:
+    return sound()
+
+
+def changed(recording: Recording, **columns: object) -> Recording:
+    return replace(recording, columns={**recording.columns, **columns})  # type: ignore[dict-item]
+
+
+def said(recording: Recording, **given: object) -> dict[str, str]:
+    """Identifier → sentence of the warnings; each names the recording and a way out."""
+    found = check_recording(recording, **given).warnings  # type: ignore[arg-type]
+    assert all(recording.name in warning.place and warning.way_out for warning in found)
+    return {warning.identifier: warning.sentence for warning in found}
+
+
+def test_a_sound_recording_is_warned_of_nothing(pull: Recording) -> None:
+    checked = check_recording(pull)
+    assert checked.warnings == ()
+    assert checked.simulated is not None
+    assert set(checked.simulated.columns) == {"reel_m", "in_N", "out_N"}
+
+
+@pytest.mark.parametrize("size", [2, 3, 7, 20, 45])
+def test_a_part_of_a_sound_recording_is_warned_of_nothing(pull: Recording, size: int) -> None:
+    columns = {c: series[-size:] for c, series in pull.columns.items()}
+    part = replace(pull, time=pull.time[:size], columns=columns)
+    assert set(said(part)) <= {"start"}  # it begins in motion
+
+
+def test_times_in_ms_are_warned_of_and_not_simulated(pull: Recording) -> None:
+    late = replace(pull, time=1000.0 * pull.time)
+    checked = check_recording(late)
+    assert checked.simulated is None
+    assert [w.identifier for w in checked.warnings] == ["times_in_ms"]
+    assert "200 samples 10 s apart, 1990 s in all" in checked.warnings[0].sentence
+    assert "name the column 'time_ms'" in checked.warnings[0].way_out
+
+
+def test_the_longest_gap_is_told_with_its_row(pull: Recording) -> None:
+    time = np.array(pull.time)
+    time[100:] += 0.2
+    time[150:] += 0.3
+    (warning,) = timing_warnings(replace(pull, time=time))
+    assert warning.identifier == "gap"
+    assert "2 gaps, the longest 0.31 s" in warning.value
+    assert "(row 151)" in warning.value
+    assert timing_warnings(pull) == []
+
+
+def test_a_gap_is_told_also_of_slow_samples(pull: Recording) -> None:
+    time = 100.0 * pull.time
+    time[100:] += 500.0
+    found = timing_warnings(replace(pull, time=time))
+    assert [warning.identifier for warning in found] == ["times_in_ms", "gap"]
+
+
+def test_a_settle_longer_than_any_rig_needs_is_told(pull: Recording) -> None:
+    assert timing_warnings(replace(pull, settle=60.0)) == []
+    (warning,) = timing_warnings(replace(pull, settle=3e4))
+    assert warning.identifier == "long_settle"
+    assert "settle = 30000 s" in warning.value
+    with pytest.raises(RecordingError, match=r"in the settle of 1e\+12 s before"):
+        check_recording(replace(pull, settle=1e12))
+
+
+@pytest.mark.parametrize(
+    ("factor", "meaning"),
+    [
+        (1e3, "times as much, as thousandths"),
+        (1e-3, "times as little, as thousands"),
+        (57.3, "times as much, as degrees"),
+        (1.0 / 57.3, "times as little, as radians"),
+    ],
+)
+def test_a_measured_column_in_another_unit_is_told(
+    pull: Recording, factor: float, meaning: str
+) -> None:
+    found = said(changed(pull, out_N=factor * pull.columns["out_N"]))
+    assert set(found) == {"unit"}
+    assert "'out_N'" in found["unit"]
+    assert meaning in found["unit"]
+
+
+@pytest.mark.parametrize(("factor", "moves"), [(1e-3, "moves less"), (57.3, "moves more")])
+def test_a_drive_in_another_unit_is_told_by_all_that_it_moves(
+    pull: Recording, factor: float, moves: str
+) -> None:
+    found = said(changed(pull, reel_m=factor * pull.columns["reel_m"]))
+    assert set(found) == {"unit"}
+    assert "[drive] 'reel_m'" in found["unit"]
+    assert moves in found["unit"]
+    assert '"reel.command_scale" in [known]' in found["unit"]
+
+
+def test_a_cable_that_is_slack_in_the_model_is_told_alone(pull: Recording) -> None:
+    unwound = changed(pull, reel_m=pull.columns["reel_m"] - 0.01)
+    found = said(replace(unwound, known={"sheath.pretension": 0.0}))
+    assert set(found) == {"slack"}
+    assert "the sign of the radius" in found["slack"]
+
+
+def test_a_reversed_sensor_is_told_with_the_parameter_that_turns_it(pull: Recording) -> None:
+    mirrored = 2.0 * np.mean(pull.columns["out_N"]) - pull.columns["out_N"]
+    found = said(changed(pull, out_N=mirrored))
+    assert set(found) == {"sign"}
+    assert '"output_tension.scale" = -1' in found["sign"]
+    assert "correlation -0.9" in found["sign"] or "correlation -1.0" in found["sign"]
+
+
+def test_another_start_is_told_with_both_values(pull: Recording) -> None:
+    found = said(changed(pull, out_N=pull.columns["out_N"] + 25.0))
+    assert set(found) == {"start"}
+    assert "starts at 45" in found["start"]
+    assert "the model at 20 N" in found["start"]
+
+
+@pytest.mark.parametrize("column", ["reel_m", "out_N"])
+def test_a_column_that_stands_still_is_told(pull: Recording, column: str) -> None:
+    still = np.full(pull.time.size, pull.columns[column][0])
+    found = said(changed(pull, **{column: still}))
+    assert column in found["nothing_moves"]
+
+
+def test_a_sensor_of_the_model_that_stands_still_is_told(pull: Recording) -> None:
+    broken = {"output_tension.scale": 0.0, "output_tension.offset": 20.0}
+    assert "stands still at 20 N" in said(replace(pull, known=broken))["nothing_moves"]
+
+
+def test_a_recording_without_a_drive_is_told(pull: Recording) -> None:
+    assert "no column is in [drive]" in said(replace(pull, drive={}))["nothing_moves"]
+
+
+def test_a_drive_that_makes_the_model_fail_is_told(pull: Recording) -> None:
+    found = said(changed(pull, reel_m=1e9 * pull.columns["reel_m"]))
+    assert "unstable" in found or "unit" in found
+
+
+def test_a_sensor_that_the_model_lacks_is_refused(pull: Recording) -> None:
+    with pytest.raises(RecordingError, match="did you mean 'output_tension'"):
+        check_recording(replace(pull, measured={"out_N": Measured("outputtension")}))
+
+
+def test_a_spike_is_told_with_its_row_and_not_taken_for_a_unit(pull: Recording) -> None:
+    out = pull.columns["out_N"].copy()
+    out[100] = 4000.0
+    found = said(changed(pull, out_N=out))
+    assert set(found) == {"spike"}
+    assert "reads 4 kN in row 102, between" in found["spike"]
+
+
+def test_a_step_of_the_drive_is_no_spike(pull: Recording) -> None:
+    stepped = np.where(np.sin(5.0 * pull.time) > 0.0, 1e-3, -1e-3)
+    assert "spike" not in said(changed(pull, reel_m=stepped))
+
+
+@pytest.mark.parametrize("factor", [1e4, 1e5])
+def test_a_model_that_hardly_moves_is_no_unit_error(pull: Recording, factor: float) -> None:
+    still = {"output_tension.scale": 1.0 / factor, "output_tension.offset": 20.0}
+    found = said(replace(pull, known=still))
+    assert set(found) == {"nothing_moves"}
+    assert "of the model hardly moves" in found["nothing_moves"]
+    assert "[drive]" in found["nothing_moves"]
+
+
+def test_a_column_that_hardly_moves_is_no_unit_error(pull: Recording) -> None:
+    found = said(changed(pull, out_N=20.0 + 1e-5 * pull.columns["out_N"]))
+    assert set(found) == {"nothing_moves"}
+    assert "not connected" in found["nothing_moves"]
+
+
+def test_readings_that_freeze_while_the_model_moves_on_are_told_with_their_rows(
+    pull: Recording,
+) -> None:
+    out = pull.columns["out_N"].copy()
+    out[60:110] = out[60]
+    found = said(changed(pull, out_N=out))
+    assert set(found) == {"frozen"}
+    assert "from row 62 to 111" in found["frozen"]
+
+
+def test_an_encoder_with_coarse_steps_is_not_frozen(pull: Recording) -> None:
+    span = float(np.ptp(pull.columns["out_N"]))
+    assert said(changed(pull, out_N=np.round(pull.columns["out_N"] / span, 2) * span)) == {}
+
+
+# --- actuators
+
+MOTOR = """<mujoco><extension><plugin plugin="tendon_mj.sheath">
+<instance name="sheath"><config key="tendon" value="cable"/><config key="friction" value="0.1"/>
+<config key="axial_stiffness" value="2000"/><config key="pretension" value="20"/>
+<config key="reel_joint" value="spool"/><config key="reel_radius" value="0.01"/></instance>
+<instance name="pull"><config key="sensor" value="input_tension"/></instance>
+</plugin></extension>
+<worldbody><site name="a"/><site name="b" pos="0.1 0 0"/><site name="c" pos="0.1 0.1 0"/>
+<body pos="0 0 0.1"><joint name="spool" armature="0.01" damping="1"/><geom size="0.01"/></body>
+<body pos="0.1 0.2 0"><joint type="slide" name="load" axis="0 1 0" stiffness="4000" damping="100"
+ springref="0.005"/><geom size="0.05" contype="0"/><site name="d"/></body></worldbody>
+<option gravity="0 0 0" timestep="0.001"/>
+<tendon><spatial name="cable"><site site="a"/><site site="b"/><site site="c"/><site site="d"/>
+</spatial></tendon>
+<actuator><position name="motor" joint="spool" kp="50" {limits}/></actuator>
+<sensor><plugin name="pull" objtype="tendon" objname="cable" instance="pull"/>
+<jointpos name="spool" joint="spool"/></sensor></mujoco>"""
+
+
+def driven(limits: str, rest: float = 0.0, settle: float = 0.5) -> dict[str, str]:
+    model = mujoco.MjModel.from_xml_string(MOTOR.format(limits=limits))
+    time = np.arange(0.0, 1.0, 0.01)
+    angle = rest + 0.3 * np.sin(9.0 * time)
+    made = Recording(
+        name="pull",
+        model="motor",
+        settle=settle,
+        source="a test",
+        time=time,
+        columns={"motor_rad": angle, "spool_rad": 0.9 * angle},
+        drive={"motor_rad": "motor"},
+        measured={"spool_rad": Measured("spool")},
+    )
+    return said(made, model=model)
+
+
+def test_a_drive_at_the_ends_of_its_range_is_told() -> None:
+    assert "saturated" not in driven('ctrlrange="-1 1" ctrllimited="true"')
+    found = driven('ctrlrange="-0.2 0.2" ctrllimited="true"')
+    assert "control range of actuator 'motor', -0.2 to 0.2" in found["saturated"]
+    assert "the column goes from -0.2" in found["saturated"]
+
+
+def test_a_motor_that_lets_go_before_it_begins_is_told() -> None:
+    """Its servo bears T_0 r = 0.2 N m at rest with a command of 0.2/kp, and not with 0."""
+    assert "lets_go" not in driven("")
+    assert "lets_go" not in driven("", rest=0.2 / 50, settle=0.0)
+    assert "write settle = 0.0" in driven("", rest=0.2 / 50)["lets_go"]
+
+
+def test_a_motor_that_cannot_bear_the_pretension_is_told() -> None:
+    """T_0 r = 20 N × 10 mm = 0.2 N m, and a little more that the spring has drawn out."""
+    assert "weak_motor" not in driven('forcerange="-0.25 0.25" forcelimited="true"')
+    found = driven('forcerange="-0.15 0.15" forcelimited="true"')
+    assert "joint 'spool'" in found["weak_motor"]
+    assert "pull it with 0.201 N m" in found["weak_motor"]
+    assert "hold 0.15 N m" in found["weak_motor"]
+
+
+PULLED = """<mujoco><extension><plugin plugin="tendon_mj.sheath">
+<instance name="sheath"><config key="tendon" value="cable"/><config key="friction" value="0.1"/>
+</instance><instance name="pull"><config key="sensor" value="input_tension"/></instance>
+</plugin></extension><option gravity="0 0 0"/>
+<worldbody><site name="a"/><site name="b" pos="0.1 0 0"/><body pos="0.1 0.2 0"><joint type="slide"
+ axis="0 1 0" stiffness="4000" damping="100"/><geom size="0.05" contype="0"/><site name="d"/></body>
+</worldbody><tendon><spatial name="cable"><site site="a"/><site site="b"/><site site="d"/></spatial>
+</tendon><actuator><muscle name="muscle" tendon="cable" force="30" lengthrange="0.2 0.4"/>
+</actuator><sensor><plugin name="pull" objtype="tendon" objname="cable" instance="pull"/></sensor>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(("most", "weak"), [(25.0, False), (60.0, True)])
+def test_a_tension_beyond_what_a_muscle_can_pull_is_told(most: float, weak: bool) -> None:
+    model = mujoco.MjModel.from_xml_string(PULLED)
+    time = np.arange(0.0, 1.0, 0.01)
+    activation = 0.5 + 0.4 * np.sin(9.0 * time)
+    made = Recording(
+        name="pull",
+        model="muscle",
+        source="a test",
+        time=time,
+        columns={"activation_N": activation, "cable_N": most * activation / 0.9},
+        drive={"activation_N": "muscle"},
+        measured={"cable_N": Measured("pull")},
+    )
+    found = said(made, model=model)
+    assert ("weak_motor" in found) == weak
+    if weak:
+        assert "the actuators of tendon 'cable' pull with 30 N at most" in found["weak_motor"]
+
+
+def test_an_angle_that_jumps_by_a_turn_is_told_with_its_row_and_nothing_else_is() -> None:
+    time = np.arange(0.0, 2.0, 0.01)
+    angle = 3.0 * np.sin(3.0 * time)
+    wrapped = np.mod(angle + np.pi, 2.0 * np.pi) - np.pi
+    lost = np.where(time > 1.2, angle + 2.0 * np.pi, angle)
+    bare = Recording(
+        name="turns",
+        model="joint",
+        source="a test",
+        time=time,
+        columns={"command_rad": 0.5 * angle, "joint_rad": 1.2 * angle},
+        drive={"command_rad": "command"},
+        measured={"joint_rad": Measured("joint_angle", 0.01)},
+    )
+    assert not turn_warnings(bare)
+    for series in (lost, np.mod(1.2 * angle, 2.0 * np.pi), wrapped * 1.0):
+        jumps = int((np.abs(np.diff(series)) > 5.0).sum())
+        found = turn_warnings(changed(bare, joint_rad=series))
+        assert len(found) == (jumps > 0)
+        if found:
+            row = int(np.argmax(np.abs(np.diff(series)) > 5.0)) + 3
+            assert f"in row {row}" in found[0].value
+            assert not spike_warnings(changed(bare, joint_rad=series), None)
+
+
+def test_times_in_a_larger_unit_than_named_are_told(pull: Recording) -> None:
+    (warning,) = timing_warnings(replace(pull, time=1e-3 * pull.time))
+    assert warning.identifier == "times_too_short"
+    assert "200 samples 10 µs apart, 1.99 ms in all" in warning.value
+    checked = check_recording(replace(pull, time=1e-3 * pull.time))
+    assert checked.simulated is None
+
+
+def test_a_drive_that_is_scaled_already_is_not_told_to_be_scaled(pull: Recording) -> None:
+    scaled = replace(pull, known={"reel.command_scale": 0.01})
+    found = said(scaled)
+    assert "multiplied by reel.command_scale = 0.01" in found["unit"]
+    assert "write the radius" not in found["unit"]
+
+
+def test_rests_are_warned_of_only_where_they_are_too_close(pull: Recording) -> None:
+    reel = np.resize(np.linspace(0.0, 1.2e-3, 7), 100)
+    zeros = np.zeros(reel.size)
+    made = replace(
+        pull,
+        time=10.0 * np.arange(reel.size),
+        columns={"reel_m": reel, "in_N": zeros, "out_N": zeros},
+        settling_time=2.0,
+    )
+    shown = replay_recording(made, parameters={"sheath.friction": 0.2})
+    let_off = replace(made, columns=shown.columns)  # from the last point of each stair at once
+    assert said(let_off) == {}
+    moving = replace(let_off, settling_time=None)
+    assert {warning.identifier for warning in timing_warnings(moving)} == {"times_in_ms"}
+    (warning,) = timing_warnings(replace(let_off, settling_time=15.0))
+    assert warning.identifier == "rests_too_close"
+
+
+def wrist(way: str, model: mujoco.MjModel) -> Recording:
+    """A second of the rig with one capstan and two cables, as its model makes it."""
+    time = np.arange(0.0, 1.0, 0.02)
+    made = record("loops", time, 40.0 * np.sin(6.0 * time), np.zeros((time.size, 3)), way, "wrist")
+    shown = replay_recording(made, model)
+    return changed(made, **{c: shown.columns[c] for c in made.measured})
+
+
+@pytest.mark.parametrize("measured", [False, True])
+@pytest.mark.parametrize("way", ["reel", "spool", "prescribed"])
+def test_degrees_named_radians_are_told_of_the_drive_and_of_what_was_measured(
+    way: str, measured: bool
+) -> None:
+    model = build(way).compile()
+    recording = wrist(way, model)
+    assert check_recording(recording, model).warnings == ()
+    columns = ["motor_rad"] + ["wrist_rad"] * measured
+    degrees = {c: np.degrees(recording.columns[c]) for c in columns}
+    found = check_recording(changed(recording, **degrees), model).warnings
+    assert [warning.identifier for warning in found] == ["unit"] * len(columns)
+    for warning, column in zip(found, columns, strict=True):
+        assert repr(column) in warning.place
+        assert repr(column.replace("rad", "deg")) in warning.way_out
+
+
+def test_radians_of_many_turns_are_not_taken_for_degrees() -> None:
+    model = build("reel").compile()
+    recording = wrist("reel", model)
+    turns = changed(recording, motor_rad=40.0 * recording.columns["motor_rad"])
+    known = {
+        f"{c}_reel.command_scale": s * DRUM / 40.0 for c, s in (("agonist", 1), ("antagonist", -1))
+    }
+    assert check_recording(replace(turns, known={**turns.known, **known}), model).warnings == ()
+
+
+def test_a_flank_that_gives_way_is_told_with_an_armature_and_a_step_that_do() -> None:
+    spec = build("soft spool")
+    recording = wrist("soft spool", spec.compile())
+    assert check_recording(recording, spec.compile()).warnings == (), (
+        "without play nothing gives way"
+    )
+    play = {f"{cable}_sheath.backlash": 4e-4 for cable in ("agonist", "antagonist")}
+    with_play = replace(recording, known={**recording.known, **play})
+    model = spec.compile()
+    (warning,) = [
+        w for w in check_recording(with_play, model).warnings if w.identifier == "soft_flank"
+    ]
+    assert "'spool'" in warning.place
+    inertia = float(model.dof_M0[model.joint("spool").dofadr[0]])
+    pull = float(recording.columns["agonist_N"].max())
+    flank = 4.0 * pull * (DRUM * model.opt.timestep) ** 2 / inertia
+    assert f"{1e6 * flank:.2g} µm at {pull:.3g} N" in warning.value
+    enough = float(re.search(r"armature of ([\d.e-]+)", warning.way_out)[1])
+    step = 1e-6 * float(re.search(r"steps of ([\d.]+) µs", warning.way_out)[1])
+    for armature, timestep in ((1.05 * enough, 1e-3), (inertia, 0.95 * step)):
+        spec.joint("spool").armature = armature
+        spec.option.timestep = timestep
+        found = check_recording(with_play, spec.compile()).warnings
+        assert "soft_flank" not in {w.identifier for w in found}
+
+
+def test_a_play_that_is_only_possible_is_told_too_and_a_prescribed_joint_has_no_flank() -> None:
+    possible = {"agonist_sheath.backlash": Uncertain(0.0, 0.0, 1e-3)}
+    for way, told in (("soft spool", {"soft_flank"}), ("prescribed", set()), ("reel", set())):
+        model = build(way).compile()
+        recording = wrist(way, model)
+        uncertain = replace(recording, uncertain={**recording.uncertain, **possible})
+        assert {w.identifier for w in check_recording(uncertain, model).warnings} == told

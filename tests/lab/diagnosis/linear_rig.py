@@ -1,0 +1,115 @@
+"""A rig that is linear in its parameters, so that every excess χ² is known beforehand.
+
+Waveforms are harmonics of 1 Hz with a mean square of 1 in every block of a second. The noise is
+another harmonic: exactly orthogonal to all of them, and of a reduced χ² of exactly 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tendon_mj.lab.diagnosis import (
+    Candidate,
+    Problem,
+    Selection,
+    SelectionContext,
+    Term,
+    all_samples,
+)
+from tendon_mj.lab.diagnosis.effects.effect import Kind
+from tendon_mj.lab.diagnosis.model_selection.context import CONVERGED
+from tendon_mj.lab.diagnosis.model_selection.select import select_effects
+from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.lab.replay import Parameter, Simulates
+from tendon_mj.typing import FloatArray
+
+Shape = Mapping[str, float]  # waveform → amplitude
+
+COLUMN = "tension_N"
+BLOCKS = 10  # in each of two recordings
+_RATE = 100  # samples per block
+WAVES = "abcdw"  # in the order of their frequency
+_NOISE = 40  # Hz
+
+
+def wave(frequency: int, time: FloatArray) -> FloatArray:
+    """Harmonic with a mean square of 1 in every second."""
+    return np.sqrt(2.0) * np.sin(2.0 * np.pi * frequency * time)
+
+
+class LinearRig(Simulates):
+    """Simulator of a rig that adds the shapes of its parameters."""
+
+    def __init__(self, recordings: Sequence[Recording], shapes: Mapping[str, Shape]) -> None:
+        self.recordings, self.shapes = recordings, shapes
+        self.parameters = {name: Parameter(0.0, "-", "live") for name in shapes}
+
+    def __call__(
+        self, parameter_sets: Sequence[Mapping[str, float]]
+    ) -> list[list[dict[str, FloatArray]]]:
+        """Series for every set and recording."""
+        return [[{COLUMN: self._sum(s, r.time)} for r in self.recordings] for s in parameter_sets]
+
+    def _sum(self, values: Mapping[str, float], time: FloatArray) -> FloatArray:
+        total = np.zeros(time.size)
+        for name, value in values.items():
+            for letter, amplitude in self.shapes[name].items():
+                total += value * amplitude * wave(1 + WAVES.index(letter), time)
+        return total
+
+
+def effect(
+    name: str,
+    kind: Kind = "missing",
+    *,
+    where: str = "sheath",
+    most: float = 50.0,
+    shape: str | None = None,
+) -> Candidate:
+    """Candidate that adds its parameter's shape; with ``shape`` a second parameter beside it."""
+    terms = [Term((name,), "-", 0.0, -most, most, 0.1)]
+    if shape is not None:
+        terms.append(Term((shape,), "-", 0.0, 1e-3, 1.0, 1.0, starts=(0.05,)))
+    return Candidate(name, kind, where, tuple(terms))
+
+
+def context(
+    shapes: Mapping[str, Shape],
+    truth: Shape,
+    candidates: Iterable[Candidate],
+    present: Sequence[float] = (1.0,) * (2 * BLOCKS),
+) -> SelectionContext:
+    """Selection on a rig that measures ``truth``, times ``present`` in every block, and noise."""
+    made = []
+    for k in range(2):
+        time = (np.arange(BLOCKS * _RATE) + 0.5) / _RATE
+        blocks = np.repeat(present[k * BLOCKS : (k + 1) * BLOCKS], _RATE)
+        series = sum(a * wave(1 + WAVES.index(w), time) for w, a in truth.items())
+        made.append(
+            Recording(
+                name=f"r{k}",
+                model="bench",
+                source="toy",
+                time=time,
+                columns={COLUMN: blocks * series + wave(_NOISE, time)},
+                drive={},
+                measured={COLUMN: Measured("tension", 1.0)},
+            )
+        )
+    problem = Problem(tuple(made), LinearRig(made, shapes), all_samples(made))
+    return SelectionContext(problem, {}, (), tuple(candidates), 0.0, 0.0, lambda *_: None)
+
+
+def select(selection_context: SelectionContext) -> Selection:
+    """Select effects as a diagnosis does, nothing being uncertain."""
+    calibrated = selection_context.fit_model((), (), evaluations=CONVERGED)
+    return select_effects(replace(selection_context, initial_excess=calibrated.excess), calibrated)
+
+
+def selected(*args: object, **kwargs: object) -> set[str]:
+    """Identifiers of the effects selected in a `context` of these arguments."""
+    selection = select(context(*args, **kwargs))  # type: ignore[arg-type]
+    return {e.candidate.identifier for e in selection.effects}

@@ -1,0 +1,160 @@
+"""Laws of a gear behind a reading and of a slip: planted, named, measured, and no other taken."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.lab.diagnosis import CATALOGUE, Diagnosis, diagnose
+from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.lab.replay import Adjustable, patch_model, read_intervals, replay_recording
+from tendon_mj.models import load_model
+
+NOISE = {"input_tension_N": 0.1, "output_tension_N": 0.1}
+DRIVE = "input_displacement_m"
+SLIP = {"reel.slip": -4e-4, "reel.slip_time": 1.203, "reel.slip_duration": 0.024}
+# effects that might be taken for a gear or a slip, and the two
+FEW = [
+    CATALOGUE[name]
+    for name in (
+        *("gear_efficiency", "slip", "friction", "backlash", "creep", "constant_friction"),
+        *("sensor_bias", "sensor_gain", "sensor_drift", "pretension"),
+    )
+]
+
+
+def bench(name: str, turns: list[float], known: dict[str, float]) -> Recording:
+    """The bench driven between turning points [mm], read with noise, with more than it says."""
+    time = np.arange(0.0, 2.4, 0.01)
+    corners = np.linspace(0.1, 2.4, len(turns))
+    place = 1e-3 * np.interp(time, corners, turns)
+    bare = Recording(
+        name=name,
+        model="bench",
+        source="simulated",
+        time=time,
+        columns={DRIVE: place, **{column: np.zeros(time.size) for column in NOISE}},
+        drive={DRIVE: "reel"},
+        measured={c: Measured(c.removesuffix("_N"), noise) for c, noise in NOISE.items()},
+    )
+    clean = replay_recording(bare, parameters=known).columns
+    random = np.random.default_rng(len(name))
+    noisy = {c: clean[c] + random.normal(0.0, noise, time.size) for c, noise in NOISE.items()}
+    return replace(bare, columns={DRIVE: place, **noisy})
+
+
+UP_AND_DOWN, OTHER = [0.0, 1.0, -0.6, 0.9, 0.1, 0.8], [0.0, -0.7, 1.1, 0.2, 0.7, -0.3]
+
+
+def diagnosed(
+    common: dict[str, float],
+    own: dict[str, float] | None = None,
+    held_out: tuple[Recording, ...] | None = None,
+) -> Diagnosis:
+    """Diagnosis of two recordings, the second of which has something of its own."""
+    train = [bench("first", UP_AND_DOWN, common), bench("second", OTHER, {**common, **(own or {})})]
+    unseen = (bench("unseen", OTHER[::-1], common),) if held_out is None else held_out
+    return diagnose(train, unseen, catalogue=FEW)
+
+
+def test_a_gear_is_named_and_measured_and_the_model_has_it(tmp_path: Path) -> None:
+    found = diagnosed({"input_tension.efficiency": 0.8})
+    assert found.verdict == "named"
+    assert found.effects == ["gear_efficiency"]
+    value = found.parameters["input_tension.efficiency"]
+    assert value.low <= 0.8 <= value.high
+    assert value.high - value.low < 0.02
+    made = found.write_model(tmp_path / "model.xml")
+    assert read_intervals(load_model(str(made)))["input_tension.efficiency"][1] < 0.85
+    replayed = replay_recording(bench("third", UP_AND_DOWN, {}), load_model(str(made)))
+    fitted = {name: value.value for name, value in found.parameters.items()}
+    meant = replay_recording(bench("third", UP_AND_DOWN, {}), parameters=fitted)
+    for column in NOISE:
+        np.testing.assert_allclose(replayed.columns[column], meant.columns[column], rtol=1e-12)
+
+
+@pytest.mark.parametrize("held_out", [None, ()], ids=["held out", "tails"])
+def test_a_slip_is_named_with_its_size_its_time_and_its_recording(
+    held_out: tuple[Recording, ...] | None, tmp_path: Path
+) -> None:
+    found = diagnosed({}, SLIP, held_out)
+    assert found.verdict == "named"
+    assert found.effects == ["slip"]
+    size, when, duration = (found.parameters[f"{name} @ second"] for name in SLIP)
+    assert size.low <= SLIP["reel.slip"] <= size.high
+    assert abs(size.value - SLIP["reel.slip"]) < 1e-5
+    assert when.low <= SLIP["reel.slip_time"] <= when.high
+    assert duration.low <= SLIP["reel.slip_duration"] <= duration.high
+    assert when.high - when.low <= 0.02
+    assert abs(when.value - SLIP["reel.slip_time"]) < 0.002
+    for word in ("µm", "let out", "1.2", "'second'", "reel"):
+        assert word in found.findings[0].statement
+    assert json.loads(json.dumps(found.result()))["parameters"]["reel.slip @ second"]
+    text = found.write_model(tmp_path / "model.xml").read_text("utf-8")
+    assert "slip" not in text.replace("slip_", "")
+    shown = {row.measured.name for row in found.simulate()}
+    assert "second" in shown
+
+
+def test_a_slip_in_a_recordings_known_replays_it() -> None:
+    slipped = bench("second", OTHER, SLIP)
+    stated = replay_recording(replace(slipped, known=SLIP))
+    since, lasting = SLIP["reel.slip_time"], SLIP["reel.slip_duration"]
+    share = np.clip((slipped.time - since) / lasting, 0.0, 1.0)
+    moved = slipped.columns[DRIVE] + SLIP["reel.slip"] * share
+    shifted = replay_recording(replace(slipped, columns={**slipped.columns, DRIVE: moved}))
+    for column, noise in NOISE.items():
+        assert np.std(slipped.columns[column] - stated.columns[column]) < 1.1 * noise
+        difference = np.abs(stated.columns[column] - shifted.columns[column])
+        ramp = np.searchsorted(slipped.time, since) + np.arange(-1, 20)  # whose corners differ
+        assert np.delete(difference, ramp).max() < 0.1 * noise
+
+
+def test_a_slip_is_of_no_model(tmp_path: Path) -> None:
+    with pytest.raises(InvalidValueError, match=r"reel\.slip.*\[known\]"):
+        patch_model("bench", {"reel.slip": 1e-3}, tmp_path / "model.xml")
+
+
+def test_only_what_takes_a_place_slips_and_only_what_bears_a_load_has_a_gear() -> None:
+    names = Adjustable(load_model("joint")).names()
+    slipping = [name for name in names if name.endswith(".slip")]
+    geared = [name for name in names if name.endswith(".efficiency")]
+    assert slipping == ["command.slip", "reel_1.slip", "reel_2.slip"]
+    assert geared == ["input_tension_1.efficiency", "input_tension_2.efficiency"]
+
+
+@pytest.mark.parametrize(
+    ("common", "own", "right"),
+    [
+        ({"sheath.friction": 0.25}, {}, "friction"),
+        ({"sheath.backlash": 2e-4}, {}, "backlash"),
+        ({"input_tension.scale": 1.1}, {}, "sensor_gain"),
+        ({"input_tension.drift": 0.5}, {}, "sensor_drift"),
+        ({"sheath.creep": 0.4, "sheath.creep_time": 0.8}, {}, "creep"),
+    ],
+)
+def test_neither_takes_the_place_of_another(
+    common: dict[str, float], own: dict[str, float], right: str
+) -> None:
+    found = diagnosed(common, own)
+    assert found.effects[:1] == [right]
+    assert not {"gear_efficiency", "slip"} & {*found.effects, *chain(*found.indistinguishable)}
+
+
+def test_a_step_of_one_readings_zero_is_no_slip() -> None:
+    train = [bench("first", UP_AND_DOWN, {}), bench("second", OTHER, {})]
+    stepped = train[1].columns["input_tension_N"] + 3.0 * (train[1].time > 1.2)
+    train[1] = replace(train[1], columns={**train[1].columns, "input_tension_N": stepped})
+    found = diagnose(train, [bench("unseen", OTHER[::-1], {})], catalogue=FEW)
+    assert "slip" not in (*found.effects, *found.closest)
+
+
+def test_with_nothing_hidden_nothing_is_named() -> None:
+    found = diagnosed({})
+    assert found.verdict == "nothing missing"

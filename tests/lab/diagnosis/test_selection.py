@@ -1,0 +1,175 @@
+"""Selection of effects: one law for each of its steps, on a rig that is linear."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.lab.diagnosis.linear_rig import BLOCKS, Shape, context, effect, select, selected
+
+A, B, C = (effect(name) for name in "abc")
+W = effect("w")
+
+
+def imitator(a: float, b: float, different: float) -> dict[str, Shape]:
+    """Shapes of two effects, and of a third that nearly is their sum."""
+    return {"a": {"a": 1.0}, "b": {"b": 1.0}, "c": {"a": a, "b": b, "d": different}}
+
+
+def alone(power: float) -> set[str]:
+    """Selection where a single effect takes that much off the reduced χ²."""
+    return selected({"w": {"w": 1.0}}, {"w": np.sqrt(power)}, [W])
+
+
+def test_the_calibrated_model_leaves_exactly_what_it_lacks() -> None:
+    selection = select(context(imitator(1.0, 1.0, 0.1), {"a": 5.0, "b": 3.0}, []))
+    assert selection.calibrated.excess == pytest.approx(34.0)
+    assert selection.effects == ()
+
+
+def test_an_early_choice_that_imitates_two_effects_is_swapped() -> None:
+    """{c} leaves 2; {c, a} leaves 0.13, where nothing more is added; {a, b} leaves 0."""
+    shapes, truth = imitator(1.0, 1.0, 0.12), {"a": 5.0, "b": 3.0}
+    selection = select(context(shapes, truth, [A, B, C]))
+    assert selection.first is not None
+    assert selection.first.fitted[0].candidate == C
+    assert {e.candidate for e in selection.effects} == {A, B}
+    assert selection.final.excess == pytest.approx(0.0, abs=1e-3)
+
+
+def test_the_second_best_choice_is_tried_where_the_best_leads_nowhere() -> None:
+    """{c} leaves 1.5, to which neither a nor b alone adds anything; {a}, then {a, b} leaves 0."""
+    shapes, truth = imitator(1.2, 0.8, 0.25), {"a": 6.0, "b": 4.0}
+    assert selected(shapes, truth, [A, B, C]) == {"a", "b"}
+    assert selected(shapes, truth, [A, C]) == {"c"}  # where it does not lead to the end either
+
+
+def test_the_second_best_choice_is_tried_in_the_second_round_too() -> None:
+    """{w}, then {w, c}, which leaves 1.5 as above; {w, a}, then {w, a, b} leaves 0."""
+    shapes = {**imitator(1.2, 0.8, 0.25), "w": {"w": 1.0}}
+    truth = {"a": 6.0, "b": 4.0, "w": 10.0}
+    assert selected(shapes, truth, [A, B, C, W]) == {"a", "b", "w"}
+
+
+@pytest.mark.parametrize(("unknown", "tried"), [(1.95, True), (2.15, False)])
+def test_the_second_best_choice_is_tried_where_less_than_a_tenth_remains(
+    unknown: float, tried: bool
+) -> None:
+    """As above, beside an unknown error: {c} leaves 9.5 % of 55.8, or 10.8 % of 56.6."""
+    truth = {"a": 6.0, "b": 4.0, "w": unknown}
+    found = selected(imitator(1.2, 0.8, 0.25), truth, [A, B, C])
+    assert found == ({"a", "b"} if tried else {"c"})
+
+
+def test_an_effect_that_others_made_idle_is_eliminated() -> None:
+    """{c}, then {c, a}, then {c, a, b}, in which c does nothing."""
+    shapes, truth = imitator(1.0, 1.0, 0.3), {"a": 5.0, "b": 3.0}
+    assert selected(shapes, truth, [A, B, C]) == {"a", "b"}
+
+
+def test_a_tie_goes_to_a_wrong_parameter_before_a_missing_effect() -> None:
+    """The parameter leaves 0.008 more than the effect."""
+    shapes = {"a": {"a": 1.0}, "b": {"a": 1.0, "b": 0.03}}
+    parameter = effect("b", "parameter")
+    assert selected(shapes, {"a": 3.0}, [A, parameter]) == {"b"}
+    shapes["b"] = {"a": 1.0, "b": 0.1}  # 0.09 more is no tie
+    assert selected(shapes, {"a": 3.0}, [A, parameter]) == {"a"}
+
+
+def test_a_tie_goes_to_fewer_terms() -> None:
+    """The second term of b takes 0.008 off."""
+    shapes = {"a": {"a": 1.0}, "b": {"a": 1.0}, "d": {"d": 1.0}}
+    long = effect("b", shape="d")
+    assert selected(shapes, {"a": 3.0, "d": 0.09}, [long, A]) == {"a"}
+    assert selected(shapes, {"a": 3.0, "d": 0.5}, [long, A]) == {"b"}
+
+
+@pytest.mark.parametrize(("opposed", "added"), [(6, False), (4, False), (2, True)])
+def test_a_gain_that_may_be_chance_is_not_added(opposed: int, added: bool) -> None:
+    """Of 20 blocks some have the opposite sign: gains of 0.4, 1.1 and 2.3 standard errors."""
+    present = np.ones(2 * BLOCKS)
+    present[:: 2 * BLOCKS // opposed][:opposed] = -1.0
+    present[np.flatnonzero(present < 0.0)[opposed:]] = 1.0
+    assert (selected({"w": {"w": 1.0}}, {"w": 3.0}, [W], present) == {"w"}) == added
+
+
+def test_what_is_below_the_detection_limit_is_not_named() -> None:
+    assert alone(0.15) == set()
+    assert alone(0.3) == {"w"}
+
+
+def test_an_effect_that_closes_less_than_a_sixtieth_of_the_error_is_not_added() -> None:
+    """Beside an unknown error of 20 noise rms it takes 0.3 to be worth a name, or 0.013 rms."""
+    shapes = {"w": {"w": 1.0}}
+    assert selected(shapes, {"w": np.sqrt(0.5), "a": 20.0}, [W]) == set()
+    assert selected(shapes, {"w": np.sqrt(0.5), "a": 1.0}, [W]) == {"w"}
+
+
+def test_a_strength_at_the_end_of_its_range_is_not_selected() -> None:
+    """Held at 4.9, a would leave 0.01; b leaves 0.25."""
+    shapes = {"a": {"a": 1.0}, "b": {"a": 1.0, "b": 0.1}}
+    assert selected(shapes, {"a": 5.0}, [A, B]) == {"a"}
+    assert selected(shapes, {"a": 5.0}, [effect("a", most=4.9), B]) == {"b"}
+
+
+def test_at_most_three_effects_are_selected_the_largest_first() -> None:
+    shapes = {name: {name: 1.0} for name in "abcd"}
+    truth = {"a": 4.0, "b": 3.0, "c": 2.0, "d": 1.0}
+    selection = select(context(shapes, truth, [effect(name) for name in "dcba"]))
+    assert [e.candidate.identifier for e in selection.effects] == ["a", "b", "c"]
+    assert selection.final.excess == pytest.approx(1.0, abs=0.01)
+
+
+def test_selection_ends_where_the_simplest_of_a_tie_is_not_worth_adding() -> None:
+    """The effect gains 0.207, the parameter that ties with it 0.196, and 0.2 is the limit."""
+    shapes = {"a": {"a": 1.0}, "b": {"a": 1.0, "d": 0.25}}
+    assert selected(shapes, {"a": 0.457}, [A, effect("b", "parameter")]) == set()
+
+
+def test_a_parameter_of_the_model_is_no_further_candidate() -> None:
+    """Held at 0.05, a leaves 25, which the same with a wider range would explain."""
+    narrow, wide = effect("a", most=0.05), replace(A, where="another")
+    given = context({"a": {"a": 1.0}, "b": {"b": 1.0}}, {"a": 5.0, "b": 2.0}, [wide, B])
+    found = given.extend(given.fit_model((narrow,), (0.04,)))
+    assert [score.candidate for score in found.scores] == [B]
+
+
+def test_a_second_best_choice_that_leads_to_less_is_not_kept() -> None:
+    """{c} leaves 1.5, {again}, which writes c too and so excludes it, leaves 4."""
+    shapes = {"c": {"a": 1.2, "b": 0.8, "d": 0.25}, "a": {"a": 1.2}}
+    term = replace(C.terms[0], targets=("a", "c"))
+    again = replace(C, identifier="again", terms=(term,))
+    selection = select(context(shapes, {"a": 6.0, "b": 4.0}, [C, again]))
+    assert selection.first is not None
+    assert [m.candidate for m in selection.first.fitted] == [C, again]
+    assert [e.candidate for e in selection.effects] == [C]
+
+
+def test_an_effect_is_not_swapped_for_one_that_only_ties() -> None:
+    """Alone c is worse than a, and beside b as good: a rival, though it is simpler."""
+    shapes = {"a": {"a": 1.0}, "b": {"b": 1.0}, "c": {"a": 1.0, "b": -0.1, "d": 0.02}}
+    wrong = effect("c", "parameter")
+    selection = select(context(shapes, {"a": 5.0, "b": 3.0}, [A, B, wrong]))
+    assert {e.candidate: e.rivals for e in selection.effects} == {A: (wrong,), B: ()}
+
+
+def test_one_effect_on_many_elements_leaves_fits_for_others() -> None:
+    """Five elements that explain the same, and another effect that explains nearly as much."""
+    names = [f"a{k}" for k in range(5)]
+    shapes: dict[str, Shape] = {name: {"a": 1.0} for name in names}
+    shapes["b"] = {"a": 1.0, "b": 0.3}
+    candidates = [replace(effect(n, where=n), identifier="a") for n in names] + [B]
+    extended = context(shapes, {"a": 3.0}, candidates)
+    found = extended.extend(extended.fit_model((), ()))
+    assert sorted(m.candidate.identifier for m in found.fitted if m.candidate) == ["a"] * 3 + ["b"]
+    assert len(found.scores) == 6
+
+
+def test_two_effects_that_explain_the_same_are_rivals() -> None:
+    shapes: dict[str, Shape] = {"a": {"a": 1.0}, "b": {"a": 1.0, "b": 0.01}, "c": {"c": 1.0}}
+    (only,) = select(context(shapes, {"a": 3.0}, [A, B, C])).effects
+    assert only.candidate == A
+    assert only.rivals == (B,)
+    assert only.confidence == pytest.approx(0.5, abs=0.02)

@@ -1,0 +1,114 @@
+"""A rig without physics, on which two effects coincide within what was recorded.
+
+Its tension is 20 N, plus a·g_a(x) + b·g_b(x) for a drive x [mm] and shapes g that a test chooses,
+plus c·x·p for a pretension p that the user can set. At its input only a is felt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+
+import numpy as np
+
+from tendon_mj.lab.diagnosis import Diagnosis, Effect, ParameterSpecification, diagnose, on_sheaths
+from tendon_mj.lab.experiment_design import DriveBounds, ExperimentBounds
+from tendon_mj.lab.recordings import Measured, Recording, Uncertain
+from tendon_mj.lab.replay import Parameter, Simulates
+from tendon_mj.typing import FloatArray
+
+Shapes = Mapping[str, Callable[[FloatArray, FloatArray], FloatArray]]  # (time [s], x [mm]) → N
+
+NOISE = 0.05
+DRIVE, TENSION, INPUT = "input_displacement_m", "output_tension_N", "input_tension_N"
+PRETENSION = "sheath.pretension"
+
+
+class ShapedRig(Simulates):
+    """Simulator that adds up the shapes of its parameters."""
+
+    def __init__(self, recordings: Sequence[Recording], shapes: Shapes) -> None:
+        self.recordings, self.shapes = list(recordings), shapes
+        self.parameters = {name: Parameter(0.0, "N", "live") for name in shapes}
+        self.parameters[PRETENSION] = Parameter(20.0, "N", "live")
+
+    def __call__(
+        self, parameter_sets: Sequence[Mapping[str, float]]
+    ) -> list[list[dict[str, FloatArray]]]:
+        """Series for every set and recording."""
+        return [[self._one(s, r) for r in self.recordings] for s in parameter_sets]
+
+    def _one(self, values: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
+        felt = {name: value for name, value in values.items() if name == "sheath.a"}
+        tensions = {TENSION: self._sum(values, recording), INPUT: self._sum(felt, recording)}
+        return {column: tensions[column] for column in recording.measured}
+
+    def _sum(self, values: Mapping[str, float], recording: Recording) -> FloatArray:
+        place = recording.columns[DRIVE] / 1e-3 * recording.known.get(PRETENSION, 20.0) / 20.0
+        series = np.full(place.size, 20.0)
+        for name, shape in self.shapes.items():
+            series += values.get(name, 0.0) * shape(recording.time, place)
+        return series
+
+
+def effect(name: str) -> Effect:
+    """An effect of the strength ``sheath.<name>``."""
+    return Effect(
+        identifier=name,
+        name=name,
+        equation="",
+        signature="",
+        source="made",
+        binding=on_sheaths(ParameterSpecification(name, "N", -100.0, 100.0, 0.1)),
+    )
+
+
+def record(
+    name: str,
+    shapes: Shapes,
+    truth: Mapping[str, float],
+    *,
+    uncertain: Mapping[str, Uncertain] | None = None,
+    amplitude: float = 0.5e-3,
+    like: Recording | None = None,
+) -> Recording:
+    """Four seconds of the rig under a slow sine, or under what drives another recording."""
+    time = np.round(np.arange(0.0, 4.0, 0.01), 6) if like is None else like.time
+    sine = amplitude * np.sin(2.0 * np.pi * 0.5 * time)
+    measured = {TENSION: Measured("output_tension", NOISE)} if like is None else like.measured
+    still = dict.fromkeys(measured, 0.0 * time)
+    blank = Recording(
+        name=name,
+        model="bench",
+        source="made",
+        time=time,
+        columns={DRIVE: sine if like is None else like.columns[DRIVE], **still},
+        drive={DRIVE: "reel"},
+        measured=measured,
+        known={} if like is None else like.known,
+        uncertain=uncertain or {},
+    )
+    random = np.random.default_rng(len(name) + ord(name[0]))
+    noisy = {
+        column: series + random.normal(0.0, NOISE, time.size)
+        for column, series in ShapedRig([blank], shapes)([truth])[0][0].items()
+    }
+    return Recording(
+        **{field: getattr(blank, field) for field in ("name", "model", "source", "time")},
+        **{field: getattr(blank, field) for field in ("drive", "measured", "known", "uncertain")},
+        columns={**blank.columns, **noisy},
+    )
+
+
+def diagnosed(
+    recordings: Sequence[Recording], held_out: Sequence[Recording], shapes: Shapes, *names: str
+) -> Diagnosis:
+    """Diagnosis with effects of these names."""
+    simulator = partial(ShapedRig, shapes=shapes)
+    return diagnose(recordings, held_out, simulator, catalogue=[effect(name) for name in names])
+
+
+def bounds(high: float = 2e-3, **others: object) -> ExperimentBounds:
+    """Bounds of the drive [m], and others."""
+    given = {DRIVE: DriveBounds(-high, high, 20e-3, 1.0)}
+    return ExperimentBounds(drive=given, **others)  # type: ignore[arg-type]

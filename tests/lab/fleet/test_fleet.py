@@ -1,0 +1,150 @@
+"""A fleet from its folder to its page."""
+
+import json
+
+import pandas
+import pytest
+
+from tendon_mj.cli import main
+from tendon_mj.lab.fleet import run_fleet
+from tendon_mj.lab.fleet.store import RigFiles
+from tendon_mj.lab.tasks import Workers
+from tests.lab.fleet.small_fleet import AFTER, BEFORE, CHANGED, DAYS, write_fleet
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """Folders of a fleet and of what was found of it."""
+    base = tmp_path_factory.mktemp("fleet")
+    write_fleet(base / "hands")
+    broken = base / "hands" / "hand_9"
+    broken.mkdir()
+    still = "time_s,reel_m,input_N,output_N\n" + "".join(f"{0.1 * k},0,20,20\n" for k in range(20))
+    (broken / "2026-03-01.csv").write_text(still, encoding="utf-8")
+    for rig in ("hand_1", "hand_2"):
+        (base / "hands" / rig / "2026-03-04T12.csv").write_text(still, encoding="utf-8")
+    (base / "hands" / "hand_2" / "2026-02-28.csv").write_text("time_s,reel_m\nx,y\n", "utf-8")
+    (base / "hands" / "hand_2" / "2026-03-09.csv").symlink_to(base / "gone.csv")
+    assert main(["fleet", str(base / "hands"), "--out", str(base / "out"), "--processes", "1"]) == 0
+    return base
+
+
+def test_the_rig_that_changed_is_named_with_what_and_since_when(run):
+    found = json.loads((run / "out" / "result.json").read_text(encoding="utf-8"))
+    rigs = {rig["rig"]: rig for rig in found["rigs"]}
+    changed = rigs[CHANGED]["changed"]
+    assert {name for name, rig in rigs.items() if rig["verdict"] == "changed"} == {CHANGED}
+    assert changed["parameter"] == "sheath.friction"
+    assert changed["course"] == "step"
+    assert changed["since"].startswith("2026-03-05")
+    assert [changed["before"], changed["after"]] == pytest.approx([BEFORE, AFTER], abs=0.01)
+    assert f"{CHANGED}: sheath.friction 0.1" in rigs[CHANGED]["sentence"]
+    assert "since 2026-03-05" in rigs[CHANGED]["sentence"]
+
+
+def test_a_rig_that_cannot_be_fitted_is_told_and_stops_no_other(run):
+    found = json.loads((run / "out" / "result.json").read_text(encoding="utf-8"))
+    rigs = {rig["rig"]: rig for rig in found["rigs"]}
+    assert rigs["hand_9"]["verdict"] == "failed"
+    assert rigs["hand_9"]["error"]
+    assert "hand_9" in found["sentence"]
+
+
+def test_a_recording_that_cannot_be_used_is_left_out_and_told_by_its_file(run):
+    found = json.loads((run / "out" / "result.json").read_text(encoding="utf-8"))
+    rigs = {rig["rig"]: rig for rig in found["rigs"]}
+    page = (run / "out" / "fleet.html").read_text(encoding="utf-8")
+    left_out = {
+        "hand_1": {"2026-03-04T12.csv": "the drive stands still"},
+        CHANGED: {
+            "2026-02-28.csv": "2026-02-28.csv, row 2, column 'time_s'",
+            "2026-03-04T12.csv": "the drive stands still",
+            "2026-03-09.csv": "no such file",
+        },
+    }
+    for rig, files in left_out.items():
+        assert len(rigs[rig]["dates"]) == DAYS
+        assert len(rigs[rig]["remarks"]) == len(files)
+        for file, reason in files.items():
+            (told,) = (r for r in rigs[rig]["remarks"] if f"{file} is left out: " in r)
+            assert reason in told
+            assert told in rigs[rig]["sentence"]
+            assert file in page
+    assert not rigs["hand_3"]["remarks"]
+
+
+def test_table_and_page_have_every_rig(run):
+    table = pandas.read_csv(run / "out" / "fleet.csv")
+    assert list(table["rig"]) == ["hand_1", "hand_2", "hand_3", "hand_9"]
+    page = (run / "out" / "fleet.html").read_text(encoding="utf-8")
+    for name in table["rig"]:
+        assert page.count(name) >= 1
+    assert "http" not in page.replace("http-equiv", "")
+
+
+def test_a_second_run_computes_only_what_is_new(run, capsys):
+    kept = sorted((run / "out" / "rigs").rglob("*.json"))
+    times = {path: path.stat().st_mtime_ns for path in kept}
+    fleet = run / "hands"
+    rows = (fleet / "hand_3" / "2026-03-07.csv").read_text(encoding="utf-8")
+    (fleet / "hand_3" / "2026-03-09.csv").write_text(rows.replace("0.79,", "0.795,"))
+    assert main(["fleet", str(fleet), "--out", str(run / "out"), "--processes", "1"]) == 0
+    again = {path.name for path, time in times.items() if path.stat().st_mtime_ns != time}
+    assert again == {"hand_3.json"}
+    assert "1 changed (hand_2)" in capsys.readouterr().out
+
+
+def test_results_that_would_go_to_a_rig_are_refused_and_the_folder_is_as_it_was(run, capsys):
+    rig = run / "hands" / "hand_1"
+    (rig / "replay.png").write_text("mine")
+    (rig / "result.json").write_text('{"files": ["replay.png"]}')
+    before = sorted(rig.iterdir())
+    assert main(["fleet", str(run / "hands"), "--out", str(rig)]) == 2
+    assert "the results go there too" in capsys.readouterr().err
+    assert sorted(rig.iterdir()) == before
+
+
+def test_what_was_found_of_a_rig_with_the_longest_name_is_kept(tmp_path):
+    names = ["å" * 127 + "x", "å" * 127 + "y"]  # 255 bytes, all that the name of a file may have
+    kept = RigFiles(tmp_path, dict.fromkeys(names, "this"))
+    for name in names:
+        kept.write(name, {"rig": name})
+    again = RigFiles(tmp_path, dict.fromkeys(names, "this"))
+    assert again.done() == set(names)
+    assert [again.read(name) for name in names] == [{"rig": name} for name in names]
+
+
+@pytest.mark.parametrize("broken", ["", "{", "[]", '{"of": "this"}', "[" * 200_000, "9" * 5000])
+def test_what_was_kept_and_is_broken_does_not_count(broken, tmp_path):
+    (tmp_path / "hand_1.json").write_text(broken)
+    assert RigFiles(tmp_path, {"hand_1": "this"}).done() == set()
+
+
+def test_what_is_set_anew_each_day_is_no_change(tmp_path):
+    write_fleet(tmp_path / "hands", rigs=2, zero=0.8)
+    found = run_fleet(tmp_path / "hands", tmp_path / "out", on=Workers(processes=1))
+    (changed,) = found.of("changed")
+    assert changed.name == CHANGED
+    assert changed.series.parameter == "sheath.friction"
+    assert changed.change.after == pytest.approx(AFTER, abs=0.015)
+
+
+@pytest.mark.long
+def test_a_rig_with_one_odd_day_is_as_its_fellows_and_the_day_is_told(tmp_path):
+    write_fleet(tmp_path / "hands", rigs=5, odd="hand_4")
+    found = run_fleet(tmp_path / "hands", tmp_path / "out", on=Workers(processes=1))
+    verdicts = {rig.name: rig.verdict for rig in found.rigs}
+    assert verdicts == dict.fromkeys(verdicts, "as its fellows") | {CHANGED: "changed"}
+    odd = next(rig for rig in found.told if rig.name == "hand_4")
+    assert any("is on 2026-03-03, " in remark for remark in odd.remarks)
+
+
+def test_a_fleet_of_which_no_rig_can_be_fitted_is_a_failure_with_page_and_table(tmp_path, capsys):
+    (tmp_path / "hands" / "hand_1").mkdir(parents=True)
+    (tmp_path / "hands" / "hand_1" / "notes.csv").write_text("a,b\n1,2\n", encoding="utf-8")
+    (tmp_path / "hands" / "hand_2").mkdir()
+    out = tmp_path / "out"
+    assert main(["fleet", str(tmp_path / "hands"), "--out", str(out), "--processes", "1"]) == 2
+    assert "no rig could be fitted; hand_1: " in capsys.readouterr().err
+    assert list(pandas.read_csv(out / "fleet.csv")["verdict"]) == ["failed", "failed"]
+    assert "hand_2" in (out / "fleet.html").read_text(encoding="utf-8")

@@ -1,0 +1,502 @@
+"""Laws of tables as others write them: a map of columns, any clock, and what is left alone."""
+
+from __future__ import annotations
+
+import json
+import pickle
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from tendon_mj.cli.check import check
+from tendon_mj.errors import RecordingError, TendonWarning
+from tendon_mj.lab.recordings import Recording, read_recording, read_table, table_file
+
+TIME = np.arange(60) * 0.02
+REEL = 1e-3 * np.sin(2.0 * TIME)  # [m]
+PULL = 20.0 + 3.0 * np.cos(5.0 * TIME)  # [N]
+START = 1_766_147_454_233_218_000  # [ns] since 1970
+DATES = np.datetime64(START, "ns") + (TIME * 1e9).astype("m8[ns]")
+TOML = """model = "bench"
+source = "made up"
+[drive]
+reel_m = "reel"
+[measured]
+pull_N = { sensor = "input_tension", noise = 0.05 }
+"""
+PLAIN = {"time_s": TIME, "reel_m": REEL, "pull_N": PULL}
+
+
+def csv(rows: dict[str, object]) -> str:
+    cells = [[str(cell) for cell in column] for column in rows.values()]
+    return ",".join(rows) + "\n" + "".join(",".join(row) + "\n" for row in zip(*cells, strict=True))
+
+
+def read(
+    folder: Path, table: str, toml: str = "", above: str = "", name: str = "r.csv"
+) -> Recording:
+    (folder / name).write_text(table, encoding="utf-8")
+    (folder / "r.toml").write_text(above + TOML + toml, encoding="utf-8")
+    return read_recording(folder / name)
+
+
+def is_plain(recording: Recording, within: float = 1e-12) -> None:
+    assert list(recording.columns) == ["reel_m", "pull_N"]
+    assert_allclose(recording.time - recording.time[0], TIME, atol=max(within, 1e-12))
+    assert_allclose(recording.columns["reel_m"], REEL, atol=1e-12)
+    assert_allclose(recording.columns["pull_N"], PULL, atol=1e-9)
+
+
+def parquet(path: Path, **columns: object) -> Path:
+    pa = pytest.importorskip("pyarrow")
+    pq = pytest.importorskip("pyarrow.parquet")
+    pq.write_table(pa.table(columns), path)
+    path.with_suffix(".toml").write_text(TOML)
+    return path
+
+
+def log(path: Path, *messages: tuple[str, int, object]) -> Path:
+    writer_of = pytest.importorskip("mcap.writer")
+    with path.open("wb") as file:
+        writer = writer_of.Writer(file)
+        writer.start()
+        schema = writer.register_schema(name="any", encoding="jsonschema", data=b"{}")
+        topics = sorted({topic for topic, _, _ in messages})
+        ids = {topic: writer.register_channel(topic, "json", schema) for topic in topics}
+        for topic, stamp, message in messages:
+            data = json.dumps(message).encode()
+            writer.add_message(ids[topic], log_time=stamp, publish_time=stamp, data=data)
+        writer.finish()
+    return path
+
+
+# --- one map for all formats
+
+COUNTS = np.mod(np.rint(REEL / 1e-3 / 0.01) + 4090.0, 4096.0)  # of 0.01 mm, begins again at 4096
+ENTRY = 'factor = 0.01, offset = -40.9, unit = "mm", period = 4096'
+MAP = f"""[columns]
+reel_m = {{ column = "present_position", topic = "/servo", field = "position.1", {ENTRY} }}
+pull_N = {{ column = "load", topic = "/cell", field = "adc", factor = -0.5, offset = 1.0 }}
+"""
+MAPPED = {"present_position": COUNTS, "load": (PULL - 1.0) / -0.5}
+
+
+def is_mapped(recording: Recording) -> None:
+    assert np.ptp(COUNTS) > 4000.0  # it does begin again
+    assert_allclose(recording.time, TIME, atol=1e-9)
+    assert_allclose(recording.columns["reel_m"], REEL, atol=0.51e-5)
+    assert_allclose(recording.columns["pull_N"], PULL, atol=1e-9)
+    assert recording.measured["pull_N"].noise == 0.05
+
+
+def test_factor_offset_unit_and_period_are_the_same_in_csv_parquet_and_a_log(
+    tmp_path: Path,
+) -> None:
+    is_mapped(read(tmp_path, csv({"time_s": TIME} | MAPPED), MAP))
+    path = parquet(tmp_path / "p.parquet", time_s=TIME, **MAPPED)
+    path.with_suffix(".toml").write_text(TOML + MAP)
+    is_mapped(read_recording(path))
+    messages = []
+    for time, reel, pull in zip(TIME, *MAPPED.values(), strict=True):
+        stamp = START + round(time * 1e9)
+        messages.append(("/servo", stamp, {"position": [0.0, reel]}))
+        messages.append(("/cell", stamp, {"adc": pull}))
+    is_mapped(read_recording(log(tmp_path / "p.mcap", *messages)))
+
+
+def test_elements_of_lists_and_fields_of_structs_of_parquet(tmp_path: Path) -> None:
+    wrench = [{"force": {"x": f, "y": 0.0}} for f in PULL]
+    position = [[0.0, r] for r in REEL]
+    path = parquet(tmp_path / "r.parquet", time_s=TIME, position=position, wrench=wrench)
+    text = '[columns]\nreel_m = "position.1"\npull_N = "wrench.force.x"\n'
+    path.with_suffix(".toml").write_text(TOML + text)
+    is_plain(read_recording(path))
+    path.with_suffix(".toml").write_text(TOML + text.replace("force.x", "force.z"))
+    with pytest.raises(RecordingError, match=r"\[columns\] 'pull_N': unknown column"):
+        read_recording(path)
+    path.with_suffix(".toml").write_text(TOML + text.replace("position.1", "position.2"))
+    with pytest.raises(RecordingError, match=r"r\.parquet, column 'position\.2'"):
+        read_recording(path)
+
+
+def test_a_unit_in_the_file_s_own_name_is_heeded_or_asked_for(tmp_path: Path) -> None:
+    table = csv({"t_ms": TIME * 1e3, "reel_mm": REEL * 1e3, "pull_N": PULL})
+    columns = '[columns]\ntime_s = "t_ms"\nreel_m = "reel_mm"\n'
+    is_plain(read(tmp_path, table, columns))
+    said = '{ column = "reel_mm", factor = 0.001, unit = "m" }'
+    is_plain(read(tmp_path, table, columns.replace('"reel_mm"', said)))
+    for entry in ('{ column = "reel_mm", factor = 0.001 }', '"pull_N"'):
+        with pytest.raises(RecordingError, match=r"\[columns\] 'reel_m': .* say unit = 'm'"):
+            read(tmp_path, table, columns.replace('"reel_mm"', entry))
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ('{ column = "a", factr = 1 }', "did you mean 'factor'?"),
+        ('{ column = "a", factor = 0 }', "factor: cannot be 0.0"),
+        ('{ column = "a", offset = inf }', "offset: inf is out of range"),
+        ('{ column = "a", period = -1 }', "period: cannot be -1.0"),
+        ('{ column = "a", unit = "N" }', "unit: unknown unit 'N'"),
+        ("{ factor = 2 }", "'topic' is missing"),
+        ("3", "got 3"),
+        ('"b"', "unknown column 'b'"),
+    ],
+)
+def test_an_entry_of_the_map_is_refused_by_its_name(tmp_path: Path, entry: str, said: str) -> None:
+    table = csv({"time_s": TIME, "a": REEL, "pull_N": PULL})
+    with pytest.raises(RecordingError) as caught:
+        read(tmp_path, table, f"[columns]\nreel_m = {entry}\n")
+    assert "r.toml, [columns] 'reel_m'" in str(caught.value)
+    assert said in str(caught.value)
+
+
+# --- what is left alone
+
+
+def test_columns_that_are_not_named_are_left_alone_whatever_is_in_them(tmp_path: Path) -> None:
+    odd = {
+        "": range(60),
+        "state": ["PULLING", 'a "quoted, one"'.replace(",", ";")] * 30,
+        "peak_n": ["nan"] * 60,
+        "room_rad": ["", "1.0"] * 30,
+        "spare_N": ["0.1"] * 59 + ["ERR"],
+        "big_m": ["1e300"] * 60,
+        "Größe": ["é"] * 60,
+    }
+    is_plain(read(tmp_path, csv(odd | PLAIN)))
+    kept = read(tmp_path, csv(PLAIN | {"room_rad": TIME}))
+    assert_array_equal(kept.columns["room_rad"], TIME)  # as context, as ever
+    columns = {name: list(values) for name, values in odd.items() if name} | PLAIN
+    is_plain(read_recording(parquet(tmp_path / "q.parquet", **columns)))
+
+
+def test_rows_of_events_are_passed_over(tmp_path: Path) -> None:
+    lines = csv(PLAIN | {"event": [""] * 60}).splitlines()
+    lines.insert(20, f"{TIME[19]},,,contact")  # at the time of a sample
+    lines[5:5] = ["", ",,,pause"]
+    recording = read(tmp_path, "\n".join([*lines, "", ""]))
+    is_plain(recording)
+    assert [recording.row(k) for k in (0, 3, 4, 59)] == [2, 5, 8, 64]
+
+
+def test_a_gap_in_a_table_that_is_else_complete_is_refused_at_its_rows(tmp_path: Path) -> None:
+    pull = [str(f) for f in PULL]
+    for cell in ("", "nan"):
+        pull[7] = pull[30] = cell
+        with pytest.raises(RecordingError, match=r"row 9, column 'pull_N': .* \(and 1 more row\)"):
+            read(tmp_path, csv(PLAIN | {"pull_N": pull}))
+
+
+@pytest.mark.parametrize(
+    ("separator", "decimal", "suffix"),
+    [
+        (";", ".", "csv"),
+        (";", ",", "csv"),
+        ("\t", ".", "tsv"),
+        (" ", ".", "txt"),
+        ("   ", ".", "dat"),
+    ],
+)
+def test_other_separators_are_read(
+    tmp_path: Path, separator: str, decimal: str, suffix: str
+) -> None:
+    lines = csv(PLAIN).replace(".", decimal).replace(",", separator)
+    if decimal == ",":
+        lines = csv(PLAIN).replace(",", ";").replace(".", ",")
+    plain = read(tmp_path, csv(PLAIN))
+    assert read(tmp_path, lines, name=f"r.{suffix}") == plain
+
+
+@pytest.mark.parametrize("more", ["5", "5,6", "5,6,7"])
+def test_rows_that_are_all_too_long_are_refused_and_not_shifted(tmp_path: Path, more: str) -> None:
+    rows = "".join(f"{t},{t},20,{more}\n" for t in range(5))
+    with pytest.raises(RecordingError, match=r"row 2, column 4: '5' is one cell too many"):
+        read(tmp_path, f"time_s,reel_m,pull_N\n{rows}")
+
+
+def test_a_decimal_comma_between_commas_is_refused_at_its_row(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match=r"row 4, column 4: '5' is one cell too many"):
+        read(tmp_path, "time_s,reel_m,pull_N\n0,0,20\n1,0,20\n2,0,20,5\n")
+
+
+# --- names
+
+
+def test_a_table_without_names_takes_them_from_the_description(tmp_path: Path) -> None:
+    body = csv({"frame": range(60)} | PLAIN).partition("\n")[2]
+    header = 'header = ["frame", "time_s", "reel_m", "pull_N"]\n'
+    recording = read(tmp_path, body, above=header)
+    is_plain(recording)
+    assert recording.row(0) == 1
+    with pytest.raises(RecordingError, match=r"row 1: .* header = .* all 4 columns"):
+        read(tmp_path, body)
+    with pytest.raises(RecordingError, match=r"row 1: holds names, 'time_s'"):
+        read(tmp_path, csv(PLAIN), above=header)
+    with pytest.raises(RecordingError, match=r"row 1, column 4: .* one cell too many"):
+        read(tmp_path, body, above='header = ["time_s", "reel_m", "pull_N"]\n')
+
+
+def test_the_header_of_savetxt_is_read(tmp_path: Path) -> None:
+    table = np.column_stack(list(PLAIN.values()))
+    for header in (",".join(PLAIN), "logged by hand\n" + ",".join(PLAIN)):
+        np.savetxt(tmp_path / "r.csv", table, delimiter=",", header=header)
+        is_plain(read(tmp_path, (tmp_path / "r.csv").read_text()))
+    np.savetxt(tmp_path / "r.txt", table, header=" ".join(PLAIN), fmt="%25.17e")
+    is_plain(read(tmp_path, (tmp_path / "r.txt").read_text(), name="r.txt"))
+    is_plain(read(tmp_path, "# made by hand\n\n" + csv(PLAIN)))
+
+
+# --- clocks
+
+
+@pytest.mark.parametrize(
+    ("stamps", "entry", "within"),
+    [
+        (np.datetime_as_string(DATES), "time_s", 0),
+        ([f"2026-03-02 10:15:{2 + t:05.2f}" for t in TIME], "time_s", 0),
+        ([f"2026-03-02T10:15:{2 + t:05.2f}Z" for t in TIME], "time_ms", 0),
+        ([f"2026-03-02T10:15:{2 + t:05.2f}+01:00" for t in TIME], "time_s", 0),
+        ([f"0 days 00:00:{2 + t:09.6f}" for t in TIME], "time_s", 0),
+        ([f"10:15:{2 + t:06.3f}" for t in TIME], "time_us", 0),
+        ([START + round(t * 1e9) for t in TIME], "time_ns", 0),
+        ([(START + round(t * 1e9)) // 1000 for t in TIME], "time_us", 0),
+        ([1_766_147_454_233 + round(t * 1e3) for t in TIME], "time_ms", 1e-6),
+        ([1_766_147_454 + t for t in TIME], "time_s", 3e-7),
+    ],
+)  # fmt: skip
+def test_dates_and_times_since_1970_count_from_the_first_row(
+    tmp_path: Path, stamps: list[object], entry: str, within: float
+) -> None:
+    table = {"timestamp": stamps, "reel_m": REEL, "pull_N": PULL}
+    recording = read(tmp_path, csv(table), f'[columns]\n{entry} = "timestamp"\n')
+    is_plain(recording, within or 2e-9)
+    assert recording.time[0] == 0.0
+
+
+def test_dates_of_parquet_are_read_as_those_of_a_csv(tmp_path: Path) -> None:
+    for dates in (DATES, DATES.astype("M8[us]"), DATES - DATES[0], [str(date) for date in DATES]):
+        path = parquet(tmp_path / "r.parquet", when=dates, reel_m=REEL, pull_N=PULL)
+        path.with_suffix(".toml").write_text(TOML + '[columns]\ntime_s = "when"\n')
+        is_plain(read_recording(path), 1e-6)
+
+
+def test_a_time_need_not_be_first_and_may_be_of_ticks(tmp_path: Path) -> None:
+    is_plain(read(tmp_path, csv({"reel_m": REEL, "time_s": TIME, "pull_N": PULL})))
+    ticks = csv({"tick": range(7, 67), "reel_m": REEL, "pull_N": PULL})
+    recording = read(tmp_path, ticks, '[columns]\ntime_s = { column = "tick", factor = 0.02 }\n')
+    is_plain(recording)
+    assert recording.time[0] == pytest.approx(0.14)  # no date: the file's own zero is kept
+
+
+@pytest.mark.parametrize("text", ["02.03.2026 10:15:02", "yesterday", "2026-13-45"])
+def test_a_time_that_is_none_is_refused_at_its_row(tmp_path: Path, text: str) -> None:
+    stamps = [f"2026-03-02T10:15:{2 + t:05.2f}" for t in TIME]
+    stamps[3] = text
+    table = csv({"when": stamps, "reel_m": REEL, "pull_N": PULL})
+    with pytest.raises(RecordingError, match=r"row 5, column 'when': .* nor a time of ISO 8601"):
+        read(tmp_path, table, '[columns]\ntime_s = "when"\n')
+
+
+def test_a_clock_that_goes_back_is_refused_and_shown_as_written(tmp_path: Path) -> None:
+    stamps = [f"2026-03-02T10:15:{2 + t:05.2f}" for t in TIME]
+    stamps[3], stamps[4] = stamps[4], stamps[3]
+    table = csv({"when": stamps, "reel_m": REEL, "pull_N": PULL})
+    with pytest.raises(
+        RecordingError, match=r"row 6, .*: 2026-03-02T10:15:02\.06.* come after 2026"
+    ):
+        read(tmp_path, table, '[columns]\ntime_s = "when"\n')
+
+
+@pytest.mark.parametrize(("step", "resolution"), [(0.007, 0.01), (0.004, 0.01), (0.0099, 0.01)])
+def test_equal_stamps_of_a_coarse_clock_are_spread_evenly_and_said(
+    tmp_path: Path, step: float, resolution: float
+) -> None:
+    true = np.arange(60) * step
+    shown = np.floor(true / resolution + 1e-9) * resolution
+    with pytest.warns(TendonWarning, match=r"r\.csv, column 'time_s', row \d+: .* clock steps by"):
+        recording = read(tmp_path, csv(PLAIN | {"time_s": shown}))
+    steps = np.diff(recording.time)
+    assert (steps > 0.0).all()
+    assert_allclose(recording.time, true, atol=resolution)
+    if step < 0.009:
+        assert_allclose(steps, step, rtol=0.03)
+
+
+def test_check_says_what_was_done_to_a_table(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shown = np.floor(np.arange(60) * 0.7 + 1e-9) * 0.01
+    (tmp_path / "r.csv").write_text(csv(PLAIN | {"time_s": shown}))
+    (tmp_path / "r.toml").write_text(TOML)
+    result = check((tmp_path / "r.csv",), out=tmp_path / "out")
+    assert "column 'time_s'" in result["table_warnings"][0]
+    assert "nothing looks wrong" not in capsys.readouterr().out
+
+
+def test_one_double_row_moves_no_other_time(tmp_path: Path) -> None:
+    time = np.insert(TIME, 30, TIME[30])
+    table = {"time_s": time, "reel_m": np.insert(REEL, 30, REEL[30]), "pull_N": [20.0] * 61}
+    with pytest.warns(TendonWarning, match="row 33: 0.6 is the time of the row before;"):
+        recording = read(tmp_path, csv(table))
+    others = np.delete(np.arange(61), 31)
+    assert_array_equal(recording.time[others], TIME)
+    assert TIME[30] < recording.time[31] < TIME[31]
+    with pytest.raises(RecordingError, match=r"column 'time_s': all times are 1\.0"):
+        read(tmp_path, csv(PLAIN | {"time_s": [1.0] * 60}))
+
+
+# --- a row a message
+
+
+def messages(drive: list[int], cell: list[int]) -> list[tuple[str, int, float]]:
+    """(topic, stamp [ns], value), in order of time."""
+    reel = [("/reel", START + t, 1e-3 * np.sin(1e-8 * t)) for t in drive]
+    pull = [("/cell", START + t, 20.0 + 3e-9 * t) for t in cell]
+    return sorted([*reel, *pull], key=lambda message: message[1])
+
+
+RATES = {
+    "turns": ([20_000_000 * k for k in range(50)], [7_000_000 + 20_000_000 * k for k in range(50)]),
+    "fast and slow": ([1_000_000 * k for k in range(400)], [10**7 * k + 500 for k in range(41)]),
+    "at common times": ([10**7 * k for k in range(80)], [2 * 10**7 * k for k in range(40)]),
+    "two at one time": ([10**7 * k for k in range(40)] * 2, [3 * 10**6 * k for k in range(130)]),
+}
+
+
+@pytest.mark.parametrize("hold", [False, True])
+@pytest.mark.parametrize("rates", RATES)
+@pytest.mark.filterwarnings("ignore:.*have the time of a later one:tendon_mj.TendonWarning")
+def test_a_table_of_messages_is_the_log_of_these_messages(
+    tmp_path: Path, rates: str, hold: bool
+) -> None:
+    sent = messages(*RATES[rates])
+    log(tmp_path / "r.mcap", *((topic, stamp, {"data": x}) for topic, stamp, x in sent))
+    merged: dict[tuple[int, int], dict[str, float]] = {}
+    for count, (topic, stamp, x) in enumerate(sent):
+        same = rates == "at common times"
+        merged.setdefault((stamp, 0 if same else count), {})[topic] = x
+    rows = {
+        "stamp": [stamp for stamp, _ in merged],
+        "/reel/data": [row.get("/reel", "") for row in merged.values()],
+        "/cell/data": [row.get("/cell", "") for row in merged.values()],
+        "note": ["x"] * len(merged),
+    }
+    toml = """[columns]
+time_ns = "stamp"
+pull_N = { column = "/cell/data", topic = "/cell", field = "data" }
+reel_m = { column = "/reel/data", topic = "/reel", field = "data" }
+"""
+    drive = 'reel_m = { actuator = "reel", hold = true }' if hold else 'reel_m = "reel"'
+    text = TOML.replace('reel_m = "reel"', drive) + toml
+    (tmp_path / "r.toml").write_text(text)
+    (tmp_path / "r.csv").write_text(csv(rows))
+    of_log, of_table = (read_recording(tmp_path / f"r.{suffix}") for suffix in ("mcap", "csv"))
+    assert_allclose(of_table.time, of_log.time, atol=1e-12)
+    for column in ("reel_m", "pull_N"):
+        assert_allclose(of_table.columns[column], of_log.columns[column], rtol=1e-12)
+    stamps = np.array(rows["stamp"])[[of_table.row(k) - 2 for k in range(of_table.time.size)]]
+    assert_allclose((stamps - stamps[0]) * 1e-9, of_table.time, atol=1e-12)
+
+
+def test_a_long_silence_is_said_and_a_column_without_a_value_refused(tmp_path: Path) -> None:
+    cell = [t for t in RATES["turns"][1] if not 2 * 10**8 < t < 7 * 10**8]
+    sent = messages(RATES["turns"][0], cell)
+    rows = {
+        "time_ns": [stamp for _, stamp, _ in sent],
+        "reel_m": [x if topic == "/reel" else "" for topic, _, x in sent],
+        "pull_N": [x if topic == "/cell" else "" for topic, _, x in sent],
+    }
+    with pytest.warns(TendonWarning, match=r"r\.csv: 'pull_N' has no value for"):
+        read(tmp_path, csv(rows))
+    dead = rows["pull_N"][:40] + [""] * (len(sent) - 40)
+    with pytest.warns(TendonWarning, match="rows are left out: .* or 'pull_N' ends earlier"):
+        assert read(tmp_path, csv(rows | {"pull_N": dead})).time[-1] < 0.5
+    with pytest.raises(RecordingError, match=r"column 'pull_N': empty cell"):
+        read(tmp_path, csv(rows | {"pull_N": [""] * len(sent)}))
+
+
+# --- refusals
+
+
+def test_all_faults_of_a_file_are_in_one_message(tmp_path: Path) -> None:
+    table = {
+        "when": ["2026-03-02T10:15:02", "2026-03-02T10:15:03", "2026-03-02T10:15:04"],
+        "reel_m": ["0", "x", "1e40"],
+        "pull_n": ["1", "2", "3"],
+        "load_N": ["1", "inf", "3"],
+        "angle": ["1", "2", "3"],
+    }
+    toml = """[columns]
+lever_rad = "angel"
+"""
+    described = TOML.replace("pull_N", "pull_n") + 'load_N = { sensor = "b" }\n'
+    (tmp_path / "r.toml").write_text(described + toml)
+    (tmp_path / "r.csv").write_text(csv(table))
+    with pytest.raises(RecordingError) as caught:
+        read_recording(tmp_path / "r.csv")
+    for said in (
+        "r.csv, row 1: no column is named 'time_s'",
+        'time_s = "when"',
+        "r.csv, row 3, column 'reel_m': 'x'",
+        "'pull_n' does not end in a unit",
+        "did you mean '_N'?",
+        'pull_N = "pull_n"',
+        "[columns] 'lever_rad': unknown column 'angel'; did you mean 'angle'?",
+    ):
+        assert said in str(caught.value)
+    repaired = described.replace("pull_n", "pull_N").replace("load_N", "reel_2_m")
+    (tmp_path / "r.toml").write_text(repaired + '[columns]\ntime_s = "when"\npull_N = "load_N"\n')
+    with pytest.raises(RecordingError) as caught:
+        read_recording(tmp_path / "r.csv")
+    for said in ("'x' is not a number", "row 3, column 'load_N': inf", "'reel_2_m': unknown"):
+        assert said in str(caught.value)
+
+
+def test_all_faults_of_a_log_are_in_one_message(tmp_path: Path) -> None:
+    path = log(tmp_path / "r.mcap", *(("/a", START + k, {"x": "high"}) for k in range(3)))
+    entries = ['{ topic = "/b", field = "x" }', '{ topic = "/a", field = "x" }']
+    path.with_suffix(".toml").write_text(
+        TOML + f"[columns]\nreel_m = {entries[0]}\npull_N = {entries[1]}\n"
+    )
+    with pytest.raises(RecordingError) as caught:
+        read_recording(path)
+    assert "unknown topic '/b'" in str(caught.value)
+    assert "field 'x' is 'high', not a number" in str(caught.value)
+
+
+def test_a_folder_that_is_there_is_not_said_to_be_missing(tmp_path: Path) -> None:
+    (tmp_path / "bag").mkdir()  # as of rosbag2
+    with pytest.raises(RecordingError, match=r"bag: cannot be read"):
+        read_recording(tmp_path / "bag")
+
+
+class Bomb:
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        return sys.exit, ("unpickled",)
+
+
+@pytest.mark.parametrize("suffix", [*table_file._OTHERS, *table_file._ALIKE, ".mystery", ""])
+def test_a_file_of_another_format_is_named_as_that_and_not_opened(
+    tmp_path: Path, suffix: str
+) -> None:
+    path = tmp_path / f"rec{suffix}"
+    path.write_bytes(pickle.dumps(Bomb()))
+    for described in (False, True):
+        if described:
+            (tmp_path / "rec.toml").write_text(TOML)
+        with pytest.raises(RecordingError, match="CSV, Parquet and MCAP are read: ") as caught:
+            read_recording(path, tmp_path / "rec.toml" if described else None)
+        assert str(caught.value).startswith(f"{path}: ")
+        assert "no such file" not in str(caught.value)
+    with pytest.raises(RecordingError, match="CSV, Parquet and MCAP are read: "):
+        read_table(path)
+    path.unlink()
+    with pytest.raises(RecordingError, match="no such file"):
+        read_recording(path)
+    (tmp_path / f"rec{suffix}.csv").write_text(csv(PLAIN))  # of which this path is the stem
+    (tmp_path / f"rec{suffix}.toml").write_text(TOML)
+    is_plain(read_recording(path))

@@ -1,0 +1,113 @@
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj.errors import RecordingError, UnknownNameError
+from tendon_mj.lab.replay import default_motion, read_motion
+from tendon_mj.models import Bench, Joint, build_bench, build_joint
+
+TIMES = np.linspace(0.0, 12.0, 2401)
+
+
+def test_the_bench_winds_its_reel_in_and_out():
+    drive = default_motion("bench", build_bench(Bench()).compile())
+    reel = np.array([drive(t) for t in TIMES])
+    assert reel.shape == (len(TIMES), 1)
+    assert reel[0] == 0.0
+    assert reel.max() == pytest.approx(0.002, rel=1e-3)
+    assert reel.min() == pytest.approx(-0.002, rel=1e-3)
+
+
+def test_the_joint_follows_a_command_of_sixty_degrees():
+    model = build_joint(Joint()).compile()
+    drive = default_motion("joint", model)
+    control = np.array([drive(t) for t in TIMES])
+    command = control[:, model.actuator("command").id]
+    assert np.abs(command).max() == pytest.approx(np.deg2rad(60.0), rel=1e-3)
+    assert np.abs(np.delete(control, model.actuator("command").id, axis=1)).max() == 0.0
+
+
+def test_any_other_model_stays_within_its_control_ranges():
+    model = mujoco.MjModel.from_xml_string("""
+    <mujoco>
+      <worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+      <actuator>
+        <motor joint="j" ctrlrange="2 5"/><motor joint="j" ctrlrange="-1 1"/><motor joint="j"/>
+      </actuator>
+    </mujoco>""")
+    drive = default_motion("mine", model)
+    control = np.array([drive(t) for t in TIMES])
+    late = control[TIMES > 1.0]
+    assert late[:, 0].min() >= 2.0
+    assert late[:, 0].max() <= 5.0
+    assert np.ptp(late[:, 0]) > 2.0
+    assert np.abs(control[:, 1]).max() <= 1.0
+    assert np.abs(control[:, 2]).max() == pytest.approx(1.0, rel=1e-3)  # without a range
+    assert np.abs(control[0]).max() == 0.0  # starts from rest
+
+
+def test_a_bench_without_its_reel_is_any_other_model():
+    model = mujoco.MjModel.from_xml_string("<mujoco/>")
+    assert default_motion("bench", model)(1.0).shape == (0,)
+
+
+@pytest.mark.parametrize("name", ["left_m", "m", "mm", "speed_rad_per_s", "a_N_m"])
+@pytest.mark.parametrize("ending", ["_N", "_kN"])
+def test_an_actuator_whose_name_is_or_ends_in_a_unit_is_driven(name, ending, tmp_path):
+    model = mujoco.MjModel.from_xml_string(f"""
+    <mujoco>
+      <worldbody><body><joint name="j" type="slide"/><geom size=".1"/></body></worldbody>
+      <actuator><motor name="other" joint="j"/><motor name="{name}" joint="j"/></actuator>
+    </mujoco>""")
+    path = tmp_path / "motion.csv"
+    path.write_text(f"time_s,{name}{ending}\n0,0\n2,4\n")
+    drive, _ = read_motion(path, model)
+    assert drive(1.0) == pytest.approx([0.0, 2000.0 if ending == "_kN" else 2.0])
+
+
+def test_a_table_moves_the_actuators_that_it_names(tmp_path):
+    model = build_joint(Joint()).compile()
+    table = tmp_path / "mine.csv"
+    table.write_text("time_s,command_rad\n1,0\n3,0.5\n")
+    drive, duration = read_motion(table, model)
+    assert duration == 2.0
+    k = model.actuator("command").id
+    assert drive(1.0)[k] == pytest.approx(0.25)
+    assert drive(9.0)[k] == pytest.approx(0.5)
+    assert np.abs(np.delete(drive(1.0), k)).max() == 0.0
+    table.write_text("time_s,comand_rad\n1,0\n3,0.5\n")
+    with pytest.raises(UnknownNameError, match="did you mean 'command'"):
+        read_motion(table, model)
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        (
+            "reel_N",
+            "column 'reel_N': the control of 'reel' is in [m]; the column would be 'reel_m'",
+        ),
+        ("reel_kN", "column 'reel_kN': the control of 'reel' is in [m]; the column would be"),
+        ("reel_deg", "column 'reel_deg': the control of 'reel' is in [m]; the column would be"),
+        ("reel_m,reel_rad", "the column would be 'reel_m'"),
+    ],
+)
+def test_a_column_in_another_unit_than_the_control_is_refused(columns, said, tmp_path):
+    rows = "0,0,0\n1,1,1\n" if "," in columns else "0,0\n1,1\n"
+    (tmp_path / "motion.csv").write_text(f"time_s,{columns}\n{rows}")
+    with pytest.raises(RecordingError) as caught:
+        read_motion(tmp_path / "motion.csv", build_bench(Bench()).compile())
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize("columns", ["twitch_s,twitch_N", "twitch_mm,twitch_rad"])
+def test_two_columns_of_one_actuator_are_refused(columns, tmp_path):
+    """Of a muscle, whose control has no unit of its own."""
+    model = mujoco.MjModel.from_xml_string("""
+    <mujoco>
+      <worldbody><body><joint name="j" range="-1 1"/><geom size=".1"/></body></worldbody>
+      <actuator><muscle name="twitch" joint="j" lengthrange="-1 1"/></actuator>
+    </mujoco>""")
+    (tmp_path / "motion.csv").write_text(f"time_s,{columns}\n0,0,0\n1,1,1\n")
+    with pytest.raises(RecordingError, match="another column moves 'twitch', too; leave one out"):
+        read_motion(tmp_path / "motion.csv", model)

@@ -1,0 +1,70 @@
+"""Values in the units in which engineers read them."""
+
+import math
+
+import pytest
+
+from tendon_mj.lab.replay import engineering_unit, from_to, quantity
+from tendon_mj.plugin import GAINS, PARAMETERS
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "said"),
+    [
+        (0.012, "N m", "12 mN m"),
+        (4.2e-5, "m", "42 µm"),
+        (9.9999e-4, "m", "1 mm"),
+        (20e3, "N", "20 kN"),
+        (0.139, "N", "139 mN"),
+        (math.pi, "rad", "180°"),
+        (0.5, "rad/s", "28.6°/s"),
+        (-0.02, "s", "-20 ms"),
+        (6.06e-5, "m/N", "60.6 µm/N"),
+        (0.004, "N s", "4 mN s"),
+        (0.02, "1/s", "2 %/s"),
+        (0.5, "1/m", "50 %/m"),
+        (0.18, "-", "0.18"),
+        (0.18, "", "0.18"),
+        (3.0, "1", "3"),
+        (0.05, "kg", "50 g"),
+        (2.0, "kg", "2 kg"),
+        (1e-6, "kg m²", "10 g cm²"),
+        (0.0, "N m", "0 N m"),
+        (9.81, "m/s²", "9.81 m/s²"),
+        (2.5, "noise", "2.5 noise"),
+    ],
+)
+def test_a_value_is_written_as_engineers_read_it(value, unit, said):
+    assert quantity(value, unit) == said
+
+
+def test_two_values_share_the_unit_of_the_larger():
+    assert from_to(0.0698, 0.00192, "rad") == "4° → 0.11°"
+    assert from_to(3.6e-4, 2e-6, "m") == "360 → 2 µm"
+    assert from_to(1.5e-3, 2e-6, "m", " to ") == "1.5 to 0.002 mm"
+    assert from_to(0.19, 0.15, "-") == "0.19 → 0.15"
+
+
+@pytest.mark.parametrize(
+    "unit", ["m", "N", "N m", "s", "rad", "kg m²", "N/m", "kg", "m/s²", "m/N", "1/s"]
+)
+@pytest.mark.parametrize("power", range(-8, 9))
+def test_a_value_stays_the_same_quantity(unit, power):
+    """Written in an engineering unit and back, whatever its size."""
+    symbol, factor = engineering_unit(unit, [10.0**power])
+    scale = {"M": 1e6, "k": 1e3, "m": 1e-3, "µ": 1e-6}
+    other = {"°": math.pi / 180.0, "g cm²": 1e-7, "g": 1e-3, "%/s": 1e-2, unit: 1.0}
+    one = other.get(symbol) or scale[symbol[0]]  # in SI
+    assert factor * one == pytest.approx(1.0)
+
+
+def test_every_parameter_s_unit_is_known():
+    """A small value of none of them is written as a power of ten, a ratio or a count aside."""
+    for name, parameter in {**PARAMETERS, **GAINS}.items():
+        if parameter.unit not in ("-", "1"):
+            assert "e-" not in quantity(2.5e-4, parameter.unit), name
+
+
+def test_what_is_not_finite_does_not_choose_a_unit():
+    assert engineering_unit("m", [math.inf, math.nan, 2e-3]).symbol == "mm"
+    assert engineering_unit("m", []).symbol == "m"

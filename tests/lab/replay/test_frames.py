@@ -1,0 +1,179 @@
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj import add_friction
+from tendon_mj.errors import InvalidValueError, TendonError
+from tendon_mj.lab.finger import lasting, press, simulate_finger, tap
+from tendon_mj.lab.replay import FrameRecorder, frictionless, record_frames
+from tendon_mj.models import Bench, build_bench, load_model
+from tendon_mj.show import add_cable, without_tendons
+from tendon_mj.show.render.cable import cable_radius, tension_scale
+
+
+@pytest.fixture(scope="module")
+def model():
+    return build_bench(Bench(guides=4)).compile()
+
+
+def wind_in(time):
+    return [0.002 * time]
+
+
+def test_a_frame_shows_its_own_time_and_the_sensors_tensions(model):
+    frames = record_frames(model, wind_in, duration=0.5, fps=20)
+    assert frames.time == pytest.approx(np.arange(10) / 20)
+    cable = frames.cables["sheath"]
+    assert cable.points.shape == (10, 6, 3)
+    assert cable.tensions.shape == (10, 5)
+    data = mujoco.MjData(model)
+    for _ in range(900):  # to the last frame, at 0.45 s
+        data.ctrl[:] = wind_in(data.time)
+        mujoco.mj_step(model, data)
+    data.ctrl[:] = wind_in(data.time)
+    mujoco.mj_forward(model, data)
+    shown = [data.sensor(name).data[0] for name in ("input_tension", "output_tension")]
+    assert cable.tensions[-1, [0, -1]] == pytest.approx(shown, rel=1e-9)
+
+
+def test_tension_falls_along_a_pulled_tendon(model):
+    frames = record_frames(model, wind_in, duration=0.5, fps=20)
+    assert (np.diff(frames.cables["sheath"].tensions[-1]) < 0.0).all()
+
+
+def test_a_row_of_controls_holds_on_after_its_end(model):
+    row = np.linspace(0.0, 1e-3, 100)[:, None]
+    frames = record_frames(model, row, duration=0.2, fps=50)
+    assert frames.controls[-1] == row[-1]
+    assert frames.controls[1] == row[40]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"duration": 0.0}, r"duration = 0\.0 \[s\]"),
+        ({"fps": float("nan")}, r"fps = nan \[1/s\]"),
+        ({"drive": np.zeros((5, 2))}, r"shape \(5, 2\).*\(steps, 1\)"),
+        ({"drive": lambda time: [0.0, 0.0]}, r"shape \(2,\).*\(1,\)"),
+    ],
+)
+def test_what_cannot_be_is_refused(model, change, said):
+    arguments = {"drive": wind_in, "duration": 1.0} | change
+    with pytest.raises(InvalidValueError, match=said):
+        record_frames(model, **arguments)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_an_unstable_simulation_is_named_with_its_time(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes its log where it runs
+    model = mujoco.MjModel.from_xml_string("""
+    <mujoco>
+      <worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+      <actuator><motor name="m" joint="j"/></actuator>
+    </mujoco>""")
+    with pytest.raises(TendonError, match="unstable before"):
+        record_frames(model, lambda time: [1e300], duration=1.0)
+
+
+def test_a_cable_is_a_capsule_a_segment_and_a_bead_a_guide(model):
+    frames = record_frames(model, wind_in, duration=0.2, fps=10)
+    cable, scale = frames.cables["sheath"], tension_scale(frames.cables)
+    assert scale.vmin <= cable.tensions.min() + 1e-9
+    assert scale.vmax >= cable.tensions.max() - 1e-9
+    scene = mujoco.MjvScene(model, 100)
+    add_cable(scene, cable.points[-1], cable.tensions[-1], scale, 0.001)
+    kinds = [scene.geoms[k].type for k in range(scene.ngeom)]
+    assert kinds.count(mujoco.mjtGeom.mjGEOM_CAPSULE) == 5
+    assert kinds.count(mujoco.mjtGeom.mjGEOM_SPHERE) == 4
+    assert not np.allclose(scene.geoms[0].rgba, scene.geoms[4].rgba)
+
+
+def test_a_full_scene_takes_no_more(model):
+    frames = record_frames(model, wind_in, duration=0.1, fps=10)
+    cable, scene = frames.cables["sheath"], mujoco.MjvScene(model, 3)
+    add_cable(scene, cable.points[0], cable.tensions[0], tension_scale(frames.cables), 0.001)
+    assert scene.ngeom == 3
+
+
+def test_the_model_itself_keeps_its_looks(model):
+    before = model.tendon_rgba.copy(), model.site_rgba.copy()
+    bare = without_tendons(model)
+    assert bare.tendon_rgba[0, 3] == 0.0
+    assert (model.tendon_rgba == before[0]).all()
+    assert (model.site_rgba == before[1]).all()
+
+
+def test_only_the_sites_on_the_path_are_hidden():
+    """A path names sites, geoms and pulleys by numbers of three kinds."""
+    spec = mujoco.MjSpec.from_string("""
+    <mujoco><worldbody>
+      <replicate count="20" offset="0 0 1"><geom size=".1"/></replicate>
+      <geom name="drum" type="cylinder" size=".05 .1" pos=".3 0 0" euler="90 0 0"/>
+      <site name="a"/><site name="b" pos=".6 0 0"/>
+      <body pos=".8 0 0"><joint type="slide"/><geom size=".01"/>
+        <site name="c"/><site name="d" pos="0 0 .1"/></body>
+      <site name="beside"/>
+    </worldbody>
+    <tendon><spatial name="t">
+      <site site="a"/><geom geom="drum"/><site site="b"/><pulley divisor="2"/>
+      <site site="c"/><site site="d"/>
+    </spatial></tendon>
+    <actuator><motor tendon="t" gear="-1"/></actuator></mujoco>""")
+    add_friction(spec, "t", friction=0.1)
+    model = spec.compile()
+    assert (model.wrap_objid >= model.nsite).any(), "the number of a geom is that of no site"
+    assert (model.wrap_objid < 0).any(), "that of a pulley neither"
+    bare = without_tendons(model)
+    hidden = {model.site(k).name for k in range(model.nsite) if bare.site_rgba[k, 3] == 0.0}
+    assert hidden == {"a", "b", "c", "d"}
+
+
+def test_cables_side_by_side_do_not_touch(model):
+    frames = record_frames(model, wind_in, duration=0.1, fps=10)
+    one = frames.cables["sheath"]
+    beside = type(one)(one.points + np.array([0.0, 0.0, 0.001]), one.tensions)
+    assert cable_radius(model, {"one": one, "other": beside}) < 0.0005
+
+
+def test_frames_of_a_replay_change_no_reading_and_show_its_poses():
+    model = load_model("finger")
+    plain, recorder = simulate_finger(tap(), model), FrameRecorder(fps=50)
+    recorded = simulate_finger(tap(), model, recorder=recorder)
+    for column, values in plain.columns.items():
+        np.testing.assert_array_equal(recorded.columns[column], values)
+    frames = recorder.frames()
+    assert frames.time == pytest.approx(np.arange(150) / 50)
+    cable = frames.cables["flexor_sheath"]
+    sampled = np.searchsorted(plain.time, frames.time - 1e-9)  # every second sample is a frame's
+    for end, column in ((0, "flexor_input_tension_N"), (-1, "flexor_output_tension_N")):
+        assert cable.tensions[:, end] == pytest.approx(plain.columns[column][sampled], rel=1e-9)
+
+
+def test_the_contact_force_of_a_frame_is_what_the_touch_sensor_feels():
+    model, recorder = load_model("finger"), FrameRecorder(fps=50)
+    simulate_finger(lasting(press(), 4.0), model, recorder=recorder)
+    frames = recorder.frames()
+    felt = frames.readings[:, model.sensor("tip_force").adr[0]]
+    assert felt.max() > 0.5
+    for reading, rows in zip(felt, frames.contacts, strict=True):
+        pushed = np.linalg.norm(rows[:, 3:], axis=1).max() if len(rows) else 0.0
+        assert (pushed > 0.0) == (reading > 0.0), "no arrow of a link that feels nothing"
+        assert pushed >= reading - 1e-9  # a touch sensor leaves out what is tangential
+    pressed = frames.contacts[int(felt.argmax())]
+    assert pressed[0, 3] < 0.0, "the object is pushed towards the palm"
+
+
+def test_the_frictionless_twin_loses_no_tension(model):
+    assert frictionless(model).keys() == {"sheath.friction"}
+    frames = record_frames(model, wind_in, duration=0.3, fps=20, parameters=frictionless(model))
+    assert np.ptp(frames.cables["sheath"].tensions, axis=1).max() < 1e-9
+
+
+def test_frames_that_no_memory_holds_are_refused_before_they_are_made(model):
+    with pytest.raises(InvalidValueError, match=r"1e\+12 \[s\] .* GB of memory"):
+        record_frames(model, wind_in, duration=1e12)
+
+
+def test_a_recorder_that_saw_nothing_has_no_frames():
+    with pytest.raises(InvalidValueError, match="no frame was recorded"):
+        FrameRecorder().frames()

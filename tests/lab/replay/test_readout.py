@@ -1,0 +1,224 @@
+"""Laws of a rig's sensors: plain as they come; late, smooth, scaled, drifting as they are told."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.lab.replay import Adjustable, Readout, replay_recording
+from tendon_mj.lab.replay.clock import make_clock
+from tendon_mj.lab.replay.readout import low_pass, sense_of
+
+TIME = 3.0 + np.linspace(0.0, 2.0, 101)
+CLOCK = make_clock(TIME, longest=0.005)
+GRID = CLOCK.time - CLOCK.start
+
+
+def wave(time):
+    return np.sin(4.0 * time) - 0.3
+
+
+def slider(size="", user="", command=""):
+    """A servo that takes a slide where it is told, and a sensor that sees it."""
+    return mujoco.MjModel.from_xml_string(
+        f"<mujoco>{size}<option timestep='0.002'/><worldbody><body><joint name='slide' type='slide'"
+        " damping='1'/><geom size='0.1' mass='0.1'/></body></worldbody>"
+        f"<actuator><position name='servo' joint='slide' kp='200' {command}/></actuator>"
+        f"<sensor><jointpos name='place' joint='slide' {user}/><jointvel name='speed'"
+        " joint='slide'/></sensor></mujoco>"
+    )
+
+
+def slide_recording(**known):
+    time = np.arange(0.0, 1.0, 0.01)
+    return Recording(
+        name="slid",
+        model="slider",
+        source="made up",
+        time=time,
+        columns={"command_m": 0.1 * np.sin(6.0 * time), "place_m": 0.0 * time},
+        drive={"command_m": "servo"},
+        measured={"place_m": Measured("place")},
+        known={name.replace("__", "."): value for name, value in known.items()},
+    )
+
+
+def placed(model=None, **known):
+    return replay_recording(slide_recording(**known), model or slider()).columns["place_m"]
+
+
+def test_a_plain_sensor_changes_no_bit():
+    series = wave(GRID)
+    np.testing.assert_array_equal(Readout().of(series, CLOCK, TIME), CLOCK.sample(series))
+
+
+def test_scale_then_drift_then_offset():
+    read = Readout(scale=2.0, offset=0.5, drift=0.1).of(wave(GRID), CLOCK, TIME)
+    np.testing.assert_allclose(
+        read, 2.0 * wave(TIME - 3.0) + 0.1 * (TIME - TIME[0]) + 0.5, atol=1e-12
+    )
+
+
+@pytest.mark.parametrize("delay", [0.005, 0.013, 0.4])
+def test_a_delay_shows_what_was_and_before_the_first_sample_nothing_moved(delay):
+    read = Readout(delay=delay).of(wave(GRID), CLOCK, TIME)
+    was = np.maximum(0.0, TIME - TIME[0] - delay)
+    np.testing.assert_allclose(read, wave(was), atol=16.0 / 8.0 * CLOCK.timestep**2)
+
+
+def test_a_delay_of_a_sample_is_the_sample_before():
+    read = Readout(delay=TIME[1] - TIME[0]).of(wave(GRID), CLOCK, TIME)
+    np.testing.assert_allclose(read[1:], wave(TIME - 3.0)[:-1], atol=1e-9)
+
+
+def test_a_delay_beyond_the_end_is_the_beginning():
+    read = Readout(delay=10.0).of(wave(GRID), CLOCK, TIME)
+    np.testing.assert_array_equal(read, np.full(len(TIME), wave(0.0)))
+
+
+@pytest.mark.parametrize("lag", [1e-9, 0.004, 0.1, 50.0])
+def test_a_lag_solves_its_equation_exactly_for_what_is_linear(lag):
+    """lag y' = x − y for x = a t from rest: y = a (t − lag (1 − e^{−t/lag}))."""
+    smooth = low_pass(3.0 * GRID, CLOCK.timestep, lag)
+    exact = 3.0 * (GRID + lag * np.expm1(-GRID / lag))
+    np.testing.assert_allclose(smooth, exact, rtol=1e-9, atol=1e-12)
+
+
+def test_a_lag_leaves_a_constant_alone_and_tends_to_nothing():
+    np.testing.assert_allclose(low_pass(np.full(50, 7.0), 0.001, 0.02), 7.0, rtol=1e-12)
+    np.testing.assert_allclose(low_pass(wave(GRID), 0.005, 1e-12), wave(GRID), atol=1e-9)
+
+
+def test_a_lag_of_slow_signals_is_a_delay():
+    slow = np.sin(0.5 * GRID)
+    late = Readout(delay=0.02).of(slow, CLOCK, TIME)[20:]
+    smooth = Readout(lag=0.02).of(slow, CLOCK, TIME)[20:]
+    np.testing.assert_allclose(smooth, late, atol=1e-4)  # (ω lag)² of it
+
+
+def test_lag_and_delay_commute_once_what_they_began_with_has_passed():
+    both = Readout(lag=0.05, delay=0.02).of(wave(GRID), CLOCK, TIME)
+    lagged = Readout(lag=0.05).of(wave(GRID), CLOCK, TIME)
+    np.testing.assert_allclose(both[1:], lagged[:-1], atol=1e-9)
+
+
+# behind a gear
+
+STROKE = np.interp(TIME - TIME[0], [0.0, 0.4, 0.8, 1.4, 2.0], [0.0, 0.0, 3.0, 3.0, -1.0])
+LOAD = np.full(GRID.size, 8.0)
+
+
+def geared(rest_in=-1.0, rest_out=-1.0, stroke=STROKE, load=LOAD):
+    sense = sense_of(TIME, stroke)
+    gear = Readout(efficiency=0.5, rest_in=rest_in, rest_out=rest_out)
+    return gear.of(load, CLOCK, TIME, sense)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+def test_a_gear_reads_more_winding_in_and_less_paying_out(noise):
+    jitter = np.random.default_rng(1).normal(0.0, noise, TIME.size)
+    read = geared(stroke=STROKE + jitter)
+    np.testing.assert_allclose(read[22:38], 16.0)
+    np.testing.assert_allclose(read[72:98], 4.0)
+    np.testing.assert_allclose(read[:18], 4.0)  # at rest it holds
+
+
+def test_at_rest_a_gear_shows_what_its_friction_leaves():
+    after_in, before_any = slice(42, 68), slice(0, 18)
+    for rest, reading in ((1.0, 16.0), (-1.0, 4.0), (0.0, 8.0)):
+        np.testing.assert_allclose(geared(rest_in=rest)[after_in], reading)
+        np.testing.assert_allclose(geared(rest_out=rest)[before_any], reading)
+    np.testing.assert_allclose(geared(rest_out=1.0)[after_in], 4.0)
+    np.testing.assert_allclose(geared(stroke=-STROKE, rest_out=0.0)[after_in], 8.0)
+
+
+def test_a_force_of_the_other_sign_drives_where_the_first_resists():
+    np.testing.assert_allclose(geared(load=-LOAD), -(LOAD[0] ** 2) / geared())
+
+
+# in MJCF
+
+
+def test_user_data_of_five_zeros_or_too_few_is_a_plain_sensor():
+    plain = placed()
+    for model in (
+        slider("<size nuser_sensor='5'/>"),
+        slider("<size nuser_sensor='3'/>", "user='9 9 9'"),
+        slider("", "user='1 0 0 0 0'"),
+        slider("", "", "user='0 0'"),
+        slider("", "", "user='9'"),
+    ):
+        np.testing.assert_array_equal(placed(model), plain)
+
+
+def test_user_data_acts_as_the_parameters_do():
+    stored = placed(slider("", "user='2 0.5 0.03 0.1 0.2 77'", "user='0.5 0.1'"))
+    told = placed(
+        place__scale=2.0,
+        place__offset=0.5,
+        place__delay=0.03,
+        place__lag=0.1,
+        place__drift=0.2,
+        servo__command_scale=0.5,
+        servo__command_offset=0.1,
+    )
+    np.testing.assert_array_equal(stored, told)
+    late = placed(slider("", "", "user='0.5 0.1 0.03'"))
+    np.testing.assert_array_equal(
+        late,
+        placed(servo__command_scale=0.5, servo__command_offset=0.1, servo__command_delay=0.03),
+    )
+    assert np.abs(stored - placed()).max() > 0.1
+
+
+def test_what_user_data_says_is_a_parameters_value():
+    values = Adjustable(slider("", "user='2 0.5 0.03 0.1 0.2'", "user='0.5 0.1'")).parameters()
+    expected = {"scale": 2.0, "offset": 0.5, "delay": 0.03, "lag": 0.1, "drift": 0.2}
+    assert {n: values[f"place.{n}"].value for n in expected} == expected
+    assert values["speed.scale"].value == 1.0
+    assert values["servo.command_offset"].value == 0.1
+
+
+def test_a_delay_that_looks_ahead_is_refused_wherever_it_stands():
+    with pytest.raises(InvalidValueError, match=r"place\.delay = -0\.1 must be"):
+        placed(slider("", "user='1 0 -0.1 0 0'"))
+    with pytest.raises(InvalidValueError, match=r"servo\.command_delay = -0\.1 must be"):
+        placed(slider("", "", "user='1 0 -0.1'"))
+    with pytest.raises(InvalidValueError, match=r"place\.lag = -0\.1 must be"):
+        placed(place__lag=-0.1)
+
+
+# of the model
+
+
+def test_every_parameter_set_to_what_it_is_changes_no_bit():
+    values = {name: p.value for name, p in Adjustable(slider()).parameters().items()}
+    known = {name.replace(".", "__"): value for name, value in values.items()}
+    np.testing.assert_array_equal(placed(**known), placed())
+
+
+def test_what_is_set_is_read_back():
+    rig = Adjustable(slider())
+    for name, parameter in rig.parameters().items():
+        rig.set({name: parameter.value + 0.25})
+    for name, parameter in Adjustable(slider()).parameters().items():
+        assert rig.parameters()[name].value == parameter.value + 0.25, name
+
+
+def test_gravity_pulls_along_its_axis():
+    still = {"servo__kp": 200.0, "gravity__z": 0.0}
+    along = placed(**{**still, "gravity__z": 10.0})
+    across = placed(**still, gravity__y=10.0)
+    np.testing.assert_array_equal(across, placed(**still))
+    assert np.abs(along - across).max() > 1e-3
+
+
+def test_units_are_those_of_hinges_and_slides():
+    units = {name: p.unit for name, p in Adjustable(slider()).parameters().items()}
+    assert units["slide.stiffness"] == "N/m"
+    assert units["servo.kv"] == "N s/m"
+    assert units["place.lag"] == "s"
+    assert units["gravity.x"] == "m/s²"

@@ -1,0 +1,157 @@
+"""Values for one recording alone, names for several parameters, and how a drive is held."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tendon_mj import (
+    Measured,
+    Recording,
+    Session,
+    Simulator,
+    Uncertain,
+    read_recording,
+    replay_recording,
+    write_recording,
+)
+from tendon_mj.errors import RecordingError, UnknownNameError
+from tendon_mj.lab.replay import expand, matching
+
+TENSION = "output_tension_N"
+
+
+def bench(name: str, **changed: object) -> Recording:
+    """Half a second of the bench."""
+    time = np.arange(0.0, 0.5, 0.01)
+    return Recording(
+        **{
+            "name": name,
+            "model": "bench",
+            "source": "a test",
+            "time": time,
+            "columns": {
+                "input_displacement_m": 5e-4 * np.sin(12.0 * time),
+                TENSION: np.zeros(time.size),
+            },
+            "drive": {"input_displacement_m": "reel"},
+            "measured": {TENSION: Measured("output_tension")},
+            **changed,
+        }
+    )
+
+
+def test_a_value_for_one_recording_is_what_it_would_be_alone() -> None:
+    two = [bench("one"), bench("two.b @ c")]
+    plain, changed = Simulator(two)([{}, {"sheath.pretension @ two.b @ c": 12.0}])
+    alone = Simulator(two[1:])([{"sheath.pretension": 12.0}])[0][0]
+    np.testing.assert_array_equal(changed[0][TENSION], plain[0][TENSION])
+    np.testing.assert_array_equal(changed[1][TENSION], alone[TENSION])
+    assert not np.array_equal(changed[1][TENSION], plain[1][TENSION])
+
+
+def test_a_value_for_one_recording_goes_before_one_for_all() -> None:
+    two = [bench("one"), bench("two")]
+    both = {"sheath.pretension": 15.0, "sheath.pretension @ two": 12.0}
+    found = Simulator(two)([both])[0]
+    for row, pretension in zip(found, (15.0, 12.0), strict=True):
+        alone = Simulator(two[:1])([{"sheath.pretension": pretension}])[0][0]
+        np.testing.assert_array_equal(row[TENSION], alone[TENSION])
+
+
+def test_what_is_known_of_each_recording_acts_on_it_alone() -> None:
+    states = [bench("one", known={"sheath.extra_bend": b}) for b in (0.0, 1.0)]
+    found = Simulator(states)([{}])[0]
+    for state, row in zip(states, found, strict=True):
+        np.testing.assert_array_equal(row[TENSION], replay_recording(state).columns[TENSION])
+
+
+def test_a_session_s_value_is_applied_and_read_back(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    told = bench(
+        "told",
+        session={"output_tension.offset": Session(2.0, 0.5)},
+        uncertain={"sheath*.friction": Uncertain(0.2, 0.1, 0.3, each=True)},
+        hold=("input_displacement_m",),
+        settle=0.25,
+    )
+    again = read_recording(write_recording(told, tmp_path / "told.csv"))
+    assert again == told
+    # the sheath's guess and settling apart, the offset shifts the reading
+    plain = replay_recording(replace(told, session={}))
+    shifted = replay_recording(told)
+    np.testing.assert_allclose(shifted.columns[TENSION], plain.columns[TENSION] + 2.0, atol=1e-12)
+
+
+def test_a_name_stands_for_all_that_fit_it() -> None:
+    names = ["sheath_1.friction", "sheath_2.friction", "joint.friction", "a[1].friction"]
+    assert matching("sheath_*.friction", names) == names[:2]
+    assert matching("joint.friction", names) == ["joint.friction"]
+    assert matching("a[1].friction", names) == ["a[1].friction"]  # a name goes before a pattern
+    both = {"sheath_*.friction": 0.1, "sheath_2.friction": 0.2}
+    assert expand(both, names) == {"sheath_1.friction": 0.1, "sheath_2.friction": 0.2}
+    with pytest.raises(UnknownNameError, match=r"sheeth_\*"):
+        matching("sheeth_*.friction", names)
+    with pytest.raises(RecordingError, match="recording 'one': unknown parameter"):
+        Simulator([bench("one", known={"sheeth_*.friction": 0.1})])
+
+
+def test_a_held_drive_keeps_its_value_until_the_next_sample() -> None:
+    """A staircase of samples that are dense in time is what a held drive means."""
+    time = np.arange(0.0, 0.5, 0.05)
+    steps = 5e-4 * np.sin(12.0 * time)
+    columns = {"input_displacement_m": steps, TENSION: np.zeros(time.size)}
+    held = bench("held", time=time, columns=columns, hold=("input_displacement_m",))
+    dense = np.arange(0.0, 0.4501, 0.001)
+    stairs = steps[np.minimum((dense + 1e-9) // 0.05, time.size - 1).astype(int)]
+    fine = bench(
+        "fine",
+        time=dense,
+        columns={"input_displacement_m": stairs, TENSION: np.zeros(dense.size)},
+        hold=("input_displacement_m",),
+    )
+    found = replay_recording(held).columns[TENSION]
+    np.testing.assert_allclose(found, replay_recording(fine).columns[TENSION][::50], atol=1e-9)
+    smooth = replay_recording(replace(held, hold=())).columns[TENSION]
+    assert float(np.abs(found - smooth).max()) > 0.1
+
+
+def test_without_settling_the_model_starts_in_its_reference_pose() -> None:
+    first = bench("one")
+    at_rest, started = (
+        replay_recording(replace(first, settle=settle)).columns[TENSION][0] for settle in (0.5, 0.0)
+    )
+    assert at_rest == pytest.approx(started, rel=1e-6)  # its drive begins at 0
+    np.testing.assert_array_equal(
+        replay_recording(replace(first, settle=0.0)).columns[TENSION],
+        replay_recording(first, settle=0.0).columns[TENSION],
+    )
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"hold": ("output_tension_N",)}, "hold: unknown driven column"),
+        ({"settle": -1.0}, r"settle: -1.0 \[s\] must be"),
+        (
+            {"known": {"a.b": 1.0}, "session": {"a.b": Session(1.0, 1.0)}},
+            r"\[session\] 'a.b': is in \[known\] too",
+        ),
+        (
+            {"uncertain": {"a.b": Uncertain(1.0, 0.0, 2.0)}, "session": {"a.b": Session(1.0, 1.0)}},
+            r"\[session\] 'a.b': is in \[uncertain\] too",
+        ),
+    ],
+)
+def test_what_contradicts_itself_is_refused(changed: dict[str, object], message: str) -> None:
+    with pytest.raises(RecordingError, match=message):
+        bench("wrong", **changed)
+
+
+def test_a_model_is_sought_beside_the_description(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "hand.xml").write_text("<mujoco/>")
+    written = write_recording(replace(bench("r"), model="hand.xml"), tmp_path / "r.csv")
+    assert read_recording(written).model == str(tmp_path / "hand.xml")
+    written = write_recording(bench("r"), tmp_path / "r.csv")
+    assert read_recording(written).model == "bench"

@@ -1,0 +1,293 @@
+"""A sheath on a tendon that MuJoCo's own actuators and springs pull on."""
+
+import os
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from mujoco import rollout
+
+from tendon_mj.attach import add_friction
+from tests.plugin.models import sheath_view
+
+MODELS = os.environ.get("TENDON_MJ_MODELS", "")
+_FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
+
+ACTUATORS = {
+    "motor": '<motor tendon="t" gear="2" ctrlrange="-20 0"/>',
+    "limited": '<motor tendon="t" ctrlrange="-30 0" forcerange="-9 0"/>',
+    "position": '<position tendon="t" kp="300" dampratio="1" ctrlrange="0.3 0.5"/>',
+    "velocity": '<velocity tendon="t" kv="40" ctrlrange="-1 0"/>',
+    "muscle": '<muscle tendon="t" force="60" lengthrange="0.3 0.6" ctrlrange="0 1"/>',
+    "general": '<general tendon="t" gainprm="-15" biastype="affine" biasprm="-4 0 -3" '
+    'dyntype="filter" dynprm="0.03" ctrlrange="0 1"/>',
+    "two": '<motor tendon="t" ctrlrange="-8 0"/><muscle tendon="t" force="40" '
+    'lengthrange="0.3 0.6" ctrlrange="0 1"/>',
+}
+SPRING = 'stiffness="60" springlength="0.3" damping="0.4"'
+SLACK_SPRING = 'stiffness="60" springlength="0.2 0.4"'  # pulls beyond 0.4 m only
+
+
+def sheath(friction, extra=""):
+    """The plugin's part of a model."""
+    return f"""<extension><plugin plugin="tendon_mj.sheath"><instance name="s">
+        <config key="tendon" value="t"/><config key="friction" value="{friction}"/>{extra}
+        </instance></plugin></extension>"""
+
+
+def arm(actuator="", friction=None, tendon="", extra="", path="", option='timestep="0.001"'):
+    """Two links, pulled by a tendon over two bends."""
+    path = path or "".join(f'<site site="{s}"/>' for s in "abcd")
+    plugin = "" if friction is None else sheath(friction, extra)
+    sensor = "" if friction is None else '<plugin plugin="tendon_mj.sheath" instance="s"/>'
+    return mujoco.MjModel.from_xml_string(f"""<mujoco><option {option}/>{plugin}
+      <worldbody>
+        <site name="a" pos="-0.2 0 0.05"/><site name="b" pos="-0.02 0 0.05"/>
+        <body><joint name="one" axis="0 1 0" damping="0.02"/>
+          <geom type="capsule" fromto="0 0 0 0.2 0 0" size="0.01" mass="0.2"/>
+          <geom name="drum" type="cylinder" size="0.015 0.02" euler="90 0 0" pos="0.2 0 0"
+                contype="0" conaffinity="0"/>
+          <site name="c" pos="0.15 0 0.02"/>
+          <body pos="0.2 0 0"><joint name="two" axis="0 1 0" damping="0.01"/>
+            <geom type="capsule" fromto="0 0 0 0.15 0 0" size="0.01" mass="0.1"/>
+            <site name="d" pos="0.06 0 0.02"/><site name="e" pos="0.1 0 0.01"/>
+          </body></body>
+      </worldbody>
+      <tendon><spatial name="t" {tendon}>{path}</spatial></tendon>
+      <actuator>{actuator}</actuator><sensor>{sensor}</sensor></mujoco>""")
+
+
+def controls(model, seconds=1.0, seed=0):
+    """Smooth random controls, (steps, nu)."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(round(seconds / model.opt.timestep)) * model.opt.timestep
+    low, high = model.actuator_ctrlrange.T
+    rates, phases = rng.uniform(0.5, 3.0, (3, model.nu)), rng.uniform(0.0, 6.0, (3, model.nu))
+    waves = np.sin(rates[:, None] * time[:, None] * 6.28 + phases[:, None]).mean(0)
+    return low + (high - low) * (0.5 + 0.5 * waves)
+
+
+def run(model, inputs):
+    """Positions and sensors at every step, and the data at the end."""
+    data = mujoco.MjData(model)
+    positions, sensors = [], []
+    for row in inputs:
+        data.ctrl[:] = row
+        mujoco.mj_step(model, data)
+        positions.append(data.qpos.copy())
+        sensors.append(data.sensordata.copy())
+    return np.array(positions), np.array(sensors), data
+
+
+@pytest.mark.parametrize("tendon", ["", SPRING, SLACK_SPRING])
+@pytest.mark.parametrize("actuator", ACTUATORS.values(), ids=ACTUATORS)
+def test_without_friction_the_model_moves_as_mujocos_own(actuator, tendon):
+    stock = arm(actuator, tendon=tendon)
+    inputs = controls(stock)
+    expected, _, _ = run(stock, inputs)
+    found, sensors, _ = run(arm(actuator, friction=0.0, tendon=tendon), inputs)
+    assert np.array_equal(found, expected)
+    assert np.array_equal(sensors[:, 0], sensors[:, 1])
+
+
+@pytest.mark.parametrize("actuator", ACTUATORS.values(), ids=ACTUATORS)
+def test_friction_reaches_what_the_actuator_drives(actuator):
+    free, rubbed = arm(actuator, friction=0.0), arm(actuator, friction=0.5)
+    inputs = controls(free, 0.5)
+    assert np.abs(run(free, inputs)[0] - run(rubbed, inputs)[0]).max() > 1e-3
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicit", "implicitfast", "RK4"])
+@pytest.mark.parametrize(
+    ("tendon", "slack", "damping"), [(SPRING, 0.3, 0.4), (SLACK_SPRING, 0.4, 0.0)]
+)
+def test_the_input_tension_is_the_actuators_force(tendon, slack, damping, integrator):
+    model = arm(ACTUATORS["two"], 0.3, tendon, option=f'timestep="0.001" integrator="{integrator}"')
+    data = mujoco.MjData(model)
+    for row in controls(model, 0.3):
+        data.ctrl[:] = row
+        mujoco.mj_forward(model, data)
+        spring = -60.0 * max(0.0, data.ten_length[0] - slack) - damping * data.ten_velocity[0]
+        force = data.actuator_force.sum() + spring
+        assert data.sensordata[0] == pytest.approx(max(0.0, -force), rel=1e-9, abs=1e-9)
+        mujoco.mj_step(model, data)
+
+
+@pytest.mark.parametrize("actuator", ACTUATORS.values(), ids=ACTUATORS)
+def test_the_output_tension_stays_within_what_the_guides_hold(actuator):
+    model = arm(actuator, friction=0.3)
+    data = mujoco.MjData(model)
+    for row in controls(model, 0.5):
+        data.ctrl[:] = row
+        mujoco.mj_step(model, data)
+        bend = 0.3 * sheath_view(model, data).guides["angle"].sum()
+        tension_in, tension_out = data.sensordata
+        assert tension_in * np.exp(-bend) <= tension_out * (1.0 + 1e-9) + 1e-9
+        assert tension_out <= tension_in * np.exp(bend) * (1.0 + 1e-9) + 1e-9
+
+
+def test_sliding_steadily_the_capstan_ratio_is_exact():
+    model = arm(ACTUATORS["velocity"], friction=0.25)
+    data = mujoco.MjData(model)
+    data.ctrl[:] = -1.0
+    mujoco.mj_step(model, data, nstep=60)
+    state = sheath_view(model, data)
+    tensions, angles = state.segments["tension"], state.guides["angle"]
+    assert (state.guides["trial_flow"] > 0.0).all(), "it is pulled in"
+    assert tensions[:-1] / tensions[1:] == pytest.approx(np.exp(0.25 * angles), rel=1e-9)
+
+
+def test_an_actuator_that_pushes_passes_the_sheath_unrubbed():
+    push = '<motor tendon="t" ctrlrange="-5 5"/>'
+    stock, rubbed = arm(push), arm(push, friction=0.6)
+    inputs = np.full((400, 1), 3.0)
+    expected, found = run(stock, inputs), run(rubbed, inputs)
+    assert np.array_equal(expected[0], found[0])
+    assert not found[1].any()
+
+
+@pytest.mark.parametrize("flag", ["actuation", "spring", "damper"])
+def test_what_is_disabled_does_not_pull(flag):
+    option = f'timestep="0.001"><flag {flag}="disable"/></option><option'
+    stock = arm(ACTUATORS["two"], tendon=SPRING, option=option)
+    inputs = controls(stock, 0.3)
+    found, _, data = run(arm(ACTUATORS["two"], 0.0, SPRING, option=option), inputs)
+    assert np.array_equal(found, run(stock, inputs)[0])
+    if flag == "actuation":
+        mujoco.mj_forward(data.model, data)
+        pull = 60.0 * max(0.0, data.ten_length[0] - 0.3) + 0.4 * data.ten_velocity[0]
+        assert data.sensordata[0] == pytest.approx(max(0.0, pull), rel=1e-9)
+
+
+def test_a_tendon_at_rest_has_the_tension_of_its_own_spring():
+    model = arm(friction=0.2, tendon=SPRING)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert data.sensordata[0] == pytest.approx(60.0 * (data.ten_length[0] - 0.3), rel=1e-12)
+
+
+@pytest.mark.parametrize("stiffness", ["", "1e3", "1e5", "1e7"])
+@pytest.mark.parametrize("actuator", ACTUATORS.values(), ids=ACTUATORS)
+def test_friction_only_ever_takes_energy(actuator, stiffness):
+    extra = f'<config key="axial_stiffness" value="{stiffness}"/>' if stiffness else ""
+    model = arm(actuator, friction=0.3, extra=extra, option='timestep="0.002"')
+    data = mujoco.MjData(model)
+    before = np.zeros(2)
+    for row in controls(model, 1.0):
+        data.ctrl[:] = row
+        mujoco.mj_step(model, data)
+        work = sheath_view(model, data).guides["friction_work"].copy()
+        assert (work >= before).all()
+        before = work
+    assert before.sum() > 1e-3
+
+
+def test_a_stretch_that_is_stiffer_than_the_step_resolves_yields():
+    def acting(step, given=""):
+        """EA as the sheath shows it, and as it acts on the stretch that moves."""
+        extra = f'<config key="axial_stiffness" value="{given}"/>' if given else ""
+        model = arm(ACTUATORS["motor"], 0.3, extra=extra, option=f'timestep="{step}"')
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        view = sheath_view(model, data)
+        shown = float(view.state.law.axial_stiffness)
+        share = 1.0 + view.segments["support_compliance"] / view.segments["length"]
+        return shown, shown / share.max()
+
+    assert acting(1e-5) == (1e6, 1e6)
+    shown, resolved = acting(5e-4)
+    assert shown == 1e6
+    assert resolved < 1e6
+    assert acting(1e-3)[1] == pytest.approx(resolved / 4.0)
+    assert acting(5e-4, 1e7) == (1e7, pytest.approx(resolved))
+    assert acting(1e-5, 1e7) == (1e7, pytest.approx(1e6))
+    assert acting(5e-4, 1e3) == (1e3, 1e3)
+    assert acting(0.5)[1] == pytest.approx(1e2)
+
+
+def test_it_converges_to_the_same_motion_from_any_stiffness_above():
+    inputs = controls(arm(ACTUATORS["motor"]), 1.0)
+
+    def motion(stiffness, parts):
+        extra = f'<config key="axial_stiffness" value="{stiffness}"/>'
+        model = arm(ACTUATORS["motor"], 0.3, extra=extra, option=f'timestep="{0.001 / parts}"')
+        return run(model, np.repeat(inputs, parts, axis=0))[0][parts - 1 :: parts]
+
+    fine = motion(1e6, 8)
+    for stiffness in (1e5, 1e6, 1e7):
+        error = np.abs(motion(stiffness, 1) - fine).max() / np.ptp(fine)
+        assert error < 0.02
+
+
+def test_a_copy_a_resumed_run_and_threads_are_bit_exact():
+    model = arm(ACTUATORS["two"], friction=0.3, tendon=SPRING)
+    inputs = controls(model, 0.4)
+    first, second = inputs[:200], inputs[200:]
+    _, _, data = run(model, first)
+    twin = mujoco.MjData(model)
+    state = np.empty(mujoco.mj_stateSize(model, _FULL))
+    mujoco.mj_getState(model, data, state, _FULL)
+    mujoco.mj_setState(model, twin, state, _FULL)
+    for row in second:
+        for each in (data, twin):
+            each.ctrl[:] = row
+            mujoco.mj_step(model, each)
+    assert np.array_equal(data.qpos, twin.qpos)
+    starts = np.repeat(state[None], 4, axis=0)
+    pools = [[mujoco.MjData(model) for _ in range(n)] for n in (1, 2, 4)]
+    runs = [rollout.rollout([model], pool, starts, second[None])[0] for pool in pools]
+    assert all(np.array_equal(runs[0], other) for other in runs[1:])
+    final = np.empty_like(state)
+    mujoco.mj_getState(model, data, final, _FULL)
+    assert np.array_equal(runs[0][0, -1], final)
+
+
+@pytest.mark.parametrize(
+    ("extra", "said"),
+    [
+        ("pretension", "pretension = 5 has no meaning"),
+        ("viscous_friction", "viscous_friction = 5 has no meaning"),
+        ("tendon_mass", "tendon_mass = 5 has no meaning"),
+        ("backlash", "backlash = 5 has no meaning"),
+        ("sheath_compliance", "sheath_compliance = 5 has no meaning"),
+    ],
+)
+def test_what_belongs_to_a_reel_is_refused(extra, said):
+    with pytest.raises(ValueError, match=said):
+        arm(ACTUATORS["motor"], 0.3, extra=f'<config key="{extra}" value="5"/>')
+
+
+def test_a_tendon_that_nothing_pulls_on_needs_a_stiffness():
+    with pytest.raises(ValueError, match="axial_stiffness is missing"):
+        arm(friction=0.3)
+
+
+def test_a_motor_beside_a_reel_is_refused():
+    extra = '<config key="axial_stiffness" value="1e4"/>'
+    reel = '<plugin name="r" plugin="tendon_mj.sheath" instance="s" tendon="t"/>'
+    with pytest.raises(ValueError, match="past the reel"):
+        arm('<motor name="m" tendon="t"/>' + reel, 0.3, extra=extra)
+
+
+@pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")  # of muscles over two sites
+@pytest.mark.skipif(not MODELS, reason="TENDON_MJ_MODELS names no folder")
+@pytest.mark.parametrize("name", ["arm26", "myoelbow", "aero_hand", "myohand"])
+@pytest.mark.parametrize("friction", [0.0, 0.1])
+def test_models_of_others(name, friction):
+    path = str(Path(MODELS) / f"{name}.xml")
+    stock = mujoco.MjModel.from_xml_path(path)
+    model = on_every_driven_tendon(path, friction)
+    inputs = controls(stock, 2.0)
+    expected, found = run(stock, inputs)[0], run(model, inputs)[0]
+    assert np.isfinite(found).all()
+    difference = np.abs(found - expected).max()
+    assert difference == 0.0 if friction == 0.0 else difference > 1e-3
+
+
+def on_every_driven_tendon(path, friction):
+    """A model with a sheath on each tendon that an actuator pulls on."""
+    spec = mujoco.MjSpec.from_file(path)
+    on_tendon = mujoco.mjtTrn.mjTRN_TENDON
+    tendons = sorted({a.target for a in spec.actuators if a.trntype == on_tendon})
+    return add_friction(spec, tendons, friction=friction).compile()

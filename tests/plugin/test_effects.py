@@ -1,0 +1,310 @@
+"""Each effect of a transmission alone, against its closed form."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj import Parameters
+from tests.plugin.drives import ALL, BEND, EA, EFFECTS, GUIDES, LENGTH, PRETENSION, Drives
+from tests.plugin.models import arm, run, snapshot, started
+
+NONE = dict.fromkeys(ALL, 0.0) | {"static_friction": 0.2}
+SCALES = {"stribeck_velocity": 0.02, "creep_time": 0.05}
+MU = 0.2
+
+
+def there_and_back(drives, reach=2e-3, steps=200):
+    way = reach * np.sin(np.linspace(0.0, 4 * np.pi, steps))
+    return drives.follow(way, -0.3 * way)
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
+@pytest.mark.parametrize("scales", [{}, SCALES])
+@pytest.mark.parametrize("damping", [0.0, 1.0])
+def test_an_effect_of_zero_is_none_to_the_last_bit(integrator, scales, damping):
+    law = {"spools": True, "axial_damping": damping, "integrator": integrator}
+    zeros = {k: v for k, v in NONE.items() if k != "axial_damping"}
+    plain, zero = arm(**law), arm(**law | zeros | scales)
+    one, other = (run(m, started(m, 2, 2.0), 300) for m in (plain, zero))
+    np.testing.assert_array_equal(one.qpos, other.qpos)
+    np.testing.assert_array_equal(one.qvel, other.qvel)
+    np.testing.assert_array_equal(one.sensordata, other.sensordata)
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_an_effect_acts(effect):
+    plain, other = Drives(), Drives(**EFFECTS[effect])
+    assert np.abs(there_and_back(plain) - there_and_back(other)).max() > 1e-3
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_an_effect_set_live_is_that_of_a_model_made_with_it(effect):
+    made, live = Drives(**EFFECTS[effect]), Drives()
+    parameters = Parameters(live.model, live.data)
+    for name, value in EFFECTS[effect].items():
+        parameters[f"sheath.{name}"] = value
+    np.testing.assert_array_equal(there_and_back(made), there_and_back(live))
+
+
+@pytest.mark.parametrize("effect", [e for e in EFFECTS if e != "creep"])
+def test_an_effect_that_ends_leaves_nothing_but_where_the_tendon_lies(effect):
+    drives = Drives(**EFFECTS[effect])
+    there_and_back(drives)
+    parameters = Parameters(drives.model, drives.data)
+    for name in EFFECTS[effect]:
+        parameters[f"sheath.{name}"] = 0.0
+    drives.draw(0.05, 400)
+    assert drives.loss == pytest.approx(MU * BEND, rel=1e-9)
+
+
+@pytest.mark.parametrize("extra", [0.8, -0.5])
+def test_extra_bend_rubs_like_drawn_bend(extra):
+    drives = Drives(extra_bend=extra)
+    drives.draw(0.05, 200)
+    assert drives.loss == pytest.approx(MU * (BEND + extra), rel=1e-9)
+    np.testing.assert_allclose(
+        there_and_back(Drives(extra_bend=BEND, friction=0.1)), there_and_back(Drives()), rtol=1e-9
+    )
+
+
+def test_less_bend_than_none_is_none():
+    drives = Drives(extra_bend=-2.0 * BEND)
+    drives.draw(0.05, 20)
+    assert drives.loss == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("asymmetry", [-0.4, 0.3])
+def test_friction_differs_by_direction(asymmetry):
+    drives = Drives(direction_asymmetry=asymmetry, static_friction=0.3)
+    drives.draw(0.05, 200)
+    assert drives.loss == pytest.approx(MU * (1.0 + asymmetry) * BEND, rel=1e-9)
+    drives.draw(-0.05, 200)
+    assert drives.loss == pytest.approx(-MU * (1.0 - asymmetry) * BEND, rel=1e-9)
+
+
+@pytest.mark.parametrize("drift", [0.5, -0.3, -4.0])
+def test_friction_drifts_with_time(drift):
+    drives = Drives(friction_drift=drift)
+    for _ in range(3):
+        drives.draw(0.05, 300)
+        time = drives.data.time - drives.timestep  # of the evaluation that is shown
+        assert drives.loss == pytest.approx(
+            MU * max(0.0, 1.0 + drift * time) * BEND, rel=1e-9, abs=1e-9
+        )
+
+
+@pytest.mark.parametrize("gradient", [8.0, -5.0])
+def test_friction_depends_on_what_has_passed(gradient):
+    drives = Drives(friction_gradient=gradient)
+    for speed in (0.1, 0.1, -0.3):
+        drives.draw(speed, 300)
+        # all of the tendon but what it stretches has moved as the drives have, a step ago
+        passed = drives.data.qpos[0] - speed * drives.timestep
+        _, _, guides = drives.tables()
+        before = guides["passed"] - guides["trial_flow"]
+        np.testing.assert_allclose(before, passed, atol=LENGTH * 200.0 / EA)
+        grown = np.mean(np.maximum(0.0, 1.0 + gradient * before))
+        assert drives.loss == pytest.approx(np.sign(speed) * MU * grown * BEND, rel=1e-9)
+
+
+@pytest.mark.parametrize("speed", [1e-4, 5e-3, 2e-2, 0.5])
+def test_friction_fades_with_speed(speed):
+    drives = Drives(stribeck_friction=0.1, stribeck_velocity=0.01, timestep=2e-3)
+    drives.draw(speed, 500)
+    faded = 0.1 * np.exp(-speed / 0.01)
+    assert drives.loss == pytest.approx((MU + faded) * BEND, rel=1e-6)
+
+
+def test_friction_remembers_speed_for_twenty_milliseconds():
+    drives = Drives(stribeck_friction=0.1, stribeck_velocity=0.01, timestep=1e-4)
+    drives.draw(0.05, 3000)
+    _, _, guides = drives.tables()
+    np.testing.assert_allclose(guides["sliding_speed"], 0.05, rtol=1e-3)
+    for _ in range(200):
+        drives.step(*drives.data.qpos)
+    np.testing.assert_allclose(guides["sliding_speed"], 0.05 * np.exp(-1.0), rtol=6e-3)
+
+
+@pytest.mark.parametrize("viscosity", [1.0, 40.0])
+def test_viscous_friction_is_linear_in_speed(viscosity):
+    drives = Drives(viscous_friction=viscosity, friction=0.0)
+    for speed in (0.02, 0.5, -0.1):
+        ahead, behind = drives.draw(speed, 400)
+        assert ahead - behind == pytest.approx(viscosity * speed, rel=1e-6)
+    assert drives.unsolved == 0.0
+
+
+def test_viscous_friction_comes_on_top_of_the_others():
+    drives = Drives(viscous_friction=16.0, constant_friction=0.8, guides=1)
+    high, low = drives.draw(0.05, 400)
+    assert high == pytest.approx(low * np.exp(MU * BEND) + 0.8 + 16.0 * 0.05, rel=1e-9)
+    low, high = drives.draw(-0.05, 400)
+    assert high == pytest.approx(low * np.exp(MU * BEND) + 0.8 + 16.0 * 0.05, rel=1e-9)
+
+
+def test_viscous_friction_lets_the_tension_even_out_at_rest():
+    drives = Drives(viscous_friction=2e4, friction=0.0)
+    way = np.concatenate([np.linspace(0.0, 1e-3, 20), np.full(2000, 1e-3)])
+    tensions = drives.follow(way)
+    uneven = tensions[:, 0] - tensions[:, 1]
+    assert uneven[19] > 5.0
+    assert np.all(np.diff(uneven[20:]) < 1e-9)
+    assert uneven[-1] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_drum_follows_across_the_backlash():
+    drives = Drives(backlash=4e-4)
+    way = 1e-3 * np.array([0.0, 0.1, 0.2, 0.5, 1.0, 0.9, 0.61, 0.6, 0.3, 0.31, 0.7, 0.71, 1.2])
+    drum = 1e-3 * np.array([0.0, 0.0, 0.0, 0.3, 0.8, 0.8, 0.8, 0.8, 0.5, 0.5, 0.5, 0.51, 1.0])
+    for at, wound in zip(way, drum, strict=True):
+        before = drives.ends
+        drives.step(at)
+        shown = drives.data.sensor("reel_displacement").data[0]
+        assert shown == pytest.approx(wound, abs=1e-9)
+        if len(before) and at in (0.9e-3, 0.61e-3, 0.31e-3):
+            np.testing.assert_allclose(drives.ends, before, rtol=1e-9)
+
+
+def test_a_drive_with_backlash_feels_the_tendon_only_where_it_winds():
+    drives = Drives(backlash=4e-4)
+    for at, felt in ((1e-4, False), (4e-4, True), (5e-4, True), (4.9e-4, False), (0.0, False)):
+        drives.step(at)
+        assert (drives.forces()[0] != 0.0) == felt
+        assert drives.forces()[1] != 0.0
+
+
+@pytest.mark.parametrize("stiffening", [0.0, 3.0, 50.0])
+@pytest.mark.parametrize("tension", [0.0, PRETENSION])
+def test_a_tendon_that_stiffens_has_its_curve(stiffening, tension):
+    drives = Drives(friction=0.0, stiffening=stiffening, pretension=tension, axial_stiffness=2e3)
+    tau = tension / 2e3
+    strain = 2 * tau / (1 + np.sqrt(1 + 4 * stiffening * tau))
+    unstretched = drives.model.tendon_length0[0] / (1.0 + strain)
+    for way in (0.0, 1e-3, 0.03, 0.01, -1e-4):
+        drives.step(way)
+        strain = max(0.0, drives.model.tendon_length0[0] / (unstretched - way) - 1.0)
+        expected = 2e3 * strain * (1.0 + stiffening * strain)
+        np.testing.assert_allclose(drives.tension, expected, rtol=1e-11, atol=1e-9)
+
+
+def test_what_a_drive_of_a_stiffening_tendon_feels_is_its_energy():
+    drives = Drives(friction=0.0, stiffening=20.0, axial_stiffness=2e3)
+    way = np.linspace(0.0, 0.05, 4001)
+    felt = np.empty_like(way)
+    for k, at in enumerate(way):
+        drives.step(at)
+        felt[k] = drives.forces()[0]
+    work = np.sum(0.5 * (felt[1:] + felt[:-1]) * np.diff(way))
+
+    def energy(tension, length):
+        tau = tension / 2e3
+        e = 2 * tau / (1 + np.sqrt(1 + 80.0 * tau))
+        return 2e3 * (e**2 / 2 + 20.0 * e**3 / 3) * length / (1 + e)
+
+    length = drives.model.tendon_length0[0]
+    gained = energy(drives.ends[0], length) - energy(PRETENSION, length)
+    assert work == pytest.approx(gained, rel=1e-5)
+
+
+@pytest.mark.parametrize("damping", [0.0, 2.0])
+def test_creep_relaxes_the_tension(damping):
+    creep, time = 0.4, 0.1
+    drives = Drives(friction=0.0, creep=creep, creep_time=time, axial_damping=damping)
+    drives.step(0.0)
+    np.testing.assert_allclose(drives.tension, PRETENSION, rtol=1e-9)
+    strain = PRETENSION / EA
+    unstretched = drives.model.tendon_length0[0] / (1.0 + strain * (1.0 + creep))
+    shown = drives.follow(np.full(1500, 1e-3))[:, 0]
+    total = drives.model.tendon_length0[0] / (unstretched - 1e-3) - 1.0
+    last = total / (1.0 + creep)
+    assert shown[-1] == pytest.approx(EA * last, rel=1e-5)
+    at = drives.timestep * np.arange(1, 1501)
+    first = total - creep * strain
+    exact = last + (first - last) * np.exp(-at * (1.0 + creep) / time)
+    late = at > 0.02  # what damping adds has gone by then
+    np.testing.assert_allclose(shown[late], EA * exact[late], rtol=2e-3)
+
+
+def test_creep_goes_back_when_the_load_does():
+    drives = Drives(friction=0.0, creep=0.4, creep_time=0.05)
+    drives.follow(np.full(300, 2e-3))
+    after = drives.follow(np.zeros(1000))[:, 0]
+    assert after[0] < 0.9 * PRETENSION
+    assert after[-1] == pytest.approx(PRETENSION, rel=1e-6)
+
+
+@pytest.mark.parametrize("compliance", [1e-6, 1e-4])
+def test_the_mount_s_compliance_is_in_series(compliance):
+    drives = Drives(friction=0.0, sheath_compliance=compliance)
+    length = drives.model.tendon_length0[0]
+    for way in (0.0, 5e-4, 2e-3, -2e-4):
+        drives.step(way)
+        tension = drives.ends[0]
+        path = length - compliance * (tension - PRETENSION)
+        strain = path / (length / (1.0 + PRETENSION / EA) - way) - 1.0
+        np.testing.assert_allclose(drives.tension, max(0.0, EA * strain), rtol=1e-9, atol=1e-7)
+
+
+def test_a_tendon_s_momentum_changes_by_what_pulls_it():
+    mass = 0.05
+    drives = Drives(friction=0.0, tendon_mass=mass)
+    before, at = np.zeros(GUIDES), 0.0
+    for k in range(400):
+        at += 1e-6 * k
+        ahead, behind = drives.step(at, -at)
+        now = drives.tables()[2]["previous_velocity"].copy()
+        gained = mass / GUIDES * (now - before).sum() / drives.timestep
+        assert ahead - behind == pytest.approx(gained, rel=1e-6, abs=1e-9)
+        before = now
+    # all of it at the drives' acceleration by then
+    assert ahead - behind == pytest.approx(mass * 1e-6 / drives.timestep**2, rel=1e-2)
+    assert drives.unsolved == 0.0
+
+
+def test_a_tendon_with_mass_rings_as_a_string_does():
+    mass, stiffness, timestep = 0.05, 2e3, 1e-5
+    law = {"friction": 0.0, "tendon_mass": mass, "axial_stiffness": stiffness, "pretension": 3.0}
+    drives = Drives(timestep=timestep, guides=32, **law)
+    drives.step(0.0)
+    period = 2.0 * np.sqrt(LENGTH * mass / stiffness)
+    plucked = 1e-4 * np.minimum(1.0, timestep * np.arange(5000) / period)
+    shown = np.diff(drives.follow(plucked - plucked**2 * 5e3, 0.0), axis=1)[:, 0]
+    shown = shown[round(period / timestep) :]
+    rises = np.flatnonzero((shown[1:] > 0.0) & (shown[:-1] <= 0.0))
+    assert timestep * np.diff(rises).mean() == pytest.approx(period, rel=1e-2)
+    assert drives.unsolved == 0.0
+
+
+def test_a_light_tendon_is_as_one_without_mass():
+    plain, light = Drives(), Drives(tendon_mass=1e-9, viscous_friction=1e-9)
+    np.testing.assert_allclose(there_and_back(plain), there_and_back(light), rtol=1e-6, atol=1e-6)
+
+
+def test_a_heavy_tendon_runs_on_when_the_drives_stop():
+    drives = Drives(tendon_mass=1.0, friction=0.02, timestep=1e-4, axial_stiffness=2e3)
+    way = 1e-4 * np.arange(200) * 0.5
+    drives.follow(way, -way)
+    drives.step(way[-1], -way[-1])
+    ahead, behind = drives.ends
+    assert ahead < behind, "its momentum pulls at the output"
+    assert np.all(drives.tables()[2]["trial_flow"] > 0.0)
+    mujoco.mj_step(drives.model, drives.data)
+    assert snapshot(drives.model, drives.data).size
+
+
+@pytest.mark.parametrize("creep", [0.0, 0.4])
+def test_every_segment_lies_on_the_curve_of_its_strain_in_every_step(creep):
+    """T = EA ε (1 + κ ε) of the elastic strain, which is the whole one less what has crept."""
+    kappa, law = 80.0, {"creep": creep, "creep_time": 0.02 if creep else 0.0}
+    drives = Drives(stiffening=kappa, **law)
+    for way in 1.5e-3 * (1.0 - np.cos(np.linspace(0.0, 4.0 * np.pi, 150))):
+        drives.step(way, -0.3 * way)
+        _, segments, _ = drives.tables()
+        strain, tension = segments["trial_strain"], segments["tension"]
+        taut = tension > 0.0
+        assert taut.any()
+        np.testing.assert_allclose(
+            tension[taut], (strain * (1.0 + kappa * strain))[taut], rtol=1e-9, atol=1e-12
+        )
+    assert np.ptp(drives.tension) > 1.0  # friction has spread them over the curve
+    assert drives.unsolved == 0.0

@@ -1,0 +1,93 @@
+"""A state that is none of its model's is found out: no index of it is used, and it is laid anew."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from mujoco import rollout
+
+from tendon_mj.plugin import sheaths
+from tendon_mj.plugin.sheath_plugin.state import view
+from tests.plugin.foreign_states import MODELS, moved
+
+WHOLE = mujoco.mjtState.mjSTATE_FULLPHYSICS
+KINDS = list(MODELS)
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder_of_its_own(tmp_path, monkeypatch):
+    """MuJoCo writes its warnings to a file where it runs."""
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def model(request):
+    return MODELS[request.param]()
+
+
+def states(model, data):
+    return [view(data.plugin_state, found.state).state for found in sheaths(model).values()]
+
+
+@pytest.mark.parametrize("fill", [0.0, np.nan, np.inf, -1.0, 1e300, 7.0])
+def test_a_state_of_no_model_acts_as_a_fresh_one(model, fill):
+    fresh, data = mujoco.MjData(model), mujoco.MjData(model)
+    fresh.qvel[:] = data.qvel[:] = 0.1
+    fresh.ctrl[:] = data.ctrl[:] = 1e-3
+    data.plugin_state[:] = fill
+    for _ in range(3):
+        mujoco.mj_step(model, fresh)
+        mujoco.mj_step(model, data)
+        np.testing.assert_array_equal(data.qfrc_passive, fresh.qfrc_passive)
+        np.testing.assert_array_equal(data.qpos, fresh.qpos)
+        np.testing.assert_array_equal(data.sensordata, fresh.sensordata)
+    assert np.isfinite(data.qacc).all()
+    assert [state.rebound for state in states(model, data)] == [1.0] * len(sheaths(model))
+    assert [state.rebound for state in states(model, fresh)] == [0.0] * len(sheaths(model))
+    unsolved = [state.unsolved for state in states(model, data)]
+    assert unsolved == [state.unsolved for state in states(model, fresh)]
+
+
+def test_zeros_as_the_initial_state_of_a_rollout_are_a_fresh_sheath(model):
+    data = mujoco.MjData(model)
+    data.qvel[:] = 0.1
+    start = np.empty(mujoco.mj_stateSize(model, WHOLE))
+    mujoco.mj_getState(model, data, start, WHOLE)
+    empty = start.copy()
+    mujoco.mj_getState(model, data, start, WHOLE)
+    data.plugin_state[:] = 0.0
+    mujoco.mj_getState(model, data, empty, WHOLE)
+    controls = np.full((2, 20, model.nu), 1e-3)
+    found, shown = rollout.rollout(
+        model, mujoco.MjData(model), np.stack([start, empty]), controls, nstep=20
+    )
+    np.testing.assert_array_equal(shown[0], shown[1])
+    bodies = 1 + model.nq + model.nv
+    np.testing.assert_array_equal(found[0, :, :bodies], found[1, :, :bodies])
+
+
+def test_a_state_that_was_not_evaluated_is_not_advanced_or_shown(model):
+    data = mujoco.MjData(model)
+    data.plugin_state[:] = 3.0
+    mujoco.mj_sensorVel(model, data)
+    mujoco.mj_fwdActuation(model, data)
+    mujoco.mj_Euler(model, data)
+    mujoco.mj_forward(model, data)
+    assert np.isfinite(data.qacc).all()
+
+
+def test_a_state_of_the_model_is_not_bound_anew(model):
+    data = mujoco.MjData(model)
+    data.plugin_state[:] = moved(model)
+    mujoco.mj_step(model, data)
+    assert not any(state.rebound for state in states(model, data))
+
+
+def test_no_state_ends_the_process():
+    command = [sys.executable, "-m", "tests.plugin.foreign_states"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
+    assert done.returncode == 0, done.stderr[-2000:]

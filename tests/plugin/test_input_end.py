@@ -1,0 +1,310 @@
+"""A sheath whose input end is the last site: that of the same tendon drawn the other way round."""
+
+import copy
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj import Spool, add_friction, remove_friction, view_sheath
+from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError
+from tendon_mj.lab.verification import smooth_controls
+from tendon_mj.plugin import sheaths
+from tests.plugin.models import restore, sheath_view, snapshot
+
+ARM = """
+<mujoco><option timestep="0.001" integrator="{integrator}"/>
+  <worldbody>
+    <site name="a" pos="-.2 0 .05"/><site name="b" pos="-.02 .01 .05"/><site name="s" pos="0 0 .1"/>
+    <site name="b2" pos="-.02 .01 .05"/>
+    <geom name="wheel" type="cylinder" size=".03 .05" euler="90 0 0" contype="0" conaffinity="0"/>
+    <body><joint name="one" axis="0 1 0" damping=".05" stiffness="2"/>
+      <geom type="capsule" fromto="0 0 0 .2 0 0" size=".01" mass=".3"/>
+      <site name="c" pos=".14 .01 .03"/><site name="t" pos=".2 0 .06"/>
+      <geom name="ball" type="sphere" size=".02" pos=".2 0 0" contype="0" conaffinity="0"/>
+      <body pos=".2 0 0"><joint name="two" axis="0 1 0" damping=".03" stiffness="1"/>
+        <geom type="capsule" fromto="0 0 0 .15 0 0" size=".01" mass=".2"/>
+        <site name="d" pos=".06 0 .02"/><site name="e" pos=".11 .01 .01"/>
+      </body></body>
+    <body pos="0 1 0"><joint name="reel" axis="0 1 0" damping=".01" armature=".02" stiffness=".1"/>
+      <geom size=".03" mass=".3"/></body>
+    <body pos="0 2 0"><joint name="drum" type="slide" axis="0 1 0" damping="5" stiffness="900"/>
+      <geom size=".03" mass=".3"/></body>
+  </worldbody>
+  <tendon><spatial name="t" {tendon}>{path}</spatial></tendon>
+  <actuator>{pull}<motor joint="one" ctrlrange="-1 1"/><motor joint="two" ctrlrange="-.5 .5"/>
+    <motor joint="reel" ctrlrange="-.1 .1"/></actuator>
+</mujoco>
+"""
+MOTOR = '<motor name="pull" tendon="t" ctrlrange="-20 0"/>'
+SITE = {name: f'<site site="{name}"/>' for name in ("a", "b", "b2", "c", "d", "e")}
+ON = SITE | {"W": '<geom geom="wheel" sidesite="s"/>', "B": '<geom geom="ball" sidesite="t"/>'}
+PATHS = {
+    "sites": ["a", "b", "c", "d", "e"],
+    "on one spot": ["a", "b", "b2", "c", "d", "e"],
+    "cylinder": ["a", "W", "c", "d"],
+    "both": ["a", "b", "W", "c", "B", "d", "e"],
+    # no guide on the link that it pulls, so that all of it slides
+    "short": ["a", "b", "c", "d"],
+    "both, short": ["a", "b", "W", "c", "B", "d"],
+}
+SENSORS = ("input_tension", "output_tension", "tension", "bend_angle", "slip", "friction_work")
+SUMS = 1e-9  # relative; MuJoCo's own sums come in another order, and friction takes that further
+WOUND = {"axial_stiffness": 2e3, "pretension": 5.0}
+
+
+def arm(path, input_end, pull=MOTOR, tendon="", integrator="Euler", **law):
+    """The arm with friction on its tendon, drawn from its input end or up to it."""
+    drawn = PATHS[path] if input_end == "first" else PATHS[path][::-1]
+    text = "".join(ON[element] for element in drawn)
+    spec = mujoco.MjSpec.from_string(
+        ARM.format(path=text, pull=pull, tendon=tendon, integrator=integrator)
+    )
+    law = {"friction": 0.3, "sensors": SENSORS} | law
+    return add_friction(spec, "t", input_end=input_end, **law)
+
+
+def twins(path, **law):
+    return [arm(path, end, **law).compile() for end in ("first", "last")]
+
+
+def motion(model, steps=1000):
+    """Positions, velocities and sensors in every step, and the data at the end."""
+    data, rows = mujoco.MjData(model), []
+    for row in smooth_controls(model, steps):
+        data.ctrl[:] = row
+        mujoco.mj_step(model, data)
+        rows.append((data.qpos.copy(), data.qvel.copy(), data.sensordata.copy()))
+    return [np.array(column) for column in zip(*rows, strict=True)], data
+
+
+def check_alike(models, steps=1000, rel=1e-12):
+    (one, first), (other, last) = (motion(model, steps) for model in models)
+    for expected, found in zip(one, other, strict=True):
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=rel * np.abs(expected).max())
+    views = [view_sheath(m, d, "t") for m, d in zip(models, (first, last), strict=True)]
+    np.testing.assert_allclose(views[1].positions, views[0].positions, rtol=0.0, atol=1e-12)
+    assert not any(view.unsolved for view in views)
+    return one
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
+@pytest.mark.parametrize("arc_guides", [1, 3])
+@pytest.mark.parametrize("path", PATHS)
+def test_it_moves_as_the_tendon_drawn_the_other_way_round(path, arc_guides, integrator):
+    models = twins(path, arc_guides=arc_guides, integrator=integrator)
+    # stages of RK4 add up how MuJoCo rounds tangent points, which on 4.0 depends on the order
+    rel = SUMS if integrator == "RK4" else 1e-12
+    positions, _, sensors = check_alike(models, rel=rel)
+    assert np.ptp(positions, axis=0)[:2].min() > 0.1
+    assert np.abs(np.diff(sensors[:, :2])).max() > 1.0, "it rubs"
+
+
+EFFECTS = {
+    "a muscle": {"pull": '<muscle tendon="t" force="60" lengthrange=".2 .6"/>'},
+    "a spring": {"pull": "", "tendon": 'stiffness="60" springlength="0 .25" damping=".4"',
+                 "spring": "input"},
+    # slip left out: where it holds, MuJoCo's part and the sheath's cancel but for rounding
+    "an elastic tendon": {"pull": "", "tendon": 'stiffness="60" springlength="0 .25" damping=".4"',
+                          "sensors": ("tension", "bend_angle", "friction_work")},
+    "static friction": {"static_friction": 0.5},
+    "direction": {"direction_asymmetry": 0.4},
+    "travel": {"friction_gradient": 5.0},
+    "stiffening and creep": {"axial_stiffness": 1e3, "stiffening": 5.0, "creep": 0.1,
+                             "creep_time": 0.2},
+    "bend at the input end": {"extra_bend": 0.8, "inner_guides": 2},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("law", EFFECTS.values(), ids=EFFECTS)
+def test_so_it_does_under_what_else_a_sheath_has(law):
+    check_alike(twins("both", **law), rel=SUMS)
+
+
+WINDERS = {
+    "reel": {"reel": "reel_actuator"},
+    "joint": {"reel_joint": "reel", "reel_radius": 0.02},
+    "both ends": {"reel_joint": "reel", "reel_radius": 0.02, "output_joint": "drum",
+                  "output_radius": 0.5},
+    "output": {"output_joint": "drum", "output_radius": 0.5},
+    "none": {},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("path", PATHS)
+@pytest.mark.parametrize("winder", WINDERS.values(), ids=WINDERS)
+def test_a_reel_or_joint_winds_at_the_input_end(winder, path):
+    models = []
+    for end in ("first", "last"):
+        spec = arm(path, end, pull="", **WOUND, **winder)
+        if "reel" in winder:
+            spec.actuator("reel_actuator").ctrlrange = [-0.005, 0.02]
+        models.append(spec.compile())
+    check_alike(models, rel=SUMS)
+
+
+@pytest.mark.parametrize("path", ["sites", "cylinder"])
+def test_a_spool_is_at_the_input_end(path):
+    specs = [
+        arm(path, end, axial_stiffness=2e4, spool=Spool(radius=0.01)) for end in ("first", "last")
+    ]
+    models = [spec.compile() for spec in specs]
+    check_alike(models, rel=SUMS)
+    assert models[1].body("t_spool").parentid[0] == models[1].site("a").bodyid[0]
+    again = remove_friction(specs[1], "t").compile()
+    assert again.actuator("pull").trnid[0] == again.tendon("t").id
+
+
+@pytest.mark.parametrize("path", ["short", "cylinder", "both, short"])
+def test_sliding_steadily_the_capstan_ratio_is_that_of_the_whole_bend(path):
+    pull = '<velocity tendon="t" kv="60" ctrlrange="-1 0"/>'
+    model = arm(path, "last", pull=pull).compile()
+    data = mujoco.MjData(model)
+    data.ctrl[0] = -0.5
+    mujoco.mj_step(model, data, nstep=60)
+    mujoco.mj_forward(model, data)
+    view = view_sheath(model, data, "t")
+    assert (view.slip == 1.0).all()
+    ratio = np.exp(-0.3 * view.bend_angle.sum())
+    assert ratio < 0.96
+    assert view.output_tension == pytest.approx(view.input_tension * ratio, rel=1e-9)
+    assert view.input_tension == pytest.approx(-data.actuator_force[0], rel=1e-9)
+
+
+def test_sensors_and_views_begin_at_the_input_end():
+    model = arm("cylinder", "last").compile()
+    _, data = motion(model, 400)
+    mujoco.mj_forward(model, data)
+    view = view_sheath(model, data, "t")
+    assert data.sensor("tension").data == pytest.approx(view.tension)
+    assert data.sensor("tension").data[0] == data.sensor("input_tension").data[0]
+    assert data.sensor("tension").data[-1] == data.sensor("output_tension").data[0]
+    assert view.input_tension == pytest.approx(-data.actuator_force[0], rel=1e-9)
+    drawn = [model.site(s).id for s in ("d", "c", "a")]
+    np.testing.assert_array_equal(view.positions[[3, 2, 0]], data.site_xpos[drawn])
+
+
+def test_the_other_end_is_another_input():
+    """The flag has an effect: friction takes the force at the end that is not pulled."""
+    models = [arm("sites", "first").compile(), arm("sites", "last").compile()]
+    spec = arm("sites", "last")
+    remove_friction(spec, "t")
+    models.append(add_friction(spec, "t", friction=0.3, sensors=SENSORS).compile())
+    first, last, wrong = (motion(model)[0][0] for model in models)
+    assert np.abs(first - last).max() < 1e-10
+    assert np.abs(wrong - last).max() > 0.01
+
+
+def test_by_default_the_attribute_is_not_written_and_first_is_the_same():
+    default = arm("both", "first")
+    assert "input_end" not in default.plugin("sheath").config
+    written = arm("both", "first")
+    written.plugin("sheath").config = written.plugin("sheath").config | {"input_end": "first"}
+    runs = [motion(spec.compile(), 200)[0] for spec in (default, written)]
+    assert all(np.array_equal(*pair) for pair in zip(*runs, strict=True))
+
+
+@pytest.mark.parametrize("path", ["sites", "both"])
+def test_copies_restored_states_and_resets_go_on_bit_by_bit(path):
+    model = arm(path, "last", arc_guides=2).compile()
+    (start, _, _), data = motion(model, 300)
+    state = snapshot(model, data)
+    restored = motion(model, 50)[1]  # data that has seen something else
+    restore(model, restored, state)
+    others = [data, copy.copy(data), restored, mujoco.MjData(model)]
+    restore(model, others[3], state)
+    for row in smooth_controls(model, 200, seed=1):
+        for each in others:
+            each.ctrl[:] = row
+            mujoco.mj_step(model, each)
+    for other in others[1:]:
+        np.testing.assert_array_equal(snapshot(model, other), snapshot(model, data))
+    mujoco.mj_resetData(model, data)
+    for k, row in enumerate(smooth_controls(model, 300)):
+        data.ctrl[:] = row
+        mujoco.mj_step(model, data)
+        assert np.array_equal(data.qpos, start[k])
+
+
+def test_a_state_of_the_other_end_is_found_out_and_laid_anew():
+    spec = arm("both", "first")
+    model = spec.compile()
+    _, data = motion(model, 100)
+    sheath = spec.plugin("sheath")
+    sheath.config = sheath.config | {"input_end": "last"}
+    model, data = spec.recompile(model, data)
+    mujoco.mj_step(model, data)
+    assert view_sheath(model, data, "t").rebound == 1
+    assert sheath_view(model, data, "sheath").state.input_at_last == 1.0
+    fresh = mujoco.MjData(spec.compile())
+    fresh.qpos[:] = data.qpos
+    for each in (data, fresh):
+        mujoco.mj_forward(model, each)
+    assert view_sheath(model, data, "t").positions[0] == pytest.approx(data.site("e").xpos)
+
+
+def test_it_stays_the_last_site_of_an_attached_tendon():
+    parent = mujoco.MjSpec()
+    parent.option.timestep = 0.001
+    for k, prefix in enumerate(("left_", "right_")):
+        frame = parent.worldbody.add_frame(pos=[0.0, 8.0 * k, 0.0])
+        parent.attach(arm("both", "last"), prefix=prefix, frame=frame)
+    model, alone = parent.compile(), arm("both", "first").compile()
+    assert {found.tendon for found in sheaths(model).values()} == {"left_t", "right_t"}
+    controls, data, other = smooth_controls(alone, 500), mujoco.MjData(model), mujoco.MjData(alone)
+    for row in controls:
+        data.ctrl[:], other.ctrl[:] = np.tile(row, 2), row
+        mujoco.mj_step(model, data)
+        mujoco.mj_step(alone, other)
+    for side in ("left_t", "right_t"):
+        found = view_sheath(model, data, side).tension
+        np.testing.assert_allclose(found, view_sheath(alone, other, "t").tension, rtol=SUMS)
+
+
+BRANCHED = """
+<mujoco>{extension}<worldbody><site name="a"/><site name="k" pos=".1 0 0"/>
+  <body pos=".2 0 0"><joint/><geom size=".01"/><site name="e"/><site name="f" pos="0 .1 0"/></body>
+  </worldbody>
+  <tendon><spatial name="t"><site site="a"/><site site="k"/><pulley divisor="2"/><site site="k"/>
+    <site site="e"/></spatial>
+    <spatial name="u"><site site="e"/><site site="k"/><site site="a"/></spatial></tendon>
+  <actuator><motor tendon="t"/><motor tendon="u"/></actuator>{sensor}</mujoco>"""
+WRITTEN = """<extension><plugin plugin="tendon_mj.sheath"><instance name="s">
+  <config key="tendon" value="{}"/><config key="friction" value=".1"/>
+  <config key="input_end" value="{}"/></instance></plugin></extension>"""
+ENDS = '<sensor><plugin plugin="tendon_mj.sheath" instance="s"/></sensor>'
+
+
+def test_branches_are_refused_with_the_place_and_the_way_out():
+    said = r"tendon 't' branches at a pulley, behind its site 'k'.*draw each branch from its input"
+    spec = mujoco.MjSpec.from_string(BRANCHED.format(extension="", sensor=""))
+    before = spec.to_xml()
+    with pytest.raises(InvalidValueError, match=said):
+        add_friction(spec, "t", friction=0.1, input_end="last")
+    assert spec.to_xml() == before
+    text = BRANCHED.format(extension=WRITTEN.format("t", "last"), sensor=ENDS)
+    with pytest.raises(ValueError, match=said):
+        mujoco.MjModel.from_xml_string(text)
+    with pytest.warns(TendonWarning, match="left as they are: 't': branches at a pulley"):
+        add_friction(spec, "*", friction=0.1, input_end="last")
+    assert {found.tendon for found in sheaths(spec.compile()).values()} == {"u"}
+
+
+@pytest.mark.parametrize("end", ["lsat", "Last", "1", 1, None, ["last"]])
+def test_another_word_is_refused_with_those_that_there_are(end):
+    spec = mujoco.MjSpec.from_string(BRANCHED.format(extension="", sensor=""))
+    said = r"unknown input_end .* \(there are: 'first', 'last'\)"
+    with pytest.raises(UnknownNameError, match=said):
+        add_friction(spec, "u", friction=0.1, input_end=end)
+    assert not spec.plugins
+    text = BRANCHED.format(extension=WRITTEN.format("u", end).replace("['last']", "x"), sensor=ENDS)
+    with pytest.raises(ValueError, match=f"instance 's': {said}"):
+        mujoco.MjModel.from_xml_string(text)
+
+
+def test_a_sensor_takes_no_input_end():
+    text = BRANCHED.format(extension=WRITTEN.format("u", "last"), sensor="<sensor>{}</sensor>")
+    more = """<plugin plugin="tendon_mj.sheath"><config key="tendon" value="u"/>
+      <config key="sensor" value="tension"/><config key="input_end" value="last"/></plugin>"""
+    with pytest.raises(ValueError, match="a sensor takes no input_end; the sheath has it"):
+        mujoco.MjModel.from_xml_string(text.format(more))

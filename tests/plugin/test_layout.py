@@ -1,0 +1,54 @@
+"""A MuJoCo whose structures are not as described is refused before any of its memory is touched."""
+
+import mujoco
+import pytest
+
+from tendon_mj.errors import EngineError
+from tendon_mj.plugin import plugin, read_layout
+from tendon_mj.plugin.abi import layout as layouts
+from tendon_mj.plugin.abi.layout import verify
+
+LAYOUT = read_layout()
+
+
+def test_the_running_mujoco_is_as_described():
+    verify(LAYOUT)
+    plugin._verify_struct()
+
+
+@pytest.mark.parametrize(
+    "field", ["m_tendon_num", "d_qpos", "d_cdof", "d_qfrc_passive", "o_timestep"]
+)
+@pytest.mark.parametrize("shift", [8, -8])
+def test_a_wrong_offset_is_refused_by_name(field, shift):
+    wrong = LAYOUT._replace(**{field: getattr(LAYOUT, field) + shift})
+    owner = {"m": "mjModel", "o": "mjOption", "d": "mjData"}[field[0]]
+    with pytest.raises(EngineError, match=rf"{mujoco.__version__}: {owner}\.{field[2:]} is not wh"):
+        verify(wrong)
+
+
+def test_a_field_that_is_gone_is_refused_by_name(monkeypatch):
+    class Bare:
+        opt = layouts.mirror("mjModel").opt
+
+    mirrors = {"mjModel": Bare, "mjData": layouts.mirror("mjData")}
+    monkeypatch.setattr(layouts, "mirror", lambda name: mirrors[name])
+    with pytest.raises(EngineError, match=r"has no mjModel\.nsensor, which tendon-mj reads"):
+        read_layout()
+
+
+def test_a_type_of_unknown_size_is_refused():
+    with pytest.raises(EngineError, match="whose size this version"):
+        layouts._ctype(object())
+
+
+def test_a_plugin_structure_of_another_shape_is_refused(monkeypatch):
+    fields = (*plugin._Plugin._fields_[:-1], ("sdf_something", plugin._Plugin._fields_[-1][1]))
+    other = type("Other", (), {"_fields_": fields})
+    monkeypatch.setattr(plugin, "_Plugin", other)
+    with pytest.raises(EngineError, match=r"declares mjpPlugin as .*'sdf_aabb'\], not as .*some"):
+        plugin._verify_struct()
+
+
+def test_registering_twice_changes_nothing():
+    assert plugin.register() is plugin.register()

@@ -1,0 +1,255 @@
+"""Failures while a simulation runs are counted and survived."""
+
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj.attach import add_friction, add_sites, add_tendon
+from tests.plugin.models import (
+    arm,
+    fixed_sheaths,
+    run,
+    snapshot,
+    started,
+    tendon_total,
+    unpacked,
+    warnings_of_ours,
+)
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder_of_its_own(tmp_path, monkeypatch):
+    """MuJoCo writes its warnings to a file where it runs."""
+    monkeypatch.chdir(tmp_path)
+
+
+LAW = {"guides": 6, "bend": 2.0, "friction": 0.2, "pretension": 20.0}
+UNSOLVED = ("input_tension", "output_tension", "unsolved")
+
+
+def reeled():
+    model = fixed_sheaths([LAW | {"sensors": UNSOLVED}])
+    data = mujoco.MjData(model)
+    run(model, data, 10)
+    return model, data
+
+
+def unsolved(data):
+    return data.sensor("unsolved").data[0]
+
+
+@pytest.mark.parametrize("control", [np.nan, np.inf, -np.inf])
+def test_a_control_that_is_no_number_is_counted_and_moves_nothing(control):
+    model, data = reeled()
+    before = data.sensordata[:2].copy()
+    stored = unpacked(model, data, "sheath0")[1].copy()
+    data.ctrl[0] = control
+    run(model, data, 5)
+    assert unsolved(data) == 5
+    assert np.isfinite(data.plugin_state).all()
+    np.testing.assert_array_equal(unpacked(model, data, "sheath0")[1], stored)
+    data.ctrl[0] = 0.0
+    run(model, data, 5)
+    assert unsolved(data) == 5
+    np.testing.assert_allclose(data.sensordata[:2], before, rtol=1e-9)
+
+
+def test_what_was_only_looked_at_does_not_come_true_instead():
+    model, data = reeled()
+    stored = unpacked(model, data, "sheath0")[1].copy()
+    data.ctrl[0] = 1e-3
+    mujoco.mj_forward(model, data)
+    data.ctrl[0] = np.nan
+    mujoco.mj_step(model, data)
+    data.ctrl[0] = 0.0
+    run(model, data, 2)
+    kept = unpacked(model, data, "sheath0")[1]
+    np.testing.assert_allclose(kept["stored"], stored["stored"], rtol=1e-12)
+
+
+@pytest.mark.parametrize("control", [0.6, 1e3, 1e300])
+def test_winding_in_more_than_there_is_is_counted_and_undone_by_a_reset(control):
+    model, data = reeled()
+    total = tendon_total(model, data, "sheath0")
+    data.ctrl[0] = control
+    run(model, data, 5)
+    assert unsolved(data) >= 5
+    assert np.isfinite(data.plugin_state[: unpacked(model, data, "sheath0")[0].size]).all()
+    mujoco.mj_resetData(model, data)
+    run(model, data, 10)
+    assert unsolved(data) == 0
+    assert tendon_total(model, data, "sheath0") == pytest.approx(total, rel=1e-15)
+    np.testing.assert_allclose(data.sensordata[:2], 20.0, rtol=1e-9)
+
+
+@pytest.mark.parametrize("drag", [{"viscous_friction": 1e-6}, {"tendon_mass": 1e-12}])
+@pytest.mark.parametrize("wound", [0.01, 0.1, 0.3, 0.45])
+def test_next_to_no_drag_is_as_none_also_where_the_mount_yields_more_than_a_stretch(drag, wound):
+    law = LAW | {"sheath_compliance": 1e-5, "sensors": UNSOLVED}
+    readings = []
+    for more in ({}, drag):
+        model = fixed_sheaths([law | more])
+        data = run(model, mujoco.MjData(model), 10)
+        data.ctrl[0] = wound
+        readings.append(run(model, data, 3).sensordata.copy())
+    np.testing.assert_allclose(readings[1], readings[0], rtol=1e-3)
+
+
+@pytest.mark.parametrize("more", [{}, {"viscous_friction": 1.0}, {"sheath_compliance": 1e-5}])
+def test_no_sensor_reads_a_tension_without_bounds_that_is_not_counted_and_told(more, told):
+    model = fixed_sheaths([LAW | {"sensors": UNSOLVED} | more])
+    data = run(model, mujoco.MjData(model), 10)
+    for step in range(40):
+        data.ctrl[0] = 0.02 * step  # to more than the tendon of 0.5 m
+        mujoco.mj_step(model, data)
+        if not np.isfinite(data.sensordata).all():
+            assert unsolved(data) > 0
+            assert len(told) == 1
+    data.ctrl[0] = 0.0
+    assert np.isfinite(run(model, data, 5).sensordata).all()
+
+
+@pytest.mark.parametrize("pretension", [0.0, 20.0])
+def test_more_friction_than_a_number_can_say_holds_as_any_that_holds(pretension):
+    readings = []
+    for friction in (100.0, 1e6):  # on a bend of 1/3 rad, e^33 and what no number holds
+        law = LAW | {"friction": friction, "pretension": pretension, "sensors": UNSOLVED}
+        model = fixed_sheaths([law])
+        data, shown = mujoco.MjData(model), []
+        for wound in (0.0, 1e-4, 3e-4, -1e-3, -0.02, 2e-4):  # taut, slack and taut again
+            data.ctrl[0] = wound
+            shown.append(run(model, data, 3).sensordata.copy())
+        assert unsolved(data) == 0
+        assert np.isfinite(data.plugin_state).all()
+        readings.append(shown)
+    np.testing.assert_allclose(*readings, rtol=1e-12, atol=1e-9)  # N
+
+
+def test_winding_back_brings_the_tendon_back():
+    model, data = reeled()
+    total = tendon_total(model, data, "sheath0")
+    data.ctrl[0] = 0.6
+    run(model, data, 5)
+    data.ctrl[0] = 0.0
+    run(model, data, 5)
+    count = unsolved(data)
+    run(model, data, 5)
+    assert unsolved(data) == count
+    assert tendon_total(model, data, "sheath0") == pytest.approx(total, rel=1e-12)
+
+
+def test_bodies_flung_apart_do_not_stop_the_process():
+    model = arm()
+    data = started(model, 1, 1e4)
+    run(model, data, 200)
+    mujoco.mj_resetData(model, data)
+    run(model, data, 50)
+    fresh = run(model, started(model), 50)
+    np.testing.assert_array_equal(data.qpos, fresh.qpos)
+
+
+def test_guides_on_one_spot_have_no_bend_and_no_harm():
+    spec = mujoco.MjSpec()
+    sites = add_sites(spec, "s", [[0, 0, 0], [0.1, 0, 0], [0.1, 0, 0], [0.2, 0.1, 0]])
+    add_tendon(spec, "t", sites)
+    add_friction(spec, "t", friction=0.3, axial_stiffness=100.0, pretension=1.0, sensors=())
+    model = spec.compile()
+    data = run(model, mujoco.MjData(model), 20)
+    assert np.isfinite(data.plugin_state).all()
+
+
+def test_data_made_and_run_in_many_threads_at_once_agree():
+    model = arm(spools=True, axial_damping=0.5)
+
+    def one(_):
+        return snapshot(model, run(model, started(model, 3, 2.0), 100))
+
+    with ThreadPoolExecutor(8) as pool:
+        ends = list(pool.map(one, range(64)))
+    for end in ends[1:]:
+        np.testing.assert_array_equal(end, ends[0])
+
+
+def test_models_compiled_and_refused_in_many_threads_at_once():
+    def one(k):
+        friction = -1.0 - k if k % 2 else 0.1
+        try:
+            return float(arm(friction=friction).npluginstate)
+        except ValueError as error:
+            return str(error)
+
+    with ThreadPoolExecutor(8) as pool:
+        results = list(pool.map(one, range(32)))
+    assert {type(r) for r in results[::2]} == {float}
+    assert all("friction = -" in r for r in results[1::2])
+
+
+def bend_angles(points):
+    spec = mujoco.MjSpec()
+    add_tendon(spec, "t", add_sites(spec, "p", points))
+    add_friction(
+        spec, "t", friction=0.2, axial_stiffness=1e4, pretension=10.0, sensors=("bend_angle",)
+    )
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return data.sensor("bend_angle").data
+
+
+@pytest.mark.parametrize("repeats", [1, 2, 3])
+def test_a_corner_given_more_than_once_still_bends_the_tendon_once(repeats):
+    corner = [[1.0, 0.0, 0.0]] * repeats
+    angles = bend_angles([[0.0, 0.0, 0.0], *corner, [1.0, 1.0, 0.0]])
+    assert angles.sum() == pytest.approx(np.pi / 2)
+
+
+@pytest.fixture
+def told():
+    """Warnings of ours that MuJoCo was given; its own are of the control."""
+    with warnings_of_ours() as messages:
+        yield messages
+
+
+def test_one_warning_since_the_reset_names_the_sheath(told):
+    model, data = reeled()
+    data.ctrl[0] = np.nan
+    run(model, data, 5)
+    assert len(told) == 1
+    assert "sheath 'sheath0' was not solved" in told[0]
+    mujoco.mj_resetData(model, data)
+    run(model, data, 5)
+    assert len(told) == 1
+    data.ctrl[0] = np.inf
+    run(model, data, 5)
+    assert len(told) == 2
+
+
+@pytest.mark.parametrize(
+    "name", ["100%s%n", "ä" * 400, "-" + "ä" * 400], ids=["percent", "long", "odd"]
+)
+def test_a_warning_holds_any_name(name, told):
+    model = fixed_sheaths([LAW | {"name": name}])
+    data = mujoco.MjData(model)
+    data.ctrl[0] = np.nan
+    mujoco.mj_step(model, data)
+    (message,) = told
+    assert message.startswith(f"tendon_mj: sheath '{name[:100]}")
+    assert message.endswith("counts them")
+
+
+def test_a_muscle_s_length_range_is_found_without_a_warning():
+    """MuJoCo steps a model without passive forces to find it."""
+    lever = """<mujoco><worldbody><site name="a" pos="0 0 .05"/>
+      <body pos=".1 0 0"><joint axis="0 1 0" range="-60 60" damping=".05"/>
+        <geom size=".02" fromto="0 0 0 .2 0 0" type="capsule"/>
+        <site name="b" pos=".02 0 .03"/><site name="c" pos=".1 0 .03"/></body></worldbody>
+      <tendon><spatial name="t"><site site="a"/><site site="b"/><site site="c"/></spatial></tendon>
+      <actuator><muscle tendon="t" force="20"/></actuator></mujoco>"""
+    spec = mujoco.MjSpec.from_string(lever)
+    add_friction(spec, "t", friction=0.1, extra_bend=1.0, inner_guides=2)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        spec.compile()

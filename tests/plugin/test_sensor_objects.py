@@ -1,0 +1,229 @@
+"""Sensors that share an instance and say by their object whose sheath they show."""
+
+import copy
+import itertools
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj import add_friction, add_sensor, remove_friction, view_sheath
+from tendon_mj.plugin import sheaths
+
+TENDONS = ("one", "two", "three")
+KINDS = ("input_tension", "output_tension", "unsolved")
+
+
+def finger():
+    """A tendon with a motor on each of three hinges that do not touch each other."""
+    spec = mujoco.MjSpec()
+    for k, name in enumerate(TENDONS):
+        spec.worldbody.add_site(name=f"{name}_a", pos=[0, k, 0])
+        spec.worldbody.add_site(name=f"{name}_b", pos=[0.1, k, 0.02])
+        body = spec.worldbody.add_body(pos=[0.2, k, 0])
+        body.add_joint(name=name, axis=[0, 1, 0])
+        body.add_geom(size=[0.02, 0, 0])
+        body.add_site(name=f"{name}_c", pos=[0.05, 0, 0.01])
+        tendon = spec.add_tendon(name=name)
+        for end in "abc":
+            tendon.wrap_site(f"{name}_{end}")
+        motor = spec.add_actuator(name=name, target=name)
+        motor.trntype = mujoco.mjtTrn.mjTRN_TENDON
+    return spec
+
+
+def pulled(spec, steps=5):
+    """Each tendon is pulled with another force."""
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.ctrl[:] = -1.0 - np.arange(model.nu)
+    mujoco.mj_step(model, data, steps)
+    return model, data
+
+
+def shows(model, data, prefix=""):
+    """Whether each sensor shows the sheath on the tendon that it is named after."""
+    for tendon, kind in itertools.product(TENDONS, KINDS[:2]):
+        name = f"{prefix}{tendon}"
+        shown = data.sensor(f"{name}_{kind}").data
+        assert shown == getattr(view_sheath(model, data, name), kind), name
+        assert shown > 0.5
+    return True
+
+
+@pytest.fixture
+def spec():
+    return add_friction(finger(), "*", friction=0.2, sensors=KINDS)
+
+
+def test_each_shows_the_tendon_that_is_its_object(spec):
+    model, data = pulled(spec)
+    assert model.nplugin == len(TENDONS) + len(KINDS)
+    assert shows(model, data)
+    tensions = [float(data.sensor(f"{name}_input_tension").data[0]) for name in TENDONS]
+    assert tensions == [1.0, 2.0, 3.0]
+
+
+def test_what_attach_renames_is_shown_on_both_sides(spec):
+    hand = mujoco.MjSpec()
+    for k, side in enumerate(("left", "right")):
+        frame = hand.worldbody.add_frame(pos=[0, 10 * k, 0])
+        hand.attach(spec.copy(), prefix=f"{side}_", frame=frame)
+    model, data = pulled(hand)
+    assert len(sheaths(model)) == 2 * len(TENDONS)
+    assert shows(model, data, "left_")
+    assert shows(model, data, "right_")
+
+
+def test_a_copy_and_a_state_show_the_same(spec):
+    model, data = pulled(spec)
+    other = copy.copy(data)
+    fresh = mujoco.MjData(model)
+    whole = mujoco.mjtState.mjSTATE_INTEGRATION
+    state = np.empty(mujoco.mj_stateSize(model, whole))
+    mujoco.mj_getState(model, data, state, whole)
+    mujoco.mj_setState(model, fresh, state, whole)
+    for one in (data, other, fresh):
+        mujoco.mj_forward(model, one)
+        assert shows(model, one)
+    np.testing.assert_array_equal(data.sensordata, other.sensordata)
+    np.testing.assert_array_equal(data.sensordata, fresh.sensordata)
+
+
+@pytest.mark.parametrize("removed", TENDONS)
+def test_those_that_stay_go_on_where_a_sheath_is_removed(spec, removed):
+    model, data = pulled(spec)
+    remove_friction(spec, removed)
+    model, data = spec.recompile(model, data)
+    mujoco.mj_step(model, data)
+    for tendon in set(TENDONS) - {removed}:
+        shown = data.sensor(f"{tendon}_input_tension").data
+        assert shown == 1.0 + TENDONS.index(tendon)
+
+
+def test_the_object_of_a_sensor_may_be_another_in_the_next_model(spec):
+    model, data = pulled(spec)
+    spec.sensor("one_input_tension").objname = "three"
+    model, data = spec.recompile(model, data)
+    mujoco.mj_forward(model, data)
+    assert data.sensor("one_input_tension").data == 3.0
+
+
+def test_a_state_that_points_elsewhere_is_not_believed(spec):
+    model, data = pulled(spec)
+    shared = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, "input_tension")
+    sensors = np.flatnonzero(model.sensor_plugin == shared)
+    start, count = model.plugin_stateadr[shared], model.plugin_statenum[shared]
+    mujoco.mj_forward(model, data)
+    before = data.sensordata.copy()
+    for word in range(count):
+        for value in (-1.0, 1e300, np.nan, float(sensors[0])):
+            data.plugin_state[start + word] = value
+            data.sensordata[:] = 0.0
+            mujoco.mj_forward(model, data)
+            np.testing.assert_array_equal(data.sensordata, before)
+
+
+def test_nothing_is_left_when_all_sheaths_are_removed(spec):
+    remove_friction(spec, "*")
+    assert not spec.plugins
+    assert not spec.sensors
+
+
+def test_a_sensor_that_is_added_shares_the_instance_too(spec):
+    before = len(spec.plugins)
+    sheath = spec.plugin("two_sheath").name
+    assert add_sensor(spec, sheath, "input_tension", "again").objname == "two"
+    add_sensor(spec, sheath, "reel_displacement")
+    add_sensor(spec, sheath, "slip")
+    assert len(spec.plugins) == before + 2
+    model, data = pulled(spec)
+    assert data.sensor("again").data == 2.0
+    assert model.sensor("slip").dim == 1
+
+
+@pytest.mark.parametrize("removed", ["one", "two", "*"])
+def test_instances_that_were_read_from_a_file_are_shared_as_well(removed):
+    spec = add_friction(finger(), "one", friction=0.2)
+    spec.compile()
+    spec = add_friction(mujoco.MjSpec.from_string(spec.to_xml()), "two", friction=0.2)
+    assert len(spec.plugins) == 4
+    assert all(sensor.plugin.active for sensor in spec.sensors)
+    remove_friction(spec, removed)
+    assert spec.compile().nplugin == (0 if removed == "*" else 3)
+
+
+def mjcf(sensor):
+    return f"""
+<mujoco>
+  <extension><plugin plugin="tendon_mj.sheath"><instance name="sheath">
+    <config key="tendon" value="flexor"/><config key="friction" value="0.1"/>
+  </instance></plugin></extension>
+  <worldbody><site name="a"/><site name="b" pos=".1 0 .01"/>
+    <body pos=".2 0 0"><joint axis="0 1 0"/><geom size=".01"/><site name="c" pos=".1 0 0"/></body>
+  </worldbody>
+  <tendon>
+    <spatial name="flexor"><site site="a"/><site site="b"/><site site="c"/></spatial>
+    <spatial name="bare"><site site="a"/><site site="b"/><site site="c"/></spatial>
+  </tendon>
+  <actuator><motor tendon="flexor"/></actuator>
+  <sensor><plugin name="ends" plugin="tendon_mj.sheath" instance="sheath"/>{sensor}</sensor>
+</mujoco>"""
+
+
+def plugin_sensor(attributes, **config):
+    keys = "".join(f'<config key="{key}" value="{value}"/>' for key, value in config.items())
+    return f'<plugin name="shown" plugin="tendon_mj.sheath" {attributes}>{keys}</plugin>'
+
+
+FLEXOR = 'objtype="tendon" objname="flexor"'
+
+
+@pytest.mark.parametrize(
+    "sensor",
+    [
+        plugin_sensor(FLEXOR, sensor="input_tension"),
+        plugin_sensor("", sensor="input_tension", tendon="flexor"),
+        plugin_sensor(FLEXOR, sensor="input_tension", tendon="flexor"),
+        plugin_sensor(FLEXOR, sensor="tension", tendon="flexor"),
+    ],
+)
+def test_a_tendon_is_said_by_the_object_or_by_the_configuration(sensor):
+    model = mujoco.MjModel.from_xml_string(mjcf(sensor))
+    data = mujoco.MjData(model)
+    data.ctrl[:] = -2.0
+    mujoco.mj_step(model, data)
+    assert data.sensor("shown").data[0] == data.sensor("ends").data[0] == 2.0
+
+
+@pytest.mark.parametrize(
+    ("sensor", "message"),
+    [
+        (
+            plugin_sensor("", sensor="input_tension"),
+            "'shown' shows input_tension of no tendon: give it objtype",
+        ),
+        (
+            plugin_sensor('objtype="site" objname="a"', sensor="input_tension"),
+            "'shown' shows input_tension of no tendon",
+        ),
+        (
+            plugin_sensor('objtype="tendon" objname="bare"', sensor="input_tension"),
+            r"unknown sheathed tendon 'bare'.*'flexor'",
+        ),
+        (
+            plugin_sensor(
+                'objtype="tendon" objname="bare"', sensor="input_tension", tendon="flexor"
+            ),
+            "'shown' has another object than tendon 'flexor'",
+        ),
+        (plugin_sensor(FLEXOR, sensor="slip"), "a sensor of slip .*tendon is missing"),
+        (
+            '<plugin plugin="tendon_mj.sheath" instance="sheath" objtype="tendon" objname="bare"/>',
+            "has another object than tendon 'flexor'",
+        ),
+    ],
+)
+def test_a_sensor_of_no_tendon_or_of_two_is_refused(sensor, message):
+    with pytest.raises(ValueError, match=message):
+        mujoco.MjModel.from_xml_string(mjcf(sensor))

@@ -1,0 +1,200 @@
+"""A servo that cannot work is refused when the model is compiled."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj import Parameters, add_servo
+from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
+from tests.plugin.servos import hand
+
+MODEL = """
+<mujoco>
+  <extension><plugin plugin="tendon_mj.sheath">
+    <instance name="sheath"><config key="tendon" value="flexor"/><config key="friction" value=".1"/>
+      <config key="axial_stiffness" value="1000"/><config key="reel_joint" value="motor"/>
+      <config key="reel_radius" value=".01"/></instance>
+    <instance name="unwound"><config key="tendon" value="idle"/><config key="friction" value=".1"/>
+      <config key="axial_stiffness" value="1000"/></instance>
+  </plugin><plugin plugin="tendon_mj.servo"/></extension>
+  <worldbody>
+    <site name="a"/><site name="b" pos=".1 0 0"/>
+    <body><joint name="motor" {armature}/><geom size=".01" contype="0" conaffinity="0"/></body>
+    <body><joint name="other"/><geom size=".01" contype="0" conaffinity="0"/></body>
+  </worldbody>
+  <tendon>
+    <spatial name="flexor"><site site="a"/><site site="b"/></spatial>
+    <spatial name="idle"><site site="a"/><site site="b"/></spatial>
+    <spatial name="bare"><site site="a"/><site site="b"/></spatial>
+  </tendon>
+  <actuator><plugin name="pull" plugin="tendon_mj.servo" {target}>{config}</plugin></actuator>
+</mujoco>
+"""
+GAINS = {"tendon": "flexor", "tension_gain": "7", "velocity_gain": "2"}
+
+
+def compiled(target='joint="motor"', armature='armature=".1"', **values):
+    config = GAINS | values
+    keys = "".join(f'<config key="{k}" value="{v}"/>' for k, v in config.items() if v is not None)
+    return mujoco.MjModel.from_xml_string(
+        MODEL.format(target=target, armature=armature, config=keys)
+    )
+
+
+CASES = [
+    ({"tendon": "flexer"}, r"unknown tendon 'flexer'; did you mean 'flexor'"),
+    ({"tendon": None}, r"unknown tendon ''"),
+    ({"tendon": "bare"}, r"unknown sheathed tendon 'bare'.*'flexor', 'idle'"),
+    ({"tendon": "idle"}, r"sheath on tendon 'idle' has no reel_joint"),
+    ({"tension_gain": None}, r"tension_gain is missing"),
+    ({"velocity_gain": None}, r"velocity_gain is missing \(its unit is N m s/rad\)"),
+    ({"tension_gain": "-7"}, r"tension_gain = -7 \[-\] must be finite and > 0"),
+    ({"velocity_gain": "-1"}, r"velocity_gain = -1 \[N m s/rad\] must be finite and ≥ 0"),
+    ({"loosening_tension_gain": "0"}, r"loosening_tension_gain = 0 \[-\] must be finite and > 0"),
+    ({"velocity_gain": "slow"}, r"velocity_gain = 'slow' is not a number"),
+    ({"torque_limit": "inf"}, r"torque_limit = inf \[N m\] must be finite"),
+    ({"speed_limit": "-1"}, r"speed_limit = -1 \[rad/s\] must be finite and ≥ 0"),
+    ({"period": "-0.01"}, r"period = -0\.01 \[s\] must be finite"),
+    ({"delay": "nan"}, r"delay = nan \[s\] must be finite"),
+    ({"motor_inertia": "0"}, r"motor_inertia = 0 \[kg m²\] must be finite and > 0"),
+    ({"observer_friction": "-1"}, r"observer_friction = -1 \[-\] must be finite"),
+    ({"feedback": "senser"}, r"unknown feedback 'senser'; did you mean 'sensor'"),
+    ({"backdrive": "yes"}, r"unknown backdrive 'yes' .*'false', 'true'"),
+    ({"armature": ""}, r"motor_inertia \[kg m²\] is missing, and joint 'motor' has no armature"),
+    ({"target": 'joint="other"'}, r"'pull' drives joint 'other', but .* by joint 'motor'"),
+    ({"target": 'site="a"'}, r"'pull' drives no joint, but"),
+    ({"target": 'joint="motor" gear="2"'}, r"gear = 2; it must be 1"),
+    ({"target": 'joint="motor" forcerange="-1 1"'}, r"forcerange, .*; use torque_limit"),
+]
+
+
+@pytest.mark.parametrize(("values", "pattern"), CASES, ids=[str(v) for v, _ in CASES])
+def test_a_bad_servo_is_named_with_what_is_wrong(values, pattern):
+    with pytest.raises(ValueError, match=r"plugin tendon_mj\.servo: .*" + pattern):
+        compiled(**values)
+    data = mujoco.MjData(compiled())  # the process is as good as before
+    mujoco.mj_step(compiled(), data)
+    assert np.isfinite(data.plugin_state).all()
+
+
+def test_an_unknown_attribute():
+    with pytest.raises(ValueError, match=r"unrecognized attribute.*gian"):
+        compiled(gian="1")
+
+
+def test_python_refuses_the_same_before_anything_is_added():
+    spec = hand()
+    before = len(spec.actuators)
+    gains = {"tension_gain": 1.0, "velocity_gain": 1.0}
+    with pytest.raises(UnknownNameError, match="did you mean 'tendon'"):
+        add_servo(spec, "tendno", name="second", **gains)
+    with pytest.raises(InvalidValueError, match="tension_gain = -1"):
+        add_servo(spec, "tendon", name="second", **(gains | {"tension_gain": -1.0}))
+    with pytest.raises(UnknownNameError, match="unknown feedback"):
+        add_servo(spec, "tendon", name="second", feedback="guess", **gains)
+    with pytest.raises(
+        InvalidValueError, match="'servo' cannot be the name of a plugin instance: empty or taken"
+    ):
+        add_servo(spec, "tendon", **gains)
+    assert len(spec.actuators) == before
+    spec.compile()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "pattern"),
+    [
+        ({"backdrive": "maybe"}, "backdrive = 'maybe' must be True or False"),
+        ({"backdrive": 1}, "backdrive = 1 must be True or False"),
+        ({"tension_gain": "7"}, r"tension_gain = '7' is not a number \[-\]"),
+        ({"velocity_gain": True}, r"velocity_gain = True is not a number \[N m s/rad\]"),
+        ({"delay": [0.1, 0.2]}, r"delay = \[0.1, 0.2\] is not a number \[s\]"),
+        ({"period": np.array([0.1, 0.2])}, "period = .* is not one number"),
+        ({"delay": 10**400}, r"delay is beyond the range of a float \[s\]"),
+        ({"speed_limit": np.float32(-1.0)}, r"speed_limit = -1 \[rad/s\] must be finite and ≥ 0"),
+        ({"feedback": 3}, "unknown feedback '3'"),
+    ],
+    ids=str,
+)
+def test_python_refuses_what_is_no_number_or_no_switch(wrong, pattern):
+    gains = {"tension_gain": 1.0, "velocity_gain": 1.0} | wrong
+    with pytest.raises(ValueError, match=r"servo 'second': .*" + pattern) as caught:
+        add_servo(hand(), "tendon", name="second", **gains)
+    assert isinstance(caught.value, TendonError)
+
+
+CLOCKS = {
+    "runge-kutta": {"integrator": "RK4"},
+    "sampled": {"period": 0.004},
+    "delayed": {"delay": 0.004},
+    "delayed less than a period": {"period": 0.004, "delay": 0.001},
+    "both": {"period": 0.003, "delay": 0.0105},
+}
+
+
+def largest(**clock):
+    """Velocity gain that the refusal names."""
+    with pytest.raises(ValueError, match="makes the motor swing up") as refused:
+        hand(velocity_gain=1e6, **clock).compile()
+    return float(str(refused.value).rpartition("< ")[2])
+
+
+def swing(share, most, **clock):
+    """Speeds, over the first, of a motor turned a little that nothing but damping acts on."""
+    model = hand(velocity_gain=0.8 * most, tension_gain=1e-9, **clock).compile()
+    data = mujoco.MjData(model)
+    parameters = Parameters(model, data)
+    for gain in ("velocity_gain", "loosening_velocity_gain"):
+        parameters[f"servo.{gain}"] = share * most  # live, it is not checked
+    data.qvel[-1] = 1e-6
+    for _ in range(3000):
+        mujoco.mj_step(model, data)
+        yield abs(data.qvel[-1]) / 1e-6
+
+
+@pytest.mark.parametrize("clock", CLOCKS.values(), ids=CLOCKS)
+def test_damping_that_is_not_implicit_is_refused_from_where_it_swings_up(clock):
+    most = largest(**clock)
+    *_, last = swing(0.8, most, **clock)
+    assert last < 0.01
+    assert any(speed > 100.0 for speed in swing(1.1, most, **clock))
+
+
+def test_loosening_has_the_same_bound_and_implicit_damping_none():
+    most = largest(period=0.004)
+    with pytest.raises(ValueError, match="loosening_velocity_gain = "):
+        hand(period=0.004, loosening_velocity_gain=1.01 * most).compile()
+    hand(velocity_gain=1e6).compile()
+
+
+def test_two_actuators_cannot_share_a_servo():
+    spec = hand()
+    second = spec.add_actuator(name="second", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="motor")
+    second.plugin = spec.actuator("servo").plugin
+    with pytest.raises(ValueError, match="2 actuators share it; a servo drives one motor"):
+        spec.compile()
+
+
+def test_an_instance_that_no_actuator_uses_does_nothing():
+    spec = hand()
+    spec.add_plugin(name="spare", plugin_name="tendon_mj.servo", active=True).config = {
+        "tendon": "tendon",
+        "tension_gain": "1",
+        "velocity_gain": "1",
+    }
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 10)
+    assert np.isfinite(data.plugin_state).all()
+
+
+def test_a_motor_has_one_servo():
+    spec = hand()
+    add_servo(spec, "tendon", name="second", tension_gain=7.0, velocity_gain=1.0)
+    with pytest.raises(ValueError, match="already has servo"):
+        spec.compile()
+
+
+@pytest.mark.parametrize("delay", [1e4, 1e7, 1e12])
+def test_a_delay_has_to_fit_into_memory(delay):
+    with pytest.raises(ValueError, match="samples to remember"):
+        hand(delay=delay).compile()

@@ -1,0 +1,134 @@
+"""The panel beside a clip of many tendons: all is legible, and what is left out is said."""
+
+import itertools
+
+import mujoco
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+
+from tendon_mj import add_friction
+from tendon_mj.lab.replay import record_frames
+from tendon_mj.show.render.cable import tension_scale
+from tendon_mj.show.render.charts import TENDONS, charts, tendon_colours
+from tendon_mj.show.render.legend import shortened, text_width
+from tendon_mj.show.render.panel import Panel
+
+# Machado and others (2009): how linear red, green and blue look to dichromats
+SEEN = {
+    "all": np.eye(3),
+    "protan": [[0.152, 1.053, -0.205], [0.115, 0.786, 0.099], [-0.004, -0.048, 1.052]],
+    "deutan": [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]],
+    "tritan": [[1.256, -0.077, -0.179], [-0.078, 0.931, 0.148], [0.005, 0.691, 0.304]],
+}
+XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+
+
+def pulled(count, rgba="0.5 0.5 0.5 1", name="tendon_{}"):
+    """A model of ``count`` tendons, each of which pulls a carriage, and frames of it."""
+    names = [name.format(k) for k in range(count)]
+    bodies = "".join(
+        f'<site name="a{n}" pos="0 {k} 0"/><site name="b{n}" pos="1 {k} 0"/>'
+        f'<body pos="1 {k} 1"><joint type="slide" axis="0 0 1" stiffness="90" damping="9"/>'
+        f'<geom size=".1"/><site name="c{n}"/></body>'
+        for k, n in enumerate(names)
+    )
+    tendons = "".join(
+        f'<spatial name="{n}" rgba="{rgba}">'
+        f'<site site="a{n}"/><site site="b{n}"/><site site="c{n}"/></spatial>'
+        for n in names
+    )
+    motors = "".join(f'<motor tendon="{n}" gear="-1"/>' for n in names)
+    spec = mujoco.MjSpec.from_string(
+        f"<mujoco><worldbody>{bodies}</worldbody><tendon>{tendons}</tendon>"
+        f"<actuator>{motors}</actuator></mujoco>"
+    )
+    add_friction(spec, "*", friction=0.1)
+    model = spec.compile()
+    return model, record_frames(model, np.full((1, count), 5.0), duration=0.2, fps=10)
+
+
+def lab(colour, seen):
+    """CIELAB coordinates of a colour as it is seen."""
+    rgb = np.array(to_rgb(colour))
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    x, y, z = np.cbrt(XYZ @ np.clip(seen @ linear, 1e-3, 1.0) / [0.9505, 1.0, 1.089])
+    return np.array([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)])
+
+
+@pytest.mark.parametrize("eyes", SEEN)
+def test_the_colours_of_eight_tendons_are_told_apart_by_all_eyes(eyes):
+    """2.3 is a difference that is just noticed."""
+    seen = [lab(colour, np.array(SEEN[eyes])) for colour in TENDONS]
+    assert len(seen) == 8
+    assert min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2)) > 5 * 2.3
+
+
+@pytest.mark.parametrize("rgba", ["0.5 0.5 0.5 1", "1 0 0 1"])
+def test_sixteen_tendons_differ_in_colour_or_line_whatever_the_model_gives_them(rgba):
+    model, frames = pulled(16, rgba)
+    tensions = next(chart for chart in charts(model, frames) if "tension" in chart.label)
+    looks = [(line.colour, line.style) for line in tensions.lines]
+    assert len(looks) == 32, "two ends of each"
+    assert len(set(looks)) == 32
+    assert tensions.left_out == 0
+
+
+def test_a_colour_that_the_model_gives_one_tendon_alone_is_kept():
+    model, _ = pulled(3)
+    model.tendon_rgba[1] = [1.0, 0.0, 0.0, 1.0]
+    assert list(tendon_colours(model).values())[1] == "#ff0000"
+
+
+def overlap(one, other):
+    wide = min(one.x1, other.x1) - max(one.x0, other.x0)
+    high = min(one.y1, other.y1) - max(one.y0, other.y0)
+    return wide > 0.5 and high > 0.5
+
+
+@pytest.mark.parametrize("name", ["t{}", "triceps_long_{}", "right_little_finger_extensor_{}"])
+@pytest.mark.parametrize("count", [2, 6, 20])
+@pytest.mark.parametrize("size", [(326, 540), (436, 720)])
+def test_a_legend_covers_neither_numbers_nor_curves_and_is_whole(count, name, size):
+    model, frames = pulled(count, name=name)
+    panel = Panel(model, frames, tension_scale(frames.cables), *size)
+    figure = panel._plots[0][0].figure
+    charted = [axes for axes, _ in panel._plots]
+    for axes in charted:
+        legend = axes.get_legend().get_window_extent()
+        assert legend.x0 > -0.5
+        assert legend.x1 < size[0] + 0.5, "not cut off"
+        assert legend.y0 > axes.bbox.y1 - 1.0, "above its curves"
+        for other in figure.axes:
+            if other is not axes:
+                axis = [other.bbox, *(t.get_window_extent() for t in other.get_xticklabels())]
+                assert not any(overlap(legend, box) for box in axis)
+    assert min(axes.bbox.height for axes in charted) > 40.0, "and leaves the curves their place"
+
+
+@pytest.mark.parametrize(("count", "said"), [(4, []), (5, []), (6, ["… and 2 more"])])
+def test_the_table_says_how_many_tendons_it_leaves_out(count, said):
+    model, frames = pulled(count)
+    panel = Panel(model, frames, tension_scale(frames.cables), 436, 720)
+    names = [name.strip() for name, _, _ in panel._rows]
+    assert [name for name in names if "more" in name] == said
+    assert sum(name.startswith("tendon_") for name in names) == count - (2 if said else 0)
+
+
+def test_a_chart_says_how_many_tendons_it_leaves_out():
+    model, frames = pulled(20)
+    panel = Panel(model, frames, tension_scale(frames.cables), 436, 720)
+    (axes, chart), *_ = panel._plots
+    assert chart.left_out == 4
+    assert axes.get_legend().get_texts()[-1].get_text() == "… and 4 more"
+
+
+@pytest.mark.parametrize("width", [0.5, 3.0, 9.0, 30.0])
+def test_a_text_is_cut_to_its_width_and_keeps_both_ends(width):
+    text = "flexor digitorum profundus"
+    kept = shortened(text, width)
+    assert text_width(kept) <= max(width, text_width("…"))
+    first, *cut = kept.split("…")
+    assert text.startswith(first)
+    assert not cut or text.endswith(cut[0])
+    assert cut or kept == text

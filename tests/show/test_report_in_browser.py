@@ -1,0 +1,188 @@
+"""The report in a browser: what it draws, at two widths and in two themes."""
+
+import json
+import shutil
+import time
+from dataclasses import replace
+
+import pytest
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.support.ui import WebDriverWait
+
+from tendon_mj.lab.diagnosis import diagnose
+from tendon_mj.show import write_report
+from tests.lab.diagnosis.toy import Toy, rig
+
+CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
+FLAGS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+VIEWPORTS = {1280: 800, 390: 844}
+NAME = "<img src=x onerror='window.broken=1'>"
+# elements that reach beyond the viewport, but for what scrolls inside a wrapper and what is drawn
+TOO_WIDE = """
+const width = document.documentElement.clientWidth;
+return [...document.querySelectorAll("body *")]
+  .filter((e) => !e.closest(".scroll *") && !e.closest("svg"))
+  .filter((e) => e.getBoundingClientRect().right > width + 0.5)
+  .map((e) => e.outerHTML.slice(0, 80));
+"""
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    if CHROMIUM is None or DRIVER is None:
+        pytest.skip("no report can be looked at here: there is no Chromium with its driver")
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for flag in (*FLAGS, f"--user-data-dir={tmp_path_factory.mktemp('browser')}"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    opened = webdriver.Chrome(options=options, service=Service(DRIVER))
+    yield opened
+    opened.quit()
+
+
+@pytest.fixture(scope="module")
+def reports(tmp_path_factory):
+    """Verdict → its page; names in it are no words."""
+    pages = {}
+    for truth, extra in (("sheath.constant_friction", 0.0), (None, 0.0), (None, 1.0)):
+        train, held_out = rig(1, {"sheath.friction": 0.2} | ({truth: 1.0} if truth else {}), extra)
+        held_out = [replace(r, name=f"{NAME} {k}", source=NAME) for k, r in enumerate(held_out)]
+        found = diagnose(train, held_out, Toy)
+        folder = tmp_path_factory.mktemp("report")
+        (folder / "model.xml").write_text("<mujoco/>")
+        pages[found.verdict] = write_report(found, found.simulate(), folder)[-1]
+    assert pages.keys() == {"named", "nothing missing", "unknown"}
+    return pages
+
+
+def load(browser, page, width, theme):
+    """Open a page, and return what the browser complained of and asked of a network."""
+    metrics = {"width": width, "height": VIEWPORTS[width], "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    set_theme(browser, theme)
+    browser.get_log("browser")
+    browser.get_log("performance")
+    browser.get(page.as_uri())
+    WebDriverWait(browser, 60).until(
+        lambda b: b.execute_script("return document.documentElement.dataset.ready")
+    )
+    time.sleep(0.2)  # for what is drawn after
+    complaints = [entry["message"] for entry in browser.get_log("browser")]
+    events = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
+    asked = [
+        event["params"]["request"]["url"]
+        for event in events
+        if event["method"] == "Network.requestWillBeSent"
+    ]
+    local = ("file:", "data:", "blob:", "chrome:")  # the last is its own empty tab
+    return complaints, [url for url in asked if not url.startswith(local)]
+
+
+def set_theme(browser, theme):
+    feature = {"name": "prefers-color-scheme", "value": theme}
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [feature]})
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("width", VIEWPORTS)
+def test_a_report_is_drawn_whole_and_asks_nobody(browser, reports, width, theme):
+    complaints, asked = load(browser, reports["named"], width, theme)
+    assert not complaints
+    assert not asked
+    assert not browser.execute_script(TOO_WIDE)
+    assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+    assert browser.execute_script("return window.broken") is None
+    undrawn = "return document.querySelectorAll('.plots > div:not(.js-plotly-plot)').length"
+    assert browser.execute_script(undrawn) == 0
+    if width < 1000:  # what does not fit scrolls
+        tables = "[...document.querySelectorAll('.scroll')]"
+        wide = f"return {tables}.some(e => e.scrollWidth > e.clientWidth)"
+        assert browser.execute_script(wide)
+    still = "return [...document.querySelectorAll('figure img')].some(i => i.offsetParent)"
+    assert not browser.execute_script(still)  # they are for print
+
+
+@pytest.mark.parametrize("verdict", ["nothing missing", "unknown"])
+def test_every_verdict_is_drawn(browser, reports, verdict):
+    complaints, _ = load(browser, reports[verdict], 390, "light")
+    assert not complaints
+    assert not browser.execute_script(TOO_WIDE)
+    assert verdict in browser.execute_script(
+        "return document.querySelector('.badge').textContent.toLowerCase()"
+    )
+
+
+@pytest.fixture(scope="module")
+def on_a_desk(browser, reports):
+    """The browser with a page in light colours, 1280 px wide."""
+    load(browser, reports["named"], 1280, "light")
+    return browser
+
+
+def test_the_first_screen_holds_verdict_errors_and_what_to_do(on_a_desk):
+    for part in (".first ol", ".first .plots"):
+        bottom = f"return document.querySelector('{part}').getBoundingClientRect().bottom"
+        assert on_a_desk.execute_script(bottom) < VIEWPORTS[1280]
+
+
+def test_charts_follow_the_theme(on_a_desk):
+    colours = (
+        "return document.querySelector('.first .plots > div')._fullData.map(t => t.line.color)"
+    )
+    light = on_a_desk.execute_script(colours)
+    set_theme(on_a_desk, "dark")
+    WebDriverWait(on_a_desk, 60).until(lambda b: b.execute_script(colours) != light)
+
+
+def test_print_shows_the_pictures(on_a_desk):
+    on_a_desk.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    shown = "return [...document.querySelectorAll('figure img')].every(i => i.offsetParent)"
+    assert on_a_desk.execute_script(shown)
+    on_a_desk.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+
+
+def test_from_a_dark_screen_it_is_printed_in_light_colours(browser, reports):
+    """Charts that have no picture for print would be pale on white."""
+    load(browser, reports["named"], 1280, "light")
+    colours = """return [...document.querySelectorAll('.plots > div')].map(
+      (e) => [e._fullLayout.font.color, ...e._fullData.map((t) => t.line?.color)].join())"""
+    light = browser.execute_script(colours)
+    set_theme(browser, "dark")
+    WebDriverWait(browser, 60).until(lambda b: b.execute_script(colours) != light)
+    dark = browser.execute_script(colours)
+    browser.execute_script("dispatchEvent(new Event('beforeprint'))")
+    assert browser.execute_script(colours) == light
+    browser.execute_script("dispatchEvent(new Event('afterprint'))")
+    assert browser.execute_script(colours) == dark
+
+
+def test_print_cuts_nothing_at_the_edge_of_the_paper(browser, reports):
+    """Hashes of files are longer than a line; paper does not scroll."""
+    load(browser, reports["named"], 1280, "light")
+    digest = "<code>" + "0123456789abcdef" * 8 + "</code>"
+    files = f"<table class=files><tr><td><code>rig.csv</code></td><td>{digest}</td></tr></table>"
+    browser.execute_script(f"document.querySelector('.scroll').innerHTML = '{files}'")
+    metrics = {"width": 718, "height": 1000, "deviceScaleFactor": 1, "mobile": False}  # A4
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    cut = "[...document.querySelectorAll('.scroll')].filter((e) => e.scrollWidth > e.clientWidth)"
+    assert browser.execute_script(f"return {cut}.map((e) => e.outerHTML.slice(0, 200))") == []
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+
+
+def test_on_a_phone_no_row_is_a_column_of_words(browser, reports):
+    for page in reports.values():
+        load(browser, page, 390, "light")
+        rows = "[...document.querySelectorAll('tr')].map((e) => e.getBoundingClientRect().height)"
+        assert browser.execute_script(f"return Math.max(...{rows})") < 110
