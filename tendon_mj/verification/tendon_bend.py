@@ -12,7 +12,7 @@ from scipy.optimize import differential_evolution
 FloatArray = NDArray[np.float64]
 
 _POSES = 100  # in which all joints are anywhere, and in as many more at an end
-_FITTEST, _GENERATIONS = 60, 20  # of a search: poses in which it begins, and rounds
+_FITTEST, _GENERATIONS = 60, 30  # of a search: poses in which it begins, and rounds
 _JOINT = mujoco.mjtJoint
 _SCALAR = (_JOINT.mjJNT_HINGE.value, _JOINT.mjJNT_SLIDE.value)
 _FREE = _JOINT.mjJNT_FREE.value
@@ -172,7 +172,7 @@ def extreme_poses(
                     ends,
                     init=travels[np.argsort(sign * bends)[:_FITTEST]][:, dofs],
                     maxiter=_GENERATIONS,
-                    mutation=(0.3, 0.8),
+                    mutation=(0.5, 1.0),
                     polish=False,
                     tol=1e-3,
                     rng=0,
