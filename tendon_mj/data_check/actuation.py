@@ -12,11 +12,15 @@ from numpy.typing import NDArray
 from tendon_mj.data_check.warning import DataWarning
 from tendon_mj.engine import sensor_kind
 from tendon_mj.recordings import Recording
+from tendon_mj.recordings.noise import noise_levels
+from tendon_mj.replay.engineering_units import quantity
 from tendon_mj.replay.parameters import Adjustable
 from tendon_mj.replay.schedule import Schedule
+from tendon_mj.replay.units import column_unit
 
 FloatArray = NDArray[np.float64]
 
+_APART = 3.0  # noises, rms, by which a column and the joint that another prescribes differ
 _NEAR = 1e-6  # of a control range: a control this near to an end is at it
 _MOST = 0.01  # of the samples that may be at an end
 _PULL = 1.05  # times the largest pull, above which a tension is beyond it
@@ -38,6 +42,36 @@ def actuation_warnings(schedule: Schedule, adjustable: Adjustable) -> list[DataW
         *_lets_go(schedule, adjustable),
         *_cannot_pull(schedule.recording, adjustable.model),
     ]
+
+
+def prescribed_warnings(
+    schedule: Schedule, simulated: Recording, model: mujoco.MjModel
+) -> list[DataWarning]:
+    """Warn of a joint that one column prescribes and another measures, where the two differ."""
+    found, recording = [], schedule.recording
+    prescribed, noise = (
+        {joint: column for column, joint in schedule.joints},
+        noise_levels(recording),
+    )
+    for column, measured in recording.measured.items():
+        sensor = model.sensor(measured.sensor).id
+        joint = int(model.sensor_objid[sensor])
+        of_joint = model.sensor_type[sensor] == mujoco.mjtSensor.mjSENS_JOINTPOS.value
+        off = float(np.sqrt(np.mean((recording.columns[column] - simulated.columns[column]) ** 2)))
+        if of_joint and joint in prescribed and off > _APART * noise[column]:
+            found.append(
+                DataWarning(
+                    "prescribed",
+                    f"{recording.name}, [measured] {recording.written(column)!r}",
+                    f"is off by {quantity(off, column_unit(column))} rms from joint"
+                    f" {model.joint(joint).name!r}, which [drive]"
+                    f" {recording.written(prescribed[joint])!r} prescribes: the two columns differ,"
+                    " and no friction can make that up",
+                    "this residual is no test of the model: check unit, sign and zero of both"
+                    " columns, and leave this one out of [measured]",
+                )
+            )
+    return found
 
 
 def _saturated(schedule: Schedule, adjustable: Adjustable) -> list[DataWarning]:
