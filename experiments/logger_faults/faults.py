@@ -270,6 +270,18 @@ def three_tares(recording: Recording, random: np.random.Generator) -> Fault:
     return Fault(made, frozenset({"zero_step"}), column, None)
 
 
+def other_drive_scale(recording: Recording, random: np.random.Generator) -> Fault:
+    """The drive is logged in another scale midway, while it is away from 0."""
+    column = next(iter(recording.drive))
+    series = recording.columns[column].copy()
+    away = np.abs(series) > 0.5 * np.abs(series).max()
+    middle = np.abs(np.arange(series.size) / series.size - 0.5) < 0.25
+    row = int(random.choice(np.flatnonzero(away & middle)))
+    series[row:] *= random.choice([random.uniform(0.4, 0.75), random.uniform(1.4, 2.5)])
+    made = _changed(recording, column, series)
+    return Fault(made, frozenset({"scale_change"}), column, row + _HEADER)
+
+
 FAULTS: Mapping[str, Callable[[Recording, np.random.Generator], Fault]] = {
     made.__name__.replace("_", " "): made
     for made in (
@@ -293,5 +305,6 @@ FAULTS: Mapping[str, Callable[[Recording, np.random.Generator], Fault]] = {
         edge_glitch,
         hang,
         three_tares,
+        other_drive_scale,
     )
 }

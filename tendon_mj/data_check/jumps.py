@@ -205,17 +205,39 @@ def _drive_warning(
     large |= bends > _STEP * np.percentile(bends, _USUAL)
     intervals = np.diff(recording.time)
     rows = np.flatnonzero(large & (intervals < _STEP * np.median(intervals))) + 1
-    if not rows.size:
+    noise = noise_levels(recording)
+    if not rows.size or not noise:
         return None
-    off = {row: _unanswered(recording, simulated, row) for row in rows.tolist()}
-    silent = [row for row, (left, answer) in off.items() if answer < _BETTER * left]
-    for row in sorted(silent, key=lambda r: -off[r][0])[:_TRIES]:
+    errors = np.array(
+        [(recording.columns[c] - simulated.columns[c]) / level for c, level in noise.items()]
+    )
+    worsens = {row: _worsens(errors, row) for row in rows.tolist()}
+    likely = sorted((row for row in worsens if worsens[row] > 0.0), key=lambda r: -worsens[r])
+    for row in likely[:_TRIES]:
         size = float(changes[row - 1] - _median_around(changes)[row - 1])
-        mended = replay(_shifted(recording, column, row, -size))
-        before = _errors(recording, simulated, row)
-        if mended is not None and _errors(recording, mended, row) < _BETTER**2 * before:
+        straight = float(series[row]) - size
+        scale = float(series[row]) / straight if straight else 1.0
+        left = [_errors(recording, simulated, row)]
+        for mended in (series - size, series / scale if scale > 0.0 else series):
+            shown = replay(_changed(recording, column, np.append(series[:row], mended[row:])))
+            left.append(np.inf if shown is None else _errors(recording, shown, row))
+        if min(left) < _BETTER**2 * left[0]:
+            if left[2] < left[1]:
+                return _other_scale(recording, place, row, scale)
             return _lost_zero(recording, column, place, row, size)
     return None
+
+
+def _other_scale(recording: Recording, place: str, row: int, scale: float) -> DataWarning:
+    return DataWarning(
+        "scale_change",
+        place,
+        f"reads {plain(scale)} times as much from row {recording.row(row)}"
+        f" ({_at(recording, row)}) on, where nothing else changes",
+        f"an amplifier that was switched, or another unit: divide it by {plain(scale)} from that"
+        " row on, or end the recording before it",
+        blocks=True,
+    )
 
 
 def _lost_zero(recording: Recording, column: str, place: str, row: int, size: float) -> DataWarning:
@@ -231,15 +253,17 @@ def _lost_zero(recording: Recording, column: str, place: str, row: int, size: fl
     )
 
 
-def _unanswered(recording: Recording, simulated: Recording, row: int) -> tuple[float, float]:
-    """By how much readings change beyond the model's about a sample, and at all [noise²]."""
-    first, last = max(0, row - 1), min(row + _SIDE, recording.time.size - 1)
-    off = answer = 0.0
-    for column, level in noise_levels(recording).items():
-        read, shown = (r.columns[column] / level for r in (recording, simulated))
-        off += float((read[last] - read[first] - shown[last] + shown[first]) ** 2)
-        answer += float((read[last] - read[first]) ** 2)
-    return off, answer
+def _worsens(errors: FloatArray, row: int) -> float:
+    """By how much likelier (columns, n) errors are larger from a sample on than all alike, in logs.
+
+    -inf where they are not clearly larger.
+    """
+    off = errors - np.median(errors[:, :row], axis=1, keepdims=True)
+    before, after, whole = (np.mean(part**2) for part in (off[:, :row], off[:, row:], off))
+    if before == 0.0 or after < before / _BETTER:
+        return -np.inf
+    share = row / off.shape[1]
+    return float(np.log(whole) - share * np.log(before) - (1.0 - share) * np.log(after))
 
 
 def _reading_warning(
@@ -271,15 +295,7 @@ def _reading_warning(
     more = f", and {len(alone) - 1} times more" if len(alone) > 1 else ""
     where = f"before row {recording.row(jump.row)} ({_at(recording, jump.row)}){more}"
     if scale is not None:
-        return DataWarning(
-            "scale_change",
-            place,
-            f"reads {plain(scale)} times as much from row {recording.row(jump.row)}"
-            f" ({_at(recording, jump.row)}) on, where nothing else changes",
-            f"an amplifier that was switched, or another unit: divide it by {plain(scale)} from"
-            " that row on, or end the recording before it",
-            blocks=True,
-        )
+        return _other_scale(recording, place, jump.row, scale)
     changes = np.diff(read)
     sudden = abs(float((changes - _median_around(changes))[jump.row - 1]))
     if sudden < _SUDDEN * abs(jump.size) - _HIDDEN * noise_levels(recording)[column]:
