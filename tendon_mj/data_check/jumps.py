@@ -217,12 +217,15 @@ def _drive_warning(
         size = float(changes[row - 1] - _median_around(changes)[row - 1])
         straight = float(series[row]) - size
         scale = float(series[row]) / straight if straight else 1.0
-        left = [_errors(recording, simulated, row)]
+        left = [_column_errors(recording, simulated, row)]
         for mended in (series - size, series / scale if scale > 0.0 else series):
             shown = replay(_changed(recording, column, np.append(series[:row], mended[row:])))
-            left.append(np.inf if shown is None else _errors(recording, shown, row))
-        if min(left) < _BETTER**2 * left[0]:
-            if left[2] < left[1]:
+            failed = np.full(len(noise), np.inf)
+            left.append(failed if shown is None else _column_errors(recording, shown, row))
+        best = min(left[1:], key=np.sum)
+        agrees = _AGREES**2 * (series.size - row)
+        if best.sum() < _BETTER**2 * left[0].sum() and (best < np.maximum(left[0], agrees)).all():
+            if best is left[2]:
                 return _other_scale(recording, place, row, scale)
             return _lost_zero(recording, column, place, row, size)
     return None
@@ -470,8 +473,13 @@ def _changed(recording: Recording, column: str, series: FloatArray) -> Recording
 
 def _errors(recording: Recording, simulated: Recording, row: int = 0) -> float:
     """Sum of squares from a sample on, of what the columns are off beyond their offset before."""
-    noise, total = noise_levels(recording), 0.0
-    for column, level in noise.items():
+    return float(np.sum(_column_errors(recording, simulated, row)))
+
+
+def _column_errors(recording: Recording, simulated: Recording, row: int) -> FloatArray:
+    """The same of each measured column."""
+    errors = []
+    for column, level in noise_levels(recording).items():
         off = (recording.columns[column] - simulated.columns[column]) / level
-        total += float(np.sum((off[row:] - np.median(off[: row or None])) ** 2))
-    return total
+        errors.append(float(np.sum((off[row:] - np.median(off[: row or None])) ** 2)))
+    return np.array(errors)

@@ -37,7 +37,9 @@ _SMOOTH = 0.1  # of a turn, by which other samples differ at most, in the median
 _ABOUT = 3.0  # times as much or as little, an excursion of the model is the same
 _SOON = 10  # samples from an excursion of the model, within which the rig makes its own
 _BEYOND, _LEVEL = 3.0, 20  # noises beyond all readings; samples and noises that are level there
-_PART = 0.1  # of the model's range, that a column with an end has at least
+_PART = (
+    0.1  # of the model's range, that a column with an end has at least; of a column's, a dropout
+)
 _BARELY = 1.3  # noises, by which a level reading varies at most
 _LONGEST_DRIVE = 5  # samples for which a drive is held: longer ones are rests
 _VISIBLE = 2.5e-3  # of a column's range: what a diagnosis can see of it, where no noise is stated
@@ -154,7 +156,7 @@ def _dropouts(
     after = np.append(series[starts[1:]], np.nan)
     there = series[starts] - before, after - series[starts]
     usual = float(np.percentile(np.abs(np.diff(series)), _USUAL))
-    limit = max(_NOISES * noise, _LARGE * usual)
+    limit = max(_NOISES * noise, _LARGE * usual, _PART * usual_range(series))
     returns = (np.minimum(*np.abs(there)) > limit) & (there[0] * there[1] < 0.0)
     returns &= lengths <= _LONGEST_DROPOUT
     lost = np.zeros(series.size, bool)
