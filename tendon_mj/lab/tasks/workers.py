@@ -1,21 +1,66 @@
-"""Where tasks run: processes of this machine, local workers of Dask, or those of a scheduler."""
+"""A function mapped over tasks with keys, on processes of this machine or workers of Dask.
+
+Results are stored as they arrive, by the caller alone: a run that was ended goes on where it was.
+Where it runs changes no number, so a worker with other versions is refused.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import importlib.metadata
+import importlib.util
+import logging
+import multiprocessing
 import os
+import pickle
 import re
-from collections.abc import Sequence
-from contextlib import AbstractContextManager
+import signal
+import sys
+import threading
+import warnings
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from typing import Any, Final
+from functools import cache
+from pathlib import Path
+from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
-from tendon_mj.errors import InvalidValueError, MissingPackageError
-from tendon_mj.lab.tasks.job import Function
-from tendon_mj.lab.tasks.pool import Pool
-from tendon_mj.lab.tasks.process_pool import process_pool
+from tendon_mj.errors import InvalidValueError, MissingPackageError, TendonError, WorkerError
+from tendon_mj.lab.progress import Progress, silent
 
-MOST: Final = 1024  # processes or workers that this machine is asked for
-_ADDRESS = re.compile(r"\w+://.+:\d{1,5}")
+Shared = TypeVar("Shared")
+Argument = TypeVar("Argument")
+Result = TypeVar("Result")
+_Result = TypeVar("_Result", contravariant=True)
+
+MOST: Final = 1024  # processes or workers of this machine
+THREADS: Final = "OMP_NUM_THREADS"  # OpenBLAS and MKL heed it too
+_PACKAGES: Final = ("mujoco", "numpy", "scipy", "numba")
+_ADDRESS: Final = re.compile(r"\w+://.+:\d{1,5}")
+_AHEAD = 2  # tasks per worker: one runs, one waits
+_CONNECT, _FIRST_WORKER = 10.0, 60.0  # longest wait for a scheduler, and for its first worker [s]
+_NTHREADS: Final = "--nthreads"  # threads would share one simulation
+_COUNTED = 10.0  # longest interval between two counts of Dask's workers [s]
+
+
+class Store(Protocol[_Result]):
+    """Where results are kept, each whole or not at all."""
+
+    def done(self) -> Collection[str]:
+        """Keys of the tasks whose result is kept."""
+        ...
+
+    def write(self, key: str, result: _Result) -> None:
+        """Keep a result."""
+        ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,40 +87,16 @@ class Workers:
             options = " and ".join(f"--{name} {value}" for name, value in given.items())
             raise InvalidValueError(f"{options}: give one of them, which says where tasks run")
         for name in ("processes", "workers"):
-            if given.get(name, 1) < 1:
-                raise InvalidValueError(f"--{name} {given[name]}: there must be at least one")
-            if given.get(name, 1) > MOST:
+            if not 1 <= given.get(name, 1) <= MOST:
                 raise InvalidValueError(
-                    f"--{name} {given[name]}: at most {MOST}; one a core computes fastest, and"
-                    f" this machine has {os.cpu_count() or 1}"
+                    f"--{name} {given[name]} is outside 1 … {MOST}; one per core computes fastest,"
+                    f" and this machine has {os.cpu_count() or 1}"
                 )
         if self.scheduler is not None and not _ADDRESS.fullmatch(self.scheduler):
             raise InvalidValueError(
-                f"--scheduler {self.scheduler}: it is not like tcp://10.0.0.1:8786, the address"
-                " that `dask scheduler` prints"
+                f"--scheduler {self.scheduler} is not an address such as tcp://10.0.0.1:8786, which"
+                " `dask scheduler` prints"
             )
-
-    def opened(
-        self, function: Function, shared: Any, sources: Sequence[str], tasks: int
-    ) -> AbstractContextManager[Pool]:
-        """A pool that does the tasks of a function; see `run_tasks`.
-
-        No more processes or local workers are begun than there are ``tasks``.
-
-        Raises:
-            MissingPackageError: Dask is wanted and not installed.
-        """
-        if self.workers is None and self.scheduler is None:
-            count = min(self.processes or os.cpu_count() or 1, tasks)
-            return process_pool(count, function, shared, sources)
-        try:
-            from tendon_mj.lab.tasks.dask_pool import dask_pool
-        except ImportError as error:
-            raise MissingPackageError(
-                f"--workers and --scheduler need Dask ({error}); pip install 'tendon-mj[cluster]'"
-            ) from None
-        workers = self.workers and min(self.workers, tasks)
-        return dask_pool(workers, self.scheduler, function, shared, sources)
 
     def __str__(self) -> str:
         if self.scheduler is not None:
@@ -84,3 +105,340 @@ class Workers:
             return f"{self.workers} local worker{'s' if self.workers > 1 else ''} of Dask"
         count = self.processes or os.cpu_count() or 1
         return f"{count} process{'es' if count > 1 else ''}"
+
+
+def run_tasks(
+    function: Callable[[Shared, Argument], Result],
+    shared: Shared,
+    keys: Sequence[str],
+    argument: Callable[[str], Argument],
+    store: Store[Result],
+    *,
+    on: Workers | None = None,
+    sources: Sequence[str] = ("tendon_mj",),
+    begin: Callable[[], None] = lambda: None,
+    progress: Progress = silent,
+    what: str = "tasks",
+) -> None:
+    """Compute ``function(shared, argument(key))`` for every key whose result is not kept yet.
+
+    Where it runs and with how many workers changes no number. Two tasks per worker are under way,
+    so memory is bounded, and workers need no folder in common.
+
+    Args:
+        function: of a module that workers can import too.
+        shared: sent to each worker once; it may have a method ``identity()`` → name → text, which
+            has to be the same there.
+        keys: of all tasks, in the order in which they begin.
+        argument: makes the argument of a task when it is sent.
+        store: keeps the results.
+        on: where to run; default: this machine's cores.
+        sources: packages of which workers must have the same sources.
+        begin: called once, before the first task, when the workers are there and may compute.
+        progress: called with ``what``, how many are kept, and of how many.
+        what: the tasks are.
+
+    Raises:
+        MissingPackageError: Dask is wanted and not installed.
+        WorkerError: a worker has other versions than this process, a process was killed, or the
+            scheduler or its workers are gone. What was computed is kept.
+        TendonError: a task was refused; those that were computed before are kept.
+    """
+    kept, on = set(store.done()), on or Workers()
+    todo = [key for key in keys if key not in kept]
+    progress(what, len(keys) - len(todo), len(keys))
+    if not todo:
+        begin()
+        return
+    open_pool = _processes if on.workers is None and on.scheduler is None else _dask
+    with open_pool(on, len(todo), _Job.of(function, shared, sources)) as pool:
+        begin()
+        waiting: dict[Future[Any], str] = {}
+        rest = todo[::-1]
+        while rest or waiting:
+            with _lost_workers(on, pool.lost):
+                free = _AHEAD * pool.size() - len(waiting)
+            for key in [rest.pop() for _ in range(min(free, len(rest)))]:
+                given = argument(key)
+                with _lost_workers(on, pool.lost):
+                    waiting[pool.submit(key, given)] = key
+            wait(waiting, _COUNTED, FIRST_COMPLETED)
+            for future in [future for future in waiting if future.done()]:
+                with _lost_workers(on, pool.lost):
+                    result = future.result()
+                store.write(waiting.pop(future), result)
+            progress(what, len(keys) - len(rest) - len(waiting), len(keys))
+
+
+class _Pool(NamedTuple):
+    submit: Callable[[str, Any], Future[Any]]
+    size: Callable[[], int]  # number of workers, 1 at least
+    lost: tuple[type[BaseException], ...]  # raised by a future whose worker is gone
+
+
+@contextmanager
+def _lost_workers(on: Workers, lost: tuple[type[BaseException], ...]) -> Iterator[None]:
+    try:
+        yield
+    except lost as error:
+        raise WorkerError(
+            f"workers of {on} are gone ({type(error).__name__}: {error}). What was computed is"
+            " kept, and the same command goes on where it was; where memory ran out, give fewer"
+            " workers"
+        ) from None
+
+
+def versions(sources: Sequence[str] = ("tendon_mj",)) -> dict[str, str]:
+    """Name → version of the packages that numbers depend on, and digest of some's sources."""
+    packages = {name: importlib.metadata.version(name) for name in _PACKAGES}
+    digests = {name: f"sources {_digest(name)}" for name in sources}
+    return {"python": ".".join(map(str, sys.version_info[:2])), **packages, **digests}
+
+
+def identity(sources: Sequence[str] = ("tendon_mj",)) -> dict[str, str]:
+    """`versions` and the number of threads of BLAS, on which its sums depend."""
+    return {**versions(sources), THREADS: os.environ.get(THREADS, "not set")}
+
+
+@cache  # a package is imported once, and its files may change afterwards
+def _digest(package: str) -> str:
+    """16 hexadecimal digits of a package's Python sources."""
+    spec, whole = importlib.util.find_spec(package), hashlib.sha256()
+    for folder in spec.submodule_search_locations or () if spec else ():
+        for path in sorted(Path(folder).rglob("*.py")):
+            whole.update(path.relative_to(folder).as_posix().encode())
+            whole.update(path.read_bytes().replace(b"\r\n", b"\n"))
+    return whole.hexdigest()[:16]
+
+
+def _check_same(expected: Mapping[str, str], there: Mapping[str, str], where: str) -> None:
+    """Refuse a process that computes with something else; the message has both values."""
+    differing = [
+        f"{name}: {there.get(name, 'missing')} there, {value} here"
+        for name, value in expected.items()
+        if there.get(name) != value
+    ]
+    if differing:
+        raise WorkerError(
+            f"{where} differs from this process; {'; '.join(differing)}; install the same on every"
+            " machine, and start workers as `dask worker ADDRESS --nworkers 2 --nthreads 1`, which"
+            f" sets {THREADS}"
+        )
+
+
+@dataclass(frozen=True)
+class _Job:
+    """Function and shared data of a run as a pickle, and what a worker has to compute with."""
+
+    content: bytes
+    sources: tuple[str, ...]
+    expected: Mapping[str, str]
+
+    @staticmethod
+    def of(function: Callable[[Any, Any], Any], shared: Any, sources: Sequence[str]) -> _Job:
+        try:  # sends functions of a program that runs as `python -m`
+            from cloudpickle import dumps
+        except ImportError:
+            from pickle import dumps
+        expected = {**identity(sources), THREADS: "1", **_identity_of(shared)}
+        return _Job(dumps((function, shared)), tuple(sources), expected)
+
+    def run(self, key: str, argument: Any, worker: str) -> Any:
+        """Do one task in this process, unless it computes with something else than the caller."""
+        if self.content not in _LOADED:
+            here = identity(self.sources)
+            _check_same({name: self.expected[name] for name in here}, here, worker)
+            function, shared = pickle.loads(self.content)
+            _check_same(self.expected, {**here, **_identity_of(shared)}, worker)
+            _LOADED.clear()  # of the run before
+            _LOADED[self.content] = function, shared
+        function, shared = _LOADED[self.content]
+        try:
+            return function(shared, argument)
+        except TendonError as error:  # with a text alone, which every process can read
+            kind = WorkerError if isinstance(error, WorkerError) else TendonError
+            raise kind(f"{key}: {error}") from None
+
+
+_LOADED: dict[bytes, tuple[Callable[[Any, Any], Any], Any]] = {}  # in a worker
+
+
+def _identity_of(shared: Any) -> Mapping[str, str]:
+    stated: Mapping[str, str] = shared.identity() if hasattr(shared, "identity") else {}
+    return stated
+
+
+@contextmanager
+def _processes(on: Workers, tasks: int, job: _Job) -> Iterator[_Pool]:
+    """Processes with one thread for linear algebra each; none outlives the caller."""
+    count = min(on.processes or os.cpu_count() or 1, tasks)
+    others = set(multiprocessing.active_children())
+    spawn = multiprocessing.get_context("spawn")
+    executor = ProcessPoolExecutor(count, spawn, _begin_worker, (job,))
+
+    def submit(key: str, argument: Any) -> Future[Any]:
+        with _environment_of_workers():
+            return executor.submit(_run, key, argument)
+
+    try:
+        yield _Pool(submit, lambda: count, (BrokenExecutor,))
+    except BaseException:
+        for process in set(multiprocessing.active_children()) - others:
+            process.terminate()  # a task may take minutes
+        raise
+    finally:
+        executor.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _environment_of_workers() -> Iterator[None]:
+    """What processes inherit that begin within: one thread for BLAS, and no Ctrl-C."""
+    before, blocks = dict(os.environ), hasattr(signal, "pthread_sigmask")  # not on Windows
+    os.environ |= dict.fromkeys((THREADS, "OPENBLAS_NUM_THREADS"), "1")  # read before NumPy
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if blocks else None
+    try:
+        yield
+    finally:
+        if mask is not None:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        os.environ.clear()
+        os.environ.update(before)
+
+
+_JOBS: list[_Job] = []  # of this worker process
+
+
+def _begin_worker(job: _Job) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the caller, which ends this one
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    _JOBS[:] = [job]
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
+
+
+def _run(key: str, argument: Any) -> Any:
+    return _JOBS[0].run(key, argument, "a worker process")
+
+
+@contextmanager
+def local_cluster(workers: int | None) -> Iterator[str]:
+    """Address of a scheduler with workers on this machine, which Dask restarts when they die.
+
+    Args:
+        workers: processes with one thread each; default: as many as there are cores.
+
+    Raises:
+        MissingPackageError: Dask is not installed.
+    """
+    distributed = _import_dask()
+    import dask
+
+    settings = {
+        "distributed.scheduler.allowed-failures": 10,  # of workers under one task
+        "distributed.deploy.lost-worker-timeout": "1 h",  # a busy machine needs more than 15 s
+        # watching the workers fifty to a hundred times a second took a fifth of their time
+        "distributed.worker.profile.enabled": False,
+        "distributed.admin.tick.interval": "500ms",
+    }
+    with (
+        dask.config.set(settings),
+        distributed.LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            dashboard_address="127.0.0.1:0",
+            silence_logs=logging.CRITICAL + 1,
+            preload=[__name__],
+        ) as cluster,
+    ):
+        yield cluster.scheduler_address
+
+
+def dask_setup(worker: object) -> None:
+    """Leave Ctrl-C to the process that made the cluster; Dask calls this when a worker begins."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _import_dask() -> Any:
+    try:
+        import distributed
+    except ImportError as error:
+        raise MissingPackageError(
+            f"--workers and --scheduler need Dask ({error}); pip install 'tendon-mj[cluster]'"
+        ) from None
+    return distributed
+
+
+@contextmanager
+def _dask(on: Workers, tasks: int, job: _Job) -> Iterator[_Pool]:
+    """Workers of a Dask scheduler, as many as there are at a time."""
+    distributed = _import_dask()
+    lost = (CancelledError, OSError, distributed.KilledWorker)
+    with ExitStack() as stack:
+        address = on.scheduler or stack.enter_context(local_cluster(min(on.workers or 1, tasks)))
+        # errors are raised; Dask would also print a traceback of each lost connection
+        for logger in ("distributed", "tornado.application"):
+            stack.enter_context(
+                distributed.utils.silence_logging_cmgr(logging.CRITICAL + 1, logger)
+            )
+        client = stack.enter_context(_client(distributed, address))
+        with _lost_workers(on, lost):
+            answers = client.run(_identity_on_dask, job.sources, on_error="return")
+            for worker, there in answers.items():
+                where = f"worker {worker} of the scheduler at {address}"
+                if isinstance(there, BaseException):
+                    raise WorkerError(
+                        f"{where} cannot load tendon_mj: {there}; install the same there"
+                    )
+                expected = {**job.expected, _NTHREADS: "1"}
+                _check_same({name: expected[name] for name in there}, there, where)
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", "Sending large graph")  # once a run
+                # a task and not scattered data: it is done again where its worker died
+                sent = client.submit(_same, job, pure=False)
+        submit = client.get_executor(pure=False).submit
+        yield _Pool(
+            lambda key, argument: submit(_run_on_dask, sent, key, argument),
+            lambda: max(1, len(client.nthreads())),
+            lost,
+        )
+
+
+def _client(distributed: Any, address: str) -> Any:
+    try:
+        client = distributed.Client(address, timeout=_CONNECT, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise WorkerError(
+            f"no Dask scheduler answers at {address} ({error}); start one with `dask scheduler`,"
+            " which prints its address"
+        ) from None
+    try:
+        client.wait_for_workers(1, timeout=_FIRST_WORKER)
+    except TimeoutError:
+        client.close()
+        raise WorkerError(
+            f"the scheduler at {address} has no worker; start some with"
+            f" `dask worker {address} --nworkers 2 --nthreads 1`"
+        ) from None
+    return client
+
+
+def _identity_on_dask(sources: tuple[str, ...], dask_worker: Any) -> dict[str, str]:
+    return {**identity(sources), _NTHREADS: str(dask_worker.state.nthreads)}
+
+
+def _same(job: _Job) -> _Job:
+    return job
+
+
+def _run_on_dask(job: _Job, key: str, argument: Any) -> Any:
+    from distributed import get_worker
+
+    worker = get_worker()
+    where = f"worker {worker.address}"  # that may have joined later
+    _check_same({_NTHREADS: "1"}, {_NTHREADS: str(worker.state.nthreads)}, where)
+    return job.run(key, argument, where)
