@@ -9,7 +9,7 @@ import pytest
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.recordings import Measured, Recording
 from tendon_mj.lab.replay import Adjustable, Readout, replay_recording
-from tendon_mj.lab.replay.clock import make_clock
+from tendon_mj.lab.replay.readout import make_clock
 from tendon_mj.lab.replay.readout import low_pass, sense_of
 
 TIME = 3.0 + np.linspace(0.0, 2.0, 101)

@@ -14,7 +14,7 @@ from tendon_mj.attach import add_sensor
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.lab.recordings import Measured, Recording, Uncertain, read_recording
 from tendon_mj.lab.replay import Adjustable, replay_error, replay_recording
-from tendon_mj.lab.replay.clock import make_clock
+from tendon_mj.lab.replay.readout import make_clock
 from tendon_mj.models import Bench, Joint, build_bench, build_joint, load_model, models_folder
 
 BENDS = (0, 60, 120, 180, 240)
