@@ -244,7 +244,7 @@ class Adjustable:
         m = self.model
         gain, bias = m.actuator_gainprm, m.actuator_biasprm
         for k in range(m.nactuator):
-            name, joint = mujoco.mj_id2name(m, _OBJ.mjOBJ_ACTUATOR, k), _joint_of(m, k)
+            name, joint = mujoco.mj_id2name(m, _OBJ.mjOBJ_ACTUATOR, k), joint_of(m, k)
             if not name:
                 continue
             on = mujoco.mj_id2name(m, _OBJ.mjOBJ_JOINT, joint) if joint >= 0 else None
@@ -286,7 +286,7 @@ def _slides(model: mujoco.MjModel, joint: int) -> bool:
     return bool(model.jnt_type[joint] != _HINGE)
 
 
-def _joint_of(model: mujoco.MjModel, actuator: int) -> int:
+def joint_of(model: mujoco.MjModel, actuator: int) -> int:
     """The joint that an actuator is on, or −1."""
     on_joint = model.actuator_trntype[actuator] in _ON_JOINT
     return int(model.actuator_trnid[actuator, 0]) if on_joint else -1
@@ -323,7 +323,7 @@ def _geared(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int, dict[int, f
 
 def _winding(model: mujoco.MjModel, actuator: int, state: NDArray[np.void]) -> float:
     """Sense in which a control winds in the tendon of a sheath; 0 where it does not."""
-    joint, gear = _joint_of(model, actuator), model.actuator_gear[actuator, 0]
+    joint, gear = joint_of(model, actuator), model.actuator_gear[actuator, 0]
     if actuator == int(state["reel_actuator"]):
         return 1.0
     if joint >= 0 and joint == int(state["reel_joint"]):

@@ -269,7 +269,7 @@ def described_values(recording: Recording, names: Collection[str]) -> dict[str, 
 
     Args:
         recording: its names may stand for several parameters.
-        names: of all parameters that there are.
+        names: of all parameters.
 
     Raises:
         RecordingError: a name with wildcards that no parameter fits.
@@ -295,7 +295,7 @@ def stated_values(
     Args:
         recording: with its description.
         model: of the simulation.
-        names: of all parameters that there are.
+        names: of all parameters.
         described: whether ``known``, ``uncertain`` and ``session`` are applied. None: all; but if
             ``model`` carries intervals of a diagnosis, neither those parameters nor ``uncertain``.
 

@@ -20,7 +20,7 @@ from tendon_mj.attach import as_number
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.lab.recordings import Recording, is_same_model
 from tendon_mj.lab.replay.names import parameter_of, recording_of, values_for
-from tendon_mj.lab.replay.parameters import Adjustable, Parameter
+from tendon_mj.lab.replay.parameters import Adjustable, Parameter, joint_of
 from tendon_mj.lab.replay.schedule import Schedule, described_values
 from tendon_mj.lab.replay.simulation import (
     UNSOLVED_WARNING,
@@ -179,10 +179,8 @@ class Simulator:
 
     def _moved_by(self, actuator: str) -> set[str]:
         """The joint that an actuator is on, if it is on one."""
-        on_joint = (mujoco.mjtTrn.mjTRN_JOINT.value, mujoco.mjtTrn.mjTRN_JOINTINPARENT.value)
-        view = self.model.actuator(actuator)
-        on = view.trntype[0] in on_joint
-        return {self.model.joint(int(view.trnid[0])).name} if on else set()
+        joint = joint_of(self.model, self.model.actuator(actuator).id)
+        return {self.model.joint(joint).name} if joint >= 0 else set()
 
     def _measured_joints(self) -> set[str]:
         """Joints with a measured column of their place, rate or drive."""

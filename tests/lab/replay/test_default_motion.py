@@ -5,6 +5,7 @@ import pytest
 from tendon_mj.errors import RecordingError, UnknownNameError
 from tendon_mj.lab.replay import default_motion, read_motion
 from tendon_mj.models import Bench, Joint, build_bench, build_joint
+from tests.lab.replay.refusals import refusing
 
 TIMES = np.linspace(0.0, 12.0, 2401)
 
@@ -76,28 +77,17 @@ def test_a_table_moves_the_actuators_that_it_names(tmp_path):
     assert drive(9.0)[k] == pytest.approx(0.5)
     assert np.abs(np.delete(drive(1.0), k)).max() == 0.0
     table.write_text("time_s,comand_rad\n1,0\n3,0.5\n")
-    with pytest.raises(UnknownNameError, match="did you mean 'command'"):
+    with refusing(UnknownNameError, str(table), "'command'"):
         read_motion(table, model)
 
 
-@pytest.mark.parametrize(
-    ("columns", "said"),
-    [
-        (
-            "reel_N",
-            "column 'reel_N': the control of 'reel' is in [m]; the column would be 'reel_m'",
-        ),
-        ("reel_kN", "column 'reel_kN': the control of 'reel' is in [m]; the column would be"),
-        ("reel_deg", "column 'reel_deg': the control of 'reel' is in [m]; the column would be"),
-        ("reel_m,reel_rad", "the column would be 'reel_m'"),
-    ],
-)
-def test_a_column_in_another_unit_than_the_control_is_refused(columns, said, tmp_path):
+@pytest.mark.parametrize("columns", ["reel_N", "reel_kN", "reel_deg", "reel_m,reel_rad"])
+def test_a_column_in_another_unit_than_the_control_is_refused(columns, tmp_path):
     rows = "0,0,0\n1,1,1\n" if "," in columns else "0,0\n1,1\n"
     (tmp_path / "motion.csv").write_text(f"time_s,{columns}\n{rows}")
-    with pytest.raises(RecordingError) as caught:
+    column = columns.split(",")[-1]
+    with refusing(RecordingError, f"column {column!r}", "[m]", "'reel_m'"):
         read_motion(tmp_path / "motion.csv", build_bench(Bench()).compile())
-    assert said in str(caught.value)
 
 
 @pytest.mark.parametrize("columns", ["twitch_s,twitch_N", "twitch_mm,twitch_rad"])
@@ -109,5 +99,5 @@ def test_two_columns_of_one_actuator_are_refused(columns, tmp_path):
       <actuator><muscle name="twitch" joint="j" lengthrange="-1 1"/></actuator>
     </mujoco>""")
     (tmp_path / "motion.csv").write_text(f"time_s,{columns}\n0,0,0\n1,1,1\n")
-    with pytest.raises(RecordingError, match="another column moves 'twitch', too; leave one out"):
+    with refusing(RecordingError, "motion.csv", "'twitch'"):
         read_motion(tmp_path / "motion.csv", model)
