@@ -304,21 +304,24 @@ def _is_motor(model: mujoco.MjModel, actuator: int) -> bool:
 
 def _geared(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int, dict[int, float]]:
     """`Adjustable.geared`, of sensors of T_in and of actuators' forces."""
-    places = [k for k in range(model.nactuator) if control_unit(model, k) in _PLACES]
-    sheath_of = {
-        int(state["tendon"]): state
+    states = [
+        sheath_arrays(model, data.plugin_state, name, sheath.state).state
         for name, sheath in sheaths(model).items()
-        for state in [sheath_arrays(model, data.plugin_state, name, sheath.state).state]
-    }
-    geared: dict[int, dict[int, float]] = {}
-    for sensor in range(model.nsensor):
+    ]
+    sheath_of = {int(state["tendon"]): state for state in states}
+
+    def sense(sensor: int, actuator: int) -> float:
         if model.sensor_type[sensor] == mujoco.mjtSensor.mjSENS_ACTUATORFRC.value:
-            geared[sensor] = {k: 1.0 for k in places if k == model.sensor_objid[sensor]}
-        elif sheath_of and sensor_kind(model, sensor) == "input_tension":
-            state = sheath_of.get(_shown_tendon(model, sensor))
-            senses = {k: _winding(model, k, state) for k in places} if state is not None else {}
-            geared[sensor] = {k: sense for k, sense in senses.items() if sense}
-    return {sensor: bearing for sensor, bearing in geared.items() if bearing}
+            return float(actuator == model.sensor_objid[sensor])
+        if not sheath_of or sensor_kind(model, sensor) != "input_tension":
+            return 0.0
+        state = sheath_of.get(_shown_tendon(model, sensor))
+        return 0.0 if state is None else _winding(model, actuator, state)
+
+    places = [k for k in range(model.nactuator) if control_unit(model, k) in _PLACES]
+    geared = {s: {k: sense(s, k) for k in places} for s in range(model.nsensor)}
+    bearing = {s: {k: way for k, way in by.items() if way} for s, by in geared.items()}
+    return {sensor: by for sensor, by in bearing.items() if by}
 
 
 def _winding(model: mujoco.MjModel, actuator: int, state: NDArray[np.void]) -> float:

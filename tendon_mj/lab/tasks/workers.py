@@ -156,15 +156,16 @@ def run_tasks(
         waiting: dict[Future[Any], str] = {}
         rest = todo[::-1]
         while rest or waiting:
-            with _lost_workers(on, pool.lost):
+            with _lost_workers(on, OSError):
                 free = _AHEAD * pool.size() - len(waiting)
             for key in [rest.pop() for _ in range(min(free, len(rest)))]:
                 given = argument(key)
-                with _lost_workers(on, pool.lost):
+                with _lost_workers(on, OSError, *pool.lost):
                     waiting[pool.submit(key, given)] = key
             wait(waiting, _COUNTED, FIRST_COMPLETED)
-            for future in [future for future in waiting if future.done()]:
-                with _lost_workers(on, pool.lost):
+            done = [future for future in waiting if future.done()]
+            for future in sorted(done, key=_failed):  # what was computed is kept first
+                with _lost_workers(on, *pool.lost):
                     result = future.result()
                 store.write(waiting.pop(future), result)
             progress(what, len(keys) - len(rest) - len(waiting), len(keys))
@@ -176,8 +177,12 @@ class _Pool(NamedTuple):
     lost: tuple[type[BaseException], ...]  # raised by a future whose worker is gone
 
 
+def _failed(future: Future[Any]) -> bool:
+    return future.cancelled() or future.exception() is not None
+
+
 @contextmanager
-def _lost_workers(on: Workers, lost: tuple[type[BaseException], ...]) -> Iterator[None]:
+def _lost_workers(on: Workers, *lost: type[BaseException]) -> Iterator[None]:
     try:
         yield
     except lost as error:
@@ -377,7 +382,6 @@ def _import_dask() -> Any:
 def _dask(on: Workers, tasks: int, job: _Job) -> Iterator[_Pool]:
     """Workers of a Dask scheduler, as many as there are at a time."""
     distributed = _import_dask()
-    lost = (CancelledError, OSError, distributed.KilledWorker)
     with ExitStack() as stack:
         address = on.scheduler or stack.enter_context(local_cluster(min(on.workers or 1, tasks)))
         # errors are raised; Dask would also print a traceback of each lost connection
@@ -386,7 +390,7 @@ def _dask(on: Workers, tasks: int, job: _Job) -> Iterator[_Pool]:
                 distributed.utils.silence_logging_cmgr(logging.CRITICAL + 1, logger)
             )
         client = stack.enter_context(_client(distributed, address))
-        with _lost_workers(on, lost):
+        with _lost_workers(on, OSError, CancelledError):
             answers = client.run(_identity_on_dask, job.sources, on_error="return")
             for worker, there in answers.items():
                 where = f"worker {worker} of the scheduler at {address}"
@@ -404,7 +408,7 @@ def _dask(on: Workers, tasks: int, job: _Job) -> Iterator[_Pool]:
         yield _Pool(
             lambda key, argument: submit(_run_on_dask, sent, key, argument),
             lambda: max(1, len(client.nthreads())),
-            lost,
+            (CancelledError, distributed.KilledWorker),
         )
 
 

@@ -19,6 +19,7 @@ from tendon_mj.lab.finger import (
     Trajectory,
     clamped,
     curl,
+    find_motion,
     hold,
     prepare_finger,
     press,
@@ -252,6 +253,18 @@ def test_tracking_errors_are_what_the_columns_differ_by(model, trajectory):
         assert error.rmse == pytest.approx(np.sqrt(np.mean(off**2)), rel=1e-12)
         assert error.largest == np.abs(off).max()
         assert error.bias == pytest.approx(off.mean(), rel=1e-12)
+
+
+def test_a_motion_by_name_is_the_drive_of_its_trajectory(model):
+    for trajectory in (tap(), press()):
+        rows, motion = controls(trajectory, model), find_motion("finger", model, trajectory.name)
+        times = np.arange(len(rows)) * model.opt.timestep
+        np.testing.assert_array_equal([motion.drive(time) for time in times], rows)
+        assert motion.duration == trajectory.time[-1]
+        assert ("flexor_angle.kp" in motion.parameters) == trajectory.by_tension
+    assert find_motion("finger", model).name == "curl"
+    default = find_motion("bench", load_model("bench"))
+    assert (default.name, default.duration) == ("default motion", np.inf)
 
 
 def test_half_the_step_hardly_matters():
