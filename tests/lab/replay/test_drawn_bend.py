@@ -35,17 +35,17 @@ def tension(values: Mapping[str, float], **more: object) -> NDArray[np.float64]:
 
 
 def bends(adjustable: Adjustable) -> tuple[float, float]:
-    found = adjustable.parameters()
-    return found[DRAWN].value, found[EXTRA].value
+    parameters = adjustable.parameters()
+    return parameters[DRAWN].value, parameters[EXTRA].value
 
 
 def test_it_is_the_sum_of_the_bends_at_the_guides_in_the_initial_pose() -> None:
     model = load_model("joint")
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    found = Adjustable(model).parameters()
+    parameters = Adjustable(model).parameters()
     for name in ("sheath_1", "sheath_2"):
-        parameter = found[f"{name}.drawn_bend"]
+        parameter = parameters[f"{name}.drawn_bend"]
         assert parameter.value == pytest.approx(view_sheath(model, data, name).bend_angle.sum())
         assert (parameter.unit, parameter.kind, parameter.low) == ("rad", "live", 0.0)
     assert pytest.approx(np.pi, rel=1e-9) == PATH_BEND

@@ -49,6 +49,7 @@ def same(a, b):
 def test_every_simulation_is_a_replay_to_the_bit_on_any_number_of_threads(threads):
     answers = Simulator(RECORDINGS, threads=threads)(SETS)
     assert len(answers) == len(SETS)
+    assert Simulator(RECORDINGS)([]) == []
     for given, row in zip(SETS, answers, strict=True):
         for recording, series in zip(RECORDINGS, row, strict=True):
             told = replay_recording(recording, parameters=given)
@@ -60,10 +61,6 @@ def test_who_else_is_in_the_call_shows_in_no_number():
     together = simulator(SETS)
     for given, row in zip(SETS, together, strict=True):
         assert all(same(a, b) for a, b in zip(simulator([given])[0], row, strict=True))
-
-
-def test_no_sets_give_no_answers():
-    assert Simulator(RECORDINGS)([]) == []
 
 
 def test_a_model_of_ones_own_is_used_and_stays_as_it_was():
@@ -145,9 +142,9 @@ def test_a_strict_simulator_says_what_failed_when(monkeypatch, tmp_path):
 
 
 def test_a_tendon_that_found_no_equilibrium_is_told_of_once_a_call():
-    with pytest.warns(RuntimeWarning, match="sheath 'sheath' found no equilibrium") as told:
+    with pytest.warns(RuntimeWarning, match="sheath 'sheath' found no equilibrium") as warned:
         answers = Simulator(RECORDINGS)([WOUND_IN, {}])
-    assert len(told) == 1
+    assert len(warned) == 1
     assert np.isfinite(answers[1][0]["input_tension_N"]).all()
 
 

@@ -33,16 +33,16 @@ def test_a_value_for_one_recording_is_what_it_would_be_alone() -> None:
 def test_a_value_for_one_recording_goes_before_one_for_all() -> None:
     two = [bench("one"), bench("two")]
     both = {"sheath.pretension": 15.0, "sheath.pretension @ two": 12.0}
-    found = Simulator(two)([both])[0]
-    for row, pretension in zip(found, (15.0, 12.0), strict=True):
+    answers = Simulator(two)([both])[0]
+    for row, pretension in zip(answers, (15.0, 12.0), strict=True):
         alone = Simulator(two[:1])([{"sheath.pretension": pretension}])[0][0]
         np.testing.assert_array_equal(row[TENSION], alone[TENSION])
 
 
 def test_what_is_known_of_each_recording_acts_on_it_alone() -> None:
     states = [bench("one", known={"sheath.extra_bend": b}) for b in (0.0, 1.0)]
-    found = Simulator(states)([{}])[0]
-    for state, row in zip(states, found, strict=True):
+    answers = Simulator(states)([{}])[0]
+    for state, row in zip(states, answers, strict=True):
         np.testing.assert_array_equal(row[TENSION], replay_recording(state).columns[TENSION])
 
 
@@ -89,10 +89,10 @@ def test_a_held_drive_keeps_its_value_until_the_next_sample() -> None:
         columns={"input_displacement_m": stairs, TENSION: np.zeros(dense.size)},
         hold=("input_displacement_m",),
     )
-    found = replay_recording(held).columns[TENSION]
-    np.testing.assert_allclose(found, replay_recording(fine).columns[TENSION][::50], atol=1e-9)
+    answers = replay_recording(held).columns[TENSION]
+    np.testing.assert_allclose(answers, replay_recording(fine).columns[TENSION][::50], atol=1e-9)
     smooth = replay_recording(replace(held, hold=())).columns[TENSION]
-    assert float(np.abs(found - smooth).max()) > 0.1
+    assert float(np.abs(answers - smooth).max()) > 0.1
 
 
 def test_without_settling_the_model_starts_in_its_reference_pose() -> None:
@@ -108,22 +108,22 @@ def test_without_settling_the_model_starts_in_its_reference_pose() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changed", "message"),
+    ("changed", "facts"),
     [
-        ({"hold": ("output_tension_N",)}, "hold: unknown driven column"),
-        ({"settle": -1.0}, r"settle: -1.0 \[s\] must be"),
+        ({"hold": ("output_tension_N",)}, ["hold", "output_tension_N"]),
+        ({"settle": -1.0}, ["settle", "-1.0"]),
         (
             {"known": {"a.b": 1.0}, "session": {"a.b": Session(1.0, 1.0)}},
-            r"\[session\] 'a.b': is in \[known\] too",
+            ["[session] 'a.b'", "[known]"],
         ),
         (
             {"uncertain": {"a.b": Uncertain(1.0, 0.0, 2.0)}, "session": {"a.b": Session(1.0, 1.0)}},
-            r"\[session\] 'a.b': is in \[uncertain\] too",
+            ["[session] 'a.b'", "[uncertain]"],
         ),
     ],
 )
-def test_what_contradicts_itself_is_refused(changed: dict[str, object], message: str) -> None:
-    with pytest.raises(RecordingError, match=message):
+def test_what_contradicts_itself_is_refused(changed: dict[str, object], facts: list[str]) -> None:
+    with refusing(RecordingError, *facts):
         bench("wrong", **changed)
 
 

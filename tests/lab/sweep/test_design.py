@@ -124,8 +124,10 @@ def test_summaries_are_what_they_say():
     )
     series = {"force": np.array([3.0, -4.0, 0.0]), "angle": np.array([1.0, 2.0, 3.0])}
     measured = {"force": np.array([3.0, -4.0, 3.0]), "angle": np.array([1.0, 2.0, 3.0])}
-    found = dict(zip([o.name for o in outputs], summarised(outputs, series, measured), strict=True))
-    assert found == {
+    summaries = dict(
+        zip([o.name for o in outputs], summarised(outputs, series, measured), strict=True)
+    )
+    assert summaries == {
         "force.final": 0.0,
         "force.min": -4.0,
         "force.max": 3.0,

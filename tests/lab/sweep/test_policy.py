@@ -112,15 +112,15 @@ def test_a_policy_that_does_nothing_leaves_the_motion_to_the_bit(policy, settle)
 
 
 def test_a_policy_is_what_mujoco_does_with_it(policy, arm):
-    found = table(arm_sweep(arm, policy("pull"), settle=0.0))
+    rows = table(arm_sweep(arm, policy("pull"), settle=0.0))
     data, force, angle = mujoco.MjData(arm), [], []
     for _ in range(51):
         data.ctrl[0] = 3.0 * min(1.0, data.time / 0.02)
         mujoco.mj_step(arm, data)
         angle.append(data.sensordata[0])
         force.append(data.sensordata[1])
-    assert found["force.mean"][0] == np.mean(force)
-    assert found["angle.final"][0] == angle[-1]
+    assert rows["force.mean"][0] == np.mean(force)
+    assert rows["angle.final"][0] == angle[-1]
 
 
 def test_each_rollout_has_an_instance_of_its_own(policy, arm):
@@ -141,8 +141,8 @@ def test_workers_need_no_file(policy, arm, tmp_path):
     pytest.importorskip("pyarrow", reason="the extra tendon-mj[parquet] is not installed")
     sweep = arm_sweep(arm, policy("Hold"))
     (tmp_path / "acts.py").unlink()
-    found = run_sweep(sweep, tmp_path / "out", on=Workers(processes=2)).table.read()
-    assert (found["angle.final"] == table(sweep)["angle.final"]).all()
+    rows = run_sweep(sweep, tmp_path / "out", on=Workers(processes=2)).table.read()
+    assert (rows["angle.final"] == table(sweep)["angle.final"]).all()
 
 
 def test_another_policy_is_another_sweep(policy, arm, tmp_path):

@@ -62,9 +62,9 @@ def test_numbers_depend_on_neither_processes_nor_batches_and_a_run_goes_on(
     module = importlib.import_module("tendon_mj.lab.sweep.sweep")
     monkeypatch.setattr(module, "batch_size", lambda seconds, rollouts: 5)
     sweep = finger_sweep(finger, "*.friction=0.05:0.3", "mcp.damping=0:0.01:2", draws=8)
-    found = run_sweep(sweep, tmp_path, on=Workers(processes=2))
+    result = run_sweep(sweep, tmp_path, on=Workers(processes=2))
     whole = sweep.rollouts.of(sweep.batch(0, sweep.design.rollouts))
-    table = found.table.read()
+    table = result.table.read()
     assert table.keys() == whole.keys()
     for name, column in whole.items():
         assert (table[name] == column).all()
@@ -75,7 +75,7 @@ def test_numbers_depend_on_neither_processes_nor_batches_and_a_run_goes_on(
     said = []
     run_sweep(sweep, tmp_path, on=Workers(processes=1), progress=lambda *a: said.append(a[1:]))
     assert {path: path.stat().st_mtime_ns for path in kept} == before
-    assert (found.table.read()["mcp.damping"] == whole["mcp.damping"]).all()
+    assert (result.table.read()["mcp.damping"] == whole["mcp.damping"]).all()
     assert [said[0], said[-1]] == [(10, 16), (16, 16)]
     other = finger_sweep(finger, "*.friction=0.05:0.3", "mcp.damping=0:0.01:2", draws=8, seed=3)
     with refusing(InvalidValueError, str(tmp_path), "seed is 0 there and 3 here"):
