@@ -6,19 +6,14 @@ Where it runs changes no number, so a worker with other versions is refused.
 
 from __future__ import annotations
 
-import hashlib
-import importlib.metadata
-import importlib.util
 import logging
 import multiprocessing
 import os
-import pickle
 import re
 import signal
-import sys
 import threading
 import warnings
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -29,12 +24,11 @@ from concurrent.futures import (
 )
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
-from tendon_mj.errors import InvalidValueError, MissingPackageError, TendonError, WorkerError
+from tendon_mj.errors import InvalidValueError, MissingPackageError, WorkerError
 from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.lab.tasks.job import THREADS, Job, check_same, identity
 
 Shared = TypeVar("Shared")
 Argument = TypeVar("Argument")
@@ -42,8 +36,6 @@ Result = TypeVar("Result")
 _Result = TypeVar("_Result", contravariant=True)
 
 MOST: Final = 1024  # processes or workers of this machine
-THREADS: Final = "OMP_NUM_THREADS"  # OpenBLAS and MKL heed it too
-_PACKAGES: Final = ("mujoco", "numpy", "scipy", "numba")
 _ADDRESS: Final = re.compile(r"\w+://.+:\d{1,5}")
 _AHEAD = 2  # tasks per worker: one runs, one waits
 _CONNECT, _FIRST_WORKER = 10.0, 60.0  # longest wait for a scheduler, and for its first worker [s]
@@ -98,6 +90,11 @@ class Workers:
                 " `dask scheduler` prints"
             )
 
+    @property
+    def on_dask(self) -> bool:
+        """Whether tasks run on workers of Dask."""
+        return self.workers is not None or self.scheduler is not None
+
     def __str__(self) -> str:
         if self.scheduler is not None:
             return f"the scheduler at {self.scheduler}"
@@ -150,31 +147,45 @@ def run_tasks(
     if not todo:
         begin()
         return
-    open_pool = _processes if on.workers is None and on.scheduler is None else _dask
-    with open_pool(on, len(todo), _Job.of(function, shared, sources)) as pool:
+    if on.on_dask:
+        _import_dask()
+    job = Job.of(function, shared, sources, by_value=on.on_dask)
+    with (_dask if on.on_dask else _processes)(on, len(todo), job) as pool:
         begin()
-        waiting: dict[Future[Any], str] = {}
-        rest = todo[::-1]
-        while rest or waiting:
-            with _lost_workers(on, OSError):
-                free = _AHEAD * pool.size() - len(waiting)
-            for key in [rest.pop() for _ in range(min(free, len(rest)))]:
-                given = argument(key)
-                with _lost_workers(on, OSError, *pool.lost):
-                    waiting[pool.submit(key, given)] = key
-            wait(waiting, _COUNTED, FIRST_COMPLETED)
-            done = [future for future in waiting if future.done()]
-            for future in sorted(done, key=_failed):  # what was computed is kept first
-                with _lost_workers(on, *pool.lost):
-                    result = future.result()
-                store.write(waiting.pop(future), result)
-            progress(what, len(keys) - len(rest) - len(waiting), len(keys))
+        for left in _run_all(on, pool, todo, argument, store):
+            progress(what, len(keys) - left, len(keys))
 
 
 class _Pool(NamedTuple):
     submit: Callable[[str, Any], Future[Any]]
     size: Callable[[], int]  # number of workers, 1 at least
     lost: tuple[type[BaseException], ...]  # raised by a future whose worker is gone
+
+
+def _run_all(
+    on: Workers,
+    pool: _Pool,
+    todo: Sequence[str],
+    argument: Callable[[str], Any],
+    store: Store[Any],
+) -> Iterator[int]:
+    """Do all tasks; yields the number that is left whenever some are done."""
+    waiting: dict[Future[Any], str] = {}
+    rest = list(reversed(todo))
+    while rest or waiting:
+        with _lost_workers(on, OSError):
+            free = _AHEAD * pool.size() - len(waiting)
+        for key in [rest.pop() for _ in range(min(free, len(rest)))]:
+            given = argument(key)
+            with _lost_workers(on, OSError, *pool.lost):
+                waiting[pool.submit(key, given)] = key
+        wait(waiting, _COUNTED, FIRST_COMPLETED)
+        done = [future for future in waiting if future.done()]
+        for future in sorted(done, key=_failed):  # what was computed is kept first
+            with _lost_workers(on, *pool.lost):
+                result = future.result()
+            store.write(waiting.pop(future), result)
+        yield len(rest) + len(waiting)
 
 
 def _failed(future: Future[Any]) -> bool:
@@ -193,88 +204,8 @@ def _lost_workers(on: Workers, *lost: type[BaseException]) -> Iterator[None]:
         ) from None
 
 
-def versions(sources: Sequence[str] = ("tendon_mj",)) -> dict[str, str]:
-    """Name → version of the packages that numbers depend on, and digest of some's sources."""
-    packages = {name: importlib.metadata.version(name) for name in _PACKAGES}
-    digests = {name: f"sources {_digest(name)}" for name in sources}
-    return {"python": ".".join(map(str, sys.version_info[:2])), **packages, **digests}
-
-
-def identity(sources: Sequence[str] = ("tendon_mj",)) -> dict[str, str]:
-    """`versions` and the number of threads of BLAS, on which its sums depend."""
-    return {**versions(sources), THREADS: os.environ.get(THREADS, "not set")}
-
-
-@cache  # a package is imported once, and its files may change afterwards
-def _digest(package: str) -> str:
-    """16 hexadecimal digits of a package's Python sources."""
-    spec, whole = importlib.util.find_spec(package), hashlib.sha256()
-    for folder in spec.submodule_search_locations or () if spec else ():
-        for path in sorted(Path(folder).rglob("*.py")):
-            whole.update(path.relative_to(folder).as_posix().encode())
-            whole.update(path.read_bytes().replace(b"\r\n", b"\n"))
-    return whole.hexdigest()[:16]
-
-
-def _check_same(expected: Mapping[str, str], there: Mapping[str, str], where: str) -> None:
-    """Refuse a process that computes with something else; the message has both values."""
-    differing = [
-        f"{name}: {there.get(name, 'missing')} there, {value} here"
-        for name, value in expected.items()
-        if there.get(name) != value
-    ]
-    if differing:
-        raise WorkerError(
-            f"{where} differs from this process; {'; '.join(differing)}; install the same on every"
-            " machine, and start workers as `dask worker ADDRESS --nworkers 2 --nthreads 1`, which"
-            f" sets {THREADS}"
-        )
-
-
-@dataclass(frozen=True)
-class _Job:
-    """Function and shared data of a run as a pickle, and what a worker has to compute with."""
-
-    content: bytes
-    sources: tuple[str, ...]
-    expected: Mapping[str, str]
-
-    @staticmethod
-    def of(function: Callable[[Any, Any], Any], shared: Any, sources: Sequence[str]) -> _Job:
-        try:  # sends functions of a program that runs as `python -m`
-            from cloudpickle import dumps
-        except ImportError:
-            from pickle import dumps
-        expected = {**identity(sources), THREADS: "1", **_identity_of(shared)}
-        return _Job(dumps((function, shared)), tuple(sources), expected)
-
-    def run(self, key: str, argument: Any, worker: str) -> Any:
-        """Do one task in this process, unless it computes with something else than the caller."""
-        if self.content not in _LOADED:
-            here = identity(self.sources)
-            _check_same({name: self.expected[name] for name in here}, here, worker)
-            function, shared = pickle.loads(self.content)
-            _check_same(self.expected, {**here, **_identity_of(shared)}, worker)
-            _LOADED.clear()  # of the run before
-            _LOADED[self.content] = function, shared
-        function, shared = _LOADED[self.content]
-        try:
-            return function(shared, argument)
-        except TendonError as error:  # with a text alone, which every process can read
-            kind = WorkerError if isinstance(error, WorkerError) else TendonError
-            raise kind(f"{key}: {error}") from None
-
-
-_LOADED: dict[bytes, tuple[Callable[[Any, Any], Any], Any]] = {}  # in a worker
-
-
-def _identity_of(shared: Any) -> Mapping[str, str]:
-    stated: Mapping[str, str] = shared.identity() if hasattr(shared, "identity") else {}
-    return stated
-
-
 @contextmanager
-def _processes(on: Workers, tasks: int, job: _Job) -> Iterator[_Pool]:
+def _processes(on: Workers, tasks: int, job: Job) -> Iterator[_Pool]:
     """Processes with one thread for linear algebra each; none outlives the caller."""
     count = min(on.processes or os.cpu_count() or 1, tasks)
     others = set(multiprocessing.active_children())
@@ -310,10 +241,10 @@ def _environment_of_workers() -> Iterator[None]:
         os.environ.update(before)
 
 
-_JOBS: list[_Job] = []  # of this worker process
+_JOBS: list[Job] = []  # of this worker process
 
 
-def _begin_worker(job: _Job) -> None:
+def _begin_worker(job: Job) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the caller, which ends this one
     threading.Thread(target=_end_with_parent, daemon=True).start()
     _JOBS[:] = [job]
@@ -379,7 +310,7 @@ def _import_dask() -> Any:
 
 
 @contextmanager
-def _dask(on: Workers, tasks: int, job: _Job) -> Iterator[_Pool]:
+def _dask(on: Workers, tasks: int, job: Job) -> Iterator[_Pool]:
     """Workers of a Dask scheduler, as many as there are at a time."""
     distributed = _import_dask()
     with ExitStack() as stack:
@@ -399,7 +330,7 @@ def _dask(on: Workers, tasks: int, job: _Job) -> Iterator[_Pool]:
                         f"{where} cannot load tendon_mj: {there}; install the same there"
                     )
                 expected = {**job.expected, _NTHREADS: "1"}
-                _check_same({name: expected[name] for name in there}, there, where)
+                check_same({name: expected[name] for name in there}, there, where)
             with warnings.catch_warnings():
                 warnings.filterwarnings("ignore", "Sending large graph")  # once a run
                 # a task and not scattered data: it is done again where its worker died
@@ -435,14 +366,14 @@ def _identity_on_dask(sources: tuple[str, ...], dask_worker: Any) -> dict[str, s
     return {**identity(sources), _NTHREADS: str(dask_worker.state.nthreads)}
 
 
-def _same(job: _Job) -> _Job:
+def _same(job: Job) -> Job:
     return job
 
 
-def _run_on_dask(job: _Job, key: str, argument: Any) -> Any:
+def _run_on_dask(job: Job, key: str, argument: Any) -> Any:
     from distributed import get_worker
 
     worker = get_worker()
     where = f"worker {worker.address}"  # that may have joined later
-    _check_same({_NTHREADS: "1"}, {_NTHREADS: str(worker.state.nthreads)}, where)
+    check_same({_NTHREADS: "1"}, {_NTHREADS: str(worker.state.nthreads)}, where)
     return job.run(key, argument, where)
