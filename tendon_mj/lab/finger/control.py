@@ -165,7 +165,8 @@ def _commands(
         tendon = column.removesuffix("_N")
         if tendon not in tendons:
             raise InvalidValueError(
-                f"trajectory {trajectory.name!r}: there is no {tendon!r} to pull"
+                f"trajectory {trajectory.name!r}: unknown tendon {tendon!r}; the model has"
+                f" {', '.join(tendons)}"
             )
         torque = (tension - finger.pretension) * finger.spool_radius / finger.gear
         columns[f"{tendon}_command_Nm"] = torque

@@ -17,7 +17,7 @@ _SHEATH = ("axial_stiffness", "pretension", "drawn_bend")
 _JOINT = ("stiffness", "springref", "damping", "frictionloss", "armature")
 _MOTOR = ("command_scale", "command_offset", "kp", "kv", "gear")
 _NO_LOAD = 1e-9  # rounding of a load [N or N m]
-_GUESS, _SPAN = 0.15, 3.0  # μ where the model has none, and by what it may be more or less
+_GUESS, _SPAN = 0.15, 3.0  # μ where the model has none, and the factor of its range
 
 _HEAD = """\
 # What the columns of a recording are on the model. Fill in `source`; give the columns the names

@@ -15,7 +15,7 @@
 | gravity | x, y, z [m/s²] |
 
 The commands of actuators and the parameters of sensors are the rig's:
-control(t) = scale × column(t − delay) + offset, and a column is what `Readout` makes of a reading.
+control(t) = scale × column(t − delay) + offset, and `Readout` makes a column of a reading.
 Over its ``slip_duration`` from its ``slip_time`` on, a control becomes more by its ``slip``, as
 where the cable slips on its drum.
 """
@@ -61,11 +61,11 @@ Kind = Literal["live", "joint", "body", "actuator", "motor", "sensor", "gravity"
 
 
 class Parameter(NamedTuple):
-    """A number of a model: its value, its unit, and what kind of element has it.
+    """A number of a model: its value, its unit, and the kind of its element.
 
     ``live``: of a sheath or servo, in `mjData.plugin_state`. ``motor``: an actuator whose force
     depends on nothing but its control. ``low``: the least that it may be. ``joints``: those that an
-    actuator is on, or that move a body, its own first. ``reference``: of a position, what it is in
+    actuator is on, or that move a body, its own first. ``reference``: of a position, its value in
     the model's reference pose (qpos0).
     """
 
@@ -337,7 +337,7 @@ def _winding(model: mujoco.MjModel, actuator: int, state: NDArray[np.void]) -> f
 
 
 def _shown_tendon(model: mujoco.MjModel, sensor: int) -> int:
-    """The tendon whose sheath a sensor shows, by its object or by what its instance names."""
+    """The tendon whose sheath a sensor shows, by its object or by its instance."""
     if model.sensor_objtype[sensor] == _OBJ.mjOBJ_TENDON.value:
         return int(model.sensor_objid[sensor])
     instance = int(model.sensor_plugin[sensor])

@@ -287,8 +287,8 @@ class Simulator:
         """Distinct simulations that answer all sets, the longest first."""
         groups: dict[tuple[int, frozenset[tuple[str, float]]], _Job] = {}
         recordings = {recording.name for recording in self.recordings}
-        for row, asked in enumerate(parameter_sets):
-            for name in map(str, asked):
+        for row, chosen in enumerate(parameter_sets):
+            for name in map(str, chosen):
                 parameter = parameter_of(name)
                 if name in self.parameters and name != parameter:
                     raise InvalidValueError(
@@ -298,7 +298,7 @@ class Simulator:
                     raise UnknownNameError("parameter", name, self.parameters)
                 if name != parameter and recording_of(name) not in recordings:
                     raise UnknownNameError("recording", recording_of(name), recordings, name)
-            given = {name: as_number(name, value) for name, value in asked.items()}
+            given = {name: as_number(name, value) for name, value in chosen.items()}
             for k, described in enumerate(self._described):
                 values = {**described, **values_for(self.recordings[k].name, given)}
                 reads = {n: v for n, v in values.items() if self.parameters[n].kind == "sensor"}

@@ -14,7 +14,7 @@ from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.typing import FloatArray
 
 MOST_ROLLOUTS = 10_000_000  # of a sweep, whose columns are read into memory
-_GRID = 5  # values of a range that says no number, where nothing is drawn
+_GRID = 5  # values of a range without a number, where nothing is drawn
 _FORMS = "name=low:high, name=low:high:values or name=value,value,…"
 
 

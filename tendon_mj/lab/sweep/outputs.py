@@ -23,7 +23,7 @@ from tendon_mj.typing import FloatArray
 
 ERROR = "error"
 _MOST_BINS = 30
-FEWEST = 5  # rollouts of which shares are told; with less each value is nearly its own mean
+FEWEST = 5  # rollouts for shares; with fewer each value is nearly its own mean
 
 # (sensors, n) series → (sensors,)
 SUMMARIES: Mapping[str, Callable[[FloatArray], FloatArray]] = {
@@ -36,7 +36,7 @@ SUMMARIES: Mapping[str, Callable[[FloatArray], FloatArray]] = {
 
 
 class Output(NamedTuple):
-    """A summary of what a sensor reads in a rollout.
+    """A summary of the readings of a sensor in a rollout.
 
     Attributes:
         sensor: its name.

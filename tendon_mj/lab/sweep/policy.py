@@ -26,7 +26,7 @@ class Policy:
     """A function or class of a Python file, whose text is sent to the workers.
 
     A function is called as ``name(model, data)`` before every step from the first sample on, and
-    sets ``data.ctrl``; it finds there what the motion commands. Time, positions and velocities are
+    sets ``data.ctrl``, where it finds the command of the motion. Time, positions and velocities are
     those of now, readings of sensors those of the step before. Of a class each rollout has its own
     instance, ``name(model)``, that is called so; what it remembers between steps has to be in it.
 

@@ -50,7 +50,7 @@ class Sweep:
         model: compiled; not changed.
         recording: that drives it, measured or of `motion_recording`.
         parameters: see `parse_axes`.
-        draws: of the ranges that are no grids.
+        draws: of the ranges without a number of values.
         seed: of the draws.
         outputs: see `parse_outputs`.
         measured: whether the recording has measurements. A motion has none, and its columns are
@@ -145,7 +145,7 @@ class Sweep:
             for target in axis.targets:
                 if target.rpartition(".")[2].startswith("command_"):
                     raise InvalidValueError(
-                        f"--parameter {axis.name}: {target} changes what a motion commands, and"
+                        f"--parameter {axis.name}: {target} changes the command of a motion, and"
                         f" --policy {policy} sets the controls itself"
                     )
 
@@ -189,7 +189,7 @@ class Sweep:
             if not np.array_equal(value, twice[name][0], equal_nan=True):
                 raise InvalidValueError(
                     f"--policy {self.rollouts.policy}: the same rollout simulated twice differs,"
-                    f" {name} = {value:g} and {twice[name][0]:g}; what a policy remembers belongs"
+                    f" {name} = {value:g} and {twice[name][0]:g}; the memory of a policy belongs"
                     " in a class, of which each rollout makes one, and its random numbers in a"
                     " generator with a seed there"
                 )
@@ -211,7 +211,7 @@ def run_sweep(
         sweep: design, recording and outputs.
         folder: for the plan and the table.
         on: where to run; default: this machine's cores.
-        again: begin anew, whatever is there.
+        again: begin again, whatever is there.
         begin: called when nothing more is refused, before the folder is written to.
         progress: called with "rollouts", how many are done, and of how many.
 
@@ -266,8 +266,8 @@ def check_folder(sweep: Sweep, folder: Path) -> Plan | None:
     if not path.exists():
         if any((folder / TABLE).glob("*.parquet")):
             raise InvalidValueError(
-                f"{folder / TABLE} holds tables, and there is no {PLAN} of their sweep; give"
-                " another --out, or --again to begin anew without them"
+                f"{folder / TABLE} holds tables, without the {PLAN} of their sweep; give"
+                " another --out, or --again to begin again without them"
             )
         return None
     try:
@@ -275,14 +275,14 @@ def check_folder(sweep: Sweep, folder: Path) -> Plan | None:
         int(str(begun[_BATCH]))
     except (OSError, ValueError, TypeError, LookupError, RecursionError) as error:
         raise InvalidValueError(
-            f"{path} cannot be read ({error}); give another --out, or --again to begin anew"
+            f"{path} cannot be read ({error}); give another --out, or --again to begin again"
         ) from error
     wanted = json.loads(json.dumps(sweep.plan))
     for name in [*wanted, *begun]:
         if name != _BATCH and begun.get(name) != wanted.get(name):
             raise InvalidValueError(
                 f"{folder} holds another sweep: {name} is {begun.get(name)} there and"
-                f" {wanted.get(name)} here; give another --out, or --again to begin anew"
+                f" {wanted.get(name)} here; give another --out, or --again to begin again"
             )
     return begun
 

@@ -60,7 +60,7 @@ def check_same(expected: Mapping[str, str], there: Mapping[str, str], where: str
 
 @dataclass(frozen=True)
 class Job:
-    """Function and shared data of a run as a pickle, and what a worker has to compute with."""
+    """Function and shared data of a run as a pickle, and the versions that a worker must have."""
 
     content: bytes
     sources: tuple[str, ...]

@@ -97,7 +97,7 @@ class ParquetParts:
                 )
 
     def clear(self) -> None:
-        """Remove every table, and what a killed run left half written."""
+        """Remove every table, and those that a killed run left half written."""
         for path in self.folder.glob("*.parquet"):
             path.unlink()
         self._kept.clear()

@@ -77,7 +77,7 @@ class Workers:
         given = {name: value for name, value in vars(self).items() if value is not None}
         if len(given) > 1:
             options = " and ".join(f"--{name} {value}" for name, value in given.items())
-            raise InvalidValueError(f"{options}: give one of them, which says where tasks run")
+            raise InvalidValueError(f"{options}: give one of them")
         for name in ("processes", "workers"):
             if not 1 <= given.get(name, 1) <= MOST:
                 raise InvalidValueError(
@@ -138,7 +138,7 @@ def run_tasks(
     Raises:
         MissingPackageError: Dask is wanted and not installed.
         WorkerError: a worker has other versions than this process, a process was killed, or the
-            scheduler or its workers are gone. What was computed is kept.
+            scheduler or its workers are gone. Computed results are kept.
         TendonError: a task was refused; those that were computed before are kept.
     """
     kept, on = set(store.done()), on or Workers()
@@ -181,7 +181,7 @@ def _run_all(
                 waiting[pool.submit(key, given)] = key
         wait(waiting, _COUNTED, FIRST_COMPLETED)
         done = [future for future in waiting if future.done()]
-        for future in sorted(done, key=_failed):  # what was computed is kept first
+        for future in sorted(done, key=_failed):  # results are kept first
             with _lost_workers(on, *pool.lost):
                 result = future.result()
             store.write(waiting.pop(future), result)
@@ -198,7 +198,7 @@ def _lost_workers(on: Workers, *lost: type[BaseException]) -> Iterator[None]:
         yield
     except lost as error:
         raise WorkerError(
-            f"workers of {on} are gone ({type(error).__name__}: {error}). What was computed is"
+            f"workers of {on} are gone ({type(error).__name__}: {error}). Computed results are"
             " kept, and the same command goes on where it was; where memory ran out, give fewer"
             " workers"
         ) from None
@@ -228,17 +228,19 @@ def _processes(on: Workers, tasks: int, job: Job) -> Iterator[_Pool]:
 
 @contextmanager
 def _environment_of_workers() -> Iterator[None]:
-    """What processes inherit that begin within: one thread for BLAS, and no Ctrl-C."""
-    before, blocks = dict(os.environ), hasattr(signal, "pthread_sigmask")  # not on Windows
-    os.environ |= dict.fromkeys((THREADS, "OPENBLAS_NUM_THREADS"), "1")  # read before NumPy
+    """Begin processes with one thread for BLAS, and without Ctrl-C while they import."""
+    before = {name: os.environ.get(name) for name in (THREADS, "OPENBLAS_NUM_THREADS")}
+    os.environ |= dict.fromkeys(before, "1")  # read before NumPy
+    blocks = hasattr(signal, "pthread_sigmask")  # not on Windows
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if blocks else None
     try:
         yield
     finally:
         if mask is not None:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-        os.environ.clear()
-        os.environ.update(before)
+        for name, value in before.items():
+            del os.environ[name]
+            os.environ |= {} if value is None else {name: value}
 
 
 _JOBS: list[Job] = []  # of this worker process

@@ -99,12 +99,6 @@ def test_any_name_makes_valid_toml() -> None:
         assert said in text
 
 
-def test_a_name_with_a_line_break_stays_in_its_comment() -> None:
-    text = HARD.replace('"of a site"', '"of&#10;a site"').replace('"place"', '"pl&#10;ace"')
-    described = parse_description(format_template(mujoco.MjModel.from_xml_string(text), "m"), "m")
-    assert list(described.drive) == ["with _quotes__m_per_s"]
-
-
 def test_names_that_become_one_have_columns_of_their_own() -> None:
     sensors = "".join(f"<jointpos name='{n}' joint='a joint'/>" for n in ("q,1", "q_1", "q&#10;1"))
     text = HARD.replace("</sensor>", f"{sensors}</sensor>")

@@ -125,11 +125,3 @@ def test_without_settling_the_model_starts_in_its_reference_pose() -> None:
 def test_what_contradicts_itself_is_refused(changed: dict[str, object], facts: list[str]) -> None:
     with refusing(RecordingError, *facts):
         bench("wrong", **changed)
-
-
-def test_a_model_is_sought_beside_the_description(tmp_path) -> None:  # type: ignore[no-untyped-def]
-    (tmp_path / "hand.xml").write_text("<mujoco/>")
-    written = write_recording(replace(bench("r"), model="hand.xml"), tmp_path / "r.csv")
-    assert read_recording(written).model == str(tmp_path / "hand.xml")
-    written = write_recording(bench("r"), tmp_path / "r.csv")
-    assert read_recording(written).model == "bench"
