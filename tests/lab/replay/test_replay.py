@@ -347,7 +347,7 @@ def test_a_recording_that_does_not_fit_the_model_is_refused(changed, kind, fact)
     spec = build_joint(Joint())
     add_sensor(spec, "sheath_1", "slip", "slips")
     with refusing(kind, "made up", fact):
-        replay_recording(joint_recording(**changed), spec.compile())
+        replay_recording(dataclasses.replace(joint_recording(), **changed), spec.compile())
     with refusing(UnknownNameError, "did you mean 'joint'"):
         replay_recording(joint_recording(model="joind"))
 
