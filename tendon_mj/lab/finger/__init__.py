@@ -1,13 +1,15 @@
-"""The finger in motion: trajectories, control, tracking error."""
+"""The finger in motion: trajectories, control, tracking error; the motion of any model."""
 
 from tendon_mj.lab.finger.control import FINGERS as FINGERS
 from tendon_mj.lab.finger.control import OUT_OF_REACH as OUT_OF_REACH
+from tendon_mj.lab.finger.control import Motion as Motion
+from tendon_mj.lab.finger.control import Summary as Summary
 from tendon_mj.lab.finger.control import drive_recording as drive_recording
+from tendon_mj.lab.finger.control import find_motion as find_motion
 from tendon_mj.lab.finger.control import prepare_finger as prepare_finger
 from tendon_mj.lab.finger.control import simulate_finger as simulate_finger
-from tendon_mj.lab.finger.summary import Summary as Summary
-from tendon_mj.lab.finger.summary import summarise as summarise
-from tendon_mj.lab.finger.tracking_error import tracking_error as tracking_error
+from tendon_mj.lab.finger.control import summarise as summarise
+from tendon_mj.lab.finger.control import tracking_error as tracking_error
 from tendon_mj.lab.finger.trajectories import Trajectory as Trajectory
 from tendon_mj.lab.finger.trajectories import clamped as clamped
 from tendon_mj.lab.finger.trajectories import curl as curl

@@ -1,22 +1,100 @@
-"""Control of the finger along a trajectory, by ordinary position and torque servos."""
+"""The finger along a trajectory, by ordinary position and torque servos; motions of any model."""
 
 from __future__ import annotations
 
 import copy
+import dataclasses
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.lab.finger.trajectories import ANGLES, Trajectory, check_reach
+from tendon_mj.lab.finger.trajectories import (
+    ANGLES,
+    Trajectory,
+    check_reach,
+    find_trajectory,
+    lasting,
+)
 from tendon_mj.lab.recordings import Measured, Recording
-from tendon_mj.lab.replay import Adjustable, FrameRecorder, Progress, replay_recording
-from tendon_mj.models import TENDONS, Finger, spool_angles
+from tendon_mj.lab.replay import (
+    Adjustable,
+    Drive,
+    FrameRecorder,
+    Misfit,
+    Progress,
+    default_motion,
+    read_motion,
+    replay_error,
+    replay_recording,
+)
+from tendon_mj.models import JOINTS, TENDONS, Finger, spool_angles
 from tendon_mj.typing import FloatArray
 
 FINGERS = ("finger", "finger_spring")  # models that follow trajectories
 OUT_OF_REACH = 0.5  # where the object rests on its slide for the finger to miss it [m]
 _UNITS = {"angle": "rad", "force": "N", "tension": "N", "displacement": "m"}
+_LEAST = 1e-3  # output tension that a ratio divides by at least [N]
+
+
+class Motion(NamedTuple):
+    """A motion of a model.
+
+    Attributes:
+        name: of the motion.
+        drive: time [s] → (nu,) controls.
+        duration: of it [s]; infinite for a default motion, which has no end.
+        parameters: of the model that it needs, by name.
+        trajectory: that a finger follows; None for any other model.
+    """
+
+    name: str
+    drive: Drive
+    duration: float
+    parameters: Mapping[str, float]
+    trajectory: Trajectory | None
+
+
+def find_motion(
+    name: str, model: mujoco.MjModel, motion: str | None = None, duration: float | None = None
+) -> Motion:
+    """The motion that a command names, or the default one.
+
+    Args:
+        name: of the model.
+        model: compiled.
+        motion: of a finger: curl, tap, press, hold or a CSV of joint angles or tensions; default:
+            curl. Of any other model a CSV with ``time_s`` and a column for every actuator that
+            moves (see `read_motion`); default: `default_motion`.
+        duration: of a finger's motion [s], which is cut or held at its end; default: its own.
+
+    Raises:
+        UnknownNameError: no such motion, or a column for no actuator.
+        RecordingError: the CSV cannot be read.
+        InvalidValueError: a duration that is not one, or a motion out of the finger's reach.
+    """
+    if name not in FINGERS:
+        if motion is None:
+            return Motion("default motion", default_motion(name, model), math.inf, {}, None)
+        return Motion(Path(motion).stem, *read_motion(Path(motion), model), {}, None)
+    trajectory = find_trajectory(motion or "curl")
+    if duration is not None:
+        trajectory = lasting(trajectory, duration)
+    commands = drive_recording(trajectory, model, Finger(), name=name)
+    rows = [(model.actuator(a).id, commands.columns[c]) for c, a in commands.driven]
+
+    def drive(now: float) -> FloatArray:
+        control = np.zeros(model.nu)
+        for actuator, values in rows:
+            control[actuator] = np.interp(now, commands.time, values)
+        return control
+
+    end = float(trajectory.time[-1])
+    return Motion(trajectory.name, drive, end, commands.known, trajectory)
 
 
 def drive_recording(
@@ -87,7 +165,8 @@ def _commands(
         tendon = column.removesuffix("_N")
         if tendon not in tendons:
             raise InvalidValueError(
-                f"trajectory {trajectory.name!r}: there is no {tendon!r} to pull"
+                f"trajectory {trajectory.name!r}: unknown tendon {tendon!r}; the model has"
+                f" {', '.join(tendons)}"
             )
         torque = (tension - finger.pretension) * finger.spool_radius / finger.gear
         columns[f"{tendon}_command_Nm"] = torque
@@ -157,13 +236,63 @@ def simulate_finger(
     drive = drive_recording(trajectory, model, finger, name=name, friction=friction)
     answer = replay_recording(drive, model, progress=progress, recorder=recorder)
     asked = {c: v for c, v in drive.columns.items() if c.startswith("asked_")}
-    return Recording(
-        name=drive.name,
-        model=name,
-        source=drive.source,
-        time=answer.time,
-        columns={**answer.columns, **asked},
-        drive=answer.drive,
-        measured=answer.measured,
-        known=answer.known,
+    return dataclasses.replace(
+        answer, name=drive.name, source=drive.source, columns={**answer.columns, **asked}
     )
+
+
+@dataclasses.dataclass(frozen=True)
+class Summary:
+    """Extremes over a motion.
+
+    Attributes:
+        tip_force_max: largest force on the distal phalanx [N].
+        flexor_ratio_max, flexor_ratio_min: of the flexor's T_in/T_out [-].
+    """
+
+    tip_force_max: float
+    flexor_ratio_max: float
+    flexor_ratio_min: float
+
+    def result(self) -> dict[str, float]:
+        """Plain numbers for `result.json`."""
+        return {
+            "tip_force_max_N": self.tip_force_max,
+            "flexor_input_over_output_max": self.flexor_ratio_max,
+            "flexor_input_over_output_min": self.flexor_ratio_min,
+        }
+
+
+def summarise(answer: Recording) -> Summary:
+    """Summary of a motion that `simulate_finger` returned."""
+    columns = answer.columns
+    output = np.maximum(columns["flexor_output_tension_N"], _LEAST)
+    ratio = columns["flexor_input_tension_N"] / output
+    return Summary(float(columns["tip_force_N"].max()), float(ratio.max()), float(ratio.min()))
+
+
+def tracking_error(answer: Recording) -> dict[str, Misfit]:
+    """Misfit achieved − commanded of every joint angle or tension of a trajectory.
+
+    A tension is commanded at the motor, so it is compared at the tendon's input, and at its output
+    as well.
+
+    Args:
+        answer: as `simulate_finger` returns it.
+
+    Returns:
+        By the achieved column: `mcp_angle_rad`, …, or `flexor_input_tension_N`, ….
+    """
+    goals = {f"{joint}_angle_rad": f"asked_{joint}_rad" for joint in JOINTS}
+    goals |= {
+        f"{tendon}_{end}_tension_N": f"asked_{tendon}_N"
+        for tendon in TENDONS
+        for end in ("input", "output")
+    }
+    goals = {column: goal for column, goal in goals.items() if goal in answer.columns}
+    wanted = dataclasses.replace(
+        answer,
+        columns={**answer.columns, **{c: answer.columns[goal] for c, goal in goals.items()}},
+        measured={column: answer.measured[column] for column in goals},
+    )
+    return replay_error(wanted, answer)

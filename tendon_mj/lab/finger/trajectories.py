@@ -41,7 +41,7 @@ class Trajectory:
 
     @property
     def by_tension(self) -> bool:
-        """Whether it says tensions rather than angles."""
+        """Whether its columns are tensions rather than angles."""
         return not set(ANGLES) <= self.columns.keys()
 
 

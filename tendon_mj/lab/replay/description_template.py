@@ -16,8 +16,8 @@ from tendon_mj.lab.replay.units import control_unit, ending_of, reading_unit
 _SHEATH = ("axial_stiffness", "pretension", "drawn_bend")
 _JOINT = ("stiffness", "springref", "damping", "frictionloss", "armature")
 _MOTOR = ("command_scale", "command_offset", "kp", "kv", "gear")
-_NO_LOAD = 1e-9  # [N or N m], what rounding leaves
-_GUESS, _SPAN = 0.15, 3.0  # μ where the model has none, and by what it may be more or less
+_NO_LOAD = 1e-9  # rounding of a load [N or N m]
+_GUESS, _SPAN = 0.15, 3.0  # μ where the model has none, and the factor of its range
 
 _HEAD = """\
 # What the columns of a recording are on the model. Fill in `source`; give the columns the names
@@ -119,7 +119,7 @@ def _known(model: mujoco.MjModel, parameters: dict[str, Parameter]) -> Iterator[
     driven = {model.actuator(k).name for k in range(model.nactuator)}
     for name, parameter in parameters.items():
         element, _, which = name.rpartition(".")
-        told = {
+        listed = {
             "live": which in _SHEATH and parameter.value > 0.0,
             "joint": which in _JOINT and parameter.value != 0.0,
             "body": True,
@@ -127,7 +127,7 @@ def _known(model: mujoco.MjModel, parameters: dict[str, Parameter]) -> Iterator[
             "motor": which in _MOTOR and element in driven,
             "gravity": True,
         }
-        if told.get(parameter.kind, False):
+        if listed.get(parameter.kind, False):
             unit = "control per column, such as a radius" if "scale" in which else parameter.unit
             yield f"# {_quoted(name)} = {_number(parameter.value)}  # [{unit}]"
 
@@ -144,8 +144,8 @@ def _uncertain(parameters: dict[str, Parameter]) -> Iterator[str]:
 def column_of(name: str, unit: str, taken: set[str]) -> str:
     """A name for an element's column, which ends in its unit [SI] and in no other before it.
 
-    What no column's name may hold, such as a comma, is an underscore there. It is none of those
-    that are ``taken``, to which it is added.
+    Characters that no column's name may hold, such as a comma, become underscores. The name differs
+    from those that are ``taken``, to which it is added.
     """
     ending = ending_of(unit)
     name = "".join(c if c.isprintable() and c not in ',"' else "_" for c in name).strip()

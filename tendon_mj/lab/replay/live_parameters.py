@@ -32,8 +32,8 @@ class LiveParameters(MutableMapping[str, float]):
     Drawn bends are computed when the first is asked for or set.
 
     Args:
-        model: whose custom texts say which drawn bends differ from the path's, as `patch_model`
-            writes them.
+        model: compiled; its custom texts, as `patch_model` writes them, say which drawn bends
+            differ from the path's.
         data: of that model.
 
     Raises:
@@ -51,7 +51,7 @@ class LiveParameters(MutableMapping[str, float]):
         }
 
     def correction(self, sheath: str) -> float:
-        """What ``drawn_bend`` is beyond the path's bend [rad]."""
+        """Difference of ``drawn_bend`` from the path's bend [rad]."""
         return self._corrections.get(sheath, 0.0)
 
     @cached_property
@@ -68,19 +68,19 @@ class LiveParameters(MutableMapping[str, float]):
             data.qpos[:] = self._model.qpos0
             mujoco.mj_forward(self._model, data)
             paths = {name: self._path(data, name) for name in known}
-        found = {}
+        bends = {}
         for name, path in paths.items():
             alone = path.state["arcs"] * path.state["arc_guides"] + path.state["pulleys"]
             if len(path.guides) > alone:
-                found[name] = float(path.guides["angle"].sum())
-        return found
+                bends[name] = float(path.guides["angle"].sum())
+        return bends
 
     def _path(self, data: mujoco.MjData, sheath: str) -> Any:
         start = sheaths(self._model)[sheath].state
         return sheath_arrays(self._model, data.plugin_state, sheath, start)
 
     def _drawn(self, name: str) -> str:
-        """The sheath whose drawn bend a name is; empty for any other."""
+        """The sheath of the name of a drawn bend; empty for any other name."""
         sheath, _, parameter = name.rpartition(".")
         return sheath if parameter == DRAWN_BEND and sheath in self._path_bends else ""
 
@@ -119,13 +119,13 @@ class LiveParameters(MutableMapping[str, float]):
 
 
 def _stored_corrections(model: mujoco.MjModel) -> dict[str, float]:
-    """Sheath → what its drawn bend is beyond the path's, as a patched model says [rad]."""
-    known, found = sheaths(model) if model.ntext else {}, {}
+    """Sheath → difference of its drawn bend from the path's, of a patched model [rad]."""
+    known, corrections = sheaths(model) if model.ntext else {}, {}
     for k in range(model.ntext):
         name = str(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, k))
         if name.endswith(CORRECTION) and name.removesuffix(CORRECTION) in known:
-            found[name.removesuffix(CORRECTION)] = custom_numbers(model, k, 1)[0]
-    return found
+            corrections[name.removesuffix(CORRECTION)] = custom_numbers(model, k, 1)[0]
+    return corrections
 
 
 def custom_numbers(model: mujoco.MjModel, text: int, count: int) -> list[float]:

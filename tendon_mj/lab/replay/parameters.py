@@ -15,7 +15,7 @@
 | gravity | x, y, z [m/s²] |
 
 The commands of actuators and the parameters of sensors are the rig's:
-control(t) = scale × column(t − delay) + offset, and a column is what `Readout` makes of a reading.
+control(t) = scale × column(t − delay) + offset, and `Readout` makes a column of a reading.
 Over its ``slip_duration`` from its ``slip_time`` on, a control becomes more by its ``slip``, as
 where the cable slips on its drum.
 """
@@ -34,7 +34,6 @@ from tendon_mj.attach import as_number
 from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnknownNameError
 from tendon_mj.lab.recordings import excess
 from tendon_mj.lab.replay.live_parameters import DRAWN_BEND, LiveParameters, custom_numbers
-from tendon_mj.lab.replay.muscle import ranges_of_gear
 from tendon_mj.lab.replay.readout import (
     USER_NUMBERS,
     Readout,
@@ -46,7 +45,9 @@ from tendon_mj.lab.replay.units import JOINT, UNKNOWN, control_unit, live_unit, 
 from tendon_mj.plugin import C, sensor_kind, sheath_arrays, sheaths
 from tendon_mj.sheath import LAW, check_scales, check_static
 
-_OBJ, _JNT, _TRN = mujoco.mjtObj, mujoco.mjtJoint, mujoco.mjtTrn
+_OBJ, _TRN = mujoco.mjtObj, mujoco.mjtTrn
+_HINGE, _SLIDE = mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value
+_ON_JOINT = _TRN.mjTRN_JOINT.value, _TRN.mjTRN_JOINTINPARENT.value
 _Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
 GEAR: Final = ".gear"  # custom text of a model: the numbers of a sensor's gear
 GEARED: Final = ("efficiency", "rest_in", "rest_out")
@@ -60,11 +61,11 @@ Kind = Literal["live", "joint", "body", "actuator", "motor", "sensor", "gravity"
 
 
 class Parameter(NamedTuple):
-    """A number of a model: its value, its unit, and what kind of element has it.
+    """A number of a model: its value, its unit, and the kind of its element.
 
     ``live``: of a sheath or servo, in `mjData.plugin_state`. ``motor``: an actuator whose force
     depends on nothing but its control. ``low``: the least that it may be. ``joints``: those that an
-    actuator is on, or that move a body, its own first. ``reference``: of a position, what it is in
+    actuator is on, or that move a body, its own first. ``reference``: of a position, its value in
     the model's reference pose (qpos0).
     """
 
@@ -79,7 +80,7 @@ class Parameter(NamedTuple):
 class _Entry(NamedTuple):
     kind: Kind
     unit: str
-    places: list[_Place]
+    places: tuple[_Place, ...]
     low: float = -math.inf
     joints: tuple[str, ...] = ()
     reference: float = 0.0
@@ -89,14 +90,14 @@ class Adjustable:
     """A model and its data with their parameters by name.
 
     Args:
-        model: changed in place, so one's own copy.
+        model: changed in place, so a copy.
 
     Attributes:
-        model, data: ready to run, with what ``set`` was given.
-        commands: (nactuator, 6) scale, offset, delay, slip, its time and its duration, for who
-            runs the model.
+        model, data: ready to run, with the values that ``set`` was given.
+        commands: (nactuator, 6) scale, offset, delay, slip, its time and its duration, for the
+            caller who runs the model.
         joint_commands: (njnt, 3) scale, offset and delay of columns that prescribe joints.
-        readings: (nsensor, 8) `Readout` of every sensor, for who runs the model.
+        readings: (nsensor, 8) `Readout` of every sensor, for the caller who runs the model.
         geared: sensor of a load → actuators that may bear it, and the sense, 1 or −1, in which
             the control of each moves against the load.
         live: those of sheaths and servos alone.
@@ -108,16 +109,20 @@ class Adjustable:
         self.commands = np.hstack([stored_commands(model), np.zeros((model.nactuator, len(SLIP)))])
         self.joint_commands = stored_joint_commands(model)
         self.live = LiveParameters(model, self.data)
-        self.geared = self._geared()
+        self.geared = _geared(model, self.data)
         gearless = np.tile(Readout()[USER_NUMBERS:], (model.nsensor, 1))
         self.readings = np.hstack([stored_readouts(model), gearless])
         for sensor in self.geared:
             text = mujoco.mj_name2id(model, _OBJ.mjOBJ_TEXT, model.sensor(sensor).name + GEAR)
             if text >= 0:
                 self.readings[sensor, -len(GEARED) :] = custom_numbers(model, text, len(GEARED))
-        self._entries = (
-            self._joints() | self._bodies() | self._actuators() | self._sensors() | self._gravity()
-        )
+        self._entries: dict[str, _Entry] = {}
+        self._add_joints()
+        self._add_bodies()
+        self._add_actuators()
+        self._add_sensors()
+        for k, axis in enumerate("xyz"):
+            self._add(f"gravity.{axis}", "gravity", "m/s²", (model.opt.gravity, k, 1.0))
         for name, entry in self._entries.items():
             if entry.kind == "sensor" or ".command_" in name:  # user data, which nobody checked
                 _check(name, entry, _value(entry))
@@ -128,15 +133,15 @@ class Adjustable:
 
     def parameters(self) -> dict[str, Parameter]:
         """Every parameter as it is now."""
-        found = {
+        live = {
             name: Parameter(value, live_unit(name.rsplit(".", 1)[1]), "live", _least(name))
             for name, value in self.live.items()
         }
-        found |= {
+        others = {
             name: Parameter(_value(entry), entry.unit, entry.kind, *entry[3:])
             for name, entry in self._entries.items()
         }
-        return dict(sorted(found.items()))
+        return dict(sorted((live | others).items()))
 
     def set(self, values: Mapping[str, float]) -> None:
         """Give parameters values; those that are not named keep theirs.
@@ -179,163 +184,160 @@ class Adjustable:
             check_static(law["friction"], law["static_friction"], sheath)
         check_scales(law, sheath)
 
-    def _joints(self) -> dict[str, _Entry]:
-        m, found = self.model, {}
+    def _add(
+        self,
+        name: str,
+        kind: Kind,
+        unit: str,
+        *places: _Place,
+        low: float = -math.inf,
+        joints: tuple[str, ...] = (),
+        reference: float = 0.0,
+    ) -> None:
+        self._entries[name] = _Entry(kind, unit, places, low, joints, reference)
+
+    def _add_joints(self) -> None:
+        m = self.model
         for joint in range(m.njnt):
             name = mujoco.mj_id2name(m, _OBJ.mjOBJ_JOINT, joint)
-            if name and m.jnt_type[joint] in (_JNT.mjJNT_HINGE.value, _JNT.mjJNT_SLIDE.value):
-                dof, angle = m.jnt_dofadr[joint], m.jnt_qposadr[joint]
-                slides = bool(m.jnt_type[joint] == _JNT.mjJNT_SLIDE.value)
-                for parameter, array, index, low in (
-                    ("stiffness", m.jnt_stiffness, joint, 0.0),
-                    ("damping", m.dof_damping, dof, 0.0),
-                    ("frictionloss", m.dof_frictionloss, dof, 0.0),
-                    ("armature", m.dof_armature, dof, 0.0),
-                    ("springref", m.qpos_spring, angle, -math.inf),
-                ):
-                    unit = JOINT[parameter][slides]
-                    places: list[_Place] = [(array, index, 1.0)]
-                    found[f"{name}.{parameter}"] = _Entry("joint", unit, places, low)
-                entry = found[f"{name}.springref"]
-                found[f"{name}.springref"] = entry._replace(reference=float(m.qpos0[angle]))
-                units = ("-", JOINT["springref"][slides], "s")
-                for k, (parameter, low) in enumerate(_COMMANDS.items()):
-                    places = [(self.joint_commands, (joint, k), 1.0)]
-                    found[f"{name}.{parameter}"] = _Entry("joint", units[k], places, low)
-        return found
+            if not name or m.jnt_type[joint] not in (_HINGE, _SLIDE):
+                continue
+            dof, place, slides = m.jnt_dofadr[joint], m.jnt_qposadr[joint], _slides(m, joint)
+            for parameter, array, index, low in (
+                ("stiffness", m.jnt_stiffness, joint, 0.0),
+                ("damping", m.dof_damping, dof, 0.0),
+                ("frictionloss", m.dof_frictionloss, dof, 0.0),
+                ("armature", m.dof_armature, dof, 0.0),
+            ):
+                unit = JOINT[parameter][slides]
+                self._add(f"{name}.{parameter}", "joint", unit, (array, index, 1.0), low=low)
+            unit, reference = JOINT["springref"][slides], float(m.qpos0[place])
+            spring = (m.qpos_spring, place, 1.0)
+            self._add(f"{name}.springref", "joint", unit, spring, reference=reference)
+            for k, (parameter, low) in enumerate(_COMMANDS.items()):
+                of_column = ("-", unit, "s")[k], (self.joint_commands, (joint, k), 1.0)
+                self._add(f"{name}.{parameter}", "joint", *of_column, low=low)
 
-    def _bodies(self) -> dict[str, _Entry]:
-        m, found = self.model, {}
+    def _add_bodies(self) -> None:
+        m = self.model
         for body in range(1, m.nbody):
             name, mass = mujoco.mj_id2name(m, _OBJ.mjOBJ_BODY, body), float(m.body_mass[body])
             if not name or mass == 0.0 or m.body_weldid[body] == 0:
                 continue
-            places: list[_Place] = [(m.body_mass, body, 1.0)]
-            for axis in range(3):
-                ratio = float(m.body_inertia[body, axis]) / mass
-                places.append((m.body_inertia, (body, axis), ratio))
-            entry = _Entry("body", "kg", places, mujoco.mjMINVAL, self._joints_above(body))
-            found[f"{name}.mass"] = entry
-        return found
+            inertia = m.body_inertia
+            ratios = [(inertia, (body, k), float(inertia[body, k]) / mass) for k in range(3)]
+            places: list[_Place] = [(m.body_mass, body, 1.0), *ratios]
+            joints = self._joints_above(body)
+            self._add(f"{name}.mass", "body", "kg", *places, low=mujoco.mjMINVAL, joints=joints)
 
     def _joints_above(self, body: int) -> tuple[str, ...]:
         """Joints that have a name and move a body, its own first."""
-        m, found = self.model, list[str]()
+        m, names = self.model, list[str]()
         while body:
             first = m.body_jntadr[body]
             joints = range(first, first + m.body_jntnum[body])
-            found += [mujoco.mj_id2name(m, _OBJ.mjOBJ_JOINT, joint) or "" for joint in joints]
+            names += [mujoco.mj_id2name(m, _OBJ.mjOBJ_JOINT, joint) or "" for joint in joints]
             body = m.body_parentid[body]
-        return tuple(filter(None, found))
+        return tuple(filter(None, names))
 
-    def _actuators(self) -> dict[str, _Entry]:
-        m, found = self.model, {}
+    def _add_actuators(self) -> None:
+        m = self.model
         gain, bias = m.actuator_gainprm, m.actuator_biasprm
         for k in range(m.nactuator):
-            name = mujoco.mj_id2name(m, _OBJ.mjOBJ_ACTUATOR, k)
+            name, joint = mujoco.mj_id2name(m, _OBJ.mjOBJ_ACTUATOR, k), joint_of(m, k)
             if not name:
                 continue
-            geared: list[_Place] = [(m.actuator_gear, (k, 0), 1.0), *ranges_of_gear(m, k)]
-            slots: dict[str, tuple[str, list[_Place], float]] = {
-                "gear": ("-", geared, -math.inf),
-            }
-            for number, (parameter, low) in enumerate(_COMMANDS.items()):
-                unit = ("-", UNKNOWN, "s")[number]
-                slots[parameter] = (unit, [(self.commands, (k, number), 1.0)], low)
-            if (unit := control_unit(m, k)) in _PLACES:
-                slots["slip"] = (unit, [(self.commands, (k, 3), 1.0)], -math.inf)
-                slots["slip_time"] = ("s", [(self.commands, (k, 4), 1.0)], -math.inf)
-                slots["slip_duration"] = ("s", [(self.commands, (k, 5), 1.0)], 0.0)
-            if gain[k, 0] != 0.0 and gain[k, 0] == -bias[k, 1]:  # a position servo
-                slides = not self._turns(k)
-                places: list[_Place] = [(gain, (k, 0), 1.0), (bias, (k, 1), -1.0)]
-                slots["kp"] = (JOINT["stiffness"][slides], places, 0.0)
-                slots["kv"] = (JOINT["damping"][slides], [(bias, (k, 2), -1.0)], 0.0)
-            kind: Kind = "motor" if self._is_motor(k) else "actuator"
-            joint = self._joint_of(k)
             on = mujoco.mj_id2name(m, _OBJ.mjOBJ_JOINT, joint) if joint >= 0 else None
-            for parameter, (unit, places, low) in slots.items():
-                entry = _Entry(kind, unit, places, low, (on,) if on else ())
-                found[f"{name}.{parameter}"] = entry
-        return found
+            slots: list[tuple[str, str, float, list[_Place]]] = [
+                ("gear", "-", -math.inf, [(m.actuator_gear, (k, 0), 1.0), *ranges_of_gear(m, k)])
+            ]
+            units = {"command_scale": "-", "command_offset": UNKNOWN, "command_delay": "s"}
+            least = dict(_COMMANDS)
+            if (unit := control_unit(m, k)) in _PLACES:
+                units |= {"slip": unit, "slip_time": "s", "slip_duration": "s"}
+                least["slip_duration"] = 0.0
+            for number, (parameter, unit) in enumerate(units.items()):
+                low = least.get(parameter, -math.inf)
+                slots.append((parameter, unit, low, [(self.commands, (k, number), 1.0)]))
+            if gain[k, 0] != 0.0 and gain[k, 0] == -bias[k, 1]:  # a position servo
+                slides = joint < 0 or _slides(m, joint)
+                stiffness: list[_Place] = [(gain, (k, 0), 1.0), (bias, (k, 1), -1.0)]
+                slots.append(("kp", JOINT["stiffness"][slides], 0.0, stiffness))
+                slots.append(("kv", JOINT["damping"][slides], 0.0, [(bias, (k, 2), -1.0)]))
+            kind: Kind = "motor" if _is_motor(m, k) else "actuator"
+            for parameter, unit, low, places in slots:
+                joints = (on,) if on else ()
+                self._add(f"{name}.{parameter}", kind, unit, *places, low=low, joints=joints)
 
-    def _joint_of(self, actuator: int) -> int:
-        """The joint that it is on, or −1."""
-        on_joint = _TRN.mjTRN_JOINT.value, _TRN.mjTRN_JOINTINPARENT.value
-        m = self.model
-        return (
-            int(m.actuator_trnid[actuator, 0]) if m.actuator_trntype[actuator] in on_joint else -1
-        )
-
-    def _turns(self, actuator: int) -> bool:
-        """Whether it moves a hinge."""
-        joint = self._joint_of(actuator)
-        return bool(joint >= 0 and self.model.jnt_type[joint] == _JNT.mjJNT_HINGE.value)
-
-    def _is_motor(self, actuator: int) -> bool:
-        """Whether its force is its control times a gain."""
-        m = self.model
-        return bool(
-            m.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_FIXED.value
-            and m.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_NONE.value
-            and m.actuator_dyntype[actuator] == mujoco.mjtDyn.mjDYN_NONE.value
-            and m.actuator_plugin[actuator] < 0
-        )
-
-    def _geared(self) -> dict[int, dict[int, float]]:
-        """Find what ``geared`` holds, of sensors of T_in and of actuators' forces."""
-        m, found = self.model, dict[int, dict[int, float]]()
-        places = [k for k in range(m.nactuator) if control_unit(m, k) in _PLACES]
-        states = [
-            sheath_arrays(m, self.data.plugin_state, name, sheath.state).state
-            for name, sheath in sheaths(m).items()
-        ]
-        for sensor in range(m.nsensor):
-            if m.sensor_type[sensor] == mujoco.mjtSensor.mjSENS_ACTUATORFRC.value:
-                found[sensor] = {k: 1.0 for k in places if k == m.sensor_objid[sensor]}
-            elif states and sensor_kind(m, sensor) == "input_tension":
-                tendon = _shown_tendon(m, sensor)
-                for state in states:
-                    if tendon == int(state["tendon"]):
-                        senses = {k: self._winding(k, state) for k in places}
-                        found[sensor] = {k: sense for k, sense in senses.items() if sense}
-        return {sensor: by for sensor, by in found.items() if by}
-
-    def _winding(self, actuator: int, state: NDArray[np.void]) -> float:
-        """Sense in which a control winds in the tendon of a sheath; 0 where it does not."""
-        m, joint, gear = self.model, self._joint_of(actuator), self.model.actuator_gear[actuator, 0]
-        if actuator == int(state["reel_actuator"]):
-            return 1.0
-        if joint >= 0 and joint == int(state["reel_joint"]):
-            return float(np.sign(gear * state["reel_radius"]))
-        pulls = m.actuator_trntype[actuator] == _TRN.mjTRN_TENDON.value
-        own = pulls and m.actuator_trnid[actuator, 0] == int(state["tendon"])
-        return -float(np.sign(gear)) if own and m.actuator_plugin[actuator] < 0 else 0.0
-
-    def _sensors(self) -> dict[str, _Entry]:
-        found = {}
-        units = Readout("-", UNKNOWN, "s", "s", rate(UNKNOWN), "-", "-", "-")  # type: ignore[arg-type]
+    def _add_sensors(self) -> None:
+        units = ("-", UNKNOWN, "s", "s", rate(UNKNOWN), "-", "-", "-")
         least = {"delay": 0.0, "lag": 0.0, "efficiency": _LEAST_EFFICIENCY}
         for k in range(self.model.nsensor):
             name = mujoco.mj_id2name(self.model, _OBJ.mjOBJ_SENSOR, k)
             for column, parameter in enumerate(Readout._fields):
-                low = least.get(parameter, -math.inf)
-                places: list[_Place] = [(self.readings, (k, column), 1.0)]
                 if name and (parameter not in GEARED or k in self.geared):
-                    entry = _Entry("sensor", str(units[column]), places, low)
-                    found[f"{name}.{parameter}"] = entry
-        return found
+                    place = (self.readings, (k, column), 1.0)
+                    low = least.get(parameter, -math.inf)
+                    self._add(f"{name}.{parameter}", "sensor", units[column], place, low=low)
 
-    def _gravity(self) -> dict[str, _Entry]:
-        gravity = self.model.opt.gravity
-        return {
-            f"gravity.{axis}": _Entry("gravity", "m/s²", [(gravity, k, 1.0)])
-            for k, axis in enumerate("xyz")
-        }
+
+def _slides(model: mujoco.MjModel, joint: int) -> bool:
+    """Whether a joint is not a hinge."""
+    return bool(model.jnt_type[joint] != _HINGE)
+
+
+def joint_of(model: mujoco.MjModel, actuator: int) -> int:
+    """The joint that an actuator is on, or −1."""
+    on_joint = model.actuator_trntype[actuator] in _ON_JOINT
+    return int(model.actuator_trnid[actuator, 0]) if on_joint else -1
+
+
+def _is_motor(model: mujoco.MjModel, actuator: int) -> bool:
+    """Whether an actuator's force is its control times a gain."""
+    return bool(
+        model.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_FIXED.value
+        and model.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_NONE.value
+        and model.actuator_dyntype[actuator] == mujoco.mjtDyn.mjDYN_NONE.value
+        and model.actuator_plugin[actuator] < 0
+    )
+
+
+def _geared(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int, dict[int, float]]:
+    """`Adjustable.geared`, of sensors of T_in and of actuators' forces."""
+    states = [
+        sheath_arrays(model, data.plugin_state, name, sheath.state).state
+        for name, sheath in sheaths(model).items()
+    ]
+    sheath_of = {int(state["tendon"]): state for state in states}
+
+    def sense(sensor: int, actuator: int) -> float:
+        if model.sensor_type[sensor] == mujoco.mjtSensor.mjSENS_ACTUATORFRC.value:
+            return float(actuator == model.sensor_objid[sensor])
+        if not sheath_of or sensor_kind(model, sensor) != "input_tension":
+            return 0.0
+        state = sheath_of.get(_shown_tendon(model, sensor))
+        return 0.0 if state is None else _winding(model, actuator, state)
+
+    places = [k for k in range(model.nactuator) if control_unit(model, k) in _PLACES]
+    geared = {s: {k: sense(s, k) for k in places} for s in range(model.nsensor)}
+    bearing = {s: {k: way for k, way in by.items() if way} for s, by in geared.items()}
+    return {sensor: by for sensor, by in bearing.items() if by}
+
+
+def _winding(model: mujoco.MjModel, actuator: int, state: NDArray[np.void]) -> float:
+    """Sense in which a control winds in the tendon of a sheath; 0 where it does not."""
+    joint, gear = joint_of(model, actuator), model.actuator_gear[actuator, 0]
+    if actuator == int(state["reel_actuator"]):
+        return 1.0
+    if joint >= 0 and joint == int(state["reel_joint"]):
+        return float(np.sign(gear * state["reel_radius"]))
+    pulls = model.actuator_trntype[actuator] == _TRN.mjTRN_TENDON.value
+    on_it = pulls and model.actuator_trnid[actuator, 0] == int(state["tendon"])
+    return -float(np.sign(gear)) if on_it and model.actuator_plugin[actuator] < 0 else 0.0
 
 
 def _shown_tendon(model: mujoco.MjModel, sensor: int) -> int:
-    """The tendon whose sheath a sensor shows, by its object or by what its instance names."""
+    """The tendon whose sheath a sensor shows, by its object or by its instance."""
     if model.sensor_objtype[sensor] == _OBJ.mjOBJ_TENDON.value:
         return int(model.sensor_objid[sensor])
     instance = int(model.sensor_plugin[sensor])
@@ -363,3 +365,24 @@ def _check(name: str, entry: _Entry, value: float) -> None:
         raise InvalidValueError(f"{name} = {value:g} must be finite{bound}")
     if fault := excess(value):
         raise InvalidValueError(f"{name} = {fault}")
+
+
+def is_muscle(model: mujoco.MjModel, actuator: int) -> bool:
+    """Whether an actuator's force is a muscle's, of its length and speed."""
+    return bool(
+        model.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_MUSCLE.value
+        or model.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_MUSCLE.value
+    )
+
+
+def ranges_of_gear(
+    model: mujoco.MjModel, actuator: int
+) -> list[tuple[NDArray[np.float64], tuple[int, int], float]]:
+    """Both ends of a muscle's range of lengths: array, index, and length of a gear of 1 [m].
+
+    None of another actuator, and of a muscle whose gear is 0.
+    """
+    gear, ends = float(model.actuator_gear[actuator, 0]), model.actuator_lengthrange
+    if not is_muscle(model, actuator) or gear == 0.0:
+        return []
+    return [(ends, (actuator, k), float(ends[actuator, k]) / gear) for k in range(2)]

@@ -1,28 +1,28 @@
-"""Model of a sensor and its recorder: gear, delay, lag, scale, drift and offset of a quantity.
+"""Model of a sensor and its recorder: clock, gear, delay, lag, scale, drift and offset.
 
 y = scale · x_f(t − delay) + drift · (t − t_0) + offset, with lag · dx_f/dt = x_g − x_f and t_0 the
-time of the first sample. Before it, x counts as what it was then.
+time of the first sample. Before t_0, x counts as x(t_0).
 
 A reading behind a gear, as a motor's current is, has x_g = x η^{−s}: x/η while the motor winds in
 (s = 1) and x η while the load turns it back (s = −1). At rest the gear's friction bears more or
 less of the load, s = ``rest_in`` after winding in and s = ``rest_out`` after paying out, each from
 −1 to 1. Without a gear x_g = x.
 
-MuJoCo's sensors have a delay of their own. It is not used here: it is a number of samples fixed
-when the model is compiled, so a replay's step and a fit's delay could not be chosen, it knows no
-lag before it, and a simulation would be run anew for what is a matter of reading it off.
+The delay of MuJoCo's sensors is not used: it is a number of samples fixed when the model is
+compiled, and a fit of it would repeat the simulation.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.signal import lfilter
 
-from tendon_mj.lab.replay.clock import Clock
 from tendon_mj.lab.replay.live_parameters import custom_numbers
 from tendon_mj.typing import FloatArray
 
@@ -32,6 +32,64 @@ _STILL, _FASTEST_STILL = 1e-6, 0.1  # of the largest speed: between these a driv
 _NOISE = 4.0  # standard deviations of a speed that noise makes, likewise
 _SAME = 1e-6  # of an interval: a time this near to a sample is that of it
 _GAUSS = 0.6744897501960817  # median |x| of a standard normal variable
+_ON_GRID = 1e-6  # share of a step within which a sample counts as lying on the grid
+_ROUNDING = 1e-9  # of a ratio of two times that both came from decimal text
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Grid t_0 + k h, k = 0 … steps, and the place of every sample on it.
+
+    Attributes:
+        start: t_0, time of the first sample [s].
+        timestep: h [s].
+        steps: from the first sample to the last.
+        places: (n,) of the samples, (t − t_0)/h [-].
+    """
+
+    start: float
+    timestep: float
+    steps: int
+    places: FloatArray
+
+    @property
+    def time(self) -> FloatArray:
+        """(steps+1,) times of the grid [s]."""
+        return self.start + self.timestep * np.arange(self.steps + 1, dtype=np.float64)
+
+    def sample(self, series: FloatArray, delay: float = 0.0) -> FloatArray:
+        """(steps+1, …) on the grid to (n, …) at the samples: taken there, or linear between.
+
+        ``delay`` ≥ 0 [s] earlier; before the grid it is the first value.
+        """
+        places = self.places
+        if delay > 0.0:
+            places = np.maximum(0.0, places - delay / self.timestep)
+        below = np.clip(np.floor(places).astype(int), 0, self.steps - 1)
+        share = (places - below).reshape(-1, *[1] * (series.ndim - 1))
+        between: FloatArray = (1.0 - share) * series[below] + share * series[below + 1]
+        return between
+
+
+def make_clock(time: ArrayLike, longest: float) -> Clock:
+    """The grid for samples at ``time``.
+
+    The step is the typical (median) interval between samples, divided by the smallest whole number
+    that makes it no longer than ``longest``. Regular samples, also with rows left out, therefore
+    lie on the grid; others are interpolated.
+
+    Args:
+        time: (n,) of the samples, strictly increasing [s].
+        longest: step allowed [s].
+    """
+    stamps = np.asarray(time, float)
+    span = stamps[-1] - stamps[0]
+    intervals = max(1, round(span / float(np.median(np.diff(stamps)))))
+    steps = intervals * max(1, math.ceil(span / intervals / longest * (1.0 - _ROUNDING)))
+    places = (stamps - stamps[0]) / (span / steps)
+    nearest = np.rint(places)
+    places = np.where(np.abs(places - nearest) < _ON_GRID, nearest, places)
+    return Clock(float(stamps[0]), float(span / steps), steps, places)
 
 
 class Sense(NamedTuple):

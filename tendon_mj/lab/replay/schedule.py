@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.lab.recordings import Recording, Session, Uncertain
-from tendon_mj.lab.replay.clock import make_clock
-from tendon_mj.lab.replay.grouped_names import expand
-from tendon_mj.lab.replay.open_loop import Rests
+from tendon_mj.lab.replay.names import expand
 from tendon_mj.lab.replay.parameters import Adjustable
 from tendon_mj.lab.replay.patch import read_intervals
-from tendon_mj.lab.replay.readout import Readout, Sense, sense_of
+from tendon_mj.lab.replay.readout import Readout, Sense, make_clock, sense_of
 from tendon_mj.lab.replay.units import column_unit, name_in, reading_unit
 from tendon_mj.typing import FloatArray
 
@@ -27,6 +26,18 @@ _RIGID = 1e15  # armature of a joint that is prescribed [kg m² or kg]: no load 
 _PRESCRIBED = (mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value)
 
 
+class Rests(NamedTuple):
+    """Rests of a run, of which the steps are left out in which nothing moves any more.
+
+    Attributes:
+        ends: step at which a rest ends → time there [s].
+        spans: (nsensordata,) range of each reading, infinite where it does not count.
+    """
+
+    ends: Mapping[int, float]
+    spans: FloatArray
+
+
 class Schedule:
     """Schedule of one recording on one model; it does not depend on parameters.
 
@@ -36,7 +47,7 @@ class Schedule:
     change by its speed shows as an error of the step.
 
     Args:
-        recording: what was driven and measured.
+        recording: to simulate.
         model: that has its actuators and sensors; not kept.
         settle: time before the first sample [s]; with 0 the model starts in its reference pose.
             None: as the recording says.
@@ -45,8 +56,8 @@ class Schedule:
     Attributes:
         recording, clock: the samples and the grid of steps from the first to the last.
         lead: steps before the first sample.
-        actuators, joints: (column, id) of what it drives: actuators by their controls, and joints
-            whose position it prescribes.
+        actuators, joints: (column, id) of the actuators that it drives by their controls, and of
+            the joints that it prescribes.
         addresses: sensor and its place in `mjData.sensordata` for every measured column.
 
     Raises:
@@ -182,7 +193,7 @@ class Schedule:
         return ramp
 
     def rests(self, adjustable: Adjustable) -> Rests | None:
-        """Rests of a model whose readings are set; None where rows are samples of a motion."""
+        """Rests of a run, once readings are set; None where rows are samples of a motion."""
         if not self._move:
             return None
         ends = self.lead + np.rint(self.clock.places).astype(int)
@@ -213,7 +224,7 @@ class Schedule:
         }
 
     def _sense(self, adjustable: Adjustable, sensor: int) -> Sense | None:
-        """Sense of motion of the drive that bears what a sensor reads; None where it has none."""
+        """Sense of motion of the drive that bears the load of a sensor, if there is one."""
         bearing = adjustable.geared.get(sensor, {})
         for column, actuator in self.actuators if bearing else []:
             if actuator in bearing:
@@ -240,7 +251,7 @@ class Schedule:
 def _smooth(share: FloatArray) -> FloatArray:
     """Share of a move at a share x of its time, 1 - (1 - x)⁴ (1 + 4 x).
 
-    It starts softly and ends slowly: what moves last decides on the friction at rest.
+    It starts softly and ends slowly: the last motion decides on the friction at rest.
     """
     rest = 1.0 - np.clip(share, 0.0, 1.0)
     smooth: FloatArray = 1.0 - rest**4 * (5.0 - 4.0 * rest)
@@ -254,11 +265,11 @@ def _held(grid: FloatArray, time: FloatArray, series: FloatArray, timestep: floa
 
 
 def described_values(recording: Recording, names: Collection[str]) -> dict[str, float]:
-    """Parameters of a recording's description: known, and guesses at what is fitted.
+    """Parameters of a recording's description: known values, and guesses.
 
     Args:
-        recording: whose names may stand for several parameters.
-        names: of all parameters that there are.
+        recording: its names may stand for several parameters.
+        names: of all parameters.
 
     Raises:
         RecordingError: a name with wildcards that no parameter fits.
@@ -282,12 +293,11 @@ def stated_values(
     """Parameters that a recording's description sets on a model.
 
     Args:
-        recording: whose description it is.
+        recording: with its description.
         model: of the simulation.
-        names: of all parameters that there are.
-        described: whether ``known``, ``uncertain`` and ``session`` are applied. None: all but what
-            a diagnosis fitted, if ``model`` carries intervals of it: those parameters, and
-            ``uncertain``.
+        names: of all parameters.
+        described: whether ``known``, ``uncertain`` and ``session`` are applied. None: all; but if
+            ``model`` carries intervals of a diagnosis, neither those parameters nor ``uncertain``.
 
     Raises:
         RecordingError: a name with wildcards that no parameter fits.
@@ -295,10 +305,10 @@ def stated_values(
     if described is False:
         return {}
     values = described_values(recording, names)
-    found = read_intervals(model)
-    if described or not found:
+    intervals = read_intervals(model)
+    if described or not intervals:
         return values
-    fitted = {*found, *expand(recording.uncertain, names)}
+    fitted = {*intervals, *expand(recording.uncertain, names)}
     return {name: value for name, value in values.items() if name not in fitted}
 
 
@@ -325,7 +335,7 @@ def _driven(
 
 def _sensor_addresses(recording: Recording, model: mujoco.MjModel) -> dict[str, tuple[int, int]]:
     sensors = {model.sensor(k).name: k for k in range(model.nsensor)}
-    found = {}
+    addresses = {}
     for column, measured in recording.measured.items():
         sensor, written = sensors[measured.sensor], recording.written(column)
         if model.sensor_dim[sensor] != 1:
@@ -339,5 +349,5 @@ def _sensor_addresses(recording: Recording, model: mujoco.MjModel) -> dict[str, 
                 f"recording {recording.name!r}, [measured] {written!r}: sensor {measured.sensor!r}"
                 f" reads [{unit}]; the column would be {name_in(unit, column)!r}"
             )
-        found[column] = (sensor, int(model.sensor_adr[sensor]))
-    return found
+        addresses[column] = (sensor, int(model.sensor_adr[sensor]))
+    return addresses

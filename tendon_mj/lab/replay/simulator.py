@@ -5,27 +5,78 @@ from __future__ import annotations
 import copy
 import os
 import warnings
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import NamedTuple, Protocol
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from tendon_mj.attach import as_number
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.lab.recordings import Recording, is_same_model
-from tendon_mj.lab.replay.open_loop import run_open_loop, try_open_loop, unsolved_sheaths
-from tendon_mj.lab.replay.parameters import Adjustable
-from tendon_mj.lab.replay.parameters import Parameter as Parameter
+from tendon_mj.lab.replay.names import parameter_of, recording_of, values_for
+from tendon_mj.lab.replay.parameters import Adjustable, Parameter, joint_of
 from tendon_mj.lab.replay.schedule import Schedule, described_values
-from tendon_mj.lab.replay.session_names import parameter_of, recording_of, values_for
-from tendon_mj.lab.replay.silenced_warnings import UNSOLVED_WARNING, suppress_mujoco_log
-from tendon_mj.lab.replay.simulator_protocol import Series, Values
+from tendon_mj.lab.replay.simulation import (
+    UNSOLVED_WARNING,
+    run_open_loop,
+    suppress_mujoco_log,
+    try_open_loop,
+    unsolved_sheaths,
+)
 from tendon_mj.lab.replay.units import column_unit, rate
 from tendon_mj.models import load_model
 from tendon_mj.plugin import sheaths
+
+Values = Mapping[str, float]
+Series = dict[str, NDArray[np.float64]]
+
+
+class Simulates(Protocol):
+    """Simulator of recordings, with parameters by name.
+
+    Another class either has all these members, or is derived from this one, sets
+    ``parameters`` and defines ``__call__``; the others then answer as for a simulator that knows
+    neither joints nor steps.
+
+    Attributes:
+        parameters: every parameter that it knows, at the value that it has when a set does not
+            name it.
+        joints: joint → whether a driven column prescribes its motion, so that no effect can be on
+            it. Joints are the elements of the parameters of kind "joint"; one that is not named
+            here is free.
+        steps: time steps of one simulation of all recordings; 0 where it makes no error of steps.
+            With 0 its answers are taken as exact; else a diagnosis searches in longer steps, if
+            these change little, and takes the error of the steps out by Richardson's
+            extrapolation.
+        sessions: whether it takes ``<parameter> @ <recording>``, a value for one recording alone;
+            without, recordings that have such in [session] are refused.
+    """
+
+    parameters: Mapping[str, Parameter]
+    joints: Mapping[str, bool] = MappingProxyType({})
+    steps: int = 0
+    sessions: bool = False
+
+    @abstractmethod
+    def __call__(self, parameter_sets: Sequence[Values]) -> list[list[Series]]:
+        """For every set, for every recording: measured column → (n,) at the samples.
+
+        A simulation that failed has NaN in its series.
+        """
+
+    def in_steps(self, factor: float) -> Simulates:
+        """This simulator in steps ``factor`` > 0 times as long; itself where ``steps`` is 0.
+
+        It may keep steps shorter than asked for, as where the sampling interval limits them; its
+        ``steps`` then say so.
+        """
+        return self
 
 
 class Channel(NamedTuple):
@@ -36,24 +87,24 @@ class Channel(NamedTuple):
 
 
 class _Job(NamedTuple):
-    """One simulation: of a recording, with what acts in it, read off in one or more ways."""
+    """One simulation of a recording, read off in one or more ways."""
 
     recording: int
-    acting: Values
-    readouts: list[tuple[int, Values]]  # which parameter set, and what its sensors make of it
+    acting: Values  # parameters of the simulation
+    readouts: list[tuple[int, Values]]  # number of a set, and the parameters of its sensors
 
 
 class Simulator:
-    """Simulates recordings with as many sets of parameters as one likes; see `Simulates`.
+    """Simulates recordings with any number of sets of parameters; see `Simulates`.
 
     Every simulation is that of `replay_recording`, to the bit, whatever the number of threads and
     whatever else is in the call. Sets that differ in their sensors only share simulations.
 
     Args:
-        recordings: what was driven and measured, on one model, in any lengths.
+        recordings: of one model, in any lengths.
         model: in place of the one that the recordings name; not changed.
-        described: whether what a recording knows of its rig, [known] and the values of
-            [uncertain] and [session], is applied to its simulations below what a set says.
+        described: whether a recording's [known] and the values of its [uncertain] and [session]
+            are applied to its simulations, unless a set has others.
         settle: time before the first sample [s], as in `replay_recording`.
         timestep: longest step allowed [s]; default: the model's.
         threads: simulations at a time; default: as many as there are cores.
@@ -66,8 +117,8 @@ class Simulator:
             model's.
         joints: hinges and slides that have a name, and whether a driven column prescribes their
             motion. A motor's torque or force prescribes none; an actuator with a gain on the
-            joint's place or rate does, unless what came of it was measured, and so does a column in
-            whose [drive] the joint itself is.
+            joint's place or rate does, unless the resulting motion was measured, and so does a
+            column with the joint itself in [drive].
         steps: time steps of one simulation of all recordings.
         sessions: True: a set may hold ``<parameter> @ <recording>``, which acts on that one alone.
 
@@ -128,22 +179,20 @@ class Simulator:
 
     def _moved_by(self, actuator: str) -> set[str]:
         """The joint that an actuator is on, if it is on one."""
-        on_joint = (mujoco.mjtTrn.mjTRN_JOINT.value, mujoco.mjtTrn.mjTRN_JOINTINPARENT.value)
-        found = self.model.actuator(actuator)
-        on = found.trntype[0] in on_joint
-        return {self.model.joint(int(found.trnid[0])).name} if on else set()
+        joint = joint_of(self.model, self.model.actuator(actuator).id)
+        return {self.model.joint(joint).name} if joint >= 0 else set()
 
     def _measured_joints(self) -> set[str]:
-        """Joints of which a measured column reads the place, the rate, or what drives them."""
-        found: set[str] = set()
+        """Joints with a measured column of their place, rate or drive."""
+        joints: set[str] = set()
         for channel in self.sensors.values():
             sensor = self.model.sensor(channel.name)
             kind, element = int(sensor.objtype[0]), int(sensor.objid[0])
             if kind == mujoco.mjtObj.mjOBJ_JOINT:
-                found.add(self.model.joint(element).name)
+                joints.add(self.model.joint(element).name)
             elif kind == mujoco.mjtObj.mjOBJ_ACTUATOR:
-                found |= self._moved_by(self.model.actuator(element).name)
-        return found
+                joints |= self._moved_by(self.model.actuator(element).name)
+        return joints
 
     @property
     def inputs(self) -> dict[str, Channel]:
@@ -238,8 +287,8 @@ class Simulator:
         """Distinct simulations that answer all sets, the longest first."""
         groups: dict[tuple[int, frozenset[tuple[str, float]]], _Job] = {}
         recordings = {recording.name for recording in self.recordings}
-        for row, asked in enumerate(parameter_sets):
-            for name in map(str, asked):
+        for row, chosen in enumerate(parameter_sets):
+            for name in map(str, chosen):
                 parameter = parameter_of(name)
                 if name in self.parameters and name != parameter:
                     raise InvalidValueError(
@@ -249,7 +298,7 @@ class Simulator:
                     raise UnknownNameError("parameter", name, self.parameters)
                 if name != parameter and recording_of(name) not in recordings:
                     raise UnknownNameError("recording", recording_of(name), recordings, name)
-            given = {name: as_number(name, value) for name, value in asked.items()}
+            given = {name: as_number(name, value) for name, value in chosen.items()}
             for k, described in enumerate(self._described):
                 values = {**described, **values_for(self.recordings[k].name, given)}
                 reads = {n: v for n, v in values.items() if self.parameters[n].kind == "sensor"}
@@ -270,7 +319,7 @@ class Simulator:
             pool.shutdown(cancel_futures=True)
 
     def _run(self, job: _Job) -> tuple[list[Series], set[str]]:
-        """Series of every readout, and the sheaths whose flow was not always solved."""
+        """Series of every readout, and the sheaths with unsolved flows."""
         schedule = self._schedules[job.recording]
         adjustable = Adjustable(copy.copy(self.model))  # of its own, so that no earlier one shows
         adjustable.set(job.acting)

@@ -1,8 +1,10 @@
-"""Units of recorded and simulated quantities: columns, joints, live parameters of the plugins."""
+"""Units of columns, sensors and parameters; values in the units in which engineers read them."""
 
 from __future__ import annotations
 
-from typing import Final
+import math
+from collections.abc import Iterable
+from typing import Final, NamedTuple
 
 import mujoco
 
@@ -34,16 +36,43 @@ _OF_TENDON: Final = {  # through sites; one of joints is in whatever its coeffic
     mujoco.mjtSensor.mjSENS_TENDONACTFRC: "N",
 }
 
+_PREFIXES: Final = (("M", 1e6), ("k", 1e3), ("", 1.0), ("m", 1e-3), ("µ", 1e-6))
+# SI unit → prefixes of its first symbol, as in mN m
+_PREFIXED: Final = {
+    "m": "mµ",
+    "s": "mµ",
+    "m/s": "mµ",
+    "N": "kmµ",
+    "N/m": "Mkm",
+    "N/s": "kmµ",
+    "N s": "kmµ",
+    "N s/m": "kmµ",
+    "m/N": "mµ",
+    "N m": "kmµ",
+    "N m/rad": "kmµ",
+    "N m s/rad": "kmµ",
+}
+# SI unit → another one, and how many of it make one of the first
+_REPLACED: Final = {
+    "rad": ("°", 180.0 / math.pi),
+    "rad/s": ("°/s", 180.0 / math.pi),
+    "rad/s²": ("°/s²", 180.0 / math.pi),
+    "1/s": ("%/s", 100.0),
+    "1/m": ("%/m", 100.0),
+    "kg m²": ("g cm²", 1e7),
+}
+_UNITLESS: Final = ("", "-", "1")
+
 
 def column_unit(column: str) -> str:
     """The unit that a column's name ends in: ``joint_rad`` is in `rad`; empty without one."""
-    unit = _ending(column).removeprefix("_")
+    unit = unit_ending(column).removeprefix("_")
     return _WRITTEN.get(unit, unit)
 
 
 def column_name(column: str) -> str:
     """A column's name in words, without its unit: ``tip_speed_m_per_s`` is `tip speed`."""
-    return column.removesuffix(_ending(column)).replace("_", " ")
+    return column.removesuffix(unit_ending(column)).replace("_", " ")
 
 
 def reading_unit(model: mujoco.MjModel, sensor: int) -> str:
@@ -68,7 +97,7 @@ def control_unit(model: mujoco.MjModel, actuator: int) -> str:
     """
     plugin = int(model.actuator_plugin[actuator])
     if plugin >= 0:
-        servo = model.plugin_stateadr[plugin] in {found.state for found in servos(model).values()}
+        servo = model.plugin_stateadr[plugin] in {servo.state for servo in servos(model).values()}
         return "N" if servo else "m"
     on = int(model.actuator_trntype[actuator])
     if on in (mujoco.mjtTrn.mjTRN_JOINT.value, mujoco.mjtTrn.mjTRN_JOINTINPARENT.value):
@@ -81,7 +110,7 @@ def control_unit(model: mujoco.MjModel, actuator: int) -> str:
         return UNKNOWN
     if model.actuator_gaintype[actuator] != mujoco.mjtGain.mjGAIN_FIXED.value:
         return UNKNOWN  # a muscle's activation
-    if model.actuator_ctrlspec[actuator]:  # the shortcuts say what they take
+    if model.actuator_ctrlspec[actuator]:  # of the shortcuts
         return {_PLACE: place, _RATE: rate_of}.get(int(model.actuator_ctrlspec[actuator]), UNKNOWN)
     if model.actuator_dyntype[actuator] == mujoco.mjtDyn.mjDYN_INTEGRATOR.value:
         return UNKNOWN
@@ -108,10 +137,10 @@ def ending_of(unit: str) -> str:
 def name_in(unit: str, column: str) -> str:
     """A column's name as it would be in another unit; empty where names have no such unit."""
     ending = ending_of(unit)
-    return column.removesuffix(_ending(column)) + ending if ending else ""
+    return column.removesuffix(unit_ending(column)) + ending if ending else ""
 
 
-def _ending(column: str) -> str:
+def unit_ending(column: str) -> str:
     """The longest unit, as names have it, that a column ends in."""
     return max((ending for ending in UNITS if column.endswith(ending)), key=len, default="")
 
@@ -125,5 +154,94 @@ def live_unit(parameter: str) -> str:
 
 
 def rate(unit: str) -> str:
-    """A unit per second; one already per second is told with a square."""
+    """A unit per second; one already per second gets a square."""
     return f"{unit}²" if unit.endswith("/s") else f"{unit}/s"
+
+
+class EngineeringUnit(NamedTuple):
+    """A unit to read values in.
+
+    Attributes:
+        symbol: as it is written; empty for a ratio.
+        factor: by which a value in the SI unit is multiplied.
+    """
+
+    symbol: str
+    factor: float
+
+
+def engineering_unit(unit: str, values: Iterable[float]) -> EngineeringUnit:
+    """The unit in which the largest of some values has one to three digits before the point.
+
+    Args:
+        unit: of the values: an SI unit; others, as "noise", stay as they are.
+        values: [unit] of one table row or axis; those that are not finite do not count.
+    """
+    if unit in _UNITLESS:
+        return EngineeringUnit("", 1.0)
+    if unit in _REPLACED:
+        return EngineeringUnit(*_REPLACED[unit])
+    largest = max((abs(v) for v in values if math.isfinite(v)), default=0.0)
+    if unit == "kg":
+        return EngineeringUnit("g", 1e3) if 0.0 < largest < 1.0 else EngineeringUnit("kg", 1.0)
+    usable = [p for p in _PREFIXES if not p[0] or p[0] in _PREFIXED.get(unit, "")]
+    if largest > 0.0:
+        rounded = float(f"{largest:.3g}")  # 999.9 µm is 1 mm
+        fitting = [p for p in usable if rounded >= p[1] * (1.0 - 1e-9)] or usable[-1:]
+    else:
+        fitting = [("", 1.0)]
+    prefix, size = fitting[0]
+    return EngineeringUnit(prefix + unit, 1.0 / size)
+
+
+def plain(value: float, digits: int = 3) -> str:
+    """A number with so many digits, without an exponent where that reads as well."""
+    return f"{float(f'{value:.{digits}g}'):g}"
+
+
+def quantity(value: float, unit: str, digits: int = 3) -> str:
+    """A value with its unit, as in "12 mN m", "4°" or "0.18".
+
+    Args:
+        value: [unit].
+        unit: an SI unit; "-" or empty for a ratio.
+        digits: significant ones.
+    """
+    chosen = engineering_unit(unit, [value])
+    return with_unit(plain(value * chosen.factor, digits), chosen)
+
+
+def from_to(
+    before: float, after: float, unit: str, between: str = " → ", beside: Iterable[float] = ()
+) -> str:
+    """Two values in one unit, as in "4° → 0.11°" or "0.36 → 0.026 mm".
+
+    Args:
+        before, after: [unit].
+        unit: as in `quantity`.
+        between: written between the two.
+        beside: values [unit] that are written in the same unit elsewhere.
+    """
+    chosen = engineering_unit(unit, [before, after, *beside])
+    first, second = (plain(value * chosen.factor) for value in (before, after))
+    first = with_unit(first, chosen) if chosen.symbol.startswith("°") else first
+    return first + between + with_unit(second, chosen)
+
+
+def with_unit(number: str, unit: EngineeringUnit) -> str:
+    """A written number with its unit; degrees follow without a space."""
+    if not unit.symbol:
+        return number
+    return f"{number}{'' if unit.symbol.startswith('°') else ' '}{unit.symbol}"
+
+
+def percent(share: float) -> str:
+    """A share in whole percents; 100 % only where it is exactly 1."""
+    if not math.isfinite(share):
+        return "–"
+    return "more than 99 %" if 0.995 <= share < 1.0 else f"{100.0 * share:.0f} %"
+
+
+def estimated_percent(share: float) -> str:
+    """An estimate of a share in whole percents; none is so sure that it is 100 %."""
+    return percent(min(share, 0.999))

@@ -1,15 +1,15 @@
 """Parameter sweeps: rollouts of a motion, recording or policy over grids and random draws."""
 
-from tendon_mj.lab.sweep.axes import Axis as Axis
-from tendon_mj.lab.sweep.influence import bins_of as bins_of
+from tendon_mj.lab.sweep.design import Axis as Axis
 from tendon_mj.lab.sweep.motion import motion_recording as motion_recording
 from tendon_mj.lab.sweep.outputs import Output as Output
+from tendon_mj.lab.sweep.outputs import bins_of as bins_of
 from tendon_mj.lab.sweep.policy import Policy as Policy
 from tendon_mj.lab.sweep.policy import read_policy as read_policy
-from tendon_mj.lab.sweep.result import CSV as CSV
-from tendon_mj.lab.sweep.result import SweepResult as SweepResult
-from tendon_mj.lab.sweep.run_sweep import PLAN as PLAN
-from tendon_mj.lab.sweep.run_sweep import TABLE as TABLE
-from tendon_mj.lab.sweep.run_sweep import Sweep as Sweep
-from tendon_mj.lab.sweep.run_sweep import check_folder as check_folder
-from tendon_mj.lab.sweep.run_sweep import run_sweep as run_sweep
+from tendon_mj.lab.sweep.sweep import CSV as CSV
+from tendon_mj.lab.sweep.sweep import PLAN as PLAN
+from tendon_mj.lab.sweep.sweep import TABLE as TABLE
+from tendon_mj.lab.sweep.sweep import Sweep as Sweep
+from tendon_mj.lab.sweep.sweep import SweepResult as SweepResult
+from tendon_mj.lab.sweep.sweep import check_folder as check_folder
+from tendon_mj.lab.sweep.sweep import run_sweep as run_sweep

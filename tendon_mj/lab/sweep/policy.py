@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -16,21 +18,17 @@ from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.lab.recordings import read_text
 from tendon_mj.typing import FloatArray
 
-Act = Callable[[mujoco.MjModel, mujoco.MjData], None]
-
-_FORM = "file.py:name"
-_RAISED = (Exception, SystemExit)  # sys.exit() of a policy would end the sweep, as if it were done
+Act = Callable[[mujoco.MjModel, mujoco.MjData], Any]
 
 
 @dataclass(frozen=True)
 class Policy:
-    """A function or class of a Python file, whose text goes along to the workers.
+    """A function or class of a Python file, whose text is sent to the workers.
 
     A function is called as ``name(model, data)`` before every step from the first sample on, and
-    sets ``data.ctrl``; it finds there what the motion commands. Time, positions and velocities are
-    those of now, readings of sensors those of the step before. Of a class each rollout has an
-    instance of its own, ``name(model)``, that is called so; what is remembered between steps has to
-    be in it.
+    sets ``data.ctrl``, where it finds the command of the motion. Time, positions and velocities are
+    those of now, readings of sensors those of the step before. Of a class each rollout has its own
+    instance, ``name(model)``, that is called so; what it remembers between steps has to be in it.
 
     Attributes:
         path: of the file.
@@ -51,49 +49,52 @@ class Policy:
         return hashlib.sha256(self.source.encode()).hexdigest()[:16]
 
     def make(self, model: mujoco.MjModel) -> Act:
-        """What acts in one rollout of a model.
+        """The function, or an instance of the class, for one rollout of a model.
 
         Raises:
-            InvalidValueError: the file raises an exception, or the name is none to be called.
+            InvalidValueError: the file raises an exception, or the name cannot be called.
             UnknownNameError: the file has no such name.
         """
-        found = self._found()
-        if not isinstance(found, type):
-            return found
-        try:
-            act = found(model)
-        except _RAISED as error:
-            raise InvalidValueError(
-                f"--policy {self}: {_said(error)} at {self.name}(model)"
-            ) from error
+        names = vars(self._module())
+        if self.name not in names:
+            callables = [n for n, v in names.items() if callable(v) and not n.startswith("_")]
+            raise UnknownNameError("function or class", self.name, callables, f"--policy {self}")
+        act: Any = names[self.name]
+        if isinstance(act, type):
+            with self.blamed(f" at {self.name}(model)"):
+                act = act(model)
         if not callable(act):
-            raise InvalidValueError(f"--policy {self}: an instance has no __call__(model, data)")
+            raise InvalidValueError(
+                f"--policy {self}: {self.name} is not a function, or a class whose instances are"
+                " called with (model, data)"
+            )
         made: Act = act
         return made
 
-    def _found(self) -> Act | type[Act]:
-        module = self._module()
-        if not hasattr(module, self.name):
-            names = [n for n, v in vars(module).items() if callable(v) and not n.startswith("_")]
-            raise UnknownNameError("function or class", self.name, names, f"--policy {self}")
-        found: Act | type[Act] = getattr(module, self.name)
-        if not callable(found):
-            raise InvalidValueError(f"--policy {self}: {self.name} is no function or class")
-        return found
-
     def _module(self) -> ModuleType:
-        """The file as a module, run once in a process."""
+        """The file as a module, run once per process."""
         name = f"{__name__}_{self.digest}"  # where pickle and dataclasses look for it
         if name not in sys.modules:
-            module = ModuleType(name)
+            module = sys.modules[name] = ModuleType(name)
             module.__file__ = self.path
-            sys.modules[name] = module
             try:
-                exec(compile(self.source, self.path, "exec", dont_inherit=True), vars(module))
-            except _RAISED as error:
+                with self.blamed():
+                    exec(compile(self.source, self.path, "exec", dont_inherit=True), vars(module))
+            except InvalidValueError:
                 del sys.modules[name]
-                raise InvalidValueError(f"--policy {self}: {_said(error)}") from error
+                raise
         return sys.modules[name]
+
+    @contextmanager
+    def blamed(self, where: str = "") -> Iterator[None]:
+        """Name the policy where its code raises; of sys.exit() too, which would end the sweep."""
+        try:
+            yield
+        except (Exception, SystemExit) as error:
+            text = f": {error}" if str(error) else ""
+            raise InvalidValueError(
+                f"--policy {self}: it raised {type(error).__name__}{text}{where}"
+            ) from error
 
 
 def read_policy(text: str) -> Policy:
@@ -104,7 +105,7 @@ def read_policy(text: str) -> Policy:
     """
     path, _, name = text.rpartition(":")
     if not path.endswith(".py") or not name.isidentifier():
-        raise InvalidValueError(f"--policy {text}: it is not like {_FORM}")
+        raise InvalidValueError(f"--policy {text}: it is not like file.py:name")
     try:
         source = read_text(Path(path))
     except RecordingError as error:
@@ -131,23 +132,10 @@ def try_policy(
     for step, row in enumerate(control):
         data.ctrl[:] = row
         if step >= lead:
-            _call(act, model, data, policy)
+            with policy.blamed(f" at time {data.time:.6g} s"):
+                act(model, data)
         mujoco.mj_step(model, data)
         readings[step] = data.sensordata
     if any(warning.number for warning in data.warning) or not np.isfinite(readings).all():
         return None
     return readings
-
-
-def _call(act: Act, model: mujoco.MjModel, data: mujoco.MjData, policy: Policy) -> None:
-    try:
-        act(model, data)
-    except _RAISED as error:
-        raise InvalidValueError(
-            f"--policy {policy}: {_said(error)} at time {data.time:.6g} s"
-        ) from error
-
-
-def _said(error: BaseException) -> str:
-    text = str(error)
-    return f"it raised {type(error).__name__}" + (f": {text}" if text else "")

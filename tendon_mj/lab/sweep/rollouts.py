@@ -37,7 +37,7 @@ class Batch(NamedTuple):
 
 
 class _Ready(NamedTuple):
-    """A model at hand with its data, and what it is driven by."""
+    """A model with its data, its drive and the columns of its outputs."""
 
     adjustable: Adjustable
     schedule: Schedule
@@ -47,17 +47,17 @@ class _Ready(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Rollouts:
-    """What the rollouts of a sweep share; each is that of `Simulator`, to the bit.
+    """The rollouts of a sweep; each is that of `Simulator`, to the bit.
 
     Attributes:
         model: compiled; not changed.
         recording: that drives it; of those measured, the columns of the outputs are read off.
         settle: time before the first sample [s].
-        described: parameter → value in every rollout, below what the axes say.
+        described: parameter → value in every rollout, unless an axis sets it.
         axes: name → parameters that have its value.
         outputs: of each rollout.
-        policy: that sets the controls; None: the recording alone does. What it changes of the
-            model holds in that rollout alone.
+        policy: that sets the controls; None: the recording alone does. Its changes of the model
+            hold in that rollout alone.
     """
 
     model: mujoco.MjModel
@@ -88,7 +88,7 @@ class Rollouts:
                 f"recording {self.recording.name!r} prescribes a joint, which no policy can take"
                 " part in: let an actuator turn it, or leave out --policy"
             )
-        self.policy.make(self._adjustable().model)
+        self.policy.make(Adjustable(copy.copy(self.model)).model)
 
     @property
     def steps(self) -> int:
@@ -97,7 +97,7 @@ class Rollouts:
 
     @cached_property
     def _ready(self) -> _Ready:
-        adjustable = self._adjustable()
+        adjustable = Adjustable(copy.copy(self.model))
         wanted = {output.sensor for output in self.outputs}
         columns = {m.sensor: c for c, m in self.recording.measured.items() if m.sensor in wanted}
         schedule = Schedule(self.recording, adjustable.model, self.settle)
@@ -109,7 +109,7 @@ class Rollouts:
         """A table: column → (rollouts,); `rollout`, axes, outputs, `failed` and `unsolved`.
 
         The outputs of a rollout that became unstable are NaN. `unsolved` counts evaluations in
-        which a sheath found no equilibrium and took the best that it had.
+        which a sheath found no equilibrium and used its best estimate.
 
         Raises:
             InvalidValueError: a value outside its range; it names the rollout.
@@ -118,12 +118,12 @@ class Rollouts:
         with suppress_mujoco_log():
             for k, values in enumerate(batch.values):
                 try:
-                    found, stuck = self._one(values)
+                    summary, stuck = self._one(values)
                 except InvalidValueError as error:
                     raise InvalidValueError(f"rollout {batch.start + k}: {error}") from error
                 unsolved.append(stuck)
-                if found is not None:
-                    rows[k] = found
+                if summary is not None:
+                    rows[k] = summary
         number = np.arange(batch.start, batch.start + len(rows))
         return {
             ROLLOUT: number,
@@ -147,14 +147,10 @@ class Rollouts:
             given |= dict.fromkeys(targets, value)
         adjustable.set(given)
 
-    def _adjustable(self) -> Adjustable:
-        """A model of its own with its data, as every rollout finds them."""
-        return Adjustable(copy.copy(self.model))
-
     def _one(self, values: FloatArray) -> tuple[list[float] | None, int]:
         adjustable, schedule, columns, measured = self._ready
         if self.policy is not None or schedule.joints:  # which change their model
-            adjustable = self._adjustable()
+            adjustable = Adjustable(copy.copy(self.model))
         model, data = adjustable.model, adjustable.data
         mujoco.mj_resetData(model, data)
         self._set(adjustable, values.tolist())

@@ -1,68 +1,98 @@
-"""What every task of a run shares, as it is sent to a worker once, and one task done there."""
+"""Function and data of a run for a worker, which must have the same versions."""
 
 from __future__ import annotations
 
 import hashlib
+import importlib.metadata
+import importlib.util
+import os
 import pickle
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import cache
+from pathlib import Path
+from typing import Any, Final
 
 from tendon_mj.errors import TendonError, WorkerError
-from tendon_mj.lab.tasks.identity import THREADS, check_same, identity
 
-Function = Callable[[Any, Any], Any]  # (what is shared, argument of the task) → result
+THREADS: Final = "OMP_NUM_THREADS"  # OpenBLAS and MKL heed it too
+_PACKAGES: Final = ("mujoco", "numpy", "scipy", "numba")
+
+
+def versions(sources: Sequence[str] = ("tendon_mj",)) -> dict[str, str]:
+    """Name → version of the packages that numbers depend on, and digest of some's sources."""
+    packages = {name: importlib.metadata.version(name) for name in _PACKAGES}
+    digests = {name: f"sources {_digest(name)}" for name in sources}
+    return {"python": ".".join(map(str, sys.version_info[:2])), **packages, **digests}
+
+
+def identity(sources: Sequence[str] = ("tendon_mj",)) -> dict[str, str]:
+    """`versions` and the number of threads of BLAS, on which its sums depend."""
+    return {**versions(sources), THREADS: os.environ.get(THREADS, "not set")}
+
+
+@cache  # a package is imported once, and its files may change afterwards
+def _digest(package: str) -> str:
+    """16 hexadecimal digits of a package's Python sources."""
+    spec, whole = importlib.util.find_spec(package), hashlib.sha256()
+    for folder in spec.submodule_search_locations or () if spec else ():
+        for path in sorted(Path(folder).rglob("*.py")):
+            whole.update(path.relative_to(folder).as_posix().encode())
+            whole.update(path.read_bytes().replace(b"\r\n", b"\n"))
+    return whole.hexdigest()[:16]
+
+
+def check_same(expected: Mapping[str, str], there: Mapping[str, str], where: str) -> None:
+    """Refuse a process that computes with something else; the message has both values."""
+    differing = [
+        f"{name}: {there.get(name, 'missing')} there, {value} here"
+        for name, value in expected.items()
+        if there.get(name) != value
+    ]
+    if differing:
+        raise WorkerError(
+            f"{where} differs from this process; {'; '.join(differing)}; install the same on every"
+            " machine, and start workers as `dask worker ADDRESS --nworkers 2 --nthreads 1`, which"
+            f" sets {THREADS}"
+        )
 
 
 @dataclass(frozen=True)
 class Job:
-    """Function and shared data of a run, pickled.
-
-    Attributes:
-        content: the pickle of both.
-        sources: packages of which the sources count.
-        expected: what a worker has to compute with.
-        digest: of the content.
-    """
+    """Function and shared data of a run as a pickle, and the versions that a worker must have."""
 
     content: bytes
     sources: tuple[str, ...]
     expected: Mapping[str, str]
-    digest: str
 
     @staticmethod
     def of(
-        function: Function,
+        function: Callable[[Any, Any], Any],
         shared: Any,
         sources: Sequence[str],
-        dumps: Callable[[Any], bytes],
+        *,
+        by_value: bool = False,
     ) -> Job:
-        """The job of a run; ``shared`` may have an ``identity()`` of its own, as of its model."""
-        content = dumps((function, shared))
-        expected = {**identity(sources), THREADS: "1", **_own_identity(shared)}
-        digest = hashlib.sha256(content).hexdigest()
-        return Job(content, tuple(sources), expected, digest)
+        """The job of a run; ``by_value``: also of functions that workers cannot import."""
+        dumps: Callable[[Any], bytes] = pickle.dumps
+        if by_value:  # those of a program that runs as `python -m`
+            import cloudpickle
 
-    def run(self, key: str, argument: Any, worker: str = "a worker") -> Any:
-        """Do one task in this process, which is to compute as the one that made the job does.
+            dumps = cloudpickle.dumps
+        expected = {**identity(sources), THREADS: "1", **_identity_of(shared)}
+        return Job(dumps((function, shared)), tuple(sources), expected)
 
-        Args:
-            key: of the task.
-            argument: of the function.
-            worker: names this process.
-
-        Raises:
-            WorkerError: it would not.
-            TendonError: the task was refused; the message begins with its key.
-        """
-        if self.digest not in _LOADED:
+    def run(self, key: str, argument: Any, worker: str) -> Any:
+        """Do one task in this process, unless it computes with something else than the caller."""
+        if self.content not in _LOADED:
             here = identity(self.sources)
             check_same({name: self.expected[name] for name in here}, here, worker)
-            loaded = pickle.loads(self.content)
-            check_same(self.expected, {**here, **_own_identity(loaded[1])}, worker)
+            function, shared = pickle.loads(self.content)
+            check_same(self.expected, {**here, **_identity_of(shared)}, worker)
             _LOADED.clear()  # of the run before
-            _LOADED[self.digest] = loaded
-        function, shared = _LOADED[self.digest]
+            _LOADED[self.content] = function, shared
+        function, shared = _LOADED[self.content]
         try:
             return function(shared, argument)
         except TendonError as error:  # with a text alone, which every process can read
@@ -70,9 +100,9 @@ class Job:
             raise kind(f"{key}: {error}") from None
 
 
-_LOADED: dict[str, tuple[Function, Any]] = {}  # digest of a job → its content, in a worker
+_LOADED: dict[bytes, tuple[Callable[[Any, Any], Any], Any]] = {}  # in a worker
 
 
-def _own_identity(shared: Any) -> Mapping[str, str]:
-    found: Mapping[str, str] = shared.identity() if hasattr(shared, "identity") else {}
-    return found
+def _identity_of(shared: Any) -> Mapping[str, str]:
+    stated: Mapping[str, str] = shared.identity() if hasattr(shared, "identity") else {}
+    return stated

@@ -44,8 +44,8 @@ class ParquetParts:
         self._of = of
         self.folder = folder
         folder.mkdir(parents=True, exist_ok=True)
-        there = [] if again else folder.glob("*.parquet")
-        self._kept = {path.stem for path in there if self._is_part(path)}
+        files = [] if again else folder.glob("*.parquet")
+        self._kept = {p.stem for p in files if self._part_of(p) == self._part(p.stem)}
 
     def done(self) -> set[str]:
         """Keys of the tasks whose table is there."""
@@ -64,14 +64,17 @@ class ParquetParts:
         Raises:
             InvalidValueError: a table cannot be read any more; it names the file.
         """
-        files = [self._path(key) for key in sorted(self._kept)]
+        files = [str(self._path(key)) for key in sorted(self._kept)]
         if not files:
             return {}
         try:
-            table = self._pyarrow.dataset.dataset([str(f) for f in files]).to_table(columns)
-        except (self._pyarrow.ArrowException, OSError):
-            self._check(files)
-            raise
+            table = self._pyarrow.dataset.dataset(files).to_table(columns)
+        except (self._pyarrow.ArrowException, OSError) as error:
+            broken = [file for file in files if self._part_of(Path(file)) is None]
+            raise InvalidValueError(
+                f"{', '.join(broken) or self.folder} cannot be read ({error}); remove it, and the"
+                " same command computes it again"
+            ) from error
         return {name: np.asarray(table[name]) for name in table.column_names}
 
     def refuse_foreign(self, keys: Collection[str], *, others: bool) -> None:
@@ -85,16 +88,16 @@ class ParquetParts:
             InvalidValueError: the first of them, and the way out.
         """
         for path in sorted(self.folder.glob("[!.]*.parquet")):
-            about = self._metadata(path) if path.is_file() else {}
-            is_table = path.stem in keys if about is None else _PART in about
-            if not is_table or not (others or path.stem in keys):
+            part = self._part_of(path)
+            is_damaged = part is None and path.stem in keys
+            if not (is_damaged or (part and (others or path.stem in keys))):
                 raise InvalidValueError(
-                    f"{path} is no table of this run; put it into another folder, or give another"
-                    " --out"
+                    f"{path} is not a table of this run; put it into another folder, or give"
+                    " another --out"
                 )
 
     def clear(self) -> None:
-        """Remove every table, and what a killed run left half written."""
+        """Remove every table, and those that a killed run left half written."""
         for path in self.folder.glob("*.parquet"):
             path.unlink()
         self._kept.clear()
@@ -105,23 +108,10 @@ class ParquetParts:
     def _part(self, key: str) -> bytes:
         return f"{self._of} {key}".encode()
 
-    def _is_part(self, path: Path) -> bool:
-        return (self._metadata(path) or {}).get(_PART) == self._part(path.stem)
-
-    def _metadata(self, path: Path) -> dict[bytes, bytes] | None:
-        """What is written beside a table; None where it cannot be read."""
+    def _part_of(self, path: Path) -> bytes | None:
+        """Run and task of a table, empty for a foreign one; None where it cannot be read."""
         try:
-            return dict(self._pyarrow.parquet.read_metadata(path).metadata or {})
+            metadata = self._pyarrow.parquet.read_metadata(path).metadata or {}
         except (self._pyarrow.ArrowException, OSError):
             return None
-
-    def _check(self, files: Sequence[Path]) -> None:
-        """Refuse the first file that cannot be read, by its name."""
-        for path in files:
-            try:
-                self._pyarrow.parquet.read_table(path)
-            except (self._pyarrow.ArrowException, OSError) as error:
-                raise InvalidValueError(
-                    f"{path} cannot be read ({error}); remove it, and the same command computes it"
-                    " again"
-                ) from error
+        return bytes(metadata.get(_PART, b""))

@@ -1,21 +1,58 @@
-"""Where tasks run: processes of this machine, local workers of Dask, or those of a scheduler."""
+"""A function mapped over tasks with keys, on processes of this machine or workers of Dask.
+
+Results are stored as they arrive, by the caller alone: a run that was ended goes on where it was.
+Where it runs changes no number, so a worker with other versions is refused.
+"""
 
 from __future__ import annotations
 
+import logging
+import multiprocessing
 import os
 import re
-from collections.abc import Sequence
-from contextlib import AbstractContextManager
+import signal
+import threading
+import warnings
+from collections.abc import Callable, Collection, Iterator, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
-from tendon_mj.errors import InvalidValueError, MissingPackageError
-from tendon_mj.lab.tasks.job import Function
-from tendon_mj.lab.tasks.pool import Pool
-from tendon_mj.lab.tasks.process_pool import process_pool
+from tendon_mj.errors import InvalidValueError, MissingPackageError, WorkerError
+from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.lab.tasks.job import THREADS, Job, check_same, identity
 
-MOST: Final = 1024  # processes or workers that this machine is asked for
-_ADDRESS = re.compile(r"\w+://.+:\d{1,5}")
+Shared = TypeVar("Shared")
+Argument = TypeVar("Argument")
+Result = TypeVar("Result")
+_Result = TypeVar("_Result", contravariant=True)
+
+MOST: Final = 1024  # processes or workers of this machine
+_ADDRESS: Final = re.compile(r"\w+://.+:\d{1,5}")
+_AHEAD = 2  # tasks per worker: one runs, one waits
+_CONNECT, _FIRST_WORKER = 10.0, 60.0  # longest wait for a scheduler, and for its first worker [s]
+_NTHREADS: Final = "--nthreads"  # threads would share one simulation
+_COUNTED = 10.0  # longest interval between two counts of Dask's workers [s]
+
+
+class Store(Protocol[_Result]):
+    """Where results are kept, each whole or not at all."""
+
+    def done(self) -> Collection[str]:
+        """Keys of the tasks whose result is kept."""
+        ...
+
+    def write(self, key: str, result: _Result) -> None:
+        """Keep a result."""
+        ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,42 +77,23 @@ class Workers:
         given = {name: value for name, value in vars(self).items() if value is not None}
         if len(given) > 1:
             options = " and ".join(f"--{name} {value}" for name, value in given.items())
-            raise InvalidValueError(f"{options}: give one of them, which says where tasks run")
+            raise InvalidValueError(f"{options}: give one of them")
         for name in ("processes", "workers"):
-            if given.get(name, 1) < 1:
-                raise InvalidValueError(f"--{name} {given[name]}: there must be at least one")
-            if given.get(name, 1) > MOST:
+            if not 1 <= given.get(name, 1) <= MOST:
                 raise InvalidValueError(
-                    f"--{name} {given[name]}: at most {MOST}; one a core computes fastest, and"
-                    f" this machine has {os.cpu_count() or 1}"
+                    f"--{name} {given[name]} is outside 1 … {MOST}; one per core computes fastest,"
+                    f" and this machine has {os.cpu_count() or 1}"
                 )
         if self.scheduler is not None and not _ADDRESS.fullmatch(self.scheduler):
             raise InvalidValueError(
-                f"--scheduler {self.scheduler}: it is not like tcp://10.0.0.1:8786, the address"
-                " that `dask scheduler` prints"
+                f"--scheduler {self.scheduler} is not an address such as tcp://10.0.0.1:8786, which"
+                " `dask scheduler` prints"
             )
 
-    def opened(
-        self, function: Function, shared: Any, sources: Sequence[str], tasks: int
-    ) -> AbstractContextManager[Pool]:
-        """A pool that does the tasks of a function; see `run_tasks`.
-
-        No more processes or local workers are begun than there are ``tasks``.
-
-        Raises:
-            MissingPackageError: Dask is wanted and not installed.
-        """
-        if self.workers is None and self.scheduler is None:
-            count = min(self.processes or os.cpu_count() or 1, tasks)
-            return process_pool(count, function, shared, sources)
-        try:
-            from tendon_mj.lab.tasks.dask_pool import dask_pool
-        except ImportError as error:
-            raise MissingPackageError(
-                f"--workers and --scheduler need Dask ({error}); pip install 'tendon-mj[cluster]'"
-            ) from None
-        workers = self.workers and min(self.workers, tasks)
-        return dask_pool(workers, self.scheduler, function, shared, sources)
+    @property
+    def on_dask(self) -> bool:
+        """Whether tasks run on workers of Dask."""
+        return self.workers is not None or self.scheduler is not None
 
     def __str__(self) -> str:
         if self.scheduler is not None:
@@ -84,3 +102,280 @@ class Workers:
             return f"{self.workers} local worker{'s' if self.workers > 1 else ''} of Dask"
         count = self.processes or os.cpu_count() or 1
         return f"{count} process{'es' if count > 1 else ''}"
+
+
+def run_tasks(
+    function: Callable[[Shared, Argument], Result],
+    shared: Shared,
+    keys: Sequence[str],
+    argument: Callable[[str], Argument],
+    store: Store[Result],
+    *,
+    on: Workers | None = None,
+    sources: Sequence[str] = ("tendon_mj",),
+    begin: Callable[[], None] = lambda: None,
+    progress: Progress = silent,
+    what: str = "tasks",
+) -> None:
+    """Compute ``function(shared, argument(key))`` for every key whose result is not kept yet.
+
+    Where it runs and with how many workers changes no number. Two tasks per worker are under way,
+    so memory is bounded, and workers need no folder in common.
+
+    Args:
+        function: of a module that workers can import too.
+        shared: sent to each worker once; it may have a method ``identity()`` → name → text, which
+            has to be the same there.
+        keys: of all tasks, in the order in which they begin.
+        argument: makes the argument of a task when it is sent.
+        store: keeps the results.
+        on: where to run; default: this machine's cores.
+        sources: packages of which workers must have the same sources.
+        begin: called once, before the first task, when the workers are there and may compute.
+        progress: called with ``what``, how many are kept, and of how many.
+        what: the tasks are.
+
+    Raises:
+        MissingPackageError: Dask is wanted and not installed.
+        WorkerError: a worker has other versions than this process, a process was killed, or the
+            scheduler or its workers are gone. Computed results are kept.
+        TendonError: a task was refused; those that were computed before are kept.
+    """
+    kept, on = set(store.done()), on or Workers()
+    todo = [key for key in keys if key not in kept]
+    progress(what, len(keys) - len(todo), len(keys))
+    if not todo:
+        begin()
+        return
+    if on.on_dask:
+        _import_dask()
+    job = Job.of(function, shared, sources, by_value=on.on_dask)
+    with (_dask if on.on_dask else _processes)(on, len(todo), job) as pool:
+        begin()
+        for left in _run_all(on, pool, todo, argument, store):
+            progress(what, len(keys) - left, len(keys))
+
+
+class _Pool(NamedTuple):
+    submit: Callable[[str, Any], Future[Any]]
+    size: Callable[[], int]  # number of workers, 1 at least
+    lost: tuple[type[BaseException], ...]  # raised by a future whose worker is gone
+
+
+def _run_all(
+    on: Workers,
+    pool: _Pool,
+    todo: Sequence[str],
+    argument: Callable[[str], Any],
+    store: Store[Any],
+) -> Iterator[int]:
+    """Do all tasks; yields the number that is left whenever some are done."""
+    waiting: dict[Future[Any], str] = {}
+    rest = list(reversed(todo))
+    while rest or waiting:
+        with _lost_workers(on, OSError):
+            free = _AHEAD * pool.size() - len(waiting)
+        for key in [rest.pop() for _ in range(min(free, len(rest)))]:
+            given = argument(key)
+            with _lost_workers(on, OSError, *pool.lost):
+                waiting[pool.submit(key, given)] = key
+        wait(waiting, _COUNTED, FIRST_COMPLETED)
+        done = [future for future in waiting if future.done()]
+        for future in sorted(done, key=_failed):  # results are kept first
+            with _lost_workers(on, *pool.lost):
+                result = future.result()
+            store.write(waiting.pop(future), result)
+        yield len(rest) + len(waiting)
+
+
+def _failed(future: Future[Any]) -> bool:
+    return future.cancelled() or future.exception() is not None
+
+
+@contextmanager
+def _lost_workers(on: Workers, *lost: type[BaseException]) -> Iterator[None]:
+    try:
+        yield
+    except lost as error:
+        raise WorkerError(
+            f"workers of {on} are gone ({type(error).__name__}: {error}). Computed results are"
+            " kept, and the same command goes on where it was; where memory ran out, give fewer"
+            " workers"
+        ) from None
+
+
+@contextmanager
+def _processes(on: Workers, tasks: int, job: Job) -> Iterator[_Pool]:
+    """Processes with one thread for linear algebra each; none outlives the caller."""
+    count = min(on.processes or os.cpu_count() or 1, tasks)
+    others = set(multiprocessing.active_children())
+    spawn = multiprocessing.get_context("spawn")
+    executor = ProcessPoolExecutor(count, spawn, _begin_worker, (job,))
+
+    def submit(key: str, argument: Any) -> Future[Any]:
+        with _environment_of_workers():
+            return executor.submit(_run, key, argument)
+
+    try:
+        yield _Pool(submit, lambda: count, (BrokenExecutor,))
+    except BaseException:
+        for process in set(multiprocessing.active_children()) - others:
+            process.terminate()  # a task may take minutes
+        raise
+    finally:
+        executor.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _environment_of_workers() -> Iterator[None]:
+    """Begin processes with one thread for BLAS, and without Ctrl-C while they import."""
+    before = {name: os.environ.get(name) for name in (THREADS, "OPENBLAS_NUM_THREADS")}
+    os.environ |= dict.fromkeys(before, "1")  # read before NumPy
+    blocks = hasattr(signal, "pthread_sigmask")  # not on Windows
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if blocks else None
+    try:
+        yield
+    finally:
+        if mask is not None:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        for name, value in before.items():
+            del os.environ[name]
+            os.environ |= {} if value is None else {name: value}
+
+
+_JOBS: list[Job] = []  # of this worker process
+
+
+def _begin_worker(job: Job) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the caller, which ends this one
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    _JOBS[:] = [job]
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
+
+
+def _run(key: str, argument: Any) -> Any:
+    return _JOBS[0].run(key, argument, "a worker process")
+
+
+@contextmanager
+def local_cluster(workers: int | None) -> Iterator[str]:
+    """Address of a scheduler with workers on this machine, which Dask restarts when they die.
+
+    Args:
+        workers: processes with one thread each; default: as many as there are cores.
+
+    Raises:
+        MissingPackageError: Dask is not installed.
+    """
+    distributed = _import_dask()
+    import dask
+
+    settings = {
+        "distributed.scheduler.allowed-failures": 10,  # of workers under one task
+        "distributed.deploy.lost-worker-timeout": "1 h",  # a busy machine needs more than 15 s
+        # watching the workers fifty to a hundred times a second took a fifth of their time
+        "distributed.worker.profile.enabled": False,
+        "distributed.admin.tick.interval": "500ms",
+    }
+    with (
+        dask.config.set(settings),
+        distributed.LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            dashboard_address="127.0.0.1:0",
+            silence_logs=logging.CRITICAL + 1,
+            preload=[__name__],
+        ) as cluster,
+    ):
+        yield cluster.scheduler_address
+
+
+def dask_setup(worker: object) -> None:
+    """Leave Ctrl-C to the process that made the cluster; Dask calls this when a worker begins."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _import_dask() -> Any:
+    try:
+        import distributed
+    except ImportError as error:
+        raise MissingPackageError(
+            f"--workers and --scheduler need Dask ({error}); pip install 'tendon-mj[cluster]'"
+        ) from None
+    return distributed
+
+
+@contextmanager
+def _dask(on: Workers, tasks: int, job: Job) -> Iterator[_Pool]:
+    """Workers of a Dask scheduler, as many as there are at a time."""
+    distributed = _import_dask()
+    with ExitStack() as stack:
+        address = on.scheduler or stack.enter_context(local_cluster(min(on.workers or 1, tasks)))
+        # errors are raised; Dask would also print a traceback of each lost connection
+        for logger in ("distributed", "tornado.application"):
+            stack.enter_context(
+                distributed.utils.silence_logging_cmgr(logging.CRITICAL + 1, logger)
+            )
+        client = stack.enter_context(_client(distributed, address))
+        with _lost_workers(on, OSError, CancelledError):
+            answers = client.run(_identity_on_dask, job.sources, on_error="return")
+            for worker, there in answers.items():
+                where = f"worker {worker} of the scheduler at {address}"
+                if isinstance(there, BaseException):
+                    raise WorkerError(
+                        f"{where} cannot load tendon_mj: {there}; install the same there"
+                    )
+                expected = {**job.expected, _NTHREADS: "1"}
+                check_same({name: expected[name] for name in there}, there, where)
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", "Sending large graph")  # once a run
+                # a task and not scattered data: it is done again where its worker died
+                sent = client.submit(_same, job, pure=False)
+        submit = client.get_executor(pure=False).submit
+        yield _Pool(
+            lambda key, argument: submit(_run_on_dask, sent, key, argument),
+            lambda: max(1, len(client.nthreads())),
+            (CancelledError, distributed.KilledWorker),
+        )
+
+
+def _client(distributed: Any, address: str) -> Any:
+    try:
+        client = distributed.Client(address, timeout=_CONNECT, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise WorkerError(
+            f"no Dask scheduler answers at {address} ({error}); start one with `dask scheduler`,"
+            " which prints its address"
+        ) from None
+    try:
+        client.wait_for_workers(1, timeout=_FIRST_WORKER)
+    except TimeoutError:
+        client.close()
+        raise WorkerError(
+            f"the scheduler at {address} has no worker; start some with"
+            f" `dask worker {address} --nworkers 2 --nthreads 1`"
+        ) from None
+    return client
+
+
+def _identity_on_dask(sources: tuple[str, ...], dask_worker: Any) -> dict[str, str]:
+    return {**identity(sources), _NTHREADS: str(dask_worker.state.nthreads)}
+
+
+def _same(job: Job) -> Job:
+    return job
+
+
+def _run_on_dask(job: Job, key: str, argument: Any) -> Any:
+    from distributed import get_worker
+
+    worker = get_worker()
+    where = f"worker {worker.address}"  # that may have joined later
+    check_same({_NTHREADS: "1"}, {_NTHREADS: str(worker.state.nthreads)}, where)
+    return job.run(key, argument, where)

@@ -28,7 +28,7 @@ from tendon_mj.lab.recordings import Measured, Recording
 from tendon_mj.lab.replay import Simulator
 from tendon_mj.typing import FloatArray
 from tests.lab.diagnosis.toy import COLUMNS, NOISE, WEIGHTS, Toy, recording, waveform
-from tests.lab.replay.test_simulator import bench_recording
+from tests.lab.replay.rigs import bench_recording
 
 FRICTION = Term(("sheath.friction",), "", 0.15, 0.05, 0.4, 0.0175)
 TRUTH = {"sheath.friction": 0.2}

@@ -14,6 +14,7 @@ from tendon_mj.errors import RecordingError
 from tendon_mj.lab.data_check import check_recording
 from tendon_mj.lab.recordings.description_toml import parse_description
 from tendon_mj.lab.replay import Adjustable, format_template
+from tests.lab.replay.refusals import refusing
 
 MODELS = ["bench", "joint", "finger", "finger_spring"]
 
@@ -74,7 +75,7 @@ def test_once_it_is_filled_in_a_check_accepts_it(name: str, tmp_path: Path) -> N
     ]
     (tmp_path / "r.csv").write_text("\n".join([",".join(["time_s", *columns]), *rows]))
     (tmp_path / "r.toml").write_text(text)
-    with pytest.raises(RecordingError, match="source: must not be empty"):
+    with refusing(RecordingError, "source"):
         read_recording(tmp_path / "r")
     (tmp_path / "r.toml").write_text(text.replace('source = ""', 'source = "a test"'))
     assert check_recording(read_recording(tmp_path / "r")).simulated is not None
@@ -96,12 +97,6 @@ def test_any_name_makes_valid_toml() -> None:
     assert {c: m.sensor for c, m in described.measured.items()} == {"tip_m_of_it_N": "tip_m"}
     for said in ('# "of a site_N"', "actuator 2 has no name", "'place' reads 3", "sensor 3 has no"):
         assert said in text
-
-
-def test_a_name_with_a_line_break_stays_in_its_comment() -> None:
-    text = HARD.replace('"of a site"', '"of&#10;a site"').replace('"place"', '"pl&#10;ace"')
-    described = parse_description(format_template(mujoco.MjModel.from_xml_string(text), "m"), "m")
-    assert list(described.drive) == ["with _quotes__m_per_s"]
 
 
 def test_names_that_become_one_have_columns_of_their_own() -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.attach import add_friction, view_sheath
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.lab.recordings import Measured, Recording, Uncertain
+from tendon_mj.lab.recordings import Uncertain
 from tendon_mj.lab.replay import (
     Adjustable,
     Simulator,
@@ -23,48 +23,29 @@ from tendon_mj.lab.replay import (
     replay_recording,
 )
 from tendon_mj.models import load_model
+from tests.lab.replay.refusals import refusing
+from tests.lab.replay.rigs import TENSION, bench
 
-TENSION = "output_tension_N"
 DRAWN, EXTRA = "sheath.drawn_bend", "sheath.extra_bend"
 PATH_BEND = Adjustable(load_model("bench")).parameters()[DRAWN].value
 
 
-def recording(**more: object) -> Recording:
-    """Half a second of the bench."""
-    time = np.arange(0.0, 0.5, 0.01)
-    return Recording(
-        **{
-            "name": "bend",
-            "model": "bench",
-            "source": "a test",
-            "time": time,
-            "columns": {
-                "input_displacement_m": 5e-4 * np.sin(12.0 * time),
-                TENSION: np.zeros(time.size),
-            },
-            "drive": {"input_displacement_m": "reel"},
-            "measured": {TENSION: Measured("output_tension")},
-            **more,
-        }  # type: ignore[arg-type]
-    )
-
-
 def tension(values: Mapping[str, float], **more: object) -> NDArray[np.float64]:
-    return Simulator([recording(**more)], threads=1)([values])[0][0][TENSION]
+    return Simulator([bench("bend", **more)], threads=1)([values])[0][0][TENSION]
 
 
 def bends(adjustable: Adjustable) -> tuple[float, float]:
-    found = adjustable.parameters()
-    return found[DRAWN].value, found[EXTRA].value
+    parameters = adjustable.parameters()
+    return parameters[DRAWN].value, parameters[EXTRA].value
 
 
 def test_it_is_the_sum_of_the_bends_at_the_guides_in_the_initial_pose() -> None:
     model = load_model("joint")
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    found = Adjustable(model).parameters()
+    parameters = Adjustable(model).parameters()
     for name in ("sheath_1", "sheath_2"):
-        parameter = found[f"{name}.drawn_bend"]
+        parameter = parameters[f"{name}.drawn_bend"]
         assert parameter.value == pytest.approx(view_sheath(model, data, name).bend_angle.sum())
         assert (parameter.unit, parameter.kind, parameter.low) == ("rad", "live", 0.0)
     assert pytest.approx(np.pi, rel=1e-9) == PATH_BEND
@@ -111,7 +92,7 @@ def test_a_recording_may_know_it_or_hold_it_for_uncertain() -> None:
 
 @pytest.mark.parametrize("value", [-0.1, float("nan"), float("inf")])
 def test_a_bend_below_zero_is_refused(value: float) -> None:
-    with pytest.raises(InvalidValueError, match=r"sheath\.drawn_bend = .* finite and ≥ 0"):
+    with refusing(InvalidValueError, f"{DRAWN} = {value:g}"):
         Adjustable(load_model("bench")).set({DRAWN: value})
 
 
@@ -144,7 +125,7 @@ def test_a_sheath_that_could_not_take_it_up_does_not_have_it() -> None:
     adjustable = Adjustable(spec.compile())
     adjustable.set({"sheath.friction": 0.2})
     assert DRAWN not in adjustable.names()
-    with pytest.raises(UnknownNameError, match=r"sheath\.drawn_bend"):
+    with refusing(UnknownNameError, DRAWN):
         adjustable.set({DRAWN: 1.0})
 
 
@@ -167,7 +148,7 @@ def test_a_patched_model_moves_as_was_simulated_and_has_both_bends(tmp_path: Pat
     within = {DRAWN: (1.9, 2.2), EXTRA: (0.4, 0.6)}
     path = patch_model("bench", given, tmp_path / "m.xml", intervals=within)
     written = load_model(str(path))
-    told = replay_recording(recording(), written).columns[TENSION]
+    told = replay_recording(bench("bend"), written).columns[TENSION]
     np.testing.assert_allclose(told, tension(given), rtol=1e-12)
     assert bends(Adjustable(written)) == pytest.approx((2.0, 0.5), rel=1e-12)
     assert read_intervals(written) == within
@@ -176,7 +157,7 @@ def test_a_patched_model_moves_as_was_simulated_and_has_both_bends(tmp_path: Pat
 
 def test_what_a_recording_adds_comes_on_top_of_a_patched_path(tmp_path: Path) -> None:
     path = patch_model("bench", {DRAWN: 2.0}, tmp_path / "m.xml")
-    state = recording(known={EXTRA: 1.0})
+    state = bench("bend", known={EXTRA: 1.0})
     told = replay_recording(state, load_model(str(path))).columns[TENSION]
     np.testing.assert_allclose(told, tension({DRAWN: 2.0, EXTRA: 1.0}), rtol=1e-12)
     again = patch_model(path, {DRAWN: 2.5}, tmp_path / "again.xml")

@@ -9,6 +9,7 @@ from tendon_mj.lab.replay import FrameRecorder, frictionless, record_frames
 from tendon_mj.models import Bench, build_bench, load_model
 from tendon_mj.show import add_cable, without_tendons
 from tendon_mj.show.render.cable import cable_radius, tension_scale
+from tests.lab.replay.refusals import refusing
 
 
 @pytest.fixture(scope="module")
@@ -49,18 +50,18 @@ def test_a_row_of_controls_holds_on_after_its_end(model):
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "facts"),
     [
-        ({"duration": 0.0}, r"duration = 0\.0 \[s\]"),
-        ({"fps": float("nan")}, r"fps = nan \[1/s\]"),
-        ({"drive": np.zeros((5, 2))}, r"shape \(5, 2\).*\(steps, 1\)"),
-        ({"drive": lambda time: [0.0, 0.0]}, r"shape \(2,\).*\(1,\)"),
+        ({"duration": 0.0}, ["duration = 0.0 [s]"]),
+        ({"duration": 1e12}, ["1e+12 [s]", "GB of memory"]),
+        ({"fps": float("nan")}, ["fps = nan [1/s]"]),
+        ({"drive": np.zeros((5, 2))}, ["(5, 2)", "(steps, 1)"]),
+        ({"drive": lambda time: [0.0, 0.0]}, ["(2,)", "(1,)"]),
     ],
 )
-def test_what_cannot_be_is_refused(model, change, said):
-    arguments = {"drive": wind_in, "duration": 1.0} | change
-    with pytest.raises(InvalidValueError, match=said):
-        record_frames(model, **arguments)
+def test_arguments_out_of_range_are_refused_by_name(model, change, facts):
+    with refusing(InvalidValueError, *facts):
+        record_frames(model, **{"drive": wind_in, "duration": 1.0} | change)
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -71,7 +72,7 @@ def test_an_unstable_simulation_is_named_with_its_time(tmp_path, monkeypatch):
       <worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
       <actuator><motor name="m" joint="j"/></actuator>
     </mujoco>""")
-    with pytest.raises(TendonError, match="unstable before"):
+    with refusing(TendonError, "unstable before"):
         record_frames(model, lambda time: [1e300], duration=1.0)
 
 
@@ -169,11 +170,6 @@ def test_the_frictionless_twin_loses_no_tension(model):
     assert np.ptp(frames.cables["sheath"].tensions, axis=1).max() < 1e-9
 
 
-def test_frames_that_no_memory_holds_are_refused_before_they_are_made(model):
-    with pytest.raises(InvalidValueError, match=r"1e\+12 \[s\] .* GB of memory"):
-        record_frames(model, wind_in, duration=1e12)
-
-
 def test_a_recorder_that_saw_nothing_has_no_frames():
-    with pytest.raises(InvalidValueError, match="no frame was recorded"):
+    with pytest.raises(InvalidValueError):
         FrameRecorder().frames()

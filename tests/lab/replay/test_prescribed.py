@@ -13,6 +13,7 @@ from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings import Measured, Recording, read_recording, write_recording
 from tendon_mj.lab.replay import Simulator, patch_model, replay_recording
 from tendon_mj.models import load_model
+from tests.lab.replay.refusals import refusing
 
 TIME = np.arange(0.0, 1.0, 0.02)
 MOTOR = 40.0 * np.sin(5.0 * TIME)  # [deg]
@@ -161,18 +162,15 @@ def test_several_names_are_written_and_read_back_with_and_without_hold(tmp_path,
     ],
 )
 def test_a_drive_of_nothing_of_one_twice_or_of_what_is_not_there_is_refused(wrists, drive, says):
-    with pytest.raises(RecordingError) as refused:
+    with refusing(RecordingError, says):
         Simulator([replace(wrist("reel"), drive=drive)], wrists["reel"])
-    assert says in str(refused.value)
 
 
 def test_joints_that_cannot_be_prescribed_are_refused_by_name():
     for integrator, joint in (("RK4", "shoulder"), ("Euler", "ball")):
         model = mujoco.MjModel.from_xml_string(ARM.format(integrator, ""))
-        with pytest.raises(RecordingError) as refused:
+        with refusing(RecordingError, "'angle_rad'", integrator if joint == "shoulder" else joint):
             replay_recording(arm({"angle_rad": joint}, {"angle_rad": 0.1 * TIME}, TIME), model)
-        assert "'angle_rad'" in str(refused.value)
-        assert (integrator if joint == "shoulder" else joint) in str(refused.value)
 
 
 def test_an_actuator_goes_before_a_joint_of_its_name():

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.lab.recordings import Measured, Recording
-from tendon_mj.lab.replay import Simulator, open_loop, replay_recording
+from tendon_mj.lab.replay import Simulator, replay_recording, simulation
 from tests.lab.diagnosis.settled_rigs import FINGER, LEVER, SETTLING, settled, stairs, write_rig
 
 POINTS = stairs(low=0.0, high=0.012, steps=4, rows=9)
@@ -75,13 +75,13 @@ def test_a_rest_ends_when_nothing_moves_any_more_and_reads_the_same(
         stepped.append(len(control))
         return step(model, data, control, readings)
 
-    step = open_loop._step
-    monkeypatch.setattr(open_loop, "_step", counted)
+    step = simulation._step
+    monkeypatch.setattr(simulation, "_step", counted)
     made = replace(settled(lever, POINTS, LEVER_READS, {}, 1), settling_time=20.0)
     short = replay_recording(made)
     few = sum(stepped)
     stepped.clear()
-    monkeypatch.setattr(open_loop, "_RESTS", -1.0)
+    monkeypatch.setattr(simulation, "_RESTS", -1.0)
     whole = replay_recording(made)
     assert few < 0.5 * sum(stepped)
     assert off(short, whole) < 1e-4

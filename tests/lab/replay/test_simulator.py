@@ -19,33 +19,11 @@ from tendon_mj.lab.replay import (
 )
 from tendon_mj.lab.replay.units import live_unit
 from tendon_mj.models import Bench, build_bench, load_model, model_path
+from tests.lab.replay.refusals import refusing
+from tests.lab.replay.rigs import bench_recording, joint_recording
 
 from tendon_mj.attach import Parameters  # isort: skip
 import mujoco  # isort: skip
-
-
-def bench_recording(duration=0.2, rate=20.0, name="pull", **more):
-    time = np.arange(0.0, duration, 0.002)
-    columns = {
-        "input_displacement_m": 1e-3 * np.sin(rate * time) + 2e-4,
-        "input_tension_N": 0.0 * time,
-        "output_tension_N": 0.0 * time,
-    }
-    return Recording(
-        **{
-            "name": name,
-            "model": "bench",
-            "source": "made up",
-            "time": time,
-            "columns": columns,
-            "drive": {"input_displacement_m": "reel"},
-            "measured": {
-                "input_tension_N": Measured("input_tension"),
-                "output_tension_N": Measured("output_tension"),
-            },
-        }
-        | more
-    )
 
 
 RECORDINGS = [
@@ -71,6 +49,7 @@ def same(a, b):
 def test_every_simulation_is_a_replay_to_the_bit_on_any_number_of_threads(threads):
     answers = Simulator(RECORDINGS, threads=threads)(SETS)
     assert len(answers) == len(SETS)
+    assert Simulator(RECORDINGS)([]) == []
     for given, row in zip(SETS, answers, strict=True):
         for recording, series in zip(RECORDINGS, row, strict=True):
             told = replay_recording(recording, parameters=given)
@@ -82,10 +61,6 @@ def test_who_else_is_in_the_call_shows_in_no_number():
     together = simulator(SETS)
     for given, row in zip(SETS, together, strict=True):
         assert all(same(a, b) for a, b in zip(simulator([given])[0], row, strict=True))
-
-
-def test_no_sets_give_no_answers():
-    assert Simulator(RECORDINGS)([]) == []
 
 
 def test_a_model_of_ones_own_is_used_and_stays_as_it_was():
@@ -151,19 +126,6 @@ def test_contacts_are_simulated_where_there_can_be_any():
 WILD = {"joint.stiffness": 1e6}  # on 10 g cm²: no step is short enough
 
 
-def joint_recording():
-    time = np.arange(0.0, 1.0, 0.02)
-    return Recording(
-        name="made up",
-        model="joint",
-        source="made up",
-        time=time,
-        columns={"command_rad": np.sin(5.0 * time), "joint_rad": 0.0 * time},
-        drive={"command_rad": "command"},
-        measured={"joint_rad": Measured("joint_angle")},
-    )
-
-
 def test_a_simulation_that_fails_is_nan_and_the_others_are_not(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     failed, sound = Simulator([joint_recording()], threads=2)([WILD, {}])
@@ -175,14 +137,14 @@ def test_a_simulation_that_fails_is_nan_and_the_others_are_not(monkeypatch, tmp_
 
 def test_a_strict_simulator_says_what_failed_when(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(TendonError, match="replay of 'made up' on model 'joint' failed"):
+    with refusing(TendonError, "'made up'", "'joint'"):
         Simulator([joint_recording()], strict=True)([{}, WILD])
 
 
 def test_a_tendon_that_found_no_equilibrium_is_told_of_once_a_call():
-    with pytest.warns(RuntimeWarning, match="sheath 'sheath' found no equilibrium") as told:
+    with pytest.warns(RuntimeWarning, match="sheath 'sheath' found no equilibrium") as warned:
         answers = Simulator(RECORDINGS)([WOUND_IN, {}])
-    assert len(told) == 1
+    assert len(warned) == 1
     assert np.isfinite(answers[1][0]["input_tension_N"]).all()
 
 
@@ -196,25 +158,27 @@ def test_that_is_not_told_of_values_that_are_only_tried():
 @pytest.mark.parametrize("threads", [1, 2])
 def test_a_parameter_that_is_not_or_is_out_of_range_is_refused(threads):
     simulator = Simulator(RECORDINGS, threads=threads)
-    with pytest.raises(UnknownNameError, match=r"did you mean 'sheath\.friction'"):
+    with refusing(UnknownNameError, "did you mean 'sheath.friction'"):
         simulator([{}, {"sheath.fricton": 0.1}])
-    with pytest.raises(InvalidValueError, match=r"sheath\.friction"):
+    with refusing(InvalidValueError, "sheath", "friction = -0.1"):
         simulator([{}, {"sheath.friction": -0.1}])
-    with pytest.raises(InvalidValueError, match=r"input_tension\.lag"):
+    with refusing(InvalidValueError, "input_tension.lag = -0.1"):
         simulator([{"input_tension.lag": -0.1}])
 
 
 def test_what_makes_no_simulator_is_refused():
-    with pytest.raises(RecordingError, match="recordings of one model"):
+    with refusing(RecordingError, "0 recordings"):
         Simulator([])
-    with pytest.raises(RecordingError, match="'bench', 'joint'"):
+    with refusing(RecordingError, "'bench', 'joint'"):
         Simulator([bench_recording(), joint_recording()])
-    with pytest.raises(RecordingError, match=r"recording 'pull', in \[known\].*'sheath\.friction'"):
+    with refusing(RecordingError, "'pull'", "[known]", "'sheath.friction'"):
         Simulator([bench_recording(known={"sheath.fricton": 0.1})])
-    with pytest.raises(RecordingError, match=r"recording 'pull', in .*sheath\.friction.* -1"):
+    with refusing(RecordingError, "'pull'", "friction", "-1"):
         Simulator([bench_recording(known={"sheath.friction": -1.0})])
+    with refusing(RecordingError, "[recording]"):
+        Simulator(RECORDINGS[0])  # type: ignore[arg-type]
     for wrong in ({"timestep": 0.0}, {"settle": -1.0}, {"threads": 0}):
-        with pytest.raises(InvalidValueError, match=next(iter(wrong))):
+        with refusing(InvalidValueError, *wrong):
             Simulator([bench_recording()], **wrong)
 
 
@@ -301,32 +265,21 @@ def test_a_column_in_another_unit_than_its_sensor_is_refused():
     wrong = dataclasses.replace(
         right, columns=columns, measured={"joint_m": Measured("joint_angle")}
     )
-    with pytest.raises(RecordingError, match=r"reads \[rad\]; .* 'joint_rad'"):
+    with refusing(RecordingError, "[rad]", "'joint_rad'"):
         Simulator([wrong])
     tension = dataclasses.replace(
         bench_recording(),
         columns={**bench_recording().columns, "input_tension_m": np.zeros(100)},
         measured={"input_tension_m": Measured("input_tension")},
     )
-    with pytest.raises(RecordingError, match=r"reads \[N\]; .* 'input_tension_N'"):
+    with refusing(RecordingError, "[N]", "'input_tension_N'"):
         Simulator([tension])
 
 
-@pytest.mark.parametrize(
-    ("value", "fault"),
-    [
-        (None, "= None is not a number"),
-        ("0.3", r"= '0\.3' is not a number"),
-        (1j, "= 1j is not (a|one) number"),
-        (10**400, "is beyond the range of a float"),
-        ([0.3], r"= \[0\.3\] is not a number"),
-        (np.array([0.3]), r"= array\(\[0\.3\]\) is not one number"),
-        (True, "= True is not a number"),
-    ],
-)
+@pytest.mark.parametrize("value", [None, "0.3", 10**400, [0.3], np.array([0.3]), True])
 @pytest.mark.parametrize("name", ["sheath.friction", "environment.mass", "input_tension.lag"])
-def test_a_value_that_is_no_number_is_refused_by_name(name, value, fault):
-    with pytest.raises(InvalidValueError, match=rf"^{name} {fault}"):
+def test_a_value_that_is_not_a_number_is_refused_by_name(name, value):
+    with refusing(InvalidValueError, name):
         Simulator([RECORDINGS[0]])([{name: value}])
 
 
@@ -337,19 +290,11 @@ def test_a_number_of_any_kind_is_a_value():
     assert all(same(first, other) for (other,) in others)
 
 
-@pytest.mark.parametrize("name", [3, None, ("sheath.friction",)])
-def test_a_name_that_is_no_text_is_refused(name):
-    with pytest.raises(UnknownNameError):
-        Simulator([RECORDINGS[0]])([{name: 0.3}])
-
-
 def test_a_recording_that_there_is_not_is_refused_after_the_at_too():
     simulate = Simulator(RECORDINGS[:2])
-    for name, said in (("shrt", "did you mean 'short'"), ("", "unknown recording ''")):
-        with pytest.raises(UnknownNameError, match=rf"sheath\.friction @ .*{said}"):
+    for name, fact in (("shrt", "did you mean 'short'"), ("", "''")):
+        with refusing(UnknownNameError, "sheath.friction @ ", fact):
             simulate([{f"sheath.friction @ {name}": 0.1}])
-    with pytest.raises(RecordingError, match=r"write \[recording\]"):
-        Simulator(RECORDINGS[0])  # type: ignore[arg-type]
 
 
 def test_an_element_that_is_named_like_a_recording_s_value_is_refused_so(tmp_path):
@@ -360,7 +305,7 @@ def test_an_element_that_is_named_like_a_recording_s_value_is_refused_so(tmp_pat
     time = np.array([0.0, 1e-2])
     given = {"time": time, "columns": {"pull_Nm": time}, "drive": {"pull_Nm": "m"}}
     one = Recording(name="r", model=str(tmp_path / "m.xml"), source="made up", **given)
-    with pytest.raises(InvalidValueError, match="' @ ' in a name stands before a recording"):
+    with refusing(InvalidValueError, "elbow @ left.damping"):
         Simulator([one])([{"elbow @ left.damping": 0.1}])
 
 

@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 from tendon_mj import (
-    Measured,
-    Recording,
     Session,
     Simulator,
     Uncertain,
@@ -19,28 +17,8 @@ from tendon_mj import (
 )
 from tendon_mj.errors import RecordingError, UnknownNameError
 from tendon_mj.lab.replay import expand, matching
-
-TENSION = "output_tension_N"
-
-
-def bench(name: str, **changed: object) -> Recording:
-    """Half a second of the bench."""
-    time = np.arange(0.0, 0.5, 0.01)
-    return Recording(
-        **{
-            "name": name,
-            "model": "bench",
-            "source": "a test",
-            "time": time,
-            "columns": {
-                "input_displacement_m": 5e-4 * np.sin(12.0 * time),
-                TENSION: np.zeros(time.size),
-            },
-            "drive": {"input_displacement_m": "reel"},
-            "measured": {TENSION: Measured("output_tension")},
-            **changed,
-        }
-    )
+from tests.lab.replay.refusals import refusing
+from tests.lab.replay.rigs import TENSION, bench
 
 
 def test_a_value_for_one_recording_is_what_it_would_be_alone() -> None:
@@ -55,16 +33,16 @@ def test_a_value_for_one_recording_is_what_it_would_be_alone() -> None:
 def test_a_value_for_one_recording_goes_before_one_for_all() -> None:
     two = [bench("one"), bench("two")]
     both = {"sheath.pretension": 15.0, "sheath.pretension @ two": 12.0}
-    found = Simulator(two)([both])[0]
-    for row, pretension in zip(found, (15.0, 12.0), strict=True):
+    answers = Simulator(two)([both])[0]
+    for row, pretension in zip(answers, (15.0, 12.0), strict=True):
         alone = Simulator(two[:1])([{"sheath.pretension": pretension}])[0][0]
         np.testing.assert_array_equal(row[TENSION], alone[TENSION])
 
 
 def test_what_is_known_of_each_recording_acts_on_it_alone() -> None:
     states = [bench("one", known={"sheath.extra_bend": b}) for b in (0.0, 1.0)]
-    found = Simulator(states)([{}])[0]
-    for state, row in zip(states, found, strict=True):
+    answers = Simulator(states)([{}])[0]
+    for state, row in zip(states, answers, strict=True):
         np.testing.assert_array_equal(row[TENSION], replay_recording(state).columns[TENSION])
 
 
@@ -91,9 +69,9 @@ def test_a_name_stands_for_all_that_fit_it() -> None:
     assert matching("a[1].friction", names) == ["a[1].friction"]  # a name goes before a pattern
     both = {"sheath_*.friction": 0.1, "sheath_2.friction": 0.2}
     assert expand(both, names) == {"sheath_1.friction": 0.1, "sheath_2.friction": 0.2}
-    with pytest.raises(UnknownNameError, match=r"sheeth_\*"):
+    with refusing(UnknownNameError, "sheeth_*.friction"):
         matching("sheeth_*.friction", names)
-    with pytest.raises(RecordingError, match="recording 'one': unknown parameter"):
+    with refusing(RecordingError, "'one'", "sheeth_*.friction"):
         Simulator([bench("one", known={"sheeth_*.friction": 0.1})])
 
 
@@ -111,10 +89,10 @@ def test_a_held_drive_keeps_its_value_until_the_next_sample() -> None:
         columns={"input_displacement_m": stairs, TENSION: np.zeros(dense.size)},
         hold=("input_displacement_m",),
     )
-    found = replay_recording(held).columns[TENSION]
-    np.testing.assert_allclose(found, replay_recording(fine).columns[TENSION][::50], atol=1e-9)
+    answers = replay_recording(held).columns[TENSION]
+    np.testing.assert_allclose(answers, replay_recording(fine).columns[TENSION][::50], atol=1e-9)
     smooth = replay_recording(replace(held, hold=())).columns[TENSION]
-    assert float(np.abs(found - smooth).max()) > 0.1
+    assert float(np.abs(answers - smooth).max()) > 0.1
 
 
 def test_without_settling_the_model_starts_in_its_reference_pose() -> None:
@@ -130,28 +108,20 @@ def test_without_settling_the_model_starts_in_its_reference_pose() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changed", "message"),
+    ("changed", "facts"),
     [
-        ({"hold": ("output_tension_N",)}, "hold: unknown driven column"),
-        ({"settle": -1.0}, r"settle: -1.0 \[s\] must be"),
+        ({"hold": ("output_tension_N",)}, ["hold", "output_tension_N"]),
+        ({"settle": -1.0}, ["settle", "-1.0"]),
         (
             {"known": {"a.b": 1.0}, "session": {"a.b": Session(1.0, 1.0)}},
-            r"\[session\] 'a.b': is in \[known\] too",
+            ["[session] 'a.b'", "[known]"],
         ),
         (
             {"uncertain": {"a.b": Uncertain(1.0, 0.0, 2.0)}, "session": {"a.b": Session(1.0, 1.0)}},
-            r"\[session\] 'a.b': is in \[uncertain\] too",
+            ["[session] 'a.b'", "[uncertain]"],
         ),
     ],
 )
-def test_what_contradicts_itself_is_refused(changed: dict[str, object], message: str) -> None:
-    with pytest.raises(RecordingError, match=message):
+def test_what_contradicts_itself_is_refused(changed: dict[str, object], facts: list[str]) -> None:
+    with refusing(RecordingError, *facts):
         bench("wrong", **changed)
-
-
-def test_a_model_is_sought_beside_the_description(tmp_path) -> None:  # type: ignore[no-untyped-def]
-    (tmp_path / "hand.xml").write_text("<mujoco/>")
-    written = write_recording(replace(bench("r"), model="hand.xml"), tmp_path / "r.csv")
-    assert read_recording(written).model == str(tmp_path / "hand.xml")
-    written = write_recording(bench("r"), tmp_path / "r.csv")
-    assert read_recording(written).model == "bench"

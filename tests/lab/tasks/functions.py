@@ -3,12 +3,17 @@
 import os
 import signal
 import time
-from multiprocessing.connection import Connection
 from pathlib import Path
+
+import numpy as np
 
 from tendon_mj.errors import InvalidValueError
 
-PIPE_BUF = 4096  # bytes that Linux writes to a pipe at once
+KEYS = [f"task_{k:02d}" for k in range(12)]
+
+
+def number(key):
+    return int(key.rpartition("_")[2])
 
 
 class Kept:
@@ -30,11 +35,18 @@ def scaled(factor, number):
 
 
 def logged(folder, number):
-    """Say in a file that a task was completed."""
+    """Write to a file that a task was completed."""
     time.sleep(0.01)
     with Path(folder, "log").open("a") as log:
         log.write(f"{number}\n")
     return number
+
+
+def row(folder, number):
+    """A table of one row, after a moment."""
+    logged(folder, number)
+    time.sleep(0.05)
+    return {"k": np.array([number])}
 
 
 def mortal(folder, number):
@@ -44,21 +56,6 @@ def mortal(folder, number):
         mark.touch()
         os.kill(os.getpid(), signal.SIGKILL)
     return logged(folder, number)
-
-
-def killed_while_it_answers(folder, number):
-    """Give much, and kill the worker halfway through any message that a pipe may take in parts."""
-    send, mark = Connection._send, Path(folder, "killed")
-
-    def send_half(self, content, *rest):
-        if len(content) > PIPE_BUF and not mark.exists():
-            mark.touch()
-            send(self, content[: len(content) // 2], *rest)
-            os.kill(os.getpid(), signal.SIGKILL)
-        send(self, content, *rest)
-
-    Connection._send = send_half
-    return bytes(1_000_000 + number)
 
 
 def doomed(_, number):

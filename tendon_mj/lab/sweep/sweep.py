@@ -1,63 +1,65 @@
-"""A sweep: rollouts over a design, in batches that go on where a killed run was."""
+"""A sweep: rollouts over a design, in batches that go on where a killed run was; its results."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
+import pandas
+from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Parameter, Simulator, plain_commands, reading_unit, stated_values
-from tendon_mj.lab.sweep.axes import Axis, parse_axes
-from tendon_mj.lab.sweep.design import Design
-from tendon_mj.lab.sweep.outputs import parse_outputs
-from tendon_mj.lab.sweep.plan_file import (
-    BATCH,
-    Plan,
-    check_plan,
-    plan_digest,
-    read_plan,
-    recording_digest,
-    write_plan,
-)
+from tendon_mj.lab.sweep.design import Axis, Design, parse_axes
+from tendon_mj.lab.sweep.outputs import FEWEST, Output, parse_outputs, share_of_variance
 from tendon_mj.lab.sweep.policy import Policy
-from tendon_mj.lab.sweep.result import CSV, SweepResult
-from tendon_mj.lab.sweep.rollouts import Batch, Rollouts, simulate
+from tendon_mj.lab.sweep.rollouts import FAILED, UNSOLVED, Batch, Rollouts, simulate
 from tendon_mj.lab.tasks import ParquetParts, Workers, run_tasks, versions
 from tendon_mj.plugin import sheaths
+from tendon_mj.whole_file import whole_file
 
-PLAN, TABLE = "plan.json", "rollouts"  # beside each other in the folder of a sweep
+Plan = Mapping[str, object]
+
+PLAN, TABLE, CSV = "plan.json", "rollouts", "table.csv"  # in the folder of a sweep
+_BATCH = "rollouts a task"  # of a plan: it may differ, as it changes no number
 _TASK = 2.0  # longest duration of a task, as a loss of it is cheap [s]
 _LEAST = 0.2  # shortest, that scheduling costs little [s]
 _TASKS = 256  # as many as keep workers busy to the end
 _COMBINED = 10  # axes of which all combinations of ends are checked
 _CHECKED = 500  # rollouts of which the values are checked besides
+_DRAWN = 4  # axes and outputs of a picture
+_MOST_ROWS = 10_000  # of a CSV
+_READ = 16  # columns at a time: a table has a file a task, and may be larger than memory
 
 
 class Sweep:
-    """What is varied, what drives the model, and what is read off.
+    """Axes, drive and outputs of rollouts of a model.
 
     Args:
         model: compiled; not changed.
         recording: that drives it, measured or of `motion_recording`.
         parameters: see `parse_axes`.
-        draws: of the ranges that are no grids.
+        draws: of the ranges without a number of values.
         seed: of the draws.
         outputs: see `parse_outputs`.
         measured: whether the recording has measurements. A motion has none, and its columns are
-            controls: what the model says of commands, as `patch_model` writes it, is left out.
+            controls: the scale, offset and delay that `patch_model` wrote do not apply.
         settle: time before the first sample [s]; default: as the recording says.
         policy: that sets the controls from the first sample on; it finds those of the recording.
 
     Attributes:
-        axes, outputs, design: what is varied, what is read off, and the values.
+        axes, outputs, design: of the rollouts.
         units: axis → unit of its parameters.
 
     Raises:
@@ -118,7 +120,7 @@ class Sweep:
     def _axes(
         texts: Sequence[str], draws: int, known: Mapping[str, Parameter], model: mujoco.MjModel
     ) -> list[Axis]:
-        tendons = {name: found.tendon for name, found in sheaths(model).items()}
+        tendons = {name: sheath.tendon for name, sheath in sheaths(model).items()}
         axes = parse_axes(texts, draws, known, tendons)
         for axis in axes:
             for target in axis.targets:
@@ -143,7 +145,7 @@ class Sweep:
             for target in axis.targets:
                 if target.rpartition(".")[2].startswith("command_"):
                     raise InvalidValueError(
-                        f"--parameter {axis.name}: {target} changes what a motion commands, and"
+                        f"--parameter {axis.name}: {target} changes the command of a motion, and"
                         f" --policy {policy} sets the controls itself"
                     )
 
@@ -163,7 +165,7 @@ class Sweep:
 
     @cached_property
     def plan(self) -> Plan:
-        """What determines every number of the sweep."""
+        """Everything that determines the numbers of the sweep."""
         return {**self._stated, **self.rollouts.identity(), **versions()}
 
     def batch(self, number: int, size: int) -> Batch:
@@ -172,7 +174,7 @@ class Sweep:
         return Batch(start, self.design.values(start, min(start + size, self.design.rollouts)))
 
     def seconds(self) -> float:
-        """Time of a rollout in this process, the first and what it prepares left out [s].
+        """Time of a rollout in this process, without the preparations of the first [s].
 
         Raises:
             InvalidValueError: a value of the first rollout is outside its range, or the policy does
@@ -187,7 +189,7 @@ class Sweep:
             if not np.array_equal(value, twice[name][0], equal_nan=True):
                 raise InvalidValueError(
                     f"--policy {self.rollouts.policy}: the same rollout simulated twice differs,"
-                    f" {name} = {value:g} and {twice[name][0]:g}; what a policy remembers belongs"
+                    f" {name} = {value:g} and {twice[name][0]:g}; the memory of a policy belongs"
                     " in a class, of which each rollout makes one, and its random numbers in a"
                     " generator with a seed there"
                 )
@@ -206,10 +208,10 @@ def run_sweep(
     """Simulate every rollout that has no result in the folder yet.
 
     Args:
-        sweep: what is asked.
+        sweep: design, recording and outputs.
         folder: for the plan and the table.
         on: where to run; default: this machine's cores.
-        again: begin anew, whatever is there.
+        again: begin again, whatever is there.
         begin: called when nothing more is refused, before the folder is written to.
         progress: called with "rollouts", how many are done, and of how many.
 
@@ -219,21 +221,23 @@ def run_sweep(
         MissingPackageError: pyarrow, or Dask where it is wanted, is not installed.
         WorkerError: see `run_tasks`.
     """
-    begun = None if again else check_folder(sweep, folder)
+    begun, total = None if again else check_folder(sweep, folder), sweep.design.rollouts
     anew = begun is None
     if begun is None:
         sweep.check()
-        begun = {**sweep.plan, BATCH: batch_size(sweep.seconds(), sweep.design.rollouts)}
-    plan, size, total = begun, int(str(begun[BATCH])), sweep.design.rollouts
+        begun = {**sweep.plan, _BATCH: batch_size(sweep.seconds(), total)}
+    plan, size = begun, int(str(begun[_BATCH]))
     numbers = {f"rollouts_{number:06d}": number for number in range(-(-total // size))}
-    table = ParquetParts(folder / TABLE, plan_digest(sweep.plan), again=anew)
+    table = ParquetParts(folder / TABLE, _digest(json.dumps(sweep.plan).encode()), again=anew)
 
     def start() -> None:
         table.refuse_foreign(numbers, others=anew)
         if anew:
             table.clear()
             (folder / CSV).unlink(missing_ok=True)
-            write_plan(folder / PLAN, plan)
+            with whole_file(folder / PLAN) as made:
+                text = json.dumps(plan, indent=1, ensure_ascii=False) + "\n"
+                made.write_text(text, encoding="utf-8")
         begin()
 
     run_tasks(
@@ -246,7 +250,7 @@ def run_sweep(
         begin=start,
         progress=lambda _, done, tasks: progress("rollouts", min(done * size, total), total),
     )
-    return SweepResult(sweep.axes, sweep.outputs, sweep.design.rollouts, table)
+    return SweepResult(sweep.axes, sweep.outputs, total, table)
 
 
 def check_folder(sweep: Sweep, folder: Path) -> Plan | None:
@@ -258,15 +262,42 @@ def check_folder(sweep: Sweep, folder: Path) -> Plan | None:
     Raises:
         InvalidValueError: names the first difference, with both values.
     """
-    begun = read_plan(folder / PLAN)
-    if begun is not None:
-        check_plan(folder / PLAN, begun, sweep.plan)
-    elif any((folder / TABLE).glob("*.parquet")):
+    path = folder / PLAN
+    if not path.exists():
+        if any((folder / TABLE).glob("*.parquet")):
+            raise InvalidValueError(
+                f"{folder / TABLE} holds tables, without the {PLAN} of their sweep; give"
+                " another --out, or --again to begin again without them"
+            )
+        return None
+    try:
+        begun: dict[str, object] = dict(json.loads(path.read_text(encoding="utf-8")))
+        int(str(begun[_BATCH]))
+    except (OSError, ValueError, TypeError, LookupError, RecursionError) as error:
         raise InvalidValueError(
-            f"{folder / TABLE} holds tables, and there is no {PLAN} that says of which sweep; give"
-            " another --out, or --again to begin anew without them"
-        )
+            f"{path} cannot be read ({error}); give another --out, or --again to begin again"
+        ) from error
+    wanted = json.loads(json.dumps(sweep.plan))
+    for name in [*wanted, *begun]:
+        if name != _BATCH and begun.get(name) != wanted.get(name):
+            raise InvalidValueError(
+                f"{folder} holds another sweep: {name} is {begun.get(name)} there and"
+                f" {wanted.get(name)} here; give another --out, or --again to begin again"
+            )
     return begun
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:16]
+
+
+def recording_digest(recording: Recording) -> str:
+    """16 hexadecimal digits of the drive and the measurements of a recording."""
+    parts = [recording.time.tobytes(), repr(sorted(recording.hold)).encode()]
+    read = {column: measured.sensor for column, measured in recording.measured.items()}
+    for name, element in [*recording.driven, *read.items()]:
+        parts += [f"{name} {element}".encode(), recording.columns[name].tobytes()]
+    return _digest(b"".join(parts))
 
 
 def batch_size(seconds: float, rollouts: int) -> int:
@@ -284,3 +315,92 @@ def _readings(recording: Recording, model: mujoco.MjModel) -> dict[str, str]:
     """Sensor → unit of its reading, of all that the recording measures."""
     sensors = [measured.sensor for measured in recording.measured.values()]
     return {sensor: reading_unit(model, model.sensor(sensor).id) for sensor in sensors}
+
+
+@dataclass(frozen=True)
+class SweepResult:
+    """Results of a sweep, on disk.
+
+    Attributes:
+        axes, outputs: of the sweep.
+        rollouts: number of rows.
+        table: `rollout`, axes, outputs, `failed`, `unsolved`; a row a rollout.
+    """
+
+    axes: Sequence[Axis]
+    outputs: Sequence[Output]
+    rollouts: int
+    table: ParquetParts
+
+    def column(self, name: str) -> NDArray[Any]:
+        """A column of the table, (rollouts,)."""
+        return self.table.read([name])[name]
+
+    @cached_property
+    def solid(self) -> NDArray[np.bool_]:
+        """(rollouts,) whether each stayed stable."""
+        return ~self.column(FAILED).astype(bool)
+
+    @cached_property
+    def unsolved(self) -> int:
+        """Rollouts in which a sheath found no equilibrium at some time."""
+        return int((self.column(UNSOLVED) > 0).sum())
+
+    @cached_property
+    def summaries(self) -> dict[str, dict[str, Any]]:
+        """Output → range, mean and standard deviation, and share of variance of each axis.
+
+        Of fewer than 5 stable rollouts there are no shares.
+        """
+        varied = self.table.read([axis.name for axis in self.axes])
+        varied = {name: values[self.solid] for name, values in varied.items()}
+        drawn = [axis.name for axis in self.axes if axis.drawn]
+        summaries = {}
+        for first in range(0, len(self.outputs), _READ):
+            some = self.outputs[first : first + _READ]
+            columns = self.table.read([output.name for output in some])
+            for output in some:
+                values = columns[output.name][self.solid]
+                summary = _summary(values, varied, drawn)
+                summaries[output.name] = {"unit": output.unit, **summary}
+        return summaries
+
+    def drawn(self) -> tuple[Sequence[Axis], list[Output]]:
+        """The axes and outputs of a picture, four of each at most.
+
+        Of each sensor it is the first of error, max, rms, … there is; forces come first, and
+        constant ones are left out.
+        """
+        ranks = {"error": 0, "max": 1, "rms": 2, "final": 3, "mean": 4, "min": 5}
+        first: dict[str, Output] = {}
+        for output in sorted(self.outputs, key=lambda o: ranks[o.summary]):
+            first.setdefault(output.sensor, output)
+        forces_first = sorted(first.values(), key=lambda o: o.unit != "N")
+        varying = [o for o in forces_first if self.summaries[o.name].get("std", 0.0) > 0.0]
+        return self.axes[:_DRAWN], varying[:_DRAWN]
+
+    def write_csv(self, path: Path) -> Path | None:
+        """Write the table as CSV where it has at most 10,000 rows; return its path if so."""
+        if self.rollouts > _MOST_ROWS:
+            return None
+        with whole_file(path) as made:
+            pandas.DataFrame(self.table.read()).to_csv(made, index=False)
+        return path
+
+
+def _summary(
+    values: NDArray[Any], varied: dict[str, NDArray[Any]], drawn: Sequence[str]
+) -> dict[str, Any]:
+    """Of the values of an output; nothing where every rollout failed."""
+    if not len(values):
+        return {}
+    return {
+        "min": float(values.min()),
+        "max": float(values.max()),
+        "mean": float(values.mean()),
+        "std": float(values.std()),
+        "share_of_variance": {
+            name: share_of_variance(given, values, len(drawn) if name in drawn else 0)
+            for name, given in (varied.items() if len(values) >= FEWEST else ())
+        },
+    }

@@ -1,20 +1,25 @@
-"""Frames of a simulation: poses, and the tension along every tendon in a sheath."""
+"""Motions of models, by default or from a CSV, and frames of them: poses, tensions of tendons."""
 
 from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tendon_mj.errors import InvalidValueError, TendonError
+from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.lab.progress import Progress
+from tendon_mj.lab.recordings import TIME, in_si, read_columns, si_name
 from tendon_mj.lab.replay.parameters import Adjustable
+from tendon_mj.lab.replay.units import column_unit, control_unit, name_in, unit_ending
 from tendon_mj.plugin import segment_tensions, sheaths
 from tendon_mj.typing import FloatArray
+
+Drive = Callable[[float], FloatArray]
 
 POSE = mujoco.mjtState.mjSTATE_PHYSICS
 _FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
@@ -31,6 +36,99 @@ _FRICTION = (
     "friction_drift",
     "direction_asymmetry",
 )
+# actuator -> amplitude of its default motion in its own unit
+_NAMED = {"bench": {"reel": 0.002}, "joint": {"command": np.deg2rad(60.0)}}
+_REEL = 0.001  # of a reel without a control range [m]
+_ANY = 1.0  # of another actuator without a control range [its own unit]
+_SHARE = 0.8  # of a control range
+_PERIOD = 3.0  # [s]
+_EASE = 1.0  # from 0 to the middle of a control range [s]
+
+
+def default_motion(name: str, model: mujoco.MjModel) -> Drive:
+    """Slow sine for every actuator, as a function of time [s] to the (nu,) controls.
+
+    `bench` winds its reel ±2 mm, `joint` follows a command of ±60°. On any other model every
+    actuator goes through most of its control range; a reel without one moves ±1 mm, and another
+    actuator without one goes through ±1.
+
+    Args:
+        name: of the model.
+        model: compiled.
+    """
+    centre, amplitude = np.zeros(model.nu), np.zeros(model.nu)
+    actuators = [model.actuator(k).name for k in range(model.nu)]
+    named = _NAMED.get(name, {})
+    if named and named.keys() <= set(actuators):
+        for actuator, size in named.items():
+            amplitude[actuators.index(actuator)] = size
+    else:
+        centre, amplitude = _within_ranges(model)
+
+    def drive(time: float) -> FloatArray:
+        grown = min(time / _EASE, 1.0)
+        share = grown * grown * (3.0 - 2.0 * grown)
+        return np.asarray(share * centre + amplitude * np.sin(2.0 * np.pi * time / _PERIOD))
+
+    return drive
+
+
+def read_motion(path: Path, model: mujoco.MjModel) -> tuple[Drive, float]:
+    """Controls of a model from a CSV, and how long they last [s].
+
+    Args:
+        path: of a CSV with `time_s` and one column per actuator that moves, named as it is and
+            with its unit: `command_rad`. Any unit will do where the kind of actuator does
+            not define it, as a muscle's.
+        model: compiled; its actuators without a column stay at 0.
+
+    Raises:
+        RecordingError: the file cannot be read, a column is in another unit than the actuator's
+            control, or two are of one actuator.
+        UnknownNameError: a column names no actuator.
+    """
+    if not path.is_file():
+        columns = ", ".join(f"{model.actuator(k).name}_…" for k in range(min(model.nu, 3)))
+        raise RecordingError(
+            f"--motion {path}: no such file. Motions with a name, such as curl, are the finger's;"
+            " of another model it is a CSV with time_s and a column for each actuator that moves,"
+            f" its unit at the end: {columns}"
+        )
+    actuators = [model.actuator(k).name for k in range(model.nu)]
+    in_file = read_columns(path, elements=actuators).columns
+    written = {si_name(column)[0]: column for column in in_file}
+    table = in_si(in_file, str(path))
+    time = table.pop(TIME)
+    places: list[int] = []
+    for column in table:
+        name, here = column.removesuffix(unit_ending(column)), f"{path}, column {written[column]!r}"
+        if name not in actuators:
+            raise UnknownNameError("actuator", name, actuators, here)
+        place = actuators.index(name)
+        unit = control_unit(model, place)
+        if unit != column_unit(column) and name_in(unit, column):
+            raise RecordingError(
+                f"{here}: the control of {name!r} is in [{unit}]; the column would be"
+                f" {name_in(unit, column)!r}"
+            )
+        if place in places:
+            raise RecordingError(f"{here}: another column moves {name!r}, too; leave one out")
+        places.append(place)
+
+    def drive(now: float) -> FloatArray:
+        control = np.zeros(model.nu)
+        control[places] = [np.interp(now, time - time[0], v) for v in table.values()]
+        return control
+
+    return drive, float(time[-1] - time[0])
+
+
+def _within_ranges(model: mujoco.MjModel) -> tuple[FloatArray, FloatArray]:
+    limited = model.actuator_ctrllimited.astype(bool)
+    low, high = model.actuator_ctrlrange.T
+    reel = np.where(model.actuator_plugin >= 0, _REEL, _ANY)
+    amplitude = np.where(limited, 0.5 * _SHARE * (high - low), reel)
+    return np.where(limited, 0.5 * (low + high), 0.0), amplitude
 
 
 @dataclass(frozen=True)
@@ -59,7 +157,7 @@ class Frames:
         readings: (frames, nsensordata) of the sensors [SI].
         contacts: of each frame, (k, 6): where two bodies touch [m], and the force there on the one
             that comes later in the model [N], one row per pair of bodies. In a model with touch
-            sensors only of the bodies that they are on, as what is shown is what is felt.
+            sensors only of the bodies that they are on: the clip shows what is felt.
     """
 
     fps: float
@@ -72,14 +170,7 @@ class Frames:
 
 
 class FrameRecorder:
-    """Keeps frames of a simulation at 0, 1/fps, 2/fps, … while something else steps it.
-
-    Args:
-        fps: frames per second [1/s].
-
-    Raises:
-        InvalidValueError: no frame rate.
-    """
+    """Keeps frames of a simulation at 0, 1/fps, 2/fps, … [s] while something else steps it."""
 
     def __init__(self, fps: float = FPS) -> None:
         _check_positive("fps", fps, "1/s")
@@ -119,11 +210,7 @@ class FrameRecorder:
             rows.append(segment_tensions(model, self._scratch, name))
 
     def frames(self) -> Frames:
-        """All frames that were kept.
-
-        Raises:
-            InvalidValueError: there is none; the recorder was given to no simulation.
-        """
+        """All frames that were kept; InvalidValueError if there is none."""
         if not self._kept:
             raise InvalidValueError("no frame was recorded; give the recorder to a simulation")
         poses, controls, readings, contacts = zip(*self._kept, strict=True)
@@ -160,9 +247,8 @@ def _contact_forces(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
     rows = [np.array(points) for points in pairs.values()]
     middles = [np.average(r[:, :3], axis=0, weights=r[:, 6]) for r in rows]
     forces = [r[:, 3:6].sum(axis=0) for r in rows]
-    return np.array([np.concatenate(row) for row in zip(middles, forces, strict=True)]).reshape(
-        -1, 6
-    )
+    pairwise = zip(middles, forces, strict=True)
+    return np.array([np.concatenate(row) for row in pairwise]).reshape(-1, 6)
 
 
 def record_frames(
@@ -183,7 +269,7 @@ def record_frames(
         duration: of the simulation [s].
         fps: frames per second [1/s].
         parameters: ``<element>.<parameter>`` to value (see `replay.parameters`).
-        progress: called with what is being done, how much is done, and of how much.
+        progress: called with the task, the frames that are done, and their number.
 
     Raises:
         UnknownNameError: no such parameter.
@@ -209,15 +295,10 @@ def record_frames(
 
 
 def check_frames(model: mujoco.MjModel, duration: float, fps: float) -> None:
-    """Refuse a number of frames that cannot be held in memory.
-
-    Args:
-        model: to be recorded.
-        duration: of the simulation [s].
-        fps: frames per second [1/s].
+    """Refuse frames of a duration [s] at ``fps`` [1/s] that do not fit into memory.
 
     Raises:
-        InvalidValueError: it says how much memory the frames would take.
+        InvalidValueError: with the memory that they would take.
     """
     _check_positive("duration", duration, "s")
     _check_positive("fps", fps, "1/s")
@@ -228,9 +309,8 @@ def check_frames(model: mujoco.MjModel, duration: float, fps: float) -> None:
     memory = 8e-9 * numbers * duration * fps
     if memory > _MOST_MEMORY:
         raise InvalidValueError(
-            f"duration = {duration:g} [s] at fps = {fps:g} [1/s] are {duration * fps:.3g} frames, "
-            f"which take {memory:.3g} GB of memory; at most {_MOST_MEMORY:g} GB are taken: ask for "
-            "a shorter duration or for fewer frames"
+            f"duration = {duration:g} [s] at fps = {fps:g} [1/s] takes {memory:.3g} GB of memory,"
+            f" above {_MOST_MEMORY:g} GB; give a shorter duration or fewer fps"
         )
 
 

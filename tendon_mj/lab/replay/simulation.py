@@ -1,0 +1,392 @@
+"""A simulation of a recording: a rollout of its schedule that reports when and why it failed."""
+
+from __future__ import annotations
+
+import copy
+import math
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import mujoco
+import numpy as np
+from mujoco import rollout
+
+from tendon_mj.errors import RecordingError, TendonError, unknown
+from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.lab.replay.motion import FrameRecorder
+from tendon_mj.lab.replay.parameters import Adjustable
+from tendon_mj.lab.replay.schedule import Rests, Schedule, stated_values
+from tendon_mj.models import load_model
+from tendon_mj.plugin import unsolved_evaluations
+from tendon_mj.typing import FloatArray
+
+Progress = Callable[[float], None]
+
+UNSOLVED_WARNING: Final = "some simulations: sheath"  # how the warning of no equilibrium begins
+_PHYSICS = mujoco.mjtState.mjSTATE_FULLPHYSICS
+_CHUNK = 2000  # steps between two reports of progress
+_WATCHED = 0.05  # of a rest, between two looks at whether anything still moves [s]
+_RESTS = 1e-4  # of a reading's span or a joint's way: less to come until a rest's end is negligible
+_UNMOVED = 1e-3  # [rad or m], by which a joint moves at least for this
+
+
+def run_open_loop(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    control: FloatArray,
+    where: str,
+    when: Callable[[int], str],
+    progress: Progress | None = None,
+    recorder: FrameRecorder | None = None,
+    rests: Rests | None = None,
+) -> FloatArray:
+    """Step once for every row of controls, and read the sensors as of the start of each step.
+
+    A step's readings therefore belong to its own control and to the pose that the steps before it
+    led to. Warns where a sheath's flow was not solved.
+
+    Args:
+        model, data: where to start; ``data`` is at the end afterwards.
+        control: (steps, nu), or (steps, nu+nv) with applied forces.
+        where, when: begin of a message, and text for the time of a step.
+        progress, recorder: see `replay_recording`; they change no number.
+        rests: of the run; the rest of one is left out as soon as nothing moves any more.
+
+    Returns:
+        (steps, nsensordata) readings.
+
+    Raises:
+        TendonError: MuJoCo raised a warning, or a reading is not finite; it says when.
+    """
+    readings = np.empty((len(control), model.nsensordata))
+    start = full_state(model, data)
+    step, steps = model.opt.timestep, len(control)
+    due = set(recorder.due(data.time, step, steps - 1)) if recorder else set()
+    pauses = rests.ends if rests else range(0, steps, _CHUNK if progress else steps)
+    for first, end in pairwise(sorted({0, *pauses, *due, steps})):
+        if recorder and first in due:
+            recorder.keep(model, data, control[first, : model.nu])
+        if not _run(model, data, control, readings, slice(first, end), rests):
+            raise TendonError(f"{where} failed {_first_failure(model, start, control, when)}")
+        if progress:
+            progress(end / steps)
+    for name, unsolved in unsolved_sheaths(model, data).items():
+        warnings.warn(
+            f"{where}: sheath {name!r} found no equilibrium in {unsolved} of {steps}"
+            " evaluations, and took the best that it had",
+            RuntimeWarning,
+            stacklevel=3,
+        )
+    return readings
+
+
+def try_open_loop(
+    model: mujoco.MjModel, data: mujoco.MjData, control: FloatArray, rests: Rests | None = None
+) -> FloatArray | None:
+    """Like `run_open_loop`, but returns None on failure, and warns of nothing."""
+    readings = np.empty((len(control), model.nsensordata))
+    for first, end in pairwise(sorted({0, *(rests.ends if rests else ()), len(control)})):
+        if not _run(model, data, control, readings, slice(first, end), rests):
+            return None
+    return readings
+
+
+def unsolved_sheaths(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, int]:
+    """Evaluations whose flow was not solved, of every sheath that had such."""
+    return {name: count for name, count in unsolved_evaluations(model, data).items() if count}
+
+
+def _run(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    control: FloatArray,
+    readings: FloatArray,
+    part: slice,
+    rests: Rests | None,
+) -> bool:
+    """Fill a part of the readings, see `_step`; of one that ends with a rest, until all rests."""
+    if rests is None or part.stop not in rests.ends:
+        return _step(model, data, control[part], readings[part])
+    changes = np.flatnonzero((control[part] != control[part.stop - 1]).any(axis=1))
+    at = part.start + (int(changes[-1]) + 1 if changes.size else 0)
+    began, watched = data.qpos.copy(), max(1, round(_WATCHED / model.opt.timestep))
+    moving = slice(part.start, at)
+    if at > part.start and not _step(model, data, control[moving], readings[moving]):
+        return False
+    while at < part.stop:
+        chunk, before = slice(at, min(at + watched, part.stop)), data.qpos.copy()
+        if not _step(model, data, control[chunk], readings[chunk]):
+            return False
+        at = chunk.stop
+        longer = (part.stop - at) / (chunk.stop - chunk.start)
+        moved = np.abs(_moved(model, before, data.qpos)) * longer
+        reach = np.maximum(np.abs(_moved(model, began, data.qpos)), _UNMOVED)
+        changed = np.ptp(readings[chunk], axis=0) * longer
+        if (moved <= _RESTS * reach).all() and (changed <= _RESTS * rests.spans).all():
+            readings[at : part.stop] = readings[at - 1]
+            break
+    data.time = rests.ends[part.stop]
+    return True
+
+
+def _moved(model: mujoco.MjModel, before: FloatArray, after: FloatArray) -> FloatArray:
+    """(nv,) way of every degree of freedom from one pose to another [rad or m]."""
+    way = np.zeros(model.nv)
+    mujoco.mj_differentiatePos(model, way, 1.0, before, after)
+    return way
+
+
+def _step(
+    model: mujoco.MjModel, data: mujoco.MjData, control: FloatArray, readings: FloatArray
+) -> bool:
+    """Fill readings from where the data is; false if MuJoCo warned or a reading is not finite."""
+    start, warmstart = full_state(model, data)[None], data.qacc_warmstart[None].copy()
+    readings[:] = rollout_sensors(model, [data], start, control[None], warmstart)[0]
+    return not data.warning.number.any() and bool(np.isfinite(readings).all())
+
+
+def _first_failure(
+    model: mujoco.MjModel, start: FloatArray, control: FloatArray, when: Callable[[int], str]
+) -> str:
+    """Step once more from the start, and say when and why it failed."""
+    data = mujoco.MjData(model)
+    mujoco.mj_setState(model, data, start, _PHYSICS.value)
+    timestep = f"the timestep was {model.opt.timestep:.6g} s"
+    for step, row in enumerate(control):
+        mujoco.mj_setState(model, data, row, _input_kind(model, row))
+        mujoco.mj_step(model, data)
+        raised = [k for k, warning in enumerate(data.warning) if warning.number]
+        if raised:
+            name = mujoco.mjtWarning(raised[0]).name
+            return f"{when(step)}: MuJoCo raised {name}; {timestep}"
+        if not np.isfinite(data.sensordata).all():
+            return f"{when(step)}: a sensor reads no finite number; {timestep}"
+    return f"at a time that a second run did not find; {timestep}"
+
+
+def replay_recording(
+    recording: Recording,
+    model: mujoco.MjModel | None = None,
+    *,
+    parameters: Mapping[str, float] | None = None,
+    described: bool | None = None,
+    settle: float | None = None,
+    progress: Progress | None = None,
+    recorder: FrameRecorder | None = None,
+) -> Recording:
+    """Drive a model with a recording's driven columns and read off its measured ones.
+
+    Between samples the drive is linear in time, or held where the recording says so. The step is
+    uniform, no longer than the model's and a whole fraction of the sampling interval (see
+    `make_clock`); readings belong to the pose and the control at the sample's time. Before the
+    first sample the model, from its reference pose, is brought to the first drive value by a linear
+    ramp over half of ``settle`` and held there for the other half. Actuators that are not driven
+    stay at 0.
+
+    Args:
+        recording: to simulate.
+        model: to drive in place of the one that ``recording.model`` names; not changed.
+        parameters: ``<element>.<parameter>`` to value (see `replay.parameters`), over
+            ``recording.known`` and the values of ``recording.uncertain`` and ``recording.session``.
+        described: whether those three are applied; default: see `stated_values`.
+        settle: time before the first sample [s]; with 0 the model starts in its reference pose.
+            Default: as the recording says.
+        progress: called with the share that is done, 0 … 1, every 2000 steps.
+        recorder: keeps frames of the run from the first sample on, to be drawn.
+
+    Returns:
+        The driven columns as they were and the measured ones as simulated, at the same times;
+        ``known`` holds every parameter that was applied.
+
+    Raises:
+        RecordingError: the model lacks an actuator or sensor, or the sensor is not one number.
+        UnknownNameError: no such model or parameter, with the nearest.
+        InvalidValueError: a parameter or ``settle`` outside its range.
+        TendonError: the simulation failed; the message says when.
+    """
+    if model is None:
+        model = load_model(recording.model, beside=recording.beside)
+    adjustable = Adjustable(copy.copy(model))
+    schedule = Schedule(recording, adjustable.model, settle)
+    stated = stated_values(recording, model, adjustable.names(), described)
+    values = {**stated, **(parameters or {})}
+    adjustable.set(values)
+    schedule.prepare(adjustable)
+    control = schedule.control(adjustable)
+    readings = run_open_loop(
+        adjustable.model,
+        adjustable.data,
+        control,
+        schedule.where,
+        schedule.when,
+        progress,
+        recorder,
+        schedule.rests(adjustable),
+    )
+    return as_recording(recording, schedule.read_out(adjustable, readings), values)
+
+
+def as_recording(
+    recording: Recording, series: Mapping[str, FloatArray], applied: Mapping[str, float]
+) -> Recording:
+    """Simulated series (n,) of measured columns as a recording, as of the one that drove them.
+
+    ``applied`` are the parameters that the simulation was given.
+    """
+    columns = {column: recording.columns[column] for column in recording.drive} | dict(series)
+    return Recording(
+        name=f"{recording.name}_simulated",
+        model=recording.model,
+        source=f"simulated by tendon-mj, driven by {recording.name!r} ({recording.source})",
+        time=recording.time,
+        columns={c: columns[c] for c in recording.columns if c in columns},
+        drive=recording.drive,
+        measured={c: Measured(m.sensor) for c, m in recording.measured.items()},
+        known=applied,
+        settling_time=recording.settling_time,
+    )
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """Error e = simulated − measured of one column.
+
+    Attributes:
+        rmse: √(mean e²) [the column's unit].
+        share_of_range: rmse over the measured column's largest less smallest value [-].
+        largest: max |e| [the column's unit].
+        bias: mean e [the column's unit].
+    """
+
+    rmse: float
+    share_of_range: float
+    largest: float
+    bias: float
+
+    @property
+    def of_range(self) -> str:
+        """The share of the range in words, after a comma; empty where the column is constant."""
+        share = self.share_of_range
+        return f", {share:.1%} of its range" if math.isfinite(share) else ""
+
+
+def replay_error(measured: Recording, simulated: Recording) -> dict[str, Misfit]:
+    """Misfit of every column that ``measured`` lists as measured.
+
+    Raises:
+        RecordingError: the two differ in their times, or a column is missing.
+    """
+    where = f"recording {simulated.name!r}"
+    if not np.array_equal(measured.time, simulated.time):
+        raise RecordingError(f"{where}: its times are not those of {measured.name!r}")
+    misfits = {}
+    for column in measured.measured:
+        if column not in simulated.columns:
+            raise RecordingError(f"{where}: {unknown('column', column, simulated.columns)}")
+        truth = measured.columns[column]
+        error = simulated.columns[column] - truth
+        rmse = math.sqrt(float(np.mean(error**2)))
+        span = float(np.ptp(truth))
+        share = rmse / span if span > 0.0 else (0.0 if rmse == 0.0 else math.inf)
+        misfits[column] = Misfit(rmse, share, float(np.abs(error).max()), float(error.mean()))
+    return misfits
+
+
+def full_state(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
+    """State of kind FULLPHYSICS, from which a rollout goes on. Shape (state size,)."""
+    state = np.empty(mujoco.mj_stateSize(model, _PHYSICS))
+    mujoco.mj_getState(model, data, state, _PHYSICS)
+    return state
+
+
+def _input_kind(model: mujoco.MjModel, control: FloatArray) -> int:
+    """Kind of state that a row of controls is: nu controls, with or without nv applied forces."""
+    kind = int(mujoco.mjtState.mjSTATE_CTRL.value)
+    applied = int(mujoco.mjtState.mjSTATE_QFRC_APPLIED.value)
+    return kind if control.shape[-1] == model.nu else kind | applied
+
+
+def rollout_sensors(
+    model: mujoco.MjModel,
+    data: list[mujoco.MjData],
+    start: FloatArray,
+    control: FloatArray,
+    warmstart: FloatArray | None = None,
+) -> FloatArray:
+    """(runs, steps, nsensordata) readings of rollouts, one thread for each of ``data``.
+
+    Unlike a plain `mujoco.rollout` it keeps no states: a sheath of 64 guides has thousands of
+    numbers, and writing them down at every step would cost more than the step.
+
+    Args:
+        model: of all runs.
+        data: work space, one a thread.
+        start: (runs, state size) states of kind FULLPHYSICS.
+        control: (runs, steps, nu), or (runs, steps, nu+nv) with applied forces.
+        warmstart: (runs, nv) accelerations from which the solver starts; none are 0.
+    """
+    runs, steps = control.shape[:2]
+    readings = np.empty((runs, steps, model.nsensordata))
+    with rollout.Rollout(nthread=len(data) if len(data) > 1 else 0) as runner:
+        runner.rollout(
+            [model] * runs,
+            data,
+            start,
+            np.ascontiguousarray(control),
+            control_spec=_input_kind(model, control),
+            skip_checks=True,  # with them it would allocate the states of all steps
+            nstep=steps,
+            initial_warmstart=warmstart,
+            sensordata=readings,
+        )
+    return readings
+
+
+def rollout_named_sensors(
+    model: mujoco.MjModel, control: FloatArray, threads: int = 1
+) -> dict[str, FloatArray]:
+    """Readings by sensor of a model with one actuator, which follows ``control``.
+
+    Args:
+        model: with one actuator.
+        control: (steps,) or (runs, steps); readings have the same shape.
+        threads: simulations at a time.
+
+    Raises:
+        TendonError: a simulation became unstable or left a flow unsolved.
+    """
+    commands = np.atleast_2d(control)
+    data = [mujoco.MjData(model) for _ in range(threads)]
+    start = np.tile(full_state(model, data[0]), (len(commands), 1))
+    readings = rollout_sensors(model, data, start, commands[:, :, None])
+    if not np.isfinite(readings).all() or any(d.warning.number.any() for d in data):
+        raise TendonError(f"a simulation at a step of {model.opt.timestep:g} s became unstable")
+    readings = readings.reshape(*control.shape, model.nsensordata)
+    sensors = [model.sensor(k) for k in range(model.nsensor)]
+    named = {sensor.name: readings[..., int(sensor.adr[0])] for sensor in sensors}
+    if "unsolved" in named and named["unsolved"].max() > 0.0:
+        raise TendonError(f"{named['unsolved'].max():g} flows of the plugin were not solved")
+    return named
+
+
+@contextmanager
+def suppress_unsolved_warnings() -> Iterator[None]:
+    """Ignore the warning of sheaths without equilibrium."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", UNSOLVED_WARNING, RuntimeWarning)
+        yield
+
+
+@contextmanager
+def suppress_mujoco_log() -> Iterator[None]:
+    """Keep MuJoCo from writing a log file where it runs; a failure shows in the series instead."""
+    logger = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda message: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(logger)
