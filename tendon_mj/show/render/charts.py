@@ -1,11 +1,11 @@
-"""What the charts beside a clip show: forces, tensions, joint angles and controls over time."""
+"""Charts of a clip: forces, tensions, joint angles and controls over time."""
 
 from __future__ import annotations
 
 import itertools
 from collections import Counter
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
 
 import mujoco
 import numpy as np
@@ -13,34 +13,24 @@ from matplotlib.colors import to_hex
 
 from tendon_mj.lab.replay import EngineeringUnit, Frames, control_unit, engineering_unit
 from tendon_mj.plugin import sheaths
-from tendon_mj.show.figures.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILLION,
-)
+from tendon_mj.show.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 from tendon_mj.typing import FloatArray
 
 Style = Literal["-", "--", "-.", ":"]
-# of tendons that the model's own colours do not tell apart; the last two are of Paul Tol's palette
+# for tendons with the same colour in the model; the last two are of Paul Tol's palette
 TENDONS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, "#332288", "#882255")
 _OTHERS = (GREEN, PURPLE, ORANGE, SKY)  # of joints, apart from the colours of two tendons
 _ENDS: tuple[tuple[Style, Style], ...] = (("-", "--"), ("-.", ":"))  # input and output end
 _MOST = 4  # lines of one kind in a chart
 _MOST_TENDONS = len(TENDONS) * len(_ENDS)
-_UNCOLOURED = (0.5, 0.5, 0.5)  # MuJoCo's own colour of a tendon
+_UNCOLOURED = (0.5, 0.5, 0.5)  # MuJoCo's default colour of a tendon
 
 
-@dataclass(frozen=True)
-class Line:
+class Line(NamedTuple):
     """A line of a chart.
 
     Attributes:
-        name: of it in the legend; empty for a line that another one's entry stands for.
+        name: in the legend; empty for a line that another one's entry stands for.
         values: (frames,).
         colour, style: of matplotlib.
     """
@@ -51,54 +41,58 @@ class Line:
     style: Style = "-"
 
 
-@dataclass(frozen=True)
-class Chart:
+class Chart(NamedTuple):
     """Lines over time with one axis.
 
     Attributes:
         label: of the axis, with its unit.
         lines: in the order of the legend.
         twin: lines of the frictionless twin, in grey behind the others.
-        left_out: number of entries that there was no place for.
+        left_out: number of entries without a place.
     """
 
     label: str
-    lines: tuple[Line, ...]
-    twin: tuple[Line, ...] = ()
+    lines: Sequence[Line]
+    twin: Sequence[Line] = ()
     left_out: int = 0
 
 
 def tendon_colours(model: mujoco.MjModel) -> dict[str, str]:
-    """Colour of the tendon of every sheath: the model's own if no other has it, else the next."""
+    """Colour of the tendon of every sheath: the model's if no other has it, else the next."""
     drawn = {
         name: to_hex(model.tendon_rgba[model.tendon(sheath.tendon).id, :3])
         for name, sheath in sheaths(model).items()
     }
     given = Counter(drawn.values())
-    own = {c for c, times in given.items() if times == 1 and c != to_hex(_UNCOLOURED)}
-    free = itertools.cycle([c for c in TENDONS if c.lower() not in own])
-    return {name: colour if colour in own else next(free) for name, colour in drawn.items()}
+    kept = {c for c, times in given.items() if times == 1 and c != to_hex(_UNCOLOURED)}
+    free = itertools.cycle([c for c in TENDONS if c.lower() not in kept])
+    return {name: colour if colour in kept else next(free) for name, colour in drawn.items()}
 
 
 def charts(model: mujoco.MjModel, frames: Frames, twin: Frames | None = None) -> list[Chart]:
-    """Charts of what there is, the most telling first.
+    """Charts of the quantities that there are, the most important first.
 
     Args:
         model: of the frames.
         frames: of the clip.
         twin: the same motion without friction.
     """
-    found = [_forces(model, frames, twin), _tensions(model, frames), _joints(model, frames, twin)]
-    return [chart for chart in (*found, _controls(model, frames)) if chart.lines]
+    drawn = (
+        _forces(model, frames, twin),
+        _tensions(model, frames),
+        _joints(model, frames, twin),
+        _controls(model, frames),
+    )
+    return [chart for chart in drawn if chart.lines]
 
 
 def touch_forces(
     model: mujoco.MjModel, frames: Frames, twin: Frames | None = None
 ) -> dict[str, FloatArray]:
-    """(frames,) force of every touch sensor that felt any, its twin's included [N], by name."""
+    """(frames,) force of every touch sensor that felt any, here or in the twin [N], by name."""
     touching = model.sensor_type == mujoco.mjtSensor.mjSENS_TOUCH.value
     names = {k: model.sensor(k).name or f"sensor {k}" for k in np.flatnonzero(touching)}
-    felt = np.vstack([one.readings for one in (frames, twin) if one is not None])
+    felt = np.vstack([f.readings for f in (frames, twin) if f is not None])
     places = {n: k for k, n in names.items() if felt[:, model.sensor_adr[k]].any()}
     return {n: frames.readings[:, model.sensor_adr[k]] for n, k in places.items()}
 
@@ -112,77 +106,63 @@ def _forces(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> Chart
     ]
     other = touch_forces(model, twin, frames) if twin else {}
     behind = [Line("", other[name], GREY, "--") for name, _ in forces if name in other]
-    label = "force [N]" if several or not lines else f"{lines[0].name} [N]"
-    return Chart(label, tuple(lines), tuple(behind))
+    return Chart("force [N]" if several or not lines else f"{lines[0].name} [N]", lines, behind)
 
 
 def _tensions(model: mujoco.MjModel, frames: Frames) -> Chart:
     if len(frames.cables) == 1:
         ((_, cable),) = frames.cables.items()
-        ends = cable.tensions[:, 0], cable.tensions[:, -1]
-        lines = [
-            Line("input end", ends[0], BLUE, _ENDS[0][0]),
-            Line("output end", ends[1], VERMILLION, _ENDS[0][1]),
-        ]
-        return Chart("tension [N]", tuple(lines))
-    lines, colours, seen = [], tendon_colours(model), Counter[str]()
+        first = Line("input end", cable.tensions[:, 0], BLUE, _ENDS[0][0])
+        last = Line("output end", cable.tensions[:, -1], VERMILLION, _ENDS[0][1])
+        return Chart("tension [N]", [first, last])
+    lines, colours, used = [], tendon_colours(model), Counter[str]()
     for name, cable in list(frames.cables.items())[:_MOST_TENDONS]:
         colour = colours[name]
-        styles = _ENDS[seen[colour] % len(_ENDS)]
-        seen[colour] += 1
+        styles = _ENDS[used[colour] % len(_ENDS)]
+        used[colour] += 1
         lines.append(Line(sheaths(model)[name].tendon, cable.tensions[:, 0], colour, styles[0]))
         lines.append(Line("", cable.tensions[:, -1], colour, styles[1]))
-    return Chart("tension [N]", tuple(lines), left_out=len(frames.cables) - len(lines) // 2)
+    return Chart("tension [N]", lines, left_out=len(frames.cables) - len(lines) // 2)
 
 
 def _joints(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> Chart:
     """Hinges, or slides where there are none, that no actuator moves directly."""
     driven = model.actuator_trnid[model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT.value, 0]
-    for kind, what, si in (
+    for kind, label, si in (
         (mujoco.mjtJoint.mjJNT_HINGE, "joint angle", "rad"),
         (mujoco.mjtJoint.mjJNT_SLIDE, "displacement", "m"),
     ):
-        chosen = [k for k in range(model.njnt) if model.jnt_type[k] == kind.value]
-        chosen = [k for k in chosen if k not in driven]
-        shown = chosen[:_MOST]
-        if shown:
-            places = [model.jnt_qposadr[k] for k in shown]
+        chosen = [k for k in np.flatnonzero(model.jnt_type == kind.value) if k not in driven]
+        places = [model.jnt_qposadr[k] for k in chosen[:_MOST]]
+        if places:
             unit = engineering_unit(si, frames.poses[:, places].ravel())
             lines = [
                 Line(model.joint(k).name or f"joint {k}", unit.factor * frames.poses[:, p], colour)
-                for k, p, colour in zip(shown, places, _OTHERS, strict=False)
+                for k, p, colour in zip(chosen, places, _OTHERS, strict=False)
             ]
             behind = [Line("", unit.factor * twin.poses[:, p], GREY, "--") for p in places if twin]
-            label, more = f"{what} [{unit.symbol}]", len(chosen) - len(shown)
-            return Chart(label, tuple(lines), tuple(behind), more)
-    return Chart("", ())
+            return Chart(_labelled(label, unit), lines, behind, len(chosen) - len(places))
+    return Chart("", [])
 
 
 def _controls(model: mujoco.MjModel, frames: Frames) -> Chart:
     moving = [k for k in range(model.nu) if np.ptp(frames.controls[:, k]) > 0.0]
     shown = moving[:_MOST]
-    found: dict[str, list[int]] = {}
+    alike: dict[str, list[int]] = {}  # SI unit → controls in it
     for k in shown:
-        found.setdefault(control_unit(model, k), []).append(k)
-    units = {si: engineering_unit(si, frames.controls[:, ks].ravel()) for si, ks in found.items()}
-    lines = []
+        alike.setdefault(control_unit(model, k), []).append(k)
+    units = {si: engineering_unit(si, frames.controls[:, ks].ravel()) for si, ks in alike.items()}
+    lines, tendons, known = [], tendon_colours(model), sheaths(model)
     for colour, k in zip(_OTHERS, shown, strict=False):
         name, unit = model.actuator(k).name or f"actuator {k}", units[control_unit(model, k)]
         values = unit.factor * frames.controls[:, k]
+        of_tendon = (c for sheath, c in tendons.items() if name.startswith(known[sheath].tendon))
         entry = name if len(units) == 1 else _labelled(name, unit)
-        lines.append(Line(entry, values, _tendon_of(model, name) or colour))
+        lines.append(Line(entry, values, next(of_tendon, colour)))
     label = _labelled("control", *(units.values() if len(units) == 1 else ()))
-    return Chart(label, tuple(lines), left_out=len(moving) - len(shown))
+    return Chart(label, lines, left_out=len(moving) - len(shown))
 
 
 def _labelled(name: str, unit: EngineeringUnit | None = None) -> str:
     """A name with its unit, if it has one."""
     return f"{name} [{unit.symbol}]" if unit and unit.symbol else name
-
-
-def _tendon_of(model: mujoco.MjModel, actuator: str) -> str:
-    """Colour of the tendon whose name an actuator's begins with; empty if there is none."""
-    for name, colour in tendon_colours(model).items():
-        if actuator.startswith(sheaths(model)[name].tendon):
-            return colour
-    return ""
