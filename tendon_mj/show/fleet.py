@@ -17,16 +17,7 @@ from matplotlib.figure import Figure
 from tendon_mj.lab.diagnosis import Provenance
 from tendon_mj.lab.fleet import FleetFound, RigFound
 from tendon_mj.lab.replay import EngineeringUnit, engineering_unit, plain, quantity
-from tendon_mj.show.figures.style import (
-    BLUE,
-    GREY,
-    ORANGE,
-    PALE,
-    VERMILLION,
-    legend_below,
-    new_figure,
-    print_style,
-)
+from tendon_mj.show.figures import style
 from tendon_mj.show.page import templates
 from tendon_mj.whole_file import whole_file
 
@@ -40,11 +31,11 @@ _COLUMNS = 3
 _LABELS = 12  # names of rigs along an axis
 _MOST = 12  # panels; the table has all
 _MARKS = {
-    "as its fellows": (GREY, "o", 14),
-    "unchanged": (GREY, "o", 14),
-    "not judged": (PALE, "o", 14),
-    "differs": (ORANGE, "D", 34),
-    "changed": (VERMILLION, "s", 30),
+    "as its fellows": (style.GREY, "o", 14),
+    "unchanged": (style.GREY, "o", 14),
+    "not judged": (style.PALE, "o", 14),
+    "differs": (style.ORANGE, "D", 34),
+    "changed": (style.VERMILLION, "s", 30),
 }
 
 
@@ -112,14 +103,14 @@ def changes_figure(fleet: FleetFound) -> Figure | None:
         return None
     columns = min(_COLUMNS, len(changed))
     rows = -(-len(changed) // columns)
-    with print_style():
-        figure = new_figure(0.4 + 3.3 * columns, 0.6 + 2.5 * rows)
+    with style.print_style():
+        figure = style.new_figure(0.4 + 3.3 * columns, 0.6 + 2.5 * rows)
         grid = figure.subplots(rows, columns, squeeze=False)
         for axes in grid.flat[len(changed) :]:
             axes.set_visible(False)
         for axes, rig in zip(grid.flat, changed, strict=False):
             _day_by_day(axes, rig)
-        legend_below(figure, grid[0, 0], columns=columns)  # as wide as the panels
+        style.legend_below(figure, grid[0, 0], columns=columns)  # as wide as the panels
     return figure
 
 
@@ -129,8 +120,8 @@ def spread_figure(fleet: FleetFound) -> Figure | None:
     names = [name for name in fleet.units if any(name in rig.values for rig in rigs)]
     if not names:
         return None
-    with print_style():
-        figure = new_figure(7.4, 0.9 + 1.7 * len(names))
+    with style.print_style():
+        figure = style.new_figure(7.4, 0.9 + 1.7 * len(names))
         grid = figure.subplots(len(names), 1, sharex=True, squeeze=False)
         for axes, name in zip(grid[:, 0], names, strict=True):
             _all_rigs(axes, fleet, rigs, name)
@@ -138,7 +129,7 @@ def spread_figure(fleet: FleetFound) -> Figure | None:
         grid[-1, 0].set_xticks(
             list(places), [rigs[k].name for k in places], rotation=30, ha="right"
         )
-        legend_below(figure, grid[0, 0], columns=4)
+        style.legend_below(figure, grid[0, 0], columns=4)
     return figure
 
 
@@ -149,20 +140,20 @@ def _day_by_day(axes: Axes, rig: RigFound) -> None:
     unit = engineering_unit(series.unit, [change.before, change.after])
     values, errors = series.values * unit.factor, series.errors * unit.factor
     begins = [float(day) for day in _numbers([change.last_same, change.since])]
-    axes.axvspan(*begins, color=PALE, alpha=0.5, lw=0, label="the change begins")
+    axes.axvspan(*begins, color=style.PALE, alpha=0.5, lw=0, label="the change begins")
     axes.errorbar(
         _numbers(rig.dates),
         values,
         np.minimum(errors, np.ptp(values) or 1.0),
         fmt="o",
-        color=BLUE,
+        color=style.BLUE,
         markersize=4,
         elinewidth=1.0,
         label="fitted to each recording",
     )
     days, course = _course(rig)
     line = np.array(course) * unit.factor
-    axes.plot(_numbers(days), line, "--", color=VERMILLION, label="change")
+    axes.plot(_numbers(days), line, "--", color=style.VERMILLION, label="change")
     locator: Any = mdates.AutoDateLocator(minticks=3, maxticks=6)  # type: ignore[no-untyped-call]
     axes.xaxis.set_major_locator(locator)
     axes.xaxis.set_major_formatter(mdates.ConciseDateFormatter(locator))  # type: ignore[no-untyped-call]
@@ -189,7 +180,7 @@ def _all_rigs(axes: Axes, fleet: FleetFound, rigs: Sequence[RigFound], name: str
     spread, unit = fleet.spreads[name], _unit(fleet, name)
     low, high = ((spread.median + sign * spread.between) * unit.factor for sign in (-1.0, 1.0))
     label = "median ± spread between rigs"
-    axes.axhspan(low, high, color=PALE, alpha=0.5, lw=0, label=label)
+    axes.axhspan(low, high, color=style.PALE, alpha=0.5, lw=0, label=label)
     for verdict, (colour, marker, size) in _MARKS.items():
         chosen = [
             (k, rig.values[name] * unit.factor)

@@ -1,30 +1,17 @@
 """The report in a browser: what it draws, at two widths and in two themes."""
 
 import json
-import shutil
 import time
 from dataclasses import replace
 
 import pytest
-from selenium import webdriver
-from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.support.ui import WebDriverWait
 
 from tendon_mj.lab.diagnosis import diagnose
 from tendon_mj.show import write_report
 from tests.lab.diagnosis.toy import Toy, rig
+from tests.show.rigs import start_browser
 
-CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
-FLAGS = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
 VIEWPORTS = {1280: 800, 390: 844}
 NAME = "<img src=x onerror='window.broken=1'>"
 # elements that reach beyond the viewport, but for what scrolls inside a wrapper and what is drawn
@@ -39,21 +26,16 @@ return [...document.querySelectorAll("body *")]
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory):
-    if CHROMIUM is None or DRIVER is None:
-        pytest.skip("no report can be looked at here: there is no Chromium with its driver")
-    options = webdriver.ChromeOptions()
-    options.binary_location = CHROMIUM
-    for flag in (*FLAGS, f"--user-data-dir={tmp_path_factory.mktemp('browser')}"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    opened = webdriver.Chrome(options=options, service=Service(DRIVER))
-    yield opened
-    opened.quit()
+    logs = {"browser": "ALL", "performance": "ALL"}
+    profile = tmp_path_factory.mktemp("browser")
+    browser = start_browser(profile, "--headless --disable-gpu", logs)
+    yield browser
+    browser.quit()
 
 
 @pytest.fixture(scope="module")
 def reports(tmp_path_factory):
-    """Verdict → its page; names in it are no words."""
+    """Verdict → its page, with names that are markup."""
     pages = {}
     for truth, extra in (("sheath.constant_friction", 0.0), (None, 0.0), (None, 1.0)):
         train, held_out = rig(1, {"sheath.friction": 0.2} | ({truth: 1.0} if truth else {}), extra)

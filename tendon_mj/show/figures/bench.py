@@ -13,24 +13,15 @@ from numpy.typing import ArrayLike
 from tendon_mj import theory
 from tendon_mj.lab.verification import BenchReadings, FirstMotion
 from tendon_mj.models import Bench
-from tendon_mj.show.figures.style import (
-    BLACK,
-    BLUE,
-    GREY,
-    SKY,
-    VERMILLION,
-    legend_below,
-    new_figure,
-    print_style,
-)
+from tendon_mj.show.figures import style
 from tendon_mj.typing import FloatArray
 
 _MARGIN = 0.06  # of the data's span, by which lines run on
 _DIRECTIONS = (
-    (1, "pulling, $+|\\lambda|$", BLUE, "--"),
-    (-1, "loosening, $-|\\lambda|$", VERMILLION, "-."),
+    (1, "pulling, $+|\\lambda|$", style.BLUE, "--"),
+    (-1, "loosening, $-|\\lambda|$", style.VERMILLION, "-."),
 )
-_KINDS = ((1.0, "pulling", BLUE, "o"), (-1.0, "loosening", VERMILLION, "s"))
+_KINDS = ((1.0, "pulling", style.BLUE, "o"), (-1.0, "loosening", style.VERMILLION, "s"))
 ORDER = 2  # of the trapezoidal rule, which a row of guides with half end segments is
 
 
@@ -49,25 +40,25 @@ def loops_figure(bench: Bench, readings: BenchReadings) -> Figure:
     """
     went_in, came_out = readings.input_tension, readings.output_tension
     wound, pretension = readings.reel_displacement, bench.pretension
-    with print_style():
-        figure = new_figure(8.0, 4.3)
+    with style.print_style():
+        figure = style.new_figure(8.0, 4.3)
         left, right = figure.subplots(1, 2)
-        left.plot(went_in, came_out, color=SKY, linewidth=3.0, label="MuJoCo with the plugin")
-        right.plot(1e3 * wound, came_out, color=SKY, linewidth=3.0)
+        left.plot(went_in, came_out, color=style.SKY, linewidth=3.0, label="MuJoCo with the plugin")
+        right.plot(1e3 * wound, came_out, color=style.SKY, linewidth=3.0)
         span = _span(came_out)
-        for sign, label, colour, style in _DIRECTIONS:
+        for sign, label, colour, dashes in _DIRECTIONS:
             lam = sign * bench.exponent
-            _line(left, span * np.exp(lam), span, f"closed form, {label}", colour, style)
+            _line(left, span * np.exp(lam), span, f"closed form, {label}", colour, dashes)
             stiffness, backlash = _branch(lam, bench)
             xi = backlash + (span - pretension) / stiffness
-            _line(right, 1e3 * xi, span, f"_{label}", colour, style)
+            _line(right, 1e3 * xi, span, f"_{label}", colour, dashes)
             right.plot(1e3 * backlash, pretension, "o", color=colour, markerfacecolor="white")
             _name_backlash(right, 1e3 * backlash, pretension, sign, colour)
-        _line(left, span, span, "closed form, no friction", GREY, ":")
+        _line(left, span, span, "closed form, no friction", style.GREY, ":")
         stiffness, _ = _branch(0.0, bench)
-        _line(right, 1e3 * (span - pretension) / stiffness, span, "_free", GREY, ":")
-        left.plot(pretension, pretension, "o", color=BLACK, label="start, $T_0$")
-        right.plot(0.0, pretension, "o", color=BLACK)
+        _line(right, 1e3 * (span - pretension) / stiffness, span, "_free", style.GREY, ":")
+        left.plot(pretension, pretension, "o", color=style.BLACK, label="start, $T_0$")
+        right.plot(0.0, pretension, "o", color=style.BLACK)
         left.set(
             title="tension: slopes $e^{\\mp|\\lambda|}$",
             xlabel="input tension $T_\\mathrm{in}$ [N]",
@@ -80,7 +71,7 @@ def loops_figure(bench: Bench, readings: BenchReadings) -> Figure:
             axes.set_xlim(*_span(values))
             axes.set_ylim(*span)
             axes.set_ylabel("output tension $T_\\mathrm{out}$ [N]")
-        legend_below(figure, left, columns=3)
+        style.legend_below(figure, left, columns=3)
     return figure
 
 
@@ -98,15 +89,8 @@ def _span(values: FloatArray) -> FloatArray:
     return np.array([low - margin, high + margin])
 
 
-def _line(
-    axes: Axes,
-    x: FloatArray,
-    y: FloatArray,
-    label: str,
-    colour: str,
-    style: str,
-) -> None:
-    axes.plot(x, y, color=colour, linestyle=style, linewidth=1.3, label=label)
+def _line(axes: Axes, x: FloatArray, y: FloatArray, label: str, colour: str, dashes: str) -> None:
+    axes.plot(x, y, color=colour, linestyle=dashes, linewidth=1.3, label=label)
 
 
 def _name_backlash(axes: Axes, x: float, y: float, sign: int, colour: str) -> None:
@@ -138,13 +122,13 @@ def sweep_figure(motions: Sequence[FirstMotion]) -> Figure:
     tendon = float(np.median(analytic / theory.apparent_stiffness(lam, 1.0, 1.0)))
     free = float(np.median(analytic_backlash / _unit_backlash(lam)))
     fine = np.linspace(min(lam.min(), 0.0), max(lam.max(), 0.0), 301)
-    with print_style():
-        figure = new_figure(8.0, 5.6)
+    with style.print_style():
+        figure = style.new_figure(8.0, 5.6)
         grid = figure.subplots(2, 2, sharex=True, height_ratios=(1.6, 1.0))
         (stiffness, lost), (stiffness_error, lost_error) = grid
         curve = theory.apparent_stiffness(fine, 1.0, 1.0)
-        stiffness.plot(fine, curve, color=BLACK, label="closed form")
-        lost.plot(fine, 1e6 * free * _unit_backlash(fine), color=BLACK)
+        stiffness.plot(fine, curve, color=style.BLACK, label="closed form")
+        lost.plot(fine, 1e6 * free * _unit_backlash(fine), color=style.BLACK)
         for axes, values, named in (
             (stiffness, measured / tendon, True),
             (lost, 1e6 * np.array([m.backlash for m in ordered]), False),
@@ -153,13 +137,13 @@ def sweep_figure(motions: Sequence[FirstMotion]) -> Figure:
         ):
             _draw_points(axes, lam, values, named)
         for axes in (stiffness_error, lost_error):
-            axes.axhline(0.0, color=GREY, linewidth=0.9)
+            axes.axhline(0.0, color=style.GREY, linewidth=0.9)
             axes.set_xlabel("friction exponent $\\lambda$ [–]")
         stiffness.set(title="apparent stiffness", ylabel="$K_{ap}/K_w$ [–]")
         lost.set(title="equivalent backlash", ylabel="$\\xi_B$ [µm]")
         stiffness_error.set_ylabel("error [% of $K_{ap}$]")
         lost_error.set_ylabel("error [% of $T_\\mathrm{in}L/EA$]")
-        legend_below(figure, stiffness, columns=3)
+        style.legend_below(figure, stiffness, columns=3)
     return figure
 
 
@@ -194,17 +178,17 @@ def convergence_figure(guides: ArrayLike, error: ArrayLike, order: float) -> Fig
         A figure of one panel.
     """
     count, off = np.asarray(guides, float), np.asarray(error, float)
-    with print_style():
-        figure = new_figure(4.6, 4.0)
+    with style.print_style():
+        figure = style.new_figure(4.6, 4.0)
         axes = figure.subplots()
-        axes.loglog(count, off, "o", color=BLUE, label=f"MuJoCo, fitted order {order:.2f}")
+        axes.loglog(count, off, "o", color=style.BLUE, label=f"MuJoCo, fitted order {order:.2f}")
         line = off[-1] * (count / count[-1]) ** -ORDER
-        axes.loglog(count, line, "--", color=GREY, label=f"order {ORDER}")
+        axes.loglog(count, line, "--", color=style.GREY, label=f"order {ORDER}")
         # a triangle under the line, one octave wide
         middle = float(np.sqrt(count[0] * count[-1]))
         x = np.array([middle, 2.0 * middle])
         y = 0.45 * off[-1] * (x / count[-1]) ** -ORDER
-        axes.loglog([x[0], x[0], x[1], x[0]], [y[0], y[1], y[1], y[0]], "-", color=GREY)
+        axes.loglog([x[0], x[0], x[1], x[0]], [y[0], y[1], y[1], y[0]], "-", color=style.GREY)
         axes.annotate(
             f"{ORDER}",
             (x[0], float(np.sqrt(y[0] * y[1]))),
@@ -212,7 +196,7 @@ def convergence_figure(guides: ArrayLike, error: ArrayLike, order: float) -> Fig
             textcoords="offset points",
             ha="right",
             va="center",
-            color=GREY,
+            color=style.GREY,
         )
         axes.annotate(
             "1",
@@ -221,7 +205,7 @@ def convergence_figure(guides: ArrayLike, error: ArrayLike, order: float) -> Fig
             textcoords="offset points",
             ha="center",
             va="top",
-            color=GREY,
+            color=style.GREY,
         )
         axes.set_xticks(count, [f"{n:g}" for n in count])
         axes.xaxis.set_minor_locator(NullLocator())
@@ -229,5 +213,5 @@ def convergence_figure(guides: ArrayLike, error: ArrayLike, order: float) -> Fig
         axes.set_ylabel(
             "error of the apparent stiffness,\n$|K_{ap}/K_{ap}(\\mathrm{finest})-1|$ [–]"
         )
-        legend_below(figure, axes, columns=2)
+        style.legend_below(figure, axes, columns=2)
     return figure

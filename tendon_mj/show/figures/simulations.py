@@ -15,30 +15,14 @@ from tendon_mj.lab.recordings import Recording, noise_levels
 from tendon_mj.lab.replay import column_unit, engineering_unit, plain, replay_error, with_unit
 from tendon_mj.lab.sweep import bins_of
 from tendon_mj.models import JOINTS, TENDON_COLOUR, TENDONS
-from tendon_mj.show.figures.style import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PALE,
-    PURPLE,
-    SERIES,
-    SKY,
-    VERMILLION,
-    column_label,
-    column_name,
-    drawn_unit,
-    legend_below,
-    new_figure,
-    print_style,
-)
+from tendon_mj.show.figures import style
 from tendon_mj.typing import FloatArray
 
 RECORDED = "recording"  # which may itself be simulated; its source is in the title
 _BAND = 2.0  # half width of the noise band over the noise [-]
-_JOINT_COLOURS = dict(zip(JOINTS, (GREEN, PURPLE, ORANGE), strict=True))
+_JOINT_COLOURS = dict(zip(JOINTS, (style.GREEN, style.PURPLE, style.ORANGE), strict=True))
 _LINES = ("-", (0, (4, 1.5)), (0, (1, 1)))
-_SHADES = ("black", GREY, GREY)
+_SHADES = ("black", style.GREY, style.GREY)
 _MIDDLE = (0.05, 0.5, 0.95)
 _MOST_POINTS = 2000  # beyond which single points merge
 
@@ -63,10 +47,10 @@ def replay_figure(measured: Recording, simulated: Mapping[str, Recording]) -> Fi
     errors = {label: replay_error(measured, answer) for label, answer in simulated.items()}
     drive = next(iter(measured.drive), "")
     driven = measured.columns[drive] if drive else measured.time
-    across = drawn_unit(drive, driven)
+    across = style.drawn_unit(drive, driven)
     rows = len(measured.measured)
-    with print_style():
-        figure = new_figure(9.5 if drive else 6.5, 0.6 + 2.2 * rows)
+    with style.print_style():
+        figure = style.new_figure(9.5 if drive else 6.5, 0.6 + 2.2 * rows)
         source = textwrap.fill(f"recording: {measured.source}", 110)
         figure.suptitle(
             f"{measured.name} on model {measured.model}\n{source}", fontsize=9.0, parse_math=False
@@ -76,10 +60,10 @@ def replay_figure(measured: Recording, simulated: Mapping[str, Recording]) -> Fi
         for (time, *over, key), column in zip(grid, measured.measured, strict=True):
             series = {RECORDED: measured.columns[column]}
             series |= {label: answer.columns[column] for label, answer in simulated.items()}
-            unit = drawn_unit(column, *series.values())
+            unit = style.drawn_unit(column, *series.values())
             series = {label: unit.factor * values for label, values in series.items()}
             _draw_replay(time, measured.time, series)
-            time.set_ylabel(column_label(column, unit))
+            time.set_ylabel(style.column_label(column, unit))
             for axes in over:
                 _draw_replay(axes, across.factor * driven, series)
                 axes.sharey(time)
@@ -87,20 +71,20 @@ def replay_figure(measured: Recording, simulated: Mapping[str, Recording]) -> Fi
             _draw_key(key, time, column, {label: e[column].rmse for label, e in errors.items()})
         grid[-1][0].set_xlabel("time [s]")
         if drive:
-            grid[-1][1].set_xlabel(column_label(drive, across))
+            grid[-1][1].set_xlabel(style.column_label(drive, across))
     return figure
 
 
 def _draw_replay(axes: Axes, x: FloatArray, series: Mapping[str, FloatArray]) -> None:
-    axes.plot(x, series[RECORDED], color=PALE, linewidth=2.8, label=RECORDED)
+    axes.plot(x, series[RECORDED], color=style.PALE, linewidth=2.8, label=RECORDED)
     simulated = [(label, values) for label, values in series.items() if label != RECORDED]
     for k, (label, values) in enumerate(simulated):
-        colour, style, marker = SERIES[k % len(SERIES)]
+        colour, dashes, marker = style.SERIES[k % len(style.SERIES)]
         axes.plot(
             x,
             values,
             color=colour,
-            linestyle=style,
+            linestyle=dashes,
             marker=marker,
             markersize=3.5,
             markevery=(0.03 * (k + 1), 0.13),  # shares of the diagonal: some, wherever it goes
@@ -142,11 +126,11 @@ def before_after_figure(
     simulated = {"before": before, "after": after} if after else {"simulated": before}
     errors = {label: replay_error(measured, answer) for label, answer in simulated.items()}
     drive = next(iter(measured.drive))
-    across = drawn_unit(drive, measured.columns[drive])
+    across = style.drawn_unit(drive, measured.columns[drive])
     driven = across.factor * measured.columns[drive]
     rows = len(measured.measured)
-    with print_style():
-        figure = new_figure(8.0, 0.9 + 3.1 * rows)
+    with style.print_style():
+        figure = style.new_figure(8.0, 0.9 + 3.1 * rows)
         source = textwrap.fill(f"{measured.name} on model {measured.model}: {measured.source}", 105)
         figure.suptitle(source, fontsize=9.0, parse_math=False)
         grid = figure.subplots(
@@ -159,12 +143,12 @@ def before_after_figure(
                 _draw_residual(upper, lower, x, measured, column, simulated)
             rms = {label: misfits[column].rmse for label, misfits in errors.items()}
             grid[2 * k][0].set_title(_title(measured, column, rms), fontsize=9.0)
-        grid[-1][0].set_xlabel(column_label(drive, across))
+        grid[-1][0].set_xlabel(style.column_label(drive, across))
         grid[-1][0].locator_params(axis="x", nbins=5)
         grid[-1][1].set_xlabel("time [s]")
         band = grid[1][0].patches[0].get_label()  # for the legend of the upper panel
-        grid[0][0].fill_between([], [], [], color=PALE, alpha=0.5, linewidth=0.0, label=band)
-        legend_below(figure, grid[0][0], columns=4)
+        grid[0][0].fill_between([], [], [], color=style.PALE, alpha=0.5, linewidth=0.0, label=band)
+        style.legend_below(figure, grid[0][0], columns=4)
     return figure
 
 
@@ -177,19 +161,19 @@ def _draw_residual(
     simulated: Mapping[str, Recording],
 ) -> None:
     """Draw a measured column and its simulations, and below it their residuals."""
-    unit = drawn_unit(column, measured.columns[column])
+    unit = style.drawn_unit(column, measured.columns[column])
     true = unit.factor * measured.columns[column]
     band = _BAND * (unit.factor * noise_levels(measured)[column])
-    upper.plot(x, true, color=PALE, linewidth=3.0, label="measured")
+    upper.plot(x, true, color=style.PALE, linewidth=3.0, label="measured")
     label = f"±{_BAND:g} × noise"
-    lower.axhspan(-band, band, color=PALE, alpha=0.5, linewidth=0.0, label=label)
-    looks = (VERMILLION, "-"), (BLUE, "--")  # where they agree, both are seen
+    lower.axhspan(-band, band, color=style.PALE, alpha=0.5, linewidth=0.0, label=label)
+    looks = (style.VERMILLION, "-"), (style.BLUE, "--")  # where they agree, both are seen
     for (name, answer), (colour, line) in zip(simulated.items(), looks, strict=False):
         values = unit.factor * answer.columns[column]
         upper.plot(x, values, color=colour, linestyle=line, linewidth=1.1, label=name)
         lower.plot(x, values - true, color=colour, linestyle=line, linewidth=1.1, label="_residual")
     if upper.get_subplotspec().is_first_col():  # type: ignore[union-attr]
-        upper.set_ylabel(column_label(column, unit))
+        upper.set_ylabel(style.column_label(column, unit))
         lower.set_ylabel(f"simulated −\nmeasured [{unit.symbol}]")
 
 
@@ -201,7 +185,7 @@ def _title(measured: Recording, column: str, rms: Mapping[str, float]) -> str:
         f"{with_unit(plain(unit.factor * e), unit)} {name}" for name, e in rms.items()
     )
     level = with_unit(plain(unit.factor * noise, 2), unit)
-    return f"{column_name(column)}: rms error {errors}; noise {level}"
+    return f"{style.column_name(column)}: rms error {errors}; noise {level}"
 
 
 def finger_figure(answers: Mapping[str, Recording]) -> Figure:
@@ -214,10 +198,10 @@ def finger_figure(answers: Mapping[str, Recording]) -> Figure:
         A figure. Colours stand for joints or tendons, line styles for the labels.
     """
     first = next(iter(answers.values()))
-    with print_style():
+    with style.print_style():
         pressing = any(answer.columns["tip_force_N"].any() for answer in answers.values())
         rows = 3 if pressing else 2
-        figure = new_figure(10.0, 0.8 + 2.2 * rows)
+        figure = style.new_figure(10.0, 0.8 + 2.2 * rows)
         figure.suptitle(f"{first.name} on model {first.model}", fontweight="bold")
         grid = figure.subplots(rows, 2, sharex="col", width_ratios=(1.5, 1.0))
         _draw_joints(grid[0, 0], answers)
@@ -236,7 +220,7 @@ def finger_figure(answers: Mapping[str, Recording]) -> Figure:
         grid[-1, 1].set_xlabel("flexor, input tension [N]")
         for k, label in enumerate(answers):
             grid[-1, 1].plot([], [], color=_SHADES[k % 3], linestyle=_LINES[k % 3], label=label)
-        legend_below(figure, grid[-1, 1], len(answers))
+        style.legend_below(figure, grid[-1, 1], len(answers))
     return figure
 
 
@@ -251,9 +235,9 @@ def _draw_joints(axes: Axes, answers: Mapping[str, Recording]) -> None:
     targets = [c for c in first.columns if c.startswith("asked_") and c.endswith("_rad")]
     for column in targets:
         angle = np.degrees(first.columns[column])
-        axes.plot(first.time, angle, color=GREY, linewidth=0.7, zorder=0)
+        axes.plot(first.time, angle, color=style.GREY, linewidth=0.7, zorder=0)
     if targets:
-        axes.plot([], [], color=GREY, linewidth=0.7, label="asked for")
+        axes.plot([], [], color=style.GREY, linewidth=0.7, label="asked for")
     axes.set_ylabel("joint angle [deg]")
     _key(axes)
 
@@ -307,8 +291,8 @@ def parameter_figure(
         drawn: labels of the parameters whose values are random.
     """
     rows, columns = len(outputs), len(parameters)
-    with print_style():
-        figure = new_figure(1.2 + 2.9 * columns, 0.7 + 2.1 * rows)
+    with style.print_style():
+        figure = style.new_figure(1.2 + 2.9 * columns, 0.7 + 2.1 * rows)
         grid = figure.subplots(rows, columns, sharex="col", sharey="row", squeeze=False)
         for line, (output, values) in zip(grid, outputs.items(), strict=True):
             for axes, (parameter, given) in zip(line, parameters.items(), strict=True):
@@ -316,7 +300,7 @@ def parameter_figure(
                 if axes in grid[-1]:
                     axes.set_xlabel(parameter)
             line[0].set_ylabel(output)
-        legend_below(figure, grid[0, 0], columns=3)
+        style.legend_below(figure, grid[0, 0], columns=3)
     return figure
 
 
@@ -326,7 +310,9 @@ def _draw_spread(axes: Axes, given: FloatArray, values: FloatArray, drawn: bool)
     middle = np.array([np.median(given[place == k]) for k in numbers])
     low, median, high = np.array([np.quantile(values[place == k], _MIDDLE) for k in numbers]).T
     if len(values) <= _MOST_POINTS:
-        axes.plot(given, values, ".", color=GREY, markersize=2.5, alpha=0.5, label="a rollout")
+        axes.plot(
+            given, values, ".", color=style.GREY, markersize=2.5, alpha=0.5, label="a rollout"
+        )
     if len(values) > len(numbers):  # else each value has one rollout
-        axes.fill_between(middle, low, high, color=SKY, alpha=0.35, lw=0, label="middle 90 %")
-    axes.plot(middle, median, color=BLUE, label="median")
+        axes.fill_between(middle, low, high, color=style.SKY, alpha=0.35, lw=0, label="middle 90 %")
+    axes.plot(middle, median, color=style.BLUE, label="median")

@@ -53,13 +53,7 @@ _TYPICAL = {
 
 
 def tension_text(tendons: Sequence[str], tensions: FloatArray, time: float) -> tuple[str, str]:
-    """Two columns of text: quantities, and their values.
-
-    Args:
-        tendons: their names.
-        tensions: (tendons, 2) at input and output [N].
-        time: of the simulation [s].
-    """
+    """Quantities, and values of the tendons' (tendons, 2) tensions [N], as two columns of text."""
     left, right = ["time [s]"], [f"{time:.1f}"]
     for name, (first, last) in list(zip(tendons, tensions, strict=True))[:MOST]:
         left.append(f"{name}: input to output tension [N]")
@@ -87,11 +81,8 @@ def colour_key(
 ) -> NDArray[np.uint8]:
     """(height, width, 3) picture of a horizontal colour bar, and lines with names.
 
-    Args:
-        limits: tensions at the ends of the colour bar [N].
-        tendons: names of those that have curves.
-        colours: (tendons, 2, 3) of the curves at input and output, 0 to 1.
-        width, height: of the picture [pixels].
+    The bar ends at the tensions ``limits`` [N]; the curves of the named tendons at input and output
+    have (tendons, 2, 3) colours, 0 to 1.
     """
     figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, layout="constrained")
     canvas: Any = FigureCanvasAgg(figure)

@@ -89,9 +89,7 @@ def new_scene(model: mujoco.MjModel) -> mujoco.MjvScene:
 def scene_cable(model: mujoco.MjModel, data: mujoco.MjData, scene: mujoco.MjvScene) -> SceneCable:
     """Tendons as the plugin draws them into a scene, for a viewer that has its own primitives.
 
-    Args:
-        model, data: at any moment after an evaluation; the model has a tension scale.
-        scene: of the model; changed.
+    The model has a tension scale, the data were evaluated; the scene changes.
     """
     option = mujoco.MjvOption()
     option.flags[:] = 0

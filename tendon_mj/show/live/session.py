@@ -69,14 +69,10 @@ class LiveSimulation:
             yield
 
     def advance(self, duration: float, limit: float = float("inf")) -> float:
-        """Simulate for a duration, and keep the tensions at its end.
-
-        Args:
-            duration: to simulate [s].
-            limit: after which to stop in any case [s on the clock].
+        """Simulate for a duration [s], and keep the tensions at its end.
 
         Returns:
-            Simulated time [s].
+            Simulated time [s], less where ``limit`` [s] has passed on the clock.
 
         Raises:
             TendonError: the simulation became unstable; the message says when.
@@ -124,11 +120,7 @@ class LiveSimulation:
             self._start()
 
     def curves(self) -> tuple[FloatArray, FloatArray]:
-        """Tensions at both ends of every sheath over the time that is remembered.
-
-        Returns:
-            (n,) times [s], and (n, sheaths, 2) tensions at input and output [N].
-        """
+        """Remembered (n,) times [s] and (n, sheaths, 2) tensions at input and output [N]."""
         shape = (len(self._ends), len(self._sheaths), 2)
         return np.array(self._times), np.array(self._ends).reshape(shape)
 
@@ -164,13 +156,22 @@ class Prepared:
 
 
 def prepare(name: str, motion: str | None = None) -> Prepared:
-    """Load a model and set it in motion; see `in_motion` for ``motion``.
+    """Load a model and set it in motion.
 
     Tendons are coloured between the tensions of the model's custom numeric
     `tendon_mj.tension_scale`, or, where it has none, those of a short run.
 
+    Args:
+        name: of the model.
+        motion: a name, or the path of a CSV: for the finger one of joint angles or tensions, for
+            any other model one with ``time_s`` and a column for each actuator that is driven, named
+            like it and followed by a unit; None: the finger curls, and other models move as in
+            `default_motion`.
+
     Raises:
-        UnknownNameError: no such model or motion.
+        UnknownNameError: no such model or motion, or a column of no actuator.
+        RecordingError: there is no such CSV, or it cannot be read.
+        InvalidValueError: a motion out of reach of the finger, or too short.
         TendonError: the model does not compile, or becomes unstable.
     """
     spec, stem = load_spec(name, scene=True), model_path(name).stem
@@ -194,24 +195,9 @@ def prepare(name: str, motion: str | None = None) -> Prepared:
 
 
 def in_motion(name: str, model: mujoco.MjModel, motion: str | None) -> tuple[mujoco.MjModel, Drive]:
-    """A model ready for a motion, and its controls over time.
+    """A model ready for a motion (a copy where it must differ), and controls that repeat it.
 
-    Args:
-        name: of the model; `finger` and `finger_spring` know motions by name.
-        model: compiled; not changed.
-        motion: a name, or the path of a CSV: for the finger one of joint angles or tensions, for
-            any other model one with ``time_s`` and a column for each actuator that is driven, named
-            like it and followed by a unit; None: the finger curls, and other models do as in
-            `default_motion`.
-
-    Returns:
-        The model, which is a copy where the motion needs it, and time [s] → (nu,) controls, which
-        repeat a motion that ends.
-
-    Raises:
-        UnknownNameError: the finger has no such motion, or the model no such actuator.
-        RecordingError: there is no such CSV, or it cannot be read.
-        InvalidValueError: a motion out of reach of the finger.
+    The finger and `finger_spring` know motions by ``name``; see `prepare`.
     """
     if name in FINGERS:
         trajectory = find_trajectory(motion or "curl")
@@ -272,18 +258,10 @@ class RealTime:
 def run_in_real_time(
     simulation: LiveSimulation, show: Callable[[], bool], seconds: float | None = None
 ) -> RealTime:
-    """Simulate and show in turn, until the view is closed or the time is up.
+    """Simulate and show in turn, until ``show`` returns that the view is closed, or the time is up.
 
     Ctrl-C ends it like closing the window, after the frame at hand: an interruption within one may
     be lost in a callback of the viewer, or leave a lock behind. A second one ends it at once.
-
-    Args:
-        simulation: is advanced.
-        show: shows it, and returns whether the view is still open.
-        seconds: after which to end [s]; None: never.
-
-    Raises:
-        TendonError: the simulation became unstable.
     """
     simulated, elapsed, owed, frames = 0.0, 0.0, 0.0, 0
     with _interruption() as interrupted:

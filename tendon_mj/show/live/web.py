@@ -167,15 +167,9 @@ class _Cable:
 def row_of_points(
     cable: SceneCable, spacing: float, most: int = _MOST_POINTS
 ) -> tuple[FloatArray, NDArray[np.uint8]]:
-    """Points along all spans, including both ends of each.
+    """(k, 3) points [m] along all spans, including their ends, and (k, 3) colours, 0 to 255.
 
-    Args:
-        cable: its spans.
-        spacing: between two points at most [m], unless that takes more than ``most`` points.
-        most: number of points.
-
-    Returns:
-        (k, 3) points [m], and (k, 3) red, green and blue, 0 to 255.
+    Their spacing is at most ``spacing`` [m], unless that takes more than ``most`` points.
     """
     lengths = np.linalg.norm(cable.ends[:, 1] - cable.ends[:, 0], axis=1)
     if not lengths.size:

@@ -132,12 +132,7 @@ class _Overlay:
 
 
 def new_figure(colours: FloatArray, high: float) -> mujoco.MjvFigure:
-    """An empty figure for the curves of tension.
-
-    Args:
-        colours: (tendons, 2, 3) of the curves at input and output.
-        high: tension at the end of the colour bar [N], and at first of the axis.
-    """
+    """An empty figure for curves of (tendons, 2, 3) colours, up to a tension ``high`` [N]."""
     figure = mujoco.MjvFigure()
     mujoco.mjv_defaultFigure(figure)
     figure.title, figure.xlabel = "tension at the ends [N]", "time [s]"
@@ -157,14 +152,7 @@ def new_figure(colours: FloatArray, high: float) -> mujoco.MjvFigure:
 def draw_curves(
     figure: mujoco.MjvFigure, times: FloatArray, tensions: FloatArray, span: float
 ) -> None:
-    """Put curves into a figure of `new_figure`.
-
-    Args:
-        figure: changed in place.
-        times: (n,) [s].
-        tensions: (n, tendons, 2) at input and output [N].
-        span: of the axis of time [s].
-    """
+    """Put (n, tendons, 2) tensions [N] over (n,) times [s] into a figure of a time span [s]."""
     chosen = slice(max(0, len(times) - _POINTS), None)
     shown, rows = times[chosen], np.nan_to_num(tensions[chosen], posinf=0.0)
     for line, values in enumerate(rows[:, :MOST].reshape(len(shown), -1).T):

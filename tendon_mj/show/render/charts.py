@@ -27,13 +27,7 @@ _UNCOLOURED = (0.5, 0.5, 0.5)  # MuJoCo's default colour of a tendon
 
 
 class Line(NamedTuple):
-    """A line of a chart.
-
-    Attributes:
-        name: in the legend; empty for a line that another one's entry stands for.
-        values: (frames,).
-        colour, style: of matplotlib.
-    """
+    """A line of a chart, (frames,) values; no name where another one's entry stands for it."""
 
     name: str
     values: FloatArray
@@ -42,14 +36,7 @@ class Line(NamedTuple):
 
 
 class Chart(NamedTuple):
-    """Lines over time with one axis.
-
-    Attributes:
-        label: of the axis, with its unit.
-        lines: in the order of the legend.
-        twin: lines of the frictionless twin, in grey behind the others.
-        left_out: number of entries without a place.
-    """
+    """Lines over time with one axis, and grey ones of the frictionless twin behind them."""
 
     label: str
     lines: Sequence[Line]
@@ -70,13 +57,7 @@ def tendon_colours(model: mujoco.MjModel) -> dict[str, str]:
 
 
 def charts(model: mujoco.MjModel, frames: Frames, twin: Frames | None = None) -> list[Chart]:
-    """Charts of the quantities that there are, the most important first.
-
-    Args:
-        model: of the frames.
-        frames: of the clip.
-        twin: the same motion without friction.
-    """
+    """Charts of the quantities that there are, the most important first."""
     drawn = (
         _forces(model, frames, twin),
         _tensions(model, frames),

@@ -289,14 +289,9 @@ def draw_arrow(
     font: ImageFont.FreeTypeFont,
     labels: list[FloatArray],
 ) -> Image:
-    """Draw an arrow with its value in front of its head.
+    """Draw an arrow between two pixels on a copy of a picture, with its value in front of its head.
 
-    Args:
-        image: (height, width, 3), not changed.
-        start, end: columns and rows [pixels].
-        text: at the head.
-        font: of the text.
-        labels: places of other arrows' values, from which this one's keeps clear; it is added.
+    The value keeps clear of the places in ``labels``, and is added to them.
     """
     way = end - start
     length = float(np.linalg.norm(way))
@@ -338,13 +333,7 @@ def draw_arrow(
 
 
 def free_spot(spot: FloatArray, taken: list[FloatArray], size: float) -> FloatArray:
-    """The nearest place at or below ``spot`` that is clear of other labels, and is then taken.
-
-    Args:
-        spot: column and row [pixels].
-        taken: places of other labels of a few letters; one is added.
-        size: of the text [pixels].
-    """
+    """The nearest pixel at or below ``spot`` that is clear of other labels, and is then taken."""
     place = spot.copy()
     while any((np.abs(place - other) < (5.0 * size, 1.25 * size)).all() for other in taken):
         place[1] += 0.3 * size

@@ -225,15 +225,9 @@ class Offscreen:
 
 
 def project(scene: mujoco.MjvScene, points: FloatArray, width: int, height: int) -> FloatArray:
-    """Positions in the picture of points of the world.
+    """(k, 2) columns and rows, from the upper left, of (k, 3) points [m] in a picture [pixels].
 
-    Args:
-        scene: as drawn, with a perspective camera.
-        points: (k, 3) [m].
-        width, height: of the picture [pixels].
-
-    Returns:
-        (k, 2) columns and rows [pixels], from the upper left; NaN for a point behind the camera.
+    The scene has a perspective camera; a point behind it gives NaN.
     """
     eye = scene.camera[0]
     forward, up = np.array(eye.forward, float), np.array(eye.up, float)

@@ -49,12 +49,7 @@ def text_scale(height: int) -> float:
 class Panel:
     """The panel of a clip. Its background is drawn once; `draw` adds what changes.
 
-    Args:
-        model: with the names of actuators, joints and sensors.
-        frames: of the clip.
-        scale: of the colours.
-        width, height: of the panel [pixels].
-        twin: frames of the same motion without friction.
+    The twin is frames of the same motion without friction; width and height are in pixels.
     """
 
     def __init__(

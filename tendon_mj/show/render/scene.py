@@ -116,13 +116,9 @@ def _new_geom(
 class Ghost:
     """The frictionless twin of a motion, drawn as a grey ghost behind the model.
 
-    A ghost in the scene itself would tint the tendons that it passes. So it is drawn alone, and
-    shows only where the moving bodies of the model and its tendons leave the background free.
-
-    Args:
-        model: as it is drawn.
-        offscreen: of the model.
-        camera: that looks at it; it does not move.
+    A ghost in the scene itself would tint the tendons that it passes. So it is drawn alone, on the
+    offscreen buffer of the model, and shows only where the moving bodies of the model and its
+    tendons leave the background free. The camera does not move.
     """
 
     def __init__(
@@ -150,12 +146,9 @@ class Ghost:
 
 
 def blend(image: Image, ghost: Image, depths: tuple[Depth, Depth, Depth]) -> Image:
-    """Lay a ghost behind what moves in a picture.
+    """Lay the ghost of a twin behind what moves in a picture.
 
-    Args:
-        image: (height, width, 3) of the model.
-        ghost: (height, width, 3) of the twin alone.
-        depths: (height, width) of the model, of the twin and of the background.
+    The (height, width) depths are of the model, of the twin alone and of the background.
     """
     whole, twin, background = depths
     # a pixel of an edge has colour of both sides, and the depth of one

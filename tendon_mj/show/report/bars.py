@@ -17,12 +17,7 @@ COLOURS = {TIME_SPENT: PALE, BEFORE: VERMILLION, SYSID: PURPLE, AFTER: BLUE, FLO
 
 
 class Regime(NamedTuple):
-    """Bars of a regime.
-
-    Attributes:
-        bins: names of its bins.
-        series: label → a length for each bin.
-    """
+    """Names of the bins of a regime, and label → a length for each."""
 
     bins: list[str]
     series: dict[str, list[float]]
@@ -31,13 +26,7 @@ class Regime(NamedTuple):
 def error_bars(
     signal: tuple[float, float, float], sysid: float | None, *, changed: bool
 ) -> dict[str, float]:
-    """Label → rms error of a signal [its unit].
-
-    Args:
-        signal: error before, error after, noise.
-        sysid: error of `mujoco.sysid` alone, if there is one.
-        changed: whether the model was changed, so that there is an after.
-    """
+    """Label → rms error of a signal, from those before and after and the noise [its unit]."""
     before, after, _ = signal
     bars = {BEFORE: before, SYSID: sysid, AFTER: after if changed else None}
     return {label: error for label, error in bars.items() if error is not None}
@@ -48,9 +37,6 @@ def misfit_bars(located: Located, remaining: Located | None) -> dict[str, Regime
 
     The excess is the power beyond noise, time × (rms² − 1); that after is in shares of the excess
     before.
-
-    Args:
-        located, remaining: before and after; None where nothing was changed.
     """
     whole = sum(_excess(b.time, b.rms) for b in located.bins if b.regime == "signal")
     unit = 100.0 / whole if whole > 0.0 else 0.0

@@ -19,16 +19,7 @@ from tendon_mj.lab.diagnosis import (
 )
 from tendon_mj.lab.recordings import noise_levels
 from tendon_mj.lab.replay import column_unit, engineering_unit, quantity
-from tendon_mj.show.figures.style import (
-    BLACK,
-    BLUE,
-    GREY,
-    PALE,
-    VERMILLION,
-    column_label,
-    column_name,
-    drawn_unit,
-)
+from tendon_mj.show.figures import style
 from tendon_mj.show.report.bars import (
     BEFORE,
     COLOURS,
@@ -60,11 +51,8 @@ def errors_chart(
 ) -> Chart:
     """Rms error of every signal in units of its noise, labelled in the signal's own unit.
 
-    Args:
-        errors: of a diagnosis.
-        sysid: column → error of `mujoco.sysid` alone [the column's unit].
-        changed: whether there is an after.
-        floors: column → noise and reproducibility [noise]; empty where it is the noise.
+    ``sysid`` has the errors of `mujoco.sysid` alone [the column's unit], ``floors`` those of noise
+    and reproducibility [noise], empty where it is the noise.
     """
     columns = {
         column: error_bars(signal, (sysid or {}).get(column), changed=changed)
@@ -82,11 +70,11 @@ def errors_chart(
             f"{ratio:.3g} ({quantity(values[c], column_unit(c))})"
             for c, ratio in zip(values, ratios, strict=True)
         ]
-        trace = _bars([column_name(c) for c in values], ratios, label)
+        trace = _bars([style.column_name(c) for c in values], ratios, label)
         traces.append(trace | {"text": texts, "textposition": "auto", "constraintext": "none"})
     if floors:
-        mark = {"symbol": "line-ns-open", "size": 26, "color": GREY, "line": {"width": 2}}
-        trace = _bars([column_name(c) for c in columns], [floors[c] for c in columns], FLOOR)
+        mark = {"symbol": "line-ns-open", "size": 26, "color": style.GREY, "line": {"width": 2}}
+        trace = _bars([style.column_name(c) for c in columns], [floors[c] for c in columns], FLOOR)
         traces.append(trace | {"type": "scatter", "mode": "markers", "marker": mark})
     layout = _bar_layout("rms error [noise]", len(columns) * len(series), [1.0])
     return {"data": traces, "layout": layout}
@@ -127,7 +115,7 @@ def _bars(names: Sequence[str], values: Sequence[float], name: str) -> dict[str,
 def _bar_layout(label: str, bars: int, lines: Sequence[float]) -> dict[str, Any]:
     """Layout with upright lines: that of the noise, and that of what differs between sessions."""
     upright = {"type": "line", "yref": "paper", "y0": 0, "y1": 1}
-    looks = {"color": BLACK, "dash": "dot", "width": 1.3}, {"color": GREY, "width": 1.3}
+    looks = {"color": style.BLACK, "dash": "dot", "width": 1.3}, {"color": style.GREY, "width": 1.3}
     return {
         "height": _AROUND + _BAR * bars + 8 * (bars // 2),
         "barmode": "group",
@@ -142,19 +130,12 @@ def _bar_layout(label: str, bars: int, lines: Sequence[float]) -> dict[str, Any]
 
 
 def over_time(row: BeforeAfter, column: str, *, changed: bool, height: int = 420) -> Chart:
-    """A measured signal with its simulations over time, and below it the residuals.
-
-    Args:
-        row: a recording and its simulations.
-        column: measured.
-        changed: whether the simulation after differs, and is drawn.
-        height: of the chart [px].
-    """
+    """A measured signal with its simulations over time, and below it the residuals."""
     measured = row.measured
-    unit = drawn_unit(column, measured.columns[column])
+    unit = style.drawn_unit(column, measured.columns[column])
     noise = noise_levels(measured)[column] * unit.factor
     true = measured.columns[column] * unit.factor
-    traces = [_thin_curve(measured.time, true, "measured", PALE, 5.0)]
+    traces = [_thin_curve(measured.time, true, "measured", style.PALE, 5.0)]
     for name, series, colour in _simulated(row, column, changed):
         simulated = series * unit.factor
         traces.append(_thin_curve(measured.time, simulated, name, colour, 1.6))
@@ -166,7 +147,7 @@ def over_time(row: BeforeAfter, column: str, *, changed: bool, height: int = 420
         "height": height,
         "hovermode": "x unified",
         "xaxis": {"title": {"text": "time [s]"}, "anchor": "y2"},
-        "yaxis": {"title": {"text": text(column_label(column, unit))}, "domain": [0.42, 1.0]},
+        "yaxis": {"title": {"text": text(style.column_label(column, unit))}, "domain": [0.42, 1.0]},
         "yaxis2": {"title": {"text": f"residual [{unit.symbol}]"}, "domain": [0.0, 0.34]},
         "shapes": [_band(_BAND * noise) | {"yref": "y2"}],
     }
@@ -177,10 +158,10 @@ def over_drive(row: BeforeAfter, column: str, *, changed: bool) -> Chart:
     """A measured signal with its simulations over the first driven column: its hysteresis loop."""
     measured = row.measured
     drive = next(iter(measured.drive))
-    across, up = (drawn_unit(c, measured.columns[c]) for c in (drive, column))
+    across, up = (style.drawn_unit(c, measured.columns[c]) for c in (drive, column))
     place = measured.columns[drive] * across.factor
     kept = np.unique(np.linspace(0, place.size - 1, _MOST_IN_LOOP).astype(int))
-    drawn = [("measured", measured.columns[column], PALE, 5.0)]
+    drawn = [("measured", measured.columns[column], style.PALE, 5.0)]
     drawn += [(*simulated, 1.6) for simulated in _simulated(row, column, changed)]
     traces = [
         _curve(place[kept], (series * up.factor)[kept], name, colour, width)
@@ -188,8 +169,8 @@ def over_drive(row: BeforeAfter, column: str, *, changed: bool) -> Chart:
     ]
     layout = {
         "height": 320,
-        "xaxis": {"title": {"text": text(column_label(drive, across))}},
-        "yaxis": {"title": {"text": text(column_label(column, up))}},
+        "xaxis": {"title": {"text": text(style.column_label(drive, across))}},
+        "yaxis": {"title": {"text": text(style.column_label(column, up))}},
     }
     return {"data": traces, "layout": layout}
 
@@ -201,7 +182,7 @@ def whiteness_chart(
     before, after = correlations
     unit = engineering_unit("s", after.lags)
     drawn = [("before" if changed else "residual", before, COLOURS[BEFORE])]
-    drawn += [("after", after, BLUE)] if changed else []
+    drawn += [("after", after, style.BLUE)] if changed else []
     traces = [
         _curve(shown.lags * unit.factor, shown.values, name, colour, 1.4)
         | {"mode": "lines+markers", "marker": {"size": 5, "color": colour}}
@@ -210,7 +191,7 @@ def whiteness_chart(
     layout = {
         "height": 260,
         "showlegend": False,
-        "title": {"text": text(column_name(column))},
+        "title": {"text": text(style.column_name(column))},
         "xaxis": {"title": {"text": f"lag [{unit.symbol}]"}, "rangemode": "tozero"},
         "yaxis": {"title": {"text": "autocorrelation"}, "range": [-1.05, 1.05]},
         "shapes": [_band(before.band)],
@@ -228,7 +209,7 @@ def correlation_chart(correlations: Correlations) -> Chart:
         "z": [numbers(row) for row in correlations.matrix],
         "zmin": -1,
         "zmax": 1,
-        "colorscale": [[0.0, BLUE], [0.5, _NONE], [1.0, VERMILLION]],
+        "colorscale": [[0.0, style.BLUE], [0.5, _NONE], [1.0, style.VERMILLION]],
         "texttemplate": "%{z:.2f}",
         "hovertemplate": "%{y}, %{x}: %{z:.3f}",
         "name": "",
@@ -248,9 +229,9 @@ def _simulated(
     row: BeforeAfter, column: str, changed: bool
 ) -> Iterator[tuple[str, FloatArray, str]]:
     """Name, series and colour of each simulation."""
-    yield ("before" if changed else "simulated"), row.before.columns[column], VERMILLION
+    yield ("before" if changed else "simulated"), row.before.columns[column], style.VERMILLION
     if changed:
-        yield "after", row.after.columns[column], BLUE
+        yield "after", row.after.columns[column], style.BLUE
 
 
 def _thin_curve(x: FloatArray, y: FloatArray, *look: Any) -> dict[str, Any]:
@@ -279,7 +260,7 @@ def _band(half: float) -> dict[str, Any]:
         "x1": 1,
         "y0": -half,
         "y1": half,
-        "fillcolor": PALE,
+        "fillcolor": style.PALE,
         "opacity": 0.45,
         "line": {"width": 0},
         "layer": "below",
@@ -297,16 +278,9 @@ def numbers(values: ArrayLike) -> list[float]:
 
 
 def thin(values: FloatArray, most: int) -> NDArray[np.int64]:
-    """Samples of a curve to draw: the least and the largest value of each of ``most``/2 stretches.
+    """Ascending indices of the samples of a curve to draw, about ``most``.
 
-    No peak is lost, and a curve of at most ``most`` samples is drawn whole.
-
-    Args:
-        values: (n,) of the curve.
-        most: samples to keep, two or more, in addition to the first and the last.
-
-    Returns:
-        (k,) ascending indices.
+    The least and the largest value of each of ``most``/2 stretches: no peak is lost.
     """
     size = values.size
     if size <= most:

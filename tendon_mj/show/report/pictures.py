@@ -11,15 +11,8 @@ from matplotlib.figure import Figure
 
 from tendon_mj.lab.diagnosis import BeforeAfter, Diagnosis, Located
 from tendon_mj.lab.replay import EngineeringUnit, column_unit, engineering_unit, plain, with_unit
+from tendon_mj.show.figures import style
 from tendon_mj.show.figures.simulations import before_after_figure
-from tendon_mj.show.figures.style import (
-    BLACK,
-    GREY,
-    column_name,
-    legend_below,
-    new_figure,
-    print_style,
-)
 from tendon_mj.show.report.bars import (
     AFTER,
     BEFORE,
@@ -39,9 +32,7 @@ _COLUMNS = 2
 
 
 def diagnosis_figures(
-    diagnosis: Diagnosis,
-    shown: BeforeAfter,
-    sysid: Mapping[str, float] | None = None,
+    diagnosis: Diagnosis, shown: BeforeAfter, sysid: Mapping[str, float] | None = None
 ) -> dict[str, Figure]:
     """Figures of a diagnosis by name.
 
@@ -70,8 +61,8 @@ def diagnosis_figures(
 def _errors(diagnosis: Diagnosis, sysid: Mapping[str, float] | None) -> Figure:
     """Rms errors in units of the noise, labelled in the signal's unit, a row for each signal."""
     changed, train, held_out = diagnosis.changed, diagnosis.train, diagnosis.held_out
-    with print_style():
-        figure = new_figure(8.0, 1.0 + 1.15 * len(held_out.signals))
+    with style.print_style():
+        figure = style.new_figure(8.0, 1.0 + 1.15 * len(held_out.signals))
         grid = figure.subplots(len(held_out.signals), 2, squeeze=False, sharex=True)
         longest = 1.0
         for row, column in zip(grid, held_out.signals, strict=True):
@@ -83,15 +74,17 @@ def _errors(diagnosis: Diagnosis, sysid: Mapping[str, float] | None) -> Figure:
                 bars = error_bars(signal, other, changed=changed)
                 _draw_errors(axes, bars, signal[2], unit, changed)
                 if diagnosis.bars and errors is held_out:
-                    axes.axvline(diagnosis.bars[column], color=GREY, linewidth=1.3, label=FLOOR)
+                    axes.axvline(
+                        diagnosis.bars[column], color=style.GREY, linewidth=1.3, label=FLOOR
+                    )
                 longest = max(longest, *(value / signal[2] for value in bars.values()))
-            row[0].set_ylabel(column_name(column))
+            row[0].set_ylabel(style.column_name(column))
         grid[0][0].set_xlim(0.0, _AXIS_SPAN * longest)
         grid[0][0].set_title("training data: selection and fit")
         grid[0][1].set_title("held-out data")
         for axes in grid[-1]:
             axes.set_xlabel("rms error [× noise]")
-        legend_below(figure, grid[0][1], columns=5)
+        style.legend_below(figure, grid[0][1], columns=5)
     return figure
 
 
@@ -116,7 +109,7 @@ def _draw_errors(
             va="center",
             fontsize=8.0,
         )
-    axes.axvline(1.0, color=BLACK, linestyle=":", linewidth=1.3, label="noise floor")
+    axes.axvline(1.0, color=style.BLACK, linestyle=":", linewidth=1.3, label="noise floor")
     axes.set_yticks([])
     axes.set_ylim(len(bars) - 0.4, -0.6)
     axes.grid(visible=False, axis="y")
@@ -132,21 +125,16 @@ def _misfit(located: Located, remaining: Located | None) -> Figure:
 
 
 def _proof(before: Located, after: Located, floors: Mapping[str, float]) -> Figure:
-    """Rms error in every bin of every regime, before and after, in units of noise.
-
-    Args:
-        before, after: misfits of the same data.
-        floors: column → noise and reproducibility [noise]; empty where it is the noise.
-    """
+    """Rms error in every bin of every regime, before and after, in units of noise."""
     title = "Error on held-out data, before and after; 1 is the noise floor"
     if floors:
         title += f", {noise_floor(floors):.2f} that of {FLOOR} together (grey line)"
     figure = _by_regime(proof_bars(before, after), {}, title, "rms error [noise]")
     for axes in figure.axes:
         if axes.axison:
-            axes.axvline(1.0, color=GREY, linestyle="--", linewidth=0.8)
+            axes.axvline(1.0, color=style.GREY, linestyle="--", linewidth=0.8)
             if floors:
-                axes.axvline(noise_floor(floors), color=GREY, linewidth=1.1)
+                axes.axvline(noise_floor(floors), color=style.GREY, linewidth=1.1)
     return figure
 
 
@@ -155,10 +143,10 @@ def _by_regime(
 ) -> Figure:
     """Two columns of panels, one for each regime, with a group of bars for each of its bins."""
     rows = -(-len(regimes) // _COLUMNS)
-    with print_style():
+    with style.print_style():
         counts = [len(regime.bins) for regime in regimes.values()]
         bins = [max(counts[k::rows]) for k in range(rows)]
-        figure = new_figure(8.0, 1.4 + sum(0.55 + 0.21 * count for count in bins))
+        figure = style.new_figure(8.0, 1.4 + sum(0.55 + 0.21 * count for count in bins))
         figure.suptitle(textwrap.fill(title, 105), fontsize=9.0)
         grid = figure.subplots(
             rows, _COLUMNS, squeeze=False, sharex=True, height_ratios=[b + 1.5 for b in bins]
@@ -171,7 +159,7 @@ def _by_regime(
             axes.set_axis_off()
         for axes in (grid[-1][0], panels[len(regimes) - 1]):
             axes.set_xlabel(label)
-        legend_below(figure, panels[0], columns=3)
+        style.legend_below(figure, panels[0], columns=3)
     return figure
 
 
@@ -192,4 +180,4 @@ def _draw_regime(axes: Axes, regime: Regime, labels: Mapping[str, str]) -> None:
     axes.set_yticks(rows, regime.bins)
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
-    axes.axvline(0.0, color=GREY, linewidth=0.8)
+    axes.axvline(0.0, color=style.GREY, linewidth=0.8)

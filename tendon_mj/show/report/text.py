@@ -175,13 +175,8 @@ def _record_more(diagnosis: Diagnosis) -> str:
 def advise(group: Sequence[str], catalogue: Mapping[str, Effect]) -> list[str]:
     """Sentences on the experiments that tell the effects of a group apart.
 
-    Args:
-        group: identifiers of the catalogue, two or more.
-        catalogue: identifier → effect.
-
-    Returns:
-        One sentence for every pair that is known to tie; for effects in none of these, the motion
-        that brings each of them out.
+    One for every pair that is known to tie; for effects in none of these, the motion that brings
+    each of them out.
     """
     sentences: dict[str, None] = {}  # in order, each once
     covered: set[str] = set()
@@ -241,13 +236,7 @@ def error_rows(
     sysid: Mapping[str, float] | None = None,
     reproducibility: Mapping[str, float] | None = None,
 ) -> list[ErrorRow]:
-    """A row for each signal.
-
-    Args:
-        errors: before and after.
-        sysid: column → error of `mujoco.sysid` alone [the column's unit].
-        reproducibility: column → standard deviation between sessions [the column's unit].
-    """
+    """A row for each signal; ``sysid`` and ``reproducibility`` are in the columns' units."""
     rows = []
     for column, (before, after, noise) in errors.signals.items():
         rival = (sysid or {}).get(column, math.nan)
