@@ -150,7 +150,7 @@ class FingerTask(ABC):
 
     @property
     def largest_force(self) -> float:
-        """Largest reading of force and tension: 2.5 times what a stalled motor pulls with [N]."""
+        """Largest reading of force and tension: 2.5 times the pull of a stalled motor [N]."""
         finger = self.finger
         return _LARGEST_TENSION * finger.motor_torque * finger.gear / finger.spool_radius
 

@@ -23,9 +23,9 @@ from tendon_mj.whole_file import whole_file
 
 CHANGES, SPREAD = "changes", "spread"  # names of the pictures
 _CAPTIONS = {
-    CHANGES: "What changed, day by day: fitted to each recording by itself, everything else to all"
-    " recordings of the rig. Bars are standard errors from noise.",
-    SPREAD: "What was fitted to each rig, beside the median and the spread between rigs.",
+    CHANGES: "Changes day by day: the changed parameter is fitted to each recording, all others to"
+    " all recordings of the rig. Bars are standard errors from noise.",
+    SPREAD: "Fitted parameters of each rig, with the median and the spread between rigs.",
 }
 _COLUMNS = 3
 _LABELS = 12  # names of rigs along an axis
@@ -59,19 +59,16 @@ def fleet_page(
         for name, caption in _CAPTIONS.items()
         if name in pictures
     ]
-    return (
-        templates()
-        .get_template("fleet.html")
-        .render(
-            fleet=fleet,
-            folder=folder,
-            telling=[rig.sentence(fleet.units) for rig in fleet.told],
-            spreads=spreads,
-            heads=[f"{name} [{_unit(fleet, name).symbol or '-'}]" for name in fleet.units],
-            rows=[_cells(fleet, rig) for rig in fleet.rigs],
-            pictures=shown,
-            provenance=provenance,
-        )
+    template = templates().get_template("fleet.html")
+    return template.render(
+        fleet=fleet,
+        folder=folder,
+        telling=[rig.sentence(fleet.units) for rig in fleet.told],
+        spreads=spreads,
+        heads=[f"{name} [{_unit(fleet, name).symbol or '-'}]" for name in fleet.units],
+        rows=[_cells(fleet, rig) for rig in fleet.rigs],
+        pictures=shown,
+        provenance=provenance,
     )
 
 
@@ -141,16 +138,10 @@ def _day_by_day(axes: Axes, rig: RigFound) -> None:
     values, errors = series.values * unit.factor, series.errors * unit.factor
     begins = [float(day) for day in _numbers([change.last_same, change.since])]
     axes.axvspan(*begins, color=style.PALE, alpha=0.5, lw=0, label="the change begins")
-    axes.errorbar(
-        _numbers(rig.dates),
-        values,
-        np.minimum(errors, np.ptp(values) or 1.0),
-        fmt="o",
-        color=style.BLUE,
-        markersize=4,
-        elinewidth=1.0,
-        label="fitted to each recording",
-    )
+    errors = np.minimum(errors, np.ptp(values) or 1.0)
+    look: dict[str, Any] = {"color": style.BLUE, "markersize": 4, "elinewidth": 1.0}
+    label = "fitted to each recording"
+    axes.errorbar(_numbers(rig.dates), values, errors, fmt="o", label=label, **look)
     days, course = _course(rig)
     line = np.array(course) * unit.factor
     axes.plot(_numbers(days), line, "--", color=style.VERMILLION, label="change")

@@ -12,8 +12,14 @@ from tendon_mj.lab.finger import lasting, press, simulate_finger
 from tendon_mj.lab.replay import FrameRecorder, control_unit, record_frames
 from tendon_mj.models import TENDON_COLOUR, load_model
 from tendon_mj.show import BLUE, VERMILLION
-from tendon_mj.show.render.charts import TENDONS, charts, tendon_colours
-from tendon_mj.show.render.panel import Panel, shortened, text_width
+from tendon_mj.show.render.panel import (
+    TENDONS,
+    Panel,
+    charts,
+    shortened,
+    tendon_colours,
+    text_width,
+)
 from tendon_mj.show.render.scene import tension_scale
 
 # Machado and others (2009): how linear red, green and blue look to dichromats

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -53,20 +54,23 @@ def loops_figure(bench: Bench, readings: BenchReadings) -> Figure:
             xi = backlash + (span - pretension) / stiffness
             _line(right, 1e3 * xi, span, f"_{label}", colour, dashes)
             right.plot(1e3 * backlash, pretension, "o", color=colour, markerfacecolor="white")
-            _name_backlash(right, 1e3 * backlash, pretension, sign, colour)
+            name, side = (
+                f"$\\xi_B({'+' if sign > 0 else '-'}|\\lambda|)$",
+                ("right", "left")[sign > 0],
+            )
+            place = 1e3 * backlash, pretension
+            _note(
+                right, name, place, (sign * 8, -sign * 4), side, ("bottom", "top")[sign > 0], colour
+            )
         _line(left, span, span, "closed form, no friction", style.GREY, ":")
         stiffness, _ = _branch(0.0, bench)
         _line(right, 1e3 * (span - pretension) / stiffness, span, "_free", style.GREY, ":")
         left.plot(pretension, pretension, "o", color=style.BLACK, label="start, $T_0$")
         right.plot(0.0, pretension, "o", color=style.BLACK)
-        left.set(
-            title="tension: slopes $e^{\\mp|\\lambda|}$",
-            xlabel="input tension $T_\\mathrm{in}$ [N]",
-        )
-        right.set(
-            title="displacement: slopes $K_t(\\pm|\\lambda|)$",
-            xlabel="reel displacement $\\xi_\\mathrm{in}$ [mm]",
-        )
+        left.set_title("tension: slopes $e^{\\mp|\\lambda|}$")
+        left.set_xlabel("input tension $T_\\mathrm{in}$ [N]")
+        right.set_title("displacement: slopes $K_t(\\pm|\\lambda|)$")
+        right.set_xlabel("reel displacement $\\xi_\\mathrm{in}$ [mm]")
         for axes, values in ((left, went_in), (right, 1e3 * wound)):
             axes.set_xlim(*_span(values))
             axes.set_ylim(*span)
@@ -93,16 +97,18 @@ def _line(axes: Axes, x: FloatArray, y: FloatArray, label: str, colour: str, das
     axes.plot(x, y, color=colour, linestyle=dashes, linewidth=1.3, label=label)
 
 
-def _name_backlash(axes: Axes, x: float, y: float, sign: int, colour: str) -> None:
-    axes.annotate(
-        f"$\\xi_B({'+' if sign > 0 else '-'}|\\lambda|)$",
-        (x, y),
-        xytext=(sign * 8, -sign * 4),
-        textcoords="offset points",
-        ha="left" if sign > 0 else "right",
-        va="top" if sign > 0 else "bottom",
-        color=colour,
-    )
+def _note(
+    axes: Axes,
+    text: str,
+    place: tuple[float, float],
+    offset: tuple[float, float],
+    ha: str,
+    va: str,
+    colour: str = style.GREY,
+) -> None:
+    """Write a text at an offset [points] from a place."""
+    look: dict[str, Any] = {"textcoords": "offset points", "ha": ha, "va": va, "color": colour}
+    axes.annotate(text, place, xytext=offset, **look)
 
 
 def sweep_figure(motions: Sequence[FirstMotion]) -> Figure:
@@ -152,22 +158,14 @@ def _unit_backlash(lam: FloatArray) -> FloatArray:
 
 
 def _draw_points(axes: Axes, lam: FloatArray, values: FloatArray, named: bool) -> None:
-    for sign, label, colour, marker in _KINDS:
-        chosen = np.sign(lam) == sign
-        axes.plot(
-            lam[chosen],
-            values[chosen],
-            linestyle="none",
-            marker=marker,
-            color=colour,
-            markerfacecolor="none",
-            markeredgewidth=1.3,
-            label=f"MuJoCo, {label}" if named else None,
-        )
+    for sign, kind, colour, marker in _KINDS:
+        chosen, label = np.sign(lam) == sign, f"MuJoCo, {kind}" if named else None
+        look: dict[str, Any] = {"color": colour, "markerfacecolor": "none", "markeredgewidth": 1.3}
+        axes.plot(lam[chosen], values[chosen], marker, label=label, **look)
 
 
 def convergence_figure(guides: ArrayLike, error: ArrayLike, order: float) -> Figure:
-    """Draw the error of K_ap over the guides on logarithmic axes, beside a line of order 2.
+    """Draw the error of K_ap over the guides on logarithmic axes, with a line of order 2.
 
     Args:
         guides: (k,) numbers of guides.
@@ -189,29 +187,12 @@ def convergence_figure(guides: ArrayLike, error: ArrayLike, order: float) -> Fig
         x = np.array([middle, 2.0 * middle])
         y = 0.45 * off[-1] * (x / count[-1]) ** -ORDER
         axes.loglog([x[0], x[0], x[1], x[0]], [y[0], y[1], y[1], y[0]], "-", color=style.GREY)
-        axes.annotate(
-            f"{ORDER}",
-            (x[0], float(np.sqrt(y[0] * y[1]))),
-            xytext=(-4, 0),
-            textcoords="offset points",
-            ha="right",
-            va="center",
-            color=style.GREY,
-        )
-        axes.annotate(
-            "1",
-            (float(np.sqrt(x[0] * x[1])), y[1]),
-            xytext=(0, -3),
-            textcoords="offset points",
-            ha="center",
-            va="top",
-            color=style.GREY,
-        )
+        _note(axes, f"{ORDER}", (x[0], float(np.sqrt(y[0] * y[1]))), (-4, 0), "right", "center")
+        _note(axes, "1", (float(np.sqrt(x[0] * x[1])), y[1]), (0, -3), "center", "top")
         axes.set_xticks(count, [f"{n:g}" for n in count])
         axes.xaxis.set_minor_locator(NullLocator())
         axes.set_xlabel("guides $n$ [–]")
-        axes.set_ylabel(
-            "error of the apparent stiffness,\n$|K_{ap}/K_{ap}(\\mathrm{finest})-1|$ [–]"
-        )
+        error_label = "$|K_{ap}/K_{ap}(\\mathrm{finest})-1|$ [–]"
+        axes.set_ylabel(f"error of the apparent stiffness,\n{error_label}")
         style.legend_below(figure, axes, columns=2)
     return figure

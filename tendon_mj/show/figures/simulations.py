@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -137,10 +137,8 @@ def before_after_figure(
             2 * rows, 2, squeeze=False, sharex="col", sharey="row", height_ratios=(1.7, 1.0) * rows
         )
         for k, column in enumerate(measured.measured):
-            for upper, lower, x in zip(
-                *grid[2 * k : 2 * k + 2], (driven, measured.time), strict=True
-            ):
-                _draw_residual(upper, lower, x, measured, column, simulated)
+            for panels, x in zip(grid[2 * k : 2 * k + 2].T, (driven, measured.time), strict=True):
+                _draw_residual(panels, x, measured, column, simulated)
             rms = {label: misfits[column].rmse for label, misfits in errors.items()}
             grid[2 * k][0].set_title(_title(measured, column, rms), fontsize=9.0)
         grid[-1][0].set_xlabel(style.column_label(drive, across))
@@ -153,14 +151,14 @@ def before_after_figure(
 
 
 def _draw_residual(
-    upper: Axes,
-    lower: Axes,
+    panels: Iterable[Axes],
     x: FloatArray,
     measured: Recording,
     column: str,
     simulated: Mapping[str, Recording],
 ) -> None:
     """Draw a measured column and its simulations, and below it their residuals."""
+    upper, lower = panels
     unit = style.drawn_unit(column, measured.columns[column])
     true = unit.factor * measured.columns[column]
     band = _BAND * (unit.factor * noise_levels(measured)[column])
@@ -206,15 +204,18 @@ def finger_figure(answers: Mapping[str, Recording]) -> Figure:
         grid = figure.subplots(rows, 2, sharex="col", width_ratios=(1.5, 1.0))
         _draw_joints(grid[0, 0], answers)
         _draw_tensions(grid[1, 0], answers)
-        flexor = {k: answer.columns["flexor_input_tension_N"] for k, answer in answers.items()}
-        angles = {k: np.degrees(a.columns["mcp_angle_rad"]) for k, a in answers.items()}
-        output = {k: answer.columns["flexor_output_tension_N"] for k, answer in answers.items()}
-        _draw_shaded(grid[0, 1], flexor, angles, "MCP angle [deg]")
+        flexor, angle, output, force = (
+            [answer.columns[column] for answer in answers.values()]
+            for column in (
+                *("flexor_input_tension_N", "mcp_angle_rad"),
+                *("flexor_output_tension_N", "tip_force_N"),
+            )
+        )
+        _draw_shaded(grid[0, 1], flexor, np.degrees(angle), "MCP angle [deg]")
         _draw_shaded(grid[1, 1], flexor, output, "flexor, output [N]")
         if pressing:
-            force = {k: answer.columns["tip_force_N"] for k, answer in answers.items()}
-            time = {k: answer.time for k, answer in answers.items()}
-            _draw_shaded(grid[2, 0], time, force, "tip force [N]", width=1.5)
+            times = [answer.time for answer in answers.values()]
+            _draw_shaded(grid[2, 0], times, force, "tip force [N]", width=1.5)
             _draw_shaded(grid[2, 1], flexor, force, "tip force [N]")
         grid[-1, 0].set_xlabel("time [s]")
         grid[-1, 1].set_xlabel("flexor, input tension [N]")
@@ -263,16 +264,11 @@ def _draw_tensions(axes: Axes, answers: Mapping[str, Recording]) -> None:
 
 
 def _draw_shaded(
-    axes: Axes,
-    x: Mapping[str, FloatArray],
-    y: Mapping[str, FloatArray],
-    label: str,
-    width: float = 1.1,
+    axes: Axes, x: Iterable[FloatArray], y: Iterable[FloatArray], label: str, width: float = 1.1
 ) -> None:
-    """Draw a curve for each label of the answers, in its shade."""
-    for k, name in enumerate(x):
-        colour, line = _SHADES[k % 3], _LINES[k % 3]
-        axes.plot(x[name], y[name], color=colour, linestyle=line, linewidth=width)
+    """Draw a curve for each answer, in its shade."""
+    for k, (across, up) in enumerate(zip(x, y, strict=True)):
+        axes.plot(across, up, color=_SHADES[k % 3], linestyle=_LINES[k % 3], linewidth=width)
     axes.set_ylabel(label)
 
 
@@ -310,9 +306,8 @@ def _draw_spread(axes: Axes, given: FloatArray, values: FloatArray, drawn: bool)
     middle = np.array([np.median(given[place == k]) for k in numbers])
     low, median, high = np.array([np.quantile(values[place == k], _MIDDLE) for k in numbers]).T
     if len(values) <= _MOST_POINTS:
-        axes.plot(
-            given, values, ".", color=style.GREY, markersize=2.5, alpha=0.5, label="a rollout"
-        )
+        look: dict[str, Any] = {"color": style.GREY, "markersize": 2.5, "alpha": 0.5}
+        axes.plot(given, values, ".", label="a rollout", **look)
     if len(values) > len(numbers):  # else each value has one rollout
         axes.fill_between(middle, low, high, color=style.SKY, alpha=0.35, lw=0, label="middle 90 %")
     axes.plot(middle, median, color=style.BLUE, label="median")

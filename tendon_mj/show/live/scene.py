@@ -9,10 +9,9 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 
-from tendon_mj.show.render.charts import tendon_colours
+from tendon_mj.show.render.panel import tendon_colours
 from tendon_mj.typing import FloatArray
 
-_MOST = 20000  # geoms
 _PALER = 0.5  # share of white in the curve of the output
 _TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
 _SPAN, _MARK = mujoco.mjtGeom.mjGEOM_CAPSULE.value, mujoco.mjtGeom.mjGEOM_SPHERE.value
@@ -67,29 +66,16 @@ def curve_colours(model: mujoco.MjModel) -> FloatArray:
     return np.stack([full, (1.0 - _PALER) * full + _PALER], axis=1)
 
 
-class SceneCable(NamedTuple):
-    """All tendons of a model at one moment.
-
-    Attributes:
-        ends: (n, 2, 3) of the spans [m].
-        colours: (n, 3) red, green and blue of the spans, 0 to 255.
-        slipping: (k, 3) guides over which a tendon slips [m].
-    """
-
-    ends: FloatArray
-    colours: NDArray[np.uint8]
-    slipping: FloatArray
-
-
-def new_scene(model: mujoco.MjModel) -> mujoco.MjvScene:
-    """A scene for `scene_cable`."""
-    return mujoco.MjvScene(model, _MOST)
-
-
-def scene_cable(model: mujoco.MjModel, data: mujoco.MjData, scene: mujoco.MjvScene) -> SceneCable:
+def drawn_tendons(
+    model: mujoco.MjModel, data: mujoco.MjData, scene: mujoco.MjvScene
+) -> tuple[FloatArray, NDArray[np.uint8], FloatArray]:
     """Tendons as the plugin draws them into a scene, for a viewer that has its own primitives.
 
     The model has a tension scale, the data were evaluated; the scene changes.
+
+    Returns:
+        (n, 2, 3) ends of the spans [m], their (n, 3) colours, 0 to 255, and (k, 3) guides over
+        which a tendon slips [m].
     """
     option = mujoco.MjvOption()
     option.flags[:] = 0
@@ -105,7 +91,7 @@ def scene_cable(model: mujoco.MjModel, data: mujoco.MjData, scene: mujoco.MjvSce
             along = geom.size[2] * geom.mat[:, 2]
             ends.append([geom.pos - along, geom.pos + along])
             colours.append(geom.emission * geom.rgba[:3])
-    return SceneCable(
+    return (
         np.array(ends, float).reshape(-1, 2, 3),
         np.round(255.0 * np.clip(np.array(colours).reshape(-1, 3), 0.0, 1.0)).astype(np.uint8),
         np.array(slipping, float).reshape(-1, 3),

@@ -44,7 +44,7 @@ class LiveSimulation:
         remembered: for how long the tensions at the ends are kept [s].
 
     Attributes:
-        model, data: of the simulation; another thread uses them within `held`.
+        model, data: of the simulation; another thread holds ``lock`` while it uses them.
         tendons: sheath → name of its tendon.
         parameters: live ones, by ``<sheath>.<parameter>``; `set` changes them.
         paused: whether time stands still.
@@ -53,7 +53,7 @@ class LiveSimulation:
     def __init__(self, model: mujoco.MjModel, drive: Drive, remembered: float = 10.0) -> None:
         self.model, self.data = model, mujoco.MjData(model)
         self.paused = False
-        self._drive, self._remembered, self._lock = drive, remembered, threading.Lock()
+        self._drive, self._remembered, self.lock = drive, remembered, threading.Lock()
         self._sheaths = sheaths(model)
         self.tendons = {name: sheath.tendon for name, sheath in self._sheaths.items()}
         self.parameters = Parameters(model, self.data)
@@ -61,12 +61,6 @@ class LiveSimulation:
         self._times: deque[float] = deque()
         self._ends: deque[FloatArray] = deque()
         self._start()
-
-    @contextmanager
-    def held(self) -> Iterator[None]:
-        """Keep the simulation from going on while a thread reads or changes it."""
-        with self._lock:
-            yield
 
     def advance(self, duration: float, limit: float = float("inf")) -> float:
         """Simulate for a duration [s], and keep the tensions at its end.
@@ -78,7 +72,7 @@ class LiveSimulation:
             TendonError: the simulation became unstable; the message says when.
         """
         deadline = time.perf_counter() + limit
-        with self._lock:
+        with self.lock:
             steps, step = 0, float(self.model.opt.timestep)
             while (steps + 0.5) * step < duration and time.perf_counter() < deadline:
                 self.data.ctrl[:] = self._drive(self.data.time)
@@ -99,7 +93,7 @@ class LiveSimulation:
             UnknownKeyError: no such parameter.
             InvalidValueError: a value outside its range.
         """
-        with self._lock:
+        with self.lock:
             self.parameters[name] = value
             sheath, _, parameter = name.rpartition(".")
             if parameter == "pretension":
@@ -111,7 +105,7 @@ class LiveSimulation:
 
     def reset(self) -> None:
         """Restart the motion; live parameters stay as they are."""
-        with self._lock:
+        with self.lock:
             values = dict(self.parameters)
             mujoco.mj_resetData(self.model, self.data)
             self.parameters.update(values)

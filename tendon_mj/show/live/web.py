@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.errors import EngineError, InvalidValueError, MissingPackageError, TendonError
 from tendon_mj.show.live.panel import FIRST, MOST, colour_key, key_height, slider, tension_table
-from tendon_mj.show.live.scene import SceneCable, View, curve_colours, new_scene, scene_cable
+from tendon_mj.show.live.scene import View, curve_colours, drawn_tendons
 from tendon_mj.show.live.session import LiveSimulation, Prepared, RealTime, run_in_real_time
 from tendon_mj.typing import FloatArray
 
@@ -27,7 +27,7 @@ _EVERY, _RARELY = 4, 8  # frames of the simulation between new scenes, and betwe
 _THICKER = 2.5  # than MuJoCo's own tendon, which is hard to see in a browser
 _MARK = 5.0  # size of a slipping guide over the tendon's radius
 _APART = 0.5  # distance of two points over the radius that is drawn
-_MOST_POINTS = 8000  # of all tendons together
+_MOST_POINTS, _MOST_GEOMS = 8000, 20000  # of all tendons together
 _SLIPPING = (230, 0, 122)  # magenta, as the plugin draws it
 _WIDTH = 400  # of the key of colours [pixels]
 _HEIGHT = 230  # of the curves [pixels]
@@ -77,7 +77,7 @@ def serve(
         def show() -> bool:
             nonlocal frames
             if frames % _EVERY == 0:
-                with simulation.held():
+                with simulation.lock:
                     scene.update_from_mjdata(simulation.data)
                 cable.draw()
             if frames % _RARELY == 0:
@@ -133,7 +133,7 @@ class _Cable:
 
     def __init__(self, server: Any, simulation: LiveSimulation) -> None:
         self._simulation = simulation
-        self._scene = new_scene(simulation.model)
+        self._scene = mujoco.MjvScene(simulation.model, _MOST_GEOMS)
         width = float(simulation.model.tendon_width.max(initial=1e-6))
         self._spacing = _APART * _THICKER * width
         self._spans, self._marks = (
@@ -152,26 +152,27 @@ class _Cable:
 
     def draw(self) -> None:
         """Draw the tendons as they are now."""
-        with self._simulation.held():
-            cable = scene_cable(self._simulation.model, self._simulation.data, self._scene)
-        marks = np.tile(np.array(_SLIPPING, np.uint8), (len(cable.slipping), 1))
-        for handle, points, colours in (
-            (self._spans, *row_of_points(cable, self._spacing)),
-            (self._marks, cable.slipping, marks),
+        with self._simulation.lock:
+            simulation = self._simulation
+            ends, colours, slipping = drawn_tendons(simulation.model, simulation.data, self._scene)
+        marks = np.tile(np.array(_SLIPPING, np.uint8), (len(slipping), 1))
+        for handle, points, shown in (
+            (self._spans, *row_of_points(ends, colours, self._spacing)),
+            (self._marks, slipping, marks),
         ):
             handle.visible = len(points) > 0
             if handle.visible:
-                handle.points, handle.colors = points.astype(np.float32), colours
+                handle.points, handle.colors = points.astype(np.float32), shown
 
 
 def row_of_points(
-    cable: SceneCable, spacing: float, most: int = _MOST_POINTS
+    ends: FloatArray, colours: NDArray[np.uint8], spacing: float, most: int = _MOST_POINTS
 ) -> tuple[FloatArray, NDArray[np.uint8]]:
-    """(k, 3) points [m] along all spans, including their ends, and (k, 3) colours, 0 to 255.
+    """(k, 3) points [m] along all spans, including their ends, and (k, 3) colours.
 
     Their spacing is at most ``spacing`` [m], unless that takes more than ``most`` points.
     """
-    lengths = np.linalg.norm(cable.ends[:, 1] - cable.ends[:, 0], axis=1)
+    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     if not lengths.size:
         return np.zeros((0, 3)), np.zeros((0, 3), np.uint8)
     spacing = max(spacing, float(lengths.sum()) / max(1, most - 2 * len(lengths)))
@@ -179,8 +180,8 @@ def row_of_points(
     span = np.repeat(np.arange(len(counts)), counts)
     place = np.arange(len(span)) - np.repeat(np.cumsum(counts) - counts, counts)
     share = (place / np.maximum(1, counts - 1)[span])[:, None]
-    points = (1.0 - share) * cable.ends[span, 0] + share * cable.ends[span, 1]
-    return points, cable.colours[span]
+    points = (1.0 - share) * ends[span, 0] + share * ends[span, 1]
+    return points, colours[span]
 
 
 class _Panel:

@@ -20,9 +20,8 @@ from tendon_mj.errors import EngineError, InvalidValueError
 from tendon_mj.lab.progress import Progress
 from tendon_mj.lab.replay import POSE, Frames
 from tendon_mj.plugin import sheaths
-from tendon_mj.show.render.charts import tendon_colours
 from tendon_mj.show.render.offscreen import Image, Offscreen, find_camera, project
-from tendon_mj.show.render.panel import INK, Panel, text_scale
+from tendon_mj.show.render.panel import INK, Panel, tendon_colours, text_scale
 from tendon_mj.show.render.scene import (
     GHOST_COLOUR,
     GUIDE_COLOUR,
@@ -45,7 +44,7 @@ _COLOURS: Final = (
     *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"),
 )
 _HALO: Final[dict[str, Any]] = {"stroke_width": 2, "stroke_fill": "white"}  # on any background
-_BYTES_A_PIXEL = 60  # of colour and depth, four samples of each, and what a frame is drawn with
+_BYTES_A_PIXEL = 60  # of colour and depth, four samples of each, and the buffers of a frame
 _ARROW = 0.12  # length of the largest force's arrow over the model's extent
 _ARROW_COLOUR, _RIM = (150, 20, 40), (255, 255, 255)
 _FINE = 4  # pixels drawn for each one shown

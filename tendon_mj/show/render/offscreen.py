@@ -13,7 +13,6 @@ import os
 import platform
 import warnings
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any
 
 import mujoco
@@ -35,20 +34,12 @@ _MODULES = {
     "wgl": "mujoco.glfw",
     "cgl": "mujoco.cgl",
 }
-_EGL = (
-    "EGL draws without a screen: install libEGL and libGL (Debian, Ubuntu: apt install libegl1 "
-    "libgl1; NVIDIA's driver brings its own)"
+_HINT = (
+    "GLFW needs a screen (DISPLAY or WAYLAND_DISPLAY), CGL macOS. EGL draws without a screen: "
+    "unset MUJOCO_GL or set it to egl, and install libEGL and libGL (Debian, Ubuntu: apt install "
+    "libegl1 libgl1; NVIDIA's driver brings its own). OSMesa draws on the processor alone: install "
+    "it (Debian: apt install libosmesa6) and set MUJOCO_GL=osmesa before Python starts"
 )
-_OSMESA = (
-    "OSMesa draws on the processor alone: install it (Debian: apt install libosmesa6) and set "
-    "MUJOCO_GL=osmesa before Python starts"
-)
-_GLFW = "GLFW needs a screen (DISPLAY or WAYLAND_DISPLAY); unset MUJOCO_GL or set it to egl"
-_HINTS = {
-    "egl": f"{_EGL}; or {_OSMESA}",
-    "osmesa": f"{_OSMESA}; or unset MUJOCO_GL: {_EGL}",
-    "cgl": "CGL needs macOS; unset MUJOCO_GL",
-}
 
 
 def gl_platforms() -> tuple[str, ...]:
@@ -95,8 +86,7 @@ def make_context(width: int, height: int) -> Any:
                 return context
         except Exception as error:  # each platform has failures of its own kind
             failures.append(f"{name} ({_reason(error)})")
-    hint = _HINTS.get(name, f"{_GLFW}: {_EGL}")
-    raise EngineError(f"no OpenGL to draw with, tried {', '.join(failures)}. {hint}")
+    raise EngineError(f"no OpenGL to draw with, tried {', '.join(failures)}. {_HINT}")
 
 
 def _reason(error: Exception) -> str:
@@ -215,12 +205,7 @@ class Offscreen:
     def __enter__(self) -> Offscreen:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
 

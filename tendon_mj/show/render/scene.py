@@ -146,7 +146,7 @@ class Ghost:
 
 
 def blend(image: Image, ghost: Image, depths: tuple[Depth, Depth, Depth]) -> Image:
-    """Lay the ghost of a twin behind what moves in a picture.
+    """Lay the ghost of a twin behind the moving bodies of a picture.
 
     The (height, width) depths are of the model, of the twin alone and of the background.
     """

@@ -35,7 +35,7 @@ from tendon_mj.typing import FloatArray
 Chart = dict[str, Any]  # plotly's figure: "data", a list of traces, and "layout"
 
 _DIGITS = 5  # of a number in a chart
-_BAR, _AROUND = 15, 92  # height of a bar, and of what is above and below all of them [px]
+_BAR, _AROUND = 15, 92  # height of a bar, and of the margins of all bars [px]
 _MOST = 1200  # samples of a curve over time
 _MOST_IN_LOOP = 700
 _BAND = 2.0  # half width of the noise band over the noise [-]
@@ -113,7 +113,7 @@ def _bars(names: Sequence[str], values: Sequence[float], name: str) -> dict[str,
 
 
 def _bar_layout(label: str, bars: int, lines: Sequence[float]) -> dict[str, Any]:
-    """Layout with upright lines: that of the noise, and that of what differs between sessions."""
+    """Layout with upright lines: the noise floor, and that of noise and reproducibility."""
     upright = {"type": "line", "yref": "paper", "y0": 0, "y1": 1}
     looks = {"color": style.BLACK, "dash": "dot", "width": 1.3}, {"color": style.GREY, "width": 1.3}
     return {

@@ -117,16 +117,10 @@ def report_page(
     provenance: Provenance | None = None,
     model: str = "",
 ) -> str:
-    """The page as HTML. Every text that comes from a file is escaped.
+    """The page as HTML, see `write_report`. Every text that comes from a file is escaped.
 
-    Args:
-        diagnosis: to report.
-        simulated: result of its ``simulate``; one recording or more.
-        pictures: name → PNG of the figure that `diagnosis_figures` calls so, for print.
-        sysid: fit of the same data by `mujoco.sysid` alone.
-        no_sysid: sentence in its place where there is none.
-        provenance: default: versions and date alone.
-        model: file of the final model next to the page, to link to; empty where there is none.
+    ``pictures`` are PNGs of `diagnosis_figures` by name, for print; ``model`` is the file of the
+    final model next to the page, empty where there is none.
     """
     environment = templates()
     environment.filters |= {

@@ -24,7 +24,7 @@ ABSENT = "–"
 MEANING: Final[dict[Verdict, str]] = {
     "named": "An effect is missing from the model; held-out data prove it.",
     "parameter": "A parameter of the model is wrong; held-out data prove it.",
-    "partly": "A part of the error is explained; what remains is not.",
+    "partly": "A part of the error is explained; the rest is not.",
     "nothing missing": "The model explains the recordings down to their noise.",
     "unknown": "The error is not explained, and nothing is proven.",
 }
@@ -35,7 +35,7 @@ PARTS: Final = {
     "sheath_friction": _LINING,
     "static_friction": _LINING,
     "velocity_weakening": _LINING,
-    "viscous_friction": f"{_LINING}, and what lubricates it",
+    "viscous_friction": f"{_LINING}, and its lubricant",
     "constant_friction": f"{_LINING}, seals and pulleys",
     "direction_asymmetry": f"{_LINING}, and where the cable enters and leaves it",
     "position_dependent_friction": "where the cable rubs most: a kink, a worn or dirty place",
@@ -61,7 +61,7 @@ def meaning(diagnosis: Diagnosis) -> str:
     """Meaning of the verdict; a named effect that the model has too little of is not missing."""
     verdict, findings = diagnosis.verdict, diagnosis.findings
     if verdict == "nothing missing" and diagnosis.bars:
-        return "The model explains the recordings down to what differs between sessions of the rig."
+        return "The model explains the recordings down to the scatter between sessions of the rig."
     if diagnosis.withheld:
         return "The recordings have a fault; whether the model lacks anything cannot be said."
     if verdict == "named" and all(finding.recording for finding in findings):
@@ -108,7 +108,7 @@ def what_to_do(diagnosis: Diagnosis) -> list[str]:
         ]
     if diagnosis.withheld:
         return [
-            "Do not rely on model.xml: what is uncertain was fitted to the fault too.",
+            "Do not rely on model.xml: its uncertain values were fitted to the fault too.",
             *(
                 f"{warning.place}: {warning.way_out}; then diagnose again."
                 for warning in diagnosis.checks
@@ -120,7 +120,7 @@ def what_to_do(diagnosis: Diagnosis) -> list[str]:
         if diagnosis.closest:
             names = " and ".join(diagnosis.catalogue[name].name for name in diagnosis.closest)
             first = (
-                f"Do not rely on model.xml: it has what comes closest ({names}), which is not"
+                f"Do not rely on model.xml: it has the closest explanation ({names}), which is not"
                 " proven."
             )
         advice = advise(diagnosis.closest, diagnosis.catalogue)
@@ -137,7 +137,7 @@ def _use_of_the_model(diagnosis: Diagnosis) -> list[str]:
             _record_more(diagnosis),
         ]
     return [
-        "Use model.xml, which has what was found; tendon-mj replay RECORDING --model model.xml"
+        "Use model.xml, which has the findings; tendon-mj replay RECORDING --model model.xml"
         " shows how it follows a recording, with the --description of this diagnosis if it had one."
     ]
 
@@ -169,7 +169,7 @@ def _inspections(diagnosis: Diagnosis) -> list[str]:
 
 def _record_more(diagnosis: Diagnosis) -> str:
     located = diagnosis.remaining if diagnosis.changed else diagnosis.located
-    return f"Record more of what brings out the rest. {located.sentence}"
+    return f"Record more of the motions that bring out the rest. {located.sentence}"
 
 
 def advise(group: Sequence[str], catalogue: Mapping[str, Effect]) -> list[str]:
