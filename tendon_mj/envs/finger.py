@@ -81,11 +81,7 @@ def follow_trajectory(
     ranges: Ranges | None = None,
     time_limit: float = 6.0,
 ) -> control.Environment:
-    """Follow a joint trajectory: `FollowTrajectory` as a `dm_env.Environment`.
-
-    Args:
-        seed, finger, ranges, time_limit: see `hold_force`.
-    """
+    """Follow a joint trajectory: `FollowTrajectory` as a `dm_env.Environment`; see `hold_force`."""
     random = np.random.RandomState(seed)
     task = _FollowTrajectory(finger or Finger(), ranges or Ranges(), random)
     return _environment(task, time_limit)

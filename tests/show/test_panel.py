@@ -114,13 +114,13 @@ def test_a_legend_covers_neither_numbers_nor_curves_and_is_whole(count, name, si
     assert min(axes.bbox.height for axes in charted) > 40.0, "and leaves the curves their place"
 
 
-@pytest.mark.parametrize(("count", "said"), [(4, []), (5, []), (6, ["… and 2 more"])])
-def test_the_table_says_how_many_tendons_it_leaves_out(count, said):
+@pytest.mark.parametrize(("count", "more"), [(4, []), (5, []), (6, ["… and 2 more"])])
+def test_the_table_says_how_many_tendons_it_leaves_out(count, more):
     model, frames = pulled(count)
     panel = Panel(model, frames, tension_scale(frames.cables), 436, 720)
     names = [name.strip() for name, _, _ in panel._rows]
-    assert [name for name in names if "more" in name] == said
-    assert sum(name.startswith("tendon_") for name in names) == count - (2 if said else 0)
+    assert [name for name in names if "more" in name] == more
+    assert sum(name.startswith("tendon_") for name in names) == count - (2 if more else 0)
 
 
 def test_a_chart_says_how_many_tendons_it_leaves_out():

@@ -119,9 +119,9 @@ SYSID = SysidResult({"sheath.friction": (0.2, 0.199, 0.201)}, 9.0, 9.75, {COLUMN
 DRAWN = [BeforeAfter(recorded("drawn"), recorded(offset=1.0), recorded(offset=0.1))]
 
 
-def page(found, simulated=DRAWN, **more):
+def page(result, simulated=DRAWN, **more):
     picture = {"before_after": as_png(new_figure(1.0, 1.0))}
-    return report_page(found, simulated, picture, **more)
+    return report_page(result, simulated, picture, **more)
 
 
 def words(html):
@@ -160,21 +160,21 @@ def test_a_page_has_verdict_finding_and_next_steps_first_and_needs_no_other_file
 
 
 def test_a_finding_is_stated_with_its_value():
-    found = diagnosis()
-    stated = replace(found.findings[0], statement="dry friction of joint pip, 12 mN m")
-    assert headline(replace(found, findings=(stated,))) == (
+    result = diagnosis()
+    stated = replace(result.findings[0], statement="dry friction of joint pip, 12 mN m")
+    assert headline(replace(result, findings=(stated,))) == (
         "The model lacks dry friction of joint pip, 12 mN m."
     )
     wrong = replace(
         stated, kind="parameter", statement="the mass of body tip is too low: 12, not 9 g"
     )
-    both = replace(found, verdict="partly", findings=(stated, wrong))
+    both = replace(result, verdict="partly", findings=(stated, wrong))
     assert headline(both) == (
         "In part, the model lacks dry friction of joint pip, 12 mN m; the mass of body tip is too"
         " low: 12, not 9 g."
     )
     somewhere = replace(stated, elsewhere=("dip",))
-    assert "(output_tension or dip)" in headline(replace(found, findings=(somewhere,)))
+    assert "(output_tension or dip)" in headline(replace(result, findings=(somewhere,)))
 
 
 def test_a_partial_explanation_is_used_with_care():
@@ -241,8 +241,8 @@ def test_many_signals_stay_within_five_megabytes(tmp_path):
         return replace(one, time=time, columns=place | columns, measured=measured)
 
     errors = ErrorReduction(10.0, 1.0, 1.0, dict.fromkeys(names, (1.0, 0.1, 0.1)))
-    found = replace(diagnosis(), held_out=errors, train=errors)
-    written = write_report(found, [BeforeAfter(many(), many(1.0), many())], tmp_path)
+    result = replace(diagnosis(), held_out=errors, train=errors)
+    written = write_report(result, [BeforeAfter(many(), many(1.0), many())], tmp_path)
     assert written[-1].stat().st_size < 5e6
 
 
@@ -314,9 +314,9 @@ def test_a_page_describes_a_user_s_effects():
         source="our bench",
         next_experiment="our own motion",
     )
-    found = replace(diagnosis(rivals=("creep",)), catalogue={**CATALOGUE, "sensor_bias": effect})
+    result = replace(diagnosis(rivals=("creep",)), catalogue={**CATALOGUE, "sensor_bias": effect})
     for part in ("a trace of ours", "our bench", "For sensor bias, record our own motion."):
-        assert part in words(page(found))
+        assert part in words(page(result))
 
 
 def test_a_report_is_a_page_and_the_pictures_in_it(tmp_path):

@@ -40,16 +40,16 @@ def reports(tmp_path_factory):
     for truth, extra in (("sheath.constant_friction", 0.0), (None, 0.0), (None, 1.0)):
         train, held_out = rig(1, {"sheath.friction": 0.2} | ({truth: 1.0} if truth else {}), extra)
         held_out = [replace(r, name=f"{NAME} {k}", source=NAME) for k, r in enumerate(held_out)]
-        found = diagnose(train, held_out, Toy)
+        result = diagnose(train, held_out, Toy)
         folder = tmp_path_factory.mktemp("report")
         (folder / "model.xml").write_text("<mujoco/>")
-        pages[found.verdict] = write_report(found, found.simulate(), folder)[-1]
+        pages[result.verdict] = write_report(result, result.simulate(), folder)[-1]
     assert pages.keys() == {"named", "nothing missing", "unknown"}
     return pages
 
 
 def load(browser, page, width, theme):
-    """Open a page, and return what the browser complained of and asked of a network."""
+    """Open a page, and return the browser's errors and its requests to a network."""
     metrics = {"width": width, "height": VIEWPORTS[width], "deviceScaleFactor": 1, "mobile": False}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
     set_theme(browser, theme)
@@ -60,15 +60,15 @@ def load(browser, page, width, theme):
         lambda b: b.execute_script("return document.documentElement.dataset.ready")
     )
     time.sleep(0.2)  # for what is drawn after
-    complaints = [entry["message"] for entry in browser.get_log("browser")]
+    errors = [entry["message"] for entry in browser.get_log("browser")]
     events = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
-    asked = [
+    requests = [
         event["params"]["request"]["url"]
         for event in events
         if event["method"] == "Network.requestWillBeSent"
     ]
     local = ("file:", "data:", "blob:", "chrome:")  # the last is its own empty tab
-    return complaints, [url for url in asked if not url.startswith(local)]
+    return errors, [url for url in requests if not url.startswith(local)]
 
 
 def set_theme(browser, theme):
@@ -79,9 +79,9 @@ def set_theme(browser, theme):
 @pytest.mark.parametrize("theme", ["light", "dark"])
 @pytest.mark.parametrize("width", VIEWPORTS)
 def test_a_report_is_drawn_whole_and_asks_nobody(browser, reports, width, theme):
-    complaints, asked = load(browser, reports["named"], width, theme)
-    assert not complaints
-    assert not asked
+    errors, requests = load(browser, reports["named"], width, theme)
+    assert not errors
+    assert not requests
     assert not browser.execute_script(TOO_WIDE)
     assert browser.execute_script("return document.documentElement.scrollWidth") <= width
     assert browser.execute_script("return window.broken") is None
@@ -97,8 +97,8 @@ def test_a_report_is_drawn_whole_and_asks_nobody(browser, reports, width, theme)
 
 @pytest.mark.parametrize("verdict", ["nothing missing", "unknown"])
 def test_every_verdict_is_drawn(browser, reports, verdict):
-    complaints, _ = load(browser, reports[verdict], 390, "light")
-    assert not complaints
+    errors, _ = load(browser, reports[verdict], 390, "light")
+    assert not errors
     assert not browser.execute_script(TOO_WIDE)
     assert verdict in browser.execute_script(
         "return document.querySelector('.badge').textContent.toLowerCase()"

@@ -21,18 +21,7 @@ from PIL import ImageDraw, ImageFont
 
 from tendon_mj.lab.replay import EngineeringUnit, Frames, control_unit, engineering_unit
 from tendon_mj.plugin import sheaths
-from tendon_mj.show.figures.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILLION,
-    new_figure,
-    print_style,
-)
+from tendon_mj.show.figures import style
 from tendon_mj.show.render.offscreen import Image
 from tendon_mj.show.render.scene import COLOURS
 from tendon_mj.typing import FloatArray
@@ -54,8 +43,22 @@ _FINE = 16  # pixels to a point that text is measured in
 
 Style = Literal["-", "--", "-.", ":"]
 # for tendons with the same colour in the model; the last two are of Paul Tol's palette
-TENDONS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, "#332288", "#882255")
-_OTHERS = (GREEN, PURPLE, ORANGE, SKY)  # of joints, apart from the colours of two tendons
+TENDONS = (
+    style.BLUE,
+    style.VERMILLION,
+    style.GREEN,
+    style.PURPLE,
+    style.ORANGE,
+    style.SKY,
+    "#332288",
+    "#882255",
+)
+_OTHERS = (
+    style.GREEN,
+    style.PURPLE,
+    style.ORANGE,
+    style.SKY,
+)  # of joints, apart from the colours of two tendons
 _ENDS: tuple[tuple[Style, Style], ...] = (("-", "--"), ("-.", ":"))  # input and output end
 _MOST = 4  # lines of one kind in a chart
 _MOST_TENDONS = len(TENDONS) * len(_ENDS)
@@ -90,8 +93,8 @@ class Panel:
         inches = height / dpi
         shown = charts(model, frames, twin)
         shown = _that_fit(shown, (1.0 - table) * inches - _BAR, width / dpi)
-        with print_style():
-            figure = new_figure(width / dpi, inches)
+        with style.print_style():
+            figure = style.new_figure(width / dpi, inches)
             figure.set_dpi(dpi)
             figure.get_layout_engine().set(rect=(0.02, 0.01, 0.95, 1.0 - table))  # type: ignore[union-attr,call-arg]
             ratios = (0.09, *(1.0 for _ in shown))
@@ -121,7 +124,7 @@ class Panel:
         time, radius = self._frames.time[frame], 4.0 * self._unit
         for axes, chart in self._plots:
             low, high = (self._pixel(axes, time, y) for y in axes.get_ylim())
-            draw.line([low, high], fill=GREY, width=1)
+            draw.line([low, high], fill=style.GREY, width=1)
             for line in (*chart.twin, *chart.lines):
                 x, y = self._pixel(axes, time, float(line.values[frame]))
                 draw.ellipse([x - radius, y - radius, x + radius, y + radius], fill=line.colour)
@@ -156,7 +159,7 @@ def _table(
         ((name, values),) = forces.items()
         label = f"{name.replace('_', ' ')} [N]"
         if twin:
-            rows.append(("", GREY, ("friction", "none")))
+            rows.append(("", style.GREY, ("friction", "none")))
             rows.append((label, INK, (values, touch_forces(model, twin, frames)[name])))
         else:
             rows.append((label, INK, ("", values)))
@@ -168,7 +171,7 @@ def _table(
         colour = colours[name] if len(cables) > 1 else INK
         rows.append((f"  {sheaths(model)[name].tendon}", colour, ends))
     if len(listed) < len(cables):
-        rows.append((f"  … and {len(cables) - len(listed)} more", GREY, ("", "")))
+        rows.append((f"  … and {len(cables) - len(listed)} more", style.GREY, ("", "")))
     return rows
 
 
@@ -190,13 +193,13 @@ def _entries(chart: Chart) -> tuple[list[str], list[Line2D]]:
     """Names and lines of a chart's legend."""
     named = [(line.name, line.colour, line.style) for line in chart.lines if line.name]
     if chart.twin:
-        named.append(("no friction", GREY, "--"))
+        named.append(("no friction", style.GREY, "--"))
     elif any(line.style == "--" for line in chart.lines) and named[0][0] != "input end":
         # colours tell the tendons apart, line styles their ends
-        named += [("input", GREY, "-"), ("output", GREY, "--")]
+        named += [("input", style.GREY, "-"), ("output", style.GREY, "--")]
     if chart.left_out:
         named.append((f"… and {chart.left_out} more", "none", "-"))
-    entries = [Line2D([], [], color=colour, linestyle=style) for _, colour, style in named]
+    entries = [Line2D([], [], color=colour, linestyle=dashes) for _, colour, dashes in named]
     return [name for name, _, _ in named], entries
 
 
@@ -319,19 +322,19 @@ def _forces(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> Chart
     forces = list(touch_forces(model, frames, twin).items())[:_MOST]
     several = len(forces) > 1
     lines = [
-        Line(name.replace("_", " "), values, _OTHERS[k] if several else BLACK)
+        Line(name.replace("_", " "), values, _OTHERS[k] if several else style.BLACK)
         for k, (name, values) in enumerate(forces)
     ]
     other = touch_forces(model, twin, frames) if twin else {}
-    behind = [Line("", other[name], GREY, "--") for name, _ in forces if name in other]
+    behind = [Line("", other[name], style.GREY, "--") for name, _ in forces if name in other]
     return Chart("force [N]" if several or not lines else f"{lines[0].name} [N]", lines, behind)
 
 
 def _tensions(model: mujoco.MjModel, frames: Frames) -> Chart:
     if len(frames.cables) == 1:
         ((_, cable),) = frames.cables.items()
-        first = Line("input end", cable.tensions[:, 0], BLUE, _ENDS[0][0])
-        last = Line("output end", cable.tensions[:, -1], VERMILLION, _ENDS[0][1])
+        first = Line("input end", cable.tensions[:, 0], style.BLUE, _ENDS[0][0])
+        last = Line("output end", cable.tensions[:, -1], style.VERMILLION, _ENDS[0][1])
         return Chart("tension [N]", [first, last])
     lines, colours, used = [], tendon_colours(model), Counter[str]()
     for name, cable in list(frames.cables.items())[:_MOST_TENDONS]:
@@ -358,7 +361,9 @@ def _joints(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> Chart
                 Line(model.joint(k).name or f"joint {k}", unit.factor * frames.poses[:, p], colour)
                 for k, p, colour in zip(chosen, places, _OTHERS, strict=False)
             ]
-            behind = [Line("", unit.factor * twin.poses[:, p], GREY, "--") for p in places if twin]
+            behind = [
+                Line("", unit.factor * twin.poses[:, p], style.GREY, "--") for p in places if twin
+            ]
             return Chart(_labelled(label, unit), lines, behind, len(chosen) - len(places))
     return Chart("", [])
 
