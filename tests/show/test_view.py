@@ -228,6 +228,14 @@ def test_the_page_shows_what_the_plugin_draws():
     assert len(slipping) <= 1
 
 
+def test_a_driven_tendon_has_a_page_without_a_slider_for_its_pretension():
+    pytest.importorskip("mjviser")
+    prepared = pulled()
+    assert "sheath.pretension" not in prepared.simulation.parameters
+    done = serve(prepared, port=free_port(), seconds=0.1, announce=lambda text: None)
+    assert done.frames > 0
+
+
 @pytest.mark.parametrize("most", [10, 100, 8000])
 def test_a_row_of_points_has_the_ends_and_no_gaps(most):
     ends = np.array([[[0, 0, 0], [1, 0, 0]], [[1, 0, 0], [1, 0, 0]], [[1, 0, 0], [1, 2, 0]]], float)

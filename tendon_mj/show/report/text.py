@@ -207,18 +207,6 @@ def most_telling(simulated: Sequence[BeforeAfter]) -> tuple[BeforeAfter, str]:
     return row, column
 
 
-class ErrorRow(NamedTuple):
-    """Errors of a signal, each written in ``unit``."""
-
-    signal: str
-    before: str
-    after: str
-    sysid: str
-    noise: str
-    between: str
-    unit: str
-
-
 class ValueRow(NamedTuple):
     """A fitted parameter, written in ``unit``."""
 
@@ -235,15 +223,17 @@ def error_rows(
     errors: ErrorReduction,
     sysid: Mapping[str, float] | None = None,
     reproducibility: Mapping[str, float] | None = None,
-) -> list[ErrorRow]:
+) -> list[dict[str, str]]:
     """A row for each signal; ``sysid`` and ``reproducibility`` are in the columns' units."""
     rows = []
     for column, (before, after, noise) in errors.signals.items():
         rival = (sysid or {}).get(column, math.nan)
         between = (reproducibility or {}).get(column, math.nan)
         unit = engineering_unit(column_unit(column), (before, after, rival))
-        cells = [_written(x * unit.factor) for x in (before, after, rival, noise, between)]
-        rows.append(ErrorRow._make([column_name(column), *cells, unit.symbol]))
+        errors_of = {"before": before, "after": after, "sysid": rival}
+        errors_of |= {"noise": noise, "between": between}
+        cells = {name: _written(unit.factor * error) for name, error in errors_of.items()}
+        rows.append({"signal": column_name(column), **cells, "unit": unit.symbol})
     return rows
 
 
