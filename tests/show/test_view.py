@@ -228,6 +228,7 @@ def test_the_page_shows_what_the_plugin_draws():
     assert len(slipping) <= 1
 
 
+@pytest.mark.filterwarnings("ignore:.control_layout. is deprecated")  # older ones know no other
 def test_a_driven_tendon_has_a_page_without_a_slider_for_its_pretension():
     pytest.importorskip("mjviser")
     prepared = pulled()
