@@ -1,4 +1,4 @@
-"""Environments on the finger for dm_control and gymnasium, a friction of its own in every episode.
+"""Environments on the finger for dm_control and gymnasium, with another friction in every episode.
 
 Importing this package registers `tendon_mj/HoldForce-v0` and `tendon_mj/FollowTrajectory-v0` where
 gymnasium is installed. The names below are loaded when they are first used; one whose package is
@@ -10,22 +10,21 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from tendon_mj.envs.ranges import Ranges as Ranges
-from tendon_mj.envs.registration import register as _register
+from tendon_mj.envs.tasks import Ranges as Ranges
 from tendon_mj.errors import MissingPackageError
 
 if TYPE_CHECKING:
+    from tendon_mj.envs.finger import FingerPhysics as FingerPhysics
     from tendon_mj.envs.finger import follow_trajectory as follow_trajectory
     from tendon_mj.envs.finger import hold_force as hold_force
     from tendon_mj.envs.gymnasium_finger import FollowTrajectoryEnv as FollowTrajectoryEnv
     from tendon_mj.envs.gymnasium_finger import HoldForceEnv as HoldForceEnv
-    from tendon_mj.envs.physics import FingerPhysics as FingerPhysics
 
 # name -> module that it is loaded from when it is first used
 _LAZY = {
     "follow_trajectory": "finger",
     "hold_force": "finger",
-    "FingerPhysics": "physics",
+    "FingerPhysics": "finger",
     "FollowTrajectoryEnv": "gymnasium_finger",
     "HoldForceEnv": "gymnasium_finger",
 }
@@ -33,7 +32,6 @@ _DM_CONTROL = (
     "pip install 'tendon-mj[environments]', and from Python 3.13 on also "
     "pip install --no-deps dm-control"
 )
-# package -> how it comes
 _INSTALL = {
     "dm_control": _DM_CONTROL,
     "dm_env": _DM_CONTROL,
@@ -64,4 +62,14 @@ if not TYPE_CHECKING:  # a type checker reads the imports above
         return value
 
 
-_register()
+try:
+    import gymnasium as _gymnasium
+except ModuleNotFoundError:
+    pass
+else:
+    for _name, _steps in (("HoldForce", 400), ("FollowTrajectory", 600)):  # 4 s and 6 s
+        _gymnasium.register(
+            f"tendon_mj/{_name}-v0",
+            f"tendon_mj.envs.gymnasium_finger:{_name}Env",
+            max_episode_steps=_steps,
+        )

@@ -1,58 +1,58 @@
-"""Environments on the finger for dm_control: tasks with their physics."""
+"""Environments on the finger for dm_control: its physics, and tasks in it."""
 
 from __future__ import annotations
 
-from collections import OrderedDict
-
+import mujoco
 import numpy as np
+from dm_control.mujoco import Physics, wrapper
 from dm_control.rl import control
 from dm_env import specs
 
-from tendon_mj.envs.physics import FingerPhysics
-from tendon_mj.envs.ranges import Ranges
-from tendon_mj.envs.tasks import CONTROL_TIMESTEP, FingerTask, FollowTrajectory, HoldForce
-from tendon_mj.models import TENDONS, Finger
-from tendon_mj.typing import FloatArray
+from tendon_mj.envs.simulated_finger import SimulatedFinger
+from tendon_mj.envs.tasks import CONTROL_TIMESTEP, FingerTask, FollowTrajectory, HoldForce, Ranges
+from tendon_mj.models import TENDONS, Finger, build_finger
 
 
-class ControlTask(control.Task):  # type: ignore[misc]  # dm_control is not typed
-    """A task of the finger in the form that dm_control asks for.
+class FingerPhysics(SimulatedFinger, Physics):  # type: ignore[misc]  # dm_control is not typed
+    """The finger between dm_control's `MjModel` and `MjData`.
 
-    Args:
-        task: what is observed, done and rewarded.
+    All state of the sheaths is in `plugin_state`, which dm_control's resets, copies and pickles
+    carry along.
     """
 
-    def __init__(self, task: FingerTask) -> None:
-        self.task = task
+    @classmethod
+    def of(cls, finger: Finger) -> FingerPhysics:
+        """Physics of a finger with these numbers."""
+        physics: FingerPhysics = cls.from_model(wrapper.MjModel(build_finger(finger).compile()))
+        return physics
 
     @property
-    def drawn(self) -> dict[str, float]:
-        """The numbers that the episode drew, by name."""
-        return self.task.drawn
+    def native(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
+        """MuJoCo's own model and data."""
+        return self.model.ptr, self.data.ptr
 
-    def initialize_episode(self, physics: FingerPhysics) -> None:
-        """See `FingerTask`."""
-        self.task.initialize_episode(physics)
+    def rebuild(self, finger: Finger) -> None:
+        """Replace the model by that of a finger with other numbers; the state is reset."""
+        self._reload_from_model(wrapper.MjModel(build_finger(finger).compile()))
+
+
+class _ControlTask(control.Task):  # type: ignore[misc]  # dm_control is not typed
+    """The part of a task that dm_control alone requires."""
 
     def action_spec(self, physics: FingerPhysics) -> specs.BoundedArray:
         """Two numbers between −1 and 1."""
         return specs.BoundedArray((len(TENDONS),), np.float64, -1.0, 1.0, name="spools")
 
-    def before_step(self, action: FloatArray, physics: FingerPhysics) -> None:
-        """See `FingerTask`."""
-        self.task.before_step(action, physics)
-
-    def get_observation(self, physics: FingerPhysics) -> OrderedDict[str, FloatArray]:
-        """See the task."""
-        return self.task.get_observation(physics)
-
-    def get_reward(self, physics: FingerPhysics) -> float:
-        """See the task."""
-        return self.task.get_reward(physics)
-
     def get_termination(self, physics: FingerPhysics) -> None:
         """Episodes end by time alone."""
-        return
+
+
+class _HoldForce(HoldForce, _ControlTask):
+    """`HoldForce` for dm_control."""
+
+
+class _FollowTrajectory(FollowTrajectory, _ControlTask):
+    """`FollowTrajectory` for dm_control."""
 
 
 def hold_force(
@@ -71,7 +71,7 @@ def hold_force(
         time_limit: of an episode [s].
     """
     random = np.random.RandomState(seed)
-    return _environment(HoldForce(finger or Finger(), ranges or Ranges(), random), time_limit)
+    return _environment(_HoldForce(finger or Finger(), ranges or Ranges(), random), time_limit)
 
 
 def follow_trajectory(
@@ -81,21 +81,16 @@ def follow_trajectory(
     ranges: Ranges | None = None,
     time_limit: float = 6.0,
 ) -> control.Environment:
-    """Follow a joint trajectory: `FollowTrajectory` as a `dm_env.Environment`.
-
-    Args:
-        seed, finger, ranges, time_limit: see `hold_force`.
-    """
+    """Follow a joint trajectory: `FollowTrajectory` as a `dm_env.Environment`; see `hold_force`."""
     random = np.random.RandomState(seed)
-    return _environment(
-        FollowTrajectory(finger or Finger(), ranges or Ranges(), random), time_limit
-    )
+    task = _FollowTrajectory(finger or Finger(), ranges or Ranges(), random)
+    return _environment(task, time_limit)
 
 
 def _environment(task: FingerTask, time_limit: float) -> control.Environment:
     return control.Environment(
         FingerPhysics.of(task.finger),
-        ControlTask(task),
+        task,
         time_limit=time_limit,
         control_timestep=CONTROL_TIMESTEP,
     )

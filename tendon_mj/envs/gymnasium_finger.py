@@ -5,17 +5,22 @@ from __future__ import annotations
 from typing import Any, ClassVar, cast
 
 import gymnasium
+import mujoco
 import numpy as np
+from matplotlib.colors import Normalize
 
-from tendon_mj.envs.picture import Painter
-from tendon_mj.envs.ranges import Ranges
-from tendon_mj.envs.simulation import FingerSimulation
-from tendon_mj.envs.tasks import CONTROL_TIMESTEP, FingerTask, FollowTrajectory, HoldForce
+from tendon_mj.envs.simulated_finger import FingerSimulation
+from tendon_mj.envs.tasks import CONTROL_TIMESTEP, FingerTask, FollowTrajectory, HoldForce, Ranges
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.models import TENDONS, Finger
-from tendon_mj.show import Image
+from tendon_mj.plugin import segment_tensions, sheaths
+from tendon_mj.show import Image, Offscreen, add_cable, without_tendons
 from tendon_mj.typing import FloatArray
 
+_SCALE = Normalize(0.0, 30.0)  # of the colours [N]
+_RADIUS = 0.0009  # of a tendon as drawn [m]
+_CENTRE, _DISTANCE = (-0.01, 0.0, -0.03), 0.22  # that the camera looks at, and from [m]
+_AZIMUTH, _ELEVATION = 90.0, -8.0  # of the camera [deg]
 Observation = dict[str, FloatArray]
 
 
@@ -24,7 +29,7 @@ class FingerEnv(gymnasium.Env[Observation, FloatArray]):
 
     An observation is a dict of readings, which end at the bounds of `observation_space` as those of
     real sensors do. An action is two numbers between −1 and 1, the spools' angles within their
-    ranges. ``info`` says what the episode drew: `friction` [-], `pretension` [N],
+    ranges. ``info`` has the numbers that the episode drew: `friction` [-], `pretension` [N],
     `axial_stiffness` [N], `bend` [rad].
 
     An episode is never terminated; `gymnasium.make` truncates it after its time limit.
@@ -37,7 +42,7 @@ class FingerEnv(gymnasium.Env[Observation, FloatArray]):
         width, height: of a rendered picture [pixels].
 
     Raises:
-        InvalidValueError: a range that is none, or another render mode.
+        InvalidValueError: an invalid range, or another render mode.
     """
 
     metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]  # gymnasium has it an instance's
@@ -65,7 +70,8 @@ class FingerEnv(gymnasium.Env[Observation, FloatArray]):
         )
         self.render_mode = render_mode
         self._size = width, height
-        self._painter: Painter | None = None
+        self._offscreen: Offscreen | None = None
+        self._drawn: mujoco.MjModel | None = None  # on the offscreen buffer
         self.task = self.task_type(finger or Finger(), ranges, self.np_random)
         self.simulation = FingerSimulation(self.task.finger)
         self._steps = max(1, round(CONTROL_TIMESTEP / self.task.finger.timestep))
@@ -80,7 +86,7 @@ class FingerEnv(gymnasium.Env[Observation, FloatArray]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin an episode with numbers of its own.
+        """Begin an episode with newly drawn numbers.
 
         Args:
             seed: of this and all later draws.
@@ -104,7 +110,7 @@ class FingerEnv(gymnasium.Env[Observation, FloatArray]):
 
         Returns:
             observation, reward (0 to 1), whether terminated and whether truncated (never here: the
-            wrapper of `gymnasium.make` truncates), and what the episode drew.
+            wrapper of `gymnasium.make` truncates), and the numbers that the episode drew.
 
         Raises:
             InvalidValueError: the action is not two finite numbers.
@@ -119,21 +125,29 @@ class FingerEnv(gymnasium.Env[Observation, FloatArray]):
         """(height, width, 3) picture, the tendons coloured by their tension; None without a mode.
 
         Raises:
-            EngineError: no OpenGL is to be had; the message says what to do.
+            EngineError: no OpenGL is available; the message says what to do.
         """
         if self.render_mode is None:
             return None
         model, data = self.simulation.native
-        if self._painter is None or self._painter.model is not model:
+        if self._offscreen is None or self._drawn is not model:
             self.close()
-            self._painter = Painter(model, *self._size)
-        return self._painter.draw(data)
+            self._offscreen, self._drawn = Offscreen(without_tendons(model), *self._size), model
+        camera = mujoco.MjvCamera()
+        camera.lookat[:], camera.distance = _CENTRE, _DISTANCE
+        camera.azimuth, camera.elevation = _AZIMUTH, _ELEVATION
+
+        def add(scene: mujoco.MjvScene) -> None:
+            for name in sheaths(model):
+                add_cable(scene, *segment_tensions(model, data, name), _SCALE, _RADIUS)
+
+        return self._offscreen.draw(data, camera, add)
 
     def close(self) -> None:
-        """Free what drawing took."""
-        if self._painter is not None:
-            self._painter.close()
-        self._painter = None
+        """Free the graphics memory."""
+        if self._offscreen is not None:
+            self._offscreen.close()
+        self._offscreen = None
 
     def _observe(self) -> Observation:
         seen = self.task.get_observation(self.simulation)

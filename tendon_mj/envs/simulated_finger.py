@@ -1,4 +1,4 @@
-"""What a task does with a simulated finger: begin an episode, command the motors, read sensors."""
+"""A finger in a simulation: begins an episode, commands the motors, reads the sensors."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ import mujoco
 import numpy as np
 
 from tendon_mj.attach import Parameters
+from tendon_mj.errors import TendonError
 from tendon_mj.lab.finger import OUT_OF_REACH
-from tendon_mj.models import TENDONS, Finger
+from tendon_mj.models import TENDONS, Finger, build_finger
 from tendon_mj.typing import FloatArray
 
+_NO_ACTUATION = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
 LIVE = ("friction", "pretension", "axial_stiffness")  # of a sheath, without another model
 
 
@@ -28,7 +30,7 @@ class SimulatedFinger(ABC):
 
     @abstractmethod
     def rebuild(self, finger: Finger) -> None:
-        """Exchange the model for that of a finger with other numbers; the state starts anew."""
+        """Replace the model by that of a finger with other numbers; the state is reset."""
 
     def start(self, finger: Finger) -> None:
         """Begin an episode with a finger's friction, pretension and axial stiffness, all live.
@@ -75,3 +77,55 @@ class SimulatedFinger(ABC):
         rows = [model.actuator(f"{tendon}_angle").ctrlrange for tendon in TENDONS]
         low, high = np.array(rows).T
         return low, high
+
+
+class FingerSimulation(SimulatedFinger):
+    """A finger as plain MuJoCo model and data, stepped as dm_control steps it.
+
+    Args:
+        finger: its parameters.
+    """
+
+    def __init__(self, finger: Finger) -> None:
+        self.rebuild(finger)
+
+    @property
+    def native(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
+        """MuJoCo's own model and data."""
+        return self.model, self.data
+
+    def rebuild(self, finger: Finger) -> None:
+        """Replace the model by that of a finger with other numbers; the state is reset."""
+        spec = build_finger(finger)
+        white = [1.0, 1.0, 1.0]  # a sky before which translucent skin is seen
+        kind, flat = mujoco.mjtTexture.mjTEXTURE_SKYBOX, mujoco.mjtBuiltin.mjBUILTIN_FLAT
+        spec.add_texture(
+            name="sky", type=kind, builtin=flat, rgb1=white, rgb2=white, width=8, height=8
+        )
+        self.model = spec.compile()
+        self.data = mujoco.MjData(self.model)
+
+    def evaluate(self) -> None:
+        """Compute positions, tensions and sensors of a new episode, before any actuation."""
+        flags = self.model.opt.disableflags
+        self.model.opt.disableflags = flags | _NO_ACTUATION
+        mujoco.mj_forward(self.model, self.data)
+        self.model.opt.disableflags = flags
+
+    def step(self, count: int) -> None:
+        """Advance by ``count`` time steps; positions and velocities are those of the last one.
+
+        Raises:
+            TendonError: the simulation became unstable.
+        """
+        mujoco.mj_step2(self.model, self.data)
+        if count > 1:
+            mujoco.mj_step(self.model, self.data, count - 1)
+        mujoco.mj_step1(self.model, self.data)
+        for kind, warning in zip(mujoco.mjtWarning.__members__, self.data.warning, strict=False):
+            if warning.number:
+                raise TendonError(
+                    f"the simulation became unstable before {self.data.time:.3g} s "
+                    f"({kind.removeprefix('mjWARN_')}): take a shorter time step, "
+                    "finger=Finger(timestep=…), or a lower axial_stiffness"
+                )

@@ -1,15 +1,15 @@
-"""Tasks on the finger: observations, actions and rewards."""
+"""Tasks on the finger: ranges of their parameters, observations, actions and rewards."""
 
 from __future__ import annotations
 
-import dataclasses
+import math
 from abc import ABC, abstractmethod
 from collections import OrderedDict
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 
-from tendon_mj.envs.ranges import Random, Ranges
 from tendon_mj.envs.simulated_finger import SimulatedFinger
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.models import JOINTS, TENDONS, Finger
@@ -19,14 +19,63 @@ CONTROL_TIMESTEP = 0.01  # between two actions [s]
 _LARGEST_TENSION = 2.5  # that the tension sensors read, over a stalled motor's [-]
 _BEYOND_COMMAND = 2.0  # of the motors' commands, that their encoders read [rad]
 _BEYOND_STOP = 0.3  # of the joints' ranges, that their encoders read [rad]
-_LEAD = 0.1  # that an agent is told of the trajectory ahead [s]
+_LEAD = 0.1  # of the trajectory ahead that an agent observes [s]
+Random = np.random.RandomState | np.random.Generator  # dm_control's, gymnasium's
+_UNITS = {"friction": "-", "pretension": "N", "bend": "rad", "axial_stiffness": "N"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ranges:
+    """(low, high) of every number that an episode draws uniformly; low = high keeps it.
+
+    Friction, pretension and axial stiffness are live parameters of the simulation's data: setting
+    them costs nothing. Bend is geometry, so unless it is kept the model is built again for every
+    episode (about 5 ms).
+
+    Attributes:
+        friction: μ, the same for both tendons [-].
+        pretension: T_0 of both tendons [N].
+        axial_stiffness: EA of both tendons [N].
+        bend: of both sheaths [rad].
+
+    Raises:
+        InvalidValueError: not two finite numbers in order, below 0, or an axial stiffness of 0.
+    """
+
+    friction: tuple[float, float] = (0.05, 0.25)
+    pretension: tuple[float, float] = (3.0, 6.0)
+    axial_stiffness: tuple[float, float] = (2000.0, 2000.0)
+    bend: tuple[float, float] = (math.pi / 3.0, math.pi)
+
+    def __post_init__(self) -> None:
+        for name in _UNITS:
+            limits = _pair(name, getattr(self, name), positive=name == "axial_stiffness")
+            object.__setattr__(self, name, limits)
+
+    def draw(self, random: Random) -> dict[str, float]:
+        """A number from each range, by name."""
+        return {f.name: float(random.uniform(*getattr(self, f.name))) for f in fields(self)}
+
+
+def _pair(name: str, given: Any, positive: bool) -> tuple[float, float]:
+    """(low, high) as two numbers in order."""
+    try:
+        low, high = (float(number) for number in given)
+    except (TypeError, ValueError):
+        low = high = math.nan
+    if not (math.isfinite(high) and 0.0 <= low <= high) or (positive and low == 0.0):
+        raise InvalidValueError(
+            f"{name} = {given!r} [{_UNITS[name]}] must be a pair (low, high), finite, in order and "
+            f"{'> 0' if positive else '≥ 0'}; a pair of equal numbers keeps it"
+        )
+    return low, high
 
 
 class FingerTask(ABC):
-    """A task whose episodes each have a friction, pretension and bend of their own.
+    """A task whose episodes differ in friction, pretension and bend.
 
     Actions are the angles of the two spools between −1 and 1 of their ranges. Without an
-    estimate of friction no action sequence suits every episode: that is the point.
+    estimate of friction no action sequence suits every episode.
 
     Args:
         finger: whose other numbers it keeps.
@@ -44,7 +93,7 @@ class FingerTask(ABC):
                 f"bend = {ranges.bend} [rad] must be at most {most:.4g}, by which the guides of"
                 " forearm and wrist turn a sheath; is it in radians?"
             )
-        self.finger, self.ranges = dataclasses.replace(finger, bend=ranges.bend[0]), ranges
+        self.finger, self.ranges = replace(finger, bend=ranges.bend[0]), ranges
         self.random = random
         self.drawn: dict[str, float] = {}
 
@@ -52,10 +101,10 @@ class FingerTask(ABC):
         """Draw the episode's numbers and begin it with the finger straight and at rest."""
         self.drawn = self.ranges.draw(self.random)
         numbers: dict[str, Any] = dict(self.drawn)
-        drawn = dataclasses.replace(self.finger, **numbers)
+        drawn = replace(self.finger, **numbers)
         low, high = self.ranges.bend
         if low < high:  # otherwise the physics was made with it
-            physics.rebuild(dataclasses.replace(self.finger, bend=drawn.bend))
+            physics.rebuild(replace(self.finger, bend=drawn.bend))
         physics.start(drawn)
         physics.command(np.zeros(len(TENDONS)))
 
@@ -63,12 +112,9 @@ class FingerTask(ABC):
         """Turn the action into angles of the spools.
 
         Raises:
-            InvalidValueError: the action is not as many numbers as there are tendons.
+            InvalidValueError: the action is not a finite number for each tendon.
         """
-        try:
-            shares = np.asarray(action, float)
-        except (TypeError, ValueError, OverflowError):
-            shares = np.array(np.nan)
+        shares = np.asarray(action, float)
         if shares.shape != (len(TENDONS),) or not np.isfinite(shares).all():
             raise InvalidValueError(
                 f"action = {action!r} must be {len(TENDONS)} finite numbers between -1 and 1, of "
@@ -80,8 +126,8 @@ class FingerTask(ABC):
     def get_observation(self, physics: SimulatedFinger) -> OrderedDict[str, FloatArray]:
         """Readings of an encoder and a tension sensor on each motor, and the goal.
 
-        `motor_angles` [rad] and `input_tensions` [N] of flexor and extensor, then what the task
-        adds. Neither friction nor the tension at the finger is in it.
+        `motor_angles` [rad] and `input_tensions` [N] of flexor and extensor, then those of the
+        task. Neither friction nor the tension at the finger is among them.
         """
         seen = OrderedDict[str, FloatArray]()
         seen["motor_angles"] = np.array([physics.sensor(f"{t}_motor_angle") for t in TENDONS])
@@ -104,7 +150,7 @@ class FingerTask(ABC):
 
     @property
     def largest_force(self) -> float:
-        """Largest reading of force and tension: 2.5 times what a stalled motor pulls with [N]."""
+        """Largest reading of force and tension: 2.5 times the pull of a stalled motor [N]."""
         finger = self.finger
         return _LARGEST_TENSION * finger.motor_torque * finger.gear / finger.spool_radius
 
@@ -138,7 +184,7 @@ class HoldForce(FingerTask):
         self.target = force[0]
 
     def initialize_episode(self, physics: SimulatedFinger) -> None:
-        """Draw the force besides."""
+        """Draw the force too."""
         super().initialize_episode(physics)
         self.target = float(self.random.uniform(*self._forces))
 
@@ -192,7 +238,7 @@ class FollowTrajectory(FingerTask):
         self._waves = np.zeros((2, 2))
 
     def initialize_episode(self, physics: SimulatedFinger) -> None:
-        """Draw the trajectory besides."""
+        """Draw the trajectory too."""
         super().initialize_episode(physics)
         frequency = self.random.uniform([0.2, 0.4], [0.4, 0.8])
         self._waves = np.stack([frequency, self.random.uniform(0.2, 0.5, 2)])
@@ -218,11 +264,11 @@ class FollowTrajectory(FingerTask):
     ) -> dict[str, tuple[FloatArray, FloatArray]]:
         """`FingerTask`'s, with those of all angles [rad]."""
         low, high = np.array([(j.low, j.high) for j in self.finger.joints.values()]).T
-        asked = (0.0 * self._pose, self._pose)
+        targets = (0.0 * self._pose, self._pose)
         return super().observation_range(physics) | {
             "joint_angles": (low - _BEYOND_STOP, high + _BEYOND_STOP),
-            "target_angles": asked,
-            "next_angles": asked,
+            "target_angles": targets,
+            "next_angles": targets,
         }
 
     def get_reward(self, physics: SimulatedFinger) -> float:

@@ -16,6 +16,7 @@ IDS = {
     "hold_force": "tendon_mj.envs:tendon_mj/HoldForce-v0",
     "follow_trajectory": "tendon_mj.envs:tendon_mj/FollowTrajectory-v0",
 }
+MAKERS = {"hold_force": hold_force, "follow_trajectory": follow_trajectory}
 HOLD_FORCE = IDS["hold_force"]
 
 
@@ -29,7 +30,7 @@ def can_draw():
 
 
 @pytest.mark.parametrize("name", IDS.values(), ids=IDS)
-def test_gymnasium_finds_nothing_to_warn_of(name):
+def test_gymnasium_s_checker_has_no_warning(name):
     environment = gymnasium.make(name)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -53,16 +54,16 @@ def test_every_observation_is_in_its_space_whatever_the_agent_does(name):
 @pytest.mark.parametrize("drawn", [(0.05, 0.1), (0.2, 0.2)])
 def test_friction_is_drawn_from_the_range_that_make_was_given_and_acts(drawn):
     environment = gymnasium.make(HOLD_FORCE, friction=drawn)
-    told = []
+    frictions = []
     for seed in range(5):
         _, info = environment.reset(seed=seed)
         parameters = Parameters(*environment.unwrapped.simulation.native)
         assert parameters["flexor_sheath.friction"] == info["friction"]
         *_, later = environment.step(np.zeros(2))
         assert later == info
-        told.append(info["friction"])
-    assert drawn[0] <= min(told) <= max(told) <= drawn[1]
-    assert len(set(told)) == (1 if drawn[0] == drawn[1] else 5)
+        frictions.append(info["friction"])
+    assert drawn[0] <= min(frictions) <= max(frictions) <= drawn[1]
+    assert len(set(frictions)) == (1 if drawn[0] == drawn[1] else 5)
 
 
 @pytest.mark.parametrize("name", IDS.values(), ids=IDS)
@@ -73,24 +74,20 @@ def test_the_time_limit_truncates_and_nothing_terminates(name):
     assert ends == [(False, False), (False, False), (False, True)]
 
 
-def test_an_episode_takes_the_seconds_that_dm_control_s_takes():
-    for name, make in (("hold_force", hold_force), ("follow_trajectory", follow_trajectory)):
-        limit = gymnasium.spec(IDS[name].partition(":")[2]).max_episode_steps
-        environment = make(seed=0, ranges=Ranges(bend=(1.0, 1.0)))
-        environment.reset()
-        count = 0
-        step = None
-        while step is None or not step.last():
-            step = environment.step(np.zeros(2))
-            count += 1
-        assert count == limit
+@pytest.mark.parametrize("name", IDS)
+def test_an_episode_is_as_long_as_dm_control_s(name):
+    limit = gymnasium.spec(IDS[name].partition(":")[2]).max_episode_steps
+    environment = MAKERS[name](seed=0, ranges=Ranges(bend=(1.0, 1.0)))
+    step, count = environment.reset(), 0
+    while not step.last():
+        step = environment.step(np.zeros(2))
+        count += 1
+    assert count == limit
 
 
-@pytest.mark.parametrize(
-    ("name", "make"), [("hold_force", hold_force), ("follow_trajectory", follow_trajectory)]
-)
-def test_with_the_same_draws_it_is_dm_control_s_environment_to_the_bit(name, make):
-    one = make(seed=7)
+@pytest.mark.parametrize("name", IDS)
+def test_with_the_same_draws_it_is_dm_control_s_environment_to_the_bit(name):
+    one = MAKERS[name](seed=7)
     other = gymnasium.make(IDS[name]).unwrapped
     other.reset(seed=0)
     # the same generator for both, as gymnasium's own is of another kind
@@ -149,7 +146,7 @@ def test_vectorised_environments_are_single_ones_to_the_bit(name, mode):
         many.close()
 
 
-def test_a_picture_has_the_size_that_was_asked_and_shows_the_motion():
+def test_a_picture_has_its_size_and_shows_the_motion():
     if not can_draw():
         pytest.skip("no OpenGL to draw with")
     environment = gymnasium.make(HOLD_FORCE, render_mode="rgb_array", width=96, height=64)
@@ -164,22 +161,18 @@ def test_a_picture_has_the_size_that_was_asked_and_shows_the_motion():
     assert (np.abs(before.astype(int) - after).max(axis=2) > 50).mean() > 0.01
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"friction": (0.2, 0.1)}, r"friction = \(0.2, 0.1\) \[-\] must be a pair"),
-        ({"render_mode": "human"}, "render_mode = 'human' must be None or 'rgb_array'"),
-    ],
-)
-def test_what_cannot_be_is_refused_when_made(given, said):
-    with pytest.raises(InvalidValueError, match=said):
+@pytest.mark.parametrize("given", [{"friction": (0.2, 0.1)}, {"render_mode": "human"}])
+def test_invalid_arguments_are_refused_when_made(given):
+    with pytest.raises(InvalidValueError) as refused:
         HoldForceEnv(**given)
+    ((name, value),) = given.items()
+    assert f"{name} = {value!r}" in str(refused.value)
 
 
-def test_options_and_actions_that_mean_nothing_are_refused():
+def test_options_and_actions_without_meaning_are_refused():
     environment = HoldForceEnv()
-    with pytest.raises(InvalidValueError, match=r"options = .* there are none"):
+    with pytest.raises(InvalidValueError, match=r"options = .*gymnasium.make"):
         environment.reset(options={"friction": 0.1})
     environment.reset(seed=0)
-    with pytest.raises(InvalidValueError, match=r"action = .* 2 finite numbers"):
+    with pytest.raises(InvalidValueError):
         environment.step(np.array([np.nan, 0.0]))

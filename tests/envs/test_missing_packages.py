@@ -41,32 +41,24 @@ def run(script):
 
 def test_everything_but_the_environments_runs_without_dm_control():
     imported = run(WITHOUT.format(package="dm_control") + EVERYTHING_ELSE)
-    for module in (
-        "tendon_mj.cli.main",
-        "tendon_mj.lab.finger",
-        "tendon_mj.lab.diagnosis.diagnose",
-    ):
+    for module in ("tendon_mj.cli", "tendon_mj.lab.finger", "tendon_mj.lab.diagnosis"):
         assert f"'{module}'" in imported
 
 
-@pytest.mark.parametrize("package", ["dm_control", "dm_env"])
-def test_the_environments_say_what_is_missing_and_how_to_install_it(package):
-    asked = ENVIRONMENTS.format(name="hold_force")
-    sentence, name = run(WITHOUT.format(package=package) + asked).split("|")
+@pytest.mark.parametrize(
+    ("package", "environment", "extra"),
+    [
+        ("dm_control", "hold_force", "environments"),
+        ("dm_env", "hold_force", "environments"),
+        ("gymnasium", "HoldForceEnv", "gymnasium"),
+    ],
+)
+def test_the_missing_package_and_its_installation_are_named(package, environment, extra):
+    script = WITHOUT.format(package=package) + ENVIRONMENTS.format(name=environment)
+    sentence, name = run(script).split("|")
     assert name == package
-    assert f"needs {package}, which is not installed" in sentence
-    assert "pip install 'tendon-mj[environments]'" in sentence
-    assert "pip install --no-deps dm-control" in sentence
-
-
-def test_without_gymnasium_its_environments_say_so_in_a_line():
-    asked = ENVIRONMENTS.format(name="HoldForceEnv")
-    sentence, name = run(WITHOUT.format(package="gymnasium") + asked).split("|")
-    assert name == "gymnasium"
-    assert sentence == (
-        "tendon_mj.envs.HoldForceEnv needs gymnasium, which is not installed: "
-        "pip install 'tendon-mj[gymnasium]'"
-    )
+    assert f"tendon_mj.envs.{environment} needs {package}, which is not installed" in sentence
+    assert f"pip install 'tendon-mj[{extra}]'" in sentence
 
 
 @pytest.mark.parametrize(

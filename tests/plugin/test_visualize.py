@@ -9,7 +9,7 @@ import tendon_mj
 from tendon_mj.errors import EngineError, InvalidValueError
 from tendon_mj.plugin import TENSION_SCALE
 from tendon_mj.plugin.sheath_plugin.colours import SHADED, SLIPPING, VIRIDIS
-from tendon_mj.show.render.gl import make_context
+from tendon_mj.show.render.offscreen import make_context
 
 LOW, HIGH = 0.0, 42.0
 TENDON = mujoco.mjtObj.mjOBJ_TENDON.value

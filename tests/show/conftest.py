@@ -1,7 +1,7 @@
 import pytest
 
 from tendon_mj.errors import EngineError
-from tendon_mj.show.render.gl import make_context
+from tendon_mj.show.render.offscreen import make_context
 
 
 @pytest.fixture(scope="session")

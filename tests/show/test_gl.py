@@ -1,4 +1,4 @@
-"""Without OpenGL there is a word on what to do, and never a crash."""
+"""Without OpenGL the error says what to do."""
 
 import os
 import subprocess
@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from tendon_mj.errors import EngineError
-from tendon_mj.show.render.gl import gl_platforms, make_context
+from tendon_mj.show.render.offscreen import gl_platforms, make_context
 
 SCRIPT = """
 import os, sys
@@ -45,10 +45,10 @@ def draw_without_a_screen(*late, **variables):
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere GLFW needs no DISPLAY")
 @pytest.mark.parametrize(("late", "early"), [((), {"MUJOCO_GL": "glfw"}), (("glfw",), {})])
 def test_glfw_without_a_screen_is_refused_with_advice(late, early):
-    said = draw_without_a_screen(*late, **early)
-    assert said.startswith("refused: no OpenGL to draw with, tried glfw")
-    assert "DISPLAY" in said
-    assert "MUJOCO_GL" in said
+    output = draw_without_a_screen(*late, **early)
+    assert output.startswith("refused: no OpenGL to draw with, tried glfw")
+    assert "DISPLAY" in output
+    assert "MUJOCO_GL" in output
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="EGL is Linux's way")
@@ -56,31 +56,24 @@ def test_no_variable_has_to_be_set_before_mujoco_is_imported(gl):
     assert draw_without_a_screen() == "drawn (64, 64, 3)\n"
 
 
-@pytest.mark.parametrize("value", ["off", "0", "disabled"])
-def test_drawing_that_is_turned_off_is_said_to_be(monkeypatch, value):
+@pytest.mark.parametrize(("value", "fact"), [("off", "turns drawing off"), ("elg", "'egl'")])
+def test_a_platform_that_is_off_or_unknown_is_refused(monkeypatch, value, fact):
     monkeypatch.setenv("MUJOCO_GL", value)
-    with pytest.raises(EngineError, match=f"MUJOCO_GL={value} turns drawing off"):
+    with pytest.raises(EngineError) as refused:
         gl_platforms()
+    assert fact in str(refused.value)
 
 
-def test_an_unknown_platform_is_answered_with_the_nearest(monkeypatch):
-    monkeypatch.setenv("MUJOCO_GL", "elg")
-    with pytest.raises(EngineError, match="did you mean 'egl'"):
-        gl_platforms()
-
-
-def test_the_platform_that_was_asked_for_is_the_only_one_tried(monkeypatch):
+def test_a_given_platform_is_the_only_one_tried(monkeypatch):
     monkeypatch.setenv("MUJOCO_GL", "OSMesa")
     assert gl_platforms() == ("osmesa",)
 
 
-def test_a_library_that_is_missing_is_said_to_be(monkeypatch):
+def test_a_missing_library_is_named(monkeypatch):
     def not_there(module):
         raise AttributeError("'NoneType' object has no attribute 'eglQueryString'")
 
     monkeypatch.setenv("MUJOCO_GL", "egl")
-    monkeypatch.setattr("tendon_mj.show.render.gl.importlib.import_module", not_there)
-    with pytest.raises(
-        EngineError, match=r"egl \(its library was not found\).*apt install libegl1"
-    ):
+    monkeypatch.setattr("tendon_mj.show.render.offscreen.importlib.import_module", not_there)
+    with pytest.raises(EngineError, match=r"egl \(its library was not found\).*libegl1"):
         make_context(64, 64)

@@ -1,30 +1,17 @@
 """The report in a browser: what it draws, at two widths and in two themes."""
 
 import json
-import shutil
 import time
 from dataclasses import replace
 
 import pytest
-from selenium import webdriver
-from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.support.ui import WebDriverWait
 
 from tendon_mj.lab.diagnosis import diagnose
 from tendon_mj.show import write_report
 from tests.lab.diagnosis.toy import Toy, rig
+from tests.show.rigs import start_browser
 
-CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
-FLAGS = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
 VIEWPORTS = {1280: 800, 390: 844}
 NAME = "<img src=x onerror='window.broken=1'>"
 # elements that reach beyond the viewport, but for what scrolls inside a wrapper and what is drawn
@@ -39,35 +26,30 @@ return [...document.querySelectorAll("body *")]
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory):
-    if CHROMIUM is None or DRIVER is None:
-        pytest.skip("no report can be looked at here: there is no Chromium with its driver")
-    options = webdriver.ChromeOptions()
-    options.binary_location = CHROMIUM
-    for flag in (*FLAGS, f"--user-data-dir={tmp_path_factory.mktemp('browser')}"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    opened = webdriver.Chrome(options=options, service=Service(DRIVER))
-    yield opened
-    opened.quit()
+    logs = {"browser": "ALL", "performance": "ALL"}
+    profile = tmp_path_factory.mktemp("browser")
+    browser = start_browser(profile, "--headless --disable-gpu", logs)
+    yield browser
+    browser.quit()
 
 
 @pytest.fixture(scope="module")
 def reports(tmp_path_factory):
-    """Verdict → its page; names in it are no words."""
+    """Verdict → its page, with names that are markup."""
     pages = {}
     for truth, extra in (("sheath.constant_friction", 0.0), (None, 0.0), (None, 1.0)):
         train, held_out = rig(1, {"sheath.friction": 0.2} | ({truth: 1.0} if truth else {}), extra)
         held_out = [replace(r, name=f"{NAME} {k}", source=NAME) for k, r in enumerate(held_out)]
-        found = diagnose(train, held_out, Toy)
+        result = diagnose(train, held_out, Toy)
         folder = tmp_path_factory.mktemp("report")
         (folder / "model.xml").write_text("<mujoco/>")
-        pages[found.verdict] = write_report(found, found.simulate(), folder)[-1]
+        pages[result.verdict] = write_report(result, result.simulate(), folder)[-1]
     assert pages.keys() == {"named", "nothing missing", "unknown"}
     return pages
 
 
 def load(browser, page, width, theme):
-    """Open a page, and return what the browser complained of and asked of a network."""
+    """Open a page, and return the browser's errors and its requests to a network."""
     metrics = {"width": width, "height": VIEWPORTS[width], "deviceScaleFactor": 1, "mobile": False}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
     set_theme(browser, theme)
@@ -78,15 +60,15 @@ def load(browser, page, width, theme):
         lambda b: b.execute_script("return document.documentElement.dataset.ready")
     )
     time.sleep(0.2)  # for what is drawn after
-    complaints = [entry["message"] for entry in browser.get_log("browser")]
+    errors = [entry["message"] for entry in browser.get_log("browser")]
     events = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
-    asked = [
+    requests = [
         event["params"]["request"]["url"]
         for event in events
         if event["method"] == "Network.requestWillBeSent"
     ]
     local = ("file:", "data:", "blob:", "chrome:")  # the last is its own empty tab
-    return complaints, [url for url in asked if not url.startswith(local)]
+    return errors, [url for url in requests if not url.startswith(local)]
 
 
 def set_theme(browser, theme):
@@ -97,9 +79,9 @@ def set_theme(browser, theme):
 @pytest.mark.parametrize("theme", ["light", "dark"])
 @pytest.mark.parametrize("width", VIEWPORTS)
 def test_a_report_is_drawn_whole_and_asks_nobody(browser, reports, width, theme):
-    complaints, asked = load(browser, reports["named"], width, theme)
-    assert not complaints
-    assert not asked
+    errors, requests = load(browser, reports["named"], width, theme)
+    assert not errors
+    assert not requests
     assert not browser.execute_script(TOO_WIDE)
     assert browser.execute_script("return document.documentElement.scrollWidth") <= width
     assert browser.execute_script("return window.broken") is None
@@ -115,8 +97,8 @@ def test_a_report_is_drawn_whole_and_asks_nobody(browser, reports, width, theme)
 
 @pytest.mark.parametrize("verdict", ["nothing missing", "unknown"])
 def test_every_verdict_is_drawn(browser, reports, verdict):
-    complaints, _ = load(browser, reports[verdict], 390, "light")
-    assert not complaints
+    errors, _ = load(browser, reports[verdict], 390, "light")
+    assert not errors
     assert not browser.execute_script(TOO_WIDE)
     assert verdict in browser.execute_script(
         "return document.querySelector('.badge').textContent.toLowerCase()"

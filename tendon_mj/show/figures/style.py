@@ -1,4 +1,4 @@
-"""Style of all figures: colours that colour-blind eyes tell apart, and lines that print."""
+"""Style of all figures: colours for all eyes, lines that print, labels with units."""
 
 from __future__ import annotations
 
@@ -7,9 +7,14 @@ from contextlib import contextmanager
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+
+from tendon_mj.lab.replay import EngineeringUnit, column_unit, engineering_unit
+from tendon_mj.lab.replay import column_name as column_name
+from tendon_mj.typing import FloatArray
 
 # from Okabe and Ito's palette
 BLACK = "#000000"
@@ -72,3 +77,14 @@ def legend_below(figure: Figure, axes: Axes, columns: int) -> None:
     """Put the legend of ``axes`` under the whole figure, off the data."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+
+
+def drawn_unit(column: str, *series: FloatArray) -> EngineeringUnit:
+    """The unit in which series of a column are drawn on one axis."""
+    largest = [float(np.abs(values).max(initial=0.0)) for values in series]
+    return engineering_unit(column_unit(column), largest)
+
+
+def column_label(column: str, unit: EngineeringUnit) -> str:
+    """A column as an axis label: ``joint_rad`` in degrees is `joint [°]`."""
+    return f"{column_name(column)} [{unit.symbol}]" if unit.symbol else column_name(column)

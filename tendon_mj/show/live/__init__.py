@@ -1,8 +1,8 @@
 """Simulations to watch while they run: in MuJoCo's viewer, or in a browser."""
 
-from tendon_mj.show.live.prepare import Prepared as Prepared
-from tendon_mj.show.live.prepare import prepare as prepare
-from tendon_mj.show.live.real_time import RealTime as RealTime
-from tendon_mj.show.live.simulation import LiveSimulation as LiveSimulation
+from tendon_mj.show.live.session import LiveSimulation as LiveSimulation
+from tendon_mj.show.live.session import Prepared as Prepared
+from tendon_mj.show.live.session import RealTime as RealTime
+from tendon_mj.show.live.session import prepare as prepare
 from tendon_mj.show.live.web import serve as serve
 from tendon_mj.show.live.window import open_window as open_window

@@ -1,4 +1,4 @@
-"""MuJoCo's interactive viewer with a simulation that runs, where there is a screen."""
+"""MuJoCo's interactive viewer with a running simulation, where there is a screen."""
 
 from __future__ import annotations
 
@@ -10,26 +10,22 @@ import warnings
 from typing import Any
 
 import mujoco
+import numpy as np
 
 from tendon_mj.errors import EngineError
-from tendon_mj.show.live.colour_key import colour_key, key_height
-from tendon_mj.show.live.curve_colours import curve_colours
-from tendon_mj.show.live.first_view import FirstView
-from tendon_mj.show.live.prepare import Prepared, tendon_names
-from tendon_mj.show.live.real_time import RealTime, run_in_real_time
-from tendon_mj.show.live.window_overlay import (
-    MOST,
-    curves_place,
-    draw_curves,
-    key_place,
-    new_figure,
-    tension_text,
-)
+from tendon_mj.show.live.panel import MOST, colour_key, key_height, tension_text
+from tendon_mj.show.live.scene import curve_colours, look_from
+from tendon_mj.show.live.session import Prepared, RealTime, run_in_real_time
+from tendon_mj.typing import FloatArray
 
 _SPAN = 8.0  # of the curves [s]
-_EVERY = 6  # frames for each that has new numbers and curves
+_EVERY = 6  # frames between new numbers and curves
 _SPACE = 32  # key
 _PATIENCE = 10.0  # with a window that closes [s]
+_POINTS = 1000  # of a curve, as many as `mjvFigure` takes
+_SHARE = 0.42, 0.34  # of the window's width and height that the curves take
+_KEY = 420  # width of the key of colours [pixels]
+_MARGIN = 10  # [pixels]
 _INSTEAD = (
     "`tendon-mj view MODEL --web` shows the same in a browser, and `tendon-mj render MODEL` writes "
     "a clip"
@@ -37,27 +33,20 @@ _INSTEAD = (
 
 
 def open_window(prepared: Prepared, seconds: float | None = None) -> RealTime:
-    """Show a simulation in MuJoCo's viewer, and come back when its window is closed.
+    """Show a simulation in MuJoCo's viewer, and return when its window is closed.
 
     The space bar halts it.
 
     Args:
-        prepared: what is shown.
+        prepared: to show.
         seconds: after which the window closes [s]; None: never.
 
     Raises:
-        EngineError: there is no screen; the message says what does without.
+        EngineError: there is no screen; the message names alternatives.
         TendonError: the simulation became unstable.
     """
-    linux = platform.system() == "Linux"
-    if linux and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise EngineError(
-            "there is no screen to open a window on (neither DISPLAY nor WAYLAND_DISPLAY is set); "
-            f"{_INSTEAD}"
-        )
     _check_screen()
-    # not before it is asked for: it looks for a screen as it is imported
-    viewer = importlib.import_module("mujoco.viewer")
+    viewer = importlib.import_module("mujoco.viewer")  # which looks for a screen on import
     simulation = prepared.simulation
 
     def on_key(key: int) -> None:
@@ -80,35 +69,26 @@ def open_window(prepared: Prepared, seconds: float | None = None) -> RealTime:
     try:
         with window.lock():
             look_from(window.cam, simulation.model, prepared.view)
-        overlay = _Overlay(prepared, window)
-        return run_in_real_time(simulation, overlay.show, seconds)
+        return run_in_real_time(simulation, _Overlay(prepared, window).show, seconds)
     finally:
         window.close()
-        for thread in set(threading.enumerate()) - others:  # it still draws; its end is not ours
+        for thread in set(threading.enumerate()) - others:  # the viewer's, which still draws
             thread.join(_PATIENCE)
 
 
 def _check_screen() -> None:
-    """Refuse a screen that cannot be opened; the viewer would wait for it for ever.
-
-    Raises:
-        EngineError: it cannot.
-    """
+    """Raise `EngineError` for a screen that cannot be opened; the viewer would wait forever."""
+    linux = platform.system() == "Linux"
+    if linux and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise EngineError(
+            "there is no screen to open a window on (neither DISPLAY nor WAYLAND_DISPLAY is set); "
+            f"{_INSTEAD}"
+        )
     glfw = importlib.import_module("glfw")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # GLFW's errors are warnings
-        opened = glfw.init()
-    if not opened:
-        raise EngineError(f"the screen cannot be opened; {_INSTEAD}")
-
-
-def look_from(camera: mujoco.MjvCamera, model: mujoco.MjModel, view: FirstView) -> None:
-    """Give a camera that the mouse turns a view; the field of view is the model's."""
-    camera.type = mujoco.mjtCamera.mjCAMERA_FREE
-    camera.lookat[:] = view.look_at
-    camera.distance, camera.azimuth = view.distance, view.azimuth
-    camera.elevation = view.elevation
-    model.vis.global_.fovy = view.fovy
+        if not glfw.init():
+            raise EngineError(f"the screen cannot be opened; {_INSTEAD}")
 
 
 class _Overlay:
@@ -117,9 +97,8 @@ class _Overlay:
     def __init__(self, prepared: Prepared, window: Any) -> None:
         self._simulation, self._window = prepared.simulation, window
         self._limits = prepared.low, prepared.high
-        model = prepared.simulation.model
-        self._tendons = list(tendon_names(model).values())
-        self._colours = curve_colours(model)
+        self._tendons = list(prepared.simulation.tendons.values())
+        self._colours = curve_colours(prepared.simulation.model)
         self._figure = new_figure(self._colours, prepared.high)
         self._frames, self._size = 0, (0, 0)
 
@@ -150,3 +129,48 @@ class _Overlay:
             place = key_place(viewport, key_height(len(named)))
             key = colour_key(self._limits, named, self._colours[:MOST], place.width, place.height)
             self._window.set_images((place, key))
+
+
+def new_figure(colours: FloatArray, high: float) -> mujoco.MjvFigure:
+    """An empty figure for curves of (tendons, 2, 3) colours, up to a tension ``high`` [N]."""
+    figure = mujoco.MjvFigure()
+    mujoco.mjv_defaultFigure(figure)
+    figure.title, figure.xlabel = "tension at the ends [N]", "time [s]"
+    figure.xformat, figure.yformat = "%.1f", "%.3g"
+    figure.figurergba[:], figure.panergba[:] = (1.0, 1.0, 1.0, 0.85), (1.0, 1.0, 1.0, 1.0)
+    figure.textrgb[:], figure.gridrgb[:] = 0.0, 0.85
+    figure.linewidth, figure.gridwidth = 2.5, 1.0
+    figure.flg_legend, figure.flg_extend = 0, 1
+    figure.flg_ticklabel[:] = 1
+    figure.gridsize[:] = (5, 5)
+    figure.range[1] = (0.0, high)
+    shown = colours[:MOST].reshape(-1, 3)
+    figure.linergb[: len(shown)] = shown
+    return figure
+
+
+def draw_curves(
+    figure: mujoco.MjvFigure, times: FloatArray, tensions: FloatArray, span: float
+) -> None:
+    """Put (n, tendons, 2) tensions [N] over (n,) times [s] into a figure of a time span [s]."""
+    chosen = slice(max(0, len(times) - _POINTS), None)
+    shown, rows = times[chosen], np.nan_to_num(tensions[chosen], posinf=0.0)
+    for line, values in enumerate(rows[:, :MOST].reshape(len(shown), -1).T):
+        figure.linedata[line, 0 : 2 * len(shown) : 2] = shown
+        figure.linedata[line, 1 : 2 * len(shown) : 2] = values
+        figure.linepnt[line] = len(shown)
+    start = max(0.0, float(shown[-1]) - span) if len(shown) else 0.0
+    figure.range[0] = (start, start + span)
+
+
+def curves_place(viewport: mujoco.MjrRect) -> mujoco.MjrRect:
+    """Place of the curves in a window: at its lower right."""
+    width, height = round(_SHARE[0] * viewport.width), round(_SHARE[1] * viewport.height)
+    left = viewport.left + viewport.width - width - _MARGIN
+    return mujoco.MjrRect(left, viewport.bottom + _MARGIN, width, height)
+
+
+def key_place(viewport: mujoco.MjrRect, height: int) -> mujoco.MjrRect:
+    """Place of a key of colours of that height [pixels] in a window: at its lower left."""
+    width = min(_KEY, max(1, viewport.width // 2))
+    return mujoco.MjrRect(viewport.left + _MARGIN, viewport.bottom + _MARGIN, width, height)

@@ -20,39 +20,35 @@ from tendon_mj.errors import EngineError, InvalidValueError
 from tendon_mj.lab.progress import Progress
 from tendon_mj.lab.replay import POSE, Frames
 from tendon_mj.plugin import sheaths
-from tendon_mj.show.render.arrows import (
-    arrow_scale,
-    draw_arrow,
-    largest_force,
-    shown_contacts,
-)
-from tendon_mj.show.render.cable import (
+from tendon_mj.show.render.offscreen import Image, Offscreen, find_camera, project
+from tendon_mj.show.render.panel import INK, Panel, tendon_colours, text_scale
+from tendon_mj.show.render.scene import (
+    GHOST_COLOUR,
     GUIDE_COLOUR,
+    Ghost,
     add_cable,
     cable_radius,
     tension_scale,
     without_tendons,
 )
-from tendon_mj.show.render.charts import tendon_colours
-from tendon_mj.show.render.labels import free_spot
-from tendon_mj.show.render.offscreen import Image, Offscreen, find_camera, project
-from tendon_mj.show.render.panel import INK, Panel, text_scale
-from tendon_mj.show.render.twin import GHOST_COLOUR, Ghost
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 
 _PANEL = 0.34  # share of the width that the panel takes
 _SMALLEST, _LARGEST = 64, 8192  # [pixels]
 _QUALITY = 4  # constant rate factor of H.264, less is better: the colour of a tendon is a reading
-# Said in the file, lest players guess: they take another matrix of colours for large pictures.
+# Stated in the file, lest players guess: they take another matrix of colours for large pictures.
 _COLOURS: Final = (
     "-vf",
     "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+bicubic",
     *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"),
 )
-_ARROW = 0.12  # length of the largest force's arrow over the model's extent
 _HALO: Final[dict[str, Any]] = {"stroke_width": 2, "stroke_fill": "white"}  # on any background
-_BYTES_A_PIXEL = 60  # of colour and depth, four samples of each, and what a frame is drawn with
+_BYTES_A_PIXEL = 60  # of colour and depth, four samples of each, and the buffers of a frame
+_ARROW = 0.12  # length of the largest force's arrow over the model's extent
+_ARROW_COLOUR, _RIM = (150, 20, 40), (255, 255, 255)
+_FINE = 4  # pixels drawn for each one shown
+_LEAST = 0.2  # force that is shown, over the largest in the clip
 
 
 def render_clip(
@@ -71,8 +67,8 @@ def render_clip(
     H.264 changes colours: half of a tendon's pixels are within one of the bar's 256 steps of what
     was drawn, 19 of 20 within three. The frames that `draw_frames` gives are exact.
 
-    A panel beside the picture has the colour bar, forces, tensions, joint angles and controls, as
-    many as there is place for; a model without a sheath is shown without it.
+    A panel next to the picture has the colour bar, forces, tensions, joint angles and controls, as
+    many as fit; a model without a sheath is shown without it.
 
     Args:
         model: to draw; it has the joints, tendons and actuators of the one that was recorded, and
@@ -82,13 +78,13 @@ def render_clip(
         width, height: of the clip [pixels], even numbers.
         camera: name of one of the model's; default: its first, or a view of the whole model.
         twin: frames of the same motion without friction, drawn in grey behind the model.
-        progress: called with what is being done, how much is done, and of how much.
+        progress: called with the activity, the number of frames done, and of all.
 
     Returns:
         ``path``.
 
     Raises:
-        EngineError: no OpenGL is to be had; the message says what to install or set.
+        EngineError: no OpenGL is available; the message says what to install or set.
         UnknownNameError: no such camera.
         InvalidValueError: a size out of range, or frames of another model.
     """
@@ -146,15 +142,15 @@ def draw_frames(
         )
     view = find_camera(model, camera)
     panel = 2 * round(0.5 * _PANEL * width) if frames.cables else 0
-    return _pictures(_FramePainter(model, frames, view, width, height, panel, twin))
+    return _FramePainter(model, frames, view, (width - panel, height), panel, twin).pictures()
 
 
 def check_size(width: int, height: int) -> None:
-    """Refuse sizes that no clip has.
+    """Check the size of a clip.
 
     Raises:
-        InvalidValueError: a size [pixels] that is odd, too small, or too large; it says how much
-            memory a picture of it would take.
+        InvalidValueError: a size [pixels] that is odd, too small, or too large; it states the
+            memory that a picture of it would take.
     """
     for name, size in (("width", width), ("height", height)):
         if size % 2 or not _SMALLEST <= size <= _LARGEST:
@@ -165,19 +161,6 @@ def check_size(width: int, height: int) -> None:
             )
 
 
-def _crowded(picture: Picture.Image, box: tuple[float, float, float, float]) -> float:
-    """How much there is to see in a box of a picture: the spread of its colours."""
-    return float(np.std(np.array(picture.crop(box))))
-
-
-def _pictures(painter: _FramePainter) -> Iterator[Image]:
-    try:
-        for k in range(painter.count):
-            yield painter.draw(k)
-    finally:
-        painter.close()
-
-
 class _FramePainter:
     """Frames as pictures: the scene on the left, the panel on the right."""
 
@@ -186,79 +169,80 @@ class _FramePainter:
         model: mujoco.MjModel,
         frames: Frames,
         camera: mujoco.MjvCamera,
-        width: int,
-        height: int,
+        size: tuple[int, int],
         panel: int,
         twin: Frames | None,
     ) -> None:
-        self._frames, self._camera, self._twin = frames, camera, twin
-        self.count = len(frames.time)
+        self._frames, self._camera, self._twin, self._size = frames, camera, twin, size
         self._model = without_tendons(model)
         self._data = mujoco.MjData(self._model)
-        self._size = (width - panel, height)
-        scale = tension_scale(frames.cables) if frames.cables else Normalize()
-        self._scale, self._radius = scale, cable_radius(model, frames.cables)
-        self._panel = Panel(model, frames, scale, panel, height, twin) if frames.cables else None
+        self._scale = tension_scale(frames.cables) if frames.cables else Normalize()
+        self._radius = cable_radius(model, frames.cables)
+        self._panel = (
+            Panel(model, frames, self._scale, panel, size[1], twin) if frames.cables else None
+        )
         self._names = {
             name: (sheaths(model)[name].tendon, colour)
             for name, colour in tendon_colours(model).items()
         }
-        size = max(6, round(15 * text_scale(height)))
-        self._font = ImageFont.truetype(findfont("DejaVu Sans"), size)
-        self._largest = max((largest_force(rows) for rows in frames.contacts), default=0.0)
-        self._arrow = arrow_scale(frames.contacts, _ARROW * float(model.stat.extent))
+        points = max(6, round(15 * text_scale(size[1])))
+        self._font = ImageFont.truetype(findfont("DejaVu Sans"), points)
+        self._largest = max(
+            (_norms(rows).max(initial=0.0) for rows in frames.contacts), default=0.0
+        )
+        length = _ARROW * float(model.stat.extent)
+        self._arrow = length / self._largest if self._largest > 0.0 else 0.0  # [m/N]
         self._legend_row: float | None = None
-        self._offscreen = Offscreen(self._model, width - panel, height)
+        self._offscreen = Offscreen(self._model, *size)
         self._ghost = Ghost(self._model, self._offscreen, camera) if twin is not None else None
 
-    def draw(self, k: int) -> Image:
+    def pictures(self) -> Iterator[Image]:
+        """All frames as pictures; the graphics memory is free after the last."""
+        with self._offscreen:
+            for k in range(len(self._frames.time)):
+                yield self._draw(k)
+
+    def _draw(self, k: int) -> Image:
         """(height, width, 3) picture of frame ``k``."""
         mujoco.mj_setState(self._model, self._data, self._frames.poses[k], POSE)
         mujoco.mj_fwdPosition(self._model, self._data)
-        image = self._offscreen.draw(
-            self._data, self._camera, lambda scene: self._add_cables(scene, k)
-        )
+
+        def add(scene: mujoco.MjvScene) -> None:
+            for cable in self._frames.cables.values():
+                add_cable(scene, cable.points[k], cable.tensions[k], self._scale, self._radius)
+
+        image = self._offscreen.draw(self._data, self._camera, add)
         if self._ghost is not None and self._twin is not None:
-            depth = self._offscreen.depth
-            image = self._ghost.behind(image, depth, self._twin.poses[k], POSE)
-        written: list[FloatArray] = []
-        for contact in shown_contacts(self._frames.contacts[k], self._largest):
-            image = self._draw_force(image, contact, written)
+            image = self._ghost.behind(image, self._offscreen.depth, self._twin.poses[k])
+        contacts, labels = self._frames.contacts[k], list[FloatArray]()
+        for contact in contacts[_norms(contacts) > _LEAST * self._largest]:
+            image = self._draw_force(image, contact, labels)
         image = self._label_ends(image, k)
         return image if self._panel is None else np.hstack([image, self._panel.draw(k)])
 
-    def close(self) -> None:
-        """Free the graphics memory."""
-        self._offscreen.close()
-
-    def _add_cables(self, scene: mujoco.MjvScene, k: int) -> None:
-        for cable in self._frames.cables.values():
-            add_cable(scene, cable.points[k], cable.tensions[k], self._scale, self._radius)
-
-    def _draw_force(self, image: Image, contact: FloatArray, written: list[FloatArray]) -> Image:
+    def _draw_force(self, image: Image, contact: FloatArray, labels: list[FloatArray]) -> Image:
         point, force = contact[:3], contact[3:]
         ends = np.stack([point, point + self._arrow * force])
         start, end = project(self._offscreen.scene, ends, *self._size)
         text = f"{np.linalg.norm(force):.1f} N"
-        return draw_arrow(image, start, end, text, self._font, written)
+        return draw_arrow(image, start, end, text, self._font, labels)
 
     def _label_ends(self, image: Image, k: int) -> Image:
-        """Write the tendons' names beside their input ends, and below what else is drawn."""
+        """Write the tendons' names next to their input ends, and a legend below."""
         picture = Picture.fromarray(image)
         draw = ImageDraw.Draw(picture)
-        written: list[np.ndarray] = []
+        labels: list[FloatArray] = []
         size = self._font.size
         several = len(self._frames.cables) > 1
         for name, cable in self._frames.cables.items():
             seen = project(self._offscreen.scene, cable.points[k], *self._size)
             tendon, colour = self._names[name]
-            labels = [(tendon, 0)] if several else [("input", 0), ("output", -1)]
-            for text, end in labels:
+            for text, end in [(tendon, 0)] if several else [("input", 0), ("output", -1)]:
                 away = seen[end] - np.nanmean(seen, axis=0)
                 spot = seen[end] + 2.2 * size * away / max(float(np.linalg.norm(away)), 1.0)
                 inside = bool(((seen[end] > 0.0) & (seen[end] < self._size)).all())
                 if inside and np.isfinite(spot).all():
-                    spot = free_spot(spot, written, size)
+                    spot = free_spot(spot, labels, size)
                     wide = self._font.getlength(text) + 2.0
                     spot[0] -= wide if away[0] < 0.0 else 0.0
                     spot[0] = np.clip(spot[0], 2.0, max(2.0, self._size[0] - wide))
@@ -269,7 +253,7 @@ class _FramePainter:
         return np.array(picture)
 
     def _explain(self, picture: Picture.Image, draw: ImageDraw.ImageDraw) -> None:
-        """Say in a left corner what a grey bead and the grey ghost are."""
+        """Explain the grey bead and the grey ghost in a left corner."""
         size = float(self._font.size)
         x, radius = 1.2 * size, 0.35 * size
         lines = [("guide: bends the tendon, which rubs on it", GUIDE_COLOUR, "")]
@@ -278,13 +262,79 @@ class _FramePainter:
         high = 1.5 * size * (len(lines) - 1)
         if self._legend_row is None:  # the emptier corner of the first frame, for all of the clip
             wide = max(self._font.getlength(text) for text, _, _ in lines) + 2.0 * x
-            rows = self._size[1] - 1.2 * size - high, 1.2 * size
-            self._legend_row = min(
-                rows, key=lambda y: _crowded(picture, (0.0, y - size, wide, y + high + size))
-            )
+
+            def crowded(y: float) -> float:
+                return float(np.std(np.array(picture.crop((0.0, y - size, wide, y + high + size)))))
+
+            self._legend_row = min((self._size[1] - 1.2 * size - high, 1.2 * size), key=crowded)
         y = self._legend_row
         for text, colour, outline in lines:
             box = [x - radius, y - radius, x + radius, y + radius]
             draw.ellipse(box, fill=colour, outline=outline or None)
             draw.text((x + size, y), text, fill=INK, font=self._font, anchor="lm", **_HALO)
             y += 1.5 * size
+
+
+def _norms(contacts: FloatArray) -> FloatArray:
+    """(k,) forces of a frame's contacts [N]."""
+    return np.asarray(np.linalg.norm(contacts[:, 3:], axis=1))
+
+
+def draw_arrow(
+    image: Image,
+    start: FloatArray,
+    end: FloatArray,
+    text: str,
+    font: ImageFont.FreeTypeFont,
+    labels: list[FloatArray],
+) -> Image:
+    """Draw an arrow between two pixels on a copy of a picture, with its value in front of its head.
+
+    The value keeps clear of the places in ``labels``, and is added to them.
+    """
+    way = end - start
+    length = float(np.linalg.norm(way))
+    if not np.isfinite(length) or length < 1.0:
+        return image
+    way /= length
+    wide = 0.24 * font.size
+    head = min(1.1 * font.size, length)
+    margin = 3 * font.size
+    low = np.floor(np.minimum(start, end) - margin).astype(int)
+    high = np.ceil(np.maximum(start, end) + margin).astype(int)
+    low, high = np.maximum(low, 0), np.minimum(high, (image.shape[1], image.shape[0]))
+    if (high <= low).any():
+        return image
+    picture = Picture.fromarray(image)
+    patch = picture.crop((*low, *high))
+    patch = patch.resize(tuple(_FINE * (high - low)), Picture.Resampling.BICUBIC)
+    draw = ImageDraw.Draw(patch)
+    side = np.array([-way[1], way[0]])
+    for colour, rim in ((_RIM, 0.12 * font.size), (_ARROW_COLOUR, 0.0)):
+        half, broad = 0.5 * wide + rim, 0.45 * font.size + rim
+        tail, neck, tip = start - rim * way, end - head * way, end + 1.5 * rim * way
+        outline = [
+            tail + half * side,
+            neck + half * side,
+            neck - rim * way + broad * side,
+            tip,
+            neck - rim * way - broad * side,
+            neck - half * side,
+            tail - half * side,
+        ]
+        draw.polygon([tuple(_FINE * (corner - low)) for corner in outline], fill=colour)
+    picture.paste(patch.resize(tuple(high - low), Picture.Resampling.BOX), tuple(low))
+    anchor = "rm" if way[0] < 0 else "lm"
+    spot = tuple(free_spot(end + 0.5 * font.size * way, labels, font.size))
+    style: dict[str, Any] = {"font": font, "anchor": anchor, **_HALO}
+    ImageDraw.Draw(picture).text(spot, text, fill=_ARROW_COLOUR, **style)
+    return np.array(picture)
+
+
+def free_spot(spot: FloatArray, taken: list[FloatArray], size: float) -> FloatArray:
+    """The nearest pixel at or below ``spot`` that is clear of other labels, and is then taken."""
+    place = spot.copy()
+    while any((np.abs(place - other) < (5.0 * size, 1.25 * size)).all() for other in taken):
+        place[1] += 0.3 * size
+    taken.append(place.copy())
+    return place

@@ -1,20 +1,102 @@
-"""Draws a model's scene into an array, without a window."""
+"""Draws a model's scene into an array, without a window.
+
+MuJoCo chooses an OpenGL platform when it is imported: GLFW, which needs a screen, unless
+`MUJOCO_GL` says otherwise. The choice here is made when something is first drawn, so the variable
+need not be set.
+"""
 
 from __future__ import annotations
 
 import copy
+import importlib
+import os
+import platform
+import warnings
 from collections.abc import Callable
-from types import TracebackType
+from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.errors import EngineError, UnknownNameError
-from tendon_mj.show.render.gl import make_context
+from tendon_mj.errors import EngineError, UnknownNameError, unknown
+from tendon_mj.typing import FloatArray
 
 Image = NDArray[np.uint8]
 _MAX_GEOMS = 20000
+_OFF = ("disable", "disabled", "off", "false", "0")
+_ANY = ("", "enable", "enabled", "on", "true", "1")
+_MODULES = {
+    "egl": "mujoco.egl",
+    "osmesa": "mujoco.osmesa",
+    "glfw": "mujoco.glfw",
+    "glx": "mujoco.glfw",
+    "wgl": "mujoco.glfw",
+    "cgl": "mujoco.cgl",
+}
+_HINT = (
+    "GLFW needs a screen (DISPLAY or WAYLAND_DISPLAY), CGL macOS. EGL draws without a screen: "
+    "unset MUJOCO_GL or set it to egl, and install libEGL and libGL (Debian, Ubuntu: apt install "
+    "libegl1 libgl1; NVIDIA's driver brings its own). OSMesa draws on the processor alone: install "
+    "it (Debian: apt install libosmesa6) and set MUJOCO_GL=osmesa before Python starts"
+)
+
+
+def gl_platforms() -> tuple[str, ...]:
+    """Platforms to try in turn: the one in `MUJOCO_GL`, else those that can do without a screen.
+
+    Raises:
+        EngineError: `MUJOCO_GL` turns drawing off, or is not the name of a platform.
+    """
+    chosen = os.environ.get("MUJOCO_GL", "").lower().strip()
+    if chosen in _MODULES:
+        return (chosen,)
+    if chosen in _OFF:
+        raise EngineError(f"MUJOCO_GL={chosen} turns drawing off; unset it or set it to egl")
+    if chosen not in _ANY:
+        raise EngineError(f"MUJOCO_GL: {unknown('OpenGL platform', chosen, _MODULES)}")
+    if platform.system() == "Darwin":
+        return ("cgl", "glfw")
+    if platform.system() == "Windows":
+        return ("glfw",)
+    screen = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    # no OSMesa after EGL: PyOpenGL binds to one platform for the life of the process
+    return ("glfw", "egl") if screen else ("egl",)
+
+
+def make_context(width: int, height: int) -> Any:
+    """Make an OpenGL context for pictures of that size [pixels], and make it current.
+
+    Returns:
+        An object with ``make_current()`` and ``free()``.
+
+    Raises:
+        EngineError: none is available; the message says what to install or set.
+    """
+    failures = []
+    for name in gl_platforms():
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")  # GLFW warns, and goes on without a window
+                kind = importlib.import_module(_MODULES[name]).GLContext
+                context = kind.__new__(kind)
+                context._context = None  # so that one which fails half-way can be freed
+                context.__init__(width, height)
+                context.make_current()
+                return context
+        except Exception as error:  # each platform has failures of its own kind
+            failures.append(f"{name} ({_reason(error)})")
+    raise EngineError(f"no OpenGL to draw with, tried {', '.join(failures)}. {_HINT}")
+
+
+def _reason(error: Exception) -> str:
+    try:
+        text = " ".join(str(error).split())
+    except Exception:  # PyOpenGL's errors ask the context that is missing
+        text = ""
+    if isinstance(error, AttributeError) and "NoneType" in text:
+        return "its library was not found"  # PyOpenGL has None in its place
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 
 def find_camera(model: mujoco.MjModel, camera: str | mujoco.MjvCamera | None) -> mujoco.MjvCamera:
@@ -45,7 +127,7 @@ class Offscreen:
         width, height: of the picture [pixels].
 
     Raises:
-        EngineError: no OpenGL is to be had; the message says what to do.
+        EngineError: no OpenGL is available; the message says what to do.
     """
 
     def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
@@ -123,27 +205,14 @@ class Offscreen:
     def __enter__(self) -> Offscreen:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
 
-def project(
-    scene: mujoco.MjvScene, points: NDArray[np.float64], width: int, height: int
-) -> NDArray[np.float64]:
-    """Positions in the picture of points of the world.
+def project(scene: mujoco.MjvScene, points: FloatArray, width: int, height: int) -> FloatArray:
+    """(k, 2) columns and rows, from the upper left, of (k, 3) points [m] in a picture [pixels].
 
-    Args:
-        scene: as drawn, with a perspective camera.
-        points: (k, 3) [m].
-        width, height: of the picture [pixels].
-
-    Returns:
-        (k, 2) columns and rows [pixels], from the upper left; NaN for a point behind the camera.
+    The scene has a perspective camera; a point behind it gives NaN.
     """
     eye = scene.camera[0]
     forward, up = np.array(eye.forward, float), np.array(eye.up, float)

@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+import itertools
+import math
+from collections import Counter
+from collections.abc import Sequence
+from functools import cache
+from typing import Literal, NamedTuple
+
 import mujoco
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
+from matplotlib.colors import Normalize, to_hex
 from matplotlib.font_manager import findfont
 from matplotlib.lines import Line2D
 from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 
-from tendon_mj.lab.replay import Frames
+from tendon_mj.lab.replay import EngineeringUnit, Frames, control_unit, engineering_unit
 from tendon_mj.plugin import sheaths
-from tendon_mj.show.figures.style import GREY, new_figure, print_style
-from tendon_mj.show.render.cable import COLOURS
-from tendon_mj.show.render.charts import Chart, charts, tendon_colours, touch_forces
-from tendon_mj.show.render.legend import Legend, shortened
+from tendon_mj.show.figures import style
 from tendon_mj.show.render.offscreen import Image
+from tendon_mj.show.render.scene import COLOURS
+from tendon_mj.typing import FloatArray
 
 _DPI, _LEGIBLE = 100.0, 84.0  # at 720 pixels of height; the least that is read with ease
 _LEAST_INCHES = 5.0  # height that a chart, a colour bar and the values take
@@ -28,6 +33,37 @@ _ROWS = 4  # sheaths whose tensions are also written as numbers
 _CHART, _BAR = 1.2, 0.6  # least height of a chart without its legend, and of the bar [inch]
 _LEGEND = 0.92  # width of a legend over the panel's
 INK = "#202020"
+# of legends: text [pt]; line, gaps and rows over the text's size
+_SIZE = 8.0
+_HANDLE, _GAP, _COLUMN = 1.3, 0.4, 0.8
+_ROW, _ROWS_APART = 1.25, 0.1
+_MOST_COLUMNS = 4
+_MOST_LONG = 6  # entries in a single column
+_FINE = 16  # pixels to a point that text is measured in
+
+Style = Literal["-", "--", "-.", ":"]
+# for tendons with the same colour in the model; the last two are of Paul Tol's palette
+TENDONS = (
+    style.BLUE,
+    style.VERMILLION,
+    style.GREEN,
+    style.PURPLE,
+    style.ORANGE,
+    style.SKY,
+    "#332288",
+    "#882255",
+)
+_OTHERS = (
+    style.GREEN,
+    style.PURPLE,
+    style.ORANGE,
+    style.SKY,
+)  # of joints, apart from the colours of two tendons
+_ENDS: tuple[tuple[Style, Style], ...] = (("-", "--"), ("-.", ":"))  # input and output end
+_MOST = 4  # lines of one kind in a chart
+_MOST_TENDONS = len(TENDONS) * len(_ENDS)
+_UNCOLOURED = (0.5, 0.5, 0.5)  # MuJoCo's default colour of a tendon
+Cells = tuple[str | np.ndarray, str | np.ndarray]  # of a row: texts, or values by frame
 
 
 def text_scale(height: int) -> float:
@@ -36,14 +72,9 @@ def text_scale(height: int) -> float:
 
 
 class Panel:
-    """The panel of a clip. What does not change is drawn once; `draw` adds what does.
+    """The panel of a clip. Its background is drawn once; `draw` adds the current values.
 
-    Args:
-        model: whose actuators, joints and sensors are named.
-        frames: of the clip.
-        scale: of the colours.
-        width, height: of the panel [pixels].
-        twin: frames of the same motion without friction.
+    The twin is frames of the same motion without friction; width and height are in pixels.
     """
 
     def __init__(
@@ -62,22 +93,23 @@ class Panel:
         inches = height / dpi
         shown = charts(model, frames, twin)
         shown = _that_fit(shown, (1.0 - table) * inches - _BAR, width / dpi)
-        with print_style():
-            figure = new_figure(width / dpi, inches)
+        with style.print_style():
+            figure = style.new_figure(width / dpi, inches)
             figure.set_dpi(dpi)
             figure.get_layout_engine().set(rect=(0.02, 0.01, 0.95, 1.0 - table))  # type: ignore[union-attr,call-arg]
             ratios = (0.09, *(1.0 for _ in shown))
-            bar, *axes = figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=True)
-            _draw_bar(figure, bar, scale)
-            for one, chart in zip(axes, shown, strict=True):
-                _draw_chart(one, chart, frames, width / dpi)
-                one.tick_params(labelbottom=one is axes[-1])
-                one.set_xlim(frames.time[0], max(frames.time[-1], frames.time[0] + 1e-3))
-            axes[-1].set_xlabel("time [s]")
-            figure.align_ylabels(axes)
+            bar, *grid = figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=True)
+            figure.colorbar(ScalarMappable(scale, COLOURS), cax=bar, orientation="horizontal")
+            bar.set_title("tension along the tendon [N]", fontweight="normal", fontsize=9.0)
+            for axes, chart in zip(grid, shown, strict=True):
+                _draw_chart(axes, chart, frames, width / dpi)
+                axes.tick_params(labelbottom=axes is grid[-1])
+                axes.set_xlim(frames.time[0], max(frames.time[-1], frames.time[0] + 1e-3))
+            grid[-1].set_xlabel("time [s]")
+            figure.align_ylabels(grid)
             figure.draw_without_rendering()
             figure.canvas.draw()
-        self._plots = list(zip(axes, shown, strict=True))
+        self._plots = list(zip(grid, shown, strict=True))
         self._background = np.array(figure.canvas.buffer_rgba())[:height, :width, :3]  # type: ignore[attr-defined]
         self._font = {
             size: ImageFont.truetype(findfont("DejaVu Sans"), max(6, round(size * self._unit)))
@@ -92,7 +124,7 @@ class Panel:
         time, radius = self._frames.time[frame], 4.0 * self._unit
         for axes, chart in self._plots:
             low, high = (self._pixel(axes, time, y) for y in axes.get_ylim())
-            draw.line([low, high], fill=GREY, width=1)
+            draw.line([low, high], fill=style.GREY, width=1)
             for line in (*chart.twin, *chart.lines):
                 x, y = self._pixel(axes, time, float(line.values[frame]))
                 draw.ellipse([x - radius, y - radius, x + radius, y + radius], fill=line.colour)
@@ -105,12 +137,8 @@ class Panel:
     def _write_table(self, draw: ImageDraw.ImageDraw, frame: int) -> None:
         width, small = self._background.shape[1], self._font[14]
         y, columns = 10 * self._unit, (0.70 * width, 0.95 * width)
-        draw.text(
-            (0.05 * width, y),
-            f"{self._frames.time[frame]:.2f} s",
-            fill=INK,
-            font=self._font[20],
-        )
+        now = f"{self._frames.time[frame]:.2f} s"
+        draw.text((0.05 * width, y), now, fill=INK, font=self._font[20])
         y += 10 * self._unit
         for name, colour, cells in self._rows:
             y += 24 * self._unit
@@ -123,39 +151,34 @@ class Panel:
 
 def _table(
     model: mujoco.MjModel, frames: Frames, twin: Frames | None
-) -> list[tuple[str, str, tuple[str | np.ndarray, str | np.ndarray]]]:
-    """Rows of the table: name, colour, and two columns of words or of values by frame."""
-    rows: list[tuple[str, str, tuple[str | np.ndarray, str | np.ndarray]]] = []
+) -> list[tuple[str, str, Cells]]:
+    """Rows of the table: name, colour, and two cells."""
+    rows: list[tuple[str, str, Cells]] = []
     forces = touch_forces(model, frames, twin)
     if len(forces) == 1:
         ((name, values),) = forces.items()
-        other = touch_forces(model, twin, frames)[name] if twin else None
-        if other is not None:
-            rows.append(("", GREY, ("friction", "none")))
-        name = f"{name.replace('_', ' ')} [N]"
-        rows.append((name, INK, ("", values) if other is None else (values, other)))
+        label = f"{name.replace('_', ' ')} [N]"
+        if twin:
+            rows.append(("", style.GREY, ("friction", "none")))
+            rows.append((label, INK, (values, touch_forces(model, twin, frames)[name])))
+        else:
+            rows.append((label, INK, ("", values)))
     rows.append(("tension [N]", INK, ("input", "output")))
-    colours = tendon_colours(model)
-    found = list(frames.cables.items())
-    listed = found if len(found) == _ROWS + 1 else found[:_ROWS]  # one more needs no row to say so
+    colours, cables = tendon_colours(model), list(frames.cables.items())
+    listed = cables if len(cables) == _ROWS + 1 else cables[:_ROWS]  # in place of "and 1 more"
     for name, cable in listed:
         ends = cable.tensions[:, 0], cable.tensions[:, -1]
-        colour = colours[name] if len(frames.cables) > 1 else INK
+        colour = colours[name] if len(cables) > 1 else INK
         rows.append((f"  {sheaths(model)[name].tendon}", colour, ends))
-    if len(listed) < len(found):
-        rows.append((f"  … and {len(found) - len(listed)} more", GREY, ("", "")))
+    if len(listed) < len(cables):
+        rows.append((f"  … and {len(cables) - len(listed)} more", style.GREY, ("", "")))
     return rows
 
 
-def _that_fit(found: list[Chart], height: float, width: float) -> list[Chart]:
-    """The first of some charts that there is place for [inch], at least one."""
-    taken = np.cumsum([_CHART + Legend(_entries(c)[0], _LEGEND * width).height for c in found])
-    return found[: max(1, int((taken <= height).sum()))]
-
-
-def _draw_bar(figure: Figure, axes: Axes, scale: Normalize) -> None:
-    figure.colorbar(ScalarMappable(scale, COLOURS), cax=axes, orientation="horizontal")
-    axes.set_title("tension along the tendon [N]", fontweight="normal", fontsize=9.0)
+def _that_fit(shown: list[Chart], height: float, width: float) -> list[Chart]:
+    """The first charts that fit into a height and width [inch], at least one."""
+    taken = np.cumsum([_CHART + Legend(_entries(c)[0], _LEGEND * width).height for c in shown])
+    return shown[: max(1, int((taken <= height).sum()))]
 
 
 def _draw_chart(axes: Axes, chart: Chart, frames: Frames, width: float) -> None:
@@ -168,22 +191,201 @@ def _draw_chart(axes: Axes, chart: Chart, frames: Frames, width: float) -> None:
 
 def _entries(chart: Chart) -> tuple[list[str], list[Line2D]]:
     """Names and lines of a chart's legend."""
-    entries = [Line2D([], [], color=o.colour, linestyle=o.style) for o in chart.lines if o.name]
-    names = [line.name for line in chart.lines if line.name]
+    named = [(line.name, line.colour, line.style) for line in chart.lines if line.name]
     if chart.twin:
-        entries.append(Line2D([], [], color=GREY, linestyle="--"))
-        names.append("no friction")
-    elif any(line.style == "--" for line in chart.lines):
-        names, entries = _with_ends(names, entries)
+        named.append(("no friction", style.GREY, "--"))
+    elif any(line.style == "--" for line in chart.lines) and named[0][0] != "input end":
+        # colours tell the tendons apart, line styles their ends
+        named += [("input", style.GREY, "-"), ("output", style.GREY, "--")]
     if chart.left_out:
-        names.append(f"… and {chart.left_out} more")
-        entries.append(Line2D([], [], color="none"))
-    return names, entries
+        named.append((f"… and {chart.left_out} more", "none", "-"))
+    entries = [Line2D([], [], color=colour, linestyle=dashes) for _, colour, dashes in named]
+    return [name for name, _, _ in named], entries
 
 
-def _with_ends(names: list[str], entries: list[Line2D]) -> tuple[list[str], list[Line2D]]:
-    """Entries for the line styles of both ends, where colours tell the tendons apart."""
-    if "input end" in names:
-        return names, entries
-    ends = [Line2D([], [], color=GREY, linestyle=style) for style in ("-", "--")]
-    return [*names, "input", "output"], [*entries, *ends]
+class Legend:
+    """Legend above a chart, in as many columns as its width [inch] allows.
+
+    Attributes:
+        names: of the entries; one that is too long for its column lacks its middle.
+        columns, rows: of the legend.
+    """
+
+    def __init__(self, names: Sequence[str], width: float) -> None:
+        place = 72.0 * width / _SIZE  # over the text's size
+        around = _HANDLE + _GAP + _COLUMN
+        least = 1 if len(names) <= _MOST_LONG else 2
+        self.names = [shortened(name, place / least - around) for name in names]
+        widest = around + max((text_width(name) for name in self.names), default=0.0)
+        most = max(1, min(_MOST_COLUMNS, int(place / widest + 1e-9)))
+        self.rows = max(1, math.ceil(len(self.names) / most))
+        self.columns = max(1, math.ceil(len(self.names) / self.rows))
+
+    @property
+    def height(self) -> float:
+        """Height of all rows [inch]."""
+        return self.rows * (_ROW + _ROWS_APART) * _SIZE / 72.0
+
+    def draw(self, axes: Axes, entries: Sequence[Line2D], left: float) -> None:
+        """Draw the legend above a chart, from ``left`` of its width on, and keep its place free."""
+        # the layout leaves the place of a title, which is as wide as the chart, unlike the legend
+        axes.set_title(" ", fontsize=_SIZE, pad=72.0 * self.height - _SIZE)
+        drawn = axes.legend(
+            entries,
+            self.names,
+            loc="lower left",
+            bbox_to_anchor=(left, 1.0),
+            ncols=self.columns,
+            borderpad=0.2,
+            borderaxespad=0.1,
+            labelspacing=_ROWS_APART,
+            columnspacing=_COLUMN,
+            handlelength=_HANDLE,
+            handletextpad=_GAP,
+            fontsize=_SIZE,
+        )
+        drawn.set_in_layout(False)
+
+
+def shortened(text: str, width: float) -> str:
+    """A text that is not wider than ``width`` over its size; "…" stands for its middle."""
+    kept = text
+    while len(kept) > 1 and text_width(kept) > width:
+        half = (len(kept) - 2) // 2  # names differ as often at their end
+        kept = f"{text[:half]}…{text[-half:] if half else ''}"
+    return kept
+
+
+def text_width(text: str) -> float:
+    """Width of a text over its size."""
+    return float(_font().getlength(text)) / (_FINE * _SIZE)
+
+
+@cache
+def _font() -> ImageFont.FreeTypeFont:
+    return ImageFont.truetype(findfont("DejaVu Sans"), int(_FINE * _SIZE))
+
+
+class Line(NamedTuple):
+    """A line of a chart, (frames,) values; no name where another one's entry stands for it."""
+
+    name: str
+    values: FloatArray
+    colour: str
+    style: Style = "-"
+
+
+class Chart(NamedTuple):
+    """Lines over time with one axis, and grey ones of the frictionless twin behind them."""
+
+    label: str
+    lines: Sequence[Line]
+    twin: Sequence[Line] = ()
+    left_out: int = 0
+
+
+def tendon_colours(model: mujoco.MjModel) -> dict[str, str]:
+    """Colour of the tendon of every sheath: the model's if no other has it, else the next."""
+    drawn = {
+        name: to_hex(model.tendon_rgba[model.tendon(sheath.tendon).id, :3])
+        for name, sheath in sheaths(model).items()
+    }
+    given = Counter(drawn.values())
+    kept = {c for c, times in given.items() if times == 1 and c != to_hex(_UNCOLOURED)}
+    free = itertools.cycle([c for c in TENDONS if c.lower() not in kept])
+    return {name: colour if colour in kept else next(free) for name, colour in drawn.items()}
+
+
+def charts(model: mujoco.MjModel, frames: Frames, twin: Frames | None = None) -> list[Chart]:
+    """Charts of the quantities that there are, the most important first."""
+    drawn = (
+        _forces(model, frames, twin),
+        _tensions(model, frames),
+        _joints(model, frames, twin),
+        _controls(model, frames),
+    )
+    return [chart for chart in drawn if chart.lines]
+
+
+def touch_forces(
+    model: mujoco.MjModel, frames: Frames, twin: Frames | None = None
+) -> dict[str, FloatArray]:
+    """(frames,) force of every touch sensor that felt any, here or in the twin [N], by name."""
+    touching = model.sensor_type == mujoco.mjtSensor.mjSENS_TOUCH.value
+    names = {k: model.sensor(k).name or f"sensor {k}" for k in np.flatnonzero(touching)}
+    felt = np.vstack([f.readings for f in (frames, twin) if f is not None])
+    places = {n: k for k, n in names.items() if felt[:, model.sensor_adr[k]].any()}
+    return {n: frames.readings[:, model.sensor_adr[k]] for n, k in places.items()}
+
+
+def _forces(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> Chart:
+    forces = list(touch_forces(model, frames, twin).items())[:_MOST]
+    several = len(forces) > 1
+    lines = [
+        Line(name.replace("_", " "), values, _OTHERS[k] if several else style.BLACK)
+        for k, (name, values) in enumerate(forces)
+    ]
+    other = touch_forces(model, twin, frames) if twin else {}
+    behind = [Line("", other[name], style.GREY, "--") for name, _ in forces if name in other]
+    return Chart("force [N]" if several or not lines else f"{lines[0].name} [N]", lines, behind)
+
+
+def _tensions(model: mujoco.MjModel, frames: Frames) -> Chart:
+    if len(frames.cables) == 1:
+        ((_, cable),) = frames.cables.items()
+        first = Line("input end", cable.tensions[:, 0], style.BLUE, _ENDS[0][0])
+        last = Line("output end", cable.tensions[:, -1], style.VERMILLION, _ENDS[0][1])
+        return Chart("tension [N]", [first, last])
+    lines, colours, used = [], tendon_colours(model), Counter[str]()
+    for name, cable in list(frames.cables.items())[:_MOST_TENDONS]:
+        colour = colours[name]
+        styles = _ENDS[used[colour] % len(_ENDS)]
+        used[colour] += 1
+        lines.append(Line(sheaths(model)[name].tendon, cable.tensions[:, 0], colour, styles[0]))
+        lines.append(Line("", cable.tensions[:, -1], colour, styles[1]))
+    return Chart("tension [N]", lines, left_out=len(frames.cables) - len(lines) // 2)
+
+
+def _joints(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> Chart:
+    """Hinges, or slides where there are none, that no actuator moves directly."""
+    driven = model.actuator_trnid[model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT.value, 0]
+    for kind, label, si in (
+        (mujoco.mjtJoint.mjJNT_HINGE, "joint angle", "rad"),
+        (mujoco.mjtJoint.mjJNT_SLIDE, "displacement", "m"),
+    ):
+        chosen = [k for k in np.flatnonzero(model.jnt_type == kind.value) if k not in driven]
+        places = [model.jnt_qposadr[k] for k in chosen[:_MOST]]
+        if places:
+            unit = engineering_unit(si, frames.poses[:, places].ravel())
+            lines = [
+                Line(model.joint(k).name or f"joint {k}", unit.factor * frames.poses[:, p], colour)
+                for k, p, colour in zip(chosen, places, _OTHERS, strict=False)
+            ]
+            behind = [
+                Line("", unit.factor * twin.poses[:, p], style.GREY, "--") for p in places if twin
+            ]
+            return Chart(_labelled(label, unit), lines, behind, len(chosen) - len(places))
+    return Chart("", [])
+
+
+def _controls(model: mujoco.MjModel, frames: Frames) -> Chart:
+    moving = [k for k in range(model.nu) if np.ptp(frames.controls[:, k]) > 0.0]
+    shown = moving[:_MOST]
+    alike: dict[str, list[int]] = {}  # SI unit → controls in it
+    for k in shown:
+        alike.setdefault(control_unit(model, k), []).append(k)
+    units = {si: engineering_unit(si, frames.controls[:, ks].ravel()) for si, ks in alike.items()}
+    lines, tendons, known = [], tendon_colours(model), sheaths(model)
+    for colour, k in zip(_OTHERS, shown, strict=False):
+        name, unit = model.actuator(k).name or f"actuator {k}", units[control_unit(model, k)]
+        values = unit.factor * frames.controls[:, k]
+        of_tendon = (c for sheath, c in tendons.items() if name.startswith(known[sheath].tendon))
+        entry = name if len(units) == 1 else _labelled(name, unit)
+        lines.append(Line(entry, values, next(of_tendon, colour)))
+    label = _labelled("control", *(units.values() if len(units) == 1 else ()))
+    return Chart(label, lines, left_out=len(moving) - len(shown))
+
+
+def _labelled(name: str, unit: EngineeringUnit | None = None) -> str:
+    """A name with its unit, if it has one."""
+    return f"{name} [{unit.symbol}]" if unit and unit.symbol else name

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import base64
+import gzip
 import io
 from collections.abc import Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 from markupsafe import Markup, escape
+from matplotlib.figure import Figure
 from PIL import Image
+from plotly.offline import get_plotlyjs
 
 from tendon_mj.lab.diagnosis import (
     BeforeAfter,
@@ -21,23 +24,87 @@ from tendon_mj.lab.diagnosis import (
     parameter_correlations,
     residual_autocorrelations,
 )
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import estimated_percent, percent, quantity
-from tendon_mj.show.figures.labels import column_name
-from tendon_mj.show.figures.style import BLACK, BLUE, GREY, PALE, SKY
-from tendon_mj.show.page.templates import templates
-from tendon_mj.show.report.advice import advise
-from tendon_mj.show.report.charts import bars, curves
-from tendon_mj.show.report.charts.chart import Chart
-from tendon_mj.show.report.charts.matrix import correlation_chart
-from tendon_mj.show.report.first_screen import headline, meaning, most_telling, what_to_do
-from tendon_mj.show.report.library import packed_plotly
-from tendon_mj.show.report.tables import error_rows, short, value_rows
+from tendon_mj.show.figures.style import BLACK, BLUE, DPI, GREY, PALE, SKY, column_name
+from tendon_mj.show.page import templates
+from tendon_mj.show.report.bars import COLOURS
+from tendon_mj.show.report.charts import (
+    Chart,
+    correlation_chart,
+    errors_chart,
+    misfit_charts,
+    over_drive,
+    over_time,
+    proof_charts,
+    whiteness_chart,
+)
+from tendon_mj.show.report.pictures import diagnosis_figures
+from tendon_mj.show.report.text import (
+    advise,
+    error_rows,
+    headline,
+    meaning,
+    most_telling,
+    short,
+    value_rows,
+    what_to_do,
+)
+from tendon_mj.whole_file import whole_file
 
-_KEPT = {False: "its last quarter", True: "left out in turn"}
+MODEL = "model.xml"
 LEFT_OUT = "The comparison with mujoco.sysid was left out."
+_KEPT = {False: "its last quarter", True: "left out in turn"}
 # colours of the charts that a dark page shows otherwise
 _DARK = {BLUE: SKY, BLACK: "#FFFFFF", GREY: PALE, PALE: GREY}
-_SHARE, _COLOURS = 0.7, 96  # of a picture's size, and of its colours, that print needs
+_SHARE, _PRINTED = 0.7, 96  # of a picture's size, and of its colours, that print needs
+
+
+def write_report(
+    diagnosis: Diagnosis,
+    simulated: Sequence[BeforeAfter],
+    folder: str | Path,
+    *,
+    sysid: SysidResult | None = None,
+    no_sysid: str = LEFT_OUT,
+    provenance: Provenance | None = None,
+) -> list[Path]:
+    """Write ``report.html`` and its pictures, each as a PNG too.
+
+    The page needs no other file. It links to ``model.xml`` where that lies in the folder already.
+
+    Args:
+        diagnosis: to report.
+        simulated: result of its ``simulate``; the recording with the largest error before is
+            drawn.
+        folder: made if it is not there.
+        sysid: fit of the same recordings by `mujoco.sysid`, for comparison.
+        no_sysid: sentence for the page where that was left out.
+        provenance: command and files for the page, see `collect_provenance`.
+
+    Returns:
+        Paths of the files, the page last.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    shown, _ = most_telling(simulated)
+    figures = diagnosis_figures(diagnosis, shown, sysid.signals if sysid else None)
+    pictures = {name: as_png(figure) for name, figure in figures.items()}
+    text = report_page(
+        diagnosis,
+        simulated,
+        pictures,
+        sysid=sysid,
+        no_sysid=no_sysid,
+        provenance=provenance,
+        model=MODEL if (folder / MODEL).is_file() else "",
+    )
+    contents = {f"{name}.png": picture for name, picture in pictures.items()}
+    contents["report.html"] = text.encode()
+    for name, content in contents.items():
+        with whole_file(folder / name) as made:
+            made.write_bytes(content)
+    return [folder / name for name in contents]
 
 
 def report_page(
@@ -50,18 +117,12 @@ def report_page(
     provenance: Provenance | None = None,
     model: str = "",
 ) -> str:
-    """The page as HTML. Every text that comes from a file is escaped.
+    """The page as HTML, see `write_report`. Every text that comes from a file is escaped.
 
-    Args:
-        diagnosis: to report.
-        simulated: what its ``simulate`` returned; one recording or more.
-        pictures: name → PNG of the figure that `diagnosis_figures` calls so, for print.
-        sysid: fit of the same data by `mujoco.sysid` alone.
-        no_sysid: sentence in its place where there is none.
-        provenance: default: versions and date alone.
-        model: file of the final model beside the page, to link to; empty where there is none.
+    ``pictures`` are PNGs of `diagnosis_figures` by name, for print; ``model`` is the file of the
+    final model next to the page, empty where there is none.
     """
-    environment = templates(Path(__file__).parent / "template")
+    environment = templates()
     environment.filters |= {
         "short": short,
         "percent": percent,
@@ -72,15 +133,15 @@ def report_page(
         "quantity": quantity,
         "linked": partial(_linked, file=model),
     }
-    train, held_out = diagnosis.recordings, diagnosis.held_out_recordings
-    rest = _KEPT[diagnosis.leaves_one_out]
-    kept = "proof" if held_out else f"selection and fit; {rest} for the proof"
     row, column = most_telling(simulated)
-    only = [r for r in held_out if r.name not in {seen.name for seen in train}]
-    role = ", held out" if row.measured.name in {r.name for r in only} else ""
-    white = residual_autocorrelations(row)
-    correlations = parameter_correlations(diagnosis)
     rival = sysid.signals if sysid else None
+    held_out = any(row.measured.name == r.name for r in _held_out_only(diagnosis))
+    white, correlations = residual_autocorrelations(row), parameter_correlations(diagnosis)
+    charts = _charts(diagnosis, row, column, rival)
+    charts["whiteness"] = [whiteness_chart(c, w, diagnosis.changed) for c, w in white.items()]
+    if correlations:
+        charts["correlations"] = [correlation_chart(correlations)]
+    ties = [(group, advise(group, diagnosis.catalogue)) for group in diagnosis.indistinguishable]
     return environment.get_template("report.html").render(
         d=diagnosis,
         changed=diagnosis.changed,
@@ -91,14 +152,12 @@ def report_page(
         errors_in_training=error_rows(diagnosis.train),
         catalogue=diagnosis.catalogue,
         stills={name: _inline(picture) for name, picture in pictures.items()},
-        charts=_charts(diagnosis, row, column, rival)
-        | {"whiteness": [curves.whiteness(c, w, diagnosis.changed) for c, w in white.items()]}
-        | ({"correlations": [correlation_chart(correlations)]} if correlations else {}),
-        colours=bars.COLOURS,
+        charts=charts,
+        colours=COLOURS,
         dark=_DARK,
-        library=packed_plotly(),
+        library=_packed_plotly(),
         shown=row.measured.name,
-        role=role,
+        role=", held out" if held_out else "",
         signal=column,
         white=white,
         correlations=correlations,
@@ -106,47 +165,77 @@ def report_page(
         sysid=sysid,
         no_sysid=no_sysid,
         provenance=provenance or collect_provenance(),
-        ties=[(group, advise(group, diagnosis.catalogue)) for group in diagnosis.indistinguishable],
-        recordings=[(r, "selection and fit" if held_out else kept) for r in train]
-        + [(r, kept) for r in only],
+        ties=ties,
+        recordings=_uses(diagnosis),
     )
+
+
+def as_png(figure: Figure) -> bytes:
+    """A figure as the bytes of a PNG."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=DPI)
+    return buffer.getvalue()
+
+
+def _held_out_only(diagnosis: Diagnosis) -> list[Recording]:
+    """Recordings that no model was selected or fitted on."""
+    trained = {recording.name for recording in diagnosis.recordings}
+    return [r for r in diagnosis.held_out_recordings if r.name not in trained]
+
+
+def _uses(diagnosis: Diagnosis) -> list[tuple[Recording, str]]:
+    """Every recording with its use."""
+    use, kept = "selection and fit", "proof"
+    if not diagnosis.held_out_recordings:
+        use = kept = f"selection and fit; {_KEPT[diagnosis.leaves_one_out]} for the proof"
+    return [
+        *((r, use) for r in diagnosis.recordings),
+        *((r, kept) for r in _held_out_only(diagnosis)),
+    ]
 
 
 def _charts(
     diagnosis: Diagnosis, row: BeforeAfter, column: str, sysid: Mapping[str, float] | None
 ) -> dict[str, list[Chart]]:
     """Place on the page → its charts."""
-    changed = diagnosis.changed
+    changed, held_out, bars = diagnosis.changed, diagnosis.held_out, diagnosis.bars
     charts = {
-        "first": [curves.over_time(row, column, changed=changed)],
-        "errors": [bars.errors(diagnosis.held_out, sysid, changed=changed, floors=diagnosis.bars)],
+        "first": [over_time(row, column, changed=changed)],
+        "errors": [errors_chart(held_out, sysid, changed=changed, floors=bars)],
         "signals": [
             chart
             for c in row.measured.measured
             for chart in (
-                curves.over_drive(row, c, changed=changed),
-                curves.over_time(row, c, changed=changed, height=320),
+                over_drive(row, c, changed=changed),
+                over_time(row, c, changed=changed, height=320),
             )
         ],
     }
     if diagnosis.verdict != "nothing missing":
-        remaining = diagnosis.remaining if changed else None
-        charts["misfit"] = list(bars.misfit(diagnosis.located, remaining).values())
+        charts["misfit"] = misfit_charts(
+            diagnosis.located, diagnosis.remaining if changed else None
+        )
     if changed:
-        charts["proof"] = list(bars.proof(*diagnosis.proof, diagnosis.bars).values())
+        charts["proof"] = proof_charts(*diagnosis.proof, bars)
     return charts
 
 
+@cache
+def _packed_plotly() -> str:
+    """plotly.js, compressed with gzip, in base64: 2 of its 4.8 MB; a browser unpacks it itself."""
+    return base64.b64encode(gzip.compress(get_plotlyjs().encode(), 9, mtime=0)).decode("ascii")
+
+
 def _linked(sentence: str, file: str) -> Markup:
-    """A sentence that links to a file where it names it."""
+    """A sentence with links to a file where it names it."""
+    escaped = escape(sentence)
     link = Markup('<a href="{0}">{0}</a>').format(file)
-    said = escape(sentence)
-    return Markup(said.replace(file, link)) if file else said
+    return Markup(escaped.replace(file, link)) if file else escaped
 
 
 def _inline(picture: bytes) -> str:
     """A PNG made smaller, in base64."""
     drawn, small = Image.open(io.BytesIO(picture)).convert("RGB"), io.BytesIO()
     drawn.thumbnail((round(_SHARE * drawn.width), drawn.height))
-    drawn.quantize(_COLOURS).save(small, format="png", optimize=True)
+    drawn.quantize(_PRINTED).save(small, format="png", optimize=True)
     return base64.b64encode(small.getvalue()).decode("ascii")

@@ -1,0 +1,295 @@
+"""A simulation to watch: a model in motion, its live parameters, and the pace of the clock."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from tendon_mj.attach import Parameters, show_tension, view_sheath
+from tendon_mj.errors import InvalidValueError, TendonError
+from tendon_mj.lab.finger import FINGERS, find_trajectory, prepare_finger
+from tendon_mj.lab.replay import Drive, default_motion, read_motion, record_frames
+from tendon_mj.models import load_spec, model_path
+from tendon_mj.plugin import TENSION_SCALE, sheaths
+from tendon_mj.show.live.scene import View, first_view
+from tendon_mj.show.render.scene import tension_scale
+from tendon_mj.typing import FloatArray
+
+FPS = 60.0  # [1/s]
+_TRIAL, _TRIAL_FPS = 8.0, 20.0  # length of the run that sets the colours' limits [s], its frames
+_LAG = 0.5  # that is caught up; with more the simulation is slower than the clock [s]
+_LONGEST = 0.1  # between two frames in any case [s]
+_JUMP = 1e-3  # largest distance of a motion's end from its beginning, over its range
+_RETURN = 0.5  # from the last controls of a motion back to its first [s]
+_UNSTABLE = [
+    getattr(mujoco.mjtWarning, f"mjWARN_BAD{of}").value for of in ("QPOS", "QVEL", "QACC", "CTRL")
+]
+
+
+class LiveSimulation:
+    """A model that moves by controls over time.
+
+    Args:
+        model: to simulate.
+        drive: time [s] → (nu,) controls.
+        remembered: for how long the tensions at the ends are kept [s].
+
+    Attributes:
+        model, data: of the simulation; another thread holds ``lock`` while it uses them.
+        tendons: sheath → name of its tendon.
+        parameters: live ones, by ``<sheath>.<parameter>``; `set` changes them.
+        paused: whether time stands still.
+    """
+
+    def __init__(self, model: mujoco.MjModel, drive: Drive, remembered: float = 10.0) -> None:
+        self.model, self.data = model, mujoco.MjData(model)
+        self.paused = False
+        self._drive, self._remembered, self.lock = drive, remembered, threading.Lock()
+        self._sheaths = sheaths(model)
+        self.tendons = {name: sheath.tendon for name, sheath in self._sheaths.items()}
+        self.parameters = Parameters(model, self.data)
+        self._views = [view_sheath(model, self.data, name) for name in self._sheaths]
+        self._times: deque[float] = deque()
+        self._ends: deque[FloatArray] = deque()
+        self._start()
+
+    def advance(self, duration: float, limit: float = float("inf")) -> float:
+        """Simulate for a duration [s], and keep the tensions at its end.
+
+        Returns:
+            Simulated time [s], less where ``limit`` [s] has passed on the clock.
+
+        Raises:
+            TendonError: the simulation became unstable; the message says when.
+        """
+        deadline = time.perf_counter() + limit
+        with self.lock:
+            steps, step = 0, float(self.model.opt.timestep)
+            while (steps + 0.5) * step < duration and time.perf_counter() < deadline:
+                self.data.ctrl[:] = self._drive(self.data.time)
+                mujoco.mj_step(self.model, self.data)
+                steps += 1
+            if self.data.warning.number[_UNSTABLE].any():
+                raise TendonError(f"the simulation became unstable before {self.data.time:.3g} s")
+            if steps:
+                self._keep()
+        return steps * step
+
+    def set(self, name: str, value: float) -> None:
+        """Change a live parameter from the next step on.
+
+        A pretension resets the sheath: the tendon is laid evenly along its path.
+
+        Raises:
+            UnknownKeyError: no such parameter.
+            InvalidValueError: a value outside its range.
+        """
+        with self.lock:
+            self.parameters[name] = value
+            sheath, _, parameter = name.rpartition(".")
+            if parameter == "pretension":
+                values = dict(self.parameters)
+                start, instance = self._sheaths[sheath].state, self._sheaths[sheath].instance
+                span = slice(start, start + self.model.plugin_statenum[instance])
+                self.data.plugin_state[span] = mujoco.MjData(self.model).plugin_state[span]
+                self.parameters.update(values)
+
+    def reset(self) -> None:
+        """Restart the motion; live parameters stay as they are."""
+        with self.lock:
+            values = dict(self.parameters)
+            mujoco.mj_resetData(self.model, self.data)
+            self.parameters.update(values)
+            self._times.clear()
+            self._ends.clear()
+            self._start()
+
+    def curves(self) -> tuple[FloatArray, FloatArray]:
+        """Remembered (n,) times [s] and (n, sheaths, 2) tensions at input and output [N]."""
+        shape = (len(self._ends), len(self._sheaths), 2)
+        return np.array(self._times), np.array(self._ends).reshape(shape)
+
+    def _start(self) -> None:
+        self.data.ctrl[:] = self._drive(0.0)
+        mujoco.mj_forward(self.model, self.data)
+        self._keep()
+
+    def _keep(self) -> None:
+        self._times.append(float(self.data.time))
+        self._ends.append(np.array([view.tension[[0, -1]] for view in self._views]))
+        while self._times[0] < self.data.time - self._remembered:
+            self._times.popleft()
+            self._ends.popleft()
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A simulation and the way it is shown.
+
+    Attributes:
+        simulation: at its start.
+        view: at first.
+        low, high: tensions at the ends of the colour bar [N]; both 0 without sheaths.
+        still: reason that nothing moves; empty where something does.
+    """
+
+    simulation: LiveSimulation
+    view: View
+    low: float
+    high: float
+    still: str
+
+
+def prepare(name: str, motion: str | None = None) -> Prepared:
+    """Load a model and set it in motion.
+
+    Tendons are coloured between the tensions of the model's custom numeric
+    `tendon_mj.tension_scale`, or, where it has none, those of a short run.
+
+    Args:
+        name: of the model.
+        motion: a name, or the path of a CSV: for the finger one of joint angles or tensions, for
+            any other model one with ``time_s`` and a column for each actuator that is driven, named
+            like it and followed by a unit; None: the finger curls, and other models move as in
+            `default_motion`.
+
+    Raises:
+        UnknownNameError: no such model or motion, or a column of no actuator.
+        RecordingError: there is no such CSV, or it cannot be read.
+        InvalidValueError: a motion out of reach of the finger, or too short.
+        TendonError: the model does not compile, or becomes unstable.
+    """
+    spec, stem = load_spec(name, scene=True), model_path(name).stem
+    has_scale = spec.numeric(TENSION_SCALE) is not None
+    if not has_scale:
+        show_tension(spec, 0.0, 1.0)  # until the limits are known
+    try:
+        compiled = spec.compile()
+    except ValueError as error:
+        raise TendonError(f"{model_path(name, scene=True)}: {error}") from error
+    model, drive = in_motion(stem, compiled, motion)
+    still, limits = stands_still(model, drive, _TRIAL), model.numeric(TENSION_SCALE).data
+    if not sheaths(model):
+        limits[:] = 0.0
+    elif not has_scale:
+        trial = record_frames(model, drive, duration=_TRIAL, fps=_TRIAL_FPS)
+        colours = tension_scale(trial.cables)
+        limits[:] = colours.vmin, colours.vmax
+    low, high = (float(limit) for limit in limits)
+    return Prepared(LiveSimulation(model, drive), first_view(model), low, high, still)
+
+
+def in_motion(name: str, model: mujoco.MjModel, motion: str | None) -> tuple[mujoco.MjModel, Drive]:
+    """A model ready for a motion (a copy where it must differ), and controls that repeat it.
+
+    The finger and `finger_spring` know motions by ``name``; see `prepare`.
+    """
+    if name in FINGERS:
+        trajectory = find_trajectory(motion or "curl")
+        adjustable, rows = prepare_finger(trajectory, model)
+        if trajectory.aside:  # the object, which would hang in the air far away
+            unused = adjustable.model.geom_bodyid == adjustable.model.body("object").id
+            adjustable.model.geom_rgba[unused, 3] = 0.0
+        return adjustable.model, repeated(rows, model.opt.timestep)
+    if motion is None:
+        return model, default_motion(name, model)
+    drive, length = read_motion(Path(motion), model)
+    times = np.arange(0.0, length, model.opt.timestep)
+    if not len(times):
+        raise InvalidValueError(f"{motion}: the motion is shorter than a step of the model")
+    return model, repeated(np.stack([drive(time) for time in times]), model.opt.timestep)
+
+
+def repeated(rows: FloatArray, step: float) -> Drive:
+    """(steps, nu) controls, one per step [s], repeated; a straight line leads back to the first."""
+    if len(rows) and (np.abs(rows[-1] - rows[0]) > _JUMP * np.ptp(rows, axis=0)).any():
+        share = np.linspace(0.0, 1.0, max(2, round(_RETURN / step)))[1:, None]
+        rows = np.concatenate([rows, (1.0 - share) * rows[-1] + share * rows[0]])
+    return lambda time: np.asarray(rows[round(time / step) % len(rows)])
+
+
+def stands_still(model: mujoco.MjModel, drive: Drive, duration: float) -> str:
+    """Reason that no actuator moves a model within a duration [s]; empty where one does."""
+    if model.nu == 0:
+        return "it has no actuator"
+    moves = any(np.any(drive(time)) for time in np.arange(0.0, duration, 0.1))
+    return "" if moves else "the controls stay at 0"
+
+
+@dataclass(frozen=True)
+class RealTime:
+    """Pace of a simulation.
+
+    Attributes:
+        simulated: [s].
+        elapsed: on the clock, without pauses [s].
+        frames: shown.
+    """
+
+    simulated: float
+    elapsed: float
+    frames: int
+
+    def sentence(self) -> str:
+        """The pace in a sentence."""
+        clock = max(self.elapsed, 1e-9)
+        return (
+            f"simulated {self.simulated:.1f} s in {self.elapsed:.1f} s, "
+            f"{self.simulated / clock:.2f} × real time, "
+            f"at {self.frames / clock:.0f} frames a second"
+        )
+
+
+def run_in_real_time(
+    simulation: LiveSimulation, show: Callable[[], bool], seconds: float | None = None
+) -> RealTime:
+    """Simulate and show in turn, until ``show`` returns that the view is closed, or the time is up.
+
+    Ctrl-C ends it like closing the window, after the frame at hand: an interruption within one may
+    be lost in a callback of the viewer, or leave a lock behind. A second one ends it at once.
+    """
+    simulated, elapsed, owed, frames = 0.0, 0.0, 0.0, 0
+    with _interruption() as interrupted:
+        watched = show()  # opens the window or page, which does not count for the pace
+        last = time.perf_counter()
+        while watched and not interrupted() and (seconds is None or elapsed < seconds):
+            time.sleep(max(0.0, last + 1.0 / FPS - time.perf_counter()))
+            now = time.perf_counter()
+            passed, last = now - last, now
+            if not simulation.paused:
+                elapsed += passed
+                owed = min(owed + passed, _LAG)
+                done = simulation.advance(owed, limit=_LONGEST)
+                simulated, owed = simulated + done, owed - done
+            watched = show()
+            frames += 1
+    return RealTime(simulated, elapsed, frames)
+
+
+@contextmanager
+def _interruption() -> Iterator[Callable[[], bool]]:
+    """Whether Ctrl-C was pressed; only the main thread receives signals."""
+    pressed = threading.Event()
+
+    def press(number: int, frame: object) -> None:
+        if pressed.is_set():
+            raise KeyboardInterrupt
+        pressed.set()
+
+    if threading.current_thread() is not threading.main_thread():
+        yield pressed.is_set
+        return
+    before = signal.signal(signal.SIGINT, press)
+    try:
+        yield pressed.is_set
+    finally:
+        signal.signal(signal.SIGINT, before or signal.SIG_DFL)

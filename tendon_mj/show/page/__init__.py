@@ -1,1 +1,0 @@
-"""What every page of HTML has: one file without network, one look, and texts that are escaped."""

@@ -1,1 +1,0 @@
-"""Interactive charts of a report, as plotly figures: plain dictionaries of `data` and `layout`."""

@@ -1,0 +1,262 @@
+"""Sentences and tables of a report: the verdict, the next steps, and rows of values and errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Final, NamedTuple
+
+from tendon_mj.lab.diagnosis import (
+    DISCRIMINATING_EXPERIMENTS,
+    BeforeAfter,
+    Diagnosis,
+    Effect,
+    ErrorReduction,
+    Finding,
+    Value,
+    Verdict,
+)
+from tendon_mj.lab.recordings import noise_levels
+from tendon_mj.lab.replay import column_name, column_unit, engineering_unit, plain, replay_error
+
+ABSENT = "–"
+# verdict → its meaning
+MEANING: Final[dict[Verdict, str]] = {
+    "named": "An effect is missing from the model; held-out data prove it.",
+    "parameter": "A parameter of the model is wrong; held-out data prove it.",
+    "partly": "A part of the error is explained; the rest is not.",
+    "nothing missing": "The model explains the recordings down to their noise.",
+    "unknown": "The error is not explained, and nothing is proven.",
+}
+_LINING, _CABLE = "the sheath and its lining", "the cable"
+_JOINT, _SENSOR = "the bearings of the joint", "the sensor, its amplifier and its filter"
+# effect → physical component to inspect
+PARTS: Final = {
+    "sheath_friction": _LINING,
+    "static_friction": _LINING,
+    "velocity_weakening": _LINING,
+    "viscous_friction": f"{_LINING}, and its lubricant",
+    "constant_friction": f"{_LINING}, seals and pulleys",
+    "direction_asymmetry": f"{_LINING}, and where the cable enters and leaves it",
+    "position_dependent_friction": "where the cable rubs most: a kink, a worn or dirty place",
+    "friction_drift": f"{_LINING}, for heat and wear",
+    "backlash": "the spool on its shaft, the coupling and the gear before the cable, and its ends",
+    "stiffening": _CABLE,
+    "creep": _CABLE,
+    "sheath_compliance": "the brackets that hold the sheath",
+    "joint_damping": _JOINT,
+    "joint_friction": _JOINT,
+    "sensor_bias": "the sensor's zero",
+    "sensor_gain": "the sensor's calibration",
+    "sensor_delay": _SENSOR,
+    "sensor_lag": _SENSOR,
+    "sensor_drift": "the sensor's zero, for heat",
+    "gear_efficiency": "the gear before the motor whose current is read; a load cell has none",
+    "slip": "where the cable is held on its drum, the coupling, and lost counts of the encoder",
+    "command_delay": "the drive and its clock",
+}
+
+
+def meaning(diagnosis: Diagnosis) -> str:
+    """Meaning of the verdict; a named effect that the model has too little of is not missing."""
+    verdict, findings = diagnosis.verdict, diagnosis.findings
+    if verdict == "nothing missing" and diagnosis.bars:
+        return "The model explains the recordings down to the scatter between sessions of the rig."
+    if diagnosis.withheld:
+        return "The recordings have a fault; whether the model lacks anything cannot be said."
+    if verdict == "named" and all(finding.recording for finding in findings):
+        return "An event explains the error; the model lacks nothing else."
+    if verdict == "named" and all(finding.kind == "parameter" for finding in findings):
+        verdict = "parameter"
+    return MEANING[verdict]
+
+
+def headline(diagnosis: Diagnosis) -> str:
+    """The findings in a sentence with values and units."""
+    if diagnosis.verdict == "nothing missing":
+        return "Nothing is missing from the model."
+    if diagnosis.withheld:
+        return "No effect is named: the recordings have a fault that would be taken for one."
+    if diagnosis.verdict == "unknown":
+        return "Nothing in the catalogue explains the error."
+    missing, wrong, happened = (
+        " and ".join(
+            f.statement if f.statement and not f.elsewhere else _anywhere(f)
+            for f in diagnosis.findings
+            if ("happened" if f.recording else f.kind) == kind
+        )
+        for kind in ("missing", "parameter", "happened")
+    )
+    parts = (missing and f"the model lacks {missing}", happened, wrong)
+    sentence = "; ".join(part for part in parts if part)
+    if diagnosis.verdict == "partly":
+        sentence = f"in part, {sentence}"
+    return sentence[:1].upper() + sentence[1:] + "."
+
+
+def _anywhere(finding: Finding) -> str:
+    return f"{finding.name} ({' or '.join((finding.where, *finding.elsewhere))})"
+
+
+def what_to_do(diagnosis: Diagnosis) -> list[str]:
+    """Next steps as sentences, the first one about the model, as model.xml."""
+    if diagnosis.verdict == "nothing missing":
+        return [
+            "Use model.xml, the model with its calibrated values.",
+            "An effect that the motion of these recordings does not bring out cannot be seen in"
+            " them: record the motions that the model is for.",
+        ]
+    if diagnosis.withheld:
+        return [
+            "Do not rely on model.xml: its uncertain values were fitted to the fault too.",
+            *(
+                f"{warning.place}: {warning.way_out}; then diagnose again."
+                for warning in diagnosis.checks
+                if warning.blocks
+            ),
+        ]
+    if diagnosis.verdict == "unknown":
+        first = "Do not rely on model.xml: it is only calibrated, and an error remains."
+        if diagnosis.closest:
+            names = " and ".join(diagnosis.catalogue[name].name for name in diagnosis.closest)
+            first = (
+                f"Do not rely on model.xml: it has the closest explanation ({names}), which is not"
+                " proven."
+            )
+        advice = advise(diagnosis.closest, diagnosis.catalogue)
+        return [first, *(advice or [_record_more(diagnosis)])]
+    return [*_use_of_the_model(diagnosis), *_ties(diagnosis), *_inspections(diagnosis)]
+
+
+def _use_of_the_model(diagnosis: Diagnosis) -> list[str]:
+    if diagnosis.verdict == "partly":
+        without = f", without {', '.join(diagnosis.excluded)}," if diagnosis.excluded else ""
+        return [
+            "Use model.xml with care: an error remains that nothing in the catalogue"
+            f"{without} explains.",
+            _record_more(diagnosis),
+        ]
+    return [
+        "Use model.xml, which has the findings; tendon-mj replay RECORDING --model model.xml"
+        " shows how it follows a recording, with the --description of this diagnosis if it had one."
+    ]
+
+
+def _ties(diagnosis: Diagnosis) -> list[str]:
+    return [
+        f"These data can't tell {' from '.join(name.replace('_', ' ') for name in group[:2])}."
+        f" {' '.join(advise(group, diagnosis.catalogue))}"
+        for group in diagnosis.indistinguishable
+    ]
+
+
+def _inspections(diagnosis: Diagnosis) -> list[str]:
+    sentences, missing = [], [f for f in diagnosis.findings if f.kind == "missing"]
+    for finding in missing:
+        part = PARTS.get(finding.identifier, "")
+        if finding.recording:
+            sentences.append(
+                f"Model.xml has no slip. To replay recording {finding.recording!r}, state it in the"
+                f" [known] of that recording, or record it again: look at {part or finding.where}."
+            )
+            continue
+        look = f"look at {part} ({finding.where})" if part else f"inspect {finding.where}"
+        name = diagnosis.catalogue[finding.identifier].name
+        effect = name if len(missing) > 1 else "this effect"
+        sentences.append(f"If the rig should not have {effect}, {look}.")
+    return sentences
+
+
+def _record_more(diagnosis: Diagnosis) -> str:
+    located = diagnosis.remaining if diagnosis.changed else diagnosis.located
+    return f"Record more of the motions that bring out the rest. {located.sentence}"
+
+
+def advise(group: Sequence[str], catalogue: Mapping[str, Effect]) -> list[str]:
+    """Sentences on the experiments that tell the effects of a group apart.
+
+    One for every pair that is known to tie; for effects in none of these, the motion that brings
+    each of them out.
+    """
+    sentences: dict[str, None] = {}  # in order, each once
+    covered: set[str] = set()
+    for k, name in enumerate(group):
+        for other in group[k + 1 :]:
+            sentence = DISCRIMINATING_EXPERIMENTS.get(frozenset({name, other}))
+            if sentence:
+                covered |= {name, other}
+                sentences[sentence] = None
+    return [
+        *sentences,
+        *(
+            f"For {name.replace('_', ' ')}, record {catalogue[name].next_experiment}."
+            for name in group
+            if name not in covered and catalogue[name].next_experiment
+        ),
+    ]
+
+
+def most_telling(simulated: Sequence[BeforeAfter]) -> tuple[BeforeAfter, str]:
+    """The recording, and its measured column, whose error before is the most above noise."""
+    ratios = [
+        (error.rmse / noise_levels(row.measured)[column], row, column)
+        for row in simulated
+        for column, error in replay_error(row.measured, row.before).items()
+    ]
+    _, row, column = max(ratios, key=lambda ratio: ratio[0])
+    return row, column
+
+
+class ValueRow(NamedTuple):
+    """A fitted parameter, written in ``unit``."""
+
+    name: str
+    value: str
+    low: str
+    high: str
+    before: str
+    unit: str
+    note: str
+
+
+def error_rows(
+    errors: ErrorReduction,
+    sysid: Mapping[str, float] | None = None,
+    reproducibility: Mapping[str, float] | None = None,
+) -> list[dict[str, str]]:
+    """A row for each signal; ``sysid`` and ``reproducibility`` are in the columns' units."""
+    rows = []
+    for column, (before, after, noise) in errors.signals.items():
+        rival = (sysid or {}).get(column, math.nan)
+        between = (reproducibility or {}).get(column, math.nan)
+        unit = engineering_unit(column_unit(column), (before, after, rival))
+        errors_of = {"before": before, "after": after, "sysid": rival}
+        errors_of |= {"noise": noise, "between": between}
+        cells = {name: _written(unit.factor * error) for name, error in errors_of.items()}
+        rows.append({"signal": column_name(column), **cells, "unit": unit.symbol})
+    return rows
+
+
+def value_rows(values: Mapping[str, Value]) -> list[ValueRow]:
+    """A row for each parameter."""
+    rows = []
+    for name, v in values.items():
+        unit = engineering_unit(v.unit, (v.value, v.before))
+        note = "" if v.determined else "not determined: its whole range"
+        note = "at an end of its range" if v.at_end else note
+        cells = [_written(x * unit.factor, 4) for x in (v.value, v.low, v.high, v.before)]
+        rows.append(ValueRow._make([name, *cells, unit.symbol or ABSENT, note]))
+    return rows
+
+
+def _written(value: float, digits: int = 3) -> str:
+    return plain(value, digits) if math.isfinite(value) else ABSENT
+
+
+def short(value: float) -> str:
+    """A number to four significant digits."""
+    if not math.isfinite(value):
+        return ABSENT
+    if 1e4 <= abs(value) < 1e7:
+        return f"{value:,.0f}".replace(",", "\u202f")
+    return f"{value:.4g}"

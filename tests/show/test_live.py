@@ -1,0 +1,235 @@
+"""A live simulation: moved as by `mj_step`, at the clock's pace, with live parameters."""
+
+import contextlib
+import signal
+import threading
+
+import mujoco
+import numpy as np
+import pytest
+
+import tendon_mj
+from tendon_mj.errors import (
+    InvalidValueError,
+    RecordingError,
+    TendonError,
+    UnknownKeyError,
+    UnknownNameError,
+)
+from tendon_mj.plugin import TENSION_SCALE
+from tendon_mj.show.live import LiveSimulation, prepare
+from tendon_mj.show.live.scene import first_view, look_from
+from tendon_mj.show.live.session import in_motion, repeated, run_in_real_time, stands_still
+from tests.show.rigs import PULLED, TENSION, pulled
+
+
+def written(tmp_path, *scale):
+    """Path of the pulled model with friction, and a tension scale if one is given."""
+    spec = mujoco.MjSpec.from_string(PULLED)
+    tendon_mj.add_friction(spec, "t", friction=0.3)
+    if scale:
+        tendon_mj.show_tension(spec, *scale)
+    spec.compile()
+    path = tmp_path / "pulled.xml"
+    path.write_text(spec.to_xml())
+    return str(path)
+
+
+def table(tmp_path, text):
+    path = tmp_path / "motion.csv"
+    path.write_text(text)
+    return str(path)
+
+
+def test_the_finger_moves_between_the_limits_of_its_colours():
+    prepared = prepare("finger")
+    assert not prepared.still
+    start = prepared.simulation.data.qpos.copy()
+    for _ in range(20):
+        prepared.simulation.advance(0.1)
+    assert np.abs(prepared.simulation.data.qpos - start).max() > 0.3
+    tensions = prepared.simulation.curves()[1]
+    assert prepared.low <= tensions.min()
+    assert tensions.max() <= prepared.high < 3.0 * tensions.max()
+    assert list(prepared.simulation.model.numeric(TENSION_SCALE).data) == [0.0, prepared.high]
+
+
+def test_a_model_s_own_limits_are_kept(tmp_path):
+    prepared = prepare(written(tmp_path, 1.0, 7.0))
+    assert (prepared.low, prepared.high) == (1.0, 7.0)
+
+
+def test_a_model_without_sheaths_can_be_shown(tmp_path):
+    path = tmp_path / "plain.xml"
+    path.write_text(PULLED)
+    prepared = prepare(str(path))
+    assert (prepared.low, prepared.high) == (0.0, 0.0)
+    prepared.simulation.advance(0.1)
+    assert prepared.simulation.curves()[1].shape[1:] == (0, 2)
+
+
+def test_a_model_that_does_not_move_has_a_reason(tmp_path):
+    still = table(tmp_path, "time_s,pull_N\n0,0\n1,0\n")
+    assert "controls stay at 0" in prepare(written(tmp_path), still).still
+    model = mujoco.MjModel.from_xml_string("<mujoco/>")
+    assert stands_still(model, lambda time: np.zeros(0), 1.0) == "it has no actuator"
+
+
+def test_a_table_moves_any_model(tmp_path):
+    motion = table(tmp_path, "time_s,pull_N\n0,0\n1,10\n2,0\n")
+    prepared = prepare(written(tmp_path), motion)
+    assert not prepared.still
+    prepared.simulation.advance(0.5)
+    assert prepared.simulation.data.ctrl[0] == pytest.approx(5.0, rel=0.02)
+    assert prepared.high >= TENSION
+
+
+def test_unknown_motions_and_models_are_refused(tmp_path):
+    with pytest.raises(UnknownNameError, match="did you mean 'press'"):
+        prepare("finger", "pres")
+    with pytest.raises(RecordingError, match="Motions with a name, such as curl, are the finger's"):
+        in_motion("bench", tendon_mj.load_model("bench"), "curl")
+    with pytest.raises(UnknownNameError) as refused:
+        prepare(written(tmp_path), table(tmp_path, "time_s,push_N\n0,0\n1,1\n"))
+    assert "push_N" in str(refused.value)
+    with pytest.raises(UnknownNameError):
+        prepare("fingr")
+    path = tmp_path / "wrong.xml"
+    path.write_text(PULLED.replace('site="c"', 'site="d"'))
+    with pytest.raises(TendonError) as refused:
+        prepare(str(path))
+    assert "wrong.xml" in str(refused.value)
+
+
+def test_a_motion_is_repeated_without_a_jump():
+    drive = repeated(np.linspace(0.0, 1.0, 1001)[:, None], 0.001)
+    values = np.array([drive(0.001 * k)[0] for k in range(4000)])
+    assert np.abs(np.diff(values)).max() < 0.01
+    assert values.max() == 1.0
+    assert values[0] == values[1500] == 0.0
+
+
+def test_the_first_view_is_that_of_the_model_s_first_camera():
+    model = pulled().simulation.model
+    camera, data, scene = mujoco.MjvCamera(), mujoco.MjData(model), mujoco.MjvScene(model, 100)
+    mujoco.mj_forward(model, data)
+    seen = []
+    for kind in ("first", "fixed"):
+        if kind == "first":
+            look_from(camera, model, first_view(model))
+        else:
+            camera.type, camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, 0
+        mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, camera, 7, scene)
+        eye = scene.camera[0]
+        seen.append([*eye.pos, *eye.forward, *eye.up, eye.frustum_top / eye.frustum_near])
+    np.testing.assert_allclose(seen[0], seen[1], atol=1e-3)
+
+
+def test_without_a_camera_the_whole_model_is_seen():
+    camera = '<camera name="front" pos="0.5 -1.2 0.1" xyaxes="1 0 0 0 0 1" fovy="50"/>'
+    model = mujoco.MjModel.from_xml_string(PULLED.replace(camera, ""))
+    view = first_view(model)
+    np.testing.assert_allclose(view.look_at, model.stat.center)
+    assert np.linalg.norm(view.position - view.look_at) > 0.5 * model.stat.extent
+
+
+def test_it_advances_as_mujoco_does():
+    simulation = pulled(lambda time: np.array([TENSION * np.sin(time) ** 2])).simulation
+    assert simulation.advance(0.4 * simulation.model.opt.timestep) == 0.0
+    assert simulation.advance(0.5) == pytest.approx(0.5)
+    other = mujoco.MjData(simulation.model)
+    for _ in range(250):
+        other.ctrl[0] = TENSION * np.sin(other.time) ** 2
+        mujoco.mj_step(simulation.model, other)
+    assert simulation.data.time == other.time
+    assert np.array_equal(simulation.data.qpos, other.qpos)
+
+
+def test_it_remembers_the_tensions_of_the_last_seconds():
+    simulation = LiveSimulation(pulled().simulation.model, lambda t: np.array([TENSION]), 1.0)
+    for _ in range(30):
+        simulation.advance(0.1)
+    times, tensions = simulation.curves()
+    assert times[-1] == pytest.approx(simulation.data.time)
+    assert 0.85 <= times[-1] - times[0] <= 1.0 + 1e-9
+    assert tensions.shape == (len(times), 1, 2)
+    view = tendon_mj.view_sheath(simulation.model, simulation.data, "t")
+    np.testing.assert_array_equal(tensions[-1, 0], view.tension[[0, -1]])
+
+
+def test_a_parameter_acts_while_it_runs_and_is_kept_by_a_reset():
+    simulation = pulled().simulation
+    for friction in (0.3, 0.0):
+        simulation.set("sheath.friction", friction)
+        simulation.advance(1.0)
+        held = simulation.curves()[1][-1, 0, 1]
+        assert held < 0.9 * TENSION if friction else held == pytest.approx(TENSION, rel=1e-6)
+    simulation.reset()
+    assert simulation.data.time == 0.0
+    assert simulation.parameters["sheath.friction"] == 0.0
+    assert len(simulation.curves()[0]) == 1
+
+
+def test_an_unknown_parameter_or_one_out_of_range_is_refused():
+    simulation = pulled().simulation
+    with pytest.raises(UnknownKeyError):
+        simulation.set("sheath.frictoin", 0.1)
+    with pytest.raises(InvalidValueError):
+        simulation.set("sheath.friction", -0.1)
+
+
+def test_another_pretension_resets_a_wound_tendon_and_nothing_else():
+    model = tendon_mj.load_model("bench")
+    simulation = LiveSimulation(model, lambda time: np.zeros(model.nu))
+    simulation.advance(0.1)
+    (sheath,) = simulation.tendons
+    before, pose = simulation.curves()[1][-1, 0], simulation.data.qpos.copy()
+    pretension = simulation.parameters[f"{sheath}.pretension"]
+    simulation.set(f"{sheath}.friction", 0.07)
+    simulation.set(f"{sheath}.pretension", 2.0 * pretension)
+    assert np.array_equal(simulation.data.qpos, pose)
+    assert simulation.parameters[f"{sheath}.friction"] == 0.07
+    simulation.advance(0.1)
+    assert (simulation.curves()[1][-1, 0] > 1.1 * before).all()  # the load has yielded meanwhile
+
+
+def test_an_unstable_simulation_is_refused():
+    simulation = pulled(lambda time: np.array([1e12])).simulation
+    with pytest.raises(TendonError, match="became unstable before"):
+        simulation.advance(5.0)
+
+
+def test_it_keeps_the_pace_of_the_clock_until_the_view_is_closed():
+    simulation, left = pulled().simulation, iter([True] * 30 + [False])
+    done = run_in_real_time(simulation, lambda: next(left))
+    assert done.frames == 30
+    assert done.simulated <= done.elapsed + simulation.model.opt.timestep
+    assert done.simulated == pytest.approx(simulation.data.time)
+    assert "× real time" in done.sentence()
+
+
+def test_ctrl_c_ends_it_quietly_and_a_pause_stands_still():
+    simulation, before = pulled().simulation, signal.getsignal(signal.SIGINT)
+    simulation.paused, left = True, iter([True] * 3)
+
+    def show():
+        if next(left, None) is None:
+            with contextlib.suppress(KeyboardInterrupt):  # as a viewer's callback may
+                signal.raise_signal(signal.SIGINT)
+        return True
+
+    done = run_in_real_time(simulation, show)
+    assert (done.simulated, done.elapsed, done.frames) == (0.0, 0.0, 3)
+    assert simulation.data.time == 0.0
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_in_another_thread_it_ends_when_the_time_is_up_and_leaves_signals_alone():
+    simulation, done = pulled().simulation, []
+    run = threading.Thread(
+        target=lambda: done.append(run_in_real_time(simulation, lambda: True, seconds=0.05))
+    )
+    run.start()
+    run.join()
+    assert done[0].frames > 0
+    assert done[0].elapsed >= 0.05

@@ -1,0 +1,346 @@
+"""A simulation in a window and on a page: numbers, curves, sliders, and `tendon-mj view`."""
+
+import os
+import platform
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.ui import WebDriverWait
+
+from tendon_mj.cli import main
+from tendon_mj.errors import EngineError, MissingPackageError
+from tendon_mj.show.live import open_window, serve
+from tendon_mj.show.live.panel import (
+    MOST,
+    colour_key,
+    key_height,
+    slider,
+    tension_table,
+    tension_text,
+)
+from tendon_mj.show.live.scene import curve_colours, drawn_tendons
+from tendon_mj.show.live.web import row_of_points
+from tendon_mj.show.live.window import curves_place, draw_curves, key_place, new_figure
+from tests.show.rigs import TENSION, pulled, start_browser
+
+ROOT = Path(__file__).parents[2]
+PATIENCE = 90.0  # for a page on a slow machine [s]
+SERVE = """
+import sys
+from tendon_mj.show.live import serve
+from tests.show.rigs import pulled
+print(serve(pulled(), port=int(sys.argv[1]), announce=lambda text: print(text, flush=True)))
+"""
+OPEN = """
+import sys
+from tendon_mj.show.live import open_window
+from tests.show.rigs import pulled
+try:
+    open_window(pulled())
+except Exception as error:
+    sys.exit(str(error))
+"""
+FLAGS = (
+    "--headless=new --enable-unsafe-swiftshader --use-angle=swiftshader "
+    "--window-size=800,600 --force-device-scale-factor=0.1"  # drawn without a graphics card
+)
+
+
+def test_tensions_are_numbers_with_units_and_of_many_tendons_the_others_are_counted():
+    flexor = ["flexor"], np.array([[12.345, 5.67]])
+    left, right = tension_text(*flexor, 3.21)
+    assert left.splitlines() == ["time [s]", "flexor: input to output tension [N]"]
+    assert right.splitlines() == ["3.2", "12.3 to 5.7"]
+    assert "| flexor | 12.35 | 5.67 |" in tension_table(*flexor, 3.21)
+    left, right = tension_text([f"t{k}" for k in range(39)], np.ones((39, 2)), 0.0)
+    assert len(left.splitlines()) == MOST + 2
+    assert f"and {39 - MOST} more tendons" in left
+    assert right.count("to") == MOST
+
+
+@pytest.mark.parametrize("count", [1, 10, 3000])
+def test_the_curves_are_the_tensions(count):
+    times = np.linspace(0.0, 20.0, count)
+    tensions = np.stack([np.sin(times) + 2.0, np.cos(times) + 2.0], axis=1)[:, None]
+    figure = new_figure(np.zeros((1, 2, 3)), 20.0)
+    draw_curves(figure, times, tensions, 8.0)
+    for end in (0, 1):
+        points = figure.linepnt[end]
+        assert points == min(count, 1000)
+        line = figure.linedata[end, : 2 * points].reshape(-1, 2)
+        np.testing.assert_allclose(line[:, 0], times[-points:], rtol=1e-6)
+        np.testing.assert_allclose(line[:, 1], tensions[-points:, 0, end], rtol=1e-6)
+    low, high = figure.range[0]
+    assert high - low == pytest.approx(8.0)
+    assert low <= times[-1] <= high + 1e-5
+
+
+def test_a_tension_without_bound_leaves_the_figure_finite():
+    figure = new_figure(np.zeros((1, 2, 3)), 20.0)
+    draw_curves(figure, np.array([0.0]), np.array([[[np.inf, np.nan]]]), 8.0)
+    assert np.isfinite(figure.linedata[:2]).all()
+
+
+def test_curves_and_key_lie_within_the_window_and_apart():
+    window = mujoco.MjrRect(0, 0, 853, 533)
+    curves, key = curves_place(window), key_place(window, key_height(2))
+    for place in (curves, key):
+        assert place.left >= 0
+        assert place.bottom >= 0
+        assert place.left + place.width <= window.width
+        assert place.bottom + place.height <= window.height
+    assert key.left + key.width <= curves.left
+
+
+def test_each_tendon_has_the_colour_that_the_model_gives_it():
+    model = pulled().simulation.model
+    model.tendon_rgba[0] = 0.8, 0.2, 0.4, 1.0
+    full, pale = curve_colours(model)[0]
+    np.testing.assert_allclose(full, [0.8, 0.2, 0.4], atol=1e-6)
+    assert (pale >= full).all()
+
+
+def test_the_key_of_colours_has_all_of_them():
+    colours = np.array([[[1.0, 0.0, 0.0], [1.0, 0.6, 0.6]]])
+    picture = colour_key((0.0, 20.0), ["t"], colours, 420, key_height(1))
+    assert picture.shape == (key_height(1), 420, 3)
+    seen = {tuple(pixel) for pixel in picture.reshape(-1, 3)}
+    for colour in ((68, 1, 84), (253, 231, 37), (255, 0, 0), (255, 153, 153)):
+        assert min(np.abs(np.subtract(pixel, colour)).max() for pixel in seen) <= 4
+
+
+def test_without_a_screen_the_browser_is_named(monkeypatch):
+    monkeypatch.setattr("platform.system", lambda: "Linux")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    with pytest.raises(EngineError, match=r"no screen.*--web"):
+        open_window(pulled())
+
+
+@pytest.mark.skipif(platform.system() != "Linux", reason="only Linux has such screens")
+def test_a_missing_screen_is_refused_instead_of_waited_for():
+    there = {k: v for k, v in os.environ.items() if k != "WAYLAND_DISPLAY"} | {"DISPLAY": ":4711"}
+    command = [sys.executable, "-c", OPEN]
+    done = subprocess.run(command, env=there, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "the screen cannot be opened" in done.stderr
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("localhost", 0))
+        return probe.getsockname()[1]
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    browser = start_browser(tmp_path_factory.mktemp("browser"), FLAGS, {})
+    yield browser
+    browser.quit()
+
+
+@pytest.fixture
+def page(browser):
+    """A browser that shows a tendon which is pulled by 10 N, and the process that serves it."""
+    pytest.importorskip("mjviser")
+    port = free_port()
+    server = subprocess.Popen(
+        [sys.executable, "-c", SERVE, str(port)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        while "shows the model" not in (line := server.stdout.readline()):
+            assert line, server.stderr.read()
+        browser.get(f"http://localhost:{port}")
+        WebDriverWait(browser, PATIENCE).until(lambda b: output_tension(b) is not None)
+        yield browser, server
+    finally:
+        server.kill()
+        server.communicate()
+
+
+def output_tension(browser):
+    """The tension at the output that the page shows [N], or None."""
+    row = re.search(r"\bt ([\d.]+) ([\d.]+)", browser.find_element(By.TAG_NAME, "body").text)
+    return float(row[2]) if row else None
+
+
+def thumb(browser, label):
+    """The part of a slider that is moved."""
+    path = f"//*[normalize-space(text())='{label}']/following::*[@role='slider'][1]"
+    return browser.find_element(By.XPATH, path)
+
+
+def test_the_friction_slider_acts_while_the_page_shows_the_tension(page):
+    browser, server = page
+    WebDriverWait(browser, PATIENCE).until(lambda b: 0.0 < output_tension(b) < 0.9 * TENSION)
+    assert browser.find_elements(By.CSS_SELECTOR, ".uplot canvas")
+    thumb(browser, "friction").send_keys(Keys.HOME)  # to 0
+    WebDriverWait(browser, PATIENCE).until(lambda b: output_tension(b) == pytest.approx(TENSION))
+    thumb(browser, "friction").send_keys(Keys.END)
+    WebDriverWait(browser, PATIENCE).until(lambda b: thumb(b, "friction").is_displayed())
+    server.send_signal(signal.SIGINT)  # as Ctrl-C does
+    output, errors = server.communicate(timeout=PATIENCE)
+    assert "RealTime(" in output
+    assert "Traceback" not in errors
+    assert server.returncode == 0
+
+
+def test_a_port_that_is_taken_is_refused():
+    pytest.importorskip("mjviser")
+    with socket.socket() as other:
+        other.bind(("localhost", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        with pytest.raises(EngineError) as refused:
+            serve(pulled(), port=port)
+    assert f"port {port} is taken" in str(refused.value)
+
+
+def test_without_mjviser_its_installation_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "mjviser", None)
+    with pytest.raises(MissingPackageError, match=r"pip install 'tendon-mj\[web\]'"):
+        serve(pulled())
+
+
+def test_the_page_shows_what_the_plugin_draws():
+    simulation = pulled().simulation
+    simulation.advance(0.1)
+    scene = mujoco.MjvScene(simulation.model, 100)
+    ends, colours, slipping = drawn_tendons(simulation.model, simulation.data, scene)
+    path = simulation.data.wrap_xpos.reshape(-1, 3)
+    np.testing.assert_allclose(ends[:, 0], path[[0, 1]], atol=1e-6)
+    np.testing.assert_allclose(ends[:, 1], path[[1, 2]], atol=1e-6)
+    assert colours.shape == (2, 3)
+    assert len(slipping) <= 1
+
+
+@pytest.mark.filterwarnings("ignore:.control_layout. is deprecated")  # older ones know no other
+def test_a_driven_tendon_has_a_page_without_a_slider_for_its_pretension():
+    pytest.importorskip("mjviser")
+    prepared = pulled()
+    assert "sheath.pretension" not in prepared.simulation.parameters
+    done = serve(prepared, port=free_port(), seconds=0.1, announce=lambda text: None)
+    assert done.frames > 0
+
+
+@pytest.mark.parametrize("most", [10, 100, 8000])
+def test_a_row_of_points_has_the_ends_and_no_gaps(most):
+    ends = np.array([[[0, 0, 0], [1, 0, 0]], [[1, 0, 0], [1, 0, 0]], [[1, 0, 0], [1, 2, 0]]], float)
+    colours = np.array([[1, 0, 0], [2, 0, 0], [3, 0, 0]], np.uint8)
+    points, shown = row_of_points(ends, colours, 0.01, most)
+    assert len(points) == len(shown) <= most + 3
+    for k, (start, end) in enumerate(ends):
+        own = points[shown[:, 0] == k + 1]
+        np.testing.assert_allclose(own[0], start)
+        np.testing.assert_allclose(own[-1], end)
+    gaps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    assert gaps.max() <= max(0.01, 3.0 / (most - 6)) + 1e-9
+
+
+def test_no_tendon_is_no_point():
+    nothing = np.zeros((0, 2, 3)), np.zeros((0, 3), np.uint8)
+    assert not len(row_of_points(*nothing, 0.01)[0])
+
+
+def test_every_live_parameter_of_a_sheath_has_a_slider_that_admits_its_ends():
+    simulation = pulled().simulation
+    for name, value in dict(simulation.parameters).items():
+        parameter = name.partition(".")[2]
+        shown = slider(parameter, value)
+        if shown is None:
+            assert "radius" in parameter
+            continue
+        assert shown.low <= value * shown.factor <= shown.high
+        for end in (shown.low, shown.high, value * shown.factor):
+            simulation.set(name, end / shown.factor)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "label", "high"),
+    [
+        ("backlash", 0.0, "backlash [mm]", 5.0),
+        ("axial_stiffness", 4000.0, "axial stiffness [kN]", 12.0),
+        ("sheath_compliance", 0.0, "sheath compliance [µm/N]", 100.0),
+        ("extra_bend", 0.0, "extra bend [°]", 180.0),
+        ("friction", 0.1, "friction", 0.6),
+    ],
+)
+def test_a_slider_is_in_an_engineer_s_unit(parameter, value, label, high):
+    shown = slider(parameter, value)
+    assert (shown.label, shown.high) == (label, pytest.approx(high))
+    assert shown.value == pytest.approx(shown.factor * value)
+
+
+def view(*arguments, **environment):
+    command = [sys.executable, "-m", "tendon_mj", "view", *arguments]
+    return subprocess.run(
+        command,
+        env={**os.environ, **environment},
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=2.0 * PATIENCE,
+    )
+
+
+@pytest.fixture
+def screen():
+    """Name of a virtual screen."""
+    program = shutil.which("Xvfb")
+    if program is None:
+        pytest.skip("there is no Xvfb here")
+    reads, writes = os.pipe()
+    flags = ["-displayfd", str(writes), "-screen", "0", "800x600x24", "+extension", "GLX"]
+    server = subprocess.Popen([program, *flags], pass_fds=[writes], stderr=subprocess.DEVNULL)
+    os.close(writes)
+    with os.fdopen(reads) as number:
+        yield f":{number.readline().strip()}"
+    server.terminate()
+    server.wait()
+
+
+def test_a_window_opens_and_reports_its_pace(screen):
+    done = view("finger", "--seconds", "2", DISPLAY=screen, LIBGL_ALWAYS_SOFTWARE="1")
+    if "could not open" in done.stderr or "GLX" in done.stderr:
+        pytest.skip(f"nothing can be drawn on that screen: {done.stderr}")
+    assert done.returncode == 0, done.stderr
+    assert "× real time" in done.stdout
+    assert not done.stderr
+
+
+def test_a_page_is_served_for_a_given_time():
+    pytest.importorskip("mjviser")
+    done = view("bench", "--web", "--port", str(free_port()), "--seconds", "1")
+    assert done.returncode == 0, done.stderr
+    first, last = done.stdout.splitlines()
+    assert first.startswith("http://localhost:")
+    assert "× real time" in last
+
+
+@pytest.mark.parametrize(
+    ("arguments", "facts"),
+    [
+        (["--seconds", "-1"], "--seconds -1"),
+        (["--web", "--port", "99999"], "--port 99999 65535"),
+        (["--motion", "curl"], "CSV time_s"),
+    ],
+)
+def test_invalid_arguments_are_refused_in_a_line(arguments, facts, capsys):
+    pytest.importorskip("mjviser")
+    assert main(["view", "bench", *arguments]) == 2
+    error = " ".join(capsys.readouterr().err.split())
+    assert all(fact in error for fact in facts.split())
