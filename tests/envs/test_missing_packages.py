@@ -44,7 +44,7 @@ def test_everything_but_the_environments_runs_without_dm_control():
     for module in (
         "tendon_mj.cli.main",
         "tendon_mj.lab.finger",
-        "tendon_mj.lab.diagnosis.diagnose",
+        "tendon_mj.lab.diagnosis.workflow",
     ):
         assert f"'{module}'" in imported
 

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError, RecordingError
-from tendon_mj.lab.diagnosis.data.answers import check_answers
-from tendon_mj.lab.diagnosis.data.problem import (
+from tendon_mj.lab.diagnosis.data import (
     MakeSimulator,
     Problem,
     all_samples,
+    check_answers,
     training_samples,
 )
-from tendon_mj.lab.diagnosis.data.regimes import motion
+from tendon_mj.lab.diagnosis.regimes import motion
 from tendon_mj.lab.recordings import Recording, is_same_model, noise_of_repeats
 from tendon_mj.lab.replay import Parameter, Simulates
 

@@ -17,11 +17,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.lab.diagnosis.data.problem import Problem, by_recording
-from tendon_mj.lab.diagnosis.data.sessions import session_terms
-from tendon_mj.lab.diagnosis.data.step_size import with_step
+from tendon_mj.lab.diagnosis.data import Problem, by_recording, session_terms, with_step
 from tendon_mj.lab.diagnosis.effects.effect import Term
-from tendon_mj.lab.diagnosis.model_selection.fit import Fit, fit
+from tendon_mj.lab.diagnosis.fitting import Fit, fit
 from tendon_mj.lab.replay import recording_of
 from tendon_mj.typing import FloatArray
 

@@ -23,15 +23,15 @@ import numpy as np
 from mujoco import sysid
 
 from tendon_mj.errors import TendonError
-from tendon_mj.lab.diagnosis.data.problem import (
+from tendon_mj.lab.diagnosis.data import (
     MakeSimulator,
     Problem,
     all_samples,
     by_recording,
     training_samples,
+    uncertain_terms,
 )
-from tendon_mj.lab.diagnosis.data.uncertain import uncertain_terms
-from tendon_mj.lab.diagnosis.result.error_reduction import measure_errors
+from tendon_mj.lab.diagnosis.evidence import measure_errors
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Simulator, suppress_unsolved_warnings

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from tendon_mj.lab.diagnosis import Candidate, Fit, FittedCandidate, tied
-from tendon_mj.lab.diagnosis.model_selection.comparison import simplest
-from tendon_mj.lab.diagnosis.model_selection.confidence import rate
-from tendon_mj.lab.diagnosis.model_selection.cross_validation import CrossValidation, gain
-from tendon_mj.lab.diagnosis.model_selection.thresholds import detection_limit
+from tendon_mj.lab.diagnosis.statistics import CrossValidation, gain, rate, simplest
+from tendon_mj.lab.diagnosis.thresholds import detection_limit
 from tests.lab.diagnosis.linear_rig import LinearRig, context, effect
 
 SAMPLES = 100  # in 10 blocks

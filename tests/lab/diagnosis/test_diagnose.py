@@ -9,9 +9,9 @@ import pytest
 
 from tendon_mj.errors import UnknownNameError
 from tendon_mj.lab.diagnosis import CATALOGUE, ErrorReduction, Finding, diagnose
-from tendon_mj.lab.diagnosis.data.regimes import regimes
-from tendon_mj.lab.diagnosis.result.error_reduction import NOISE_AND_REPRODUCIBILITY
-from tendon_mj.lab.diagnosis.result.sentence import Statement, state
+from tendon_mj.lab.diagnosis.evidence import NOISE_AND_REPRODUCIBILITY
+from tendon_mj.lab.diagnosis.regimes import regimes
+from tendon_mj.lab.diagnosis.wording import Statement, state
 from tendon_mj.lab.recordings import Measured, Recording, Uncertain
 from tendon_mj.lab.replay import Simulator
 from tests.lab.diagnosis.toy import COLUMNS, NOISE, Toy, recording, rig

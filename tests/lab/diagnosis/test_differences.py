@@ -5,8 +5,7 @@ import dataclasses
 import numpy as np
 
 from tendon_mj.lab.diagnosis import Problem, Term, all_samples, written
-from tendon_mj.lab.diagnosis.model_selection.differences import differences
-from tendon_mj.lab.diagnosis.model_selection.fit import natural
+from tendon_mj.lab.diagnosis.fitting import differences, natural
 from tendon_mj.lab.recordings import Measured, Recording
 from tendon_mj.lab.replay import Simulator
 

@@ -17,7 +17,7 @@ from tendon_mj.lab.diagnosis import (
     describe_system,
     diagnose,
 )
-from tendon_mj.lab.diagnosis.result.statement import state_finding
+from tendon_mj.lab.diagnosis.wording import state_finding
 from tendon_mj.lab.recordings import Measured, Recording, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulator
 

@@ -20,8 +20,7 @@ from tendon_mj.lab.diagnosis import (
     parameter_correlations,
     residual_autocorrelations,
 )
-from tendon_mj.lab.diagnosis.noise_sensitivity import with_noise
-from tendon_mj.lab.diagnosis.whiteness import autocorrelation
+from tendon_mj.lab.diagnosis.audit import autocorrelation, with_noise
 from tendon_mj.lab.recordings import write_recording
 from tests.lab.diagnosis.toy import Toy, recording, rig
 

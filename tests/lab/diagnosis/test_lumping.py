@@ -13,7 +13,7 @@ from tendon_mj.lab.diagnosis import (
     fit_with_sysid,
     sysid_is_there,
 )
-from tendon_mj.lab.diagnosis.result.lumping import too_few_guides, warn_of_guides
+from tendon_mj.lab.diagnosis.model_faults import too_few_guides, warn_of_guides
 from tendon_mj.lab.recordings import Measured, Recording, Uncertain
 from tendon_mj.lab.replay import Simulator
 from tendon_mj.models import Bench, build_bench

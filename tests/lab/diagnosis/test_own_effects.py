@@ -21,7 +21,7 @@ from tendon_mj.lab.diagnosis import (
     on_joints,
     on_sheaths,
 )
-from tendon_mj.lab.diagnosis.effects.catalogue import by_identifier, check_bindings
+from tendon_mj.lab.diagnosis.effects import by_identifier, check_bindings
 from tendon_mj.lab.recordings import Measured, Recording
 from tendon_mj.lab.replay import Kind, Parameter, Simulator, replay_recording
 from tendon_mj.models import load_model

@@ -18,9 +18,9 @@ from tendon_mj.lab.diagnosis import (
     describe_system,
     diagnose,
 )
-from tendon_mj.lab.diagnosis.data.problem import training_samples
-from tendon_mj.lab.diagnosis.data.regimes import regimes
-from tendon_mj.lab.diagnosis.model_selection.thresholds import chance_excess
+from tendon_mj.lab.diagnosis.data import training_samples
+from tendon_mj.lab.diagnosis.regimes import regimes
+from tendon_mj.lab.diagnosis.thresholds import chance_excess
 from tendon_mj.lab.recordings import Measured, Recording
 from tendon_mj.lab.replay import Parameter, Simulates, Simulator
 from tests.lab.diagnosis.settled_rigs import LEVER, settled, stairs, write_rig

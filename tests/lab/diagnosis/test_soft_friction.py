@@ -11,7 +11,7 @@ import pytest
 from experiments.one_capstan import PLAY, build, noisy, record
 from tendon_mj import replay_recording
 from tendon_mj.lab.diagnosis import CATALOGUE, diagnose
-from tendon_mj.lab.diagnosis.result.soft_friction import warn_of_soft_friction
+from tendon_mj.lab.diagnosis.model_faults import warn_of_soft_friction
 from tendon_mj.lab.replay import Simulator
 from tests.lab.diagnosis.test_wrong_numbers import PENDULUM, measured
 from tests.lab.diagnosis.toy import Toy, recording

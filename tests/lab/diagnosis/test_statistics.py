@@ -9,10 +9,9 @@ import pytest
 from scipy import stats
 
 from tendon_mj.lab.diagnosis import Candidate, Fit, Problem, Term, all_samples, fit, intervals
-from tendon_mj.lab.diagnosis.model_selection.cross_validation import cross_validate
-from tendon_mj.lab.diagnosis.model_selection.intervals import beyond_range
-from tendon_mj.lab.diagnosis.model_selection.thresholds import reducible_excess
-from tendon_mj.lab.diagnosis.result.entries import parameters_beyond_range
+from tendon_mj.lab.diagnosis.proof import parameters_beyond_range
+from tendon_mj.lab.diagnosis.statistics import beyond_range, cross_validate
+from tendon_mj.lab.diagnosis.thresholds import reducible_excess
 from tests.lab.diagnosis.linear_rig import BLOCKS, Shape, context, effect
 from tests.lab.diagnosis.toy import Toy, recording
 

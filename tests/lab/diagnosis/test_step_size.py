@@ -18,12 +18,12 @@ from tendon_mj.lab.diagnosis import (
     search_step,
     with_step,
 )
-from tendon_mj.lab.diagnosis.data.step_size import step_error
-from tendon_mj.lab.diagnosis.model_selection.global_search import (
+from tendon_mj.lab.diagnosis.data import step_error
+from tendon_mj.lab.diagnosis.search import (
     linearisation_holds,
     search_globally,
 )
-from tendon_mj.lab.diagnosis.model_selection.select import select_effects
+from tendon_mj.lab.diagnosis.selection import select_effects
 from tendon_mj.lab.recordings import Measured, Recording
 from tendon_mj.lab.replay import Simulator
 from tendon_mj.typing import FloatArray

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.lab.diagnosis import Problem, all_samples
-from tendon_mj.lab.diagnosis.model_selection.thresholds import (
+from tendon_mj.lab.diagnosis.thresholds import (
     CLOSED,
     discretisation_error,
     least_share,

@@ -12,7 +12,7 @@ Verdicts:
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,39 +20,37 @@ import numpy as np
 from tendon_mj.errors import UnknownNameError
 from tendon_mj.lab.data_check import DataWarning, check_recording
 from tendon_mj.lab.diagnosis.check import check_recordings, check_simulation, make_simulator
-from tendon_mj.lab.diagnosis.data.problem import (
+from tendon_mj.lab.diagnosis.data import (
     MakeSimulator,
     Problem,
     all_samples,
+    describe_system,
+    search_step,
+    session_terms,
+    step_error,
     training_samples,
+    uncertain_terms,
+    with_step,
 )
-from tendon_mj.lab.diagnosis.data.sessions import session_terms
-from tendon_mj.lab.diagnosis.data.step_size import search_step, step_error, with_step
-from tendon_mj.lab.diagnosis.data.uncertain import uncertain_terms
-from tendon_mj.lab.diagnosis.effects.catalogue import (
+from tendon_mj.lab.diagnosis.effects import (
     CATALOGUE,
     Effects,
     by_identifier,
     candidates,
     check_bindings,
 )
-from tendon_mj.lab.diagnosis.effects.effect import SystemDescription
-from tendon_mj.lab.diagnosis.model_selection.comparison import FittedCandidate
-from tendon_mj.lab.diagnosis.model_selection.context import CONVERGED, SelectionContext
-from tendon_mj.lab.diagnosis.model_selection.select import Selection, select_effects
-from tendon_mj.lab.diagnosis.model_selection.thresholds import SMALLEST_EXCESS, reducible_excess
+from tendon_mj.lab.diagnosis.evidence import Verdict
 from tendon_mj.lab.diagnosis.proof import prove
-from tendon_mj.lab.diagnosis.result.diagnosis import Diagnosis, Verdict
+from tendon_mj.lab.diagnosis.result import Diagnosis
+from tendon_mj.lab.diagnosis.selection import CONVERGED, Selection, SelectionContext, select_effects
+from tendon_mj.lab.diagnosis.statistics import FittedCandidate
+from tendon_mj.lab.diagnosis.thresholds import SMALLEST_EXCESS, reducible_excess
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import (
-    DRAWN_BEND,
-    EXTRA_BEND,
-    Kind,
     Parameter,
     Simulates,
     Simulator,
-    expand,
     matching,
 )
 
@@ -208,53 +206,3 @@ def _fit_again(
     context = replace(context, initial_excess=initial)
     final = context.optimise_nearby(selection.final)
     return context, replace(selection, calibrated=calibrated, final=final)
-
-
-def describe_system(problem: Problem) -> SystemDescription:
-    """Describe the model and the recordings to the catalogue."""
-    spans: dict[str, float] = {}
-    for recording in problem.recordings:
-        for column, measured in recording.measured.items():
-            span = float(np.ptp(recording.columns[column]))
-            spans[measured.sensor] = max(spans.get(measured.sensor, 0.0), span) or 1.0
-    first, parameters = problem.recordings[0], problem.simulate.parameters
-    fitted = [
-        n for r in problem.recordings for n in expand({**r.uncertain, **r.session}, parameters)
-    ]
-    joints, motors = (sorted(_elements(parameters, kind)) for kind in ("joint", "motor"))
-    driven = [j for j, is_driven in problem.simulate.joints.items() if is_driven]
-    inputs = tuple(name for _, name in first.driven)
-    return SystemDescription(
-        values={name: parameter.value for name, parameter in parameters.items()},
-        known=_known(problem),
-        uncertain=frozenset({*fitted, *_drawn_bends(fitted)}),
-        spans=spans,
-        inputs=inputs,
-        free_joints=tuple(joint for joint in joints if joint not in driven),
-        motors=tuple(name for name in inputs if name in motors),
-        slides=frozenset(j for j in joints if parameters.get(f"{j}.armature", _NONE).unit == "kg"),
-        joints={name: p.joints for name, p in parameters.items() if p.joints},
-        reference={name: p.reference for name, p in parameters.items() if p.reference},
-        columns=tuple(names for names in first.drive.values() if not isinstance(names, str)),
-    )
-
-
-def _known(problem: Problem) -> frozenset[str]:
-    """Parameters that a recording calls known.
-
-    Who knows an `extra_bend`, the same in all recordings, knows the bend: the drawn one too.
-    """
-    told = [expand(r.known, problem.simulate.parameters) for r in problem.recordings]
-    alike = [name for name, value in told[0].items() if all(t.get(name) == value for t in told)]
-    return frozenset({*_drawn_bends(alike)}.union(*told))
-
-
-def _drawn_bends(names: Iterable[str]) -> list[str]:
-    """The drawn bends of sheaths whose extra bend is among the names."""
-    parts = [name.rpartition(".") for name in names]
-    return [f"{sheath}.{DRAWN_BEND}" for sheath, _, parameter in parts if parameter == EXTRA_BEND]
-
-
-def _elements(parameters: Mapping[str, Parameter], kind: Kind) -> set[str]:
-    """Elements of a kind that have parameters."""
-    return {name.rsplit(".", 1)[0] for name, p in parameters.items() if p.kind == kind}

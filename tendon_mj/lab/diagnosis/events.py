@@ -21,9 +21,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tendon_mj.lab.diagnosis.data.problem import Problem
+from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
-from tendon_mj.lab.diagnosis.model_selection.fit import Fit
+from tendon_mj.lab.diagnosis.fitting import Fit
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import name_in_session, suppress_unsolved_warnings
 from tendon_mj.typing import FloatArray

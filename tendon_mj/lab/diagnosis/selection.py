@@ -1,4 +1,13 @@
-"""Fits of models with one effect more or less, in one diagnosis."""
+"""Fits of models with one effect more or less, in one diagnosis.
+
+Selection of the effects that a model lacks.
+
+Forward selection with backward elimination.
+
+Backtracking: the second-best choice, where the best led near the end and not to it.
+
+Swap step: every other candidate in the place of each effect of a model.
+"""
 
 from __future__ import annotations
 
@@ -6,21 +15,30 @@ from collections import Counter
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
-from tendon_mj.lab.diagnosis.data.problem import Problem
+from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, Term
-from tendon_mj.lab.diagnosis.model_selection.comparison import CandidateSet, FittedCandidate
-from tendon_mj.lab.diagnosis.model_selection.cross_validation import cross_validate, gain
-from tendon_mj.lab.diagnosis.model_selection.events import find_events
-from tendon_mj.lab.diagnosis.model_selection.fit import Fit, fit
-from tendon_mj.lab.diagnosis.model_selection.global_search import (
+from tendon_mj.lab.diagnosis.events import find_events
+from tendon_mj.lab.diagnosis.fitting import Fit, fit
+from tendon_mj.lab.diagnosis.search import (
+    ScreeningScore,
     linearisation_holds,
+    screen,
     search_globally,
 )
-from tendon_mj.lab.diagnosis.model_selection.screening import ScreeningScore, screen
-from tendon_mj.lab.diagnosis.model_selection.thresholds import (
+from tendon_mj.lab.diagnosis.statistics import (
+    FittedCandidate,
+    SelectedEffect,
+    cross_validate,
+    gain,
+    rate,
+    simplest,
+    tied,
+)
+from tendon_mj.lab.diagnosis.thresholds import (
     STANDARD_ERRORS,
     detection_limit,
     least_share,
@@ -35,6 +53,21 @@ _PROMISING = 0.6  # of what the best candidate explains, to be fitted
 _LEAST = 0.03, 0.3  # likewise, where none of those explains enough; on a sensor
 _EVENT = 0.1  # of the excess, that an event explains by its scan, to be located
 _EXPLAINS = 0.75  # of the excess may be left by an effect, for no others to be looked at
+
+
+@dataclass(frozen=True, eq=False)
+class CandidateSet:
+    """Candidates for one more effect.
+
+    Attributes:
+        scores: of all that change a residual, best first.
+        fitted: those that were fitted and whose strength the data determine, best first.
+        at_end: those that were fitted and ended at an end of their range, best first.
+    """
+
+    scores: tuple[ScreeningScore, ...]
+    fitted: tuple[FittedCandidate, ...]
+    at_end: tuple[FittedCandidate, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,3 +264,170 @@ def _promising(
         if s.explained >= _LEAST[s.candidate.on_sensor] * scores[0].explained
     ]
     return near, down[: _MOST_LOOKED_AT - len(near)]
+
+
+_LITTLE = (
+    0.1  # of the initial excess: where more remains, other choices do not lead to the end either
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """Result of a selection.
+
+    Attributes:
+        calibrated: model with only the uncertain parameters fitted.
+        final: model with the selected effects.
+        effects: selected, those first without which the model leaves most.
+        first: all candidates for the first of them; None where the calibrated model suffices.
+    """
+
+    calibrated: FittedCandidate
+    final: FittedCandidate
+    effects: tuple[SelectedEffect, ...]
+    first: CandidateSet | None
+
+
+def select_effects(context: SelectionContext, calibrated: FittedCandidate) -> Selection:
+    """Select effects forward; where little remains, backtrack and swap.
+
+    Args:
+        context: data and candidates.
+        calibrated: model with only the uncertain parameters fitted.
+    """
+    selection = select_forward(context, calibrated, {})
+    first, near = selection.first, _LITTLE * max(context.initial_excess, 0.0)
+    if not selection.model.fit.effects:
+        calibrated = selection.model  # fitted further, where its only effect was eliminated
+    if context.detection_limit < selection.model.excess < near:
+        selection = backtrack(context, selection)
+    model, rivals = selection.model, selection.rivals
+    if len(model.fit.effects) > 1 and model.excess < near:
+        model, rivals = swap(context, selection)
+    effects = [rate(candidate, rivals[candidate.label]) for candidate in model.fit.effects]
+    if len(effects) > 1:
+        reduced = dict(selection.reduced) if model is selection.model else {}
+        for effect in effects:
+            candidate = effect.candidate
+            reduced[candidate.label] = reduced.get(candidate.label) or context.without(
+                model, candidate
+            )
+        effects.sort(key=lambda e: -reduced[e.candidate.label].excess)
+    return Selection(calibrated, model, tuple(effects), first)
+
+
+_MOST_EFFECTS = 3
+
+Rivals = Mapping[str, list[FittedCandidate]]  # label of an effect → all it was chosen from
+
+
+class ForwardSelection(NamedTuple):
+    """Result of a forward selection.
+
+    Attributes:
+        model: last model.
+        rivals: for every effect the models it was chosen from, best first.
+        first: all candidates for the first effect; None where none was added.
+        rounds: at every addition the models that could have been chosen, best first.
+        reduced: last model without one of its effects, by label, where that was fitted.
+    """
+
+    model: FittedCandidate
+    rivals: Rivals
+    first: CandidateSet | None
+    rounds: list[list[FittedCandidate]]
+    reduced: dict[str, FittedCandidate]
+
+
+def select_forward(
+    context: SelectionContext, model: FittedCandidate, rivals: Rivals
+) -> ForwardSelection:
+    """Add the best effect to a model until none improves it.
+
+    Of tied effects the simplest is added. After each addition the effects without which the model
+    is as good are eliminated; selection ends when that leads back to an earlier model.
+    """
+    rivals, first, rounds = dict(rivals), None, list[list[FittedCandidate]]()
+    reduced = dict[str, FittedCandidate]()
+    seen = set[frozenset[str]]()
+    while len(model.fit.effects) < _MOST_EFFECTS and model.excess > context.detection_limit:
+        labels = frozenset(effect.label for effect in model.fit.effects)
+        if labels in seen:
+            break
+        seen.add(labels)
+        candidates = context.extend(model)
+        first, ranked = first or candidates, list(candidates.fitted)
+        if not ranked or not context.improves(model, ranked[0]):
+            break
+        rounds.append(ranked)
+        chosen = context.optimise(simplest(ranked))
+        assert chosen.candidate is not None
+        others = [other for other in ranked if other.candidate != chosen.candidate]
+        rivals[chosen.candidate.label] = sorted([chosen, *others], key=lambda m: m.excess)
+        model, reduced = eliminate_backward(context, chosen)
+    return ForwardSelection(model, rivals, first, rounds, reduced)
+
+
+def eliminate_backward(
+    context: SelectionContext, model: FittedCandidate
+) -> tuple[FittedCandidate, dict[str, FittedCandidate]]:
+    """Remove effects without which the model is as good; and `ForwardSelection.reduced`."""
+    reduced = dict[str, FittedCandidate]()
+    for candidate in model.fit.effects:
+        reduced[candidate.label] = context.without(model, candidate)
+        if not context.improves(reduced[candidate.label], model):
+            return eliminate_backward(context, reduced[candidate.label])
+    return model, reduced
+
+
+_ROUNDS = 2
+
+
+def backtrack(context: SelectionContext, selection: ForwardSelection) -> ForwardSelection:
+    """Select forward again from the second best of each of the first rounds; keep the best."""
+    best = selection
+    for ranked in reversed(selection.rounds[:_ROUNDS]):
+        if len(ranked) < 2 or best.model.excess <= context.detection_limit:
+            continue
+        second = ranked[1]
+        assert second.candidate is not None
+        rivals = {**selection.rivals, second.candidate.label: ranked}
+        again = select_forward(context, context.polish(second), rivals)
+        if context.improves(best.model, again.model):
+            best = again
+    return best
+
+
+_SWAP_SHARE = 0.8  # of what the best candidate explains, to be fitted in the place of another
+
+
+def swap(context: SelectionContext, selection: ForwardSelection) -> tuple[FittedCandidate, Rivals]:
+    """Swap each effect of a model for one that leaves significantly less.
+
+    An early choice may have imitated two effects. For the last effect all others were tried when it
+    was added, unless one before it was swapped.
+
+    Returns:
+        The model, and for each of its effects the models it was chosen from, best first.
+    """
+    model, rivals = selection.model, dict[str, list[FittedCandidate]]()
+    for candidate in selection.model.fit.effects:
+        unchanged = model is selection.model
+        if unchanged and candidate == model.candidate:
+            others = selection.rivals[candidate.label]
+        else:
+            reduced = selection.reduced.get(candidate.label) if unchanged else None
+            reduced = reduced or context.without(model, candidate)
+            others = list(context.extend(reduced, _SWAP_SHARE, look_down=False).fitted)
+        own = next((m for m in others if m.candidate == candidate), None)
+        if own is None or own.excess > model.excess:
+            own = FittedCandidate(candidate, model.fit, model.validation)
+        ranked = [own, *(m for m in others if m.candidate != candidate)]
+        ranked.sort(key=lambda m: m.excess)
+        chosen = simplest(ranked)
+        if chosen.candidate != candidate and not tied(chosen, own):
+            model = chosen
+        assert chosen.candidate is not None
+        kept = chosen.candidate if model is chosen else candidate
+        rivals[kept.label] = ranked
+    return model, rivals

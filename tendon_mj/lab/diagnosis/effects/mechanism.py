@@ -1,0 +1,255 @@
+"""Effects of joints, bodies and gravity.
+
+Effects of actuators, and their wrong numbers.
+
+Effects of the sensors.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from tendon_mj.lab.diagnosis.effects.binding import (
+    ParameterSpecification,
+    on_armatures,
+    on_bodies,
+    on_drives,
+    on_gravity,
+    on_inputs,
+    on_joints,
+    on_motors,
+    on_sensors,
+    on_servos,
+    on_springs,
+    together,
+)
+from tendon_mj.lab.diagnosis.effects.effect import Effect
+
+_G: Final = 10.0  # however a rig is turned, its weight along an axis is no more [m/s²]
+
+JOINTS: Final = (
+    Effect(
+        identifier="joint_damping",
+        name="damping of a joint",
+        equation="torque = … − d q̇",
+        signature="the joint trails in fast motion",
+        source="MuJoCo, joint damping",
+        next_experiment="the same motion of the joint at three speeds",
+        binding=on_joints(ParameterSpecification("damping", "N m s/rad or N s/m", 0.0, 1e4, 0.002)),
+    ),
+    Effect(
+        identifier="joint_friction",
+        name="dry friction of a joint",
+        equation="torque = … − F sgn q̇",
+        signature="the joint stands still after reversals, by the same torque at any tension",
+        source="MuJoCo, joint frictionloss",
+        next_experiment="slow reversals of the joint with the tendon at its lowest tension",
+        binding=on_joints(ParameterSpecification("frictionloss", "N m or N", 0.0, 1e3, 0.001)),
+    ),
+    Effect(
+        identifier="joint_stiffness",
+        name="a spring in a joint",
+        equation="torque = … − k (q − q_ref)",
+        signature="the joint moves less than it should, in proportion to its angle",
+        source="MuJoCo, joint stiffness",
+        next_experiment="the joint held at several angles for seconds each",
+        binding=on_joints(ParameterSpecification("stiffness", "N m/rad or N/m", 0.0, 1e6, 0.002)),
+    ),
+    Effect(
+        identifier="springref",
+        name="rest position of a joint's spring",
+        equation="torque = … − k (q − q_ref)",
+        signature="a constant force or torque on the joint",
+        source="MuJoCo, joint springref",
+        next_experiment="the joint at rest with nothing that pulls",
+        binding=on_springs(ParameterSpecification("springref", "rad or m", -6.3, 6.3, 1e-3)),
+        kind="parameter",
+    ),
+    Effect(
+        identifier="joint_spring",
+        name="spring of a joint, its stiffness and its rest position",
+        equation="torque = … − k (q − q_ref)",
+        signature="the joint moves too much or too little, and yet starts where it should",
+        source="MuJoCo, joint stiffness and springref",
+        next_experiment="the joint held at several angles for seconds each",
+        # The torque in the reference pose often balances a pretension: it is kept, k is wrong.
+        binding=on_springs(
+            ParameterSpecification("stiffness", "N m/rad or N/m", 0.02, 50.0, 0.05, relative=True),
+            ParameterSpecification(
+                "springref", "rad or m", -4.0, 6.0, 0.02, relative=True, times="stiffness"
+            ),
+        ),
+        kind="parameter",
+    ),
+    Effect(
+        identifier="armature",
+        name="inertia of a motor, reflected to its joint",
+        equation="torque = … − I q̈",
+        signature="a lag that grows with the square of the frequency, at any load",
+        source="MuJoCo, joint armature",
+        next_experiment="fast motion of the joint at two frequencies",
+        binding=on_armatures(ParameterSpecification("armature", "kg m² or kg", 0.0, 1e3, 1e-4)),
+        kind="parameter",
+    ),
+    Effect(
+        identifier="mass",
+        name="mass of a body",
+        equation="force = … − m q̈ + m g",
+        signature="force in proportion to acceleration, and weight in proportion to it",
+        source="MuJoCo, body mass",
+        next_experiment="the body on scales, or fast motion at two frequencies",
+        binding=on_bodies(ParameterSpecification("mass", "kg", 0.01, 100.0, 0.05, relative=True)),
+        kind="parameter",
+    ),
+    Effect(
+        identifier="gravity_load",
+        name="weight that the model does not carry",
+        equation="force = … + m g",
+        signature="an offset of tension that changes with posture",
+        source="MuJoCo, option gravity",
+        next_experiment="the same motion with the rig turned by 90° and by 180°",
+        binding=on_gravity(
+            *(ParameterSpecification(axis, "m/s²", -_G, _G, 1.0) for axis in "xyz"),
+        ),
+    ),
+)
+
+
+ACTUATORS: Final = (
+    Effect(
+        identifier="command_delay",
+        name="a drive that acts late",
+        equation="control(t) = column(t − d)",
+        signature="everything trails what is driven, by the same time at any speed",
+        source="transport delay",
+        next_experiment="one hard step of the command: everything begins late and keeps its shape",
+        binding=on_inputs(ParameterSpecification("command_delay", "s", 0.0, 0.3, 0.002)),
+    ),
+    Effect(
+        identifier="slip",
+        name="a slip of the cable on its drive",
+        equation="control + s from t_s on",
+        signature="from one moment of one recording on, all readings are those of another zero",
+        source="a clamp, a knot or a turn on a drum that gave way; an encoder that lost counts",
+        next_experiment="a mark on cable and drum, before and after",
+        binding=on_drives(ParameterSpecification("slip", "m or rad", -1.0, 1.0, 1e-4)),
+        event=True,
+    ),
+    Effect(
+        identifier="gear",
+        name="gear of a motor",
+        equation="force = gear × control",
+        signature="all forces of a motor too large or too small in proportion",
+        source="MuJoCo, actuator gear",
+        next_experiment="the motor's force against a scale or a load cell",
+        binding=on_motors(ParameterSpecification("gear", "-", 0.2, 5.0, 0.02, relative=True)),
+        kind="parameter",
+    ),
+    Effect(
+        identifier="kp",
+        name="gain of a servo",
+        equation="force = k_p (command − q) − k_v q̇",
+        signature="a servo that yields too much or too little under load",
+        source="MuJoCo, actuator position; docs/servo.md, eq. (27)",
+        next_experiment="the servo at rest under two loads",
+        binding=together(
+            on_servos(ParameterSpecification("kp", "-", 0.1, 10.0, 0.05, relative=True)),
+            on_inputs(ParameterSpecification("tension_gain", "-", 0.1, 10.0, 0.05, relative=True)),
+        ),
+        kind="parameter",
+    ),
+    Effect(
+        identifier="kv",
+        name="gain of a servo on the rate",
+        equation="force = k_p (command − q) − k_v q̇",
+        signature="a servo that trails in proportion to its rate, more or less than it should",
+        source="MuJoCo, actuator position; docs/servo.md, eq. (27)",
+        next_experiment="the same motion at three speeds, with the servo's force",
+        binding=together(
+            on_servos(ParameterSpecification("kv", "-", 0.1, 10.0, 0.05, relative=True)),
+            on_inputs(ParameterSpecification("velocity_gain", "-", 0.1, 10.0, 0.05, relative=True)),
+        ),
+        kind="parameter",
+    ),
+    Effect(
+        identifier="command_offset",
+        name="constant force of a motor",
+        equation="control = column + c",
+        signature="a constant force or torque where the motor acts",
+        source="metrology: zero error",
+        next_experiment="the motor's force at rest, against a scale or a load cell",
+        binding=on_motors(
+            ParameterSpecification("command_offset", "of the control", -1e3, 1e3, 0.01)
+        ),
+        kind="parameter",
+    ),
+)
+
+
+SENSORS: Final = (
+    Effect(
+        identifier="sensor_bias",
+        name="a sensor with an offset",
+        equation="reading + b",
+        signature="the same error at every moment, of one sensor only",
+        source="metrology: zero error",
+        next_experiment="the sensor at rest with nothing on it, before and after",
+        binding=on_sensors(ParameterSpecification("offset", "of the sensor", -0.5, 0.5, 0.01)),
+    ),
+    Effect(
+        identifier="sensor_gain",
+        name="a sensor with a wrong scale",
+        equation="g × reading",
+        signature="an error in proportion to the reading, of one sensor only",
+        source="metrology: scale error",
+        next_experiment="the sensor under two known weights far apart",
+        binding=on_sensors(ParameterSpecification("scale", "-", -0.5, 1.5, 0.01), spans=False),
+        absent=1.0,
+    ),
+    Effect(
+        identifier="sensor_delay",
+        name="a sensor that reports late",
+        equation="reading(t − d)",
+        signature="one sensor trails the others by the same time at any speed",
+        source="transport delay",
+        next_experiment="one hard step: the reading begins late and keeps its corners",
+        binding=on_sensors(ParameterSpecification("delay", "s", 0.0, 0.3, 0.002), spans=False),
+    ),
+    Effect(
+        identifier="sensor_lag",
+        name="a sensor behind a low-pass filter",
+        equation="τ dy/dt = x − y",
+        signature="one sensor trails and rounds its corners",
+        source="first-order lag",
+        next_experiment="one hard step: the reading begins at once and rounds its corners",
+        binding=on_sensors(ParameterSpecification("lag", "s", 0.0, 0.5, 0.002), spans=False),
+    ),
+    Effect(
+        identifier="sensor_drift",
+        name="a sensor whose zero wanders",
+        equation="reading + r t",
+        signature="an error that grows with time, of one sensor only",
+        source="metrology: zero drift",
+        next_experiment="the sensor at rest for as long as a recording takes",
+        binding=on_sensors(
+            ParameterSpecification("drift", "of the sensor per s", -0.1, 0.1, 0.002)
+        ),
+    ),
+    Effect(
+        identifier="gear_efficiency",
+        name="a gear between the cable and a reading of its tension",
+        equation="T/η winding in, T η paying out; at rest between the two",
+        signature="the reading jumps by 1/η² at each reversal of the drive, at any tension",
+        source="motor current as torque: a gear's friction grows with its load",
+        next_experiment=(
+            "the reading beside a load cell or a hanging weight, wound in and paid out slowly"
+        ),
+        binding=on_sensors(
+            ParameterSpecification("efficiency", "-", 0.3, 1.0, 0.05),
+            ParameterSpecification("rest_in", "-", -1.0, 1.0, 0.1),
+            ParameterSpecification("rest_out", "-", -1.0, 1.0, 0.1),
+            spans=False,
+        ),
+        absent=1.0,
+    ),
+)
