@@ -1,17 +1,11 @@
-"""How a verdict changes if the stated noise is smaller or larger than it was stated.
+"""Evidence beside a verdict: its sensitivity to the noise, correlations, whiteness, provenance.
 
-Nothing is fitted or simulated again: least squares finds the same values whatever the noise is, if
-it changes for all signals alike. An error of E times the noise is E/f times a noise that is f times
-as large; an excess χ² that steps and guides leave is 1/f² of what it was. Where the rig differs
-between sessions, that too is taken to be f times as large. With these numbers the
-criteria of the verdict are applied again, to the same findings. Whether a search with another noise
-would have found others is not known.
-
-Correlations of the parameters that a diagnosis fitted: which of them compensate each other.
-
-Whiteness of residuals: whether what a model leaves of a signal looks like independent noise.
-
-Provenance of a result: the versions, the command, the date, and the files that went into it.
+For another noise nothing is fitted or simulated again: least squares finds the same values whatever
+the noise is, if it changes for all signals alike. An error of E times the noise is E/f times a
+noise that is f times as large; an excess χ² of steps and guides is 1/f² of its value. Scatter
+between sessions of the rig is taken to be f times as large too. With these numbers the criteria of
+the verdict are applied again, to the same findings. Whether a search with another noise would have
+found others is not known.
 """
 
 from __future__ import annotations
@@ -30,14 +24,24 @@ import numpy as np
 from tendon_mj.lab.diagnosis.evidence import LARGEST, ErrorReduction, Evidence, Verdict, decide
 from tendon_mj.lab.diagnosis.result import BeforeAfter, Diagnosis
 from tendon_mj.lab.diagnosis.statistics import correlation_matrix
-from tendon_mj.lab.diagnosis.thresholds import CLOSED, PART, SMALLEST_EXCESS
+from tendon_mj.lab.diagnosis.thresholds import SMALLEST_EXCESS
+from tendon_mj.lab.diagnosis.wording import reason
 from tendon_mj.lab.recordings import Recording, table_beside
 from tendon_mj.models import model_path
 from tendon_mj.typing import FloatArray
 
-FACTORS = 0.5, 1.0, 2.0
-_FARTHEST = 8.0  # factor up to which it is asked where a verdict ends
+_FACTORS = 0.5, 1.0, 2.0
+_FARTHEST = 8.0  # factor up to which the end of a verdict is searched
 _RATIO = 2.0 ** (1.0 / 16.0)  # between the factors that are tried
+
+_HIGH = 0.9  # |ρ| from which two values are said to compensate each other
+
+_LAGS = 40  # at most
+_LAG_SHARE = 0.25  # of the samples, at most
+_QUANTILE = 1.96  # of a normal distribution: 95 % of the lags of white noise lie within
+_WHITE = 0.85  # share of the lags within the band; chance leaves less in fewer than 1 of 100
+
+_PACKAGES = ("tendon-mj", "mujoco", "numpy", "scipy", "numba")
 
 
 @dataclass(frozen=True)
@@ -78,30 +82,19 @@ class NoiseSensitivity:
 
 
 def noise_sensitivity(
-    diagnosis: Diagnosis, factors: Sequence[float] = FACTORS
-) -> NoiseSensitivity | None:
-    """Apply the criteria of a finished diagnosis to other noises; None where it has no evidence.
-
-    Args:
-        diagnosis: that `diagnose` made.
-        factors: noises over the stated one, > 0.
-    """
+    diagnosis: Diagnosis, factors: Sequence[float] = _FACTORS
+) -> NoiseSensitivity:
+    """Apply the criteria of a finished diagnosis to other noises, ``factors`` times the stated."""
     evidence = diagnosis.evidence
-    if evidence is None:
-        return None
-    return NoiseSensitivity(
-        cases=tuple(_case(evidence, factor) for factor in factors),
-        low=_reach(evidence, diagnosis.verdict, 1.0 / _RATIO),
-        high=_reach(evidence, diagnosis.verdict, _RATIO),
-    )
+    low, high = (_reach(evidence, diagnosis.verdict, ratio) for ratio in (1.0 / _RATIO, _RATIO))
+    return NoiseSensitivity(tuple(_case(evidence, factor) for factor in factors), low, high)
 
 
 def _case(evidence: Evidence, factor: float) -> NoiseCase:
     scaled = with_noise(evidence, factor)
-    errors = scaled.extrapolated
+    errors, verdict = scaled.extrapolated, _judge(scaled)
     closed = min(errors.reducible_closed, 1.0) if errors.before > 1.0 else 1.0
-    verdict, reason = _judge(scaled)
-    return NoiseCase(factor, errors.before, errors.after, closed, verdict, reason)
+    return NoiseCase(factor, errors.before, errors.after, closed, verdict, reason(scaled, verdict))
 
 
 def with_noise(evidence: Evidence, factor: float) -> Evidence:
@@ -113,8 +106,11 @@ def with_noise(evidence: Evidence, factor: float) -> Evidence:
     return replace(
         evidence,
         calibrated=excess <= limit if factor != 1.0 else evidence.calibrated,
+        held_out=_scaled(evidence.held_out, factor),
+        weighed=_scaled(evidence.weighed, factor),
         extrapolated=_scaled(evidence.extrapolated, factor),
-        stated=_scaled(evidence.stated, factor),
+        zero_step=evidence.zero_step / factor,
+        reproducibility={c: factor * d for c, d in evidence.reproducibility.items()},
         limit=limit,
         largest=max(LARGEST, lumping),
         excess=excess,
@@ -130,59 +126,26 @@ def _scaled(errors: ErrorReduction, factor: float) -> ErrorReduction:
     )
 
 
-def _judge(evidence: Evidence) -> tuple[Verdict | None, str]:
-    """The verdict by its criteria, and the one that decides."""
-    errors, limit = evidence.extrapolated, evidence.limit
-    unit = f"this {errors.unit}"
-    small = evidence.calibrated and errors.before**2 - 1.0 <= limit
-    if small:
-        return "nothing missing", (
-            f"The calibrated model leaves {errors.before:.2f} times {unit}, which is below the"
-            f" detection limit of {(1.0 + limit) ** 0.5:.2f}."
-        )
-    if not evidence.kinds:
-        return None, (
-            f"The calibrated model leaves {errors.before:.2f} times {unit}, above the detection"
-            f" limit of {(1.0 + limit) ** 0.5:.2f}: an effect would be sought."
-        )
-    verdict = decide(evidence)
-    if evidence.beyond:
-        return verdict, "The findings would take a parameter beyond its range, at any noise."
-    removed = f"{100.0 * min(errors.reducible_closed, 1.0):.1f} % of the error above {unit}"
-    remains = f"{errors.after:.2f} times {unit} remains"
-    wanted = f"{100.0 * CLOSED:.1f} % is wanted"
-    if verdict in ("named", "parameter"):
-        if errors.reducible_closed >= CLOSED:
-            return verdict, f"{removed} is removed; {wanted}."
-        return verdict, (
-            f"{remains}, which is below the detection limit of {(1.0 + limit) ** 0.5:.2f}."
-        )
-    if verdict == "partly":
-        asked = "two thirds are asked for a part of it"
-        return verdict, f"{removed} is removed, and {asked}; {remains}, which is not explained."
-    if errors.reducible_closed < PART:
-        return verdict, f"{removed} is removed, and two thirds are asked; {remains}."
-    if evidence.stated.after >= evidence.stated.before:
-        return verdict, f"{removed} is removed, but with the model's own step the error stays."
-    return verdict, f"{removed} is removed, but of a signal more remains than before."
+def _judge(evidence: Evidence) -> Verdict | None:
+    """The verdict by its criteria; None where an error remains that no finding is of."""
+    if evidence.calibrated and evidence.extrapolated.before**2 - 1.0 <= evidence.limit:
+        return "nothing missing"
+    return decide(evidence) if evidence.kinds else None
 
 
 def _reach(evidence: Evidence, verdict: Verdict, ratio: float) -> float:
     """The last factor, going from 1 in steps of a ratio, at which the verdict is the same."""
     factor = 1.0
     while 1.0 / _FARTHEST * 1.001 < factor < _FARTHEST / 1.001:
-        if _judge(with_noise(evidence, factor * ratio))[0] != verdict:
+        if _judge(with_noise(evidence, factor * ratio)) != verdict:
             break
         factor *= ratio
     return factor
 
 
-HIGH = 0.9  # |ρ| from which two values are said to compensate each other
-
-
 @dataclass(frozen=True)
 class Correlations:
-    """Correlations of estimates.
+    """Correlations of estimates: which of the fitted parameters compensate each other.
 
     Attributes:
         names: of the parameters; of those that share one number, the first.
@@ -199,7 +162,7 @@ class Correlations:
             (one, other, self.matrix[j][k])
             for j, one in enumerate(self.names)
             for k, other in enumerate(self.names[:j])
-            if abs(self.matrix[j][k]) > HIGH
+            if abs(self.matrix[j][k]) > _HIGH
         ]
 
 
@@ -218,12 +181,6 @@ def parameter_correlations(diagnosis: Diagnosis) -> Correlations | None:
     matrix = correlation_matrix(context.problem, fit, chosen)
     names = tuple(t.targets[0] for t, used in zip(fit.terms, chosen, strict=True) if used)
     return Correlations(names, tuple(tuple(map(float, row)) for row in matrix))
-
-
-LAGS = 40  # at most
-_SHARE = 0.25  # of the samples, at most
-_QUANTILE = 1.96  # of a normal distribution: 95 % of the lags of white noise lie within
-_WHITE = 0.85  # share of the lags within the band; chance leaves less in fewer than 1 of 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,14 +209,12 @@ class Autocorrelation:
 
 
 def autocorrelation(time: FloatArray, residual: FloatArray) -> Autocorrelation:
-    """ρ_k = Σ e_i e_{i+k} / Σ e_i², of the residual less its mean.
+    """ρ_k = Σ e_i e_{i+k} / Σ e_i², of the residual (n,) less its mean.
 
-    Args:
-        time: (n,) [s]; lags are counted in samples, and told in median intervals.
-        residual: (n,).
+    Lags are whole samples, given in median intervals of ``time`` (n,) [s].
     """
     error = residual - residual.mean()
-    count = max(1, min(LAGS, int(_SHARE * error.size)))
+    count = max(1, min(_LAGS, int(_LAG_SHARE * error.size)))
     power = float(error @ error)
     steps = np.arange(1, count + 1)
     sums = np.array([error[:-k] @ error[k:] for k in steps])
@@ -280,12 +235,9 @@ def residual_autocorrelations(
     return {c: (of(row.before, c), of(row.after, c)) for c in row.measured.measured}
 
 
-_PACKAGES = ("tendon-mj", "mujoco", "numpy", "scipy", "numba")
-
-
 @dataclass(frozen=True)
 class Provenance:
-    """Where a result comes from.
+    """Versions, command, date and files of a result.
 
     Attributes:
         date: ISO 8601, with the offset of local time.
@@ -301,12 +253,7 @@ class Provenance:
 
     def result(self) -> dict[str, Any]:
         """Plain numbers and words, as in `result.json`."""
-        return {
-            "date": self.date,
-            "versions": dict(self.versions),
-            "command": self.command,
-            "files": dict(self.files),
-        }
+        return vars(self) | {"versions": dict(self.versions), "files": dict(self.files)}
 
 
 def files_of(
@@ -319,29 +266,24 @@ def files_of(
         description: TOML of all recordings, where they have not one each.
         recordings: as read from them; a model's own includes are not among the files.
     """
-    found = list[Path]()
+    files = list[Path]()
     for path in paths:
-        table, beside = table_beside(path)
-        found += [table, description or beside]
-    found += [model_path(model) for model in {r.model: None for r in recordings}]
-    return list(dict.fromkeys(found))
+        table, toml = table_beside(path)
+        files += [table, description or toml]
+    files += [model_path(model) for model in {r.model: None for r in recordings}]
+    return list(dict.fromkeys(files))
 
 
 def collect_provenance(command: str = "", files: Iterable[str | Path] = ()) -> Provenance:
-    """Provenance of a result that is made now.
-
-    Args:
-        command: as it was typed.
-        files: that went into it; each is read, to hash it.
+    """Provenance of a result that is made now, by a command as typed, from files to be hashed.
 
     Raises:
         OSError: a file cannot be read.
     """
-    hashed = {str(file): hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files}
+    versions = {"python": platform.python_version()}
     return Provenance(
         date=datetime.now().astimezone().isoformat(timespec="seconds"),
-        versions={"python": platform.python_version()}
-        | {name: version(name) for name in _PACKAGES},
+        versions=versions | {name: version(name) for name in _PACKAGES},
         command=command,
-        files=hashed,
+        files={str(file): hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files},
     )

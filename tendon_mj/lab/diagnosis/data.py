@@ -1,16 +1,8 @@
-"""Check of what a simulator answers, which may be a user's own.
-
-The data of a diagnosis as one vector of residuals in units of noise.
-
-Step size of a simulation: as long as a search allows, and its error in a residual.
+"""Data of a diagnosis: one vector of residuals in units of noise, and the terms of its calibration.
 
 Searching takes hundreds of simulations, judging a few. The search therefore takes twice the model's
 step; `Problem.extrapolate` removes the error of that step, and only extrapolated residuals are
 judged.
-
-What the recordings call uncertain, as terms of a fit.
-
-What was set anew for each recording, as terms of a fit.
 
 A parameter p in [session] has the value p_k in recording k, p_k ~ N(value, spread²). Each p_k is
 fitted, with (p_k − value)/(3 spread) as one more residual: the stated spread is a guess, and the
@@ -27,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
-from tendon_mj.lab.diagnosis.effects.effect import SystemDescription, Term
+from tendon_mj.lab.diagnosis.effects.effect import SystemDescription, Term, element
 from tendon_mj.lab.recordings import Recording, Session, noise_levels, range_ends
 from tendon_mj.lab.replay import (
     DRAWN_BEND,
@@ -45,54 +37,6 @@ from tendon_mj.lab.replay import (
 )
 from tendon_mj.typing import FloatArray
 
-
-def check_answers(
-    answers: Sequence[Sequence[Series]],
-    sets: int,
-    recordings: Sequence[Recording],
-    simulator: Simulates,
-) -> None:
-    """Refuse answers that are not (n,) series of every measured column, for every set.
-
-    Args:
-        answers: of ``simulator`` to ``sets`` sets of parameters, see `Simulates.__call__`.
-        sets: how many were asked for.
-        recordings: that it simulates.
-        simulator: whose class the message names.
-
-    Raises:
-        InvalidValueError: names the recording and column, and what was answered.
-    """
-    who = f"simulator {type(simulator).__name__!r}"
-    if len(answers) != sets:
-        raise InvalidValueError(
-            f"{who} answered {len(answers)} sets of parameters, not the {sets} it was asked for"
-        )
-    for answer in answers:
-        if len(answer) != len(recordings):
-            raise InvalidValueError(
-                f"{who} answered for {len(answer)} recordings, not for {len(recordings)}"
-            )
-        for recording, series in zip(recordings, answer, strict=True):
-            for column in recording.measured:
-                _check_series(f"{who}, recording {recording.name!r}", column, series, recording)
-
-
-def _check_series(where: str, column: str, series: Series, recording: Recording) -> None:
-    if column not in series:
-        raise InvalidValueError(
-            f"{where}: answered {', '.join(map(repr, series)) or 'nothing'}, but {column!r} is in"
-            " [measured]"
-        )
-    shape = np.shape(series[column])
-    if shape != recording.time.shape:
-        raise InvalidValueError(
-            f"{where}, column {column!r}: answered shape {shape}, but the recording has"
-            f" {recording.time.shape}"
-        )
-
-
-_NONE = Parameter(0.0, "", "joint")
 MakeSimulator = Callable[[Sequence[Recording]], Simulates]
 
 _BLOCK = 1.0  # typical length of a block [s]; several in each recording, and not too many
@@ -100,6 +44,14 @@ _ROWS = 2  # likewise, of rows that are rests
 _FEWEST_BLOCKS, _MOST_BLOCKS = 4, 12
 _FEWEST_RECORDINGS = 3
 _TAIL = 0.25  # of every recording, held out where no other recording is given
+
+_LONGEST = 2.0  # step of the search, times the model's own
+_LARGEST_ERROR = 1.0  # of the long step, see `step_error`
+
+_PROBE = 0.05  # of the range of an uncertain parameter
+_WIDER = 3.0  # prior standard deviation of a session's value over the stated spread
+_SESSION_RANGE = 8.0  # stated spreads to either side
+_SESSION_PROBE = 0.5  # of the stated spread
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,6 +99,14 @@ class Problem:
             (k, column, recording.time.size)
             for k, recording in enumerate(self.recordings)
             for column in recording.measured
+        ]
+
+    @cached_property
+    def signals(self) -> list[tuple[int, str, slice]]:
+        """(recording, column, its residuals) in the order of the residuals."""
+        ends = np.cumsum([size for _, _, size in self.layout()]).tolist()
+        return [
+            (k, c, slice(end - n, end)) for (k, c, n), end in zip(self.layout(), ends, strict=True)
         ]
 
     @cached_property
@@ -200,33 +160,66 @@ class Problem:
     def _residuals(
         self, simulate: Simulates, parameter_sets: Sequence[Mapping[str, float]]
     ) -> FloatArray:
-        rows = []
         names = {recording.name for recording in self.recordings}
         sets = [
             values_in(names, {**self.fixed, **values}, simulate.parameters)
             for values in parameter_sets
         ]
         answered = simulate(sets)
-        check_answers(answered, len(parameter_sets), self.recordings, simulate)
+        check_answers(answered, len(sets), self.recordings, simulate)
+        rows = []
         for answers in answered:
-            parts = []
-            for recording, noise, ends, series in zip(
-                self.recordings, self.noise, self.ends, answers, strict=True
-            ):
-                for column, level in noise.items():
-                    shown = np.clip(series[column], *ends[column])
-                    parts.append((shown - recording.columns[column]) / level)
+            parts = [
+                (np.clip(series[column], *ends[column]) - recording.columns[column]) / level
+                for recording, noise, ends, series in zip(
+                    self.recordings, self.noise, self.ends, answers, strict=True
+                )
+                for column, level in noise.items()
+            ]
             row = np.concatenate(parts)
             rows.append(row if np.isfinite(row).all() else np.full(row.shape, np.inf))
         return np.array(rows)
 
 
+def check_answers(
+    answers: Sequence[Sequence[Series]],
+    sets: int,
+    recordings: Sequence[Recording],
+    simulator: Simulates,
+) -> None:
+    """Refuse answers of a simulator to ``sets`` parameter sets that lack a series or a sample.
+
+    Raises:
+        InvalidValueError: names the recording and column, and the answer.
+    """
+    who = f"simulator {type(simulator).__name__!r}"
+    if len(answers) != sets:
+        raise InvalidValueError(f"{who} answered {len(answers)} of {sets} sets of parameters")
+    for answer in answers:
+        if len(answer) != len(recordings):
+            raise InvalidValueError(
+                f"{who} answered for {len(answer)} of {len(recordings)} recordings"
+            )
+        for recording, series in zip(recordings, answer, strict=True):
+            where = f"{who}, recording {recording.name!r}"
+            for column in recording.measured:
+                if column not in series:
+                    answered = ", ".join(map(repr, series)) or "nothing"
+                    raise InvalidValueError(
+                        f"{where}: answered {answered}, but {column!r} is in [measured]"
+                    )
+                if np.shape(series[column]) != recording.time.shape:
+                    raise InvalidValueError(
+                        f"{where}, column {column!r}: answered shape {np.shape(series[column])},"
+                        f" but the recording has {recording.time.shape}"
+                    )
+
+
 def by_recording(recordings: Sequence[Recording]) -> bool:
     """Whether whole recordings are left out: three or more, of different states of the rig.
 
-    Their states differ where what is [known] differs, or where something was set anew for each.
-    Where nothing does, recordings differ in what excites the rig, and one may be the only one that
-    shows an effect.
+    Their states differ where [known] differs, or where something was set anew for each. In one
+    state, recordings differ in their excitation, and one may be the only one that shows an effect.
     """
     first = recordings[0]
     differ = any(r.known != first.known or r.session for r in recordings)
@@ -258,18 +251,11 @@ def _clock(recording: Recording) -> FloatArray:
     return since
 
 
-_LONGEST = 2.0  # times the model's own step
-_LARGEST_ERROR = 1.0  # of the long step, see `step_error`
-
-
 def search_step(problem: Problem) -> float | None:
     """Step of the search in steps of the model, 2 or 1; None for a simulator without steps.
 
     A longer step may end a move in another of the states in which friction holds. Rests are
-    searched with the model's own step.
-
-    Args:
-        problem: with the model's own step.
+    searched with the model's own step, which ``problem`` has.
     """
     own = problem.simulate
     if own.steps == 0:
@@ -296,13 +282,10 @@ def step_error(correction: FloatArray) -> float:
     """Mean square by which halving the step changes a residual [noise variance].
 
     The ``correction`` (m,) of `Problem.extrapolate` is twice that change, and to first order all
-    of the step's error; the change itself measures what the correction may have missed. Of rests
-    it is that change, of which half may be left.
+    of the step's error; the change itself measures the error that the correction may have missed.
+    Of rests it is that change, of which half may be left.
     """
     return float(np.mean((0.5 * correction) ** 2)) if np.isfinite(correction).all() else np.inf
-
-
-_PROBE = 0.05  # of the range
 
 
 def uncertain_terms(problem: Problem) -> tuple[Term, ...]:
@@ -323,7 +306,7 @@ def uncertain_terms(problem: Problem) -> tuple[Term, ...]:
             targets = sorted(t for t, by in claimed.items() if by == ("uncertain", name))
             width = u.high - u.low
             if any(parameters[target].unit == "s" for target in targets):
-                width = min(width, longest)  # a time beyond it does what one as long as it does
+                width = min(width, longest)  # a longer time acts like one as long as the recording
             probe = _PROBE * width
             if 0.0 < abs(u.value) < probe:  # a range of decades
                 probe = 2.0 * _PROBE * abs(u.value)
@@ -335,14 +318,9 @@ def uncertain_terms(problem: Problem) -> tuple[Term, ...]:
     return tuple(terms)
 
 
-_WIDER = 3.0  # prior standard deviation over the stated spread
-_RANGE = 8.0  # stated spreads to either side
-_SESSION_PROBE = 0.5  # of the stated spread
-
-
 @dataclass(frozen=True)
 class Spread:
-    """What was set anew for each recording, and how much it differed.
+    """Values of a parameter that was set anew for each recording, and how much they differ.
 
     Attributes:
         stated: standard deviation that the recordings state [unit].
@@ -375,40 +353,41 @@ def session_terms(recordings: Sequence[Recording], simulate: Simulates) -> tuple
     for recording in named:
         if names.count(recording.name) > 1:
             raise RecordingError(
-                f"recording {recording.name!r}: two recordings have this name, so that what was set"
-                " anew for each, in [session], cannot be told apart; rename one file"
+                f"recording {recording.name!r}: two recordings have this name, so that the values"
+                " set anew for each, in [session], cannot be told apart; rename one file"
             )
+    parameters = simulate.parameters
     return tuple(
         Term(
-            targets=(name_in_session(parameter, recording.name),),
-            unit=simulate.parameters[parameter].unit,
+            targets=(name_in_session(name, recording.name),),
+            unit=parameters[name].unit,
             inert=own.value,
-            low=max(own.value - _RANGE * own.spread, simulate.parameters[parameter].low),
-            high=own.value + _RANGE * own.spread,
+            low=max(own.value - _SESSION_RANGE * own.spread, parameters[name].low),
+            high=own.value + _SESSION_RANGE * own.spread,
             probe=_SESSION_PROBE * own.spread,
             spread=_WIDER * own.spread,
         )
         for recording in named
-        for parameter, own in _set_anew(recording, simulate.parameters).items()
+        for name, own in _set_anew(recording, parameters).items()
     )
 
 
 def _set_anew(recording: Recording, parameters: Mapping[str, Parameter]) -> dict[str, Session]:
-    """Parameter → what [session] says of it, but for those that another table names themselves."""
-    claimed, told = claims(recording, parameters), expand(recording.session, parameters)
-    for parameter in told:
-        if parameter not in parameters:
+    """Parameter → its entry in [session], but for those that another table names themselves."""
+    claimed, entries = claims(recording, parameters), expand(recording.session, parameters)
+    for name in entries:
+        if name not in parameters:
             where = f"recording {recording.name!r}, [session]"
-            raise UnknownNameError("parameter", parameter, parameters, where)
-    return {parameter: own for parameter, own in told.items() if claimed[parameter][0] == "session"}
+            raise UnknownNameError("parameter", name, parameters, where)
+    return {name: own for name, own in entries.items() if claimed[name][0] == "session"}
 
 
 def spreads(terms: Sequence[Term], values: Sequence[float] | np.ndarray) -> dict[str, Spread]:
     """Parameter → how much it differed between recordings, from the fitted values of the terms."""
-    found: dict[str, list[tuple[Term, float]]] = {}
+    rows_of: dict[str, list[tuple[Term, float]]] = {}
     for term, value in zip(terms, values, strict=True):
         if term.spread > 0.0:
-            found.setdefault(parameter_of(term.targets[0]), []).append((term, float(value)))
+            rows_of.setdefault(parameter_of(term.targets[0]), []).append((term, float(value)))
     return {
         parameter: Spread(
             stated=rows[0][0].spread / _WIDER,
@@ -416,47 +395,51 @@ def spreads(terms: Sequence[Term], values: Sequence[float] | np.ndarray) -> dict
             unit=rows[0][0].unit,
             values={recording_of(term.targets[0]): v for term, v in rows},
         )
-        for parameter, rows in found.items()
+        for parameter, rows in rows_of.items()
     }
 
 
 def describe_system(problem: Problem) -> SystemDescription:
     """Describe the model and the recordings to the catalogue."""
-    spans: dict[str, float] = {}
-    for recording in problem.recordings:
-        for column, measured in recording.measured.items():
-            span = float(np.ptp(recording.columns[column]))
-            spans[measured.sensor] = max(spans.get(measured.sensor, 0.0), span) or 1.0
     first, parameters = problem.recordings[0], problem.simulate.parameters
     fitted = [
         n for r in problem.recordings for n in expand({**r.uncertain, **r.session}, parameters)
     ]
-    joints, motors = (sorted(_elements(parameters, kind)) for kind in ("joint", "motor"))
-    driven = [j for j, is_driven in problem.simulate.joints.items() if is_driven]
+    joints, motors = (_elements(parameters, kind) for kind in ("joint", "motor"))
     inputs = tuple(name for _, name in first.driven)
     return SystemDescription(
         values={name: parameter.value for name, parameter in parameters.items()},
         known=_known(problem),
         uncertain=frozenset({*fitted, *_drawn_bends(fitted)}),
-        spans=spans,
+        spans=_spans(problem.recordings),
         inputs=inputs,
-        free_joints=tuple(joint for joint in joints if joint not in driven),
+        free_joints=tuple(joint for joint in joints if not problem.simulate.joints.get(joint)),
         motors=tuple(name for name in inputs if name in motors),
-        slides=frozenset(j for j in joints if parameters.get(f"{j}.armature", _NONE).unit == "kg"),
+        slides=frozenset(joint for joint in joints if _slides(parameters.get(f"{joint}.armature"))),
         joints={name: p.joints for name, p in parameters.items() if p.joints},
         reference={name: p.reference for name, p in parameters.items() if p.reference},
         columns=tuple(names for names in first.drive.values() if not isinstance(names, str)),
     )
 
 
+def _spans(recordings: Sequence[Recording]) -> dict[str, float]:
+    """Sensor → largest less smallest measured value, 1 where it is constant."""
+    spans: dict[str, float] = {}
+    for recording in recordings:
+        for column, measured in recording.measured.items():
+            span = float(np.ptp(recording.columns[column]))
+            spans[measured.sensor] = max(spans.get(measured.sensor, 0.0), span) or 1.0
+    return spans
+
+
 def _known(problem: Problem) -> frozenset[str]:
     """Parameters that a recording calls known.
 
-    Who knows an `extra_bend`, the same in all recordings, knows the bend: the drawn one too.
+    A known `extra_bend`, the same in all recordings, makes the bend known: the drawn one too.
     """
-    told = [expand(r.known, problem.simulate.parameters) for r in problem.recordings]
-    alike = [name for name, value in told[0].items() if all(t.get(name) == value for t in told)]
-    return frozenset({*_drawn_bends(alike)}.union(*told))
+    tables = [expand(r.known, problem.simulate.parameters) for r in problem.recordings]
+    alike = [n for n, value in tables[0].items() if all(t.get(n) == value for t in tables)]
+    return frozenset({*_drawn_bends(alike)}.union(*tables))
 
 
 def _drawn_bends(names: Iterable[str]) -> list[str]:
@@ -465,6 +448,11 @@ def _drawn_bends(names: Iterable[str]) -> list[str]:
     return [f"{sheath}.{DRAWN_BEND}" for sheath, _, parameter in parts if parameter == EXTRA_BEND]
 
 
-def _elements(parameters: Mapping[str, Parameter], kind: Kind) -> set[str]:
-    """Elements of a kind that have parameters."""
-    return {name.rsplit(".", 1)[0] for name, p in parameters.items() if p.kind == kind}
+def _elements(parameters: Mapping[str, Parameter], kind: Kind) -> list[str]:
+    """Elements of a kind that have parameters, sorted."""
+    return sorted({element(name) for name, p in parameters.items() if p.kind == kind})
+
+
+def _slides(armature: Parameter | None) -> bool:
+    """Whether a joint with this armature slides."""
+    return armature is not None and armature.unit == "kg"

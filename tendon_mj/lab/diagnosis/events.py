@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_mj.lab.diagnosis.data import Problem
-from tendon_mj.lab.diagnosis.effects.effect import Candidate
+from tendon_mj.lab.diagnosis.effects.effect import Candidate, Constant, EventTerm
 from tendon_mj.lab.diagnosis.fitting import Fit
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import name_in_session, suppress_unsolved_warnings
@@ -122,15 +122,9 @@ class _Scan:
         residual = fitted.residual[self.used]
         self.residual = residual - self.basis @ (self.basis.T @ residual)
         self.owner = problem.recording_of[self.used]
-        self.times = np.concatenate(
-            [problem.recordings[k].time[problem.train[k]] for k, _, _ in problem.layout()]
-        )
-        self.column = np.concatenate(
-            [
-                np.full(int(problem.train[k].sum()), j)
-                for j, (k, _, _) in enumerate(problem.layout())
-            ]
-        )
+        clocks = [problem.recordings[k].time[problem.train[k]] for k, _, _ in problem.layout()]
+        self.times = np.concatenate(clocks)
+        self.column = np.repeat(np.arange(len(clocks)), [clock.size for clock in clocks])
 
     def name(self, candidate: Candidate, recording: int, ending: str = "") -> str:
         """Name of an event's size in one recording, or with an ``ending`` of its time."""
@@ -149,7 +143,7 @@ class _Scan:
         if not (probe > 0.0 and np.isfinite(row).all()):
             return []
         trace = (row + self.fitted.correction - self.fitted.residual)[self.used] / probe
-        found = []
+        events = []
         for k in range(len(recordings)):
             explained, sizes = self._explained(trace * (self.owner == k), k)
             best = int(np.argmax(explained))
@@ -157,8 +151,8 @@ class _Scan:
             near = np.flatnonzero(explained >= min(_NEAR * top, top - _AS_GOOD * self.left(top)))
             ends = float(time[max(near[0] - 2, 0)]), float(time[min(near[-1] + 1, time.size - 1)])
             when = float(0.5 * (time[max(best - 1, 0)] + time[best]))
-            found.append(_Event(candidate, k, when, float(sizes[best]), top, ends))
-        return found
+            events.append(_Event(candidate, k, when, float(sizes[best]), top, ends))
+        return events
 
     def _range(self, candidate: Candidate) -> float:
         """Range of what drives the candidate's actuator [its control]."""
@@ -235,28 +229,21 @@ class _Scan:
         self, event: _Event, times: Sequence[tuple[float, float]]
     ) -> dict[tuple[float, float], _Event]:
         """Begin and duration → the event there, for those whose simulation did not fail."""
-        size, when, long = (
-            self.name(event.candidate, event.recording, e) for e in ("", "_time", "_duration")
-        )
-        sets = [
-            {**self.values, size: event.size, when: begin, long: duration}
-            for begin, duration in times
-        ]
+        endings = ("", "_time", "_duration")
+        names = [self.name(event.candidate, event.recording, ending) for ending in endings]
+        sets = [{**self.values, **dict(zip(names, (event.size, *at), strict=True))} for at in times]
         own, before = self.owner == event.recording, self.fitted.correction - self.fitted.residual
-        found = {}
+        events = {}
         for at, row in zip(times, self.problem.residuals(sets), strict=True):
             trace = (row + before)[self.used] * own / event.size
             free = trace - self.basis @ (self.basis.T @ trace)
             alone, along = float(free @ free), float(free @ self.residual)
             if np.isfinite(alone) and alone > 0.0 and along != 0.0:
-                found[at] = replace(
-                    event,
-                    time=at[0],
-                    duration=at[1],
-                    size=-along / alone,
-                    explained=along**2 / alone,
+                size, explained = -along / alone, along**2 / alone
+                events[at] = replace(
+                    event, time=at[0], duration=at[1], size=size, explained=explained
                 )
-        return found
+        return events
 
     def _step_of_a_zero(self, recording: int) -> float:
         """Largest Δχ² that a step of one reading's zero in the recording explains."""
@@ -281,13 +268,14 @@ class _Scan:
         span, (term,) = self._range(template), template.terms
         when, long = (self.name(template, best.recording, e) for e in ("_time", "_duration"))
         sign = 1.0 if best.size > 0.0 else -1.0
-        located = replace(
-            term,
+        located = EventTerm(
             targets=(self.name(template, best.recording),),
+            unit=term.unit,
+            inert=term.inert,
             low=min(0.0, sign * span),
             high=max(0.0, sign * span),
             probe=min(abs(best.size), span),
-            beside=((when, *times), (long, *lasting)),
+            times=(Constant(when, *times), Constant(long, *lasting)),
         )
         where = f"{template.where} in {recording.name}"
         return replace(template, where=where, terms=(located,))

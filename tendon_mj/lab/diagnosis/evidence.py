@@ -1,15 +1,10 @@
-"""Rms error between simulation and measurement, of the calibrated and of the final model.
-
-Evidence of a verdict: the errors and limits that it was decided by.
-
-Verdict of a diagnosis: what the errors on held-out data allow to say.
-"""
+"""Evidence of a diagnosis: errors on held-out data, their limits, and the verdict they allow."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass
-from typing import Any, Literal
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +17,8 @@ from tendon_mj.typing import FloatArray
 Verdict = Literal["named", "parameter", "partly", "nothing missing", "unknown"]
 
 NOISE, NOISE_AND_REPRODUCIBILITY = "noise", "noise and reproducibility"
+LARGEST: Final = 8.0  # excess χ² (3 rms), above which a model is not proven whatever it explains
+_WORSE = 1.05  # times the error before, from which a signal got worse
 
 
 @dataclass(frozen=True)
@@ -49,21 +46,22 @@ class ErrorReduction:
 
     def result(self) -> dict[str, Any]:
         """Plain numbers and words, as in `result.json`."""
+        signals = {
+            column: {
+                "unit": column_unit(column),
+                "before": before,
+                "after": after,
+                "noise_floor": noise,
+            }
+            for column, (before, after, noise) in self.signals.items()
+        }
         return {
             "unit": self.unit,
             "before": self.before,
             "after": self.after,
             "noise_floor": self.noise_floor,
             "reducible_closed": self.reducible_closed,
-            "signals": {
-                column: {
-                    "unit": column_unit(column),
-                    "before": before,
-                    "after": after,
-                    "noise_floor": noise,
-                }
-                for column, (before, after, noise) in self.signals.items()
-            },
+            "signals": signals,
         }
 
 
@@ -79,86 +77,78 @@ def measure_errors(
     ``bars`` (m,) [noise] are the units of the result where they are not the noise.
     """
     bars = np.ones(mask.size) if bars is None else bars
-    edges = np.cumsum([0, *(size for _, _, size in problem.layout())])
     sums: dict[str, list[float]] = {}
-    for (k, column, _), first, last in zip(problem.layout(), edges, edges[1:], strict=False):
-        inside = mask[first:last]
-        level = problem.noise[k][column]
+    for k, column, rows in problem.signals:
+        inside, level = mask[rows], problem.noise[k][column]
         entry = sums.setdefault(column, [0.0, 0.0, 0.0, 0.0])
-        for slot, residual in enumerate((before, after)):
-            entry[slot] += float(np.sum((residual[first:last][inside] * level) ** 2))
-        entry[2] += float(np.sum((bars[first:last][inside] * level) ** 2))
+        for slot, errors in enumerate((before, after, bars)):
+            entry[slot] += float(np.sum((errors[rows][inside] * level) ** 2))
         entry[3] += float(inside.sum())
     signals = {
-        column: tuple(float(np.sqrt(part / count)) for part in parts)
-        for column, (*parts, count) in sums.items()
+        column: (float(np.sqrt(b / count)), float(np.sqrt(a / count)), float(np.sqrt(n / count)))
+        for column, (b, a, n, count) in sums.items()
         if count > 0.0
     }
     rms = [float(np.sqrt(np.mean((r[mask] / bars[mask]) ** 2))) for r in (before, after)]
     unit = NOISE if bool((bars[mask] == 1.0).all()) else NOISE_AND_REPRODUCIBILITY
-    return ErrorReduction(
-        rms[0], rms[1], 1.0, {c: (b, a, n) for c, (b, a, n) in signals.items()}, unit
-    )
+    return ErrorReduction(rms[0], rms[1], 1.0, signals, unit)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """What a verdict rests on. Errors are in units of noise and reproducibility together.
+    """Errors of the calibrated and the final model on held-out data, and their limits.
 
     Attributes:
         kinds: of the findings, "missing" or "parameter"; none where nothing was selected.
         calibrated: whether the calibrated model leaves no more than the detection limit on the
             training data.
-        extrapolated: errors on held-out data for a step of zero.
-        stated: those with the model's own step.
+        held_out: errors with the model's own step [noise].
+        weighed: the same in units of noise and reproducibility together.
+        extrapolated: these for a step of zero, by which the verdict is decided.
+        zero_step: error of the final model for a step of zero [noise].
+        reproducibility: column → standard deviation between sessions [the column's unit].
         limit: excess χ² below which nothing is named [-].
         largest: excess χ² above which no model is proven [-].
-        beyond: whether the findings would take a calibrated parameter beyond its range, or one of
-            them stands at an end of its own.
+        beyond: uncertain parameters that the findings would take beyond their ranges.
+        at_end: whether a finding stands at an end of its range.
+        non_smooth: whether a finding is of a non-smooth effect.
         excess: excess χ² that the calibrated model leaves on the training data [-].
         step, lumping: excess χ² on held-out data that the simulation's steps, and its guides in
-            place of a smooth sheath, may leave [-].
+            place of a smooth sheath, may leave [-]; without a sheath the second is 0.
     """
 
-    kinds: Collection[str]
-    calibrated: bool
+    kinds: Collection[str] = ()
+    calibrated: bool = True
+    held_out: ErrorReduction
+    weighed: ErrorReduction
     extrapolated: ErrorReduction
-    stated: ErrorReduction
+    zero_step: float = 1.0
+    reproducibility: Mapping[str, float] = field(default_factory=dict)
     limit: float
-    largest: float
-    beyond: bool
+    largest: float = LARGEST
+    beyond: Sequence[str] = ()
+    at_end: bool = False
+    non_smooth: bool = False
     excess: float = 0.0
     step: float = 0.0
     lumping: float = 0.0
 
     @property
-    def left(self) -> float:
+    def remaining(self) -> float:
         """Excess χ² that remains on held-out data."""
         return self.extrapolated.after**2 - self.extrapolated.noise_floor**2
-
-
-LARGEST = 8.0  # excess χ² (3 rms), above which a model is not proven whatever it explains
-_WORSE = 1.05  # times the error before, from which a signal got worse
 
 
 def decide(evidence: Evidence) -> Verdict:
     """Decide on the verdict from the errors on held-out data."""
     if not evidence.kinds:
-        small = evidence.calibrated and evidence.left <= evidence.limit
+        small = evidence.calibrated and evidence.remaining <= evidence.limit
         return "nothing missing" if small else "unknown"
-    errors = evidence.extrapolated
-    if evidence.beyond or evidence.stated.after >= evidence.stated.before:
+    errors, own = evidence.extrapolated, evidence.weighed
+    if evidence.beyond or evidence.at_end or own.after >= own.before:
         return "unknown"
-    closed = errors.reducible_closed >= CLOSED or evidence.left <= evidence.limit
-    if closed and evidence.left <= evidence.largest:
+    closed = errors.reducible_closed >= CLOSED or evidence.remaining <= evidence.limit
+    if closed and evidence.remaining <= evidence.largest:
         return "named" if "missing" in evidence.kinds else "parameter"
-    return "partly" if errors.reducible_closed >= PART and not _worsened(errors) else "unknown"
-
-
-def _worsened(errors: ErrorReduction) -> list[str]:
-    """Columns whose error grew to more than the bar."""
-    return [
-        column
-        for column, (before, after, bar) in errors.signals.items()
-        if after > _WORSE * max(before, bar)
-    ]
+    worse = any(a > _WORSE * max(before, bar) for before, a, bar in errors.signals.values())
+    return "partly" if errors.reducible_closed >= PART and not worse else "unknown"

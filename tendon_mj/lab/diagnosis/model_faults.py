@@ -1,10 +1,9 @@
-"""Sheaths whose guides are too few for the data, and how many would do.
-
-Parts of a model that give way where a rig does not, so that no fitted value is right.
+"""Parts of a model that no fitted value mends: too few guides, soft friction, a soft flank of play.
 
 A joint's `frictionloss` is a soft constraint. With MuJoCo's own `solimpfriction` a joint at rest
 under a load moves on slowly, where a rig sticks. Play between a motor's joint and its drum has a
-flank that gives way (`tendon_mj.lab.data_check.play`).
+flank that gives way (`tendon_mj.lab.data_check.play`). A simulator other than the package's has
+none of these parts.
 """
 
 from __future__ import annotations
@@ -21,6 +20,7 @@ from tendon_mj.attach import view_sheath
 from tendon_mj.lab.data_check import play_warnings
 from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.result import Value
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import (
     Adjustable,
     Schedule,
@@ -35,6 +35,11 @@ from tendon_mj.lab.replay import (
 # much, measured on `bench` against many guides. At the end where a displacement is prescribed it is
 # 0.1 … 0.6, largest where the tendon hardly slides; at the other end less, but for small loops.
 _ERROR, _POWER = 0.6, 1.5
+
+_FRICTION, _PLAY = ".frictionloss", ".backlash"
+_SOFT = (0.9, 0.95, 0.001, 0.5, 2.0)  # MuJoCo's default solimpfriction
+_STIFF = "0.999 0.9999 0.001 0.5 2"
+_STEPS = 2.0  # time steps in the shortest time constant that MuJoCo takes
 
 
 class LumpedSheath(NamedTuple):
@@ -59,16 +64,15 @@ def too_few_guides(
     """Sheaths whose lumping may leave more than noise, up to 0.6 (μφ/n)^1.5 of a tension's range.
 
     Args:
-        problem: data; a simulator other than the package's has no guides.
+        problem: data.
         values: parameter → value of the model; ``<parameter> @ <recording>`` for one alone.
         left: rms error of the model [noise]; lumping leaves no more.
     """
     if not isinstance(problem.simulate, Simulator):
         return []
     tensions = [
-        float(np.ptp(recording.columns[column])) / noise
-        for recording, noises in zip(problem.recordings, problem.noise, strict=True)
-        for column, noise in noises.items()
+        float(np.ptp(problem.recordings[k].columns[column])) / problem.noise[k][column]
+        for k, column, _ in problem.layout()
         if column_unit(column) == "N"
     ]
     finest = max(tensions, default=0.0)
@@ -76,9 +80,8 @@ def too_few_guides(
     for name, guides, exponent in _exponents(problem.simulate, values):
         error = min(left, _ERROR * (exponent / guides) ** _POWER * finest)
         if error > 1.0 and (name not in most or error > most[name].error):
-            most[name] = LumpedSheath(
-                name, guides, error, math.ceil(guides * error ** (1.0 / _POWER))
-            )
+            enough = math.ceil(guides * error ** (1.0 / _POWER))
+            most[name] = LumpedSheath(name, guides, error, enough)
     return list(most.values())
 
 
@@ -87,9 +90,7 @@ def _exponents(
 ) -> Iterator[tuple[str, int, float]]:
     """Sheath, its guides, and its μφ, at the start of every recording."""
     for recording in simulator.recordings:
-        adjustable = Adjustable(copy.copy(simulator.model))
-        known = expand(recording.known, simulator.parameters)
-        adjustable.set({**values_for(recording.name, values), **known})
+        adjustable = _adjusted(simulator, recording, values)
         model, data = adjustable.model, adjustable.data
         mujoco.mj_forward(model, data)
         for name in simulator.sheaths:
@@ -99,8 +100,18 @@ def _exponents(
             yield name, max(bend.size, 1), view.friction * total
 
 
+def _adjusted(
+    simulator: Simulator, recording: Recording, values: Mapping[str, float]
+) -> Adjustable:
+    """The model of a recording with these values and those that the recording states."""
+    adjustable = Adjustable(copy.copy(simulator.model))
+    known = expand(recording.known, simulator.parameters)
+    adjustable.set({**values_for(recording.name, values), **known})
+    return adjustable
+
+
 def warn_of_guides(sheaths: Sequence[LumpedSheath]) -> list[str]:
-    """Say of sheaths how much their lumping may leave, and how many guides would do."""
+    """Warn of the error that lumping may leave, with the number of guides that would do."""
     return [
         f"That {sheath.name!r} has only {sheath.guides} guides may leave up to"
         f" {sheath.error:.2g} times the noise, where a smooth sheath leaves none; {sheath.enough}"
@@ -109,46 +120,40 @@ def warn_of_guides(sheaths: Sequence[LumpedSheath]) -> list[str]:
     ]
 
 
-_FRICTION, _PLAY = ".frictionloss", ".backlash"
-_SOFT = (0.9, 0.95, 0.001, 0.5, 2.0)  # MuJoCo's default solimpfriction
-_STIFF = "0.999 0.9999 0.001 0.5 2"
-_STEPS = 2.0  # time steps in the shortest time constant that MuJoCo takes
-
-
 def warn_of_soft_friction(
     simulate: Simulates, values: Mapping[str, float], considered: Collection[str] = ()
 ) -> list[str]:
-    """Say of joints with soft dry friction how to make it stiff.
+    """Warn of joints with soft dry friction, with the options that make it stiff.
 
     Args:
-        simulate: a simulator other than the package's has no such joints.
+        simulate: simulator.
         values: parameter → value of the model.
-        considered: parameters that may be what is missing, besides those with a value.
+        considered: parameters that may be missing, in addition to those with a value.
     """
     if not isinstance(simulate, Simulator):
         return []
-    model, said = simulate.model, []
+    model, warnings = simulate.model, []
     for name, value in values.items():
         joint = name.removesuffix(_FRICTION)
         if joint == name or not (value > 0.0 or name in considered):
             continue
         if np.allclose(model.dof_solimp[model.joint(joint).dofadr[0]], _SOFT):
             constant = _STEPS * model.opt.timestep
-            said.append(
+            warnings.append(
                 f"Joint {joint}: MuJoCo's frictionloss creeps at rest with the default"
                 f' solimpfriction. Give the joint solreffriction="{constant:g} 1"'
                 f' solimpfriction="{_STIFF}" and diagnose again.'
             )
-    return said
+    return warnings
 
 
 def warn_of_soft_flanks(
     simulate: Simulates, values: Mapping[str, float], fitted: Mapping[str, Value]
 ) -> list[str]:
-    """Say of drums whose fitted play is blurred by the model how to make them follow rigidly.
+    """Warn of drums whose fitted play is blurred by the model, with the remedy.
 
     Args:
-        simulate: a simulator other than the package's has no drums.
+        simulate: simulator.
         values: parameter → value of the model; ``<parameter> @ <recording>`` for one alone.
         fitted: parameter → value and interval.
     """
@@ -159,15 +164,13 @@ def warn_of_soft_flanks(
     }
     if not plays or not isinstance(simulate, Simulator):
         return []
-    said: dict[str, str] = {}
+    warnings: dict[str, str] = {}
     for recording in simulate.recordings:
-        adjustable = Adjustable(copy.copy(simulate.model))
-        known = expand(recording.known, simulate.parameters)
-        adjustable.set({**values_for(recording.name, values), **known})
+        adjustable = _adjusted(simulate, recording, values)
         schedule = Schedule(recording, adjustable.model, None)
         for warning in play_warnings(schedule, adjustable, plays, with_servo=True):
             joint = warning.place.removeprefix(f"{recording.name}, ")
-            said.setdefault(
+            warnings.setdefault(
                 joint, f"{joint[0].upper()}{joint[1:]}: {warning.value}; {warning.way_out}."
             )
-    return list(said.values())
+    return list(warnings.values())

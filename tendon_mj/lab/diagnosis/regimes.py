@@ -2,9 +2,7 @@
 
 They are read from the recorded columns. The driven displacement gives direction, speed, distance
 since the last reversal and time at rest; the first measured force or torque, or else the first
-measured column, is the load.
-
-Location of a misfit: the share of excess χ² that lies in each regime.
+measured column, is the load. A misfit is located by the share of its excess χ² in each regime.
 """
 
 from __future__ import annotations
@@ -30,6 +28,7 @@ _REST = 0.02  # of the largest speed; slower counts as at rest
 _SINCE = "distance since reversal"
 _WINDOWS = 5, 9, 17, 33, 65  # samples
 _HYSTERESIS = 0.02  # of a column's range: a turn by less is jitter and no reversal
+_CONCENTRATED = 1.5  # share of the excess over share of the samples, to be reported
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,24 +111,24 @@ def _reversals(values: FloatArray) -> int:
 def regimes(recordings: Sequence[Recording]) -> list[list[Regime]]:
     """Regimes of every recording; a coordinate has the same bins in all of them.
 
-    One that never changes, as the speed of rests, is left out.
+    A constant coordinate, as the speed of rests, is left out.
     """
     coordinates = [_coordinates(recording) for recording in recordings]
     ends: dict[tuple[str, str], list[float]] = {}
-    for found in coordinates:
-        for name, unit, series in found[1:]:
+    for rows in coordinates:
+        for name, unit, series in rows[1:]:
             ends.setdefault((name, unit), []).extend((float(series.min()), float(series.max())))
     constant = [name for (name, _), values in ends.items() if min(values) == max(values)]
     return [
         [
-            Regime("direction", ("loosening", "at rest", "pulling"), found[0][2].astype(np.int64)),
+            Regime("direction", ("loosening", "at rest", "pulling"), rows[0][2].astype(np.int64)),
             *(
                 _cut(name, series, unit, min(ends[name, unit]), max(ends[name, unit]))
-                for name, unit, series in found[1:]
+                for name, unit, series in rows[1:]
                 if name not in constant
             ),
         ]
-        for found in coordinates
+        for rows in coordinates
     ]
 
 
@@ -182,9 +181,6 @@ def _cut(name: str, series: FloatArray, unit: str, low: float, high: float) -> R
     return Regime(name, labels, bins.astype(np.int64))
 
 
-_CONCENTRATED = 1.5  # share of the excess over share of the samples, to be reported
-
-
 @dataclass(frozen=True)
 class Bin:
     """One bin of one regime.
@@ -220,49 +216,37 @@ class Located:
 
 
 def locate(problem: Problem, residual: FloatArray, mask: NDArray[np.bool_]) -> Located:
-    """Distribute the excess χ² of a residual over the regimes.
-
-    Args:
-        problem: data.
-        residual: (m,) in units of noise.
-        mask: (m,) samples to use.
-    """
+    """Distribute the excess χ² of a residual (m,) [noise], where ``mask``, over the regimes."""
     per_recording = regimes(problem.recordings)
-    ends = np.cumsum([size for _, _, size in problem.layout()])[:-1]
-    kept = np.split(mask, ends)
-    parts = [part[used] for part, used in zip(np.split(residual, ends), kept, strict=True)]
+    kept = [mask[rows] for _, _, rows in problem.signals]
+    parts = [residual[r][used] for (_, _, r), used in zip(problem.signals, kept, strict=True)]
+    inside: dict[tuple[str, str], list[FloatArray]] = {}
+    for index, first in enumerate(per_recording[0]):
+        for b in range(len(first.labels)):
+            for (k, _, _), part, used in zip(problem.signals, parts, kept, strict=True):
+                regime = per_recording[k][index]
+                samples = part[regime.bins[used] == b]
+                if samples.size:
+                    inside.setdefault((first.name, regime.labels[b]), []).append(samples)
+    for (_, column, _), part in zip(problem.signals, parts, strict=True):
+        inside.setdefault(("signal", column), []).append(part)
     residual = residual[mask]
     total = float((residual**2).sum()) - residual.size
     bins = []
-    for index, first in enumerate(per_recording[0]):
-        powers: dict[str, list[FloatArray]] = {}
-        for b in range(len(first.labels)):
-            for (k, _, _), part, used in zip(problem.layout(), parts, kept, strict=True):
-                regime = per_recording[k][index]
-                inside = part[regime.bins[used] == b]
-                if inside.size:
-                    powers.setdefault(regime.labels[b], []).append(inside**2)
-        bins += [_bin(first.name, label, found, residual) for label, found in powers.items()]
-    columns: dict[str, list[FloatArray]] = {}
-    for (_, column, _), part in zip(problem.layout(), parts, strict=True):
-        columns.setdefault(column, []).append(part**2)
-    bins += [_bin("signal", column, found, residual) for column, found in columns.items()]
+    for (name, label), samples_of in inside.items():
+        power = np.concatenate(samples_of) ** 2
+        share = (float(power.sum()) - power.size) / total if total > 0.0 else 0.0
+        rms = float(np.sqrt(power.mean()))
+        bins.append(Bin(name, label, share, power.size / residual.size, rms))
     rests = any(recording.quasi_static for recording in problem.recordings)
     frequency = _half_frequency(problem, parts) if total > 0.0 and not rests else 0.0
     return Located(tuple(bins), _describe(bins, residual, frequency), frequency)
 
 
-def _bin(regime: str, label: str, powers: Sequence[FloatArray], residual: FloatArray) -> Bin:
-    inside = np.concatenate(powers)
-    total = float((residual**2).sum()) - residual.size
-    share = (float(inside.sum()) - inside.size) / total if total > 0.0 else 0.0
-    return Bin(regime, label, share, inside.size / residual.size, float(np.sqrt(inside.mean())))
-
-
 def _half_frequency(problem: Problem, parts: Sequence[FloatArray]) -> float:
     """Frequency below which half of the excess power lies [Hz]."""
     frequencies, powers = [], []
-    for (k, _, _), part in zip(problem.layout(), parts, strict=True):
+    for (k, _, _), part in zip(problem.signals, parts, strict=True):
         step, size = float(np.median(np.diff(problem.recordings[k].time))), part.size
         power = np.abs(np.fft.rfft(part)) ** 2 / size - 1.0  # white noise of power 1 leaves 1
         frequencies.append(np.fft.rfftfreq(size, step))
@@ -286,14 +270,14 @@ def _describe(bins: Sequence[Bin], residual: FloatArray, frequency: float) -> st
     if frequency > 0.0:
         text += f", half of its excess slower than {frequency:.2g} Hz"
     reported: list[str] = []
-    for found in dense:
-        if found.regime not in reported:
-            reported.append(found.regime)
-            share = min(found.excess, 1.0)  # more, where another bin is below the noise
-            of_signal = f"those of the signal {column_name(found.label)}"
-            place = f"where {found.regime} is {found.label}"
-            text += f"; {share:.0%} of the excess lies in {found.time:.0%} of the samples, "
-            text += of_signal if found.regime == "signal" else place
-        if len(reported) == 3:
-            break
+    for b in dense:
+        if b.regime not in reported and len(reported) < 3:
+            reported.append(b.regime)
+            share = min(b.excess, 1.0)  # more, where another bin is below the noise
+            place = (
+                f"those of the signal {column_name(b.label)}"
+                if b.regime == "signal"
+                else f"where {b.regime} is {b.label}"
+            )
+            text += f"; {share:.0%} of the excess lies in {b.time:.0%} of the samples, {place}"
     return text + ("." if reported else ", spread over all regimes.")

@@ -1,9 +1,4 @@
-"""Result of a diagnosis: a verdict, its evidence in numbers, and the final model.
-
-A row of the ranking of candidates.
-
-Recordings beside their simulations by the model before and after a diagnosis.
-"""
+"""Result of a diagnosis: a verdict, its evidence in numbers, the final model, and simulations."""
 
 from __future__ import annotations
 
@@ -29,6 +24,8 @@ from tendon_mj.lab.replay import (
     recording_of,
     values_for,
 )
+
+_LONGEST_NAME = 200  # bytes
 
 
 @dataclass(frozen=True)
@@ -68,7 +65,7 @@ class Finding:
         confidence: that it is this one and none of the rivals, 0 … 1.
         rivals: identifiers of effects that the data cannot tell from it.
         elsewhere: elements on which the data cannot tell the same effect from it.
-        statement: what was found in words, with the value; see `state_finding`.
+        statement: the finding in words, with its value; see `state_finding`.
         parameter: name of the parameter that is its strength; the first, where it has several.
         recording: the one that it happened in, of an event; else empty.
     """
@@ -85,13 +82,55 @@ class Finding:
     parameter: str = ""
     recording: str = ""
 
+    @property
+    def summary(self) -> str:
+        """The finding in words, with its value where it is on one element and no other."""
+        if self.statement and not self.elsewhere:
+            return self.statement
+        return f"{self.name} ({' or '.join((self.where, *self.elsewhere))})"
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """A candidate for the first finding.
+
+    Attributes:
+        identifier, where: effect and elements.
+        explains: share of the calibrated model's excess χ² that it removes by screening [-].
+        left: cross-validated rms error [noise]; None where it was not fitted, as others promised
+            more.
+        at_end: end of its range at which its strength stands, so that it names nothing [unit].
+        unit: of its strength.
+    """
+
+    identifier: str
+    where: str
+    explains: float
+    left: float | None
+    at_end: float | None = None
+    unit: str = ""
+
+
+class BeforeAfter(NamedTuple):
+    """A recording and two simulations of it.
+
+    Attributes:
+        measured: the recording.
+        before: by the model with only what was uncertain fitted.
+        after: by the final model.
+    """
+
+    measured: Recording
+    before: Recording
+    after: Recording
+
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
     """Result of a diagnosis.
 
     Attributes:
-        verdict: one of those of the module `tendon_mj.lab.diagnosis.diagnose`.
+        verdict: see `tendon_mj.lab.diagnosis.workflow`.
         sentence: the verdict in words.
         findings: named effects and parameters, in the order of how much they explain. Empty
             unless the verdict is "named", "parameter" or "partly".
@@ -101,24 +140,23 @@ class Diagnosis:
         ranking: every candidate for the first finding that explains anything, the fitted ones
             first.
         calibrated: fitted parameters that the recordings call uncertain.
-        parameters: fitted parameters of the findings, or of what is closest.
-        sessions: parameter → what was set anew for each recording, and its spread.
-        reproducibility: column → standard deviation between sessions, beyond noise [its unit].
-        train, held_out: errors on training data and on held-out data.
+        parameters: fitted parameters of the findings, or of the closest effects.
+        sessions: parameter → its values set anew for each recording, and their spread.
+        train: errors on training data [noise].
+        evidence: errors on held-out data and their limits, by which the verdict was decided.
         located, remaining: misfit of the calibrated and of the final model, on training data.
         proof: misfit of both on held-out data.
         before: every parameter → value of the calibrated model.
         model: every parameter → value of the final model. In both, ``<parameter> @ <recording>`` is
-            what was set anew for a recording.
+            a value set anew for a recording.
         seconds: duration of the diagnosis [s].
         catalogue: identifier → effect, of all that could have been named.
         simulator: of the held-out recordings; where there are none, of all.
         recordings, held_out_recordings: data of the diagnosis; without the second, each of the
             first was held out in turn, or the last quarter of each.
-        search: training data and the models that were compared on them, with which
-            `suggest_experiment` goes on; None for a diagnosis that `diagnose` did not make.
-        evidence: what the verdict was decided by; None likewise.
-        warnings: of what may make the result wrong, in whole sentences.
+        search: training data and the models that were compared on them, for `suggest_experiment`;
+            None for a diagnosis that `diagnose` did not make.
+        warnings: of possible errors in the result, in whole sentences.
         checks: warnings about the recordings, from before any fit; they are among ``warnings``.
             Where one of them ``blocks``, an effect is named only if it leaves no more than noise.
     """
@@ -132,9 +170,8 @@ class Diagnosis:
     calibrated: Mapping[str, Value]
     parameters: Mapping[str, Value]
     sessions: Mapping[str, Spread]
-    reproducibility: Mapping[str, float]
     train: ErrorReduction
-    held_out: ErrorReduction
+    evidence: Evidence
     located: Located
     remaining: Located
     proof: tuple[Located, Located]
@@ -146,7 +183,6 @@ class Diagnosis:
     recordings: tuple[Recording, ...] = field(repr=False)
     held_out_recordings: tuple[Recording, ...] = field(repr=False)
     search: tuple[SelectionContext, Selection] | None = field(default=None, repr=False)
-    evidence: Evidence | None = field(default=None, repr=False)
     warnings: tuple[str, ...] = ()
     checks: tuple[DataWarning, ...] = ()
 
@@ -168,12 +204,22 @@ class Diagnosis:
         return min((finding.confidence for finding in self.findings), default=1.0)
 
     @property
+    def held_out(self) -> ErrorReduction:
+        """Errors on held-out data [noise]."""
+        return self.evidence.held_out
+
+    @property
     def weighed(self) -> ErrorReduction:
         """Errors on held-out data in the unit of the verdict, noise and reproducibility together.
 
-        It is the noise where nothing is known of the reproducibility.
+        It is the noise where the reproducibility is unknown.
         """
-        return self.evidence.stated if self.evidence else self.held_out
+        return self.evidence.weighed
+
+    @property
+    def reproducibility(self) -> Mapping[str, float]:
+        """Column → standard deviation between sessions, beyond noise [its unit]."""
+        return self.evidence.reproducibility
 
     @property
     def bars(self) -> dict[str, float]:
@@ -216,45 +262,57 @@ class Diagnosis:
     def simulate(self, progress: Progress = silent) -> list[BeforeAfter]:
         """Simulate the held-out recordings, or all where there are none, before and after.
 
-        Before, only what was uncertain is fitted.
+        Before, only the uncertain parameters are fitted.
         """
-        before = {name: self.before[name] for name in self.calibrated}
-        after = {name: value for name, value in self.fitted.items() if not recording_of(name)}
         shown = self.held_out_recordings or self.recordings
         names = [recording.name for recording in shown]
-        own = [
-            {name: value for name, value in values.items() if recording_of(name) in names}
-            for values in (self.before, self.model)
-        ]
-        return simulate_before_after(
-            shown, self.simulator, {**before, **own[0]}, {**after, **own[1]}, progress
+        before, after = (
+            {n: v for n, v in values.items() if not recording_of(n)}
+            | {n: v for n, v in model.items() if recording_of(n) in names}
+            for values, model in (
+                ({name: self.before[name] for name in self.calibrated}, self.before),
+                (self.fitted, self.model),
+            )
         )
+        label, parameters = "simulate before and after", self.simulator.parameters
+        progress(label, 0, 1)
+        answers = self.simulator([before, after])
+        progress(label, 1, 1)
+        simulated = [
+            as_recording(
+                recording,
+                series,
+                described_values(recording, parameters) | values_for(recording.name, values),
+            )
+            for values, answer in zip((before, after), answers, strict=True)
+            for recording, series in zip(shown, answer, strict=True)
+        ]
+        count = len(shown)
+        return list(map(BeforeAfter, shown, simulated[:count], simulated[count:]))
 
     def write_model(self, path: str | Path) -> Path:
-        """Write the recordings' model with what was found and what the rig is known to have.
+        """Write the recordings' model with the fitted and the known values.
 
-        What is known differently from recording to recording, was set anew for each, or happened in
-        one of them, as a slip, is left as the model has it. Where nothing is proven, it is the
-        model with what is closest.
-
-        Intervals that the data determine are in the file too, by which `replay_recording` knows
-        not to let a recording's guesses overrule what was found.
+        Values that differ from recording to recording, were set anew for each, or belong to one of
+        them, as a slip, are left as the model has them. Where nothing is proven, it is the model
+        with the closest effects. Intervals that the data determine are in the file too, by which
+        `replay_recording` knows not to let a recording's guesses overrule fitted values.
 
         Args:
             path: MJCF file to write, in an existing folder.
 
         Raises:
-            UnknownNameError: the recordings' model is no MJCF model, as with a simulator of one's
-                own, or does not have a parameter that was found.
-            TendonError: see `tendon_mj.lab.replay.patch.patch_model`.
+            UnknownNameError: the recordings' model is not an MJCF model, as with a user's own
+                simulator, or lacks a fitted parameter.
+            TendonError: see `tendon_mj.lab.replay.patch_model`.
         """
         first, names = self.recordings[0], self.simulator.parameters
         fitted = {name: value for name, value in self.fitted.items() if not recording_of(name)}
-        found = {**self.calibrated, **self.parameters}
+        entries = {**self.calibrated, **self.parameters}
         intervals = {
-            name: (found[name].low, found[name].high)
+            name: (entries[name].low, entries[name].high)
             for name, value in fitted.items()
-            if found[name].determined and found[name].low <= value <= found[name].high
+            if entries[name].determined and entries[name].low <= value <= entries[name].high
         }
         guesses = {n: u.value for n, u in expand(first.uncertain, names).items()}
         known = [expand(recording.known, names) for recording in self.recordings]
@@ -290,7 +348,7 @@ class Diagnosis:
             "where": {
                 "sentence": self.located.sentence,
                 "half_below_Hz": self.located.frequency,
-                "regimes": [vars(found) for found in self.located.bins],
+                "regimes": [vars(place) for place in self.located.bins],
                 "remaining": self.remaining.sentence,
             },
             "seconds": self.seconds,
@@ -298,106 +356,25 @@ class Diagnosis:
 
 
 def _regimes(before: Located, after: Located) -> list[dict[str, Any]]:
-    left = {(found.regime, found.label): found.rms for found in after.bins}
+    rms = {(place.regime, place.label): place.rms for place in after.bins}
     return [
         {
-            "regime": found.regime,
-            "label": found.label,
-            "time": found.time,
-            "before": found.rms,
-            "after": left[found.regime, found.label],
+            "regime": place.regime,
+            "label": place.label,
+            "time": place.time,
+            "before": place.rms,
+            "after": rms[place.regime, place.label],
         }
-        for found in before.bins
+        for place in before.bins
     ]
-
-
-@dataclass(frozen=True)
-class Ranked:
-    """A candidate for the first finding.
-
-    Attributes:
-        identifier, where: effect and elements.
-        explains: share of the calibrated model's excess χ² that it removes by screening [-].
-        left: cross-validated rms error [noise]; None where it was not fitted, as others promised
-            more.
-        at_end: end of its range at which its strength stands, so that it names nothing [unit].
-        unit: of its strength.
-    """
-
-    identifier: str
-    where: str
-    explains: float
-    left: float | None
-    at_end: float | None = None
-    unit: str = ""
-
-
-_LONGEST_NAME = 200  # bytes
-
-
-class BeforeAfter(NamedTuple):
-    """A recording and two simulations of it.
-
-    Attributes:
-        measured: the recording.
-        before: by the model with only what was uncertain fitted.
-        after: by the final model.
-    """
-
-    measured: Recording
-    before: Recording
-    after: Recording
-
-
-def simulate_before_after(
-    recordings: Sequence[Recording],
-    simulator: Simulates,
-    before: Mapping[str, float],
-    after: Mapping[str, float],
-    progress: Progress = silent,
-) -> list[BeforeAfter]:
-    """Simulate recordings with two sets of parameters.
-
-    Args:
-        recordings: those that ``simulator`` simulates.
-        simulator: of the model.
-        before, after: the parameters that are set.
-        progress: called with a label, how much is done, and of how much.
-    """
-    label = "simulate before and after"
-    progress(label, 0, 1)
-    answers = simulator([before, after])
-    progress(label, 1, 1)
-    return [
-        BeforeAfter(
-            recording,
-            as_recording(recording, first, _applied(recording, simulator, before)),
-            as_recording(recording, second, _applied(recording, simulator, after)),
-        )
-        for recording, first, second in zip(recordings, *answers, strict=True)
-    ]
-
-
-def _applied(
-    recording: Recording, simulator: Simulates, values: Mapping[str, float]
-) -> dict[str, float]:
-    """Every parameter that a simulation of the recording was given."""
-    return {
-        **described_values(recording, simulator.parameters),
-        **values_for(recording.name, values),
-    }
 
 
 def write_before_after(simulated: Sequence[BeforeAfter], folder: Path) -> list[Path]:
     """Write simulations as recordings, ``<k>_<name>_before.csv`` and ``<k>_<name>_after.csv``.
 
-    Args:
-        simulated: of one diagnosis.
-        folder: that exists.
-
     Returns:
-        Paths of the CSVs, whose names are cut where a file's name cannot be so long; the
-        description of each lies beside it.
+        Paths of the CSVs in the existing ``folder``, each next to its description. A name that is
+        too long for a file is cut.
     """
     return [
         write_recording(recording, folder / f"{k}_{_short(row.measured.name)}_{when}.csv")
@@ -407,5 +384,5 @@ def write_before_after(simulated: Sequence[BeforeAfter], folder: Path) -> list[P
 
 
 def _short(name: str) -> str:
-    """The beginning of a name, as much as leaves room for more in the 255 bytes of a file's."""
+    """The beginning of a name, short enough for the 255 bytes of a file name."""
     return name.encode()[:_LONGEST_NAME].decode(errors="ignore")

@@ -1,18 +1,17 @@
-"""Screening: which candidates could explain a residual at all, without fitting any of them.
+"""Screening of candidates for a residual, and the global search for a non-smooth minimum.
 
-Each candidate is switched on by a little. Its trace t in the residuals and the Jacobian J of the
-fitted terms predict, to first order, with which strength and which corrections of the others the
-residual r would be smallest: min |r + J Δ + t a|. The next pass simulates just that point, which
-tells what really remains and how the trace has changed; candidates that promise little drop out.
-
-Global search for the minimum of a non-smooth cost.
+Screening fits no candidate. Each is switched on by a little. Its trace t in the residuals and the
+Jacobian J of the fitted terms predict, to first order, with which strength and which corrections of
+the others the residual r would be smallest: min |r + J Δ + t a|. The next pass simulates just that
+point, which gives the true remainder and the change of the trace; candidates that promise little
+drop out.
 
 With stick and slip the squared misfit has many local minima, and least squares ends in the one
 where it began. Most of that misfit lies in the few samples between one slip and the other. A
 logarithm of the squares (Cauchy loss) is robust to them and leaves one wide basin; differential
 evolution (SciPy's) finds its bottom without derivatives in some three hundred simulations. Where
-the linearisation of the response holds there is no local minimum to leave, which ten simulations
-tell.
+the linearisation of the response holds, which ten simulations show, there is no local minimum to
+leave.
 """
 
 from __future__ import annotations
@@ -42,6 +41,13 @@ _ACTIVE_SETS = 100  # tried at most; some ten terms take as many
 _KEPT = (0.05, 0.15)  # of what the best explains, to be in the next pass
 _PASSES = ("screen, first pass", "screen, second pass", "screen, third pass")
 
+_LONGEST = 0.1  # of its range: the step of a term
+_NONLINEAR = 0.2  # of the mean square change of the response, at most
+_WIDE = 4.0  # half intervals to either side
+_OUTLIER = 3.0  # scale of the Cauchy loss [noise]
+_GENERATIONS = 9
+_POPULATION = 6  # points of a generation, for every term
+
 
 @dataclass(frozen=True, eq=False)
 class ScreeningScore:
@@ -58,6 +64,11 @@ class ScreeningScore:
     start: FloatArray
     explained: float
     attempt: int
+
+    @property
+    def key(self) -> tuple[str, int]:
+        """Candidate and attempt."""
+        return self.candidate.label, self.attempt
 
 
 _Pair = tuple[ScreeningScore, ScreeningScore]  # simulated, and predicted at the best strength
@@ -91,15 +102,18 @@ def screen(
         if k == 0:
             seen += screening.enlarge_probes(scores, seen)
         for achieved, _ in seen:
-            key = achieved.candidate.label, achieved.attempt
-            if key not in best or achieved.explained > best[key].explained:
-                best[key] = achieved
-        predicted = [prediction for _, prediction in seen]
+            earlier = best.setdefault(achieved.key, achieved)
+            best[achieved.key] = achieved if achieved.explained > earlier.explained else earlier
         if k < len(_KEPT):
-            least = _KEPT[k] * max((s.explained for s in predicted), default=0.0)
-            scores = [s for s in predicted if s.explained > 0.0 and s.explained >= least]
+            scores = _promising([predicted for _, predicted in seen], _KEPT[k])
     ranked = sorted(best.values(), key=lambda score: -score.explained)
     return [score for score in ranked if score.explained > 0.0]
+
+
+def _promising(scores: Sequence[ScreeningScore], share: float) -> list[ScreeningScore]:
+    """Scores that explain at least a share of what the best does."""
+    least = share * max((score.explained for score in scores), default=0.0)
+    return [score for score in scores if score.explained > 0.0 and score.explained >= least]
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,18 +147,18 @@ class _Screening:
 
         A probe that is large for a hinge, in N m/rad, is negligible for a slide, in N/m.
         """
-        found: list[_Pair] = []
+        larger: list[_Pair] = []
         for _ in range(_TRIES):
-            traced = {(s.candidate.label, s.attempt) for s, _ in [*seen, *found]}
+            traced = {score.key for score, _ in [*seen, *larger]}
             scores = [
                 _enlarged(score, len(self.fitted.terms))
                 for score in scores
-                if (score.candidate.label, score.attempt) not in traced
+                if score.key not in traced
             ]
             if not scores:
                 break
-            found += self.run(scores, _PASSES[0])
-        return found
+            larger += self.run(scores, _PASSES[0])
+        return larger
 
     def _score(self, score: ScreeningScore, simulated: FloatArray) -> list[_Pair]:
         """Score one simulation (m,) of a candidate; nothing where it leaves no trace."""
@@ -223,14 +237,6 @@ def bounded_least_squares(
     return step
 
 
-_LONGEST = 0.1  # of its range: the step of a term
-_NONLINEAR = 0.2  # of the mean square change of the response, at most
-_WIDE = 4.0  # half intervals to either side
-_OUTLIER = 3.0  # scale of the Cauchy loss [noise]
-_GENERATIONS = 9
-_POPULATION = 6  # points of a generation, for every term
-
-
 @suppress_unsolved_warnings()
 def linearisation_holds(problem: Problem, base: Mapping[str, float], fitted: Fit) -> bool:
     """Whether the response about a fit changes as its Jacobian says, so its minimum is global.
@@ -303,7 +309,7 @@ def search_globally(
         qmc.LatinHypercube(low.size, rng=random).random(_POPULATION * low.size), low, high
     )
     first[0] = fitted.scaled[free]
-    found = differential_evolution(
+    best = differential_evolution(
         losses,
         list(zip(low, high, strict=True)),
         init=first,
@@ -317,4 +323,4 @@ def search_globally(
         rng=random,
     )
     progress("global search", _GENERATIONS + 1, _GENERATIONS + 1)
-    return values(found.x)
+    return values(best.x)

@@ -1,13 +1,4 @@
-"""Fits of models with one effect more or less, in one diagnosis.
-
-Selection of the effects that a model lacks.
-
-Forward selection with backward elimination.
-
-Backtracking: the second-best choice, where the best led near the end and not to it.
-
-Swap step: every other candidate in the place of each effect of a model.
-"""
+"""Selection of the effects that a model lacks: forward, backtracking, swap step, elimination."""
 
 from __future__ import annotations
 
@@ -50,9 +41,13 @@ CONVERGED = 25  # evaluations: enough for a fit to converge
 _NEAR = 5  # evaluations: enough from where screening has led
 _MOST_FITS, _MOST_LOOKED_AT = 4, 10
 _PROMISING = 0.6  # of what the best candidate explains, to be fitted
+_SWAP_SHARE = 0.8  # likewise, to be fitted in the place of another
 _LEAST = 0.03, 0.3  # likewise, where none of those explains enough; on a sensor
 _EVENT = 0.1  # of the excess, that an event explains by its scan, to be located
 _EXPLAINS = 0.75  # of the excess may be left by an effect, for no others to be looked at
+_LITTLE = 0.1  # of the initial excess: where more remains, other choices do not help either
+_ROUNDS = 2  # whose second-best choice is tried
+_MOST_EFFECTS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +72,7 @@ class SelectionContext:
     Attributes:
         problem: data.
         base: parameter → value of the model.
-        calibrated: terms of what the recordings call uncertain.
+        calibrated: terms of the uncertain parameters.
         candidates: catalogue on this model.
         step_error: of the simulation, see `step_error`.
         initial_excess: excess χ² of the calibrated model, see `reducible_excess`.
@@ -125,49 +120,35 @@ class SelectionContext:
         excess, with a strength that the data determine. Screening is linear, and may see little of
         an effect that trades places with what was fitted before.
         """
-        taken = frozenset[str]().union(*(effect.targets for effect in model.fit.effects))
-        values = {**self.base, **model.fit.parameters(self.base)}
-        others = [
-            c
-            for c in self.candidates
-            if not c.targets & taken and c.acts_on(values) and not c.event
-        ]
-        others += self._events(model, taken)
-        scores = screen(self.problem, self.base, model.fit, others, self.progress)
+        scores = screen(self.problem, self.base, model.fit, self._further(model), self.progress)
         shortlist, others_down = _promising(scores, share)
         fitted = list[FittedCandidate]()
         for k, score in enumerate(shortlist + others_down * look_down):
-            if k >= len(shortlist) and any(self._explains(model, found) for found in fitted):
+            if k >= len(shortlist) and any(self._explains(model, other) for other in fitted):
                 break
             self.progress("fit", min(k, len(shortlist)), len(shortlist))
             effects = (*model.fit.effects, score.candidate)
             fitted.append(self.fit_model(effects, score.start, score.candidate, near=model.fit))
         if shortlist:
             self.progress("fit", len(shortlist), len(shortlist))
-        best: dict[str, FittedCandidate] = {}
-        ended: dict[str, FittedCandidate] = {}
-        for extended in sorted(fitted, key=lambda model: -model.excess):
-            if extended.candidate:
-                held = extended.fit.determines(extended.candidate)
-                (best if held else ended)[extended.candidate.label] = extended
-        return CandidateSet(
-            tuple(scores),
-            tuple(sorted(best.values(), key=lambda model: model.excess)),
-            tuple(reversed([m for label, m in ended.items() if label not in best])),
-        )
+        return CandidateSet(tuple(scores), *_best_of_each(fitted))
 
-    def _events(self, model: FittedCandidate, taken: frozenset[str]) -> list[Candidate]:
-        """Events that explain so much of what a model leaves that one may be chosen."""
+    def _further(self, model: FittedCandidate) -> list[Candidate]:
+        """Candidates that may be added to a model, with the events that explain enough of it."""
+        taken = frozenset[str]().union(*(effect.targets for effect in model.fit.effects))
+        values = {**self.base, **model.fit.parameters(self.base)}
         least = max(0.5 * self.smallest_gain, _EVENT * model.excess)
         events = [candidate for candidate in self.candidates if candidate.event]
-        return find_events(self.problem, self.base, model.fit, events, taken, least)
+        return [
+            c
+            for c in self.candidates
+            if not c.targets & taken and c.acts_on(values) and not c.event
+        ] + find_events(self.problem, self.base, model.fit, events, taken, least)
 
     def _explains(self, model: FittedCandidate, extended: FittedCandidate) -> bool:
         """Whether an effect leaves notably less, with a strength that the data determine."""
-        candidate = extended.candidate
-        determined = candidate is not None and extended.fit.determines(candidate)
         less = extended.excess < _EXPLAINS * model.excess
-        return determined and less and self.improves(model, extended)
+        return extended.determined and less and self.improves(model, extended)
 
     def without(self, model: FittedCandidate, candidate: Candidate) -> FittedCandidate:
         """Fit a model without one of its effects, from the values of the others."""
@@ -266,57 +247,19 @@ def _promising(
     return near, down[: _MOST_LOOKED_AT - len(near)]
 
 
-_LITTLE = (
-    0.1  # of the initial excess: where more remains, other choices do not lead to the end either
-)
+def _best_of_each(
+    fitted: Sequence[FittedCandidate],
+) -> tuple[tuple[FittedCandidate, ...], tuple[FittedCandidate, ...]]:
+    """Best fit of each candidate that the data determine, and of the others; best first."""
+    best: dict[str, FittedCandidate] = {}
+    ended: dict[str, FittedCandidate] = {}
+    for model in sorted(fitted, key=lambda model: -model.excess):
+        (best if model.determined else ended)[model.added.label] = model
+    return (
+        tuple(sorted(best.values(), key=lambda model: model.excess)),
+        tuple(reversed([m for label, m in ended.items() if label not in best])),
+    )
 
-
-@dataclass(frozen=True, eq=False)
-class Selection:
-    """Result of a selection.
-
-    Attributes:
-        calibrated: model with only the uncertain parameters fitted.
-        final: model with the selected effects.
-        effects: selected, those first without which the model leaves most.
-        first: all candidates for the first of them; None where the calibrated model suffices.
-    """
-
-    calibrated: FittedCandidate
-    final: FittedCandidate
-    effects: tuple[SelectedEffect, ...]
-    first: CandidateSet | None
-
-
-def select_effects(context: SelectionContext, calibrated: FittedCandidate) -> Selection:
-    """Select effects forward; where little remains, backtrack and swap.
-
-    Args:
-        context: data and candidates.
-        calibrated: model with only the uncertain parameters fitted.
-    """
-    selection = select_forward(context, calibrated, {})
-    first, near = selection.first, _LITTLE * max(context.initial_excess, 0.0)
-    if not selection.model.fit.effects:
-        calibrated = selection.model  # fitted further, where its only effect was eliminated
-    if context.detection_limit < selection.model.excess < near:
-        selection = backtrack(context, selection)
-    model, rivals = selection.model, selection.rivals
-    if len(model.fit.effects) > 1 and model.excess < near:
-        model, rivals = swap(context, selection)
-    effects = [rate(candidate, rivals[candidate.label]) for candidate in model.fit.effects]
-    if len(effects) > 1:
-        reduced = dict(selection.reduced) if model is selection.model else {}
-        for effect in effects:
-            candidate = effect.candidate
-            reduced[candidate.label] = reduced.get(candidate.label) or context.without(
-                model, candidate
-            )
-        effects.sort(key=lambda e: -reduced[e.candidate.label].excess)
-    return Selection(calibrated, model, tuple(effects), first)
-
-
-_MOST_EFFECTS = 3
 
 Rivals = Mapping[str, list[FittedCandidate]]  # label of an effect → all it was chosen from
 
@@ -361,9 +304,8 @@ def select_forward(
             break
         rounds.append(ranked)
         chosen = context.optimise(simplest(ranked))
-        assert chosen.candidate is not None
         others = [other for other in ranked if other.candidate != chosen.candidate]
-        rivals[chosen.candidate.label] = sorted([chosen, *others], key=lambda m: m.excess)
+        rivals[chosen.added.label] = sorted([chosen, *others], key=lambda m: m.excess)
         model, reduced = eliminate_backward(context, chosen)
     return ForwardSelection(model, rivals, first, rounds, reduced)
 
@@ -380,25 +322,17 @@ def eliminate_backward(
     return model, reduced
 
 
-_ROUNDS = 2
-
-
 def backtrack(context: SelectionContext, selection: ForwardSelection) -> ForwardSelection:
     """Select forward again from the second best of each of the first rounds; keep the best."""
     best = selection
     for ranked in reversed(selection.rounds[:_ROUNDS]):
         if len(ranked) < 2 or best.model.excess <= context.detection_limit:
             continue
-        second = ranked[1]
-        assert second.candidate is not None
-        rivals = {**selection.rivals, second.candidate.label: ranked}
-        again = select_forward(context, context.polish(second), rivals)
+        rivals = {**selection.rivals, ranked[1].added.label: ranked}
+        again = select_forward(context, context.polish(ranked[1]), rivals)
         if context.improves(best.model, again.model):
             best = again
     return best
-
-
-_SWAP_SHARE = 0.8  # of what the best candidate explains, to be fitted in the place of another
 
 
 def swap(context: SelectionContext, selection: ForwardSelection) -> tuple[FittedCandidate, Rivals]:
@@ -412,22 +346,67 @@ def swap(context: SelectionContext, selection: ForwardSelection) -> tuple[Fitted
     """
     model, rivals = selection.model, dict[str, list[FittedCandidate]]()
     for candidate in selection.model.fit.effects:
-        unchanged = model is selection.model
-        if unchanged and candidate == model.candidate:
-            others = selection.rivals[candidate.label]
-        else:
-            reduced = selection.reduced.get(candidate.label) if unchanged else None
-            reduced = reduced or context.without(model, candidate)
-            others = list(context.extend(reduced, _SWAP_SHARE, look_down=False).fitted)
+        others = _in_place_of(candidate, context, selection, model)
         own = next((m for m in others if m.candidate == candidate), None)
         if own is None or own.excess > model.excess:
             own = FittedCandidate(candidate, model.fit, model.validation)
         ranked = [own, *(m for m in others if m.candidate != candidate)]
         ranked.sort(key=lambda m: m.excess)
-        chosen = simplest(ranked)
+        chosen, kept = simplest(ranked), candidate
         if chosen.candidate != candidate and not tied(chosen, own):
-            model = chosen
-        assert chosen.candidate is not None
-        kept = chosen.candidate if model is chosen else candidate
+            model, kept = chosen, chosen.added
         rivals[kept.label] = ranked
     return model, rivals
+
+
+def _in_place_of(
+    candidate: Candidate,
+    context: SelectionContext,
+    selection: ForwardSelection,
+    model: FittedCandidate,
+) -> list[FittedCandidate]:
+    """Models with every promising candidate in the place of one effect of a model."""
+    unchanged = model is selection.model
+    if unchanged and candidate == model.candidate:
+        return selection.rivals[candidate.label]
+    reduced = selection.reduced.get(candidate.label) if unchanged else None
+    reduced = reduced or context.without(model, candidate)
+    return list(context.extend(reduced, _SWAP_SHARE, look_down=False).fitted)
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """Result of a selection.
+
+    Attributes:
+        calibrated: model with only the uncertain parameters fitted.
+        final: model with the selected effects.
+        effects: selected, those first without which the model leaves most.
+        first: all candidates for the first of them; None where the calibrated model suffices.
+    """
+
+    calibrated: FittedCandidate
+    final: FittedCandidate
+    effects: tuple[SelectedEffect, ...]
+    first: CandidateSet | None
+
+
+def select_effects(context: SelectionContext, calibrated: FittedCandidate) -> Selection:
+    """Select effects forward, from a calibrated model; where little remains, backtrack and swap."""
+    selection = select_forward(context, calibrated, {})
+    first, little = selection.first, _LITTLE * max(context.initial_excess, 0.0)
+    if not selection.model.fit.effects:
+        calibrated = selection.model  # fitted further, where its only effect was eliminated
+    if context.detection_limit < selection.model.excess < little:
+        selection = backtrack(context, selection)
+    model, rivals = selection.model, selection.rivals
+    if len(model.fit.effects) > 1 and model.excess < little:
+        model, rivals = swap(context, selection)
+    effects = [rate(candidate, rivals[candidate.label]) for candidate in model.fit.effects]
+    if len(effects) > 1:
+        reduced = dict(selection.reduced) if model is selection.model else {}
+        for candidate in model.fit.effects:
+            if candidate.label not in reduced:
+                reduced[candidate.label] = context.without(model, candidate)
+        effects.sort(key=lambda e: -reduced[e.candidate.label].excess)
+    return Selection(calibrated, model, tuple(effects), first)

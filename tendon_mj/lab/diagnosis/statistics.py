@@ -1,42 +1,29 @@
-"""Cross-validation of a fitted model.
+"""Statistics of fits: cross-validation, comparison of models, 95 % intervals, correlations.
 
-The parts of a `Problem` are left out of the fit in turn: blocks of time, or whole recordings where
-these are of different states of the rig. To first order the refit is one Gauss-Newton step from the
-common solution and needs no simulation: with J_b, r_b the rows of part b and W the weights of terms
-with an expected spread,
+Cross-validation leaves the parts of a `Problem` out of the fit in turn: blocks of time, or whole
+recordings where these are of different states of the rig. To first order the refit is one
+Gauss-Newton step from the common solution and needs no simulation: with J_b, r_b the rows of part b
+and W the weights of terms with an expected spread,
 
     Δ_b = (JᵀJ + W² − J_bᵀJ_b)⁻¹ J_bᵀ r_b,     left-out residual r_b + J_b Δ_b,
 
-with Δ_b held within the terms' ranges.
-What was set anew for a recording no other one can tell. With that recording left out, its own terms
-are therefore held in Δ_b, and then fitted to it.
-
+with Δ_b held within the terms' ranges. A value that was set anew for a recording is determined by
+no other one: with that recording left out, its own terms are held in Δ_b, and then fitted to it.
 With an effect whose cost is non-smooth the linearisation does not hold, so no block is left out and
-the held-out data alone can refute the effect.
-
-Neighbouring residuals are correlated, as model and rig differ by more than white noise. Models are
-therefore compared block by block, never sample by sample.
-
-Comparison of fitted models by their cross-validated χ².
-
-Confidence in a selected effect, against rivals that explain as much in its place.
-
-95 % intervals of fitted values, with residuals that are correlated in time.
-
-Least squares takes every residual for independent. Where model and rig differ by more than white
-noise neighbouring residuals repeat each other, and the spread comes from how the gradient varies
-between whole blocks of time (a clustered sandwich estimate):
+the held-out data alone can refute the effect. Neighbouring residuals are correlated, as model and
+rig differ by more than white noise. Models are therefore compared block by block, never sample by
+sample, and intervals come from how the gradient varies between whole blocks of time (a clustered
+sandwich estimate):
 
     Cov = A⁻¹ (Σ_b g_b g_bᵀ) A⁻¹,   A = JᵀJ,   g_b = J_bᵀ r_b.
 
 Unmodelled structure biases the values: an error of mean square g with correlation ρ to a column of
 J shifts the value by ρ √(g m (A⁻¹)_kk). The fit has removed the correlated part from the residual,
-so ρ = 0.2 is assumed of what remains; the error of the simulation's step is added to g. A direction
-in which several values compensate each other has no interval.
-
-Where recordings are of different states of the rig, blocks of one recording repeat each other too.
-The interval is then no narrower than that of the jackknife over recordings, of variance
-(R−1)/R Σ_b Δ_b², with Δ_b the shift of the value where recording b is left out of the fit.
+so ρ = 0.2 is assumed of the rest; the error of the simulation's step is added to g. A direction in
+which several values compensate each other has no interval. Where recordings are of different states
+of the rig, blocks of one recording repeat each other too. The interval is then no narrower than
+that of the jackknife over recordings, of variance (R−1)/R Σ_b Δ_b², with Δ_b the shift of the value
+where recording b is left out of the fit.
 """
 
 from __future__ import annotations
@@ -53,6 +40,11 @@ from tendon_mj.lab.diagnosis.effects.effect import Candidate
 from tendon_mj.lab.diagnosis.fitting import Fit
 from tendon_mj.lab.diagnosis.thresholds import STANDARD_ERRORS
 from tendon_mj.typing import FloatArray
+
+_LEVEL = 0.95
+_SINGULAR = 1e-5  # eigenvalue of JᵀJ scaled to a unit diagonal
+_LOADING = 0.1  # component of its eigenvector
+_CORRELATION = 0.2  # ρ, of unmodelled structure with a column of J
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,6 +137,17 @@ class FittedCandidate:
         """Cross-validated excess χ² (reduced χ² − 1) [-]."""
         return self.validation.excess
 
+    @property
+    def added(self) -> Candidate:
+        """The candidate of a model that has one."""
+        assert self.candidate is not None
+        return self.candidate
+
+    @property
+    def determined(self) -> bool:
+        """Whether the candidate's strength is held by the data, not by an end of its range."""
+        return self.fit.determines(self.added)
+
 
 def loss(best: FittedCandidate, other: FittedCandidate) -> Gain:
     """Gain of the best model over the other."""
@@ -221,12 +224,6 @@ def rate(candidate: Candidate, ranked: Sequence[FittedCandidate]) -> SelectedEff
     return SelectedEffect(candidate, tuple(rivals), 1.0 / odds, tuple(models))
 
 
-_LEVEL = 0.95
-_SINGULAR = 1e-5  # eigenvalue of JᵀJ scaled to a unit diagonal
-_LOADING = 0.1  # component of its eigenvector
-_CORRELATION = 0.2  # ρ, of unmodelled structure with a column of J
-
-
 def intervals(problem: Problem, fit: Fit, refits: Sequence[Fit] = ()) -> FloatArray:
     """(p, 2) 95 % intervals of a fit's values [the terms' units]; the range where not free.
 
@@ -244,7 +241,7 @@ def intervals(problem: Problem, fit: Fit, refits: Sequence[Fit] = ()) -> FloatAr
 
 
 def correlation_matrix(problem: Problem, fit: Fit, chosen: NDArray[np.bool_]) -> FloatArray:
-    """(k, k) correlations of the estimates of ``chosen`` (p,) terms, others free beside them.
+    """(k, k) correlations of the estimates of ``chosen`` (p,) terms, with the others free.
 
     Those of independent residuals, A⁻¹ scaled to a unit diagonal.
     """

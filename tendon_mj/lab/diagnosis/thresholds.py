@@ -1,23 +1,20 @@
-"""Thresholds of the selection, in excess χ² (reduced χ² − 1) [-].
+"""Thresholds of a selection, in excess χ² (reduced χ² − 1) [-], and a rig's reproducibility.
 
-Reproducibility of a rig between sessions, from its recordings and a model of them.
-
-Two estimates, of which the larger counts, column by column:
+The reproducibility of a rig between sessions has two estimates, of which the larger counts, column
+by column:
 
 * repeats: of recordings in one state under one drive, half the mean square difference of their
-  residuals. What was fitted to each, such as a sensor's zero, is no part of it, nor is what the
-  model says wrongly of all of them;
-* zeros and scales: the residual of recording k is a_k + b_k y_k + rest, y the measured signal. What
-  all recordings of one state have in common, the means of a and b, is an error of the model; how
-  they scatter about it differs from session to session. Of R recordings in one state the variance
-  is R/(R−1) times the mean square of a_k − ā + (b_k − b̄) y_k. Where they were driven in different
-  ways, what the model says wrongly of one drive and not of another is in it too.
+  residuals. It contains neither the values that were fitted to each, such as a sensor's zero, nor
+  an error of the model that all of them share;
+* zeros and scales: the residual of recording k is a_k + b_k y_k + rest, y the measured signal. The
+  means of a and b over all recordings of one state are an error of the model; their scatter about
+  it differs from session to session. Of R recordings in one state the variance is R/(R−1) times the
+  mean square of a_k − ā + (b_k − b̄) y_k. Where they were driven in different ways, errors of the
+  model in one drive and not in another are in it too.
 
-What adds less than a twentieth to the noise is none.
-
-Where each state was recorded once, what differs between sessions cannot be told from what the model
-says wrongly of the state. It is then 0, as it is in a single session, and the stated noise is all
-there is.
+Less than a twentieth of the noise is neglected. Where each state was recorded once, scatter between
+sessions cannot be told from an error of the model in that state. It is then 0, as it is in a single
+session, and the stated noise counts alone.
 """
 
 from __future__ import annotations
@@ -38,9 +35,13 @@ SMALLEST_EXCESS = 0.2  # 0.45 noise rms: less is not worth a name
 _CERTAIN = 0.99  # probability with which rests of a right model leave less
 STANDARD_ERRORS = 2.0  # of a gain in χ²: less may be chance
 CLOSED = 0.985  # of the rms error above noise: a model that closes less does not explain it
-PART = 2.0 / 3.0  # of the error that could be removed: what removes less may be an imitation
-_DISCRETISATION = 0.0025  # of a signal's range: what lumping and stepping leave
-_SHARE = 0.05, 0.1  # of the excess left now, that an effect has to gain; across recordings
+PART = 2.0 / 3.0  # of the error that could be removed: an effect that removes less may imitate
+_DISCRETISATION = 0.0025  # of a signal's range: error of lumping and stepping
+_SHARE = 0.05, 0.1  # of the remaining excess, that an effect has to gain; across recordings
+
+_SAME_DRIVE = 0.01  # of its range, rms difference
+_SAME_TIME = 1e-3  # of the duration
+_MORE = 1.05  # times the noise
 
 
 def detection_limit(
@@ -51,8 +52,8 @@ def detection_limit(
 ) -> float:
     """Excess χ² below which nothing is named, for a simulation with that `step_error`.
 
-    ``bars`` (m,) of `reproducibility.bar`, where residuals are judged by more than noise;
-    ``judged`` (m,) which residuals are judged, by default the training data.
+    ``bars`` (m,) of `bar`, where residuals are judged by more than noise; ``judged`` (m,) which
+    residuals are judged, by default the training data.
     """
     count = int((problem.in_train if judged is None else judged).sum())
     return max(
@@ -86,16 +87,15 @@ def discretisation_error(problem: Problem, bars: FloatArray | None = None) -> fl
     """Mean square error, over all residuals, of a sheath lumped into guides; 0 without a sheath."""
     if not has_sheath(problem.simulate):
         return 0.0
-    first = np.cumsum([0, *(size for _, _, size in problem.layout())])
     powers = [
         (
             _DISCRETISATION
             * float(np.ptp(problem.recordings[k].columns[column]))
             / problem.noise[k][column]
-            / (1.0 if bars is None else float(bars[first[j]]))
+            / (1.0 if bars is None else float(bars[rows.start]))
         )
         ** 2
-        for j, (k, column, _) in enumerate(problem.layout())
+        for k, column, rows in problem.signals
     ]
     return float(np.mean(powers))
 
@@ -110,23 +110,21 @@ def reducible_excess(problem: Problem, residual: FloatArray) -> float:
     """Excess χ² of training residuals (m,), of no signal more than its own variation.
 
     Without friction a carriage drifts by metres where its signal spans centimetres; a share of
-    metres would be no measure of what a better model may leave.
+    metres would be no measure of the error that a better model may leave.
     """
-    edges = np.cumsum([0, *(size for _, _, size in problem.layout())])
     total, count = 0.0, 0
-    for (k, column, _), first, last in zip(problem.layout(), edges, edges[1:], strict=False):
-        used = problem.in_train[first:last]
+    for k, column, rows in problem.signals:
+        used = problem.in_train[rows]
         series = problem.recordings[k].columns[column][used] / problem.noise[k][column]
-        size = int(used.sum())
-        if size:
-            mean = float(np.mean(residual[first:last][used] ** 2))
-            total += size * min(mean, 1.0 + float(np.var(series)))
-            count += size
+        if series.size:
+            mean = float(np.mean(residual[rows][used] ** 2))
+            total += series.size * min(mean, 1.0 + float(np.var(series)))
+            count += series.size
     return total / count - 1.0
 
 
 def least_share(problem: Problem) -> float:
-    """Share of the excess χ² left now, below which a gain is not worth an effect."""
+    """Share of the remaining excess χ², below which a gain is not worth an effect."""
     return _SHARE[1] if by_recording(problem.recordings) else _SHARE[0]
 
 
@@ -136,11 +134,17 @@ def unexplained_excess(initial: float) -> float:
     return float((1.0 + (1.0 - CLOSED) * before) ** 2 - 1.0)
 
 
-Errors = Mapping[tuple[int, str], FloatArray]
+def bar(problem: Problem, deviations: Mapping[str, float]) -> FloatArray:
+    """(m,) measure of each residual: noise and reproducibility together [noise]."""
+    return np.concatenate(
+        [
+            np.full(size, np.hypot(1.0, deviations.get(column, 0.0) / problem.noise[k][column]))
+            for k, column, size in problem.layout()
+        ]
+    )
 
-_SAME_DRIVE = 0.01  # of its range, rms difference
-_SAME_TIME = 1e-3  # of the duration
-_MORE = 1.05  # times the noise
+
+Errors = Mapping[tuple[int, str], FloatArray]
 
 
 def reproducibility(problem: Problem, residual: FloatArray) -> dict[str, float]:
@@ -150,42 +154,24 @@ def reproducibility(problem: Problem, residual: FloatArray) -> dict[str, float]:
         problem: data, of which the training samples count.
         residual: (m,) of a model, in units of noise.
     """
-    errors = _errors(problem, residual)
-    found = dict.fromkeys((column for _, column, _ in problem.layout()), 0.0)
-    if by_recording(problem.recordings):
-        found |= _from_zeros_and_scales(problem, errors)
-    for column, deviation in _from_repeats(problem, errors).items():
-        found[column] = max(found[column], deviation)
-    return {c: d if _adds(problem, c, d) else 0.0 for c, d in found.items()}
-
-
-def _adds(problem: Problem, column: str, deviation: float) -> bool:
-    """Whether a deviation makes more of the noise of a column."""
-    noise = min(levels[column] for levels in problem.noise if column in levels)
-    return bool(np.hypot(1.0, deviation / noise) > _MORE)
-
-
-def bar(problem: Problem, deviations: Mapping[str, float]) -> FloatArray:
-    """(m,) what each residual is judged by: noise and reproducibility together [noise]."""
-    return np.concatenate(
-        [
-            np.full(size, np.hypot(1.0, deviations.get(column, 0.0) / problem.noise[k][column]))
-            for k, column, size in problem.layout()
-        ]
-    )
-
-
-def _errors(problem: Problem, residual: FloatArray) -> Errors:
-    """(recording, column) → (samples,) error [the column's unit], NaN outside the training data."""
-    edges = np.cumsum([0, *(size for _, _, size in problem.layout())])
     shown = np.where(problem.in_train, residual, np.nan)
-    return {
-        (k, column): shown[first:last] * problem.noise[k][column]
-        for (k, column, _), first, last in zip(problem.layout(), edges, edges[1:], strict=False)
-    }
+    errors = {(k, c): shown[rows] * problem.noise[k][c] for k, c, rows in problem.signals}
+    powers = _powers_of_repeats(problem, errors)
+    estimates = {column: float(np.sqrt(np.mean(power))) for column, power in powers.items()}
+    if by_recording(problem.recordings):
+        for column, power in _powers_of_zeros_and_scales(problem, errors).items():
+            scatter = float(np.sqrt(np.mean(power)))
+            estimates[column] = max(scatter, estimates.get(column, 0.0))
+    deviations = {}
+    for column in dict.fromkeys(column for _, column, _ in problem.signals):
+        deviation = estimates.get(column, 0.0)
+        noise = min(levels[column] for levels in problem.noise if column in levels)
+        deviations[column] = deviation if np.hypot(1.0, deviation / noise) > _MORE else 0.0
+    return deviations
 
 
-def _from_zeros_and_scales(problem: Problem, errors: Errors) -> dict[str, float]:
+def _powers_of_zeros_and_scales(problem: Problem, errors: Errors) -> dict[str, list[float]]:
+    """Column → variance between sessions of each recording, from lines through its error."""
     lines: dict[tuple[str, int], list[tuple[FloatArray, FloatArray]]] = {}
     states = [recording.known for recording in problem.recordings]
     for (k, column), error in errors.items():
@@ -205,10 +191,11 @@ def _from_zeros_and_scales(problem: Problem, errors: Errors) -> dict[str, float]
                 count / (count - 1) * float(np.mean((basis @ (line - mean)) ** 2))
                 for basis, line in rows
             )
-    return {column: float(np.sqrt(np.mean(power))) for column, power in powers.items()}
+    return powers
 
 
-def _from_repeats(problem: Problem, errors: Errors) -> dict[str, float]:
+def _powers_of_repeats(problem: Problem, errors: Errors) -> dict[str, list[float]]:
+    """Column → variance between sessions of each pair of repeats."""
     powers: dict[str, list[float]] = {}
     for (j, one), (k, other) in combinations(enumerate(problem.recordings), 2):
         if not _repeat(one, other):
@@ -221,7 +208,7 @@ def _from_repeats(problem: Problem, errors: Errors) -> dict[str, float]:
                 noise = problem.noise[j][column] ** 2 + problem.noise[k][column] ** 2
                 power = 0.5 * (float(np.mean(difference**2)) - noise)
                 powers.setdefault(column, []).append(max(power, 0.0))
-    return {column: float(np.sqrt(np.mean(power))) for column, power in powers.items()}
+    return powers
 
 
 def _repeat(one: Recording, other: Recording) -> bool:
@@ -234,7 +221,7 @@ def _repeat(one: Recording, other: Recording) -> bool:
         return False
     for column in one.drive:
         first, second = one.columns[column][:size], other.columns[column][:size]
-        span = float(np.ptp(first))
-        if float(np.sqrt(np.mean((first - second) ** 2))) > _SAME_DRIVE * span:
+        rms = float(np.sqrt(np.mean((first - second) ** 2)))
+        if rms > _SAME_DRIVE * float(np.ptp(first)):
             return False
     return True

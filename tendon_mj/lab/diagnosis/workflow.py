@@ -3,7 +3,7 @@
 Verdicts:
 
 * "nothing missing": calibrated, the model leaves no more than noise and numerical error.
-* "parameter": correcting a parameter that nobody called uncertain removes the error.
+* "parameter": correcting a parameter that no recording calls uncertain removes the error.
 * "named": effects that the model lacks remove the error, on held-out data too.
 * "partly": they remove much of it there, and nothing in the catalogue explains what remains.
 * "unknown": an error remains that nothing in the catalogue explains.
@@ -40,21 +40,15 @@ from tendon_mj.lab.diagnosis.effects import (
     check_bindings,
 )
 from tendon_mj.lab.diagnosis.evidence import Verdict
-from tendon_mj.lab.diagnosis.proof import prove
+from tendon_mj.lab.diagnosis.proof import Proof
 from tendon_mj.lab.diagnosis.result import Diagnosis
 from tendon_mj.lab.diagnosis.selection import CONVERGED, Selection, SelectionContext, select_effects
 from tendon_mj.lab.diagnosis.statistics import FittedCandidate
 from tendon_mj.lab.diagnosis.thresholds import SMALLEST_EXCESS, reducible_excess
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.replay import (
-    Parameter,
-    Simulates,
-    Simulator,
-    matching,
-)
+from tendon_mj.lab.replay import Simulates, Simulator, matching
 
-_NONE = Parameter(0.0, "", "joint")
 _EXPLAINED = ("named", "parameter", "nothing missing")
 _AT_NOISE = 1.2  # noises that an effect leaves at most, for it to be more than a fault of a column
 _SHORTEST = 0.5  # times the model's own step
@@ -80,12 +74,12 @@ def diagnose(
             where there are three or more of different states or sessions of the rig, else the last
             quarter of each.
         simulator: makes the simulator of recordings; see `tendon_mj.Simulates`.
-        catalogue: effects that can be named, in place of the package's own or beside them:
+        catalogue: effects that can be named, instead of the package's or with them:
             ``[*CATALOGUE.values(), mine]``.
         exclude: identifiers of effects that are not to be considered.
         checks: warnings of `check_recording` about all recordings; by default it is called here, if
-            the simulator is the package's. Where a fit cannot see through one of them, only what is
-            uncertain is fitted, and no effect is named.
+            the simulator is the package's. Where a fit cannot see through one of them, only the
+            uncertain parameters are fitted, and no effect is named.
         progress: called with a label, how much is done, and of how much.
 
     Raises:
@@ -104,48 +98,60 @@ def diagnose(
     simulate = make_simulator(simulator, train)
     own = Problem(tuple(train), simulate, training_samples(train, held_out))
     system = describe_system(own)
-    base = system.values
     for name in train[0].uncertain:
-        for target in matching(name, base):
-            if target not in base:
-                raise UnknownNameError("parameter", target, base)
+        for target in matching(name, system.values):
+            if target not in system.values:
+                raise UnknownNameError("parameter", target, system.values)
     check_bindings(system, exclude, effects)
     at_rest = all(recording.quasi_static for recording in train)
     bound = tuple(c for c in candidates(system, exclude, effects) if not (at_rest and c.in_motion))
     check_simulation(own)
     if checks is None:
         checks = _check((*train, *held_out), simulate)
-    terms = (*uncertain_terms(own), *session_terms(train, own.simulate))
-    context = SelectionContext(own, base, terms, (), 0.0, 0.0, progress)
+    terms = (*uncertain_terms(own), *session_terms(train, simulate))
+    context = SelectionContext(own, system.values, terms, (), 0.0, 0.0, progress)
     context, calibrated, step = _calibrate(context, search_step(own))
-    problem = context.problem
     context = replace(
         context,
         candidates=bound,
-        step_error=step_error(calibrated.fit.correction[problem.in_train]),
-        initial_excess=reducible_excess(problem, calibrated.fit.residual),
+        step_error=step_error(calibrated.fit.correction[own.in_train]),
+        initial_excess=reducible_excess(context.problem, calibrated.fit.residual),
     )
 
-    def decided(context: SelectionContext, step: float | None) -> Diagnosis:
-        selection = select_effects(context, calibrated)
-        proof = own
+    def decided(context: SelectionContext) -> Diagnosis:
+        selection, judged = select_effects(context, calibrated), own
         if held_out:
-            judged = (*held_out, *_with_events(train, held_out, selection))
-            proof = Problem(judged, simulator(judged), all_samples(judged))
-        result = prove(context, selection, own, proof, step, effects, exclude, checks, began)
-        while step and step > _SHORTEST and _step_matters(context, selection, result.verdict):
-            step *= 0.5
-            progress("repeat with a shorter step", 0, 1)
-            context, selection = _fit_again(context, selection, with_step(own, step))
-            result = prove(context, selection, own, proof, step, effects, exclude, checks, began)
-            progress("repeat with a shorter step", 1, 1)
-        return result
+            recordings = (*held_out, *_with_events(train, held_out, selection))
+            judged = Problem(recordings, simulator(recordings), all_samples(recordings))
+        proof = Proof(
+            own=own,
+            held_out=judged,
+            catalogue=effects,
+            excluded=exclude,
+            checks=checks,
+            began=began,
+        )
+        return _decide(context, selection, proof, step)
 
-    result = decided(context, step)
+    result = decided(context)
     blocked = any(warning.blocks for warning in checks)
     if not blocked or (result.verdict in _EXPLAINED and result.train.after < _AT_NOISE):
-        return result  # an effect that leaves no more than noise where the fault is said to be
-    return decided(replace(context, candidates=()), step)
+        return result  # an effect that leaves no more than noise where the recordings have a fault
+    return decided(replace(context, candidates=()))
+
+
+def _decide(
+    context: SelectionContext, selection: Selection, proof: Proof, step: float | None
+) -> Diagnosis:
+    """Prove a selection, in shorter steps where these may change the verdict."""
+    result = proof.decide(context, selection, step)
+    while step and step > _SHORTEST and _step_matters(context, selection, result.verdict):
+        step *= 0.5
+        context.progress("repeat with a shorter step", 0, 1)
+        context, selection = _fit_again(context, selection, with_step(proof.own, step))
+        result = proof.decide(context, selection, step)
+        context.progress("repeat with a shorter step", 1, 1)
+    return result
 
 
 def _check(recordings: Sequence[Recording], simulate: Simulates) -> list[DataWarning]:
@@ -167,7 +173,7 @@ def _with_events(
 def _calibrate(
     context: SelectionContext, step: float | None
 ) -> tuple[SelectionContext, FittedCandidate, float | None]:
-    """Fit what is uncertain, in shorter steps where the model rings in longer ones."""
+    """Fit the uncertain parameters, in shorter steps where the model rings in longer ones."""
     own, start = context.problem, [term.inert for term in context.calibrated]
     while True:
         context.progress("calibrate", 0, 1)

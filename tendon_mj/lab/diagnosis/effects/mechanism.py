@@ -1,16 +1,11 @@
-"""Effects of joints, bodies and gravity.
-
-Effects of actuators, and their wrong numbers.
-
-Effects of the sensors.
-"""
+"""Effects of joints, bodies, gravity, actuators and sensors."""
 
 from __future__ import annotations
 
 from typing import Final
 
+from tendon_mj.lab.diagnosis.effects.binding import ParameterSpecification as Spec
 from tendon_mj.lab.diagnosis.effects.binding import (
-    ParameterSpecification,
     on_armatures,
     on_bodies,
     on_drives,
@@ -35,7 +30,15 @@ JOINTS: Final = (
         signature="the joint trails in fast motion",
         source="MuJoCo, joint damping",
         next_experiment="the same motion of the joint at three speeds",
-        binding=on_joints(ParameterSpecification("damping", "N m s/rad or N s/m", 0.0, 1e4, 0.002)),
+        in_motion=True,
+        look_at="the bearings of the joint",
+        tell_apart={
+            "kv": (
+                "Measure the servo's force: what a joint damps it has to supply, its own rate gain"
+                " not."
+            )
+        },
+        binding=on_joints(Spec("damping", "N m s/rad or N s/m", 0.0, 1e4, 0.002)),
     ),
     Effect(
         identifier="joint_friction",
@@ -44,7 +47,8 @@ JOINTS: Final = (
         signature="the joint stands still after reversals, by the same torque at any tension",
         source="MuJoCo, joint frictionloss",
         next_experiment="slow reversals of the joint with the tendon at its lowest tension",
-        binding=on_joints(ParameterSpecification("frictionloss", "N m or N", 0.0, 1e3, 0.001)),
+        look_at="the bearings of the joint",
+        binding=on_joints(Spec("frictionloss", "N m or N", 0.0, 1e3, 0.001)),
     ),
     Effect(
         identifier="joint_stiffness",
@@ -53,7 +57,7 @@ JOINTS: Final = (
         signature="the joint moves less than it should, in proportion to its angle",
         source="MuJoCo, joint stiffness",
         next_experiment="the joint held at several angles for seconds each",
-        binding=on_joints(ParameterSpecification("stiffness", "N m/rad or N/m", 0.0, 1e6, 0.002)),
+        binding=on_joints(Spec("stiffness", "N m/rad or N/m", 0.0, 1e6, 0.002)),
     ),
     Effect(
         identifier="springref",
@@ -62,7 +66,7 @@ JOINTS: Final = (
         signature="a constant force or torque on the joint",
         source="MuJoCo, joint springref",
         next_experiment="the joint at rest with nothing that pulls",
-        binding=on_springs(ParameterSpecification("springref", "rad or m", -6.3, 6.3, 1e-3)),
+        binding=on_springs(Spec("springref", "rad or m", -6.3, 6.3, 1e-3)),
         kind="parameter",
     ),
     Effect(
@@ -74,10 +78,8 @@ JOINTS: Final = (
         next_experiment="the joint held at several angles for seconds each",
         # The torque in the reference pose often balances a pretension: it is kept, k is wrong.
         binding=on_springs(
-            ParameterSpecification("stiffness", "N m/rad or N/m", 0.02, 50.0, 0.05, relative=True),
-            ParameterSpecification(
-                "springref", "rad or m", -4.0, 6.0, 0.02, relative=True, times="stiffness"
-            ),
+            Spec("stiffness", "N m/rad or N/m", 0.02, 50.0, 0.05, relative=True),
+            Spec("springref", "rad or m", -4.0, 6.0, 0.02, relative=True, times="stiffness"),
         ),
         kind="parameter",
     ),
@@ -88,7 +90,8 @@ JOINTS: Final = (
         signature="a lag that grows with the square of the frequency, at any load",
         source="MuJoCo, joint armature",
         next_experiment="fast motion of the joint at two frequencies",
-        binding=on_armatures(ParameterSpecification("armature", "kg m² or kg", 0.0, 1e3, 1e-4)),
+        in_motion=True,
+        binding=on_armatures(Spec("armature", "kg m² or kg", 0.0, 1e3, 1e-4)),
         kind="parameter",
     ),
     Effect(
@@ -98,7 +101,7 @@ JOINTS: Final = (
         signature="force in proportion to acceleration, and weight in proportion to it",
         source="MuJoCo, body mass",
         next_experiment="the body on scales, or fast motion at two frequencies",
-        binding=on_bodies(ParameterSpecification("mass", "kg", 0.01, 100.0, 0.05, relative=True)),
+        binding=on_bodies(Spec("mass", "kg", 0.01, 100.0, 0.05, relative=True)),
         kind="parameter",
     ),
     Effect(
@@ -108,9 +111,21 @@ JOINTS: Final = (
         signature="an offset of tension that changes with posture",
         source="MuJoCo, option gravity",
         next_experiment="the same motion with the rig turned by 90° and by 180°",
-        binding=on_gravity(
-            *(ParameterSpecification(axis, "m/s²", -_G, _G, 1.0) for axis in "xyz"),
-        ),
+        tell_apart={
+            "joint_stiffness": (
+                "Record the same motion with the rig turned by 90°: a spring turns with it, weight"
+                " does not."
+            ),
+            "joint_spring": (
+                "Record the same motion with the rig turned by 90°: a spring turns with it, weight"
+                " does not."
+            ),
+            "command_offset": (
+                "Record the same motion with the rig turned by 180°: weight turns with it, the"
+                " force of a motor does not."
+            ),
+        },
+        binding=on_gravity(*(Spec(axis, "m/s²", -_G, _G, 1.0) for axis in "xyz")),
     ),
 )
 
@@ -123,7 +138,14 @@ ACTUATORS: Final = (
         signature="everything trails what is driven, by the same time at any speed",
         source="transport delay",
         next_experiment="one hard step of the command: everything begins late and keeps its shape",
-        binding=on_inputs(ParameterSpecification("command_delay", "s", 0.0, 0.3, 0.002)),
+        in_motion=True,
+        look_at="the drive and its clock",
+        tell_apart={
+            "sensor_delay": (
+                "Measure a second quantity: a late sensor trails alone, behind a late drive all do."
+            )
+        },
+        binding=on_inputs(Spec("command_delay", "s", 0.0, 0.3, 0.002)),
     ),
     Effect(
         identifier="slip",
@@ -132,7 +154,8 @@ ACTUATORS: Final = (
         signature="from one moment of one recording on, all readings are those of another zero",
         source="a clamp, a knot or a turn on a drum that gave way; an encoder that lost counts",
         next_experiment="a mark on cable and drum, before and after",
-        binding=on_drives(ParameterSpecification("slip", "m or rad", -1.0, 1.0, 1e-4)),
+        look_at="where the cable is held on its drum, the coupling, and lost counts of the encoder",
+        binding=on_drives(Spec("slip", "m or rad", -1.0, 1.0, 1e-4)),
         event=True,
     ),
     Effect(
@@ -142,7 +165,13 @@ ACTUATORS: Final = (
         signature="all forces of a motor too large or too small in proportion",
         source="MuJoCo, actuator gear",
         next_experiment="the motor's force against a scale or a load cell",
-        binding=on_motors(ParameterSpecification("gear", "-", 0.2, 5.0, 0.02, relative=True)),
+        tell_apart={
+            "mass": (
+                "Hold the motor against a load cell: its force at rest tells the gear without the"
+                " mass."
+            )
+        },
+        binding=on_motors(Spec("gear", "-", 0.2, 5.0, 0.02, relative=True)),
         kind="parameter",
     ),
     Effect(
@@ -153,8 +182,8 @@ ACTUATORS: Final = (
         source="MuJoCo, actuator position; docs/servo.md, eq. (27)",
         next_experiment="the servo at rest under two loads",
         binding=together(
-            on_servos(ParameterSpecification("kp", "-", 0.1, 10.0, 0.05, relative=True)),
-            on_inputs(ParameterSpecification("tension_gain", "-", 0.1, 10.0, 0.05, relative=True)),
+            on_servos(Spec("kp", "-", 0.1, 10.0, 0.05, relative=True)),
+            on_inputs(Spec("tension_gain", "-", 0.1, 10.0, 0.05, relative=True)),
         ),
         kind="parameter",
     ),
@@ -165,9 +194,10 @@ ACTUATORS: Final = (
         signature="a servo that trails in proportion to its rate, more or less than it should",
         source="MuJoCo, actuator position; docs/servo.md, eq. (27)",
         next_experiment="the same motion at three speeds, with the servo's force",
+        in_motion=True,
         binding=together(
-            on_servos(ParameterSpecification("kv", "-", 0.1, 10.0, 0.05, relative=True)),
-            on_inputs(ParameterSpecification("velocity_gain", "-", 0.1, 10.0, 0.05, relative=True)),
+            on_servos(Spec("kv", "-", 0.1, 10.0, 0.05, relative=True)),
+            on_inputs(Spec("velocity_gain", "-", 0.1, 10.0, 0.05, relative=True)),
         ),
         kind="parameter",
     ),
@@ -178,9 +208,7 @@ ACTUATORS: Final = (
         signature="a constant force or torque where the motor acts",
         source="metrology: zero error",
         next_experiment="the motor's force at rest, against a scale or a load cell",
-        binding=on_motors(
-            ParameterSpecification("command_offset", "of the control", -1e3, 1e3, 0.01)
-        ),
+        binding=on_motors(Spec("command_offset", "of the control", -1e3, 1e3, 0.01)),
         kind="parameter",
     ),
 )
@@ -194,7 +222,8 @@ SENSORS: Final = (
         signature="the same error at every moment, of one sensor only",
         source="metrology: zero error",
         next_experiment="the sensor at rest with nothing on it, before and after",
-        binding=on_sensors(ParameterSpecification("offset", "of the sensor", -0.5, 0.5, 0.01)),
+        look_at="the sensor's zero",
+        binding=on_sensors(Spec("offset", "of the sensor", -0.5, 0.5, 0.01)),
     ),
     Effect(
         identifier="sensor_gain",
@@ -203,7 +232,14 @@ SENSORS: Final = (
         signature="an error in proportion to the reading, of one sensor only",
         source="metrology: scale error",
         next_experiment="the sensor under two known weights far apart",
-        binding=on_sensors(ParameterSpecification("scale", "-", -0.5, 1.5, 0.01), spans=False),
+        look_at="the sensor's calibration",
+        tell_apart={
+            "sensor_bias": (
+                "Record a wider range of tension, down to none at all: an offset stays the same, a"
+                " wrong scale grows with the reading."
+            )
+        },
+        binding=on_sensors(Spec("scale", "-", -0.5, 1.5, 0.01), spans=False),
         absent=1.0,
     ),
     Effect(
@@ -213,7 +249,9 @@ SENSORS: Final = (
         signature="one sensor trails the others by the same time at any speed",
         source="transport delay",
         next_experiment="one hard step: the reading begins late and keeps its corners",
-        binding=on_sensors(ParameterSpecification("delay", "s", 0.0, 0.3, 0.002), spans=False),
+        in_motion=True,
+        look_at="the sensor, its amplifier and its filter",
+        binding=on_sensors(Spec("delay", "s", 0.0, 0.3, 0.002), spans=False),
     ),
     Effect(
         identifier="sensor_lag",
@@ -222,7 +260,15 @@ SENSORS: Final = (
         signature="one sensor trails and rounds its corners",
         source="first-order lag",
         next_experiment="one hard step: the reading begins at once and rounds its corners",
-        binding=on_sensors(ParameterSpecification("lag", "s", 0.0, 0.5, 0.002), spans=False),
+        in_motion=True,
+        look_at="the sensor, its amplifier and its filter",
+        tell_apart={
+            "sensor_delay": (
+                "Record one hard step: a delay shifts it and keeps its corners, a lag begins at"
+                " once and rounds them. Slow motion only shows the time by which both trail."
+            )
+        },
+        binding=on_sensors(Spec("lag", "s", 0.0, 0.5, 0.002), spans=False),
     ),
     Effect(
         identifier="sensor_drift",
@@ -231,9 +277,13 @@ SENSORS: Final = (
         signature="an error that grows with time, of one sensor only",
         source="metrology: zero drift",
         next_experiment="the sensor at rest for as long as a recording takes",
-        binding=on_sensors(
-            ParameterSpecification("drift", "of the sensor per s", -0.1, 0.1, 0.002)
-        ),
+        look_at="the sensor's zero, for heat",
+        tell_apart={
+            "friction_drift": (
+                "Record the sensor at rest for as long: a drifting sensor drifts there too."
+            )
+        },
+        binding=on_sensors(Spec("drift", "of the sensor per s", -0.1, 0.1, 0.002)),
     ),
     Effect(
         identifier="gear_efficiency",
@@ -244,10 +294,21 @@ SENSORS: Final = (
         next_experiment=(
             "the reading beside a load cell or a hanging weight, wound in and paid out slowly"
         ),
+        look_at="the gear before the motor whose current is read; a load cell has none",
+        tell_apart={
+            "sheath_friction": (
+                "Measure the tension at the drive by a load cell: the gear's friction is not in"
+                " it, the sheath's is."
+            ),
+            "friction": (
+                "Measure the tension at the drive by a load cell: the gear's friction is not in"
+                " it, the sheath's is."
+            ),
+        },
         binding=on_sensors(
-            ParameterSpecification("efficiency", "-", 0.3, 1.0, 0.05),
-            ParameterSpecification("rest_in", "-", -1.0, 1.0, 0.1),
-            ParameterSpecification("rest_out", "-", -1.0, 1.0, 0.1),
+            Spec("efficiency", "-", 0.3, 1.0, 0.05),
+            Spec("rest_in", "-", -1.0, 1.0, 0.1),
+            Spec("rest_out", "-", -1.0, 1.0, 0.1),
             spans=False,
         ),
         absent=1.0,
