@@ -15,6 +15,7 @@ from tendon_mj.lab.diagnosis import CATALOGUE, Diagnosis, diagnose
 from tendon_mj.lab.recordings import Measured, Recording
 from tendon_mj.lab.replay import Adjustable, patch_model, read_intervals, replay_recording
 from tendon_mj.models import load_model
+from tests.lab.diagnosis.toy import refused
 
 NOISE = {"input_tension_N": 0.1, "output_tension_N": 0.1}
 DRIVE = "input_displacement_m"
@@ -84,13 +85,11 @@ def test_a_slip_is_named_with_its_size_its_time_and_its_recording(
     held_out: tuple[Recording, ...] | None, tmp_path: Path
 ) -> None:
     found = diagnosed({}, SLIP, held_out)
-    assert found.verdict == "named"
-    assert found.effects == ["slip"]
-    size, when, duration = (found.parameters[f"{name} @ second"] for name in SLIP)
-    assert size.low <= SLIP["reel.slip"] <= size.high
+    assert (found.verdict, found.effects) == ("named", ["slip"])
+    size, when, _ = values = [found.parameters[f"{name} @ second"] for name in SLIP]
+    for value, truth in zip(values, SLIP.values(), strict=True):
+        assert value.low <= truth <= value.high
     assert abs(size.value - SLIP["reel.slip"]) < 1e-5
-    assert when.low <= SLIP["reel.slip_time"] <= when.high
-    assert duration.low <= SLIP["reel.slip_duration"] <= duration.high
     assert when.high - when.low <= 0.02
     assert abs(when.value - SLIP["reel.slip_time"]) < 0.002
     for word in ("µm", "let out", "1.2", "'second'", "reel"):
@@ -117,7 +116,7 @@ def test_a_slip_in_a_recordings_known_replays_it() -> None:
 
 
 def test_a_slip_is_of_no_model(tmp_path: Path) -> None:
-    with pytest.raises(InvalidValueError, match=r"reel\.slip.*\[known\]"):
+    with refused(InvalidValueError, "reel.slip", "[known]"):
         patch_model("bench", {"reel.slip": 1e-3}, tmp_path / "model.xml")
 
 

@@ -26,7 +26,7 @@ from tendon_mj.lab.recordings import Measured, Recording
 from tendon_mj.lab.replay import Kind, Parameter, Simulator, replay_recording
 from tendon_mj.models import load_model
 from tendon_mj.typing import FloatArray
-from tests.lab.diagnosis.toy import COLUMNS, NOISE, WEIGHTS, Toy, recording, waveform
+from tests.lab.diagnosis.toy import COLUMNS, NOISE, WEIGHTS, Toy, recording, refused, waveform
 
 SPECIFICATION = ParameterSpecification("wear", "1/m", 0.0, 100.0, 0.5)
 WEAR = Effect(
@@ -103,9 +103,7 @@ def measured(simulator: type[Toy], truth: Mapping[str, float]) -> list[Recording
 
 
 @pytest.mark.parametrize("catalogue", [[WEAR], [*CATALOGUE.values(), WEAR], {"any key": WEAR}])
-def test_an_effect_of_ones_own_is_named(
-    catalogue: Sequence[Effect] | Mapping[str, Effect],
-) -> None:
+def test_an_effect_of_ones_own_is_named(catalogue: Sequence[Effect] | Mapping[str, Effect]) -> None:
     made = measured(Longer, {"sheath.wear": 2.0, "sheath.friction": 0.2})
     found = diagnose(made[:3], made[3:], Longer, catalogue=catalogue)
     assert found.effects == ["wear"]
@@ -126,13 +124,8 @@ def test_without_it_what_it_explains_is_unknown() -> None:
 
 def test_names_of_another_catalogue_are_not_excluded() -> None:
     made = measured(Longer, {})
-    with pytest.raises(UnknownNameError, match=r"unknown effect 'backlash' .*'wear'"):
+    with refused(UnknownNameError, "'backlash'", "'wear'"):
         diagnose(made[:3], made[3:], Longer, catalogue=[WEAR], exclude=["backlash"])
-
-
-def test_two_effects_of_one_name_are_refused() -> None:
-    with pytest.raises(InvalidValueError, match="two effects are called 'wear'"):
-        by_identifier([WEAR, replace(WEAR, name="another")])
 
 
 def test_an_effect_of_ones_own_that_binds_nowhere_is_warned_of_with_near_names() -> None:
@@ -154,25 +147,26 @@ def test_an_effect_of_ones_own_that_binds_nowhere_is_warned_of_with_near_names()
 def test_a_catalogue_of_which_nothing_binds_is_refused() -> None:
     misspelt = replace(WEAR, binding=on_sheaths(replace(SPECIFICATION, parameter="waer")))
     made = measured(Longer, {})
-    with pytest.raises(InvalidValueError, match=r"no effect .* binds .*did you mean 'wear'"):
+    with refused(InvalidValueError, "'waer'", "did you mean 'wear'"):
         diagnose(made[:3], made[3:], Longer, catalogue=[misspelt])
-    with pytest.raises(InvalidValueError, match="'creep': unknown parameter 'creep'"):
+    with refused(InvalidValueError, "'creep': unknown parameter 'creep'"):
         diagnose(made[:3], made[3:], Longer, catalogue=[CATALOGUE["creep"]])
 
 
 @pytest.mark.parametrize(
-    ("catalogue", "message"),
+    ("catalogue", "value"),
     [
-        (WEAR, "'wear' is no list of effects"),
-        ("backlash", "'backlash' is no list of effects"),
-        (None, "None is no list of effects"),
-        (["backlash"], r"'backlash' is no tendon_mj\.Effect; .*CATALOGUE\['backlash'\]"),
-        ({"wear": "wear"}, r"'wear' is no tendon_mj\.Effect"),
-        ([], "the catalogue is empty"),
+        (WEAR, "'wear'"),
+        ("backlash", "'backlash'"),
+        (None, "None"),
+        (["backlash"], "'backlash' must be a tendon_mj.Effect"),
+        ({"wear": "wear"}, "'wear' must be a tendon_mj.Effect"),
+        ([], "empty"),
+        ([WEAR, replace(WEAR, name="another")], "two effects are called 'wear'"),
     ],
 )
-def test_what_is_no_catalogue_is_refused(catalogue: Any, message: str) -> None:
-    with pytest.raises(InvalidValueError, match=message):
+def test_other_things_than_a_catalogue_are_refused(catalogue: Any, value: str) -> None:
+    with refused(InvalidValueError, "catalogue", value):
         diagnose([], catalogue=catalogue)
 
 
@@ -200,7 +194,7 @@ def test_simulations_of_ones_own_leave_the_stated_gap(tmp_path: Path) -> None:
     for simulated, stated in ((before, found.held_out.before), (after, found.held_out.after)):
         errors = [(simulated.columns[c] - recorded.columns[c]) / NOISE for c in COLUMNS]
         assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(stated)
-    with pytest.raises(TendonError, match="unknown parameter"):  # no model of the package has it
+    with refused(TendonError, "sheath.wear"):  # no model of the package has it
         found.write_model(tmp_path / "model.xml")
 
 

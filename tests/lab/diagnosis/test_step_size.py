@@ -19,10 +19,7 @@ from tendon_mj.lab.diagnosis import (
     with_step,
 )
 from tendon_mj.lab.diagnosis.data import step_error
-from tendon_mj.lab.diagnosis.search import (
-    linearisation_holds,
-    search_globally,
-)
+from tendon_mj.lab.diagnosis.search import linearisation_holds, search_globally
 from tendon_mj.lab.diagnosis.selection import select_effects
 from tendon_mj.lab.recordings import Measured, Recording
 from tendon_mj.lab.replay import Simulator

@@ -29,16 +29,17 @@ def verdict(
     signals: dict[str, tuple[float, float, float]] | None = None,
 ) -> Verdict:
     """Verdict on findings that take the held-out error from ``before`` to ``after`` [bars]."""
-    stated = after if stated is None else stated
+    own_step = ErrorReduction(before, after if stated is None else stated, 1.0, {})
     return decide(
         Evidence(
             kinds=kinds,
             calibrated=calibrated,
+            held_out=own_step,
+            weighed=own_step,
             extrapolated=ErrorReduction(before, after, 1.0, signals or {}),
-            stated=ErrorReduction(before, stated, 1.0, {}),
             limit=LIMIT,
             largest=largest,
-            beyond=beyond,
+            at_end=beyond,
         )
     )
 

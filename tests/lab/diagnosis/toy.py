@@ -5,9 +5,11 @@ It stands in for a simulator, as a user's own would, and makes every answer comp
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 import numpy as np
+import pytest
 
 from tendon_mj.lab.recordings import Measured, Recording, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulates
@@ -96,3 +98,12 @@ def rig(
     """Three recordings to learn from and two for the proof."""
     made = [recording(f"r{k}", 10 * seed + k, truth, extra) for k in range(5)]
     return made[:3], made[3:]
+
+
+@contextmanager
+def refused(error: type[Exception], *facts: str) -> Iterator[None]:
+    """Expect an error whose message contains the facts."""
+    with pytest.raises(error) as refusal:
+        yield
+    for fact in facts:
+        assert fact in str(refusal.value)

@@ -35,7 +35,7 @@ def by_identifier(effects: Effects) -> dict[str, Effect]:
             raise InvalidValueError(f"catalogue: two effects are called {effect.identifier!r}")
         catalogue[effect.identifier] = effect
     if not catalogue:
-        raise InvalidValueError("the catalogue is empty: a diagnosis needs an effect to name")
+        raise InvalidValueError("catalogue: it is empty; a diagnosis needs an effect to name")
     return catalogue
 
 
