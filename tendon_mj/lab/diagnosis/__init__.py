@@ -37,7 +37,7 @@ from tendon_mj.lab.diagnosis.effects.binding import (
     together,
 )
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, Effect, SystemDescription, Term
-from tendon_mj.lab.diagnosis.evidence import ErrorReduction, Verdict
+from tendon_mj.lab.diagnosis.evidence import ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.diagnosis.fitting import Fit, expected, fit, written
 from tendon_mj.lab.diagnosis.regimes import Bin, Located
 from tendon_mj.lab.diagnosis.result import (
@@ -53,11 +53,13 @@ from tendon_mj.lab.diagnosis.selection import Selection, SelectionContext
 from tendon_mj.lab.diagnosis.statistics import FittedCandidate, SelectedEffect, intervals, tied
 from tendon_mj.lab.diagnosis.sysid import SysidResult, fit_with_sysid, sysid_is_there
 from tendon_mj.lab.diagnosis.thresholds import SMALLEST_EXCESS
+from tendon_mj.lab.diagnosis.wording import MEANING
 from tendon_mj.lab.diagnosis.workflow import diagnose
 
 __all__ = [
     "CATALOGUE",
     "DISCRIMINATING_EXPERIMENTS",
+    "MEANING",
     "SMALLEST_EXCESS",
     "Autocorrelation",
     "BeforeAfter",
@@ -67,6 +69,7 @@ __all__ = [
     "Diagnosis",
     "Effect",
     "ErrorReduction",
+    "Evidence",
     "Finding",
     "Fit",
     "FittedCandidate",
