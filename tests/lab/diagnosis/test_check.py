@@ -140,15 +140,6 @@ class Mute(Simulates):
         self.parameters = {}
 
 
-class Nameless(Simulates):
-    """Simulator that forgets its parameters."""
-
-    def __init__(self, recordings: object) -> None: ...
-
-    def __call__(self, parameter_sets: object) -> list[list[dict[str, FloatArray]]]:
-        return []
-
-
 class Plain(Bare, Simulates):
     """Simulator whose parameters are not a mapping."""
 
@@ -171,7 +162,6 @@ class Unnamed(Plain):
         (OneRecording, ["'OneRecording' answered for 1 of"]),
         (Bare, ["'Bare' lacks 'joints', 'steps', 'in_steps'", "tendon_mj.Simulates"]),
         (Mute, ["'Mute' lacks '__call__'"]),
-        (Nameless, ["'Nameless' lacks 'parameters'"]),
         (lambda recordings: None, ["'NoneType' lacks 'parameters', '__call__', 'joints'"]),
         (Plain, ["'Plain'", "parameters = None"]),
         (Unnamed, ["'Unnamed'", "'sheath.friction': 0.15", "tendon_mj.Parameter"]),

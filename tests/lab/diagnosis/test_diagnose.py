@@ -10,9 +10,18 @@ import pytest
 from tendon_mj.errors import UnknownNameError
 from tendon_mj.lab.diagnosis import CATALOGUE, Diagnosis, diagnose
 from tendon_mj.lab.diagnosis.regimes import regimes
-from tendon_mj.lab.recordings import Measured, Recording, Uncertain
+from tendon_mj.lab.recordings import Measured, Uncertain
 from tendon_mj.lab.replay import Simulator
-from tests.lab.diagnosis.toy import COLUMNS, NOISE, Toy, recording, refused, rig
+from tests.lab.diagnosis.toy import (
+    COLUMNS,
+    NOISE,
+    Toy,
+    bench_recording,
+    measured_by,
+    recording,
+    refused,
+    rig,
+)
 
 COLUMN = next(iter(COLUMNS))
 FRICTION = "sheath.friction"
@@ -120,19 +129,8 @@ def test_a_probe_without_a_trace_for_a_slide_is_enlarged() -> None:
     made = []
     for k, rate in enumerate((0.5, 1.7, 1.1)):
         place = 1e-3 * np.sin(2.0 * np.pi * rate * time)
-        columns = {"input_displacement_m": place, **dict.fromkeys(COLUMNS, 0.0 * time)}
-        blank = Recording(
-            name=f"r{k}",
-            model="bench",
-            source="made",
-            time=time,
-            columns=columns,
-            drive={"input_displacement_m": "reel"},
-            measured={c: Measured(s, NOISE) for c, s in COLUMNS.items()},
-        )
-        (series,) = Simulator([blank])([{"environment.stiffness": 1.2e4}])[0]
-        noisy = {c: s + random.normal(0.0, NOISE, s.size) for c, s in series.items()}
-        made.append(replace(blank, columns=columns | noisy))
+        blank = bench_recording(f"r{k}", time, place, NOISE, list(COLUMNS))
+        made.append(measured_by(Simulator, blank, {"environment.stiffness": 1.2e4}, random))
     diagnosis = diagnose(made[:2], made[2:], exclude=[e for e in CATALOGUE if e not in JOINTS])
     assert diagnosis.effects == ["joint_stiffness"]
     assert diagnosis.parameters["environment.stiffness"].value == pytest.approx(1.2e4, rel=0.01)

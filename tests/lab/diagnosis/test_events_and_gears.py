@@ -12,10 +12,10 @@ import pytest
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.diagnosis import CATALOGUE, Diagnosis, diagnose
-from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Adjustable, patch_model, read_intervals, replay_recording
 from tendon_mj.models import load_model
-from tests.lab.diagnosis.toy import refused
+from tests.lab.diagnosis.toy import bench_recording, refused
 
 NOISE = {"input_tension_N": 0.1, "output_tension_N": 0.1}
 DRIVE = "input_displacement_m"
@@ -35,15 +35,7 @@ def bench(name: str, turns: list[float], known: dict[str, float]) -> Recording:
     time = np.arange(0.0, 2.4, 0.01)
     corners = np.linspace(0.1, 2.4, len(turns))
     place = 1e-3 * np.interp(time, corners, turns)
-    bare = Recording(
-        name=name,
-        model="bench",
-        source="simulated",
-        time=time,
-        columns={DRIVE: place, **{column: np.zeros(time.size) for column in NOISE}},
-        drive={DRIVE: "reel"},
-        measured={c: Measured(c.removesuffix("_N"), noise) for c, noise in NOISE.items()},
-    )
+    bare = bench_recording(name, time, place, 0.1, list(NOISE))
     clean = replay_recording(bare, parameters=known).columns
     random = np.random.default_rng(len(name))
     noisy = {c: clean[c] + random.normal(0.0, noise, time.size) for c, noise in NOISE.items()}

@@ -14,7 +14,6 @@ from tendon_mj.lab.diagnosis import (
     Fit,
     ParameterSpecification,
     Problem,
-    SystemDescription,
     Term,
     all_samples,
     diagnose,
@@ -30,7 +29,7 @@ from tendon_mj.lab.diagnosis.thresholds import bar, reproducibility
 from tendon_mj.lab.recordings import Measured, Recording, Session, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulates, name_in_session, recording_of, values_for
 from tendon_mj.typing import FloatArray
-from tests.lab.diagnosis.toy import refused
+from tests.lab.diagnosis.toy import refused, system
 
 COLUMN, NOISE = "tension_N", 0.05
 EFFECTS = ("backlash", "constant_friction", "stiffening")
@@ -291,7 +290,7 @@ def test_an_effect_that_changes_friction_is_no_candidate_without_any() -> None:
     for effect in changing:
         names = parameters_of(effect.binding) | {"friction"}
         values = {f"s.{name}": 0.0 for name in names}
-        candidate = effect.bind(SystemDescription(values, frozenset(), frozenset(), {}, (), ()))[0]
+        candidate = effect.bind(system(values))[0]
         assert not candidate.acts_on({"s.friction": 0.0})
         assert candidate.acts_on({"s.friction": 0.1})
 

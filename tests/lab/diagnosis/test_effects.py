@@ -1,4 +1,4 @@
-"""Effects and simulators of one's own: named, refined, written, without a change to the package."""
+"""Effects on a model: where they bind, and a user's own, named without a change to the package."""
 
 from __future__ import annotations
 
@@ -16,17 +16,172 @@ from tendon_mj.lab.diagnosis import (
     CATALOGUE,
     Effect,
     ParameterSpecification,
-    SystemDescription,
+    candidates,
     diagnose,
+    on_gravity,
+    on_inputs,
     on_joints,
+    on_sensors,
     on_sheaths,
+    together,
 )
 from tendon_mj.lab.diagnosis.effects import by_identifier, check_bindings
-from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.lab.diagnosis.effects.binding import on_frictionless_sheaths
+from tendon_mj.lab.diagnosis.effects.effect import Binding
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Kind, Parameter, Simulator, replay_recording
 from tendon_mj.models import load_model
 from tendon_mj.typing import FloatArray
-from tests.lab.diagnosis.toy import COLUMNS, NOISE, WEIGHTS, Toy, recording, refused, waveform
+from tests.lab.diagnosis.toy import (
+    COLUMNS,
+    NOISE,
+    WEIGHTS,
+    Stepped,
+    Toy,
+    bench_recording,
+    measured_by,
+    recording,
+    refused,
+    system,
+)
+
+
+def effect(binding: Binding, **more: object) -> Effect:
+    return Effect("slack", "a slack", "x + s", "a lag", "a test", binding, **more)  # type: ignore[arg-type]
+
+
+def on(*sheaths: str, known: frozenset[str] = frozenset()) -> list[str]:
+    """Elements of every candidate for dry friction that the tension does not change."""
+    rig = system({f"{sheath}.constant_friction": 0.0 for sheath in sheaths}, known=known)
+    return [c.where for c in candidates(rig) if c.identifier == "constant_friction"]
+
+
+def test_an_effect_of_the_sheath_is_on_all_of_them_or_on_one() -> None:
+    assert on("left") == ["left"]
+    assert on("left", "right") == ["left, right", "left", "right"]
+
+
+def test_what_is_known_of_one_sheath_leaves_the_others() -> None:
+    known = frozenset({"left.constant_friction"})
+    assert on("left", "right", known=known) == ["right"]
+
+
+def test_what_is_known_of_the_rig_is_overridden_only_where_the_effect_says_so() -> None:
+    rig = system({"a.slack": 0.0}, known=frozenset({"a.slack"}))
+    binding = on_sheaths(ParameterSpecification("slack", "m", 0.0, 1.0, 0.1))
+    assert effect(binding).bind(rig) == []
+    assert [c.where for c in effect(binding, overrides_known=True).bind(rig)] == ["a"]
+
+
+SLACK = ParameterSpecification("slack", "m", -1.0, 1.0, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("binding", "where"),
+    [
+        (on_sheaths(SLACK), ["ear, elbow, winch", "ear", "elbow", "winch"]),
+        (on_sensors(SLACK), ["ear"]),
+        (on_joints(SLACK), ["elbow"]),
+        (on_inputs(SLACK), ["winch"]),
+        (together(on_inputs(SLACK), on_joints(SLACK)), ["winch", "elbow"]),
+        (on_gravity(ParameterSpecification("x", "m/s²", -1.0, 1.0, 0.1)), ["gravity"]),
+        (on_joints(ParameterSpecification("none", "m", -1.0, 1.0, 0.1)), []),
+    ],
+)
+def test_a_binding_finds_the_elements_of_its_kind(binding: Binding, where: list[str]) -> None:
+    rig = system(
+        {"elbow.slack": 0.0, "ear.slack": 0.0, "winch.slack": 0.0, "gravity.x": 0.0},
+        spans={"ear": 4.0},
+        inputs=("winch",),
+        free_joints=("elbow",),
+    )
+    assert [elements for elements, _ in binding(rig)] == where
+
+
+def test_what_one_column_drives_is_bound_together() -> None:
+    alone = system({"a.slack": 0.0, "b.slack": 0.0, "c.slack": 0.0}, inputs=("a", "b", "c"))
+    rig = replace(alone, columns=(("a", "c"),))
+    assert [elements for elements, _ in on_inputs(SLACK)(rig)] == ["a, c", "b"]
+
+
+def test_the_range_of_a_sensor_is_in_shares_of_its_span() -> None:
+    rig = system({"ear.slack": 0.0}, spans={"ear": 4.0})
+    ((_, (scaled,)),) = on_sensors(SLACK)(rig)
+    ((_, (plain,)),) = on_sensors(SLACK, spans=False)(rig)
+    assert (scaled.low, scaled.high, scaled.probe) == (-4.0, 4.0, 0.4)
+    assert (plain.low, plain.high, plain.probe) == (-1.0, 1.0, 0.1)
+
+
+def test_a_wrong_parameter_is_sought_about_the_model_s_own_value() -> None:
+    share = ParameterSpecification("slack", "m", 0.5, 2.0, 0.1, relative=True)
+    ((_, (term,)),) = on_joints(share)(system({"a.slack": -4.0}, free_joints=("a",)))
+    assert (term.inert, term.low, term.high, term.probe) == (1.0, 0.5, 2.0, 0.1)
+    assert term.write(term.inert, {}) == {"a.slack": -4.0}
+    assert term.write(2.0, {"a.slack": 7.0}) == {"a.slack": -8.0}
+
+
+def test_several_get_a_common_factor_whatever_their_values_and_those_of_none_are_left_out() -> None:
+    share = ParameterSpecification("slack", "m", 0.5, 2.0, 0.1, relative=True)
+    rig = system({"a.slack": 1.0, "b.slack": -2.0, "c.slack": 0.0})
+    bound = dict(on_sheaths(share)(rig))
+    assert list(bound) == ["a, b", "a", "b"]
+    (common,) = bound["a, b"]
+    assert common.write(1.5, {}) == {"a.slack": 1.5, "b.slack": -3.0}
+    assert [where for where, _ in on_sheaths(share)(system({"a.slack": 1.0, "c.slack": 0.0}))] == [
+        "a"
+    ]
+    assert on_sheaths(share)(system({"c.slack": 0.0})) == []
+
+
+def test_the_range_takes_in_what_the_model_has() -> None:
+    ((_, (term,)),) = on_joints(SLACK)(system({"a.slack": 3.0}, free_joints=("a",)))
+    assert (term.inert, term.low, term.high) == (3.0, -1.0, 3.0)
+
+
+def test_a_relative_target_follows_the_other_parameter() -> None:
+    excess = ParameterSpecification("static", "-", 0.0, 3.0, 0.2, relative_to="dynamic")
+    ((_, (term,)),) = on_joints(excess)(
+        system({"a.static": 0.0, "a.dynamic": 0.2}, free_joints=("a",))
+    )
+    assert term.write(0.5, {"a.dynamic": 0.2}) == {"a.static": pytest.approx(0.3)}
+
+
+@pytest.mark.parametrize(("friction", "count"), [(0.0, 1), (0.1, 0)])
+def test_a_first_friction_is_sought_only_where_there_is_none(friction: float, count: int) -> None:
+    specification = ParameterSpecification("friction", "-", 0.0, 1.0, 0.02)
+    rig = system({"a.friction": friction})
+    assert len(on_frictionless_sheaths(specification)(rig)) == count
+
+
+@pytest.mark.parametrize(
+    ("change", "value"),
+    [
+        ({"high": -1.0}, "-1 … -1"),
+        ({"probe": 0.0}, "probe = 0"),
+        ({"starts": (0.0,)}, "start 0"),
+        ({"starts": (2.0,)}, "start 2"),
+    ],
+)
+def test_a_specification_that_no_fit_could_use_is_refused(
+    change: dict[str, Any], value: str
+) -> None:
+    with refused(InvalidValueError, "slack", value):
+        replace(SLACK, **change)
+
+
+def test_an_effect_has_a_name_and_one_of_two_kinds() -> None:
+    with refused(UnknownNameError, "'mising'", "'missing'"):
+        effect(on_joints(SLACK), kind="mising")
+    with refused(InvalidValueError, "'a slack'", "identifier"):
+        replace(effect(on_joints(SLACK)), identifier=" ")
+
+
+def test_every_effect_of_the_catalogue_can_be_sent_to_a_process() -> None:
+    rig = system({"a.backlash": 0.0, "a.friction": 0.1})
+    sent = pickle.loads(pickle.dumps(CATALOGUE))
+    assert sent.keys() == CATALOGUE.keys()
+    assert candidates(rig, catalogue=sent) == candidates(rig)
+
 
 SPECIFICATION = ParameterSpecification("wear", "1/m", 0.0, 100.0, 0.5)
 WEAR = Effect(
@@ -73,33 +228,11 @@ class Prescribed(Jointed):
     prescribed = True
 
 
-class Stepped(Toy):
-    """The toy rig with an error, proportional to its step, that looks like less friction."""
-
-    step, steps = 1.0, 1000
-
-    def in_steps(self, factor: float) -> Stepped:
-        other = type(self)(self.recordings)
-        other.step = factor * self.step
-        other.steps = round(1000.0 / other.step)
-        return other
-
-    def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
-        friction = changed.get("sheath.friction", 0.15)
-        error = -0.01 * self.step * friction * waveform("sheath.friction", recording)
-        shares = WEIGHTS["sheath.friction"][1]
-        series = super()._one(changed, recording)
-        return {c: s + w * error for (c, s), w in zip(series.items(), shares, strict=True)}
-
-
 def measured(simulator: type[Toy], truth: Mapping[str, float]) -> list[Recording]:
     """Four recordings of a rig, three to learn from and one for the proof."""
-    random, made = np.random.default_rng(7), []
-    for blank in (recording(f"r{k}", k, {}) for k in range(4)):
-        series = simulator([blank])([truth])[0][0]
-        noisy = {c: s + random.normal(0.0, NOISE, s.size) for c, s in series.items()}
-        made.append(replace(blank, columns=blank.columns | noisy))
-    return made
+    random = np.random.default_rng(7)
+    blanks = (recording(f"r{k}", k, {}) for k in range(4))
+    return [measured_by(simulator, blank, truth, random) for blank in blanks]
 
 
 @pytest.mark.parametrize("catalogue", [[WEAR], [*CATALOGUE.values(), WEAR], {"any key": WEAR}])
@@ -129,9 +262,7 @@ def test_names_of_another_catalogue_are_not_excluded() -> None:
 
 
 def test_an_effect_of_ones_own_that_binds_nowhere_is_warned_of_with_near_names() -> None:
-    rig = SystemDescription(
-        {"sheath.wear": 0.0, "elbow.damping": 0.1}, frozenset(), frozenset(), {}, (), ()
-    )
+    rig = system({"sheath.wear": 0.0, "elbow.damping": 0.1})
     binding = on_sheaths(replace(SPECIFICATION, parameter="waer"))
     misspelt = replace(WEAR, identifier="misspelt", binding=binding)
     damping = ParameterSpecification("damping", "SI", 0.0, 1.0, 0.1)
@@ -213,21 +344,8 @@ def test_an_effect_on_a_parameter_of_mujoco_is_named_and_written(tmp_path: Path)
     made = []
     for k, rate in enumerate((30.0, 45.0)):
         place = 8e-4 * np.sin(rate * time) * np.minimum(time / 0.1, 1.0)
-        columns = {"input_displacement_m": place, "output_tension_N": 0.0 * time}
-        blank = Recording(
-            name=f"r{k}",
-            model="bench",
-            source="made",
-            time=time,
-            columns=columns,
-            drive={"input_displacement_m": "reel"},
-            measured={"output_tension_N": Measured("output_tension", NOISE)},
-        )
-        column = replay_recording(blank, parameters={"environment.armature": 4.0}).columns[
-            "output_tension_N"
-        ]
-        noisy = column + random.normal(0.0, NOISE, time.size)
-        made.append(replace(blank, columns={**columns, "output_tension_N": noisy}))
+        blank = bench_recording(f"r{k}", time, place, NOISE, ["output_tension_N"])
+        made.append(measured_by(Simulator, blank, {"environment.armature": 4.0}, random))
     few = [CATALOGUE["sensor_bias"], CATALOGUE["backlash"], INERTIA]
     found = diagnose(made[:1], made[1:], Simulator, catalogue=few)
     assert found.effects == ["rotor_inertia"]
