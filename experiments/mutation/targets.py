@@ -65,7 +65,7 @@ TARGETS: Final = {
     ),
     "diagnosis": Target(
         modules=_modules(
-            "diagnosis",
+            "lab/diagnosis",
             "evidence",
             "proof",
             "search",

@@ -1,7 +1,7 @@
-"""Diagnosis of a model: finds what it lacks against measured data, names it and proves it.
+"""Diagnosis of a model against measured data: finds the effects that it lacks, and proves them.
 
-``diagnose`` is the workflow; `CATALOGUE` holds the effects that it can name, beside which an
-`Effect` of one's own can be given, bound to a model by ``on_joints`` and its like.
+`diagnose` is the workflow; `CATALOGUE` holds the effects that it can name. A user's own `Effect`
+is bound to a model by `on_joints` and its like.
 """
 
 from tendon_mj.lab.diagnosis.audit import (

@@ -48,6 +48,8 @@ _TAIL = 0.25  # of every recording, held out where no other recording is given
 _LONGEST = 2.0  # step of the search, times the model's own
 _LARGEST_ERROR = 1.0  # of the long step, see `step_error`
 
+_SLIDING = "joint", "kg"  # kind and unit of the armature of a joint that slides
+
 _PROBE = 0.05  # of the range of an uncertain parameter
 _WIDER = 3.0  # prior standard deviation of a session's value over the stated spread
 _SESSION_RANGE = 8.0  # stated spreads to either side
@@ -291,7 +293,7 @@ def step_error(correction: FloatArray) -> float:
 def uncertain_terms(problem: Problem) -> tuple[Term, ...]:
     """Terms of the uncertain parameters; those that one name stands for share it, or have each one.
 
-    A parameter that is named by itself, in any table, is no part of a name with wildcards.
+    A parameter that is named by itself, in any table, is not part of a name with wildcards.
 
     Raises:
         InvalidValueError: two names or tables speak of one parameter alike.
@@ -402,24 +404,28 @@ def spreads(terms: Sequence[Term], values: Sequence[float] | np.ndarray) -> dict
 def describe_system(problem: Problem) -> SystemDescription:
     """Describe the model and the recordings to the catalogue."""
     first, parameters = problem.recordings[0], problem.simulate.parameters
-    fitted = [
-        n for r in problem.recordings for n in expand({**r.uncertain, **r.session}, parameters)
-    ]
+    fitted = _fitted(problem)
     joints, motors = (_elements(parameters, kind) for kind in ("joint", "motor"))
-    inputs = tuple(name for _, name in first.driven)
+    driven, inputs = problem.simulate.joints, tuple(name for _, name in first.driven)
     return SystemDescription(
         values={name: parameter.value for name, parameter in parameters.items()},
         known=_known(problem),
         uncertain=frozenset({*fitted, *_drawn_bends(fitted)}),
         spans=_spans(problem.recordings),
         inputs=inputs,
-        free_joints=tuple(joint for joint in joints if not problem.simulate.joints.get(joint)),
+        free_joints=tuple(joint for joint in joints if not driven.get(joint)),
         motors=tuple(name for name in inputs if name in motors),
-        slides=frozenset(joint for joint in joints if _slides(parameters.get(f"{joint}.armature"))),
+        slides=_slides(parameters),
         joints={name: p.joints for name, p in parameters.items() if p.joints},
         reference={name: p.reference for name, p in parameters.items() if p.reference},
         columns=tuple(names for names in first.drive.values() if not isinstance(names, str)),
     )
+
+
+def _fitted(problem: Problem) -> list[str]:
+    """Parameters that a recording calls uncertain or has set anew."""
+    names = problem.simulate.parameters
+    return [n for r in problem.recordings for n in expand({**r.uncertain, **r.session}, names)]
 
 
 def _spans(recordings: Sequence[Recording]) -> dict[str, float]:
@@ -453,6 +459,7 @@ def _elements(parameters: Mapping[str, Parameter], kind: Kind) -> list[str]:
     return sorted({element(name) for name, p in parameters.items() if p.kind == kind})
 
 
-def _slides(armature: Parameter | None) -> bool:
-    """Whether a joint with this armature slides."""
-    return armature is not None and armature.unit == "kg"
+def _slides(parameters: Mapping[str, Parameter]) -> frozenset[str]:
+    """Joints that slide, by the unit of their armatures."""
+    armatures = {name: p for name, p in parameters.items() if name.endswith(".armature")}
+    return frozenset(element(n) for n, p in armatures.items() if (p.kind, p.unit) == _SLIDING)

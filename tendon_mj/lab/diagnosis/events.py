@@ -30,7 +30,7 @@ from tendon_mj.typing import FloatArray
 
 _PROBE = 0.02  # of the range of the drive
 _MOST = 2  # events that are simulated in one search
-_NEAR = 0.97  # of what the best time explains, to be simulated too
+_NEAR = 0.97  # of the Δχ² of the best time, to be simulated too
 # In intervals between two samples: begins, about that of the scan, and durations that are tried
 # first, and how near the last ones lie.
 _BEGINS, _DURATIONS, _RESOLVED = (
@@ -40,10 +40,10 @@ _BEGINS, _DURATIONS, _RESOLVED = (
 )
 _MOST_TIMES = 8  # other begins, where the scan is not sure
 _FEWEST = 5  # samples before and after an event
-_AS_GOOD = 4.0  # Δχ² of a time that is within the interval, over what is left in each residual
+_AS_GOOD = 4.0  # Δχ² of a time that is within the interval, over the mean square of the rest
 _ROWS = 3  # samples about an event, in which a driven column may jump instead
 _ALIKE = 0.3  # of an event, up to which such a jump is the same
-_CLEARLY = 1.1  # times what a step of one reading's zero explains, for it to be an event
+_CLEARLY = 1.1  # times the Δχ² that a step of one reading's zero explains, for it to be an event
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +76,8 @@ def find_events(
 ) -> list[Candidate]:
     """Candidates of events in single recordings, each with its time, that explain enough.
 
-    A step of one reading's zero is no event of a drive: where it explains as much, there is none.
+    A step of one reading's zero is not an event of a drive; where it explains as much, nothing is
+    returned.
 
     Args:
         problem, base: data, and parameter → value of the model.
@@ -104,7 +105,7 @@ def find_events(
 
 
 class _Scan:
-    """Residuals of a fit, and what events explain of them.
+    """Residuals of a fit, and the Δχ² of events in them.
 
     Args:
         problem, base, fitted: see `find_events`.
@@ -155,7 +156,7 @@ class _Scan:
         return events
 
     def _range(self, candidate: Candidate) -> float:
-        """Range of what drives the candidate's actuator [its control]."""
+        """Range of the drive of the candidate's actuator [its control]."""
         (target,) = candidate.targets
         driven = (self._driven(target, recording) for recording in self.problem.recordings)
         return max((float(np.ptp(series)) for series in driven if series.size), default=0.0)
@@ -200,7 +201,7 @@ class _Scan:
         return np.where(visible, along**2 / alone, 0.0), np.where(visible, -along / alone, 0.0)
 
     def left(self, explained: float) -> float:
-        """Mean square of what is left of the residual, at least that of noise."""
+        """Mean square of the rest of the residual, at least that of noise."""
         return max(1.0, (float(self.residual @ self.residual) - explained) / self.residual.size)
 
     def locate(self, event: _Event) -> Candidate | None:

@@ -43,7 +43,7 @@ class Fit:
     """Terms of a model and the values at which they fit best.
 
     Attributes:
-        calibrated: terms of what the recordings call uncertain; they come first.
+        calibrated: terms of the uncertain parameters; they come first.
         effects: candidates in the model, whose terms follow.
         values: (p,) of the terms [their units].
         residual: (m,) of the problem at these values, extrapolated [-].

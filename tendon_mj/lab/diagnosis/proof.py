@@ -287,7 +287,8 @@ def fitted_values(
     """Fitted parameters with intervals: the calibrated ones, and those of the effects."""
     written, parameters = fit.parameters(base), problem.simulate.parameters
     ranges = intervals(problem, fit, refits)
-    inside = fit.free & (np.ptp(ranges, axis=1) < [term.high - term.low for term in fit.terms])
+    widths = np.array([term.high - term.low for term in fit.terms])
+    inside = fit.free & (np.ptp(ranges, axis=1) < widths)
     others = [fit.parameters(base, np.where(inside, end, fit.values)) for end in ranges.T]
     calibrated, of_effects = dict[str, Value](), dict[str, Value]()
     for k, term in enumerate(fit.terms):
@@ -295,20 +296,23 @@ def fitted_values(
             continue
         values = calibrated if k < len(fit.calibrated) else of_effects
         at_end = values is calibrated and not _clear_of_ends(fit.values[k], term)
-        narrower = bool(ranges[k][0] > term.low or ranges[k][1] < term.high)
-        determined = bool(fit.free[k]) and narrower and not at_end
+        determined = bool(fit.free[k]) and _narrower(ranges[k], term) and not at_end
         span = ranges[k] if determined else (term.low, term.high)
         around = [written, *others] if term.depends_on else [written]
+        ends = [term.write(float(end), {**base, **o}) for end in span for o in around]
         for name in term.targets:
-            ends = [term.write(float(e), {**base, **o})[name] for e in span for o in around]
+            low, high = min(e[name] for e in ends), max(e[name] for e in ends)
             unit, before = parameters[parameter_of(name)].unit, value_in(base, name)
-            values[name] = Value(
-                written[name], min(ends), max(ends), unit, before, determined, at_end
-            )
+            values[name] = Value(written[name], low, high, unit, before, determined, at_end)
         for name, value, low, high in term.constants:
             unit, before = parameters[parameter_of(name)].unit, value_in(base, name)
             values[name] = Value(value, low, high, unit, before)
     return calibrated, of_effects
+
+
+def _narrower(interval: FloatArray, term: Term) -> bool:
+    """Whether an interval is narrower than the range of its term."""
+    return bool(interval[0] > term.low or interval[1] < term.high)
 
 
 def parameters_beyond_range(problem: Problem, fit: Fit) -> list[str]:

@@ -116,7 +116,7 @@ class BeforeAfter(NamedTuple):
 
     Attributes:
         measured: the recording.
-        before: by the model with only what was uncertain fitted.
+        before: by the model with only the uncertain parameters fitted.
         after: by the final model.
     """
 
@@ -231,7 +231,7 @@ class Diagnosis:
 
     @property
     def proven(self) -> bool:
-        """Whether held-out data prove what was found, be it in part."""
+        """Whether held-out data prove the findings, be it in part."""
         return self.verdict != "unknown"
 
     @property
@@ -241,12 +241,12 @@ class Diagnosis:
 
     @property
     def changed(self) -> bool:
-        """Whether the final model has more than what was uncertain fitted, proven or not."""
+        """Whether the final model has more than the calibrated one, proven or not."""
         return bool(self.findings or self.closest)
 
     @property
     def left_out(self) -> str:
-        """What the selection leaves out one at a time, "recording" or "block"."""
+        """Part of the data that the selection leaves out at a time, "recording" or "block"."""
         return "recording" if by_recording(self.recordings) else "block"
 
     @property

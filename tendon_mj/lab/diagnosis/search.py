@@ -38,7 +38,7 @@ _SWITCHED_OFF = 1e-9  # of a probe
 _LARGER, _TRIES = 1e3, 3  # factor by which a probe without a trace is enlarged, and how often
 _BATCH = 8  # parameter sets simulated between two calls of the progress callback
 _ACTIVE_SETS = 100  # tried at most; some ten terms take as many
-_KEPT = (0.05, 0.15)  # of what the best explains, to be in the next pass
+_KEPT = (0.05, 0.15)  # of the best reduction of χ², to be in the next pass
 _PASSES = ("screen, first pass", "screen, second pass", "screen, third pass")
 
 _LONGEST = 0.1  # of its range: the step of a term
@@ -111,7 +111,7 @@ def screen(
 
 
 def _promising(scores: Sequence[ScreeningScore], share: float) -> list[ScreeningScore]:
-    """Scores that explain at least a share of what the best does."""
+    """Scores that explain at least a share of the best reduction of χ²."""
     least = share * max((score.explained for score in scores), default=0.0)
     return [score for score in scores if score.explained > 0.0 and score.explained >= least]
 

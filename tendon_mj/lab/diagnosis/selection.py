@@ -40,7 +40,7 @@ from tendon_mj.lab.progress import Progress
 CONVERGED = 25  # evaluations: enough for a fit to converge
 _NEAR = 5  # evaluations: enough from where screening has led
 _MOST_FITS, _MOST_LOOKED_AT = 4, 10
-_PROMISING = 0.6  # of what the best candidate explains, to be fitted
+_PROMISING = 0.6  # of the reduction by the best candidate, to be fitted
 _SWAP_SHARE = 0.8  # likewise, to be fitted in the place of another
 _LEAST = 0.03, 0.3  # likewise, where none of those explains enough; on a sensor
 _EVENT = 0.1  # of the excess, that an event explains by its scan, to be located
@@ -115,10 +115,10 @@ class SelectionContext:
     ) -> CandidateSet:
         """Screen all candidates for one more effect, and fit the best.
 
-        Fitted are those that explain, by screening, at least ``share`` of what the best does; and,
-        with ``look_down``, others down the list, until one leaves less than three quarters of the
+        Fitted are those whose reduction of χ² is, by screening, at least ``share`` of the best one;
+        and, with ``look_down``, others down the list, until one leaves less than three quarters of the
         excess, with a strength that the data determine. Screening is linear, and may see little of
-        an effect that trades places with what was fitted before.
+        an effect that trades places with terms of the model.
         """
         scores = screen(self.problem, self.base, model.fit, self._further(model), self.progress)
         shortlist, others_down = _promising(scores, share)

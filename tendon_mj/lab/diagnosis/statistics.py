@@ -161,7 +161,7 @@ def tied(best: FittedCandidate, other: FittedCandidate) -> bool:
 
 
 def tie_width(best: FittedCandidate) -> float:
-    """Insignificant difference of excess χ²: a quarter of what the best model does not explain."""
+    """Insignificant difference of excess χ²: a quarter of the excess of the best model."""
     return 0.02 + 0.25 * max(best.excess, 0.0)
 
 

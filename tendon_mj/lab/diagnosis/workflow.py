@@ -66,7 +66,7 @@ def diagnose(
     checks: Sequence[DataWarning] | None = None,
     progress: Progress = silent,
 ) -> Diagnosis:
-    """Find what a model lacks against recordings, or which of its parameters is wrong.
+    """Find the effects that a model lacks against recordings, or its wrong parameters.
 
     Args:
         train: recordings of one model, for selection and fits.
@@ -186,7 +186,7 @@ def _calibrate(
 
 
 def _rings(problem: Problem, model: FittedCandidate) -> bool:
-    """Whether halving the step changes a model by much of what it leaves."""
+    """Whether halving the step changes a residual by much of its mean square."""
     used = problem.in_train
     left = float(np.mean(model.fit.residual[used] ** 2))
     return not step_error(model.fit.correction[used]) <= max(1.0, _RINGING * left)
