@@ -285,25 +285,26 @@ def fitted_values(
     problem: Problem, base: Mapping[str, float], fit: Fit, refits: Sequence[Fit] = ()
 ) -> tuple[dict[str, Value], dict[str, Value]]:
     """Fitted parameters with intervals: the calibrated ones, and those of the effects."""
-    written, parameters = fit.parameters(base), problem.simulate.parameters
-    ranges = intervals(problem, fit, refits)
+    parameters, ranges = problem.simulate.parameters, intervals(problem, fit, refits)
     widths = np.array([term.high - term.low for term in fit.terms])
     inside = fit.free & (np.ptp(ranges, axis=1) < widths)
-    others = [fit.parameters(base, np.where(inside, end, fit.values)) for end in ranges.T]
-    calibrated, of_effects = dict[str, Value](), dict[str, Value]()
+    at_ends = [np.where(inside, end, fit.values) for end in ranges.T]
+    around = [{**base, **fit.parameters(base, values)} for values in (fit.values, *at_ends)]
+    calibrated, of_effects, near = dict[str, Value](), dict[str, Value](), _near_ends(fit)
     for k, term in enumerate(fit.terms):
         if term.spread > 0.0:
             continue
         values = calibrated if k < len(fit.calibrated) else of_effects
-        at_end = values is calibrated and not _clear_of_ends(fit.values[k], term)
+        at_end = bool(near[k])
         determined = bool(fit.free[k]) and _narrower(ranges[k], term) and not at_end
         span = ranges[k] if determined else (term.low, term.high)
-        around = [written, *others] if term.depends_on else [written]
-        ends = [term.write(float(end), {**base, **o}) for end in span for o in around]
+        written = [term.write(float(end), others) for end in span for others in around]
         for name in term.targets:
-            low, high = min(e[name] for e in ends), max(e[name] for e in ends)
+            ends = [values_at[name] for values_at in written]
             unit, before = parameters[parameter_of(name)].unit, value_in(base, name)
-            values[name] = Value(written[name], low, high, unit, before, determined, at_end)
+            values[name] = Value(
+                around[0][name], min(ends), max(ends), unit, before, determined, at_end
+            )
         for name, value, low, high in term.constants:
             unit, before = parameters[parameter_of(name)].unit, value_in(base, name)
             values[name] = Value(value, low, high, unit, before)
@@ -317,13 +318,19 @@ def _narrower(interval: FloatArray, term: Term) -> bool:
 
 def parameters_beyond_range(problem: Problem, fit: Fit) -> list[str]:
     """Calibrated parameters that the effects of a fit would take beyond their ranges."""
-    near = np.zeros(len(fit.terms), bool)
-    for k, term in enumerate(fit.calibrated):
-        near[k] = not term.spread and not _clear_of_ends(fit.values[k], term)
+    near = _near_ends(fit)
     if not near.any():
         return []
     beyond = beyond_range(problem, fit, near)
     return [t for k in np.flatnonzero(beyond) for t in fit.terms[k].targets]
+
+
+def _near_ends(fit: Fit) -> NDArray[np.bool_]:
+    """(p,) which terms are calibrated, the same in all recordings, and at an end of their range."""
+    near = np.zeros(len(fit.terms), bool)
+    for k, term in enumerate(fit.calibrated):
+        near[k] = not term.spread and not _clear_of_ends(fit.values[k], term)
+    return near
 
 
 def _clear_of_ends(value: float, term: Term) -> bool:

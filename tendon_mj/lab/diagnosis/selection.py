@@ -115,8 +115,8 @@ class SelectionContext:
     ) -> CandidateSet:
         """Screen all candidates for one more effect, and fit the best.
 
-        Fitted are those whose reduction of χ² is, by screening, at least ``share`` of the best one;
-        and, with ``look_down``, others down the list, until one leaves less than three quarters of the
+        Fitted are those whose reduction of χ², by screening, is at least ``share`` of the best; and
+        with ``look_down`` others down the list, until one leaves less than three quarters of the
         excess, with a strength that the data determine. Screening is linear, and may see little of
         an effect that trades places with terms of the model.
         """
