@@ -79,12 +79,8 @@ def find_events(
     A step of one reading's zero is not an event of a drive; where it explains as much, nothing is
     returned.
 
-    Args:
-        problem, base: data, and parameter → value of the model.
-        fitted: the model so far.
-        candidates: events, in no particular recording.
-        taken: parameters that the model's effects write.
-        least: reduction of the reduced χ² that is enough [-].
+    ``candidates`` are events in no particular recording, ``taken`` parameters that the model's
+    effects write, and ``least`` is the reduction of the reduced χ² that is enough [-].
     """
     names = Counter(recording.name for recording in problem.recordings)
     if not candidates or not problem.simulate.sessions:
@@ -105,11 +101,7 @@ def find_events(
 
 
 class _Scan:
-    """Residuals of a fit, and the Δχ² of events in them.
-
-    Args:
-        problem, base, fitted: see `find_events`.
-    """
+    """Residuals of a fit, and the Δχ² of events in them."""
 
     def __init__(self, problem: Problem, base: Mapping[str, float], fitted: Fit) -> None:
         self.problem, self.fitted = problem, fitted

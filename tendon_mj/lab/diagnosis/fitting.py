@@ -5,11 +5,9 @@ a candidate that does not fit costs no more than one that does. `mujoco.minimize
 `mujoco.sysid` uses, searches its damping until a step succeeds, up to a hundred simulations where
 stick and slip make the cost non-smooth.
 
-Derivatives of residuals by differences, in no more simulations than it takes.
-
-A term of one recording changes nothing in others. Terms that no recording has in common are moved
-together, in one simulation; each gets the rows of its own recordings, which are the same to the bit
-as if it had been moved alone.
+Derivatives are differences. A term of one recording changes nothing in others. Terms that no
+recording has in common are moved together, in one simulation; each gets the rows of its own
+recordings, which are the same to the bit as if it had been moved alone.
 """
 
 from __future__ import annotations
@@ -35,7 +33,7 @@ _NEXT_ROUND = 3  # evaluations in each further round, which begins where the one
 _FLAT = float(np.finfo(float).eps)  # no term does anything: SciPy's step would be 0/0
 _UNCHANGED = 0.02  # mean square [-] by which the correction has changed at most
 _ROUNDS = 3
-_FARTHEST = 1e9  # probes: an end of a range farther away is none
+_FARTHEST = 1e9  # probes: a farther end of a range does not count
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +79,7 @@ class Fit:
     def free(self) -> NDArray[np.bool_]:
         """(p,) which terms are not held by a bound and change a residual.
 
-        The low end of a strength at which there is none of the effect is no bound, but a value.
+        The low end of a strength at which the effect is absent is a value, not a bound.
         """
         low, high = self.bounds
         margin = _margin(self.bounds)
@@ -298,12 +296,8 @@ def differences(
 ) -> FloatArray:
     """(m, p) derivatives of the residuals by scaled terms; infinite where a simulation failed.
 
-    Args:
-        problem: data.
-        terms: (p,) terms.
-        parameters: scaled terms (p,) → parameters.
-        point, step: (p,) where, and by how much each is moved.
-        residual: (m,) at the point.
+    ``parameters`` maps scaled terms (p,) to parameters; at ``point`` (p,), where the residual is
+    ``residual`` (m,), each term is moved by its ``step`` (p,).
     """
     acting = [recordings_of(term, problem) for term in terms]
     groups = _disjoint(acting)

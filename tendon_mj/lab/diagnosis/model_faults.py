@@ -63,10 +63,7 @@ def too_few_guides(
 ) -> list[LumpedSheath]:
     """Sheaths whose lumping may leave more than noise, up to 0.6 (μφ/n)^1.5 of a tension's range.
 
-    Args:
-        problem: data.
-        values: parameter → value of the model; ``<parameter> @ <recording>`` for one alone.
-        left: rms error of the model [noise]; lumping leaves no more.
+    Lumping leaves no more than the rms error ``left`` [noise] of the model with these values.
     """
     if not isinstance(problem.simulate, Simulator):
         return []
@@ -125,10 +122,7 @@ def warn_of_soft_friction(
 ) -> list[str]:
     """Warn of joints with soft dry friction, with the options that make it stiff.
 
-    Args:
-        simulate: simulator.
-        values: parameter → value of the model.
-        considered: parameters that may be missing, in addition to those with a value.
+    Joints have a value of it in ``values``, or it is ``considered`` to be missing.
     """
     if not isinstance(simulate, Simulator):
         return []
@@ -150,13 +144,7 @@ def warn_of_soft_friction(
 def warn_of_soft_flanks(
     simulate: Simulates, values: Mapping[str, float], fitted: Mapping[str, Value]
 ) -> list[str]:
-    """Warn of drums whose fitted play is blurred by the model, with the remedy.
-
-    Args:
-        simulate: simulator.
-        values: parameter → value of the model; ``<parameter> @ <recording>`` for one alone.
-        fitted: parameter → value and interval.
-    """
+    """Warn of drums whose fitted play is blurred by the model, with the remedy."""
     plays = {
         name.removesuffix(_PLAY): (play.value, 0.5 * (play.high - play.low))
         for name, play in fitted.items()

@@ -82,14 +82,7 @@ def screen(
     candidates: Sequence[Candidate],
     progress: Progress,
 ) -> list[ScreeningScore]:
-    """Score candidates that change a residual, best first, once for each of their starts.
-
-    Args:
-        problem, base: data, and parameter → value of the model.
-        fitted: the model so far.
-        candidates: effects to screen.
-        progress: called with a label, how many are done, and of how many.
-    """
+    """Score candidates that change the residual of a fit, best first, once for each start."""
     scores = [
         ScreeningScore(candidate, np.array([*fitted.values, _probe(candidate), *shape]), 0.0, k)
         for candidate in candidates
@@ -244,10 +237,6 @@ def linearisation_holds(problem: Problem, base: Mapping[str, float], fitted: Fit
     Each term takes a step to either side within its range, by which, to first order, the response
     changes by as much as the fit leaves. With Δ_k the change of step k and d_k its linearisation,
     the criterion is Σ |Δ_k − d_k|² < 0.2 Σ |Δ_k|².
-
-    Args:
-        problem, base: data, and parameter → value of the model.
-        fitted: end of a least-squares fit.
     """
     used, longest = problem.in_train, _LONGEST * np.ptp(fitted.bounds, axis=0)
     slopes = fitted.jacobian[used]
@@ -272,13 +261,8 @@ def search_globally(
 ) -> FloatArray:
     """(p,) start values of the terms, from which another fit may end lower.
 
-    Deterministic: the random numbers are seeded.
-
-    Args:
-        problem, base: data, and parameter → value of the model.
-        fitted: centre of the search; the neighbourhood of its free terms is searched.
-        widely: terms searched in their whole range.
-        progress: called with a label, how many generations are done, and of how many.
+    The neighbourhood of the free terms of a fit is searched, and the terms ``widely`` in their
+    whole range. Deterministic: the random numbers are seeded.
     """
     free, used = fitted.free.copy(), problem.in_train
     half = np.full(free.size, np.inf)

@@ -149,14 +149,9 @@ class FittedCandidate:
         return self.fit.determines(self.added)
 
 
-def loss(best: FittedCandidate, other: FittedCandidate) -> Gain:
-    """Gain of the best model over the other."""
-    return gain(other.validation, best.validation)
-
-
 def tied(best: FittedCandidate, other: FittedCandidate) -> bool:
     """Whether the data cannot tell the two models apart."""
-    lost = loss(best, other)
+    lost = gain(other.validation, best.validation)
     return lost.mean < max(STANDARD_ERRORS * lost.standard_error, tie_width(best))
 
 
@@ -211,7 +206,7 @@ def rate(candidate: Candidate, ranked: Sequence[FittedCandidate]) -> SelectedEff
         other = model.candidate
         if other is None or other == candidate:
             continue
-        lost = loss(own, model)
+        lost = gain(model.validation, own.validation)
         useless = lost.mean > -STANDARD_ERRORS * lost.standard_error
         if len(other.terms) > len(candidate.terms) and useless:
             continue  # more terms, and nothing gained by them

@@ -150,9 +150,7 @@ Errors = Mapping[tuple[int, str], FloatArray]
 def reproducibility(problem: Problem, residual: FloatArray) -> dict[str, float]:
     """Column → standard deviation between sessions, beyond noise [the column's unit].
 
-    Args:
-        problem: data, of which the training samples count.
-        residual: (m,) of a model, in units of noise.
+    From the training samples of a model's ``residual`` (m,) [noise].
     """
     shown = np.where(problem.in_train, residual, np.nan)
     errors = {(k, c): shown[rows] * problem.noise[k][c] for k, c, rows in problem.signals}

@@ -68,10 +68,8 @@ def state(
 ) -> str:
     """State the verdict, its findings, and the error on held-out data by which it is judged.
 
-    Args:
-        verdict, findings, evidence: to state.
-        excluded: effects of the catalogue that were not considered.
-        faults: of the recordings, for which no effect is named.
+    ``excluded`` are effects of the catalogue that were not considered, ``faults`` those of the
+    recordings, for which no effect is named.
     """
     catalogue = "the catalogue" + (f", without {', '.join(excluded)}," if excluded else "")
     if verdict == "nothing missing":
@@ -288,10 +286,7 @@ def state_finding(
 ) -> str:
     """State a finding: "the damping of joint elbow is too high: 19, not 400 N s/m".
 
-    Args:
-        effect, candidate: of the finding.
-        parameters: of the simulator, for units and kinds of elements.
-        before, after: parameter → value of the model, and as fitted.
+    ``before`` and ``after`` are parameter → value of the model, and as fitted.
     """
     first = candidate.terms[0].targets[0]
     unit = parameters[parameter_of(first)].unit

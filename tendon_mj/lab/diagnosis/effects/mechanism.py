@@ -22,6 +22,14 @@ from tendon_mj.lab.diagnosis.effects.effect import Effect
 
 _G: Final = 10.0  # however a rig is turned, its weight along an axis is no more [m/s²]
 
+_TURNED: Final = (
+    "Record the same motion with the rig turned by 90°: a spring turns with it, weight does not."
+)
+_AT_THE_DRIVE: Final = (
+    "Measure the tension at the drive by a load cell: the gear's friction is not in it, the"
+    " sheath's is."
+)
+
 JOINTS: Final = (
     Effect(
         identifier="joint_damping",
@@ -112,14 +120,7 @@ JOINTS: Final = (
         source="MuJoCo, option gravity",
         next_experiment="the same motion with the rig turned by 90° and by 180°",
         tell_apart={
-            "joint_stiffness": (
-                "Record the same motion with the rig turned by 90°: a spring turns with it, weight"
-                " does not."
-            ),
-            "joint_spring": (
-                "Record the same motion with the rig turned by 90°: a spring turns with it, weight"
-                " does not."
-            ),
+            **dict.fromkeys(("joint_stiffness", "joint_spring"), _TURNED),
             "command_offset": (
                 "Record the same motion with the rig turned by 180°: weight turns with it, the"
                 " force of a motor does not."
@@ -295,16 +296,7 @@ SENSORS: Final = (
             "the reading beside a load cell or a hanging weight, wound in and paid out slowly"
         ),
         look_at="the gear before the motor whose current is read; a load cell has none",
-        tell_apart={
-            "sheath_friction": (
-                "Measure the tension at the drive by a load cell: the gear's friction is not in"
-                " it, the sheath's is."
-            ),
-            "friction": (
-                "Measure the tension at the drive by a load cell: the gear's friction is not in"
-                " it, the sheath's is."
-            ),
-        },
+        tell_apart=dict.fromkeys(("sheath_friction", "friction"), _AT_THE_DRIVE),
         binding=on_sensors(
             Spec("efficiency", "-", 0.3, 1.0, 0.05),
             Spec("rest_in", "-", -1.0, 1.0, 0.1),

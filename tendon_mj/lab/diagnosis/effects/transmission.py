@@ -20,6 +20,11 @@ _FRICTION_SURVEY: Final = (
     " models"
 )
 
+_IN_ANOTHER_POSTURE: Final = (
+    "Record the same loop in another posture of the sheath: only the product μφ shows"
+    " as long as the bend φ stays as it is."
+)
+
 TRANSMISSION: Final = (
     Effect(
         identifier="sheath_friction",
@@ -265,16 +270,7 @@ PARAMETERS: Final = (
         ),
         source=f"{_KANEKO}, eq. (12)",
         next_experiment="the same loop in another posture of the sheath, straighter or more bent",
-        tell_apart={
-            "friction": (
-                "Record the same loop in another posture of the sheath: only the product μφ shows"
-                " as long as the bend φ stays as it is."
-            ),
-            "sheath_friction": (
-                "Record the same loop in another posture of the sheath: only the product μφ shows"
-                " as long as the bend φ stays as it is."
-            ),
-        },
+        tell_apart=dict.fromkeys(("friction", "sheath_friction"), _IN_ANOTHER_POSTURE),
         binding=on_sheaths(Spec("drawn_bend", "rad", 0.0, 15.0, 0.1)),
         kind="parameter",
     ),
