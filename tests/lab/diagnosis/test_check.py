@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import InvalidValueError, RecordingError
-from tendon_mj.lab.diagnosis import Problem, all_samples, diagnose, uncertain_terms
+from tendon_mj.lab.diagnosis import Problem, diagnose, uncertain_terms
 from tendon_mj.lab.diagnosis.check import make_simulator
 from tendon_mj.lab.recordings import Recording, Uncertain, read_recording
 from tendon_mj.lab.replay import Parameter, Simulates, Simulator
 from tendon_mj.models import example_recording
 from tendon_mj.typing import FloatArray
-from tests.lab.diagnosis.toy import COLUMNS, Toy, recording, refused, rig
+from tests.lab.diagnosis.toy import COLUMNS, Toy, problem_of, recording, refused, rig
 
 COLUMN = next(iter(COLUMNS))
 DRIVE = "input_displacement_m"
@@ -207,7 +207,7 @@ def test_a_range_of_times_is_scaled_by_the_recording_at_most(high: float) -> Non
         read_recording(example_recording()),
         uncertain={"input_tension.lag": Uncertain(0.0, 0.0, high)},
     )
-    (term,) = uncertain_terms(Problem((made,), Simulator([made]), all_samples([made])))
+    (term,) = uncertain_terms(problem_of(Simulator, [made]))
     assert term.high == high
     assert term.probe == pytest.approx(0.05 * min(high, np.ptp(made.time)))
 

@@ -58,8 +58,7 @@ def diagnosed(
 
 def test_a_gear_is_named_and_measured_and_the_model_has_it(tmp_path: Path) -> None:
     found = diagnosed({"input_tension.efficiency": 0.8})
-    assert found.verdict == "named"
-    assert found.effects == ["gear_efficiency"]
+    assert (found.verdict, found.effects) == ("named", ["gear_efficiency"])
     value = found.parameters["input_tension.efficiency"]
     assert value.low <= 0.8 <= value.high
     assert value.high - value.low < 0.02

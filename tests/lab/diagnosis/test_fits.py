@@ -34,6 +34,7 @@ from tests.lab.diagnosis.toy import (
     Toy,
     bench_recording,
     measured_by,
+    problem_of,
     recording,
 )
 
@@ -68,7 +69,7 @@ def test_extrapolation_is_better_than_the_shorter_of_both_steps() -> None:
     time = np.arange(0.0, 0.3, 0.002)
     drives = [1e-3 * np.sin(rate * time) + 2e-4 for rate in (20.0, 35.0)]
     made = [bench_recording("pull", time, drive, NOISE, list(COLUMNS)) for drive in drives]
-    own = Problem(tuple(made), Simulator(made), all_samples(made))
+    own = problem_of(Simulator, made)
     step = search_step(own)
     assert step == 2.0
     long = with_step(own, step)
@@ -82,7 +83,7 @@ def test_extrapolation_is_better_than_the_shorter_of_both_steps() -> None:
 
 def test_the_step_of_a_users_own_simulator_is_not_touched() -> None:
     made = (recording("a", 1, TRUTH),)
-    problem = Problem(made, Toy(made), all_samples(made))
+    problem = problem_of(Toy, made)
     assert search_step(problem) is None
     assert with_step(problem, None) is problem
     (residual,) = problem.residuals([{}])
@@ -92,7 +93,7 @@ def test_the_step_of_a_users_own_simulator_is_not_touched() -> None:
 def non_smooth_problem() -> Problem:
     random, blanks = np.random.default_rng(5), (recording("a", 1, {}), recording("b", 2, {}))
     made = [measured_by(NonSmooth, blank, TRUTH, random) for blank in blanks]
-    return Problem(tuple(made), NonSmooth(made), all_samples(made))
+    return problem_of(NonSmooth, made)
 
 
 def test_a_global_search_leaves_a_local_minimum() -> None:

@@ -10,21 +10,14 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import RecordingError
-from tendon_mj.lab.diagnosis import (
-    Problem,
-    all_samples,
-    candidates,
-    check_recordings,
-    describe_system,
-    diagnose,
-)
+from tendon_mj.lab.diagnosis import Problem, candidates, check_recordings, describe_system, diagnose
 from tendon_mj.lab.diagnosis.data import training_samples
 from tendon_mj.lab.diagnosis.regimes import regimes
 from tendon_mj.lab.diagnosis.thresholds import chance_excess
 from tendon_mj.lab.recordings import Measured, Recording
 from tendon_mj.lab.replay import Parameter, Simulates, Simulator
 from tests.lab.diagnosis.settled_rigs import LEVER, settled, stairs, write_rig
-from tests.lab.diagnosis.toy import refused
+from tests.lab.diagnosis.toy import problem_of, refused
 
 NOISE = 0.1
 READS = {"lever_rad": Measured("lever", 0.005), "pull_N": Measured("input_tension", NOISE)}
@@ -105,7 +98,7 @@ def test_chance_leaves_more_than_its_limit_in_one_of_a_hundred_right_models(
     more = 0
     for seed in range(1000):
         made = points(24, seed=seed, noise=noise)
-        problem = Problem((made,), Still([made]), all_samples([made]))
+        problem = problem_of(Still, [made])
         excess = float(np.mean(problem.residuals([{}]) ** 2)) - 1.0
         more += excess > chance_excess(problem, 24)
     assert 1 <= more <= 25
@@ -113,7 +106,7 @@ def test_chance_leaves_more_than_its_limit_in_one_of_a_hundred_right_models(
 
 def test_of_samples_of_a_motion_chance_is_no_limit() -> None:
     made = points(60, settling_time=None)
-    assert chance_excess(Problem((made,), Still([made]), all_samples([made])), 60) == 0.0
+    assert chance_excess(problem_of(Still, [made]), 60) == 0.0
 
 
 @pytest.fixture(scope="module")
@@ -148,7 +141,7 @@ def test_of_a_right_model_nothing_is_missing(lever: Path) -> None:
 def test_what_acts_in_motion_alone_is_no_candidate_at_rest(lever: Path) -> None:
     made = measure(lever, 5, 20)
 
-    problem = Problem((made,), Simulator([made]), all_samples([made]))
+    problem = problem_of(Simulator, [made])
     bound = candidates(describe_system(problem))
     moving = {c.identifier for c in bound if c.in_motion}
     assert moving >= {"joint_damping", "viscous_friction", "sensor_delay", "command_delay"}

@@ -14,7 +14,6 @@ from tendon_mj.lab.diagnosis import (
     FittedCandidate,
     Problem,
     Term,
-    all_samples,
     fit,
     intervals,
     tied,
@@ -37,7 +36,7 @@ from tendon_mj.lab.diagnosis.thresholds import (
     unexplained_excess,
 )
 from tests.lab.diagnosis.linear_rig import BLOCKS, LinearRig, Shape, context, effect
-from tests.lab.diagnosis.toy import Toy, recording
+from tests.lab.diagnosis.toy import Toy, problem_of, recording
 
 TERM = Term(("sheath.constant_friction",), "N", 0.0, -50.0, 50.0, 1.0)
 SLOPE = Term(("sheath.friction_drift",), "1/s", 0.0, -50.0, 50.0, 1.0)
@@ -45,7 +44,7 @@ SLOPE = Term(("sheath.friction_drift",), "1/s", 0.0, -50.0, 50.0, 1.0)
 
 def problem(seed: int = 0) -> Problem:
     made = (recording("a", seed, {}), recording("b", seed + 1, {}))
-    return Problem(made, Toy(made), all_samples(made))
+    return problem_of(Toy, made)
 
 
 def linear(data: Problem, jacobian: np.ndarray, noise: np.ndarray) -> Fit:
@@ -299,7 +298,7 @@ def rig_of(count, known=None):
     recordings = [recording(f"r{k}", k, {}) for k in range(count)]
     if known:
         recordings = [replace(r, known={known: 0.1 * k}) for k, r in enumerate(recordings)]
-    return Problem(recordings, Toy(recordings), all_samples(recordings))
+    return problem_of(Toy, recordings)
 
 
 def test_across_states_of_a_rig_an_effect_has_to_gain_more():

@@ -26,7 +26,7 @@ from tendon_mj.lab.diagnosis.wording import state_finding
 from tendon_mj.lab.recordings import Measured, Recording, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulator
 from tendon_mj.typing import FloatArray
-from tests.lab.diagnosis.toy import Toy, bench_recording, measured_by, recording, system
+from tests.lab.diagnosis.toy import Toy, bench_recording, measured_by, problem_of, recording, system
 
 PENDULUM = """
 <mujoco>
@@ -185,7 +185,7 @@ def test_one_factor_is_wrong_of_all_that_have_different_values(factor: float) ->
 def test_no_two_candidates_write_the_same_numbers(tmp_path: Path) -> None:
     made = [measured(actuator, {}, tmp_path)[0] for actuator in ACTUATORS]
     for one in (*made, replace(recording("bench", 1, {}), uncertain={})):
-        problem = Problem((one,), Simulator([one]), all_samples([one]))
+        problem = problem_of(Simulator, [one])
         bound = candidates(describe_system(problem))
         assert len(bound) > 10
         assert len({candidate.targets for candidate in bound}) == len(bound)
@@ -292,7 +292,7 @@ def test_a_drawn_bend_that_is_known_is_not_blamed() -> None:
 @pytest.mark.parametrize("extra", [0.0, 2.0])
 def test_who_knows_one_bend_of_all_recordings_knows_the_drawn_one(extra: float) -> None:
     given = [recording for recording in postures() if recording.known[EXTRA] == extra]
-    problem = Problem(tuple(given), Simulator(given), all_samples(given))
+    problem = problem_of(Simulator, given)
     assert DRAWN in describe_system(problem).known
     both = Problem(tuple(postures()), Simulator(postures()), all_samples(postures()))
     assert DRAWN not in describe_system(both).known
@@ -300,7 +300,7 @@ def test_who_knows_one_bend_of_all_recordings_knows_the_drawn_one(extra: float) 
 
 def test_a_fitted_extra_bend_leaves_no_drawn_one_to_find() -> None:
     given = [replace(r, known={}, uncertain={EXTRA: Uncertain(0.0, -1.0, 1.0)}) for r in postures()]
-    problem = Problem(tuple(given), Simulator(given), all_samples(given))
+    problem = problem_of(Simulator, given)
     assert DRAWN in describe_system(problem).uncertain
 
 

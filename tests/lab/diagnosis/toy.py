@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_mj.lab.diagnosis import MakeSimulator, SystemDescription
+from tendon_mj.lab.diagnosis import MakeSimulator, Problem, SystemDescription, all_samples
 from tendon_mj.lab.recordings import Measured, Recording, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulates
 from tendon_mj.typing import FloatArray
@@ -144,6 +144,11 @@ def bench_recording(
         measured={c: Measured(c.removesuffix("_N"), noise) for c in columns},
         **more,  # type: ignore[arg-type]
     )
+
+
+def problem_of(make: MakeSimulator, recordings: Sequence[Recording]) -> Problem:
+    """All samples of recordings, and a simulator of them."""
+    return Problem(tuple(recordings), make(recordings), all_samples(recordings))
 
 
 def system(values: Mapping[str, float], **more: object) -> SystemDescription:
