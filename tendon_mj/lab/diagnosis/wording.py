@@ -25,7 +25,7 @@ from tendon_mj.lab.replay import (
 MEANING: Final[dict[Verdict, str]] = {
     "named": "An effect is missing from the model; held-out data prove it.",
     "parameter": "A parameter of the model is wrong; held-out data prove it.",
-    "partly": "A part of the error is explained; what remains is not.",
+    "partly": "A part of the error is explained; the rest is not.",
     "nothing missing": "The model explains the recordings down to their noise.",
     "unknown": "The error is not explained, and nothing is proven.",
 }

@@ -89,7 +89,7 @@ TRANSMISSION: Final = (
         ),
         next_experiment="the same loop ten times as fast: its part of the loop grows tenfold",
         in_motion=True,
-        look_at="the sheath and its lining, and what lubricates it",
+        look_at="the sheath and its lining, and its lubricant",
         binding=on_sheaths(Spec("viscous_friction", "N s/m", 0.0, 5e3, 10.0)),
     ),
     Effect(
