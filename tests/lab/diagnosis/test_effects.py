@@ -26,7 +26,7 @@ from tendon_mj.lab.diagnosis import (
     together,
 )
 from tendon_mj.lab.diagnosis.effects import by_identifier, check_bindings
-from tendon_mj.lab.diagnosis.effects.binding import on_frictionless_sheaths
+from tendon_mj.lab.diagnosis.effects.binding import frictionless_sheaths, on
 from tendon_mj.lab.diagnosis.effects.effect import Binding
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Kind, Parameter, Simulator, replay_recording
@@ -50,20 +50,20 @@ def effect(binding: Binding, **more: object) -> Effect:
     return Effect("slack", "a slack", "x + s", "a lag", "a test", binding, **more)  # type: ignore[arg-type]
 
 
-def on(*sheaths: str, known: frozenset[str] = frozenset()) -> list[str]:
+def where(*sheaths: str, known: frozenset[str] = frozenset()) -> list[str]:
     """Elements of every candidate for dry friction that the tension does not change."""
     rig = system({f"{sheath}.constant_friction": 0.0 for sheath in sheaths}, known=known)
     return [c.where for c in candidates(rig) if c.identifier == "constant_friction"]
 
 
 def test_an_effect_of_the_sheath_is_on_all_of_them_or_on_one() -> None:
-    assert on("left") == ["left"]
-    assert on("left", "right") == ["left, right", "left", "right"]
+    assert where("left") == ["left"]
+    assert where("left", "right") == ["left, right", "left", "right"]
 
 
 def test_what_is_known_of_one_sheath_leaves_the_others() -> None:
     known = frozenset({"left.constant_friction"})
-    assert on("left", "right", known=known) == ["right"]
+    assert where("left", "right", known=known) == ["right"]
 
 
 def test_what_is_known_of_the_rig_is_overridden_only_where_the_effect_says_so() -> None:
@@ -150,7 +150,7 @@ def test_a_relative_target_follows_the_other_parameter() -> None:
 def test_a_first_friction_is_sought_only_where_there_is_none(friction: float, count: int) -> None:
     specification = ParameterSpecification("friction", "-", 0.0, 1.0, 0.02)
     rig = system({"a.friction": friction})
-    assert len(on_frictionless_sheaths(specification)(rig)) == count
+    assert len(on(frictionless_sheaths, specification, shared=True)(rig)) == count
 
 
 @pytest.mark.parametrize(

@@ -154,14 +154,18 @@ class ElementBinding:
         return together + (each if len(each) > 1 else [])
 
 
+def on(
+    elements: Callable[[SystemDescription, str], Iterable[str]],
+    *specifications: ParameterSpecification,
+    shared: bool = False,
+) -> Binding:
+    """A candidate for each of some elements, such as `springs`; see `ElementBinding`."""
+    return ElementBinding(specifications, elements, shared)
+
+
 def on_sheaths(*specifications: ParameterSpecification) -> Binding:
     """All sheaths of the model, which get the same value; and each of several by itself."""
-    return ElementBinding(specifications, SystemDescription.elements, shared=True)
-
-
-def on_frictionless_sheaths(*specifications: ParameterSpecification) -> Binding:
-    """Like `on_sheaths`, only on a model none of whose sheaths has friction."""
-    return ElementBinding(specifications, _frictionless_sheaths, shared=True)
+    return on(SystemDescription.elements, *specifications, shared=True)
 
 
 def on_sensors(*specifications: ParameterSpecification, spans: bool = True) -> Binding:
@@ -171,22 +175,7 @@ def on_sensors(*specifications: ParameterSpecification, spans: bool = True) -> B
 
 def on_joints(*specifications: ParameterSpecification) -> Binding:
     """A candidate for each joint whose motion no driven actuator prescribes."""
-    return ElementBinding(specifications, _joints)
-
-
-def on_springs(*specifications: ParameterSpecification) -> Binding:
-    """Like `on_joints`, only on those that have a spring."""
-    return ElementBinding(specifications, _springs)
-
-
-def on_armatures(*specifications: ParameterSpecification) -> Binding:
-    """Like `on_joints`, but on no slide whose body has a mass to be fitted, which does the same."""
-    return ElementBinding(specifications, _armatures)
-
-
-def on_bodies(*specifications: ParameterSpecification) -> Binding:
-    """A candidate for each body that one of the joints of `on_joints` moves."""
-    return ElementBinding(specifications, _bodies)
+    return on(_joints, *specifications)
 
 
 def on_inputs(*specifications: ParameterSpecification) -> Binding:
@@ -194,28 +183,8 @@ def on_inputs(*specifications: ParameterSpecification) -> Binding:
     return partial(_inputs, specifications)
 
 
-def on_drives(*specifications: ParameterSpecification) -> Binding:
-    """A candidate for each driven actuator or joint by itself."""
-    return ElementBinding(specifications, _drives)
-
-
-def on_motors(*specifications: ParameterSpecification) -> Binding:
-    """A candidate for each driven actuator whose force depends on its control alone."""
-    return ElementBinding(specifications, _motors)
-
-
-def on_servos(*specifications: ParameterSpecification) -> Binding:
-    """A candidate for each driven actuator on a joint of `on_joints`: its work was measured."""
-    return ElementBinding(specifications, _servos)
-
-
-def on_commands(*specifications: ParameterSpecification) -> Binding:
-    """All driven actuators but motors, by a common factor; and each of several by itself."""
-    return ElementBinding(specifications, _commands, shared=True)
-
-
 def on_reels(*specifications: ParameterSpecification) -> Binding:
-    """Like `on_sheaths`, without the candidates that do the same as those of `on_commands`.
+    """Like `on_sheaths`, without the candidates that do the same as those on `commands`.
 
     One command that drives all reels is wrong as all their radii are; of several commands each is
     wrong as one radius is.
@@ -244,42 +213,50 @@ def parameters_of(binding: Binding) -> set[str]:
     return names.union(*(parameters_of(part) for part in parts))
 
 
-def _frictionless_sheaths(system: SystemDescription, parameter: str) -> list[str]:
+def frictionless_sheaths(system: SystemDescription, parameter: str) -> list[str]:
+    """All sheaths of a model none of which has friction."""
     friction = [system.values[f"{sheath}.friction"] for sheath in system.elements("friction")]
     return [] if any(friction) else system.elements(parameter)
 
 
-def _joints(system: SystemDescription, _: str) -> tuple[str, ...]:
-    return system.free_joints
-
-
-def _springs(system: SystemDescription, _: str) -> list[str]:
+def springs(system: SystemDescription, _: str) -> list[str]:
+    """Joints of `on_joints` that have a spring."""
     return [joint for joint in system.free_joints if system.values.get(f"{joint}.stiffness")]
 
 
-def _armatures(system: SystemDescription, _: str) -> list[str]:
+def armatures(system: SystemDescription, _: str) -> list[str]:
+    """Joints of `on_joints`, but no slide whose body has a mass to be fitted: it does the same."""
     own = {joints[0] for name, joints in system.joints.items() if name.endswith(".mass") and joints}
     return [joint for joint in system.free_joints if joint not in own & system.slides]
 
 
-def _bodies(system: SystemDescription, parameter: str) -> list[str]:
+def bodies(system: SystemDescription, parameter: str) -> list[str]:
+    """Bodies that one of the joints of `on_joints` moves."""
     return system.on_free_joints(system.elements(parameter), parameter)
 
 
-def _drives(system: SystemDescription, _: str) -> tuple[str, ...]:
+def drives(system: SystemDescription, _: str) -> tuple[str, ...]:
+    """Driven actuators and joints."""
     return system.inputs
 
 
-def _motors(system: SystemDescription, _: str) -> tuple[str, ...]:
+def motors(system: SystemDescription, _: str) -> tuple[str, ...]:
+    """Driven actuators whose force depends on their control alone."""
     return system.motors
 
 
-def _servos(system: SystemDescription, parameter: str) -> list[str]:
+def servos(system: SystemDescription, parameter: str) -> list[str]:
+    """Driven actuators on a joint of `on_joints`: their work was measured."""
     return system.on_free_joints(system.inputs, parameter)
 
 
-def _commands(system: SystemDescription, _: str = "") -> list[str]:
+def commands(system: SystemDescription, _: str = "") -> list[str]:
+    """Driven actuators but motors."""
     return [name for name in system.inputs if name not in system.motors]
+
+
+def _joints(system: SystemDescription, _: str) -> tuple[str, ...]:
+    return system.free_joints
 
 
 def _sensors(specifications: Specifications, spans: bool, system: SystemDescription) -> Bound:
@@ -297,8 +274,8 @@ def _inputs(specifications: Specifications, system: SystemDescription) -> Bound:
 
 
 def _reels(specifications: Specifications, system: SystemDescription) -> Bound:
-    bound, commands = on_sheaths(*specifications)(system), len(_commands(system))
-    return bound if commands == 0 else bound[1:] if commands == 1 else []
+    bound, driving = on_sheaths(*specifications)(system), len(commands(system))
+    return bound if driving == 0 else bound[1:] if driving == 1 else []
 
 
 def _gravity(specifications: Specifications, system: SystemDescription) -> Bound:

@@ -6,16 +6,17 @@ from typing import Final
 
 from tendon_mj.lab.diagnosis.effects.binding import ParameterSpecification as Spec
 from tendon_mj.lab.diagnosis.effects.binding import (
-    on_armatures,
-    on_bodies,
-    on_drives,
+    armatures,
+    bodies,
+    drives,
+    motors,
+    on,
     on_gravity,
     on_inputs,
     on_joints,
-    on_motors,
     on_sensors,
-    on_servos,
-    on_springs,
+    servos,
+    springs,
     together,
 )
 from tendon_mj.lab.diagnosis.effects.effect import Effect
@@ -74,7 +75,7 @@ JOINTS: Final = (
         signature="a constant force or torque on the joint",
         source="MuJoCo, joint springref",
         next_experiment="the joint at rest with nothing that pulls",
-        binding=on_springs(Spec("springref", "rad or m", -6.3, 6.3, 1e-3)),
+        binding=on(springs, Spec("springref", "rad or m", -6.3, 6.3, 1e-3)),
         kind="parameter",
     ),
     Effect(
@@ -85,7 +86,8 @@ JOINTS: Final = (
         source="MuJoCo, joint stiffness and springref",
         next_experiment="the joint held at several angles for seconds each",
         # The torque in the reference pose often balances a pretension: it is kept, k is wrong.
-        binding=on_springs(
+        binding=on(
+            springs,
             Spec("stiffness", "N m/rad or N/m", 0.02, 50.0, 0.05, relative=True),
             Spec("springref", "rad or m", -4.0, 6.0, 0.02, relative=True, times="stiffness"),
         ),
@@ -99,7 +101,7 @@ JOINTS: Final = (
         source="MuJoCo, joint armature",
         next_experiment="fast motion of the joint at two frequencies",
         in_motion=True,
-        binding=on_armatures(Spec("armature", "kg m² or kg", 0.0, 1e3, 1e-4)),
+        binding=on(armatures, Spec("armature", "kg m² or kg", 0.0, 1e3, 1e-4)),
         kind="parameter",
     ),
     Effect(
@@ -109,7 +111,7 @@ JOINTS: Final = (
         signature="force in proportion to acceleration, and weight in proportion to it",
         source="MuJoCo, body mass",
         next_experiment="the body on scales, or fast motion at two frequencies",
-        binding=on_bodies(Spec("mass", "kg", 0.01, 100.0, 0.05, relative=True)),
+        binding=on(bodies, Spec("mass", "kg", 0.01, 100.0, 0.05, relative=True)),
         kind="parameter",
     ),
     Effect(
@@ -156,7 +158,7 @@ ACTUATORS: Final = (
         source="a clamp, a knot or a turn on a drum that gave way; an encoder that lost counts",
         next_experiment="a mark on cable and drum, before and after",
         look_at="where the cable is held on its drum, the coupling, and lost counts of the encoder",
-        binding=on_drives(Spec("slip", "m or rad", -1.0, 1.0, 1e-4)),
+        binding=on(drives, Spec("slip", "m or rad", -1.0, 1.0, 1e-4)),
         event=True,
     ),
     Effect(
@@ -172,7 +174,7 @@ ACTUATORS: Final = (
                 " mass."
             )
         },
-        binding=on_motors(Spec("gear", "-", 0.2, 5.0, 0.02, relative=True)),
+        binding=on(motors, Spec("gear", "-", 0.2, 5.0, 0.02, relative=True)),
         kind="parameter",
     ),
     Effect(
@@ -183,7 +185,7 @@ ACTUATORS: Final = (
         source="MuJoCo, actuator position; docs/servo.md, eq. (27)",
         next_experiment="the servo at rest under two loads",
         binding=together(
-            on_servos(Spec("kp", "-", 0.1, 10.0, 0.05, relative=True)),
+            on(servos, Spec("kp", "-", 0.1, 10.0, 0.05, relative=True)),
             on_inputs(Spec("tension_gain", "-", 0.1, 10.0, 0.05, relative=True)),
         ),
         kind="parameter",
@@ -197,7 +199,7 @@ ACTUATORS: Final = (
         next_experiment="the same motion at three speeds, with the servo's force",
         in_motion=True,
         binding=together(
-            on_servos(Spec("kv", "-", 0.1, 10.0, 0.05, relative=True)),
+            on(servos, Spec("kv", "-", 0.1, 10.0, 0.05, relative=True)),
             on_inputs(Spec("velocity_gain", "-", 0.1, 10.0, 0.05, relative=True)),
         ),
         kind="parameter",
@@ -209,7 +211,7 @@ ACTUATORS: Final = (
         signature="a constant force or torque where the motor acts",
         source="metrology: zero error",
         next_experiment="the motor's force at rest, against a scale or a load cell",
-        binding=on_motors(Spec("command_offset", "of the control", -1e3, 1e3, 0.01)),
+        binding=on(motors, Spec("command_offset", "of the control", -1e3, 1e3, 0.01)),
         kind="parameter",
     ),
 )

@@ -6,8 +6,9 @@ from typing import Final
 
 from tendon_mj.lab.diagnosis.effects.binding import ParameterSpecification as Spec
 from tendon_mj.lab.diagnosis.effects.binding import (
-    on_commands,
-    on_frictionless_sheaths,
+    commands,
+    frictionless_sheaths,
+    on,
     on_reels,
     on_sheaths,
     together,
@@ -34,7 +35,7 @@ TRANSMISSION: Final = (
         source=f"{_KANEKO}, eq. (1)",
         next_experiment="full loops at two pretensions: its loop widens with the tension",
         look_at="the sheath and its lining",
-        binding=on_frictionless_sheaths(Spec("friction", "-", 0.0, 1.0, 0.02)),
+        binding=on(frictionless_sheaths, Spec("friction", "-", 0.0, 1.0, 0.02), shared=True),
         overrides_known=True,  # a coefficient of 0 says that the model has no friction, not the rig
     ),
     Effect(
@@ -284,7 +285,7 @@ PARAMETERS: Final = (
             "the joint's angle beside the tendon's displacement, by hand and without load"
         ),
         binding=together(
-            on_commands(Spec("command_scale", "-", 0.5, 2.0, 0.02, relative=True)),
+            on(commands, Spec("command_scale", "-", 0.5, 2.0, 0.02, relative=True), shared=True),
             on_reels(Spec("reel_radius", "m", 0.3, 3.0, 0.02, relative=True)),
             on_sheaths(Spec("output_radius", "m", 0.3, 3.0, 0.02, relative=True)),
         ),
