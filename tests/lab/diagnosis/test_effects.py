@@ -6,7 +6,7 @@ import pickle
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -198,12 +198,11 @@ WEAR = Effect(
 class Longer(Toy):
     """The toy rig with one more parameter, whose waveform is a fast oscillation."""
 
-    parameter, kind = "sheath.wear", "live"
+    parameter, kind = "sheath.wear", cast(Kind, "live")
 
     def __init__(self, recordings: Sequence[Recording]) -> None:
         super().__init__(recordings)
-        kind: Kind = self.kind  # type: ignore[assignment]
-        self.parameters = {**self.parameters, self.parameter: Parameter(0.0, "SI", kind)}
+        self.parameters = {**self.parameters, self.parameter: Parameter(0.0, "SI", self.kind)}
 
     def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
         toy = {name: value for name, value in changed.items() if name in WEIGHTS}
@@ -214,18 +213,13 @@ class Longer(Toy):
 class Jointed(Longer):
     """The toy rig with a joint, which moves freely."""
 
-    parameter, kind = "elbow.damping", "joint"
-    prescribed = False
-
-    def __init__(self, recordings: Sequence[Recording]) -> None:
-        super().__init__(recordings)
-        self.joints = {"elbow": self.prescribed}
+    parameter, kind, joints = "elbow.damping", "joint", {"elbow": False}
 
 
 class Prescribed(Jointed):
     """The toy rig with a joint whose motion a driven column prescribes."""
 
-    prescribed = True
+    joints = {"elbow": True}  # noqa: RUF012
 
 
 def measured(simulator: type[Toy], truth: Mapping[str, float]) -> list[Recording]:
