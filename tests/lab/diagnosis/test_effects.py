@@ -232,18 +232,18 @@ def measured(simulator: type[Toy], truth: Mapping[str, float]) -> list[Recording
 @pytest.mark.parametrize("catalogue", [[WEAR], [*CATALOGUE.values(), WEAR], {"any key": WEAR}])
 def test_an_effect_of_ones_own_is_named(catalogue: Sequence[Effect] | Mapping[str, Effect]) -> None:
     made = measured(Longer, {"sheath.wear": 2.0, "sheath.friction": 0.2})
-    found = diagnose(made[:3], made[3:], Longer, catalogue=catalogue)
-    assert found.effects == ["wear"]
-    assert found.findings[0].name == WEAR.name
-    assert found.parameters["sheath.wear"].value == pytest.approx(2.0, rel=0.02)
-    assert found.catalogue["wear"] is WEAR
-    assert WEAR.name in found.sentence
+    outcome = diagnose(made[:3], made[3:], Longer, catalogue=catalogue)
+    assert outcome.effects == ["wear"]
+    assert outcome.findings[0].name == WEAR.name
+    assert outcome.parameters["sheath.wear"].value == pytest.approx(2.0, rel=0.02)
+    assert outcome.catalogue["wear"] is WEAR
+    assert WEAR.name in outcome.sentence
 
 
 def test_without_it_what_it_explains_is_unknown() -> None:
     made = measured(Longer, {"sheath.wear": 2.0})
-    found = diagnose(made[:3], made[3:], Longer)
-    assert found.verdict == "unknown"
+    outcome = diagnose(made[:3], made[3:], Longer)
+    assert outcome.verdict == "unknown"
     excluded = diagnose(made[:3], made[3:], Longer, catalogue=[WEAR], exclude="wear")
     assert excluded.verdict == "unknown"
     assert excluded.result()["excluded"] == ["wear"]
@@ -313,14 +313,14 @@ def test_the_error_of_a_simulators_steps_is_taken_out() -> None:
 
 def test_simulations_of_ones_own_leave_the_stated_gap(tmp_path: Path) -> None:
     made = measured(Longer, {"sheath.wear": 2.0})
-    found = diagnose(made[:3], made[3:], Longer, catalogue=[WEAR])
-    ((recorded, before, after),) = found.simulate()
+    outcome = diagnose(made[:3], made[3:], Longer, catalogue=[WEAR])
+    ((recorded, before, after),) = outcome.simulate()
     assert recorded is made[3]
-    for simulated, stated in ((before, found.held_out.before), (after, found.held_out.after)):
+    for simulated, stated in ((before, outcome.held_out.before), (after, outcome.held_out.after)):
         errors = [(simulated.columns[c] - recorded.columns[c]) / NOISE for c in COLUMNS]
         assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(stated)
     with refused(TendonError, "sheath.wear"):  # no model of the package has it
-        found.write_model(tmp_path / "model.xml")
+        outcome.write_model(tmp_path / "model.xml")
 
 
 INERTIA = Effect(
@@ -341,16 +341,16 @@ def test_an_effect_on_a_parameter_of_mujoco_is_named_and_written(tmp_path: Path)
         blank = bench_recording(f"r{k}", time, place, NOISE, ["output_tension_N"])
         made.append(measured_by(Simulator, blank, {"environment.armature": 4.0}, random))
     few = [CATALOGUE["sensor_bias"], CATALOGUE["backlash"], INERTIA]
-    found = diagnose(made[:1], made[1:], Simulator, catalogue=few)
-    assert found.effects == ["rotor_inertia"]
-    assert found.parameters["environment.armature"].value == pytest.approx(4.0, rel=0.05)
+    outcome = diagnose(made[:1], made[1:], Simulator, catalogue=few)
+    assert outcome.effects == ["rotor_inertia"]
+    assert outcome.parameters["environment.armature"].value == pytest.approx(4.0, rel=0.05)
 
-    model = load_model(str(found.write_model(tmp_path / "model.xml")))
-    ((_, _, after),) = found.simulate()
+    model = load_model(str(outcome.write_model(tmp_path / "model.xml")))
+    ((_, _, after),) = outcome.simulate()
     again = replay_recording(made[1], model, described=False)
     np.testing.assert_allclose(
         again.columns["output_tension_N"], after.columns["output_tension_N"], atol=1e-9
     )
-    sent = pickle.loads(pickle.dumps(found))
-    assert sent.result() == found.result()
+    sent = pickle.loads(pickle.dumps(outcome))
+    assert sent.result() == outcome.result()
     assert sent.simulate()[0].after == after

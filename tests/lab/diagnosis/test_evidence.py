@@ -38,10 +38,10 @@ def sound() -> Diagnosis:
 
 
 def test_at_the_stated_noise_the_criteria_give_the_verdict() -> None:
-    for found in (named(), sound()):
-        sensitivity = noise_sensitivity(found)
+    for outcome in (named(), sound()):
+        sensitivity = noise_sensitivity(outcome)
         half, same, twice = sensitivity.cases
-        assert same.verdict == found.verdict
+        assert same.verdict == outcome.verdict
         assert (half.factor, twice.factor) == (0.5, 2.0)
         assert half.before == pytest.approx(2.0 * same.before)
         assert twice.after == pytest.approx(0.5 * same.after)
@@ -49,9 +49,9 @@ def test_at_the_stated_noise_the_criteria_give_the_verdict() -> None:
 
 
 def test_a_noise_above_the_error_leaves_nothing_to_find() -> None:
-    found = named()
-    error = found.held_out.before
-    above = noise_sensitivity(found, [1.5 * error])
+    outcome = named()
+    error = outcome.held_out.before
+    above = noise_sensitivity(outcome, [1.5 * error])
     assert above.cases[0].verdict == "nothing missing"
     assert "detection limit" in above.cases[0].reason
     assert above.high < 1.5 * error
@@ -81,11 +81,11 @@ def test_the_noise_scales_errors_and_what_the_simulation_leaves() -> None:
 
 
 def test_correlations_are_of_what_was_fitted() -> None:
-    found = parameter_correlations(named())
-    assert found is not None
+    outcome = parameter_correlations(named())
+    assert outcome is not None
     assert parameter_correlations(replace(named(), search=None)) is None
-    assert set(found.names) == {"sheath.friction", "sheath.constant_friction"}
-    matrix = np.array(found.matrix)
+    assert set(outcome.names) == {"sheath.friction", "sheath.constant_friction"}
+    matrix = np.array(outcome.matrix)
     np.testing.assert_allclose(np.diag(matrix), 1.0)
     np.testing.assert_array_equal(matrix, matrix.T)
     context, selection = named().search or pytest.fail("no search")
@@ -93,8 +93,8 @@ def test_correlations_are_of_what_was_fitted() -> None:
     covariance = np.linalg.inv(jacobian.T @ jacobian)
     expected = covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])
     assert matrix[0, 1] == pytest.approx(expected)
-    one, other, coefficient = found.high[0]
-    assert {one, other} == set(found.names)
+    one, other, coefficient = outcome.high[0]
+    assert {one, other} == set(outcome.names)
     assert coefficient == pytest.approx(matrix[0, 1], rel=1e-12)
 
 
@@ -119,9 +119,9 @@ def test_a_residual_that_is_constant_has_no_correlation() -> None:
 
 def test_every_signal_has_its_residuals_before_and_after() -> None:
     row = named().simulate()[0]
-    found = residual_autocorrelations(row)
-    assert list(found) == list(row.measured.measured)
-    before, after = found["output_tension_N"]
+    outcome = residual_autocorrelations(row)
+    assert list(outcome) == list(row.measured.measured)
+    before, after = outcome["output_tension_N"]
     assert after.white
     assert not before.white
     same = residual_autocorrelations(BeforeAfter(row.measured, row.after, row.after))
@@ -131,11 +131,11 @@ def test_every_signal_has_its_residuals_before_and_after() -> None:
 def test_provenance_tells_versions_date_and_the_bytes_of_files(tmp_path: Path) -> None:
     file = tmp_path / "slow.csv"
     file.write_bytes(b"time_s\n")
-    found = collect_provenance("tendon-mj diagnose slow.csv", [file])
-    assert found.files == {str(file): hashlib.sha256(b"time_s\n").hexdigest()}
-    assert {"python", "mujoco", "numpy", "tendon-mj"} <= found.versions.keys()
-    assert found.result()["command"] == "tendon-mj diagnose slow.csv"
-    assert found.date[:2] == "20"
+    outcome = collect_provenance("tendon-mj diagnose slow.csv", [file])
+    assert outcome.files == {str(file): hashlib.sha256(b"time_s\n").hexdigest()}
+    assert {"python", "mujoco", "numpy", "tendon-mj"} <= outcome.versions.keys()
+    assert outcome.result()["command"] == "tendon-mj diagnose slow.csv"
+    assert outcome.date[:2] == "20"
 
 
 @pytest.mark.parametrize("given", ["slow.csv", "slow.toml", "slow"])
@@ -144,8 +144,8 @@ def test_the_files_of_a_recording_are_its_data_its_description_and_its_model(
 ) -> None:
     made = recording("slow", 1, {})
     write_recording(made, tmp_path / "slow.csv")
-    found = files_of([tmp_path / given], None, [made, made])
-    assert [file.name for file in found] == ["slow.csv", "slow.toml", "bench.xml"]
-    assert all(file.is_file() for file in found)
+    outcome = files_of([tmp_path / given], None, [made, made])
+    assert [file.name for file in outcome] == ["slow.csv", "slow.toml", "bench.xml"]
+    assert all(file.is_file() for file in outcome)
     other = files_of([tmp_path / given], tmp_path / "rig.toml", [])
     assert [file.name for file in other] == ["slow.csv", "rig.toml"]

@@ -57,12 +57,12 @@ def test_a_fit_with_a_long_step_is_extrapolated_to_a_step_of_zero() -> None:
     coarse = Problem(made, long, all_samples(made))
     both = replace(coarse, half_step=long.in_steps(0.5))
     biased = fit(coarse, {}, [FRICTION], (), np.array([0.15])).values[0]
-    found = fit(both, {}, [FRICTION], (), np.array([0.15]))
+    result = fit(both, {}, [FRICTION], (), np.array([0.15]))
     assert abs(biased - 0.2) > 0.004
-    assert found.values[0] == pytest.approx(0.2, abs=5e-4)
-    assert np.mean(found.residual**2) == pytest.approx(1.0, abs=0.1)
-    (again,) = both.residuals([{"sheath.friction": found.values[0]}])
-    assert found.residual == pytest.approx(again + found.correction, abs=1e-12)
+    assert result.values[0] == pytest.approx(0.2, abs=5e-4)
+    assert np.mean(result.residual**2) == pytest.approx(1.0, abs=0.1)
+    (again,) = both.residuals([{"sheath.friction": result.values[0]}])
+    assert result.residual == pytest.approx(again + result.correction, abs=1e-12)
 
 
 def test_extrapolation_is_better_than_the_shorter_of_both_steps() -> None:
@@ -167,15 +167,15 @@ def terms():
 
 
 def both(problem):
-    found = terms()
-    point, step = np.zeros(len(found)), np.full(len(found), 1e-2)
+    result = terms()
+    point, step = np.zeros(len(result)), np.full(len(result), 1e-2)
 
     def parameters(scaled):
-        return written(found, natural(found, scaled), {})
+        return written(result, natural(result, scaled), {})
 
     residual = problem.residuals([parameters(point)])[0]
     problem.sets = 0
-    packed = differences(problem, found, parameters, point, step, residual)
+    packed = differences(problem, result, parameters, point, step, residual)
     used = problem.sets
     alone = [
         (problem.residuals([parameters(point + row)])[0] - residual) / 1e-2 for row in np.diag(step)

@@ -104,9 +104,9 @@ def test_a_calibration_ends_no_worse_than_a_fit_by_sysid(guides):
     def lumped(recordings):
         return Simulator(recordings, build_bench(Bench(guides=guides)).compile(), threads=1)
 
-    found = diagnose([train], [held_out], lumped, catalogue=[CATALOGUE["backlash"]])
+    result = diagnose([train], [held_out], lumped, catalogue=[CATALOGUE["backlash"]])
     by_sysid = fit_with_sysid([train], [held_out], simulator=lumped)
-    assert found.train.before < 1.01 * by_sysid.train_rms
+    assert result.train.before < 1.01 * by_sysid.train_rms
 
 
 STIFF = 'solreffriction="0.002 1" solimpfriction="0.999 0.9999 0.001 0.5 2"'
@@ -150,10 +150,10 @@ def test_a_play_that_is_found_on_a_soft_flank_is_warned_of(
     shown = replay_recording(made, parameters=play)
     columns = np.array([shown.columns[c] for c in made.measured]) * [[1.0], [1.0], [180.0 / np.pi]]
     readings = noisy(columns.T, np.random.default_rng(1))
-    found = diagnose(
+    result = diagnose(
         [record("loops", time, 40.0 * np.sin(3.0 * time), readings, way, str(path))],
         catalogue=[CATALOGUE["backlash"]],
     )
-    assert found.effects == ["backlash"]
-    said = [w for w in found.warnings if "flank" in w]
+    assert result.effects == ["backlash"]
+    said = [w for w in result.warnings if "flank" in w]
     assert [w.startswith("Joint 'spool': ") for w in said] == [True] * warned

@@ -126,16 +126,16 @@ def test_friction_of_a_cable_is_named_from_24_rows_with_its_value_in_the_interva
 ) -> None:
     hidden = {"sheath.friction": 0.2}
     train, held_out = measure(lever, 1, 24, **hidden), measure(lever, 2, 12, **hidden)
-    found = diagnose([train], [held_out])
-    assert (found.verdict, found.effects) == ("named", ["sheath_friction"])
-    value = found.parameters["sheath.friction"]
+    result = diagnose([train], [held_out])
+    assert (result.verdict, result.effects) == ("named", ["sheath_friction"])
+    value = result.parameters["sheath.friction"]
     assert value.low <= 0.2 <= value.high
     assert value.high - value.low < 0.05
 
 
 def test_of_a_right_model_nothing_is_missing(lever: Path) -> None:
-    found = diagnose([measure(lever, 3, 24)], [measure(lever, 4, 12)])
-    assert found.verdict == "nothing missing"
+    result = diagnose([measure(lever, 3, 24)], [measure(lever, 4, 12)])
+    assert result.verdict == "nothing missing"
 
 
 def test_what_acts_in_motion_alone_is_no_candidate_at_rest(lever: Path) -> None:

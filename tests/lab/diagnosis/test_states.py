@@ -118,54 +118,54 @@ def recordings(strange: float = 0.0, count: int = 4) -> list[Recording]:
     return [record(f"bend {k}", *state, TRUTH, strange) for k, state in enumerate(states)]
 
 
-def errors_after(found: Diagnosis) -> list[float]:
+def errors_after(result: Diagnosis) -> list[float]:
     """Rms error of the final model in each simulated recording [N]."""
-    rows = [(row.after.columns[COLUMN], row.measured.columns[COLUMN]) for row in found.simulate()]
+    rows = [(row.after.columns[COLUMN], row.measured.columns[COLUMN]) for row in result.simulate()]
     return [float(np.sqrt(np.mean((after - measured) ** 2))) for after, measured in rows]
 
 
 def test_an_effect_is_found_across_states_and_what_was_set_anew_beside_it() -> None:
-    found = diagnose(recordings(), simulator=Rig, catalogue=CANDIDATES)
-    assert (found.verdict, found.effects) == ("named", ["backlash"])
-    assert found.leaves_one_out
-    assert found.parameters["sheath.backlash"].value == pytest.approx(1.5, abs=0.02)
-    assert found.calibrated["sheath.friction"].value == pytest.approx(0.3, abs=0.01)
-    spread = found.sessions["gauge.offset"]
+    result = diagnose(recordings(), simulator=Rig, catalogue=CANDIDATES)
+    assert (result.verdict, result.effects) == ("named", ["backlash"])
+    assert result.leaves_one_out
+    assert result.parameters["sheath.backlash"].value == pytest.approx(1.5, abs=0.02)
+    assert result.calibrated["sheath.friction"].value == pytest.approx(0.3, abs=0.01)
+    spread = result.sessions["gauge.offset"]
     assert spread.values == pytest.approx(
         {f"bend {k}": zero for k, zero in enumerate(ZEROS)}, abs=0.02
     )
     assert spread.estimated == pytest.approx(float(np.sqrt(np.mean(np.square(ZEROS)))), abs=0.02)
-    assert found.held_out.after == pytest.approx(1.0, abs=0.1)
-    assert max(errors_after(found)) < 1.1 * NOISE
+    assert result.held_out.after == pytest.approx(1.0, abs=0.1)
+    assert max(errors_after(result)) < 1.1 * NOISE
 
 
 def test_held_out_recordings_are_given_zeros_of_their_own() -> None:
     given = recordings()
-    found = diagnose(given[:3], given[3:], Rig, catalogue=CANDIDATES)
-    assert found.verdict == "named"
-    assert found.held_out.after == pytest.approx(1.0, abs=0.1)
-    own = found.model[name_in_session("gauge.offset", "bend 3")]
+    result = diagnose(given[:3], given[3:], Rig, catalogue=CANDIDATES)
+    assert result.verdict == "named"
+    assert result.held_out.after == pytest.approx(1.0, abs=0.1)
+    own = result.model[name_in_session("gauge.offset", "bend 3")]
     assert own == pytest.approx(ZEROS[3], abs=0.03)
-    (error,) = errors_after(found)
+    (error,) = errors_after(result)
     assert error < 1.1 * NOISE
 
 
 def test_what_remains_beside_an_effect_is_said_and_the_effect_is_named() -> None:
-    found = diagnose(recordings(strange=0.5), simulator=Rig, catalogue=CANDIDATES)
-    assert (found.verdict, found.effects) == ("partly", ["backlash"])
-    assert found.parameters["sheath.backlash"].value == pytest.approx(1.5, abs=0.1)
-    assert "Nothing in the catalogue explains what remains" in found.sentence
+    result = diagnose(recordings(strange=0.5), simulator=Rig, catalogue=CANDIDATES)
+    assert (result.verdict, result.effects) == ("partly", ["backlash"])
+    assert result.parameters["sheath.backlash"].value == pytest.approx(1.5, abs=0.1)
+    assert "Nothing in the catalogue explains what remains" in result.sentence
 
 
 def test_where_nothing_explains_the_error_the_closest_is_not_proven() -> None:
-    found = diagnose(
+    result = diagnose(
         [record(f"bend {k}", b, 0.0, {"sheath.backlash": 0.3}, 3.0) for k, b in enumerate(BENDS)],
         simulator=Rig,
         catalogue=CANDIDATES,
     )
-    assert found.verdict == "unknown"
-    assert not found.proven
-    assert found.effects == []
+    assert result.verdict == "unknown"
+    assert not result.proven
+    assert result.effects == []
 
 
 def test_recordings_count_as_states_where_what_is_known_or_set_anew_differs() -> None:
@@ -211,8 +211,8 @@ def _solve(jacobian: FloatArray, noise: FloatArray, weights: FloatArray) -> Floa
 
 def test_leaving_out_a_recording_is_a_refit_to_the_others_and_of_its_own_zero_to_it() -> None:
     data, fitted, noise = sessions_fit(1)
-    found = cross_validate(data, fitted)
-    assert len(found.chi2) == 3
+    result = cross_validate(data, fitted)
+    assert len(result.chi2) == 3
     weights = np.diag([0.0, 0.05, 0.05, 0.05])
     for k in range(3):
         inside = data.recording_of == k
@@ -225,7 +225,7 @@ def test_leaving_out_a_recording_is_a_refit_to_the_others_and_of_its_own_zero_to
         own = fitted.jacobian[inside][:, [k + 1]]
         refit[k + 1] = _solve(own, rest, weights[np.ix_([k + 1], [k + 1])])[0]
         left = rest + own[:, 0] * refit[k + 1]
-        assert found.chi2[k] == pytest.approx(float(left @ left), rel=1e-6)
+        assert result.chi2[k] == pytest.approx(float(left @ left), rel=1e-6)
 
 
 def test_an_expected_spread_holds_what_the_data_do_not_tell() -> None:
@@ -246,9 +246,9 @@ def test_reproducibility_is_that_of_repeats_and_none_where_no_state_was_repeated
     zeros = (0.4, -0.4)
     repeats = [replace(record("first", 1.0, zero, TRUTH), name=f"z {zero}") for zero in zeros]
     data = problem_of(Rig, [*repeats, record("another state", 2.0, 0.0, TRUTH)])
-    found = reproducibility(data, data.residuals([TRUTH])[0])
-    assert found[COLUMN] == pytest.approx(0.8 / np.sqrt(2.0), rel=0.02)
-    assert bar(data, found) == pytest.approx(np.hypot(1.0, found[COLUMN] / NOISE))
+    result = reproducibility(data, data.residuals([TRUTH])[0])
+    assert result[COLUMN] == pytest.approx(0.8 / np.sqrt(2.0), rel=0.02)
+    assert bar(data, result) == pytest.approx(np.hypot(1.0, result[COLUMN] / NOISE))
     alone = recordings(count=3)
     data = problem_of(Rig, alone)
     assert reproducibility(data, data.residuals([{}])[0]) == {COLUMN: 0.0}
@@ -266,9 +266,9 @@ def test_neither_what_is_fitted_to_each_session_nor_an_error_of_all_is_scatter(
     ]
     data = problem_of(Rig, repeats)
     fitted = {name_in_session("gauge.offset", name): zero for name, zero in zeros.items()}
-    found = reproducibility(data, data.residuals([{**TRUTH, **fitted}])[0])
-    assert found == {COLUMN: 0.0}
-    assert (bar(data, found) == 1.0).all()
+    result = reproducibility(data, data.residuals([{**TRUTH, **fitted}])[0])
+    assert result == {COLUMN: 0.0}
+    assert (bar(data, result) == 1.0).all()
 
 
 def test_what_cannot_be_set_for_each_recording_is_refused() -> None:

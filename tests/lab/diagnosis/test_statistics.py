@@ -61,8 +61,8 @@ def test_cross_validation_of_a_linear_model_is_that_of_refits() -> None:
     random = np.random.default_rng(1)
     size = data.blocks.size
     jacobian, noise = random.normal(size=(size, 2)), random.normal(size=size)
-    found = cross_validate(data, linear(data, jacobian, noise))
-    for block, chi2 in zip(np.unique(data.blocks), found.chi2, strict=True):
+    result = cross_validate(data, linear(data, jacobian, noise))
+    for block, chi2 in zip(np.unique(data.blocks), result.chi2, strict=True):
         inside = data.blocks == block
         refit = np.linalg.lstsq(jacobian[~inside], -noise[~inside], rcond=None)[0]
         left = noise[inside] + jacobian[inside] @ refit
@@ -75,9 +75,9 @@ def test_beside_a_non_smooth_effect_no_block_is_left_out() -> None:
     size = data.blocks.size
     fitted = linear(data, random.normal(size=(size, 2)), random.normal(size=size))
     effect = Candidate("drift", "missing", "sheath", (SLOPE,), non_smooth=True)
-    found = cross_validate(data, replace(fitted, calibrated=(TERM,), effects=(effect,)))
-    assert found.excess == pytest.approx(float(np.mean(fitted.residual**2)) - 1.0)
-    assert found.excess < cross_validate(data, fitted).excess
+    result = cross_validate(data, replace(fitted, calibrated=(TERM,), effects=(effect,)))
+    assert result.excess == pytest.approx(float(np.mean(fitted.residual**2)) - 1.0)
+    assert result.excess < cross_validate(data, fitted).excess
 
 
 def test_cross_validated_noise_has_no_excess() -> None:

@@ -136,8 +136,8 @@ def test_under_a_remainder_an_effect_is_named_if_it_explains_more_than_that(
 ) -> None:
     """Play, a hum of 0.28 N rms that nothing explains, and friction F_c that grows past it."""
     train, held_out = rig(3, {"sheath.backlash": 6e-5, "sheath.constant_friction": small}, 0.4)
-    found = diagnose(train, held_out, Toy)
-    assert found.verdict == "partly"
-    named_effects = [f.identifier for f in found.findings]
+    result = diagnose(train, held_out, Toy)
+    assert result.verdict == "partly"
+    named_effects = [f.identifier for f in result.findings]
     assert named_effects[0] == "backlash"
     assert ("constant_friction" in named_effects) == named

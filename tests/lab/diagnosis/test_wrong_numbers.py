@@ -109,14 +109,14 @@ def diagnosed(actuator: str, truth: Mapping[str, float], folder: Path) -> Diagno
 def test_a_wrong_number_is_found_on_its_element_within_its_interval(
     number: str, actuator: str, effect: str, value: float, tmp_path: Path
 ) -> None:
-    found = diagnosed(actuator, {number: value}, tmp_path)
-    assert found.effects == [effect]
-    assert found.verdict == "parameter"
-    assert [f.kind for f in found.findings] == ["parameter"]
-    assert list(found.parameters) == [number]
-    assert found.parameters[number].low <= value <= found.parameters[number].high
-    assert found.parameters[number].value == pytest.approx(value, rel=0.1, abs=2e-3)
-    assert f"A parameter was wrong: {WORDS.get(number, '')}" in found.sentence
+    result = diagnosed(actuator, {number: value}, tmp_path)
+    assert result.effects == [effect]
+    assert result.verdict == "parameter"
+    assert [f.kind for f in result.findings] == ["parameter"]
+    assert list(result.parameters) == [number]
+    assert result.parameters[number].low <= value <= result.parameters[number].high
+    assert result.parameters[number].value == pytest.approx(value, rel=0.1, abs=2e-3)
+    assert f"A parameter was wrong: {WORDS.get(number, '')}" in result.sentence
 
 
 @pytest.mark.parametrize(
@@ -130,19 +130,19 @@ def test_a_wrong_number_is_found_on_its_element_within_its_interval(
 def test_what_a_model_has_too_little_of_is_told_as_a_wrong_number(
     number: str, effect: str, value: float, words: str, tmp_path: Path
 ) -> None:
-    found = diagnosed("motor", {number: value}, tmp_path)
-    assert (found.verdict, found.effects) == ("named", [effect])
-    assert found.parameters[number].low <= value <= found.parameters[number].high
-    assert [f.kind for f in found.findings] == ["parameter"]
-    assert found.sentence.startswith(
+    result = diagnosed("motor", {number: value}, tmp_path)
+    assert (result.verdict, result.effects) == ("named", [effect])
+    assert result.parameters[number].low <= value <= result.parameters[number].high
+    assert [f.kind for f in result.findings] == ["parameter"]
+    assert result.sentence.startswith(
         f"A parameter was wrong: the {words} of joint elbow is too low: "
     )
 
 
 def test_a_drive_that_acts_late_is_told_from_a_sensor_that_reports_late(tmp_path: Path) -> None:
-    found = diagnosed("servo", {"servo.command_delay": 0.03}, tmp_path)
-    assert (found.verdict, found.effects) == ("named", ["command_delay"])
-    delay = found.parameters["servo.command_delay"]
+    result = diagnosed("servo", {"servo.command_delay": 0.03}, tmp_path)
+    assert (result.verdict, result.effects) == ("named", ["command_delay"])
+    delay = result.parameters["servo.command_delay"]
     assert delay.low <= 0.03 <= delay.high
     late = diagnosed("servo", {"angle.delay": 0.03}, tmp_path)
     assert late.effects == ["sensor_delay"]
@@ -173,13 +173,13 @@ def test_one_factor_is_wrong_of_all_that_have_different_values(factor: float) ->
     truth = {name: factor * value for name, value in TwoSheaths.RADII.items()}
     blanks = [recording(f"r{k}", k, {}) for k in range(2)]
     made = [measured_by(TwoSheaths, blank, truth, random) for blank in blanks]
-    found = diagnose(made[:1], made[1:], TwoSheaths)
-    assert (found.verdict, found.effects) == ("parameter", ["moment_arm"])
-    assert found.findings[0].where == "left, right"
+    result = diagnose(made[:1], made[1:], TwoSheaths)
+    assert (result.verdict, result.effects) == ("parameter", ["moment_arm"])
+    assert result.findings[0].where == "left, right"
     for name, value in truth.items():
-        assert found.parameters[name].low <= value <= found.parameters[name].high
-        assert found.parameters[name].value == pytest.approx(value, rel=0.02)
-    assert f"{factor:g} times what the model says" in found.sentence
+        assert result.parameters[name].low <= value <= result.parameters[name].high
+        assert result.parameters[name].value == pytest.approx(value, rel=0.02)
+    assert f"{factor:g} times what the model says" in result.sentence
 
 
 def test_no_two_candidates_write_the_same_numbers(tmp_path: Path) -> None:
@@ -208,9 +208,9 @@ def test_a_stiffer_spring_keeps_its_torque_in_the_reference_pose(
 ) -> None:
     (candidate,) = bound(-0.3, reference)
     base = {"a.stiffness": 2.0, "a.springref": -0.3}
-    found = written(candidate.terms, [factor, 1.0], base)
-    assert found["a.stiffness"] == pytest.approx(2.0 * factor)
-    torque = found["a.stiffness"] * (found["a.springref"] - reference)
+    result = written(candidate.terms, [factor, 1.0], base)
+    assert result["a.stiffness"] == pytest.approx(2.0 * factor)
+    torque = result["a.stiffness"] * (result["a.springref"] - reference)
     assert torque == pytest.approx(2.0 * (-0.3 - reference))
 
 
@@ -224,13 +224,13 @@ def test_a_wrong_spring_is_found_with_its_rest_position(
     factor: float, torque: float, tmp_path: Path
 ) -> None:
     truth = {"elbow.stiffness": factor * STIFFNESS, "elbow.springref": REST * torque / factor}
-    found = diagnosed("motor", truth, tmp_path)
-    assert (found.verdict, found.effects) == ("parameter", ["joint_spring"])
+    result = diagnosed("motor", truth, tmp_path)
+    assert (result.verdict, result.effects) == ("parameter", ["joint_spring"])
     for name, value in truth.items():
-        assert found.parameters[name].low <= value <= found.parameters[name].high
-        assert found.parameters[name].value == pytest.approx(value, rel=0.03)
-    assert "the stiffness of joint elbow is too" in found.sentence
-    assert "the rest position of the spring of joint elbow is wrong" in found.sentence
+        assert result.parameters[name].low <= value <= result.parameters[name].high
+        assert result.parameters[name].value == pytest.approx(value, rel=0.03)
+    assert "the stiffness of joint elbow is too" in result.sentence
+    assert "the rest position of the spring of joint elbow is wrong" in result.sentence
 
 
 def test_no_weight_is_more_than_that_of_any_attitude(tmp_path: Path) -> None:
@@ -272,21 +272,21 @@ def postures(**known: float) -> list[Recording]:
 
 def test_a_wrong_drawn_bend_is_told_from_friction_by_two_known_postures() -> None:
     train, held_out = postures()[::2], postures()[1::2]
-    found = diagnose(train, held_out, catalogue=EFFECTS)
-    assert (found.verdict, found.effects) == ("parameter", ["bend_angle"])
-    value = found.parameters[DRAWN]
+    result = diagnose(train, held_out, catalogue=EFFECTS)
+    assert (result.verdict, result.effects) == ("parameter", ["bend_angle"])
+    value = result.parameters[DRAWN]
     assert value.low <= TRUE <= value.high
     assert value.value == pytest.approx(TRUE, abs=0.05)
-    assert found.calibrated[FRICTION].value == pytest.approx(0.2, abs=0.005)
-    assert "the bend of sheath is too high: 1" in found.sentence
-    assert ", not 180°" in found.sentence
+    assert result.calibrated[FRICTION].value == pytest.approx(0.2, abs=0.005)
+    assert "the bend of sheath is too high: 1" in result.sentence
+    assert ", not 180°" in result.sentence
 
 
 def test_a_drawn_bend_that_is_known_is_not_blamed() -> None:
     given = postures(drawn_bend=np.pi)
-    found = diagnose(given[::2], given[1::2], catalogue=EFFECTS)
-    assert "bend_angle" not in found.effects
-    assert DRAWN not in found.parameters
+    result = diagnose(given[::2], given[1::2], catalogue=EFFECTS)
+    assert "bend_angle" not in result.effects
+    assert DRAWN not in result.parameters
 
 
 @pytest.mark.parametrize("extra", [0.0, 2.0])
