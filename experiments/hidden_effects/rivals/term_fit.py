@@ -52,7 +52,7 @@ def written(
     parameters: dict[str, float] = {}
     for relative in (False, True):
         for term, value in zip(terms, values, strict=True):
-            if bool(term.relative_to) == relative:
+            if bool(term.depends_on) == relative:
                 parameters |= term.write(float(value), {**base, **parameters})
     return parameters
 

@@ -1,4 +1,4 @@
-"""Checks that refuse recordings and simulators from which no diagnosis can come."""
+"""Checks that refuse recordings and simulators that are unusable for a diagnosis."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError, RecordingError
-from tendon_mj.lab.diagnosis.data.answers import check_answers
-from tendon_mj.lab.diagnosis.data.problem import (
+from tendon_mj.lab.diagnosis.data import (
     MakeSimulator,
     Problem,
     all_samples,
+    check_answers,
     training_samples,
 )
-from tendon_mj.lab.diagnosis.data.regimes import motion
+from tendon_mj.lab.diagnosis.regimes import motion
 from tendon_mj.lab.recordings import Recording, is_same_model, noise_of_repeats
 from tendon_mj.lab.replay import Parameter, Simulates
 
 _FEWEST = 50  # samples of a motion, whose neighbours repeat each other
 _FEWEST_RESTS, _FEWEST_PROVE = 20, 10  # rows that are rests, in all to fit and in all held out
 _FEWEST_REPEATS = 6  # rests that repeat others, from which noise can be estimated
-_TOLD = 4  # values of a description, in a message
+_SHOWN = 4  # values of a description, in a message
 _FINEST, _WIDEST = 1e-12, 1e3  # noise over the range of its column
 _MEMBERS = ("parameters", "__call__", "joints", "steps", "in_steps")  # of `Simulates`
 
 
 def check_recordings(train: Sequence[Recording], held_out: Sequence[Recording]) -> None:
-    """Refuse recordings from which no diagnosis can come.
+    """Refuse recordings that are unusable for a diagnosis.
 
     Raises:
         RecordingError: names the recording and the reason.
@@ -39,42 +39,20 @@ def check_recordings(train: Sequence[Recording], held_out: Sequence[Recording]) 
         raise RecordingError("recordings are needed as lists: write [recording]")
     if not train:
         raise RecordingError("a diagnosis needs at least one recording")
-    first = train[0]
     masks = (*training_samples(train, held_out), *all_samples(held_out))
     for recording, mask in zip((*train, *held_out), masks, strict=True):
-        where = f"recording {recording.name!r}"
-        if not recording.measured:
-            raise RecordingError(f"{where}: no column is in [measured]: nothing to compare with")
-        for name in ("model", "uncertain"):
-            mine, theirs = getattr(recording, name), getattr(first, name)
-            if mine != theirs and not (name == "model" and is_same_model(mine, theirs)):
-                raise RecordingError(
-                    f"{where}: its {name} {_plain(mine)!r} differs from {_plain(theirs)!r} of"
-                    f" {first.name!r}; recordings that are diagnosed together are of one rig"
-                )
-        motion(recording)
-        if not recording.quasi_static and recording.time.size < _FEWEST:
-            raise RecordingError(
-                f"{where}: {recording.time.size} samples; a diagnosis needs {_FEWEST} or more; if"
-                " each row was read at rest after a move, write quasi_static = true under [timing]:"
-                f" {_FEWEST_RESTS} such rows are enough"
-            )
-        if not mask.all():
-            _check_part(recording, mask)
+        _check_same_rig(recording, train[0])
+        _check_motion(recording, mask)
         for column in recording.measured:
-            if np.ptp(recording.columns[column][mask]) == 0.0:
-                raise RecordingError(
-                    f"{where}, column {column!r}: never moves, so it tells nothing{_kept(mask)}"
-                )
-            _check_noise(where, recording, column)
+            _check_column(recording, column, mask)
     _check_rests(train, _FEWEST_RESTS, "a diagnosis")
     _check_rests(held_out, _FEWEST_PROVE, "its proof")
     for recordings in (train, held_out):
         for one, other in combinations(recordings, 2):
             if _same_data(one, other):
                 raise RecordingError(
-                    f"recording {other.name!r}: holds the same data as {one.name!r}; given twice"
-                    " they would count double"
+                    f"recording {other.name!r}: holds the same data as {one.name!r}, which would"
+                    " count double"
                 )
     for recording in held_out:
         if any(_same_data(recording, other) for other in train):
@@ -84,14 +62,48 @@ def check_recordings(train: Sequence[Recording], held_out: Sequence[Recording]) 
             )
 
 
-def _check_noise(where: str, recording: Recording, column: str) -> None:
-    """Refuse a stated noise that is out of all proportion to its column."""
-    stated, extent = recording.measured[column].noise, float(np.ptp(recording.columns[column]))
+def _check_same_rig(recording: Recording, first: Recording) -> None:
+    """Refuse a recording without measurements, or of another rig than the first."""
+    where = f"recording {recording.name!r}"
+    if not recording.measured:
+        raise RecordingError(f"{where}: no column is in [measured], to compare with")
+    for name in ("model", "uncertain"):
+        mine, theirs = getattr(recording, name), getattr(first, name)
+        if mine != theirs and not (name == "model" and is_same_model(mine, theirs)):
+            raise RecordingError(
+                f"{where}: its {name} {_plain(mine)!r} differs from {_plain(theirs)!r} of"
+                f" {first.name!r}; recordings that are diagnosed together are of one rig"
+            )
+
+
+def _check_motion(recording: Recording, mask: NDArray[np.bool_]) -> None:
+    """Refuse a recording of too few samples, or that does not move back and forth."""
+    motion(recording)
+    if not recording.quasi_static and recording.time.size < _FEWEST:
+        raise RecordingError(
+            f"recording {recording.name!r}: {recording.time.size} samples; a diagnosis needs"
+            f" {_FEWEST} or more; if each row was read at rest after a move, write quasi_static ="
+            f" true under [timing]: {_FEWEST_RESTS} such rows are enough"
+        )
+    if not mask.all():
+        columns = {name: series[mask] for name, series in recording.columns.items()}
+        try:
+            motion(replace(recording, time=recording.time[mask], columns=columns))
+        except RecordingError as error:
+            raise RecordingError(f"{error}{_kept(mask)}") from None
+
+
+def _check_column(recording: Recording, column: str, mask: NDArray[np.bool_]) -> None:
+    """Refuse a column that is constant, or whose noise is out of proportion or unknown."""
+    where, series = f"recording {recording.name!r}", recording.columns[column]
+    if np.ptp(series[mask]) == 0.0:
+        raise RecordingError(f"{where}, column {column!r}: never moves{_kept(mask)}")
+    stated, extent = recording.measured[column].noise, float(np.ptp(series))
     if stated is not None and not _FINEST * extent <= stated <= _WIDEST * extent:
         raise RecordingError(
             f"{where}, [measured] {column!r}: noise = {stated:g} is {stated / extent:.2g} times"
-            f" the range of the column, {extent:g}; from {_FINEST:g} to {_WIDEST:g} times can be"
-            " used. Is it in the column's unit? Left out, it is estimated"
+            f" the range of the column, {extent:g}; it must be {_FINEST:g} … {_WIDEST:g} times. Is"
+            " it in the column's unit? Left out, it is estimated"
         )
     repeats = _FEWEST_REPEATS
     if stated is None and recording.quasi_static:
@@ -114,15 +126,6 @@ def _check_rests(recordings: Sequence[Recording], fewest: int, needs: str) -> No
         )
 
 
-def _check_part(recording: Recording, mask: NDArray[np.bool_]) -> None:
-    """Refuse a recording that moves back and forth in its held-out tail only."""
-    columns = {name: series[mask] for name, series in recording.columns.items()}
-    try:
-        motion(replace(recording, time=recording.time[mask], columns=columns))
-    except RecordingError as error:
-        raise RecordingError(f"{error}{_kept(mask)}") from None
-
-
 def _kept(mask: NDArray[np.bool_]) -> str:
     return "" if mask.all() else "; its last quarter does not count, it is kept for the proof"
 
@@ -142,38 +145,34 @@ def _same_data(one: Recording, other: Recording) -> bool:
 
 
 def make_simulator(make: MakeSimulator, recordings: Sequence[Recording]) -> Simulates:
-    """Make a simulator of recordings, and refuse one that does not have what a diagnosis asks for.
+    """Make a simulator of recordings, and refuse one that lacks a member.
 
     Raises:
-        InvalidValueError: names the members that it lacks, or the parameter that is none.
+        InvalidValueError: names the members that it lacks, or the entry that is not a parameter.
     """
     if not isinstance(make, type) and hasattr(make, "parameters"):
         raise InvalidValueError(
-            f"simulator: {type(make).__name__!r} object is a simulator already; give what makes one"
-            " of recordings, such as its class"
+            f"simulator: {type(make).__name__!r} object is a simulator already; give a function"
+            " that makes one of recordings, such as its class"
         )
     abstract = sorted(getattr(make, "__abstractmethods__", ()))  # else Python raises a TypeError
     made = None if abstract else make(recordings)
     missing = abstract or [member for member in _MEMBERS if not hasattr(made, member)]
-    kind = make if isinstance(make, type) else type(made)
+    name = (make if isinstance(make, type) else type(made)).__name__
     if made is None or missing:
         raise InvalidValueError(
-            f"simulator {kind.__name__!r} lacks {', '.join(map(repr, missing))}; derive it from"
+            f"simulator {name!r} lacks {', '.join(map(repr, missing))}; derive it from"
             " tendon_mj.Simulates, set 'parameters' and define '__call__': the other members then"
             " have defaults"
         )
-    parameters: object = made.parameters  # of whatever type: it is a user's own
-    if not isinstance(parameters, Mapping):
+    parameters: object = made.parameters  # of any type: the class is a user's
+    if not isinstance(parameters, Mapping) or not all(
+        isinstance(parameter, Parameter) for parameter in parameters.values()
+    ):
         raise InvalidValueError(
-            f"simulator {kind.__name__!r}: parameters = {parameters!r} must be a mapping of names"
-            " to tendon_mj.Parameter"
+            f"simulator {name!r}: parameters = {parameters!r} must be a mapping of names to"
+            " tendon_mj.Parameter, which has value, unit and kind"
         )
-    for name, parameter in parameters.items():
-        if not isinstance(parameter, Parameter):
-            raise InvalidValueError(
-                f"simulator {kind.__name__!r}: parameters[{name!r}] = {parameter!r} must be a"
-                " tendon_mj.Parameter, which has value, unit and kind"
-            )
     return made
 
 
@@ -181,7 +180,7 @@ def check_simulation(problem: Problem) -> None:
     """Refuse recordings under which the model, as described, becomes unstable.
 
     Raises:
-        InvalidValueError: the simulator answers in another shape than asked for.
+        InvalidValueError: the simulator answers in another shape than that of the recordings.
         RecordingError: names the recording and the range of its drive.
     """
     answers = problem.simulate([{}])
@@ -195,21 +194,18 @@ def check_simulation(problem: Problem) -> None:
             )
             raise RecordingError(
                 f"recording {recording.name!r}: model {recording.model!r} as described becomes"
-                f" unstable under what drives it ({ranges}){_given(recording)}; are the units"
-                " right?"
+                f" unstable when driven by {ranges}{_described(recording)}; are the units right?"
             )
 
 
-def _given(recording: Recording) -> str:
+def _described(recording: Recording) -> str:
     """The values that a description gives its model, such as " with sheath.friction = 0.1"."""
-    values = [
-        *recording.known.items(),
-        *((name, one.value) for name, one in recording.uncertain.items()),
-        *((name, one.value) for name, one in recording.session.items()),
-    ]
-    told = [f"{name} = {value:g}" for name, value in values[:_TOLD]]
-    more = f" and {len(values) - _TOLD} values more" if len(values) > _TOLD else ""
-    return f" with {', '.join(told)}{more}" if told else ""
+    uncertain = {name: entry.value for name, entry in recording.uncertain.items()}
+    session = {name: entry.value for name, entry in recording.session.items()}
+    values = [*recording.known.items(), *uncertain.items(), *session.items()]
+    shown = [f"{name} = {value:g}" for name, value in values[:_SHOWN]]
+    more = f" and {len(values) - _SHOWN} values more" if len(values) > _SHOWN else ""
+    return f" with {', '.join(shown)}{more}" if shown else ""
 
 
 def _plain(value: object) -> object:

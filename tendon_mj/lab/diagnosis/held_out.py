@@ -4,9 +4,9 @@
 * None, and recordings of different states of the rig: each by a model that is fitted to the others.
 * None, and recordings of one state: the last quarter of each.
 
-What was set anew for a recording is fitted to it, by every model alike. An event that happened in
-one recording is in no other one: a recording in which one was found is judged beside those that
-were held out, and with the event as it was fitted to it.
+Values that were set anew for a recording are fitted to it, by every model alike. An event of one
+recording is in no other one: a recording in which one was found is judged next to those that were
+held out, and with the event as it was fitted to it.
 """
 
 from __future__ import annotations
@@ -17,11 +17,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.lab.diagnosis.data.problem import Problem, by_recording
-from tendon_mj.lab.diagnosis.data.sessions import session_terms
-from tendon_mj.lab.diagnosis.data.step_size import with_step
+from tendon_mj.lab.diagnosis.data import Problem, by_recording, session_terms, with_step
 from tendon_mj.lab.diagnosis.effects.effect import Term
-from tendon_mj.lab.diagnosis.model_selection.fit import Fit, fit
+from tendon_mj.lab.diagnosis.fitting import Fit, fit
 from tendon_mj.lab.replay import recording_of
 from tendon_mj.typing import FloatArray
 
@@ -37,7 +35,7 @@ class Unseen:
         extrapolated: (m,) residual for a step of zero.
         correction: (m,) extrapolated less simulated residual.
         stated: (m,) residual with the model's own step.
-        sessions: what was set anew for each recording that no training data are of,
+        sessions: values set anew for each recording outside the training data,
             ``<parameter> @ <recording>`` → value.
     """
 
@@ -104,8 +102,7 @@ class HeldOut:
 
     def _each_by_the_others(self, fitted: Fit) -> Unseen:
         rows = self.problem.recording_of
-        size = rows.size
-        parts = [np.empty(size), np.empty(size), np.empty(size)]
+        parts = np.empty((3, rows.size))
         for k, refitted in enumerate(self.refits(fitted)):
             recording = self.problem.recordings[k]
             shared = _shared(refitted, self.base) | _events(fitted, self.base, {recording.name})
@@ -113,21 +110,17 @@ class HeldOut:
             masks = [np.full(t.size, j == k) for j, t in enumerate(self.problem.train)]
             alone = _fit_sessions(replace(self.problem, train=tuple(masks)), shared, terms)
             stated = self.own.residuals([{**shared, **alone.parameters(self.base)}])[0]
-            for part, found in zip(parts, (alone.residual, alone.correction, stated), strict=True):
-                part[rows == k] = found[rows == k]
+            own = rows == k
+            parts[:, own] = alone.residual[own], alone.correction[own], stated[own]
         return Unseen(parts[0], parts[1], parts[2], {})
 
     def refits(self, fitted: Fit) -> list[Fit]:
         """The model fitted to all recordings but each; none where all are of one state."""
         if not by_recording(self.problem.recordings):
             return []
-        if id(fitted) not in self._refits:
-            count = len(self.problem.recordings)
-            refits = [self._without(k, fitted) for k in range(count)]
-            self._refits[id(fitted)] = (
-                fitted,
-                refits,
-            )  # with the fit, so that its id stays its own
+        if id(fitted) not in self._refits:  # kept with the fit, so that its id stays its own
+            refits = [self._without(k, fitted) for k in range(len(self.problem.recordings))]
+            self._refits[id(fitted)] = fitted, refits
         return self._refits[id(fitted)][1]
 
     def _without(self, left_out: int, fitted: Fit) -> Fit:
@@ -157,6 +150,6 @@ def _events(fitted: Fit, base: Mapping[str, float], names: Collection[str]) -> d
 
 
 def _fit_sessions(problem: Problem, shared: Mapping[str, float], terms: Sequence[Term]) -> Fit:
-    """Fit what was set anew for recordings, with everything else as it is; or simulate them."""
+    """Fit the values set anew for recordings, with everything else as it is; or simulate them."""
     start = np.array([term.inert for term in terms])
     return fit(replace(problem, fixed=shared), {}, terms, (), start, evaluations=_SESSION)

@@ -1,169 +1,208 @@
-"""Proof on held-out data: from the models of a selection to a verdict."""
+"""Proof on held-out data: from the models of a selection to a verdict and a result."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tendon_mj.lab.data_check import DataWarning
-from tendon_mj.lab.diagnosis.data.problem import Problem
-from tendon_mj.lab.diagnosis.data.sessions import spreads
-from tendon_mj.lab.diagnosis.data.step_size import step_error
-from tendon_mj.lab.diagnosis.effects.effect import Effect
+from tendon_mj.lab.diagnosis.data import Problem, spreads, step_error
+from tendon_mj.lab.diagnosis.effects.effect import Effect, Term
+from tendon_mj.lab.diagnosis.evidence import LARGEST, Evidence, decide, measure_errors
+from tendon_mj.lab.diagnosis.fitting import Fit
 from tendon_mj.lab.diagnosis.held_out import HeldOut, Unseen
-from tendon_mj.lab.diagnosis.locate import locate
-from tendon_mj.lab.diagnosis.model_selection.context import SelectionContext
-from tendon_mj.lab.diagnosis.model_selection.fit import Fit
-from tendon_mj.lab.diagnosis.model_selection.reproducibility import bar, reproducibility
-from tendon_mj.lab.diagnosis.model_selection.select import Selection
-from tendon_mj.lab.diagnosis.model_selection.thresholds import (
+from tendon_mj.lab.diagnosis.model_faults import (
+    too_few_guides,
+    warn_of_guides,
+    warn_of_soft_flanks,
+    warn_of_soft_friction,
+)
+from tendon_mj.lab.diagnosis.regimes import locate
+from tendon_mj.lab.diagnosis.result import Diagnosis, Finding, Ranked, Value
+from tendon_mj.lab.diagnosis.selection import Selection, SelectionContext
+from tendon_mj.lab.diagnosis.statistics import (
+    FittedCandidate,
+    SelectedEffect,
+    beyond_range,
+    intervals,
+)
+from tendon_mj.lab.diagnosis.thresholds import (
+    bar,
     detection_limit,
     discretisation_error,
-    has_sheath,
+    reproducibility,
 )
-from tendon_mj.lab.diagnosis.result.diagnosis import Diagnosis, Finding
-from tendon_mj.lab.diagnosis.result.entries import (
-    finding,
-    fitted_values,
-    parameters_beyond_range,
-    ranking,
-)
-from tendon_mj.lab.diagnosis.result.error_reduction import measure_errors
-from tendon_mj.lab.diagnosis.result.evidence import Evidence
-from tendon_mj.lab.diagnosis.result.lumping import too_few_guides, warn_of_guides
-from tendon_mj.lab.diagnosis.result.sentence import (
+from tendon_mj.lab.diagnosis.wording import (
     ABOVE_NOISE,
-    Statement,
     state,
+    state_finding,
     warn_of_ends,
     warn_of_step_and_noise,
 )
-from tendon_mj.lab.diagnosis.result.soft_friction import warn_of_soft_flanks, warn_of_soft_friction
-from tendon_mj.lab.diagnosis.verdict import LARGEST, decide
+from tendon_mj.lab.replay import Parameter, parameter_of, value_in
 from tendon_mj.typing import FloatArray
 
+_EXPLAINS = 0.01  # of the excess χ², to be in the ranking
+# A calibrated value this near to an end is held by it: a hundredth of the range, or, in a range of
+# decades, of the range about its guess.
+_MARGIN = 0.2  # of a probe
 
-def prove(
-    context: SelectionContext,
-    selection: Selection,
-    own: Problem,
-    proof: Problem,
-    step: float | None,
-    catalogue: Mapping[str, Effect],
-    excluded: Collection[str],
-    checks: Sequence[DataWarning],
-    began: float,
-) -> Diagnosis:
-    """Simulate the held-out data with the models of a selection, and decide.
 
-    The decision rests on extrapolated errors, in units of noise and reproducibility together;
-    stated are those that a replay with the model's own step finds. Where part of the error remains,
-    an effect that explains less than that is taken out.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Proof:
+    """Data on which selections are proven, and everything that goes from there into a result.
 
-    Args:
-        context, selection: training data, and the models selected on it.
+    Attributes:
         own: training data with the model's own step.
-        proof: held-out recordings, likewise; ``own`` where there are none.
-        step: of the selection, see `with_step`.
+        held_out: held-out recordings, likewise; ``own`` where there are none.
         catalogue: identifier → effect, of all that could have been named.
         excluded: identifiers of effects that were not considered.
         checks: warnings about the recordings.
         began: start of the diagnosis (`time.perf_counter`) [s].
     """
-    held_out = HeldOut(context.problem, own, proof, step, context.base)
-    before = held_out.simulate(selection.calibrated.fit)
-    while True:
-        after = held_out.simulate(selection.final.fit) if selection.effects else before
-        findings = _findings(context, selection, catalogue)
-        evidence, bars, deviations = _weigh(context, selection, held_out, (before, after))
-        verdict = decide(evidence)
-        if verdict != "partly":
-            break
-        fewer = _without_imitation(context, selection, held_out, after, bars, evidence.limit)
-        if fewer is selection:
-            break
-        selection = fewer
 
-    problem, base, mask, fits = context.problem, context.base, held_out.mask, _fits(selection)
-    parameters = [fitted.parameters(base) for fitted in fits]
-    seen = own.residuals(parameters)
-    unseen = before.stated, after.stated
-    stated = measure_errors(proof, unseen[0], unseen[1], mask)
-    refits = held_out.refits(fits[1])
-    calibrated = fitted_values(problem, base, fits[1], refits, calibrated=True)
-    found = fitted_values(problem, base, fits[1], refits, calibrated=False)
-    proven = verdict in ("named", "parameter", "partly")
-    told = Statement(
-        verdict=verdict,
-        findings=findings,
-        errors=stated,
-        weighed=evidence.stated,
-        judged=evidence.extrapolated,
+    own: Problem
+    held_out: Problem
+    catalogue: Mapping[str, Effect]
+    excluded: Collection[str]
+    checks: Sequence[DataWarning]
+    began: float
+
+    def decide(
+        self, context: SelectionContext, selection: Selection, step: float | None
+    ) -> Diagnosis:
+        """Simulate the held-out data with the models of a selection, and decide.
+
+        The decision rests on extrapolated errors, in units of noise and reproducibility together;
+        the result states those of a replay with the model's own step. Where part of the error
+        remains, an effect that explains less than that is taken out.
+
+        Args:
+            context, selection: training data, and the models selected on it.
+            step: of the selection, see `with_step`.
+        """
+        data = HeldOut(context.problem, self.own, self.held_out, step, context.base)
+        before = data.simulate(selection.calibrated.fit)
+        while True:
+            after = data.simulate(selection.final.fit) if selection.effects else before
+            evidence, bars = _weigh(context, selection, data, (before, after))
+            verdict = decide(evidence)
+            fewer = selection
+            if verdict == "partly":
+                fewer = _without_imitation(context, selection, data, after, bars, evidence.limit)
+            if fewer is selection:
+                break
+            selection = fewer
+        base, final = context.base, selection.final.fit
+        parameters = [fit.parameters(base) for fit in (selection.calibrated.fit, final)]
+        findings = _findings(context, selection, self.catalogue)
+        model = {**base, **parameters[1], **after.sessions}
+        calibrated, fitted = fitted_values(context.problem, base, final, data.refits(final))
+        left = evidence.held_out.after
+        lumped = too_few_guides(self.held_out, model, left) if left > ABOVE_NOISE else []
+        limits = [*warn_of_ends(calibrated), *warn_of_guides(lumped)]
+        if verdict in ("partly", "unknown"):
+            limits += warn_of_soft_friction(self.own.simulate, model, _considered(selection))
+        limits += warn_of_soft_flanks(self.own.simulate, model, {**calibrated, **fitted})
+        seen, first = self.own.residuals(parameters), len(final.calibrated)
+        proven = verdict in ("named", "parameter", "partly")
+        excluded, faults = sorted(self.excluded), [w.sentence for w in self.checks if w.blocks]
+        sentence = state(verdict, findings, evidence, excluded=excluded, faults=faults)
+        return Diagnosis(
+            verdict=verdict,
+            sentence=" ".join([sentence, *limits]),
+            findings=findings if proven else (),
+            closest=() if proven else tuple(f.identifier for f in findings),
+            excluded=tuple(excluded),
+            ranking=ranking(selection, context.problem.in_train),
+            calibrated=calibrated,
+            parameters=fitted,
+            sessions=spreads(final.calibrated, final.values[:first]),
+            train=measure_errors(self.own, seen[0], seen[1], self.own.in_train),
+            evidence=evidence,
+            located=locate(self.own, seen[0], self.own.in_train),  # held-out tails stay unseen
+            remaining=locate(self.own, seen[1], self.own.in_train),
+            proof=(
+                locate(self.held_out, before.stated, data.mask),
+                locate(self.held_out, after.stated, data.mask),
+            ),
+            before={**base, **parameters[0], **before.sessions},
+            model=model,
+            seconds=time.perf_counter() - self.began,
+            catalogue=self.catalogue,
+            simulator=self.held_out.simulate,
+            recordings=self.own.recordings,
+            held_out_recordings=self.held_out.recordings if data.has_recordings else (),
+            search=(context, selection),
+            warnings=(
+                *(f"Before any fit: {warning.sentence}." for warning in self.checks),
+                *warn_of_step_and_noise(findings, evidence),
+                *limits,
+            ),
+            checks=tuple(self.checks),
+        )
+
+
+def _weigh(
+    context: SelectionContext, selection: Selection, data: HeldOut, unseen: tuple[Unseen, Unseen]
+) -> tuple[Evidence, FloatArray]:
+    """Evidence of a selection; and (m,) bars of the held-out residuals."""
+    before, after = unseen
+    judged, mask, final = data.proof, data.mask, selection.final.fit
+    deviations = reproducibility(context.problem, final.residual)
+    bars = bar(judged, deviations)
+    step, lumping = step_error((after.correction / bars)[mask]), discretisation_error(judged, bars)
+    base, effects = context.base, [selected.candidate for selected in selection.effects]
+    values = {**base, **final.parameters(base)}
+    evidence = Evidence(
+        kinds=[candidate.kind_found(base, values) for candidate in effects],
+        calibrated=selection.calibrated.excess <= context.detection_limit,
+        held_out=measure_errors(judged, before.stated, after.stated, mask),
+        weighed=measure_errors(judged, before.stated, after.stated, mask, bars),
+        extrapolated=measure_errors(judged, before.extrapolated, after.extrapolated, mask, bars),
+        zero_step=float(np.sqrt(np.mean(after.extrapolated[mask] ** 2))),
         reproducibility=deviations,
-        extrapolated=float(np.sqrt(np.mean(after.extrapolated[mask] ** 2))),
-        limit=evidence.limit,
-        beyond=parameters_beyond_range(problem, fits[1]),
-        excluded=sorted(excluded),
-        non_smooth=any(s.candidate.non_smooth for s in selection.effects),
-        sheathed=has_sheath(own.simulate),
-        faults=[warning.sentence for warning in checks if warning.blocks],
+        limit=detection_limit(judged, step, bars, mask),
+        largest=max(LARGEST, lumping),
+        beyond=parameters_beyond_range(context.problem, final),
+        at_end=not all(final.determines(candidate) for candidate in effects),
+        non_smooth=any(candidate.non_smooth for candidate in effects),
+        excess=selection.calibrated.excess,
+        step=step,
+        lumping=lumping,
     )
-    first = len(fits[1].calibrated)
-    model = {**base, **parameters[1], **after.sessions}
-    lumped = too_few_guides(proof, model, stated.after) if stated.after > ABOVE_NOISE else []
-    limits = [*warn_of_ends(calibrated), *warn_of_guides(lumped)]
-    if verdict in ("partly", "unknown"):
-        limits += warn_of_soft_friction(own.simulate, model, _considered(selection))
-    limits += warn_of_soft_flanks(own.simulate, model, {**calibrated, **found})
-    return Diagnosis(
-        verdict=verdict,
-        sentence=" ".join([state(told), *limits]),
-        findings=findings if proven else (),
-        closest=() if proven else tuple(f.identifier for f in findings),
-        excluded=tuple(sorted(excluded)),
-        ranking=ranking(selection, problem.in_train),
-        calibrated=calibrated,
-        parameters=found,
-        sessions=spreads(fits[1].calibrated, fits[1].values[:first]),
-        reproducibility=deviations,
-        train=measure_errors(own, seen[0], seen[1], own.in_train),
-        held_out=stated,
-        located=locate(own, seen[0], own.in_train),  # the held-out tails are left unseen
-        remaining=locate(own, seen[1], own.in_train),
-        proof=(locate(proof, unseen[0], mask), locate(proof, unseen[1], mask)),
-        before={**base, **parameters[0], **before.sessions},
-        model=model,
-        seconds=time.perf_counter() - began,
-        catalogue=catalogue,
-        simulator=proof.simulate,
-        recordings=own.recordings,
-        held_out_recordings=proof.recordings if held_out.has_recordings else (),
-        search=(context, selection),
-        evidence=evidence,
-        warnings=(
-            *(f"Before any fit: {warning.sentence}." for warning in checks),
-            *warn_of_step_and_noise(told),
-            *limits,
-        ),
-        checks=tuple(checks),
-    )
+    return evidence, bars
 
 
-def _fits(selection: Selection) -> tuple[Fit, Fit]:
-    """Calibrated and final fit."""
-    return selection.calibrated.fit, selection.final.fit
+def _without_imitation(
+    context: SelectionContext,
+    selection: Selection,
+    data: HeldOut,
+    after: Unseen,
+    bars: FloatArray,
+    limit: float,
+) -> Selection:
+    """The selection without the effect that the held-out data can best do without, if any.
 
-
-def _findings(
-    context: SelectionContext, selection: Selection, catalogue: Mapping[str, Effect]
-) -> tuple[Finding, ...]:
-    """Findings of a selection."""
-    base, known = context.base, context.problem.simulate.parameters
-    final = {**base, **selection.final.fit.parameters(base)}
-    return tuple(finding(effect, catalogue, known, base, final) for effect in selection.effects)
+    An effect holds if it explains more of the held-out data than is left unexplained: an effect
+    that explains less may stand for a part of that. And it explains more than the limit.
+    """
+    if len(selection.effects) < 2:
+        return selection
+    left = float(np.mean((after.extrapolated / bars)[data.mask] ** 2))
+    least, imitation = max(limit, left), selection
+    for selected in selection.effects:
+        reduced = context.polish(context.without(selection.final, selected.candidate))
+        unseen = data.simulate(reduced.fit)
+        explained = float(np.mean((unseen.extrapolated / bars)[data.mask] ** 2)) - left
+        if explained < least:
+            others = tuple(s for s in selection.effects if s is not selected)
+            least, imitation = explained, replace(selection, final=reduced, effects=others)
+    return imitation
 
 
 def _considered(selection: Selection) -> set[str]:
@@ -172,60 +211,133 @@ def _considered(selection: Selection) -> set[str]:
     return {target for candidate in candidates for target in candidate.targets}
 
 
-def _weigh(
-    context: SelectionContext,
-    selection: Selection,
-    held_out: HeldOut,
-    unseen: tuple[Unseen, Unseen],
-) -> tuple[Evidence, FloatArray, dict[str, float]]:
-    """Evidence of a selection; (m,) bars of the held-out residuals; and the reproducibility."""
-    before, after = unseen
-    judged, mask = held_out.proof, held_out.mask
-    deviations = reproducibility(context.problem, selection.final.fit.residual)
-    bars = bar(judged, deviations)
-    step, lumping = step_error((after.correction / bars)[mask]), discretisation_error(judged, bars)
-    limit = detection_limit(judged, step, bars, mask)
-    base = context.base
+def _findings(
+    context: SelectionContext, selection: Selection, catalogue: Mapping[str, Effect]
+) -> tuple[Finding, ...]:
+    """Findings of a selection; rivals are other effects, or the same one elsewhere."""
+    base, known = context.base, context.problem.simulate.parameters
     final = {**base, **selection.final.fit.parameters(base)}
-    evidence = Evidence(
-        kinds=[selected.candidate.found(base, final) for selected in selection.effects],
-        calibrated=selection.calibrated.excess <= context.detection_limit,
-        extrapolated=measure_errors(judged, before.extrapolated, after.extrapolated, mask, bars),
-        stated=measure_errors(judged, before.stated, after.stated, mask, bars),
-        limit=limit,
-        largest=max(LARGEST, lumping),
-        beyond=bool(parameters_beyond_range(context.problem, selection.final.fit))
-        or not all(selection.final.fit.determines(s.candidate) for s in selection.effects),
-        excess=selection.calibrated.excess,
-        step=step,
-        lumping=lumping,
+    return tuple(_finding(effect, catalogue, known, base, final) for effect in selection.effects)
+
+
+def _finding(
+    selected: SelectedEffect,
+    catalogue: Mapping[str, Effect],
+    parameters: Mapping[str, Parameter],
+    before: Mapping[str, float],
+    after: Mapping[str, float],
+) -> Finding:
+    candidate, rivals = selected.candidate, selected.rivals
+    effect = catalogue[candidate.identifier]
+    return Finding(
+        identifier=effect.identifier,
+        name=effect.name,
+        equation=effect.equation,
+        where=candidate.where,
+        kind="parameter" if candidate.in_model(before) else candidate.kind,
+        confidence=selected.confidence,
+        rivals=tuple(
+            dict.fromkeys(r.identifier for r in rivals if r.identifier != effect.identifier)
+        ),
+        elsewhere=tuple(r.where for r in rivals if r.identifier == effect.identifier),
+        statement=state_finding(effect, candidate, parameters, before, after),
+        parameter=candidate.terms[0].targets[0],
+        recording=candidate.recording,
     )
-    return evidence, bars, deviations
 
 
-def _without_imitation(
-    context: SelectionContext,
-    selection: Selection,
-    held_out: HeldOut,
-    after: Unseen,
-    bars: FloatArray,
-    limit: float,
-) -> Selection:
-    """The selection without the effect that the held-out data can best do without, if any.
+def ranking(selection: Selection, in_train: NDArray[np.bool_]) -> tuple[Ranked, ...]:
+    """Rank the candidates for the first effect: fitted ones by their error, others by screening."""
+    first = selection.first
+    if first is None:
+        return ()
+    excess = float(np.mean(selection.calibrated.fit.residual[in_train] ** 2)) - 1.0
+    fitted = {model.added.label: model for model in (*first.fitted, *first.at_end)}
+    ranked: dict[str, Ranked] = {}
+    for score in first.scores:
+        candidate, share = score.candidate, min(score.explained / excess, 1.0)
+        if share >= _EXPLAINS and candidate.label not in ranked:
+            left, end, unit = None, None, ""
+            if model := fitted.get(candidate.label):
+                left = float(np.sqrt(max(1.0 + model.excess, 0.0)))
+                if model in first.at_end:
+                    end, unit = _nearest_end(model)
+            ranked[candidate.label] = Ranked(
+                candidate.identifier, candidate.where, share, left, end, unit
+            )
+    return tuple(
+        sorted(
+            ranked.values(),
+            key=lambda r: (r.left is None, r.at_end is not None, r.left or 0.0, -r.explains),
+        )
+    )
 
-    An effect holds if it explains more of the held-out data than is left unexplained: what explains
-    less may stand for a part of that. And it explains more than the limit.
+
+def _nearest_end(model: FittedCandidate) -> tuple[float, str]:
+    """End of its range at which a candidate's strength stands, and its unit."""
+    strength = model.fit.terms_of(model.added).start
+    term, value = model.fit.terms[strength], float(model.fit.values[strength])
+    nearest = term.high if abs(term.high - value) < abs(term.low - value) else term.low
+    return nearest, term.unit
+
+
+def fitted_values(
+    problem: Problem, base: Mapping[str, float], fit: Fit, refits: Sequence[Fit] = ()
+) -> tuple[dict[str, Value], dict[str, Value]]:
+    """Fitted parameters with intervals: the calibrated ones, and those of the effects."""
+    parameters, ranges = problem.simulate.parameters, intervals(problem, fit, refits)
+    widths = np.array([term.high - term.low for term in fit.terms])
+    inside = fit.free & (np.ptp(ranges, axis=1) < widths)
+    at_ends = [np.where(inside, end, fit.values) for end in ranges.T]
+    around = [{**base, **fit.parameters(base, values)} for values in (fit.values, *at_ends)]
+    calibrated, of_effects, near = dict[str, Value](), dict[str, Value](), _near_ends(fit)
+    for k, term in enumerate(fit.terms):
+        if term.spread > 0.0:
+            continue
+        values = calibrated if k < len(fit.calibrated) else of_effects
+        at_end = bool(near[k])
+        determined = bool(fit.free[k]) and _narrower(ranges[k], term) and not at_end
+        span = ranges[k] if determined else (term.low, term.high)
+        written = [term.write(float(end), others) for end in span for others in around]
+        for name in term.targets:
+            ends = [values_at[name] for values_at in written]
+            unit, before = parameters[parameter_of(name)].unit, value_in(base, name)
+            values[name] = Value(
+                around[0][name], min(ends), max(ends), unit, before, determined, at_end
+            )
+        for name, value, low, high in term.constants:
+            unit, before = parameters[parameter_of(name)].unit, value_in(base, name)
+            values[name] = Value(value, low, high, unit, before)
+    return calibrated, of_effects
+
+
+def _narrower(interval: FloatArray, term: Term) -> bool:
+    """Whether an interval is narrower than the range of its term."""
+    return bool(interval[0] > term.low or interval[1] < term.high)
+
+
+def parameters_beyond_range(problem: Problem, fit: Fit) -> list[str]:
+    """Calibrated parameters that the effects of a fit would take beyond their ranges."""
+    near = _near_ends(fit)
+    if not near.any():
+        return []
+    beyond = beyond_range(problem, fit, near)
+    return [t for k in np.flatnonzero(beyond) for t in fit.terms[k].targets]
+
+
+def _near_ends(fit: Fit) -> NDArray[np.bool_]:
+    """(p,) which terms are calibrated, the same in all recordings, and at an end of their range."""
+    near = np.zeros(len(fit.terms), bool)
+    for k, term in enumerate(fit.calibrated):
+        near[k] = not term.spread and not _clear_of_ends(fit.values[k], term)
+    return near
+
+
+def _clear_of_ends(value: float, term: Term) -> bool:
+    """Whether a calibrated value lies inside its range; the fit never quite reaches an end.
+
+    In a range of decades twice the low end is far from it.
     """
-    if len(selection.effects) < 2:
-        return selection
-    mask = held_out.mask
-    left = float(np.mean((after.extrapolated / bars)[mask] ** 2))
-    least, imitation = max(limit, left), None
-    for selected in selection.effects:
-        reduced = context.polish(context.without(selection.final, selected.candidate))
-        unseen = held_out.simulate(reduced.fit)
-        explained = float(np.mean((unseen.extrapolated / bars)[mask] ** 2)) - left
-        if explained < least:
-            others = tuple(s for s in selection.effects if s is not selected)
-            least, imitation = explained, replace(selection, final=reduced, effects=others)
-    return selection if imitation is None else imitation
+    margin = _MARGIN * term.probe
+    low = min(margin, term.low) if term.low > 0.0 else margin
+    return bool(term.low + low < value < term.high - margin)

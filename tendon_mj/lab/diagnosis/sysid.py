@@ -23,15 +23,15 @@ import numpy as np
 from mujoco import sysid
 
 from tendon_mj.errors import TendonError
-from tendon_mj.lab.diagnosis.data.problem import (
+from tendon_mj.lab.diagnosis.data import (
     MakeSimulator,
     Problem,
     all_samples,
     by_recording,
     training_samples,
+    uncertain_terms,
 )
-from tendon_mj.lab.diagnosis.data.uncertain import uncertain_terms
-from tendon_mj.lab.diagnosis.result.error_reduction import measure_errors
+from tendon_mj.lab.diagnosis.evidence import measure_errors
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Simulator, suppress_unsolved_warnings
@@ -80,7 +80,7 @@ class SysidResult:
 
 
 def sysid_is_there() -> bool:
-    """Whether `mujoco.sysid` can be used; without what it needs it imports, but is empty."""
+    """Whether `mujoco.sysid` can be used; without its dependencies it imports, but is empty."""
     return hasattr(sysid, "optimize")
 
 
@@ -91,7 +91,7 @@ def fit_with_sysid(
     *,
     simulator: MakeSimulator = Simulator,
 ) -> SysidResult:
-    """Fit what the recordings call uncertain with `mujoco.sysid`, and measure the errors.
+    """Fit the uncertain parameters of recordings with `mujoco.sysid`, and measure the errors.
 
     Args:
         train: recordings to fit.
@@ -105,7 +105,7 @@ def fit_with_sysid(
     """
     if not sysid_is_there():
         raise TendonError(
-            "mujoco.sysid lacks what it needs: pip install 'tendon-mj[sysid]', or leave the"
+            "mujoco.sysid lacks its dependencies: pip install 'tendon-mj[sysid]', or leave the"
             " comparison out (--no-sysid)"
         )
     began = time.perf_counter()
@@ -136,7 +136,7 @@ def fit_with_sysid(
 def _each_by_the_others(
     problem: Problem, simulator: MakeSimulator, progress: Progress
 ) -> FloatArray:
-    """(m,) residual of each recording with what was fitted to the others."""
+    """(m,) residual of each recording with the values fitted to the others."""
     residual = np.empty(problem.recording_of.size)
     for k in range(len(problem.recordings)):
         others = [r for j, r in enumerate(problem.recordings) if j != k]
@@ -184,7 +184,7 @@ def _optimize(problem: Problem, progress: Progress) -> dict[str, tuple[float, fl
         stacked = np.stack(rows, axis=1)
         return [stacked if x.ndim > 1 else stacked[:, 0]], None, None
 
-    found, outcome = sysid.optimize(
+    fitted, outcome = sysid.optimize(
         parameters,
         residuals,
         optimizer="mujoco",
@@ -195,7 +195,7 @@ def _optimize(problem: Problem, progress: Progress) -> dict[str, tuple[float, fl
         mu_factor=_DAMPING_FACTOR,
         output=io.StringIO(),
     )
-    last, _, _ = residuals(found.as_vector(), found)
+    last, _, _ = residuals(fitted.as_vector(), fitted)
     _, halves = sysid.calculate_intervals(last, outcome.jac)
     progress("mujoco.sysid", 2 * _ITERATIONS, 2 * _ITERATIONS)
     return {
@@ -204,7 +204,7 @@ def _optimize(problem: Problem, progress: Progress) -> dict[str, tuple[float, fl
             natural(max(share - half, 0.0), name),
             natural(min(share + half, 1.0), name),
         )
-        for name, share, half in zip(found.keys(), found.as_vector(), halves, strict=True)
+        for name, share, half in zip(fitted.keys(), fitted.as_vector(), halves, strict=True)
         for target in ranges[name].targets
     }
 
@@ -230,5 +230,5 @@ def _note(train: Sequence[Recording], values: Mapping[str, object]) -> str:
         " for independent news and the model for right"
     )
     if any(recording.session for recording in train):
-        note += "; what was set anew for each recording has the value that [session] states"
+        note += "; values set anew for each recording are those that [session] states"
     return note

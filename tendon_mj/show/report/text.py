@@ -4,57 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 from tendon_mj.lab.diagnosis import (
     DISCRIMINATING_EXPERIMENTS,
+    MEANING,
     BeforeAfter,
     Diagnosis,
     Effect,
     ErrorReduction,
-    Finding,
     Value,
-    Verdict,
 )
 from tendon_mj.lab.recordings import noise_levels
 from tendon_mj.lab.replay import column_name, column_unit, engineering_unit, plain, replay_error
 
 ABSENT = "–"
-# verdict → its meaning
-MEANING: Final[dict[Verdict, str]] = {
-    "named": "An effect is missing from the model; held-out data prove it.",
-    "parameter": "A parameter of the model is wrong; held-out data prove it.",
-    "partly": "A part of the error is explained; the rest is not.",
-    "nothing missing": "The model explains the recordings down to their noise.",
-    "unknown": "The error is not explained, and nothing is proven.",
-}
-_LINING, _CABLE = "the sheath and its lining", "the cable"
-_JOINT, _SENSOR = "the bearings of the joint", "the sensor, its amplifier and its filter"
-# effect → physical component to inspect
-PARTS: Final = {
-    "sheath_friction": _LINING,
-    "static_friction": _LINING,
-    "velocity_weakening": _LINING,
-    "viscous_friction": f"{_LINING}, and its lubricant",
-    "constant_friction": f"{_LINING}, seals and pulleys",
-    "direction_asymmetry": f"{_LINING}, and where the cable enters and leaves it",
-    "position_dependent_friction": "where the cable rubs most: a kink, a worn or dirty place",
-    "friction_drift": f"{_LINING}, for heat and wear",
-    "backlash": "the spool on its shaft, the coupling and the gear before the cable, and its ends",
-    "stiffening": _CABLE,
-    "creep": _CABLE,
-    "sheath_compliance": "the brackets that hold the sheath",
-    "joint_damping": _JOINT,
-    "joint_friction": _JOINT,
-    "sensor_bias": "the sensor's zero",
-    "sensor_gain": "the sensor's calibration",
-    "sensor_delay": _SENSOR,
-    "sensor_lag": _SENSOR,
-    "sensor_drift": "the sensor's zero, for heat",
-    "gear_efficiency": "the gear before the motor whose current is read; a load cell has none",
-    "slip": "where the cable is held on its drum, the coupling, and lost counts of the encoder",
-    "command_delay": "the drive and its clock",
-}
 
 
 def meaning(diagnosis: Diagnosis) -> str:
@@ -81,9 +45,7 @@ def headline(diagnosis: Diagnosis) -> str:
         return "Nothing in the catalogue explains the error."
     missing, wrong, happened = (
         " and ".join(
-            f.statement if f.statement and not f.elsewhere else _anywhere(f)
-            for f in diagnosis.findings
-            if ("happened" if f.recording else f.kind) == kind
+            f.summary for f in diagnosis.findings if ("happened" if f.recording else f.kind) == kind
         )
         for kind in ("missing", "parameter", "happened")
     )
@@ -92,10 +54,6 @@ def headline(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "partly":
         sentence = f"in part, {sentence}"
     return sentence[:1].upper() + sentence[1:] + "."
-
-
-def _anywhere(finding: Finding) -> str:
-    return f"{finding.name} ({' or '.join((finding.where, *finding.elsewhere))})"
 
 
 def what_to_do(diagnosis: Diagnosis) -> list[str]:
@@ -153,7 +111,7 @@ def _ties(diagnosis: Diagnosis) -> list[str]:
 def _inspections(diagnosis: Diagnosis) -> list[str]:
     sentences, missing = [], [f for f in diagnosis.findings if f.kind == "missing"]
     for finding in missing:
-        part = PARTS.get(finding.identifier, "")
+        part = diagnosis.catalogue[finding.identifier].look_at
         if finding.recording:
             sentences.append(
                 f"Model.xml has no slip. To replay recording {finding.recording!r}, state it in the"

@@ -20,8 +20,7 @@ from tendon_mj.lab.diagnosis import (
     all_samples,
 )
 from tendon_mj.lab.diagnosis.effects.effect import Kind
-from tendon_mj.lab.diagnosis.model_selection.context import CONVERGED
-from tendon_mj.lab.diagnosis.model_selection.select import select_effects
+from tendon_mj.lab.diagnosis.selection import CONVERGED, select_effects
 from tendon_mj.lab.recordings import Measured, Recording
 from tendon_mj.lab.replay import Parameter, Simulates
 from tendon_mj.typing import FloatArray

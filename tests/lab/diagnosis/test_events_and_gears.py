@@ -12,9 +12,10 @@ import pytest
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.diagnosis import CATALOGUE, Diagnosis, diagnose
-from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Adjustable, patch_model, read_intervals, replay_recording
 from tendon_mj.models import load_model
+from tests.lab.diagnosis.toy import bench_recording, refused
 
 NOISE = {"input_tension_N": 0.1, "output_tension_N": 0.1}
 DRIVE = "input_displacement_m"
@@ -34,15 +35,7 @@ def bench(name: str, turns: list[float], known: dict[str, float]) -> Recording:
     time = np.arange(0.0, 2.4, 0.01)
     corners = np.linspace(0.1, 2.4, len(turns))
     place = 1e-3 * np.interp(time, corners, turns)
-    bare = Recording(
-        name=name,
-        model="bench",
-        source="simulated",
-        time=time,
-        columns={DRIVE: place, **{column: np.zeros(time.size) for column in NOISE}},
-        drive={DRIVE: "reel"},
-        measured={c: Measured(c.removesuffix("_N"), noise) for c, noise in NOISE.items()},
-    )
+    bare = bench_recording(name, time, place, 0.1, list(NOISE))
     clean = replay_recording(bare, parameters=known).columns
     random = np.random.default_rng(len(name))
     noisy = {c: clean[c] + random.normal(0.0, noise, time.size) for c, noise in NOISE.items()}
@@ -64,16 +57,15 @@ def diagnosed(
 
 
 def test_a_gear_is_named_and_measured_and_the_model_has_it(tmp_path: Path) -> None:
-    found = diagnosed({"input_tension.efficiency": 0.8})
-    assert found.verdict == "named"
-    assert found.effects == ["gear_efficiency"]
-    value = found.parameters["input_tension.efficiency"]
+    outcome = diagnosed({"input_tension.efficiency": 0.8})
+    assert (outcome.verdict, outcome.effects) == ("named", ["gear_efficiency"])
+    value = outcome.parameters["input_tension.efficiency"]
     assert value.low <= 0.8 <= value.high
     assert value.high - value.low < 0.02
-    made = found.write_model(tmp_path / "model.xml")
+    made = outcome.write_model(tmp_path / "model.xml")
     assert read_intervals(load_model(str(made)))["input_tension.efficiency"][1] < 0.85
     replayed = replay_recording(bench("third", UP_AND_DOWN, {}), load_model(str(made)))
-    fitted = {name: value.value for name, value in found.parameters.items()}
+    fitted = {name: value.value for name, value in outcome.parameters.items()}
     meant = replay_recording(bench("third", UP_AND_DOWN, {}), parameters=fitted)
     for column in NOISE:
         np.testing.assert_allclose(replayed.columns[column], meant.columns[column], rtol=1e-12)
@@ -83,22 +75,20 @@ def test_a_gear_is_named_and_measured_and_the_model_has_it(tmp_path: Path) -> No
 def test_a_slip_is_named_with_its_size_its_time_and_its_recording(
     held_out: tuple[Recording, ...] | None, tmp_path: Path
 ) -> None:
-    found = diagnosed({}, SLIP, held_out)
-    assert found.verdict == "named"
-    assert found.effects == ["slip"]
-    size, when, duration = (found.parameters[f"{name} @ second"] for name in SLIP)
-    assert size.low <= SLIP["reel.slip"] <= size.high
+    outcome = diagnosed({}, SLIP, held_out)
+    assert (outcome.verdict, outcome.effects) == ("named", ["slip"])
+    size, when, _ = values = [outcome.parameters[f"{name} @ second"] for name in SLIP]
+    for value, truth in zip(values, SLIP.values(), strict=True):
+        assert value.low <= truth <= value.high
     assert abs(size.value - SLIP["reel.slip"]) < 1e-5
-    assert when.low <= SLIP["reel.slip_time"] <= when.high
-    assert duration.low <= SLIP["reel.slip_duration"] <= duration.high
     assert when.high - when.low <= 0.02
     assert abs(when.value - SLIP["reel.slip_time"]) < 0.002
     for word in ("µm", "let out", "1.2", "'second'", "reel"):
-        assert word in found.findings[0].statement
-    assert json.loads(json.dumps(found.result()))["parameters"]["reel.slip @ second"]
-    text = found.write_model(tmp_path / "model.xml").read_text("utf-8")
+        assert word in outcome.findings[0].statement
+    assert json.loads(json.dumps(outcome.result()))["parameters"]["reel.slip @ second"]
+    text = outcome.write_model(tmp_path / "model.xml").read_text("utf-8")
     assert "slip" not in text.replace("slip_", "")
-    shown = {row.measured.name for row in found.simulate()}
+    shown = {row.measured.name for row in outcome.simulate()}
     assert "second" in shown
 
 
@@ -117,7 +107,7 @@ def test_a_slip_in_a_recordings_known_replays_it() -> None:
 
 
 def test_a_slip_is_of_no_model(tmp_path: Path) -> None:
-    with pytest.raises(InvalidValueError, match=r"reel\.slip.*\[known\]"):
+    with refused(InvalidValueError, "reel.slip", "[known]"):
         patch_model("bench", {"reel.slip": 1e-3}, tmp_path / "model.xml")
 
 
@@ -142,19 +132,19 @@ def test_only_what_takes_a_place_slips_and_only_what_bears_a_load_has_a_gear() -
 def test_neither_takes_the_place_of_another(
     common: dict[str, float], own: dict[str, float], right: str
 ) -> None:
-    found = diagnosed(common, own)
-    assert found.effects[:1] == [right]
-    assert not {"gear_efficiency", "slip"} & {*found.effects, *chain(*found.indistinguishable)}
+    outcome = diagnosed(common, own)
+    assert outcome.effects[:1] == [right]
+    assert not {"gear_efficiency", "slip"} & {*outcome.effects, *chain(*outcome.indistinguishable)}
 
 
 def test_a_step_of_one_readings_zero_is_no_slip() -> None:
     train = [bench("first", UP_AND_DOWN, {}), bench("second", OTHER, {})]
     stepped = train[1].columns["input_tension_N"] + 3.0 * (train[1].time > 1.2)
     train[1] = replace(train[1], columns={**train[1].columns, "input_tension_N": stepped})
-    found = diagnose(train, [bench("unseen", OTHER[::-1], {})], catalogue=FEW)
-    assert "slip" not in (*found.effects, *found.closest)
+    outcome = diagnose(train, [bench("unseen", OTHER[::-1], {})], catalogue=FEW)
+    assert "slip" not in (*outcome.effects, *outcome.closest)
 
 
 def test_with_nothing_hidden_nothing_is_named() -> None:
-    found = diagnosed({})
-    assert found.verdict == "nothing missing"
+    outcome = diagnosed({})
+    assert outcome.verdict == "nothing missing"

@@ -59,8 +59,8 @@ def test_the_second_best_choice_is_tried_where_less_than_a_tenth_remains(
 ) -> None:
     """As above, beside an unknown error: {c} leaves 9.5 % of 55.8, or 10.8 % of 56.6."""
     truth = {"a": 6.0, "b": 4.0, "w": unknown}
-    found = selected(imitator(1.2, 0.8, 0.25), truth, [A, B, C])
-    assert found == ({"a", "b"} if tried else {"c"})
+    result = selected(imitator(1.2, 0.8, 0.25), truth, [A, B, C])
+    assert result == ({"a", "b"} if tried else {"c"})
 
 
 def test_an_effect_that_others_made_idle_is_eliminated() -> None:
@@ -132,8 +132,8 @@ def test_a_parameter_of_the_model_is_no_further_candidate() -> None:
     """Held at 0.05, a leaves 25, which the same with a wider range would explain."""
     narrow, wide = effect("a", most=0.05), replace(A, where="another")
     given = context({"a": {"a": 1.0}, "b": {"b": 1.0}}, {"a": 5.0, "b": 2.0}, [wide, B])
-    found = given.extend(given.fit_model((narrow,), (0.04,)))
-    assert [score.candidate for score in found.scores] == [B]
+    result = given.extend(given.fit_model((narrow,), (0.04,)))
+    assert [score.candidate for score in result.scores] == [B]
 
 
 def test_a_second_best_choice_that_leads_to_less_is_not_kept() -> None:
@@ -162,9 +162,9 @@ def test_one_effect_on_many_elements_leaves_fits_for_others() -> None:
     shapes["b"] = {"a": 1.0, "b": 0.3}
     candidates = [replace(effect(n, where=n), identifier="a") for n in names] + [B]
     extended = context(shapes, {"a": 3.0}, candidates)
-    found = extended.extend(extended.fit_model((), ()))
-    assert sorted(m.candidate.identifier for m in found.fitted if m.candidate) == ["a"] * 3 + ["b"]
-    assert len(found.scores) == 6
+    result = extended.extend(extended.fit_model((), ()))
+    assert sorted(m.candidate.identifier for m in result.fitted if m.candidate) == ["a"] * 3 + ["b"]
+    assert len(result.scores) == 6
 
 
 def test_two_effects_that_explain_the_same_are_rivals() -> None:

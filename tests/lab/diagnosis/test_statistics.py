@@ -1,4 +1,4 @@
-"""Cross-validation and intervals, where the exact answer is known."""
+"""Cross-validation, comparison, intervals and thresholds, where the exact answer is known."""
 
 from __future__ import annotations
 
@@ -8,13 +8,35 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tendon_mj.lab.diagnosis import Candidate, Fit, Problem, Term, all_samples, fit, intervals
-from tendon_mj.lab.diagnosis.model_selection.cross_validation import cross_validate
-from tendon_mj.lab.diagnosis.model_selection.intervals import beyond_range
-from tendon_mj.lab.diagnosis.model_selection.thresholds import reducible_excess
-from tendon_mj.lab.diagnosis.result.entries import parameters_beyond_range
-from tests.lab.diagnosis.linear_rig import BLOCKS, Shape, context, effect
-from tests.lab.diagnosis.toy import Toy, recording
+from tendon_mj.lab.diagnosis import (
+    Candidate,
+    Fit,
+    FittedCandidate,
+    Problem,
+    Term,
+    fit,
+    intervals,
+    tied,
+)
+from tendon_mj.lab.diagnosis.proof import parameters_beyond_range
+from tendon_mj.lab.diagnosis.statistics import (
+    CrossValidation,
+    beyond_range,
+    cross_validate,
+    gain,
+    rate,
+    simplest,
+)
+from tendon_mj.lab.diagnosis.thresholds import (
+    CLOSED,
+    detection_limit,
+    discretisation_error,
+    least_share,
+    reducible_excess,
+    unexplained_excess,
+)
+from tests.lab.diagnosis.linear_rig import BLOCKS, LinearRig, Shape, context, effect
+from tests.lab.diagnosis.toy import Toy, problem_of, recording
 
 TERM = Term(("sheath.constant_friction",), "N", 0.0, -50.0, 50.0, 1.0)
 SLOPE = Term(("sheath.friction_drift",), "1/s", 0.0, -50.0, 50.0, 1.0)
@@ -22,7 +44,7 @@ SLOPE = Term(("sheath.friction_drift",), "1/s", 0.0, -50.0, 50.0, 1.0)
 
 def problem(seed: int = 0) -> Problem:
     made = (recording("a", seed, {}), recording("b", seed + 1, {}))
-    return Problem(made, Toy(made), all_samples(made))
+    return problem_of(Toy, made)
 
 
 def linear(data: Problem, jacobian: np.ndarray, noise: np.ndarray) -> Fit:
@@ -39,8 +61,8 @@ def test_cross_validation_of_a_linear_model_is_that_of_refits() -> None:
     random = np.random.default_rng(1)
     size = data.blocks.size
     jacobian, noise = random.normal(size=(size, 2)), random.normal(size=size)
-    found = cross_validate(data, linear(data, jacobian, noise))
-    for block, chi2 in zip(np.unique(data.blocks), found.chi2, strict=True):
+    result = cross_validate(data, linear(data, jacobian, noise))
+    for block, chi2 in zip(np.unique(data.blocks), result.chi2, strict=True):
         inside = data.blocks == block
         refit = np.linalg.lstsq(jacobian[~inside], -noise[~inside], rcond=None)[0]
         left = noise[inside] + jacobian[inside] @ refit
@@ -53,9 +75,9 @@ def test_beside_a_non_smooth_effect_no_block_is_left_out() -> None:
     size = data.blocks.size
     fitted = linear(data, random.normal(size=(size, 2)), random.normal(size=size))
     effect = Candidate("drift", "missing", "sheath", (SLOPE,), non_smooth=True)
-    found = cross_validate(data, replace(fitted, calibrated=(TERM,), effects=(effect,)))
-    assert found.excess == pytest.approx(float(np.mean(fitted.residual**2)) - 1.0)
-    assert found.excess < cross_validate(data, fitted).excess
+    result = cross_validate(data, replace(fitted, calibrated=(TERM,), effects=(effect,)))
+    assert result.excess == pytest.approx(float(np.mean(fitted.residual**2)) - 1.0)
+    assert result.excess < cross_validate(data, fitted).excess
 
 
 def test_cross_validated_noise_has_no_excess() -> None:
@@ -172,3 +194,132 @@ def test_an_error_counts_as_no_more_than_its_signal_varies() -> None:
     size = sum(count for _, _, count in data.layout())
     assert reducible_excess(data, np.full(size, 1e6)) == pytest.approx(most)
     assert reducible_excess(data, np.full(size, 1.1)) == pytest.approx(0.21)
+
+
+IN_BLOCKS = 100  # in 10 blocks
+NOTHING = np.zeros(0)
+FIT = Fit((), (), NOTHING, NOTHING, NOTHING, np.zeros((0, 0)), NOTHING, np.zeros((2, 0)))
+A, B = effect("a"), effect("b")
+LONG = effect("b", shape="d")
+
+
+def model(candidate: Candidate | None, excess: float, moved: float = 0.0) -> FittedCandidate:
+    """Model with an excess χ², of which ``moved`` is in the other half of the blocks."""
+    chi2 = np.full(10, (1.0 + excess) * IN_BLOCKS / 10.0)
+    chi2[:5] += moved * IN_BLOCKS / 5.0
+    chi2[5:] -= moved * IN_BLOCKS / 5.0
+    return FittedCandidate(candidate, FIT, CrossValidation(chi2, IN_BLOCKS))
+
+
+def test_the_standard_error_of_a_gain_comes_from_the_blocks_that_get_worse() -> None:
+    before = CrossValidation(np.array([30.0, 30.0, 30.0, 30.0]), 100)
+    after = CrossValidation(np.array([10.0, 10.0, 33.0, 34.0]), 100)
+    got = gain(before, after)
+    assert got.mean == pytest.approx(0.33)
+    assert got.standard_error == pytest.approx(np.sqrt(2.0 * (3.0**2 + 4.0**2)) / 100.0)
+    assert gain(before, before).standard_error == 0.0
+
+
+def test_a_tie_is_a_quarter_of_what_the_best_leaves() -> None:
+    assert tied(model(A, 0.0), model(B, 0.019))
+    assert not tied(model(A, 0.0), model(B, 0.021))
+    assert tied(model(A, 0.4), model(B, 0.4 + 0.119))
+    assert not tied(model(A, 0.4), model(B, 0.4 + 0.121))
+
+
+def test_a_difference_within_two_standard_errors_is_a_tie() -> None:
+    """Half of the blocks of b are better by 0.1 each, so the standard error is 0.063."""
+    assert tied(model(A, 0.0), model(B, 0.05, moved=0.1))
+    assert not tied(model(A, 0.0), model(B, 0.2, moved=0.1))
+
+
+def test_of_ties_the_simplest_goes_first_and_of_equals_the_best() -> None:
+    parameter = effect("c", "parameter")
+    ranked = [model(A, 0.0), model(B, 0.005), model(parameter, 0.01), model(LONG, 0.015)]
+    assert simplest(ranked).candidate == parameter
+    assert simplest(ranked[:2]).candidate == A
+    assert simplest([model(LONG, 0.0), *ranked[:2]]).candidate == A
+    assert simplest([model(A, 0.0), model(parameter, 0.1)]).candidate == A
+    assert simplest([*ranked, model(None, 0.015)]).candidate is None
+
+
+def test_the_detection_limit_is_the_largest_error_of_the_simulation() -> None:
+    """Steps, lumping (0.25 % of the range) where there is a sheath, or 0.45 noise rms."""
+    small, large = (context({}, {"a": a}, []).problem for a in (1.0, 100.0 * np.sqrt(2.0)))
+    assert detection_limit(small, 0.0) == 0.2
+    assert detection_limit(small, 3.0) == 3.0
+    assert detection_limit(large, 0.0) == 0.2
+    sheath = replace(large, simulate=LinearRig(large.recordings, {"sheath.friction": {}}))
+    assert detection_limit(sheath, 0.0) == pytest.approx((0.0025 * 400.0) ** 2, rel=0.05)
+
+
+def test_confidence_falls_with_every_effect_that_explains_as_much() -> None:
+    others = [model(effect(name), 0.0) for name in "bcd"]
+    for count in range(4):
+        rated = rate(A, [model(A, 0.0), *others[:count]])
+        assert rated.confidence == pytest.approx(1.0 / (1.0 + count))
+        assert len(rated.rivals) == count
+
+
+def test_confidence_is_certain_where_the_next_effect_leaves_much_more() -> None:
+    rated = rate(A, [model(A, 0.0), model(B, 1.0)])
+    assert rated.confidence == pytest.approx(1.0)
+    assert rated.rivals == ()
+
+
+def test_the_same_effect_elsewhere_is_a_rival_and_no_doubt_of_the_effect() -> None:
+    elsewhere = effect("a", where="another")
+    rated = rate(A, [model(A, 0.0), model(elsewhere, 0.0)])
+    assert rated.confidence == 1.0
+    assert rated.rivals == (elsewhere,)
+
+
+def test_more_terms_count_as_a_rival_only_where_they_gain() -> None:
+    assert rate(A, [model(A, 0.1), model(LONG, 0.101)]).confidence == 1.0
+    assert rate(A, [model(LONG, 0.0), model(A, 0.1)]).confidence == pytest.approx(0.5)
+
+
+def test_a_difference_that_is_uncertain_leaves_doubt_of_the_effect() -> None:
+    """b leaves 0.1 more, of which half of the blocks say the contrary by 0.4 each."""
+    uncertain = np.sqrt(2.0 * 5.0 * (0.04 - 0.01) ** 2)
+    assert uncertain > 2.0 * 0.02
+    rated = rate(A, [model(A, 0.0), model(B, 0.1, moved=0.2)])
+    assert rated.confidence == pytest.approx(1.0 / (1.0 + np.exp(-0.1 / uncertain)))
+    assert rated.rivals == (B,)
+
+
+def test_more_terms_that_gain_no_more_than_chance_are_no_rival() -> None:
+    better = model(LONG, 0.0, moved=0.2)
+    assert rate(A, [better, model(A, 0.05)]).confidence == 1.0
+    assert rate(A, [model(LONG, 0.0), model(A, 0.05)]).confidence < 1.0
+
+
+def rig_of(count, known=None):
+    recordings = [recording(f"r{k}", k, {}) for k in range(count)]
+    if known:
+        recordings = [replace(r, known={known: 0.1 * k}) for k, r in enumerate(recordings)]
+    return problem_of(Toy, recordings)
+
+
+def test_across_states_of_a_rig_an_effect_has_to_gain_more():
+    alike, differing = rig_of(3), rig_of(3, known="sheath.constant_friction")
+    assert least_share(differing) > least_share(alike) > 0.0
+
+
+def test_lumping_leaves_less_where_residuals_are_judged_by_wider_bars():
+    rig = rig_of(2)
+    size = rig.residuals([{}]).shape[1]
+    plain = discretisation_error(rig)
+    assert plain > 0.0
+    assert discretisation_error(rig, np.ones(size)) == pytest.approx(plain)
+    assert discretisation_error(rig, np.full(size, 4.0)) == pytest.approx(plain / 16.0)
+
+
+@pytest.mark.parametrize("rms", [1.0, 1.5, 4.0, 100.0])  # over the noise
+def test_what_may_remain_is_a_part_of_the_error_above_the_noise(rms):
+    left = np.sqrt(1.0 + unexplained_excess(rms**2 - 1.0))
+    assert left - 1.0 == pytest.approx((1.0 - CLOSED) * (rms - 1.0), abs=1e-12)
+
+
+def test_of_an_error_below_the_noise_nothing_may_remain():
+    assert unexplained_excess(-0.5) == 0.0

@@ -11,6 +11,7 @@ from tendon_mj.errors import TendonError
 from tendon_mj.lab.diagnosis import fit_with_sysid, sysid, sysid_is_there
 from tendon_mj.lab.recordings import Measured, Recording, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulates
+from tests.lab.diagnosis.toy import refused
 
 needs_sysid = pytest.mark.skipif(not sysid_is_there(), reason="mujoco.sysid lacks its extras")
 
@@ -64,31 +65,31 @@ def record(seed, stiffness=2e3, friction=2.0, bias=0.0, uncertain=UNCERTAIN):
 
 @needs_sysid
 def test_what_was_planted_is_recovered_down_to_the_noise():
-    found = fit_with_sysid([record(1), record(2)], [record(3)], simulator=Toy)
+    result = fit_with_sysid([record(1), record(2)], [record(3)], simulator=Toy)
     for name, truth in (("tendon.stiffness", 2e3), ("tendon.friction", 2.0)):
-        value, low, high = found.values[name]
+        value, low, high = result.values[name]
         assert value == pytest.approx(truth, rel=0.02)
         assert low < value < high
-    assert found.train_rms == pytest.approx(1.0, abs=0.1)
-    assert found.held_out_rms == pytest.approx(1.0, abs=0.1)
-    assert found.signals["tension_N"] == pytest.approx(NOISE, rel=0.1)
+    assert result.train_rms == pytest.approx(1.0, abs=0.1)
+    assert result.held_out_rms == pytest.approx(1.0, abs=0.1)
+    assert result.signals["tension_N"] == pytest.approx(NOISE, rel=0.1)
 
 
 @needs_sysid
 def test_what_the_model_lacks_stays_in_the_error():
     bias = 20.0 * NOISE
-    found = fit_with_sysid(
+    result = fit_with_sysid(
         [record(1, bias=bias), record(2, bias=bias)], [record(3, bias=bias)], simulator=Toy
     )
-    assert found.held_out_rms == pytest.approx(bias / NOISE, rel=0.1)
+    assert result.held_out_rms == pytest.approx(bias / NOISE, rel=0.1)
 
 
 @needs_sysid
 def test_values_stay_in_the_ranges_of_the_recordings():
-    found = fit_with_sysid([record(1, stiffness=9e3)], [record(2, stiffness=9e3)], simulator=Toy)
-    for name, (value, low, high) in found.values.items():
+    result = fit_with_sysid([record(1, stiffness=9e3)], [record(2, stiffness=9e3)], simulator=Toy)
+    for name, (value, low, high) in result.values.items():
         assert UNCERTAIN[name].low <= low <= value <= high <= UNCERTAIN[name].high
-    assert found.values["tendon.stiffness"][0] == pytest.approx(3e3, rel=1e-3)
+    assert result.values["tendon.stiffness"][0] == pytest.approx(3e3, rel=1e-3)
 
 
 @needs_sysid
@@ -98,10 +99,10 @@ def test_without_a_hold_out_the_tails_are_kept_from_the_fit():
     columns["tension_N"][-200:] += 50.0 * NOISE
     plain = {f: getattr(spoilt, f) for f in ("model", "source", "time", "drive", "measured")}
     tail = Recording(name="tail", columns=columns, uncertain=UNCERTAIN, **plain)
-    found, clean = (fit_with_sysid([r], simulator=Toy) for r in (tail, spoilt))
-    assert found.values == clean.values
-    assert found.train_rms == clean.train_rms
-    assert found.held_out_rms > 10.0 * clean.held_out_rms
+    result, clean = (fit_with_sysid([r], simulator=Toy) for r in (tail, spoilt))
+    assert result.values == clean.values
+    assert result.train_rms == clean.train_rms
+    assert result.held_out_rms > 10.0 * clean.held_out_rms
 
 
 @needs_sysid
@@ -116,9 +117,9 @@ def test_of_different_states_each_is_predicted_by_a_fit_to_the_others():
 
 @needs_sysid
 def test_where_nothing_is_uncertain_nothing_is_fitted():
-    found = fit_with_sysid([record(1, uncertain={})], [record(2, uncertain={})], simulator=Toy)
-    assert found.values == {}
-    assert "nothing was fitted" in found.note
+    result = fit_with_sysid([record(1, uncertain={})], [record(2, uncertain={})], simulator=Toy)
+    assert result.values == {}
+    assert "nothing was fitted" in result.note
 
 
 @needs_sysid
@@ -132,5 +133,5 @@ def test_progress_ends_at_its_total():
 
 def test_without_its_extras_the_message_says_what_to_install(monkeypatch):
     monkeypatch.setattr(sysid, "sysid", SimpleNamespace())
-    with pytest.raises(TendonError, match=r"pip install 'tendon-mj\[sysid\]'"):
+    with refused(TendonError, "pip install 'tendon-mj[sysid]'"):
         fit_with_sysid([record(1)], simulator=Toy)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tendon_mj.lab.diagnosis import ErrorReduction, Verdict, diagnose
-from tendon_mj.lab.diagnosis.result.entries import ranking
-from tendon_mj.lab.diagnosis.verdict import Evidence, decide
+from tendon_mj.lab.diagnosis.evidence import Evidence, decide
+from tendon_mj.lab.diagnosis.proof import ranking
 from tests.lab.diagnosis.linear_rig import context, effect, select
 from tests.lab.diagnosis.toy import Toy, rig
 
@@ -29,16 +29,17 @@ def verdict(
     signals: dict[str, tuple[float, float, float]] | None = None,
 ) -> Verdict:
     """Verdict on findings that take the held-out error from ``before`` to ``after`` [bars]."""
-    stated = after if stated is None else stated
+    own_step = ErrorReduction(before, after if stated is None else stated, 1.0, {})
     return decide(
         Evidence(
             kinds=kinds,
             calibrated=calibrated,
+            held_out=own_step,
+            weighed=own_step,
             extrapolated=ErrorReduction(before, after, 1.0, signals or {}),
-            stated=ErrorReduction(before, stated, 1.0, {}),
             limit=LIMIT,
             largest=largest,
-            beyond=beyond,
+            at_end=beyond,
         )
     )
 
@@ -135,8 +136,8 @@ def test_under_a_remainder_an_effect_is_named_if_it_explains_more_than_that(
 ) -> None:
     """Play, a hum of 0.28 N rms that nothing explains, and friction F_c that grows past it."""
     train, held_out = rig(3, {"sheath.backlash": 6e-5, "sheath.constant_friction": small}, 0.4)
-    found = diagnose(train, held_out, Toy)
-    assert found.verdict == "partly"
-    named_effects = [f.identifier for f in found.findings]
+    result = diagnose(train, held_out, Toy)
+    assert result.verdict == "partly"
+    named_effects = [f.identifier for f in result.findings]
     assert named_effects[0] == "backlash"
     assert ("constant_friction" in named_effects) == named

@@ -5,10 +5,14 @@ It stands in for a simulator, as a user's own would, and makes every answer comp
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
+import pytest
 
+from tendon_mj.lab.diagnosis import MakeSimulator, Problem, SystemDescription, all_samples
 from tendon_mj.lab.recordings import Measured, Recording, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulates
 from tendon_mj.typing import FloatArray
@@ -72,22 +76,12 @@ def recording(
     time = np.arange(0.0, 6.0, 0.01)
     place = 1e-3 * np.sin(2.0 * np.pi * random.uniform(0.3, 0.5) * time + random.uniform(0.0, 6.0))
 
-    def made(columns: Mapping[str, FloatArray]) -> Recording:
-        return Recording(
-            name=name,
-            model="bench",
-            source="toy",
-            time=time,
-            columns={"input_displacement_m": place, **columns},
-            drive={"input_displacement_m": "reel"},
-            measured={c: Measured(s, noise) for c, s in COLUMNS.items()},
-            uncertain={"sheath.friction": Uncertain(0.15, 0.05, 0.4)},
-        )
-
-    blank = made({column: np.zeros(time.size) for column in COLUMNS})
+    uncertain = {"sheath.friction": Uncertain(0.15, 0.05, 0.4)}
+    blank = bench_recording(name, time, place, noise, list(COLUMNS), uncertain=uncertain)
     series = Toy([blank])([truth])[0][0]
     strange = extra * np.sin(2.0 * np.pi * 7.3 * time)
-    return made({c: s + strange + random.normal(0.0, noise, time.size) for c, s in series.items()})
+    noisy = {c: s + strange + random.normal(0.0, noise, time.size) for c, s in series.items()}
+    return replace(blank, columns={**blank.columns, **noisy})
 
 
 def rig(
@@ -96,3 +90,78 @@ def rig(
     """Three recordings to learn from and two for the proof."""
     made = [recording(f"r{k}", 10 * seed + k, truth, extra) for k in range(5)]
     return made[:3], made[3:]
+
+
+class Stepped(Toy):
+    """The toy rig with an error, proportional to its step, that looks like less friction."""
+
+    steps = 1000
+
+    def __init__(
+        self, recordings: Sequence[Recording], step: float = 1.0, error: float = 0.01
+    ) -> None:
+        super().__init__(recordings)
+        self.step, self.error, self.steps = step, error, round(1000.0 / step)
+
+    def in_steps(self, factor: float) -> Stepped:
+        return type(self)(self.recordings, factor * self.step, self.error)
+
+    def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
+        friction = changed.get("sheath.friction", 0.15)
+        error = -self.error * self.step * friction * waveform("sheath.friction", recording)
+        shares = WEIGHTS["sheath.friction"][1]
+        series = super()._one(changed, recording)
+        return {c: s + w * error for (c, s), w in zip(series.items(), shares, strict=True)}
+
+
+def measured_by(
+    make: MakeSimulator, blank: Recording, truth: Mapping[str, float], random: np.random.Generator
+) -> Recording:
+    """A recording as a rig with ``truth`` measures it, with the noise that it states."""
+    (series,) = make([blank])([truth])[0]
+    noisy = {
+        c: s + random.normal(0.0, blank.measured[c].noise or 0.0, s.size) for c, s in series.items()
+    }
+    return replace(blank, columns={**blank.columns, **noisy})
+
+
+def bench_recording(
+    name: str,
+    time: FloatArray,
+    drive: FloatArray,
+    noise: float,
+    columns: Sequence[str],
+    **more: object,
+) -> Recording:
+    """The model `bench` driven at its reel, with nothing measured yet."""
+    return Recording(
+        name=name,
+        model="bench",
+        source="made",
+        time=time,
+        columns={"input_displacement_m": drive, **dict.fromkeys(columns, 0.0 * time)},
+        drive={"input_displacement_m": "reel"},
+        measured={c: Measured(c.removesuffix("_N"), noise) for c in columns},
+        **more,  # type: ignore[arg-type]
+    )
+
+
+def problem_of(make: MakeSimulator, recordings: Sequence[Recording]) -> Problem:
+    """All samples of recordings, and a simulator of them."""
+    return Problem(tuple(recordings), make(recordings), all_samples(recordings))
+
+
+def system(values: Mapping[str, float], **more: object) -> SystemDescription:
+    """Description of a model with these parameters, of which nothing is known or uncertain."""
+    nothing = {"known": frozenset(), "uncertain": frozenset(), "spans": {}}
+    bare = {**nothing, "inputs": (), "free_joints": ()}
+    return SystemDescription(values, **{**bare, **more})  # type: ignore[arg-type]
+
+
+@contextmanager
+def refused(error: type[Exception], *facts: str) -> Iterator[None]:
+    """Expect an error whose message contains the facts."""
+    with pytest.raises(error) as refusal:
+        yield
+    for fact in facts:
+        assert fact in str(refusal.value)

@@ -1,16 +1,15 @@
-"""Entry of the catalogue, and its path to numbers that a fit can change.
+"""Effects, terms to be fitted, and candidates.
 
-An *effect* is a small extension of the model that does nothing at its inert value. Bound to the
-elements of one model it is a *candidate*: terms to be fitted, each of which writes parameters of
-the simulator.
+An *effect* is a small extension of a model that does nothing at its inert value. Bound to elements
+of one model it is a *candidate*: terms to be fitted, each of which writes simulator parameters.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.lab.replay import Readout, recording_of, value_in
@@ -18,41 +17,23 @@ from tendon_mj.lab.replay import Readout, recording_of, value_in
 Kind = Literal["missing", "parameter"]
 _LARGEST_LOGARITHM = 700.0
 
-# Parameters that change nothing at rest, or the same in each row, as creep does after equal times.
-_IN_MOTION = frozenset(
-    {
-        "viscous_friction",
-        "stribeck_friction",
-        "creep",
-        "axial_damping",
-        "tendon_mass",
-        "damping",
-        "armature",
-        "kv",
-        "velocity_gain",
-        "command_delay",
-        "delay",
-        "lag",
-    }
-)
-
 
 @dataclass(frozen=True)
 class SystemDescription:
     """Elements and parameters of a model and its recordings that effects can bind to.
 
     Attributes:
-        values: parameter → value that the model has now [its SI unit].
+        values: parameter → value in the model [its SI unit].
         known: parameters that were measured on the rig and are never fitted.
         uncertain: parameters that are calibrated in any case.
         spans: sensor → largest less smallest measured value [the sensor's unit].
         inputs: driven actuators and joints.
-        columns: the inputs of each column that drives several.
         free_joints: joints that no driven actuator moves.
-        motors: inputs whose force depends on nothing but their control.
+        motors: inputs whose force depends on their control alone.
         slides: joints that slide.
         joints: parameter of an actuator or a body → the joints that it is on or that move it.
-        reference: position → what it is in the model's reference pose, where not 0.
+        reference: position → its value in the model's reference pose, where not 0.
+        columns: the inputs of each column that drives several.
     """
 
     values: Mapping[str, float]
@@ -67,37 +48,44 @@ class SystemDescription:
     reference: Mapping[str, float] = field(default_factory=dict)
     columns: tuple[tuple[str, ...], ...] = ()
 
-    def moves_freely(self, name: str) -> bool:
-        """Whether a parameter's joints are free ones, one of them at least."""
-        return bool({*self.joints.get(name, ())} & {*self.free_joints})
-
     def elements(self, parameter: str) -> list[str]:
         """Elements that have a parameter of that name."""
         ending = "." + parameter
         return sorted(name.removesuffix(ending) for name in self.values if name.endswith(ending))
 
+    def on_free_joints(self, elements: Iterable[str], parameter: str) -> list[str]:
+        """Those of the elements whose parameter acts on a free joint."""
+        free = {*self.free_joints}
+        return [e for e in elements if free & {*self.joints.get(f"{e}.{parameter}", ())}]
+
+
+class Constant(NamedTuple):
+    """A parameter that is written with a term at a value that no fit changes.
+
+    Attributes:
+        name: of the parameter.
+        value, low, high: value and ends of its interval.
+    """
+
+    name: str
+    value: float
+    low: float
+    high: float
+
 
 @dataclass(frozen=True)
 class Term:
-    """One number to be fitted, and the parameters that it writes.
+    """A number to be fitted, which all its targets get.
 
     Attributes:
-        targets: parameters of the simulator, all of which get the value.
+        targets: simulator parameters that it writes.
         unit: of the number.
-        inert: the value at which nothing changes.
-        low, high: range that is physically sensible.
-        probe: the change from inert by which screening judges its influence; the fit's scale.
-        relative_to: where given, a target on element e is (1 + number) × the parameter
-            ``e.relative_to``.
-        own: where given, the model's value of each target, which is multiplied by the number.
-        divided_by: where given, ``own`` are products with the parameter ``e.divided_by``, and a
-            target on element e is ``origin`` + number × own / ``e.divided_by``.
-        origin: see there.
-        beyond: where given, what each target is more than the number; the first is the number.
-        starts: values to begin from, for a number that shapes an effect and does nothing alone.
-        spread: standard deviation about inert that is expected of it; 0 where nothing is.
-        beside: parameters that are written with it at a value that no fit changes, each with its
-            value and the ends of its interval, as the time of an event.
+        inert: value at which nothing changes.
+        low, high: physically sensible range.
+        probe: change from inert by which screening judges its influence; the fit's scale.
+        starts: values to begin from, for a number that shapes an effect and does nothing alone; its
+            logarithm is fitted.
+        spread: standard deviation about inert that is expected of it; 0 where none is.
     """
 
     targets: tuple[str, ...]
@@ -106,44 +94,114 @@ class Term:
     low: float
     high: float
     probe: float
-    relative_to: str = ""
     starts: tuple[float, ...] = ()
     spread: float = 0.0
-    own: tuple[float, ...] = ()
-    beyond: tuple[float, ...] = ()
-    divided_by: str = ""
-    origin: float = 0.0
-    beside: tuple[tuple[str, float, float, float], ...] = ()
 
     @property
     def depends_on(self) -> str:
-        """Parameter of the targets' elements by which their values go; empty where by none."""
-        return self.relative_to or self.divided_by
+        """Parameter of the targets' elements that their values depend on; empty without one."""
+        return ""
+
+    @property
+    def constants(self) -> tuple[Constant, ...]:
+        """Parameters that are written with it at fixed values."""
+        return ()
 
     def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
-        """Parameter → value for the number, beside what the other parameters are."""
-        if self.own and not self.divided_by:
-            return {t: number * value for t, value in zip(self.targets, self.own, strict=True)}
-        if self.beyond:
-            return {t: number + more for t, more in zip(self.targets, self.beyond, strict=True)}
-        if not self.depends_on:
-            given = {name: value for name, value, _, _ in self.beside}
-            return given | dict.fromkeys(self.targets, number)
-        others = [values[f"{t.rsplit('.', 1)[0]}.{self.depends_on}"] for t in self.targets]
-        if self.relative_to:
-            return {t: (1.0 + number) * v for t, v in zip(self.targets, others, strict=True)}
-        rows = zip(self.targets, self.own, others, strict=True)
-        return {t: self.origin + number * own / other for t, own, other in rows}
+        """Parameter → value for the number, where the other parameters have ``values``."""
+        return dict.fromkeys(self.targets, number)
 
     def scaled(self, number: float) -> float:
         """The number as a fit sees it: in probes from inert, or the logarithm of a shape."""
         return math.log(number) if self.starts else (number - self.inert) / self.probe
 
     def natural(self, scaled: float) -> float:
-        """The number that `scaled` made."""
-        if self.starts:  # an end of an interval may be beyond what a number can be
+        """Inverse of `scaled`."""
+        if self.starts:  # an end of an interval may be beyond the largest float
             return math.exp(min(scaled, _LARGEST_LOGARITHM))
         return self.inert + scaled * self.probe
+
+
+@dataclass(frozen=True)
+class FactorTerm(Term):
+    """A factor of the model's value of each target, ``own``."""
+
+    own: tuple[float, ...] = field(kw_only=True)
+
+    def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
+        """See `Term.write`."""
+        return {t: number * value for t, value in zip(self.targets, self.own, strict=True)}
+
+
+@dataclass(frozen=True)
+class ShiftTerm(Term):
+    """The first target's value; the others differ from it by as much as in the model, ``more``."""
+
+    more: tuple[float, ...] = field(kw_only=True)
+
+    def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
+        """See `Term.write`."""
+        return {t: number + more for t, more in zip(self.targets, self.more, strict=True)}
+
+
+@dataclass(frozen=True)
+class ExcessTerm(Term):
+    """A target on element e is (1 + number) × the parameter ``e.over``."""
+
+    over: str = field(kw_only=True)
+
+    @property
+    def depends_on(self) -> str:
+        """See `Term.depends_on`."""
+        return self.over
+
+    def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
+        """See `Term.write`."""
+        others = [values[f"{element(t)}.{self.over}"] for t in self.targets]
+        return {t: (1.0 + number) * v for t, v in zip(self.targets, others, strict=True)}
+
+
+@dataclass(frozen=True)
+class QuotientTerm(Term):
+    """A target on element e is ``origin`` + number × its product / the parameter ``e.divisor``."""
+
+    products: tuple[float, ...] = field(kw_only=True)
+    divisor: str = field(kw_only=True)
+    origin: float = field(default=0.0, kw_only=True)
+
+    @property
+    def depends_on(self) -> str:
+        """See `Term.depends_on`."""
+        return self.divisor
+
+    def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
+        """See `Term.write`."""
+        rows = [
+            (t, product, values[f"{element(t)}.{self.divisor}"])
+            for t, product in zip(self.targets, self.products, strict=True)
+        ]
+        return {t: self.origin + number * product / other for t, product, other in rows}
+
+
+@dataclass(frozen=True)
+class EventTerm(Term):
+    """Size of an event, with its time and duration, ``times``."""
+
+    times: tuple[Constant, ...] = field(kw_only=True)
+
+    @property
+    def constants(self) -> tuple[Constant, ...]:
+        """See `Term.constants`."""
+        return self.times
+
+    def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
+        """See `Term.write`."""
+        return {c.name: c.value for c in self.times} | dict.fromkeys(self.targets, number)
+
+
+def element(parameter: str) -> str:
+    """Element of a parameter."""
+    return parameter.rsplit(".", 1)[0]
 
 
 @dataclass(frozen=True)
@@ -155,7 +213,7 @@ class Candidate:
         kind: "missing", an effect the model lacks, or "parameter", a number that may be wrong.
         where: the elements it is on, for the reader.
         terms: the first one is its strength, the others shape it.
-        non_smooth, changes, absent, event: see `Effect`.
+        non_smooth, changes, absent, event, in_motion: see `Effect`.
     """
 
     identifier: str
@@ -166,6 +224,7 @@ class Candidate:
     changes: str = ""
     absent: float = 0.0
     event: bool = False
+    in_motion: bool = False
 
     @property
     def label(self) -> str:
@@ -173,14 +232,14 @@ class Candidate:
         return f"{self.identifier} ({self.where})"
 
     @property
-    def on_sensor(self) -> bool:
-        """Whether it changes no motion, only what a sensor makes of it."""
-        return all(t.rpartition(".")[2] in Readout._fields for t in self.targets)
+    def targets(self) -> frozenset[str]:
+        """Parameters that its terms write."""
+        return frozenset(target for term in self.terms for target in term.targets)
 
     @property
-    def in_motion(self) -> bool:
-        """Whether readings at rest say nothing of it."""
-        return all(t.rpartition(".")[2] in _IN_MOTION for t in self.terms[0].targets)
+    def on_sensor(self) -> bool:
+        """Whether it changes no motion, only the readings of it."""
+        return all(t.rpartition(".")[2] in Readout._fields for t in self.targets)
 
     @property
     def recording(self) -> str:
@@ -188,30 +247,24 @@ class Candidate:
         return recording_of(self.terms[0].targets[0])
 
     def acts_on(self, values: Mapping[str, float]) -> bool:
-        """Whether what it changes is there, with these values of the parameters."""
-        elements = {target.rsplit(".", 1)[0] for target in self.targets}
+        """Whether the model has the parameter that it changes, with these values."""
+        elements = {element(target) for target in self.targets}
         return not self.changes or any(values[f"{e}.{self.changes}"] != 0.0 for e in elements)
 
     def in_model(self, before: Mapping[str, float]) -> bool:
         """Whether a model has some of it, with parameter → value before the fit."""
         return any(value_in(before, target) != self.absent for target in self.terms[0].targets)
 
-    def found(self, before: Mapping[str, float], after: Mapping[str, float]) -> Kind:
-        """Kind of what was found: a model that has more than the data want lacks nothing.
+    def kind_found(self, before: Mapping[str, float], after: Mapping[str, float]) -> Kind:
+        """Kind of a finding: a model that has more than the data want lacks nothing.
 
-        Args:
-            before, after: parameter → value of the model, and as fitted.
+        ``before`` and ``after`` are parameter → value of the model, and as fitted.
         """
         too_much = all(
             abs(after[target] - self.absent) < abs(value_in(before, target) - self.absent)
             for target in self.terms[0].targets
         )
         return "parameter" if too_much else self.kind
-
-    @property
-    def targets(self) -> frozenset[str]:
-        """Parameters that its terms write."""
-        return frozenset(target for term in self.terms for target in term.targets)
 
 
 Bound = list[tuple[str, tuple[Term, ...]]]  # the elements of each candidate, and its terms
@@ -225,15 +278,15 @@ class Effect:
     Attributes:
         identifier: as results and keys call it.
         name: plain words.
-        equation: what it adds, in the symbols of docs/theory.md.
+        equation: its contribution, in the symbols of docs/theory.md.
         signature: its trace in data.
         source: where it is described.
         binding: finds the elements of a model that it can be on, and its terms there; none where
             it has no place. See `tendon_mj.lab.diagnosis.effects.binding`.
-        next_experiment: what brings the effect out, as the end of a sentence that begins with
-            "record"; may be empty.
+        next_experiment: motion or measurement that brings the effect out, as the end of a sentence
+            that begins with "record"; may be empty.
         kind: see `Candidate`.
-        overrides_known: whether it may also write what was measured on the rig.
+        overrides_known: whether it may also write parameters that were measured on the rig.
         absent: value of its first parameter at which a model has none of the effect.
         non_smooth: whether the misfit has many local minima in its terms, as where it makes a
             sheath stick and slip. Where the linearisation does not hold, their whole ranges are
@@ -243,6 +296,10 @@ class Effect:
         event: whether it happens once, in one recording: its parameter is 0 before the time
             ``<parameter>_time`` and for the ``<parameter>_duration`` from there on rises to its
             value. Both times are searched for in the residual.
+        in_motion: whether it changes nothing at rest, or the same in each row of settled points,
+            as creep does after equal times.
+        look_at: part of a rig in which it has its cause; may be empty.
+        tell_apart: identifier of another effect → experiment that tells the two apart.
 
     Raises:
         InvalidValueError: the identifier is empty.
@@ -262,6 +319,9 @@ class Effect:
     changes: str = ""
     absent: float = 0.0
     event: bool = False
+    in_motion: bool = False
+    look_at: str = ""
+    tell_apart: Mapping[str, str] = field(default_factory=dict, repr=False, hash=False)
 
     def __post_init__(self) -> None:
         if not self.identifier.strip():
@@ -271,19 +331,12 @@ class Effect:
             raise UnknownNameError("kind of an effect", self.kind, get_args(Kind), where)
 
     def bind(self, system: SystemDescription) -> list[Candidate]:
-        """Its candidates on a model, without those that fit what is known or fitted anyway."""
+        """Its candidates on a model, but those of parameters that are known or fitted anyway."""
         taken = system.uncertain if self.overrides_known else system.known | system.uncertain
+        shared = ("identifier", "kind", "non_smooth", "changes", "absent", "event", "in_motion")
+        traits = {name: getattr(self, name) for name in shared}
         return [
-            Candidate(
-                identifier=self.identifier,
-                kind=self.kind,
-                where=where,
-                terms=terms,
-                non_smooth=self.non_smooth,
-                changes=self.changes,
-                absent=self.absent,
-                event=self.event,
-            )
+            Candidate(where=where, terms=terms, **traits)
             for where, terms in self.binding(system)
             if not any(target in taken for term in terms for target in term.targets)
         ]

@@ -1,0 +1,465 @@
+"""Data of a diagnosis: one vector of residuals in units of noise, and the terms of its calibration.
+
+Searching takes hundreds of simulations, judging a few. The search therefore takes twice the model's
+step; `Problem.extrapolate` removes the error of that step, and only extrapolated residuals are
+judged.
+
+A parameter p in [session] has the value p_k in recording k, p_k ~ N(value, spread²). Each p_k is
+fitted, with (p_k − value)/(3 spread) as one more residual: the stated spread is a guess, and the
+data of a recording determine its value far better. The spread is then estimated from the values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
+from tendon_mj.lab.diagnosis.effects.effect import SystemDescription, Term, element
+from tendon_mj.lab.recordings import Recording, Session, noise_levels, range_ends
+from tendon_mj.lab.replay import (
+    DRAWN_BEND,
+    EXTRA_BEND,
+    Kind,
+    Parameter,
+    Series,
+    Simulates,
+    claims,
+    expand,
+    name_in_session,
+    parameter_of,
+    recording_of,
+    values_in,
+)
+from tendon_mj.typing import FloatArray
+
+MakeSimulator = Callable[[Sequence[Recording]], Simulates]
+
+_BLOCK = 1.0  # typical length of a block [s]; several in each recording, and not too many
+_ROWS = 2  # likewise, of rows that are rests
+_FEWEST_BLOCKS, _MOST_BLOCKS = 4, 12
+_FEWEST_RECORDINGS = 3
+_TAIL = 0.25  # of every recording, held out where no other recording is given
+
+_LONGEST = 2.0  # step of the search, times the model's own
+_LARGEST_ERROR = 1.0  # of the long step, see `step_error`
+
+_SLIDING = "joint", "kg"  # kind and unit of the armature of a joint that slides
+
+_PROBE = 0.05  # of the range of an uncertain parameter
+_WIDER = 3.0  # prior standard deviation of a session's value over the stated spread
+_SESSION_RANGE = 8.0  # stated spreads to either side
+_SESSION_PROBE = 0.5  # of the stated spread
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Recordings, the simulator of them, and the layout of their residuals.
+
+    A residual is (simulated − measured)/noise; a simulated reading is cut off where its column
+    is. Residuals are stacked by recording, then column, then sample.
+
+    Attributes:
+        recordings: measured data.
+        simulate: parameter sets → a series for every set, recording and measured column.
+        train: for every recording (samples,) mask of the training data; the rest is held out.
+        half_step: ``simulate`` with half the step, see `extrapolate`; None where it has no steps.
+        fixed: parameters that every simulation has, below those of its own.
+    """
+
+    recordings: tuple[Recording, ...]
+    simulate: Simulates
+    train: tuple[NDArray[np.bool_], ...]
+    half_step: Simulates | None = None
+    fixed: Mapping[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def noise(self) -> tuple[dict[str, float], ...]:
+        """Noise of every measured column of every recording [the column's unit]."""
+        return tuple(noise_levels(recording) for recording in self.recordings)
+
+    @cached_property
+    def ends(self) -> tuple[dict[str, tuple[float, float]], ...]:
+        """Ends of the range that each measured column is cut off at, ±inf where it is not."""
+        return tuple(
+            {c: range_ends(r.columns[c], m.noise) for c, m in r.measured.items()}
+            for r in self.recordings
+        )
+
+    @cached_property
+    def in_train(self) -> NDArray[np.bool_]:
+        """(m,) which residuals are training data."""
+        return np.concatenate([self.train[k] for k, _, _ in self.layout()])
+
+    def layout(self) -> list[tuple[int, str, int]]:
+        """(recording, column, samples) in the order of the residuals."""
+        return [
+            (k, column, recording.time.size)
+            for k, recording in enumerate(self.recordings)
+            for column in recording.measured
+        ]
+
+    @cached_property
+    def signals(self) -> list[tuple[int, str, slice]]:
+        """(recording, column, its residuals) in the order of the residuals."""
+        ends = np.cumsum([size for _, _, size in self.layout()]).tolist()
+        return [
+            (k, c, slice(end - n, end)) for (k, c, n), end in zip(self.layout(), ends, strict=True)
+        ]
+
+    @cached_property
+    def blocks(self) -> NDArray[np.int64]:
+        """(m,) block of time of each residual, counted over all recordings.
+
+        All columns share the blocks of their recording. Cross-validation leaves out one at a time.
+        """
+        labels, first = [], 0
+        for recording in self.recordings:
+            time = _clock(recording)
+            block = _ROWS if recording.quasi_static else _BLOCK
+            count = int(np.clip(round(time[-1] / block), _FEWEST_BLOCKS, _MOST_BLOCKS))
+            own = np.minimum((time / time[-1] * count).astype(np.int64), count - 1) + first
+            labels += [own] * len(recording.measured)
+            first += count
+        return np.concatenate(labels)
+
+    @cached_property
+    def recording_of(self) -> NDArray[np.int64]:
+        """(m,) recording of each residual."""
+        return np.concatenate([np.full(size, k) for k, _, size in self.layout()])
+
+    @cached_property
+    def parts(self) -> NDArray[np.int64]:
+        """(m,) part of the data of each residual, which selection leaves out one at a time.
+
+        Recordings where there are enough of different states, else blocks.
+        """
+        return self.recording_of if by_recording(self.recordings) else self.blocks
+
+    def residuals(self, parameter_sets: Sequence[Mapping[str, float]]) -> FloatArray:
+        """(sets, m) residuals; a simulation that failed has infinite ones."""
+        return self._residuals(self.simulate, parameter_sets)
+
+    def extrapolate(self, parameters: Mapping[str, float], residual: FloatArray) -> FloatArray:
+        """(m,) residual without the first-order error of the simulation's step.
+
+        A simulation with step h errs by C h to first order, and 2 r_{h/2} − r_h does not
+        (Richardson extrapolation). Where rows are rests its error has no order, and the finer
+        simulation is taken as it is.
+        """
+        if self.half_step is None:
+            return residual
+        finer = self._residuals(self.half_step, [parameters])[0]
+        at_rest = any(recording.quasi_static for recording in self.recordings)
+        with np.errstate(invalid="ignore"):
+            extrapolated: FloatArray = finer if at_rest else 2.0 * finer - residual
+        return np.where(np.isfinite(extrapolated), extrapolated, np.inf)
+
+    def _residuals(
+        self, simulate: Simulates, parameter_sets: Sequence[Mapping[str, float]]
+    ) -> FloatArray:
+        names = {recording.name for recording in self.recordings}
+        sets = [
+            values_in(names, {**self.fixed, **values}, simulate.parameters)
+            for values in parameter_sets
+        ]
+        answered = simulate(sets)
+        check_answers(answered, len(sets), self.recordings, simulate)
+        rows = []
+        for answers in answered:
+            parts = [
+                (np.clip(series[column], *ends[column]) - recording.columns[column]) / level
+                for recording, noise, ends, series in zip(
+                    self.recordings, self.noise, self.ends, answers, strict=True
+                )
+                for column, level in noise.items()
+            ]
+            row = np.concatenate(parts)
+            rows.append(row if np.isfinite(row).all() else np.full(row.shape, np.inf))
+        return np.array(rows)
+
+
+def check_answers(
+    answers: Sequence[Sequence[Series]],
+    sets: int,
+    recordings: Sequence[Recording],
+    simulator: Simulates,
+) -> None:
+    """Refuse answers of a simulator to ``sets`` parameter sets that lack a series or a sample.
+
+    Raises:
+        InvalidValueError: names the recording and column, and the answer.
+    """
+    who = f"simulator {type(simulator).__name__!r}"
+    if len(answers) != sets:
+        raise InvalidValueError(f"{who} answered {len(answers)} of {sets} sets of parameters")
+    for answer in answers:
+        if len(answer) != len(recordings):
+            raise InvalidValueError(
+                f"{who} answered for {len(answer)} of {len(recordings)} recordings"
+            )
+        for recording, series in zip(recordings, answer, strict=True):
+            where = f"{who}, recording {recording.name!r}"
+            for column in recording.measured:
+                if column not in series:
+                    answered = ", ".join(map(repr, series)) or "nothing"
+                    raise InvalidValueError(
+                        f"{where}: answered {answered}, but {column!r} is in [measured]"
+                    )
+                if np.shape(series[column]) != recording.time.shape:
+                    raise InvalidValueError(
+                        f"{where}, column {column!r}: answered shape {np.shape(series[column])},"
+                        f" but the recording has {recording.time.shape}"
+                    )
+
+
+def by_recording(recordings: Sequence[Recording]) -> bool:
+    """Whether whole recordings are left out: three or more, of different states of the rig.
+
+    Their states differ where [known] differs, or where something was set anew for each. In one
+    state, recordings differ in their excitation, and one may be the only one that shows an effect.
+    """
+    first = recordings[0]
+    differ = any(r.known != first.known or r.session for r in recordings)
+    return differ and len(recordings) >= _FEWEST_RECORDINGS
+
+
+def all_samples(recordings: Sequence[Recording]) -> tuple[NDArray[np.bool_], ...]:
+    """For every recording (samples,) mask of all of it."""
+    return tuple(np.ones(recording.time.size, bool) for recording in recordings)
+
+
+def training_samples(
+    train: Sequence[Recording], held_out: Sequence[Recording]
+) -> tuple[NDArray[np.bool_], ...]:
+    """For every recording (samples,) training mask, all but the tail if none is held out.
+
+    Recordings of different states lose no tail: whole ones are left out for the proof.
+    """
+    if held_out or by_recording(train):
+        return all_samples(train)
+    return tuple(clock <= (1.0 - _TAIL) * clock[-1] for clock in map(_clock, train))
+
+
+def _clock(recording: Recording) -> FloatArray:
+    """(samples,) time from the first sample [s], or the number of the row where rows are rests."""
+    if recording.quasi_static:
+        return np.arange(recording.time.size, dtype=np.float64)
+    since: FloatArray = recording.time - recording.time[0]
+    return since
+
+
+def search_step(problem: Problem) -> float | None:
+    """Step of the search in steps of the model, 2 or 1; None for a simulator without steps.
+
+    A longer step may end a move in another of the states in which friction holds. Rests are
+    searched with the model's own step, which ``problem`` has.
+    """
+    own = problem.simulate
+    if own.steps == 0:
+        return None
+    at_rest = any(recording.quasi_static for recording in problem.recordings)
+    if at_rest or own.in_steps(_LONGEST).steps == own.steps:  # or a sample at every step
+        return 1.0
+    tried = with_step(problem, _LONGEST)
+    coarse = tried.residuals([{}])[0]
+    with np.errstate(invalid="ignore"):
+        correction = tried.extrapolate({}, coarse) - coarse
+    return _LONGEST if step_error(correction) <= _LARGEST_ERROR else 1.0
+
+
+def with_step(problem: Problem, factor: float | None) -> Problem:
+    """The problem with a step ``factor`` times the model's; unchanged for None."""
+    if factor is None:
+        return problem
+    simulate = problem.simulate.in_steps(factor)
+    return replace(problem, simulate=simulate, half_step=simulate.in_steps(0.5))
+
+
+def step_error(correction: FloatArray) -> float:
+    """Mean square by which halving the step changes a residual [noise variance].
+
+    The ``correction`` (m,) of `Problem.extrapolate` is twice that change, and to first order all
+    of the step's error; the change itself measures the error that the correction may have missed.
+    Of rests it is that change, of which half may be left.
+    """
+    return float(np.mean((0.5 * correction) ** 2)) if np.isfinite(correction).all() else np.inf
+
+
+def uncertain_terms(problem: Problem) -> tuple[Term, ...]:
+    """Terms of the uncertain parameters; those that one name stands for share it, or have each one.
+
+    A parameter that is named by itself, in any table, is not part of a name with wildcards.
+
+    Raises:
+        InvalidValueError: two names or tables speak of one parameter alike.
+        UnknownNameError: wildcards that no parameter fits.
+    """
+    parameters, terms = problem.simulate.parameters, list[Term]()
+    first = problem.recordings[0]
+    longest = max(float(recording.time[-1] - recording.time[0]) for recording in problem.recordings)
+    claimed = claims(first, parameters)
+    for name, u in first.uncertain.items():
+        if u.high > u.low:
+            targets = sorted(t for t, by in claimed.items() if by == ("uncertain", name))
+            width = u.high - u.low
+            if any(parameters[target].unit == "s" for target in targets):
+                width = min(width, longest)  # a longer time acts like one as long as the recording
+            probe = _PROBE * width
+            if 0.0 < abs(u.value) < probe:  # a range of decades
+                probe = 2.0 * _PROBE * abs(u.value)
+            terms += [
+                Term(alike, parameters[alike[0]].unit, u.value, u.low, u.high, probe)
+                for alike in ([(t,) for t in targets] if u.each else [tuple(targets)])
+                if alike
+            ]
+    return tuple(terms)
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Values of a parameter that was set anew for each recording, and how much they differ.
+
+    Attributes:
+        stated: standard deviation that the recordings state [unit].
+        estimated: root mean square deviation of the fitted values from the stated one [unit].
+        unit: of both and of the values.
+        values: recording → fitted value [unit].
+    """
+
+    stated: float
+    estimated: float
+    unit: str
+    values: Mapping[str, float]
+
+
+def session_terms(recordings: Sequence[Recording], simulate: Simulates) -> tuple[Term, ...]:
+    """Terms of every recording's own values.
+
+    Raises:
+        RecordingError: two recordings with such values have one name.
+        InvalidValueError: the simulator takes no values for single recordings.
+        UnknownNameError: no such parameter.
+    """
+    named = [recording for recording in recordings if recording.session]
+    if named and not simulate.sessions:
+        raise InvalidValueError(
+            f"simulator {type(simulate).__name__!r} takes no values for single recordings, which"
+            f" [session] of {named[0].name!r} needs; see `sessions` of tendon_mj.Simulates"
+        )
+    names = [recording.name for recording in recordings]
+    for recording in named:
+        if names.count(recording.name) > 1:
+            raise RecordingError(
+                f"recording {recording.name!r}: two recordings have this name, so that the values"
+                " set anew for each, in [session], cannot be told apart; rename one file"
+            )
+    parameters = simulate.parameters
+    return tuple(
+        Term(
+            targets=(name_in_session(name, recording.name),),
+            unit=parameters[name].unit,
+            inert=own.value,
+            low=max(own.value - _SESSION_RANGE * own.spread, parameters[name].low),
+            high=own.value + _SESSION_RANGE * own.spread,
+            probe=_SESSION_PROBE * own.spread,
+            spread=_WIDER * own.spread,
+        )
+        for recording in named
+        for name, own in _set_anew(recording, parameters).items()
+    )
+
+
+def _set_anew(recording: Recording, parameters: Mapping[str, Parameter]) -> dict[str, Session]:
+    """Parameter → its entry in [session], but for those that another table names themselves."""
+    claimed, entries = claims(recording, parameters), expand(recording.session, parameters)
+    for name in entries:
+        if name not in parameters:
+            where = f"recording {recording.name!r}, [session]"
+            raise UnknownNameError("parameter", name, parameters, where)
+    return {name: own for name, own in entries.items() if claimed[name][0] == "session"}
+
+
+def spreads(terms: Sequence[Term], values: Sequence[float] | np.ndarray) -> dict[str, Spread]:
+    """Parameter → how much it differed between recordings, from the fitted values of the terms."""
+    rows_of: dict[str, list[tuple[Term, float]]] = {}
+    for term, value in zip(terms, values, strict=True):
+        if term.spread > 0.0:
+            rows_of.setdefault(parameter_of(term.targets[0]), []).append((term, float(value)))
+    return {
+        parameter: Spread(
+            stated=rows[0][0].spread / _WIDER,
+            estimated=float(np.sqrt(np.mean([(v - term.inert) ** 2 for term, v in rows]))),
+            unit=rows[0][0].unit,
+            values={recording_of(term.targets[0]): v for term, v in rows},
+        )
+        for parameter, rows in rows_of.items()
+    }
+
+
+def describe_system(problem: Problem) -> SystemDescription:
+    """Describe the model and the recordings to the catalogue."""
+    first, parameters = problem.recordings[0], problem.simulate.parameters
+    fitted = _fitted(problem)
+    joints, motors = (_elements(parameters, kind) for kind in ("joint", "motor"))
+    driven, inputs = problem.simulate.joints, tuple(name for _, name in first.driven)
+    return SystemDescription(
+        values={name: parameter.value for name, parameter in parameters.items()},
+        known=_known(problem),
+        uncertain=frozenset({*fitted, *_drawn_bends(fitted)}),
+        spans=_spans(problem.recordings),
+        inputs=inputs,
+        free_joints=tuple(joint for joint in joints if not driven.get(joint)),
+        motors=tuple(name for name in inputs if name in motors),
+        slides=_slides(parameters),
+        joints={name: p.joints for name, p in parameters.items() if p.joints},
+        reference={name: p.reference for name, p in parameters.items() if p.reference},
+        columns=tuple(names for names in first.drive.values() if not isinstance(names, str)),
+    )
+
+
+def _fitted(problem: Problem) -> list[str]:
+    """Parameters that a recording calls uncertain or has set anew."""
+    names = problem.simulate.parameters
+    return [n for r in problem.recordings for n in expand({**r.uncertain, **r.session}, names)]
+
+
+def _spans(recordings: Sequence[Recording]) -> dict[str, float]:
+    """Sensor → largest less smallest measured value, 1 where it is constant."""
+    spans: dict[str, float] = {}
+    for recording in recordings:
+        for column, measured in recording.measured.items():
+            span = float(np.ptp(recording.columns[column]))
+            spans[measured.sensor] = max(spans.get(measured.sensor, 0.0), span) or 1.0
+    return spans
+
+
+def _known(problem: Problem) -> frozenset[str]:
+    """Parameters that a recording calls known.
+
+    A known `extra_bend`, the same in all recordings, makes the bend known: the drawn one too.
+    """
+    tables = [expand(r.known, problem.simulate.parameters) for r in problem.recordings]
+    alike = [n for n, value in tables[0].items() if all(t.get(n) == value for t in tables)]
+    return frozenset({*_drawn_bends(alike)}.union(*tables))
+
+
+def _drawn_bends(names: Iterable[str]) -> list[str]:
+    """The drawn bends of sheaths whose extra bend is among the names."""
+    parts = [name.rpartition(".") for name in names]
+    return [f"{sheath}.{DRAWN_BEND}" for sheath, _, parameter in parts if parameter == EXTRA_BEND]
+
+
+def _elements(parameters: Mapping[str, Parameter], kind: Kind) -> list[str]:
+    """Elements of a kind that have parameters, sorted."""
+    return sorted({element(name) for name, p in parameters.items() if p.kind == kind})
+
+
+def _slides(parameters: Mapping[str, Parameter]) -> frozenset[str]:
+    """Joints that slide, by the unit of their armatures."""
+    armatures = {name: p for name, p in parameters.items() if name.endswith(".armature")}
+    return frozenset(element(n) for n, p in armatures.items() if (p.kind, p.unit) == _SLIDING)

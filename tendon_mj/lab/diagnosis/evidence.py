@@ -1,0 +1,154 @@
+"""Evidence of a diagnosis: errors on held-out data, their limits, and the verdict they allow."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.lab.diagnosis.data import Problem
+from tendon_mj.lab.diagnosis.thresholds import CLOSED, PART
+from tendon_mj.lab.replay import column_unit
+from tendon_mj.typing import FloatArray
+
+Verdict = Literal["named", "parameter", "partly", "nothing missing", "unknown"]
+
+NOISE, NOISE_AND_REPRODUCIBILITY = "noise", "noise and reproducibility"
+LARGEST: Final = 8.0  # excess χ² (3 rms), above which a model is not proven whatever it explains
+_WORSE = 1.05  # times the error before, from which a signal got worse
+
+
+@dataclass(frozen=True)
+class ErrorReduction:
+    """Root mean square errors before and after effects were added.
+
+    Attributes:
+        before, after: over all signals [``unit``], each in units of its own.
+        noise_floor: error of a perfect model, 1 by definition of the unit.
+        signals: column → (before, after, one unit) [the column's unit].
+        unit: noise, or noise and reproducibility together.
+    """
+
+    before: float
+    after: float
+    noise_floor: float
+    signals: dict[str, tuple[float, float, float]]
+    unit: str = NOISE
+
+    @property
+    def reducible_closed(self) -> float:
+        """Share of the error above the noise floor that was removed; 0 where there was none."""
+        reducible = self.before - self.noise_floor
+        return (self.before - self.after) / reducible if reducible > 0.0 else 0.0
+
+    def result(self) -> dict[str, Any]:
+        """Plain numbers and words, as in `result.json`."""
+        signals = {
+            column: {
+                "unit": column_unit(column),
+                "before": before,
+                "after": after,
+                "noise_floor": noise,
+            }
+            for column, (before, after, noise) in self.signals.items()
+        }
+        return {
+            "unit": self.unit,
+            "before": self.before,
+            "after": self.after,
+            "noise_floor": self.noise_floor,
+            "reducible_closed": self.reducible_closed,
+            "signals": signals,
+        }
+
+
+def measure_errors(
+    problem: Problem,
+    before: FloatArray,
+    after: FloatArray,
+    mask: NDArray[np.bool_],
+    bars: FloatArray | None = None,
+) -> ErrorReduction:
+    """Errors over the residuals of ``mask`` (m,); ``before`` and ``after`` are (m,) in noise.
+
+    ``bars`` (m,) [noise] are the units of the result where they are not the noise.
+    """
+    bars = np.ones(mask.size) if bars is None else bars
+    sums: dict[str, list[float]] = {}
+    for k, column, rows in problem.signals:
+        inside, level = mask[rows], problem.noise[k][column]
+        entry = sums.setdefault(column, [0.0, 0.0, 0.0, 0.0])
+        for slot, errors in enumerate((before, after, bars)):
+            entry[slot] += float(np.sum((errors[rows][inside] * level) ** 2))
+        entry[3] += float(inside.sum())
+    signals = {
+        column: (float(np.sqrt(b / count)), float(np.sqrt(a / count)), float(np.sqrt(n / count)))
+        for column, (b, a, n, count) in sums.items()
+        if count > 0.0
+    }
+    rms = [float(np.sqrt(np.mean((r[mask] / bars[mask]) ** 2))) for r in (before, after)]
+    unit = NOISE if bool((bars[mask] == 1.0).all()) else NOISE_AND_REPRODUCIBILITY
+    return ErrorReduction(rms[0], rms[1], 1.0, signals, unit)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evidence:
+    """Errors of the calibrated and the final model on held-out data, and their limits.
+
+    Attributes:
+        kinds: of the findings, "missing" or "parameter"; none where nothing was selected.
+        calibrated: whether the calibrated model leaves no more than the detection limit on the
+            training data.
+        held_out: errors with the model's own step [noise].
+        weighed: the same in units of noise and reproducibility together.
+        extrapolated: these for a step of zero, by which the verdict is decided.
+        zero_step: error of the final model for a step of zero [noise].
+        reproducibility: column → standard deviation between sessions [the column's unit].
+        limit: excess χ² below which nothing is named [-].
+        largest: excess χ² above which no model is proven [-].
+        beyond: uncertain parameters that the findings would take beyond their ranges.
+        at_end: whether a finding stands at an end of its range.
+        non_smooth: whether a finding is of a non-smooth effect.
+        excess: excess χ² that the calibrated model leaves on the training data [-].
+        step, lumping: excess χ² on held-out data that the simulation's steps, and its guides in
+            place of a smooth sheath, may leave [-]; without a sheath the second is 0.
+    """
+
+    kinds: Collection[str] = ()
+    calibrated: bool = True
+    held_out: ErrorReduction
+    weighed: ErrorReduction
+    extrapolated: ErrorReduction
+    zero_step: float = 1.0
+    reproducibility: Mapping[str, float] = field(default_factory=dict)
+    limit: float
+    largest: float = LARGEST
+    beyond: Sequence[str] = ()
+    at_end: bool = False
+    non_smooth: bool = False
+    excess: float = 0.0
+    step: float = 0.0
+    lumping: float = 0.0
+
+    @property
+    def remaining(self) -> float:
+        """Excess χ² that remains on held-out data."""
+        return self.extrapolated.after**2 - self.extrapolated.noise_floor**2
+
+
+def decide(evidence: Evidence) -> Verdict:
+    """Decide on the verdict from the errors on held-out data."""
+    if not evidence.kinds:
+        small = evidence.calibrated and evidence.remaining <= evidence.limit
+        return "nothing missing" if small else "unknown"
+    errors, own = evidence.extrapolated, evidence.weighed
+    if evidence.beyond or evidence.at_end or own.after >= own.before:
+        return "unknown"
+    closed = errors.reducible_closed >= CLOSED or evidence.remaining <= evidence.limit
+    if closed and evidence.remaining <= evidence.largest:
+        return "named" if "missing" in evidence.kinds else "parameter"
+    worse = any(a > _WORSE * max(before, bar) for before, a, bar in errors.signals.values())
+    return "partly" if errors.reducible_closed >= PART and not worse else "unknown"

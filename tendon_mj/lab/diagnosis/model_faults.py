@@ -1,0 +1,164 @@
+"""Parts of a model that no fitted value mends: too few guides, soft friction, a soft flank of play.
+
+A joint's `frictionloss` is a soft constraint. With MuJoCo's own `solimpfriction` a joint at rest
+under a load moves on slowly, where a rig sticks. Play between a motor's joint and its drum has a
+flank that gives way (`tendon_mj.lab.data_check.play`). A simulator other than the package's has
+none of these parts.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from tendon_mj.attach import view_sheath
+from tendon_mj.lab.data_check import play_warnings
+from tendon_mj.lab.diagnosis.data import Problem
+from tendon_mj.lab.diagnosis.result import Value
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.replay import (
+    Adjustable,
+    Schedule,
+    Simulates,
+    Simulator,
+    column_unit,
+    expand,
+    values_for,
+)
+
+# Root mean square error of a tension, in ranges of it, over (μφ)^(3/2) at one guide: at most so
+# much, measured on `bench` against many guides. At the end where a displacement is prescribed it is
+# 0.1 … 0.6, largest where the tendon hardly slides; at the other end less, but for small loops.
+_ERROR, _POWER = 0.6, 1.5
+
+_FRICTION, _PLAY = ".frictionloss", ".backlash"
+_SOFT = (0.9, 0.95, 0.001, 0.5, 2.0)  # MuJoCo's default solimpfriction
+_STIFF = "0.999 0.9999 0.001 0.5 2"
+_STEPS = 2.0  # time steps in the shortest time constant that MuJoCo takes
+
+
+class LumpedSheath(NamedTuple):
+    """A sheath in few guides.
+
+    Attributes:
+        name: of the sheath.
+        guides: that it has.
+        error: that lumping it into these leaves at most [noise].
+        enough: guides with which no more than the noise would be left.
+    """
+
+    name: str
+    guides: int
+    error: float
+    enough: int
+
+
+def too_few_guides(
+    problem: Problem, values: Mapping[str, float], left: float
+) -> list[LumpedSheath]:
+    """Sheaths whose lumping may leave more than noise, up to 0.6 (μφ/n)^1.5 of a tension's range.
+
+    Lumping leaves no more than the rms error ``left`` [noise] of the model with these values.
+    """
+    if not isinstance(problem.simulate, Simulator):
+        return []
+    tensions = [
+        float(np.ptp(problem.recordings[k].columns[column])) / problem.noise[k][column]
+        for k, column, _ in problem.layout()
+        if column_unit(column) == "N"
+    ]
+    finest = max(tensions, default=0.0)
+    most: dict[str, LumpedSheath] = {}
+    for name, guides, exponent in _exponents(problem.simulate, values):
+        error = min(left, _ERROR * (exponent / guides) ** _POWER * finest)
+        if error > 1.0 and (name not in most or error > most[name].error):
+            enough = math.ceil(guides * error ** (1.0 / _POWER))
+            most[name] = LumpedSheath(name, guides, error, enough)
+    return list(most.values())
+
+
+def _exponents(
+    simulator: Simulator, values: Mapping[str, float]
+) -> Iterator[tuple[str, int, float]]:
+    """Sheath, its guides, and its μφ, at the start of every recording."""
+    for recording in simulator.recordings:
+        adjustable = _adjusted(simulator, recording, values)
+        model, data = adjustable.model, adjustable.data
+        mujoco.mj_forward(model, data)
+        for name in simulator.sheaths:
+            view = view_sheath(model, data, name)
+            bend = view.bend_angle
+            total = float(bend.sum() + view.extra_bend)
+            yield name, max(bend.size, 1), view.friction * total
+
+
+def _adjusted(
+    simulator: Simulator, recording: Recording, values: Mapping[str, float]
+) -> Adjustable:
+    """The model of a recording with these values and those that the recording states."""
+    adjustable = Adjustable(copy.copy(simulator.model))
+    known = expand(recording.known, simulator.parameters)
+    adjustable.set({**values_for(recording.name, values), **known})
+    return adjustable
+
+
+def warn_of_guides(sheaths: Sequence[LumpedSheath]) -> list[str]:
+    """Warn of the error that lumping may leave, with the number of guides that would do."""
+    return [
+        f"That {sheath.name!r} has only {sheath.guides} guides may leave up to"
+        f" {sheath.error:.2g} times the noise, where a smooth sheath leaves none; {sheath.enough}"
+        " guides would do."
+        for sheath in sheaths
+    ]
+
+
+def warn_of_soft_friction(
+    simulate: Simulates, values: Mapping[str, float], considered: Collection[str] = ()
+) -> list[str]:
+    """Warn of joints with soft dry friction, with the options that make it stiff.
+
+    Joints have a value of it in ``values``, or it is ``considered`` to be missing.
+    """
+    if not isinstance(simulate, Simulator):
+        return []
+    model, warnings = simulate.model, []
+    for name, value in values.items():
+        joint = name.removesuffix(_FRICTION)
+        if joint == name or not (value > 0.0 or name in considered):
+            continue
+        if np.allclose(model.dof_solimp[model.joint(joint).dofadr[0]], _SOFT):
+            constant = _STEPS * model.opt.timestep
+            warnings.append(
+                f"Joint {joint}: MuJoCo's frictionloss creeps at rest with the default"
+                f' solimpfriction. Give the joint solreffriction="{constant:g} 1"'
+                f' solimpfriction="{_STIFF}" and diagnose again.'
+            )
+    return warnings
+
+
+def warn_of_soft_flanks(
+    simulate: Simulates, values: Mapping[str, float], fitted: Mapping[str, Value]
+) -> list[str]:
+    """Warn of drums whose fitted play is blurred by the model, with the remedy."""
+    plays = {
+        name.removesuffix(_PLAY): (play.value, 0.5 * (play.high - play.low))
+        for name, play in fitted.items()
+        if name.endswith(_PLAY) and play.value > 0.0
+    }
+    if not plays or not isinstance(simulate, Simulator):
+        return []
+    warnings: dict[str, str] = {}
+    for recording in simulate.recordings:
+        adjustable = _adjusted(simulate, recording, values)
+        schedule = Schedule(recording, adjustable.model, None)
+        for warning in play_warnings(schedule, adjustable, plays, with_servo=True):
+            joint = warning.place.removeprefix(f"{recording.name}, ")
+            warnings.setdefault(
+                joint, f"{joint[0].upper()}{joint[1:]}: {warning.value}; {warning.way_out}."
+            )
+    return list(warnings.values())

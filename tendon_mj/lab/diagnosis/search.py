@@ -1,0 +1,310 @@
+"""Screening of candidates for a residual, and the global search for a non-smooth minimum.
+
+Screening fits no candidate. Each is switched on by a little. Its trace t in the residuals and the
+Jacobian J of the fitted terms predict, to first order, with which strength and which corrections of
+the others the residual r would be smallest: min |r + J Δ + t a|. The next pass simulates just that
+point, which gives the true remainder and the change of the trace; candidates that promise little
+drop out.
+
+With stick and slip the squared misfit has many local minima, and least squares ends in the one
+where it began. Most of that misfit lies in the few samples between one slip and the other. A
+logarithm of the squares (Cauchy loss) is robust to them and leaves one wide basin; differential
+evolution (SciPy's) finds its bottom without derivatives in some three hundred simulations. Where
+the linearisation of the response holds, which ten simulations show, there is no local minimum to
+leave.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from scipy.linalg import cholesky, solve_triangular
+from scipy.optimize import differential_evolution, lsq_linear
+from scipy.stats import qmc
+
+from tendon_mj.lab.diagnosis.data import Problem
+from tendon_mj.lab.diagnosis.effects.effect import Candidate
+from tendon_mj.lab.diagnosis.fitting import Fit, natural, written
+from tendon_mj.lab.diagnosis.statistics import half_widths
+from tendon_mj.lab.progress import Progress
+from tendon_mj.lab.replay import suppress_unsolved_warnings
+from tendon_mj.typing import FloatArray
+
+_INVISIBLE = 1e-8  # mean square trace, in noise, below which an effect has no place on a model
+_SWITCHED_OFF = 1e-9  # of a probe
+_LARGER, _TRIES = 1e3, 3  # factor by which a probe without a trace is enlarged, and how often
+_BATCH = 8  # parameter sets simulated between two calls of the progress callback
+_ACTIVE_SETS = 100  # tried at most; some ten terms take as many
+_KEPT = (0.05, 0.15)  # of the best reduction of χ², to be in the next pass
+_PASSES = ("screen, first pass", "screen, second pass", "screen, third pass")
+
+_LONGEST = 0.1  # of its range: the step of a term
+_NONLINEAR = 0.2  # of the mean square change of the response, at most
+_WIDE = 4.0  # half intervals to either side
+_OUTLIER = 3.0  # scale of the Cauchy loss [noise]
+_GENERATIONS = 9
+_POPULATION = 6  # points of a generation, for every term
+
+
+@dataclass(frozen=True, eq=False)
+class ScreeningScore:
+    """Reduction of χ² that screening finds for a candidate.
+
+    Attributes:
+        candidate: screened effect.
+        start: (fitted terms and the candidate's,) values to begin a fit from [their units].
+        explained: reduction of the reduced χ² at these values [-].
+        attempt: which of the candidate's starts it came from.
+    """
+
+    candidate: Candidate
+    start: FloatArray
+    explained: float
+    attempt: int
+
+    @property
+    def key(self) -> tuple[str, int]:
+        """Candidate and attempt."""
+        return self.candidate.label, self.attempt
+
+
+_Pair = tuple[ScreeningScore, ScreeningScore]  # simulated, and predicted at the best strength
+
+
+@suppress_unsolved_warnings()
+def screen(
+    problem: Problem,
+    base: Mapping[str, float],
+    fitted: Fit,
+    candidates: Sequence[Candidate],
+    progress: Progress,
+) -> list[ScreeningScore]:
+    """Score candidates that change the residual of a fit, best first, once for each start."""
+    scores = [
+        ScreeningScore(candidate, np.array([*fitted.values, _probe(candidate), *shape]), 0.0, k)
+        for candidate in candidates
+        for k, shape in enumerate(product(*(t.starts or (t.inert,) for t in candidate.terms[1:])))
+    ]
+    screening = _Screening(problem, base, fitted, progress)
+    best: dict[tuple[str, int], ScreeningScore] = {}
+    for k, label in enumerate(_PASSES):
+        seen = screening.run(scores, label)
+        if k == 0:
+            seen += screening.enlarge_probes(scores, seen)
+        for achieved, _ in seen:
+            earlier = best.setdefault(achieved.key, achieved)
+            best[achieved.key] = achieved if achieved.explained > earlier.explained else earlier
+        if k < len(_KEPT):
+            scores = _promising([predicted for _, predicted in seen], _KEPT[k])
+    ranked = sorted(best.values(), key=lambda score: -score.explained)
+    return [score for score in ranked if score.explained > 0.0]
+
+
+def _promising(scores: Sequence[ScreeningScore], share: float) -> list[ScreeningScore]:
+    """Scores that explain at least a share of the best reduction of χ²."""
+    least = share * max((score.explained for score in scores), default=0.0)
+    return [score for score in scores if score.explained > 0.0 and score.explained >= least]
+
+
+@dataclass(frozen=True, eq=False)
+class _Screening:
+    """Simulations of candidates added to one fitted model."""
+
+    problem: Problem
+    base: Mapping[str, float]
+    fitted: Fit
+    progress: Progress
+
+    def run(self, scores: Sequence[ScreeningScore], label: str) -> list[_Pair]:
+        """Score each where it stands, and predict where it would explain most."""
+        seen = []
+        for k in range(0, len(scores), _BATCH):
+            self.progress(label, k, len(scores))
+            part = scores[k : k + _BATCH]
+            sets = [
+                written((*self.fitted.terms, *s.candidate.terms), s.start, self.base) for s in part
+            ]
+            for score, row in zip(part, self.problem.residuals(sets), strict=True):
+                if np.isfinite(row).all():
+                    seen += self._score(score, row + self.fitted.correction)
+        self.progress(label, len(scores), len(scores))
+        return seen
+
+    def enlarge_probes(
+        self, scores: Sequence[ScreeningScore], seen: Sequence[_Pair]
+    ) -> list[_Pair]:
+        """Screen those that left no trace again, with larger probes.
+
+        A probe that is large for a hinge, in N m/rad, is negligible for a slide, in N/m.
+        """
+        larger: list[_Pair] = []
+        for _ in range(_TRIES):
+            traced = {score.key for score, _ in [*seen, *larger]}
+            scores = [
+                _enlarged(score, len(self.fitted.terms))
+                for score in scores
+                if score.key not in traced
+            ]
+            if not scores:
+                break
+            larger += self.run(scores, _PASSES[0])
+        return larger
+
+    def _score(self, score: ScreeningScore, simulated: FloatArray) -> list[_Pair]:
+        """Score one simulation (m,) of a candidate; nothing where it leaves no trace."""
+        fitted, used = self.fitted, self.problem.in_train
+        row, residual, slopes = simulated[used], fitted.residual[used], fitted.jacobian[used]
+        strength, terms, count = score.candidate.terms[0], fitted.terms, len(fitted.terms)
+        scaled = np.array([t.scaled(v) for t, v in zip(terms, score.start[:count], strict=True)])
+        tried = score.start[count] - strength.inert
+        trace = row - residual - slopes @ (scaled - fitted.scaled)
+        off = abs(tried) < _SWITCHED_OFF * strength.probe
+        if off or float(trace @ trace) < _INVISIBLE * trace.size:
+            return []
+        achieved = replace(score, explained=float(residual @ residual - row @ row) / row.size)
+        if achieved.explained < 0.0 < score.explained:
+            return [(achieved, _shortened(score, natural(terms, fitted.scaled)))]
+        matrix = np.column_stack([slopes, trace])
+        shares = sorted((end - strength.inert) / tried for end in (strength.low, strength.high))
+        bounds = np.column_stack([fitted.bounds - fitted.scaled, shares])
+        step = bounded_least_squares(matrix, residual, bounds)
+        left = residual + matrix @ step
+        # at a bound, which rounding may leave
+        values = np.clip(
+            natural(terms, fitted.scaled + step[:-1]),
+            [t.low for t in terms],
+            [t.high for t in terms],
+        )
+        best = min(max(strength.inert + step[-1] * tried, strength.low), strength.high)
+        prediction = replace(
+            score,
+            start=np.array([*values, best, *score.start[count + 1 :]]),
+            explained=float(residual @ residual - left @ left) / row.size,
+        )
+        return [(achieved, prediction)]
+
+
+def _shortened(score: ScreeningScore, values: FloatArray) -> ScreeningScore:
+    """Score half way back to the fit, whose ``values`` these are, where the prediction failed."""
+    count = values.size
+    strength = score.candidate.terms[0]
+    origin = np.array([*values, strength.inert, *score.start[count + 1 :]])
+    return replace(score, start=0.5 * (origin + score.start), explained=0.5 * score.explained)
+
+
+def _enlarged(score: ScreeningScore, index: int) -> ScreeningScore:
+    """Score of the candidate with a larger probe; ``index`` of its strength among the values."""
+    strength, *shape = score.candidate.terms
+    span = max(strength.high - strength.inert, strength.inert - strength.low)
+    strength = replace(strength, probe=min(_LARGER * strength.probe, span))
+    candidate = replace(score.candidate, terms=(strength, *shape))
+    start = score.start.copy()
+    start[index] = _probe(candidate)
+    return replace(score, candidate=candidate, start=start)
+
+
+def _probe(candidate: Candidate) -> float:
+    """Strength a probe away from inert, on the side where the range allows it."""
+    term = candidate.terms[0]
+    return term.inert + (term.probe if term.high - term.inert >= term.probe else -term.probe)
+
+
+def bounded_least_squares(
+    matrix: FloatArray, residual: FloatArray, bounds: FloatArray
+) -> FloatArray:
+    """(p,) step x that minimises |r + M x| within ``bounds`` (2, p).
+
+    By active sets on columns of length 1: SciPy's other method never ends where their lengths
+    differ by more than a number has digits.
+    """
+    normal = matrix.T @ matrix
+    normal += 1e-9 * np.diag(np.diag(normal)) + 1e-12 * np.eye(len(normal))
+    lengths = np.sqrt(np.diag(normal))
+    factor = cholesky(normal / np.outer(lengths, lengths))  # (p, p) in place of all samples
+    aim = solve_triangular(factor, -(matrix.T @ residual) / lengths, trans="T")
+    scaled = lsq_linear(factor, aim, bounds * lengths, method="bvls", max_iter=_ACTIVE_SETS).x
+    step: FloatArray = np.clip(scaled / lengths, bounds[0], bounds[1])
+    return step
+
+
+@suppress_unsolved_warnings()
+def linearisation_holds(problem: Problem, base: Mapping[str, float], fitted: Fit) -> bool:
+    """Whether the response about a fit changes as its Jacobian says, so its minimum is global.
+
+    Each term takes a step to either side within its range, by which, to first order, the response
+    changes by as much as the fit leaves. With Δ_k the change of step k and d_k its linearisation,
+    the criterion is Σ |Δ_k − d_k|² < 0.2 Σ |Δ_k|².
+    """
+    used, longest = problem.in_train, _LONGEST * np.ptp(fitted.bounds, axis=0)
+    slopes = fitted.jacobian[used]
+    left = np.sqrt(max(float(np.mean(fitted.residual[used] ** 2)) - 1.0, 0.0))
+    steep = np.sqrt(np.mean(slopes**2, axis=0))
+    reach = np.divide(left, steep, out=longest.copy(), where=steep * longest > left)
+    steps = np.vstack([np.diag(reach), -np.diag(reach)])
+    points = np.clip(fitted.scaled + steps, *fitted.bounds)
+    sets = [fitted.parameters(base, natural(fitted.terms, point)) for point in points]
+    here, *there = problem.residuals([fitted.parameters(base), *sets])[:, used]
+    changed = nonlinear = 0.0
+    for point, residual in zip(points, there, strict=True):
+        linear = slopes @ (point - fitted.scaled)
+        changed += float(np.sum((residual - here) ** 2))
+        nonlinear += float(np.sum((residual - here - linear) ** 2))
+    return nonlinear < _NONLINEAR * changed
+
+
+@suppress_unsolved_warnings()
+def search_globally(
+    problem: Problem, base: Mapping[str, float], fitted: Fit, widely: slice, progress: Progress
+) -> FloatArray:
+    """(p,) start values of the terms, from which another fit may end lower.
+
+    The neighbourhood of the free terms of a fit is searched, and the terms ``widely`` in their
+    whole range. Deterministic: the random numbers are seeded.
+    """
+    free, used = fitted.free.copy(), problem.in_train
+    half = np.full(free.size, np.inf)
+    half[free] = half_widths(problem, fitted, free)
+    free[widely], half[widely] = True, np.inf
+    if not free.any():
+        return fitted.values.copy()
+    low = np.maximum(fitted.scaled - _WIDE * half, fitted.bounds[0])[free]
+    high = np.minimum(fitted.scaled + _WIDE * half, fitted.bounds[1])[free]
+    generation = 0
+
+    def values(point: FloatArray) -> FloatArray:
+        scaled = fitted.scaled.copy()
+        scaled[free] = point
+        return natural(fitted.terms, scaled)
+
+    def losses(points: FloatArray) -> FloatArray:
+        """(k,) losses at (free terms, k) points."""
+        nonlocal generation
+        progress("global search", min(generation, _GENERATIONS), _GENERATIONS + 1)
+        generation += 1
+        sets = [fitted.parameters(base, values(point)) for point in points.T]
+        rows = problem.residuals(sets)
+        return np.array([float(np.mean(np.log1p((row[used] / _OUTLIER) ** 2))) for row in rows])
+
+    random = np.random.default_rng(0)
+    first = qmc.scale(
+        qmc.LatinHypercube(low.size, rng=random).random(_POPULATION * low.size), low, high
+    )
+    first[0] = fitted.scaled[free]
+    best = differential_evolution(
+        losses,
+        list(zip(low, high, strict=True)),
+        init=first,
+        maxiter=_GENERATIONS,
+        mutation=(0.4, 0.8),
+        recombination=0.8,
+        tol=0.0,
+        polish=False,
+        updating="deferred",
+        vectorized=True,
+        rng=random,
+    )
+    progress("global search", _GENERATIONS + 1, _GENERATIONS + 1)
+    return values(best.x)

@@ -1,0 +1,412 @@
+"""Selection of the effects that a model lacks: forward, backtracking, swap step, elimination."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from tendon_mj.lab.diagnosis.data import Problem
+from tendon_mj.lab.diagnosis.effects.effect import Candidate, Term
+from tendon_mj.lab.diagnosis.events import find_events
+from tendon_mj.lab.diagnosis.fitting import Fit, fit
+from tendon_mj.lab.diagnosis.search import (
+    ScreeningScore,
+    linearisation_holds,
+    screen,
+    search_globally,
+)
+from tendon_mj.lab.diagnosis.statistics import (
+    FittedCandidate,
+    SelectedEffect,
+    cross_validate,
+    gain,
+    rate,
+    simplest,
+    tied,
+)
+from tendon_mj.lab.diagnosis.thresholds import (
+    STANDARD_ERRORS,
+    detection_limit,
+    least_share,
+    unexplained_excess,
+)
+from tendon_mj.lab.progress import Progress
+
+CONVERGED = 25  # evaluations: enough for a fit to converge
+_NEAR = 5  # evaluations: enough from where screening has led
+_MOST_FITS, _MOST_LOOKED_AT = 4, 10
+_PROMISING = 0.6  # of the reduction by the best candidate, to be fitted
+_SWAP_SHARE = 0.8  # likewise, to be fitted in the place of another
+_LEAST = 0.03, 0.3  # likewise, where none of those explains enough; on a sensor
+_EVENT = 0.1  # of the excess, that an event explains by its scan, to be located
+_EXPLAINS = 0.75  # of the excess may be left by an effect, for no others to be looked at
+_LITTLE = 0.1  # of the initial excess: where more remains, other choices do not help either
+_ROUNDS = 2  # whose second-best choice is tried
+_MOST_EFFECTS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class CandidateSet:
+    """Candidates for one more effect.
+
+    Attributes:
+        scores: of all that change a residual, best first.
+        fitted: those that were fitted and whose strength the data determine, best first.
+        at_end: those that were fitted and ended at an end of their range, best first.
+    """
+
+    scores: tuple[ScreeningScore, ...]
+    fitted: tuple[FittedCandidate, ...]
+    at_end: tuple[FittedCandidate, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class SelectionContext:
+    """Everything that stays the same during a selection.
+
+    Attributes:
+        problem: data.
+        base: parameter → value of the model.
+        calibrated: terms of the uncertain parameters.
+        candidates: catalogue on this model.
+        step_error: of the simulation, see `step_error`.
+        initial_excess: excess χ² of the calibrated model, see `reducible_excess`.
+        progress: callback.
+        searched: end of every global search, so that backtracking does not search a model again.
+    """
+
+    problem: Problem
+    base: Mapping[str, float]
+    calibrated: tuple[Term, ...]
+    candidates: tuple[Candidate, ...]
+    step_error: float
+    initial_excess: float
+    progress: Progress
+    searched: dict[Hashable, FittedCandidate] = field(default_factory=dict)
+
+    def fit_model(
+        self,
+        effects: Sequence[Candidate],
+        start: Sequence[float] | np.ndarray,
+        candidate: Candidate | None = None,
+        *,
+        near: Fit | None = None,
+        evaluations: int = _NEAR,
+    ) -> FittedCandidate:
+        """Fit a model with these effects from ``start``; ``near`` is a fit not far from there."""
+        fitted = fit(
+            self.problem,
+            self.base,
+            self.calibrated,
+            effects,
+            np.asarray(start, float),
+            correction=None if near is None else near.correction,
+            evaluations=evaluations,
+        )
+        return FittedCandidate(candidate, fitted, cross_validate(self.problem, fitted))
+
+    def extend(
+        self, model: FittedCandidate, share: float = _PROMISING, *, look_down: bool = True
+    ) -> CandidateSet:
+        """Screen all candidates for one more effect, and fit the best.
+
+        Fitted are those whose reduction of χ², by screening, is at least ``share`` of the best; and
+        with ``look_down`` others down the list, until one leaves less than three quarters of the
+        excess, with a strength that the data determine. Screening is linear, and may see little of
+        an effect that trades places with terms of the model.
+        """
+        scores = screen(self.problem, self.base, model.fit, self._further(model), self.progress)
+        shortlist, others_down = _promising(scores, share)
+        fitted = list[FittedCandidate]()
+        for k, score in enumerate(shortlist + others_down * look_down):
+            if k >= len(shortlist) and any(self._explains(model, other) for other in fitted):
+                break
+            self.progress("fit", min(k, len(shortlist)), len(shortlist))
+            effects = (*model.fit.effects, score.candidate)
+            fitted.append(self.fit_model(effects, score.start, score.candidate, near=model.fit))
+        if shortlist:
+            self.progress("fit", len(shortlist), len(shortlist))
+        return CandidateSet(tuple(scores), *_best_of_each(fitted))
+
+    def _further(self, model: FittedCandidate) -> list[Candidate]:
+        """Candidates that may be added to a model, with the events that explain enough of it."""
+        taken = frozenset[str]().union(*(effect.targets for effect in model.fit.effects))
+        values = {**self.base, **model.fit.parameters(self.base)}
+        least = max(0.5 * self.smallest_gain, _EVENT * model.excess)
+        events = [candidate for candidate in self.candidates if candidate.event]
+        return [
+            c
+            for c in self.candidates
+            if not c.targets & taken and c.acts_on(values) and not c.event
+        ] + find_events(self.problem, self.base, model.fit, events, taken, least)
+
+    def _explains(self, model: FittedCandidate, extended: FittedCandidate) -> bool:
+        """Whether an effect leaves notably less, with a strength that the data determine."""
+        less = extended.excess < _EXPLAINS * model.excess
+        return extended.determined and less and self.improves(model, extended)
+
+    def without(self, model: FittedCandidate, candidate: Candidate) -> FittedCandidate:
+        """Fit a model without one of its effects, from the values of the others."""
+        fitted = model.fit
+        rest = tuple(effect for effect in fitted.effects if effect != candidate)
+        start = [
+            fitted.values[: len(fitted.calibrated)],
+            *(fitted.values[fitted.terms_of(effect)] for effect in rest),
+        ]
+        return self.fit_model(rest, np.concatenate(start), model.candidate, near=fitted)
+
+    def polish(self, model: FittedCandidate) -> FittedCandidate:
+        """Continue a fit to convergence, so that no effect is added to mend an early stop."""
+        fitted = model.fit
+        return self.fit_model(
+            fitted.effects, fitted.values, model.candidate, near=fitted, evaluations=CONVERGED
+        )
+
+    def optimise(self, model: FittedCandidate) -> FittedCandidate:
+        """Continue a fit to convergence, and to the global minimum for a non-smooth last effect."""
+        best = self.polish(model)
+        if best.candidate is not None and best.candidate.non_smooth:
+            for whole_range in (True, False):
+                if not self._may_be_local(best):
+                    break
+                best = self._search(best, whole_range=whole_range)
+        return best
+
+    def optimise_nearby(self, model: FittedCandidate) -> FittedCandidate:
+        """Continue a fit with another step, searching near it where the cost is non-smooth."""
+        best = self.polish(model)
+        non_smooth = any(effect.non_smooth for effect in best.fit.effects)
+        if non_smooth and self._may_be_local(best):
+            return self._search(best, whole_range=False)
+        return best
+
+    def _may_be_local(self, model: FittedCandidate) -> bool:
+        """Whether a fit leaves a significant excess, possibly because its minimum is local."""
+        significant = model.excess > self.smallest_gain
+        return significant and not linearisation_holds(self.problem, self.base, model.fit)
+
+    def _search(self, model: FittedCandidate, *, whole_range: bool) -> FittedCandidate:
+        """Better one of a fit and a fit from a global search around it.
+
+        With ``whole_range`` the terms of the last effect are searched in all their range.
+        """
+        fitted, last = model.fit, model.candidate
+        wide = last if whole_range else None
+        widely = slice(0) if wide is None else fitted.terms_of(wide)
+        labels = frozenset(effect.label for effect in fitted.effects)
+        key = self.problem, labels, wide and wide.label
+        if key not in self.searched:
+            start = search_globally(self.problem, self.base, fitted, widely, self.progress)
+            self.searched[key] = self.fit_model(
+                fitted.effects, start, last, near=fitted, evaluations=CONVERGED
+            )
+        return min(model, replace(self.searched[key], candidate=last), key=lambda end: end.excess)
+
+    def improves(self, before: FittedCandidate, after: FittedCandidate) -> bool:
+        """Whether the second model leaves significantly less than the first."""
+        got = gain(before.validation, after.validation)
+        least = max(self.smallest_gain, least_share(self.problem) * before.excess)
+        return got.mean > max(least, STANDARD_ERRORS * got.standard_error)
+
+    @cached_property
+    def detection_limit(self) -> float:
+        """Excess χ² below which nothing is named."""
+        return detection_limit(self.problem, self.step_error)
+
+    @property
+    def smallest_gain(self) -> float:
+        """Gain in χ² below which no effect is worth adding."""
+        return max(self.detection_limit, unexplained_excess(self.initial_excess))
+
+
+def _promising(
+    scores: Sequence[ScreeningScore], share: float
+) -> tuple[list[ScreeningScore], list[ScreeningScore]]:
+    """Scores not far behind the best, and others down the list.
+
+    At most two starts a candidate and three an effect.
+    """
+    starts = Counter[str]()
+    kept = []
+    for score in scores:
+        label, identifier = score.candidate.label, score.candidate.identifier
+        if starts[label] < 2 and starts[identifier] < 3:
+            starts.update((label, identifier))
+            kept.append(score)
+    near = [s for s in kept if s.explained >= share * scores[0].explained][:_MOST_FITS]
+    down = [
+        s
+        for s in kept[len(near) :]
+        if s.explained >= _LEAST[s.candidate.on_sensor] * scores[0].explained
+    ]
+    return near, down[: _MOST_LOOKED_AT - len(near)]
+
+
+def _best_of_each(
+    fitted: Sequence[FittedCandidate],
+) -> tuple[tuple[FittedCandidate, ...], tuple[FittedCandidate, ...]]:
+    """Best fit of each candidate that the data determine, and of the others; best first."""
+    best: dict[str, FittedCandidate] = {}
+    ended: dict[str, FittedCandidate] = {}
+    for model in sorted(fitted, key=lambda model: -model.excess):
+        (best if model.determined else ended)[model.added.label] = model
+    return (
+        tuple(sorted(best.values(), key=lambda model: model.excess)),
+        tuple(reversed([m for label, m in ended.items() if label not in best])),
+    )
+
+
+Rivals = Mapping[str, list[FittedCandidate]]  # label of an effect → all it was chosen from
+
+
+class ForwardSelection(NamedTuple):
+    """Result of a forward selection.
+
+    Attributes:
+        model: last model.
+        rivals: for every effect the models it was chosen from, best first.
+        first: all candidates for the first effect; None where none was added.
+        rounds: at every addition the models that could have been chosen, best first.
+        reduced: last model without one of its effects, by label, where that was fitted.
+    """
+
+    model: FittedCandidate
+    rivals: Rivals
+    first: CandidateSet | None
+    rounds: list[list[FittedCandidate]]
+    reduced: dict[str, FittedCandidate]
+
+
+def select_forward(
+    context: SelectionContext, model: FittedCandidate, rivals: Rivals
+) -> ForwardSelection:
+    """Add the best effect to a model until none improves it.
+
+    Of tied effects the simplest is added. After each addition the effects without which the model
+    is as good are eliminated; selection ends when that leads back to an earlier model.
+    """
+    rivals, first, rounds = dict(rivals), None, list[list[FittedCandidate]]()
+    reduced = dict[str, FittedCandidate]()
+    seen = set[frozenset[str]]()
+    while len(model.fit.effects) < _MOST_EFFECTS and model.excess > context.detection_limit:
+        labels = frozenset(effect.label for effect in model.fit.effects)
+        if labels in seen:
+            break
+        seen.add(labels)
+        candidates = context.extend(model)
+        first, ranked = first or candidates, list(candidates.fitted)
+        if not ranked or not context.improves(model, ranked[0]):
+            break
+        rounds.append(ranked)
+        chosen = context.optimise(simplest(ranked))
+        others = [other for other in ranked if other.candidate != chosen.candidate]
+        rivals[chosen.added.label] = sorted([chosen, *others], key=lambda m: m.excess)
+        model, reduced = eliminate_backward(context, chosen)
+    return ForwardSelection(model, rivals, first, rounds, reduced)
+
+
+def eliminate_backward(
+    context: SelectionContext, model: FittedCandidate
+) -> tuple[FittedCandidate, dict[str, FittedCandidate]]:
+    """Remove effects without which the model is as good; and `ForwardSelection.reduced`."""
+    reduced = dict[str, FittedCandidate]()
+    for candidate in model.fit.effects:
+        reduced[candidate.label] = context.without(model, candidate)
+        if not context.improves(reduced[candidate.label], model):
+            return eliminate_backward(context, reduced[candidate.label])
+    return model, reduced
+
+
+def backtrack(context: SelectionContext, selection: ForwardSelection) -> ForwardSelection:
+    """Select forward again from the second best of each of the first rounds; keep the best."""
+    best = selection
+    for ranked in reversed(selection.rounds[:_ROUNDS]):
+        if len(ranked) < 2 or best.model.excess <= context.detection_limit:
+            continue
+        rivals = {**selection.rivals, ranked[1].added.label: ranked}
+        again = select_forward(context, context.polish(ranked[1]), rivals)
+        if context.improves(best.model, again.model):
+            best = again
+    return best
+
+
+def swap(context: SelectionContext, selection: ForwardSelection) -> tuple[FittedCandidate, Rivals]:
+    """Swap each effect of a model for one that leaves significantly less.
+
+    An early choice may have imitated two effects. For the last effect all others were tried when it
+    was added, unless one before it was swapped.
+
+    Returns:
+        The model, and for each of its effects the models it was chosen from, best first.
+    """
+    model, rivals = selection.model, dict[str, list[FittedCandidate]]()
+    for candidate in selection.model.fit.effects:
+        others = _in_place_of(candidate, context, selection, model)
+        own = next((m for m in others if m.candidate == candidate), None)
+        if own is None or own.excess > model.excess:
+            own = FittedCandidate(candidate, model.fit, model.validation)
+        ranked = [own, *(m for m in others if m.candidate != candidate)]
+        ranked.sort(key=lambda m: m.excess)
+        chosen, kept = simplest(ranked), candidate
+        if chosen.candidate != candidate and not tied(chosen, own):
+            model, kept = chosen, chosen.added
+        rivals[kept.label] = ranked
+    return model, rivals
+
+
+def _in_place_of(
+    candidate: Candidate,
+    context: SelectionContext,
+    selection: ForwardSelection,
+    model: FittedCandidate,
+) -> list[FittedCandidate]:
+    """Models with every promising candidate in the place of one effect of a model."""
+    unchanged = model is selection.model
+    if unchanged and candidate == model.candidate:
+        return selection.rivals[candidate.label]
+    reduced = selection.reduced.get(candidate.label) if unchanged else None
+    reduced = reduced or context.without(model, candidate)
+    return list(context.extend(reduced, _SWAP_SHARE, look_down=False).fitted)
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """Result of a selection.
+
+    Attributes:
+        calibrated: model with only the uncertain parameters fitted.
+        final: model with the selected effects.
+        effects: selected, those first without which the model leaves most.
+        first: all candidates for the first of them; None where the calibrated model suffices.
+    """
+
+    calibrated: FittedCandidate
+    final: FittedCandidate
+    effects: tuple[SelectedEffect, ...]
+    first: CandidateSet | None
+
+
+def select_effects(context: SelectionContext, calibrated: FittedCandidate) -> Selection:
+    """Select effects forward, from a calibrated model; where little remains, backtrack and swap."""
+    selection = select_forward(context, calibrated, {})
+    first, little = selection.first, _LITTLE * max(context.initial_excess, 0.0)
+    if not selection.model.fit.effects:
+        calibrated = selection.model  # fitted further, where its only effect was eliminated
+    if context.detection_limit < selection.model.excess < little:
+        selection = backtrack(context, selection)
+    model, rivals = selection.model, selection.rivals
+    if len(model.fit.effects) > 1 and model.excess < little:
+        model, rivals = swap(context, selection)
+    effects = [rate(candidate, rivals[candidate.label]) for candidate in model.fit.effects]
+    if len(effects) > 1:
+        reduced = dict(selection.reduced) if model is selection.model else {}
+        for candidate in model.fit.effects:
+            if candidate.label not in reduced:
+                reduced[candidate.label] = context.without(model, candidate)
+        effects.sort(key=lambda e: -reduced[e.candidate.label].excess)
+    return Selection(calibrated, model, tuple(effects), first)

@@ -1,0 +1,305 @@
+"""Statistics of fits: cross-validation, comparison of models, 95 % intervals, correlations.
+
+Cross-validation leaves the parts of a `Problem` out of the fit in turn: blocks of time, or whole
+recordings where these are of different states of the rig. To first order the refit is one
+Gauss-Newton step from the common solution and needs no simulation: with J_b, r_b the rows of part b
+and W the weights of terms with an expected spread,
+
+    Δ_b = (JᵀJ + W² − J_bᵀJ_b)⁻¹ J_bᵀ r_b,     left-out residual r_b + J_b Δ_b,
+
+with Δ_b held within the terms' ranges. A value that was set anew for a recording is determined by
+no other one: with that recording left out, its own terms are held in Δ_b, and then fitted to it.
+With an effect whose cost is non-smooth the linearisation does not hold, so no block is left out and
+the held-out data alone can refute the effect. Neighbouring residuals are correlated, as model and
+rig differ by more than white noise. Models are therefore compared block by block, never sample by
+sample, and intervals come from how the gradient varies between whole blocks of time (a clustered
+sandwich estimate):
+
+    Cov = A⁻¹ (Σ_b g_b g_bᵀ) A⁻¹,   A = JᵀJ,   g_b = J_bᵀ r_b.
+
+Unmodelled structure biases the values: an error of mean square g with correlation ρ to a column of
+J shifts the value by ρ √(g m (A⁻¹)_kk). The fit has removed the correlated part from the residual,
+so ρ = 0.2 is assumed of the rest; the error of the simulation's step is added to g. A direction in
+which several values compensate each other has no interval. Where recordings are of different states
+of the rig, blocks of one recording repeat each other too. The interval is then no narrower than
+that of the jackknife over recordings, of variance (R−1)/R Σ_b Δ_b², with Δ_b the shift of the value
+where recording b is left out of the fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from tendon_mj.lab.diagnosis.data import Problem, step_error
+from tendon_mj.lab.diagnosis.effects.effect import Candidate
+from tendon_mj.lab.diagnosis.fitting import Fit
+from tendon_mj.lab.diagnosis.thresholds import STANDARD_ERRORS
+from tendon_mj.typing import FloatArray
+
+_LEVEL = 0.95
+_SINGULAR = 1e-5  # eigenvalue of JᵀJ scaled to a unit diagonal
+_LOADING = 0.1  # component of its eigenvector
+_CORRELATION = 0.2  # ρ, of unmodelled structure with a column of J
+
+
+@dataclass(frozen=True, eq=False)
+class CrossValidation:
+    """Cross-validated χ² of a model.
+
+    Attributes:
+        chi2: (parts,) sum of squared left-out residuals in units of noise.
+        samples: number in all parts.
+    """
+
+    chi2: FloatArray
+    samples: int
+
+    @property
+    def excess(self) -> float:
+        """Reduced χ² − 1 [-]; below 0 by chance."""
+        return float(self.chi2.sum()) / self.samples - 1.0
+
+
+def cross_validate(problem: Problem, fit: Fit) -> CrossValidation:
+    """Cross-validate a fit on the training data."""
+    used = problem.in_train
+    residual, parts = fit.residual[used], problem.parts[used]
+    refitted = fit.free & (not any(effect.non_smooth for effect in fit.effects))
+    jacobian = fit.jacobian[used][:, refitted]
+    names, part_of = np.unique(parts, return_inverse=True)
+    weights, shared = fit.weights[refitted] ** 2, fit.shared[refitted]
+    normal = jacobian.T @ jacobian
+    chi2 = np.empty(names.size)
+    room = (fit.bounds - fit.scaled)[:, refitted]
+    regular = np.diag(1e-9 * np.diag(normal) + weights)
+    for b in range(names.size):
+        rows = part_of == b
+        j, r = jacobian[rows], residual[rows]
+        own = ~shared & ~jacobian[~rows].any(axis=0)  # of this recording alone
+        kept = ~own
+        shift = np.zeros(j.shape[1])
+        if kept.any():
+            others = (normal + regular - j.T @ j)[np.ix_(kept, kept)]
+            shift[kept] = np.linalg.lstsq(others, j[:, kept].T @ r, rcond=None)[0]
+            shift = np.clip(shift, *room)
+        if own.any():
+            alone = j[:, own].T @ j[:, own] + regular[np.ix_(own, own)]
+            shift[own] = -np.linalg.solve(alone, j[:, own].T @ (j @ shift))
+        r = r + j @ shift
+        chi2[b] = float(r @ r)
+    return CrossValidation(chi2, int(used.sum()))
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Reduction of the cross-validated reduced χ² from one model to another.
+
+    Attributes:
+        mean: difference of the reduced χ² [-].
+        standard_error: of the mean [-]. An effect may show in two blocks of thirty and be certain;
+            only the blocks that it makes worse speak against it. By chance as many improve by as
+            much, hence √(2 Σ worse²).
+    """
+
+    mean: float
+    standard_error: float
+
+
+def gain(before: CrossValidation, after: CrossValidation) -> Gain:
+    """Gain of the second model over the first."""
+    difference = before.chi2 - after.chi2
+    worse = np.minimum(difference, 0.0)
+    error = float(np.sqrt(2.0 * worse @ worse))
+    return Gain(float(difference.sum()) / before.samples, error / before.samples)
+
+
+@dataclass(frozen=True, eq=False)
+class FittedCandidate:
+    """A model fitted with a candidate effect, and its cross-validation.
+
+    Attributes:
+        candidate: effect that was added or swapped in last; None for the calibrated model.
+        fit: of all terms of the model.
+        validation: on blocks left out of the fit.
+    """
+
+    candidate: Candidate | None
+    fit: Fit
+    validation: CrossValidation
+
+    @property
+    def excess(self) -> float:
+        """Cross-validated excess χ² (reduced χ² − 1) [-]."""
+        return self.validation.excess
+
+    @property
+    def added(self) -> Candidate:
+        """The candidate of a model that has one."""
+        assert self.candidate is not None
+        return self.candidate
+
+    @property
+    def determined(self) -> bool:
+        """Whether the candidate's strength is held by the data, not by an end of its range."""
+        return self.fit.determines(self.added)
+
+
+def tied(best: FittedCandidate, other: FittedCandidate) -> bool:
+    """Whether the data cannot tell the two models apart."""
+    lost = gain(other.validation, best.validation)
+    return lost.mean < max(STANDARD_ERRORS * lost.standard_error, tie_width(best))
+
+
+def tie_width(best: FittedCandidate) -> float:
+    """Insignificant difference of excess χ²: a quarter of the excess of the best model."""
+    return 0.02 + 0.25 * max(best.excess, 0.0)
+
+
+def simplest(ranked: Sequence[FittedCandidate]) -> FittedCandidate:
+    """Simplest model tied with the first.
+
+    Single parameters before effects, effects of the rig before those of its sensors, and few terms
+    before many.
+    """
+    equal = [model for model in ranked if tied(ranked[0], model)]
+    return min(equal, key=lambda model: (_complexity(model.candidate), model.excess))
+
+
+def _complexity(candidate: Candidate | None) -> tuple[bool, bool, int]:
+    if candidate is None:
+        return (False, False, 0)
+    count = len(candidate.terms)
+    return (candidate.kind == "missing" or count > 1, candidate.on_sensor, count)
+
+
+@dataclass(frozen=True, eq=False)
+class SelectedEffect:
+    """An effect in the final model, and its rivals.
+
+    Attributes:
+        candidate: the effect.
+        rivals: others that the data cannot tell from it.
+        confidence: that it is this one and not another effect, 0 … 1.
+        models: those that were fitted with the rivals, in their order.
+    """
+
+    candidate: Candidate
+    rivals: tuple[Candidate, ...]
+    confidence: float
+    models: tuple[FittedCandidate, ...] = ()
+
+
+def rate(candidate: Candidate, ranked: Sequence[FittedCandidate]) -> SelectedEffect:
+    """Compare an effect with the models it was chosen from, best first.
+
+    With d_k the χ² that another effect k leaves more and w_k the width of a tie, the confidence is
+    1/(1 + Σ_k exp(−d_k/w_k)).
+    """
+    own = next((m for m in ranked if m.candidate == candidate), ranked[0])
+    rivals, models, odds = list[Candidate](), list[FittedCandidate](), 1.0
+    for model in ranked:
+        other = model.candidate
+        if other is None or other == candidate:
+            continue
+        lost = gain(model.validation, own.validation)
+        useless = lost.mean > -STANDARD_ERRORS * lost.standard_error
+        if len(other.terms) > len(candidate.terms) and useless:
+            continue  # more terms, and nothing gained by them
+        width = max(lost.standard_error, tie_width(own))
+        if other.identifier != candidate.identifier:
+            odds += float(np.exp(-max(lost.mean, 0.0) / width))
+        if tied(own, model):
+            rivals.append(other)
+            models.append(model)
+    return SelectedEffect(candidate, tuple(rivals), 1.0 / odds, tuple(models))
+
+
+def intervals(problem: Problem, fit: Fit, refits: Sequence[Fit] = ()) -> FloatArray:
+    """(p, 2) 95 % intervals of a fit's values [the terms' units]; the range where not free.
+
+    ``refits`` are of the same model, with each recording left out in turn.
+    """
+    ranges = np.array([[term.low, term.high] for term in fit.terms]).reshape(-1, 2)
+    widths = half_widths(problem, fit, fit.free)
+    if len(refits) > 1:
+        widths = np.maximum(widths, _jackknife(fit, refits)[fit.free])
+    for k, half in zip(np.flatnonzero(fit.free), widths, strict=True):
+        term = fit.terms[k]
+        ends = [term.natural(fit.scaled[k] + sign * half) for sign in (-1.0, 1.0)]
+        ranges[k] = np.clip(sorted(ends), *sorted(ranges[k]))
+    return ranges
+
+
+def correlation_matrix(problem: Problem, fit: Fit, chosen: NDArray[np.bool_]) -> FloatArray:
+    """(k, k) correlations of the estimates of ``chosen`` (p,) terms, with the others free.
+
+    Those of independent residuals, A⁻¹ scaled to a unit diagonal.
+    """
+    free = fit.free | chosen
+    jacobian = fit.jacobian[problem.in_train][:, free]
+    inverse, _ = _inverse(jacobian.T @ jacobian)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(inverse), np.finfo(float).tiny))
+    correlations: FloatArray = (inverse * np.outer(scale, scale))[chosen[free]][:, chosen[free]]
+    return np.clip(correlations, -1.0, 1.0)
+
+
+def beyond_range(problem: Problem, fit: Fit, near: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(p,) which of the terms ``near`` a bound the data would take beyond it.
+
+    By more than half of the 95 % interval that they would have without the bound.
+    """
+    used, freed = problem.in_train, (fit.free | near) & (np.abs(fit.jacobian).max(axis=0) > 0.0)
+    jacobian = fit.jacobian[used][:, freed]
+    step = np.zeros(len(fit.terms))
+    step[freed] = -np.linalg.pinv(jacobian) @ fit.residual[used]
+    half = np.full(len(fit.terms), np.inf)
+    half[freed] = half_widths(problem, fit, freed)
+    low, high = fit.bounds
+    out = np.where(
+        fit.scaled > 0.5 * (low + high), fit.scaled + step - high, low - fit.scaled - step
+    )
+    beyond: NDArray[np.bool_] = near & (out > half)
+    return beyond
+
+
+def half_widths(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArray:
+    """(free terms,) half of the 95 % intervals, of the scaled terms."""
+    used = problem.in_train
+    jacobian, residual = fit.jacobian[used][:, free], fit.residual[used]
+    blocks = problem.blocks[used]
+    names = np.unique(blocks)
+    gradients = np.array([jacobian[blocks == b].T @ residual[blocks == b] for b in names])
+    inverse, undetermined = _inverse(jacobian.T @ jacobian)
+    clusters = gradients.T @ gradients * names.size / max(names.size - free.sum(), 1)
+    alone = np.diag(inverse)
+    remains = max(float(np.mean(residual**2)) - 1.0, 0.0) + step_error(fit.correction[used])
+    bias = _CORRELATION**2 * remains * residual.size * alone
+    deviation = np.sqrt(np.maximum(np.diag(inverse @ clusters @ inverse), alone) + bias)
+    quantile = stats.t.ppf(0.5 + _LEVEL / 2.0, max(names.size - int(free.sum()), 1))
+    widths: FloatArray = np.where(undetermined, np.inf, float(quantile) * deviation)
+    return widths
+
+
+def _jackknife(fit: Fit, refits: Sequence[Fit]) -> FloatArray:
+    """(p,) half of the 95 % intervals of the scaled terms from leaving out whole recordings."""
+    shifts = np.array([refitted.scaled for refitted in refits]) - fit.scaled
+    count = len(refits)
+    quantile = stats.t.ppf(0.5 + _LEVEL / 2.0, count - 1)
+    widths: FloatArray = quantile * np.sqrt((count - 1) / count * (shifts**2).sum(axis=0))
+    return widths
+
+
+def _inverse(normal: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """(p, p) pseudoinverse of JᵀJ, and (p,) which terms it leaves undetermined."""
+    scale = 1.0 / np.sqrt(np.diag(normal))
+    values, vectors = np.linalg.eigh(normal * np.outer(scale, scale))
+    held = values > _SINGULAR
+    inverse = (vectors[:, held] / values[held]) @ vectors[:, held].T
+    inverse = 0.5 * (inverse + inverse.T)  # its halves differ in rounding, by the processor
+    undetermined = (np.abs(vectors[:, ~held]) > _LOADING).any(axis=1)
+    return inverse * np.outer(scale, scale), undetermined

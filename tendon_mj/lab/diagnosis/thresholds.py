@@ -1,0 +1,225 @@
+"""Thresholds of a selection, in excess χ² (reduced χ² − 1) [-], and a rig's reproducibility.
+
+The reproducibility of a rig between sessions has two estimates, of which the larger counts, column
+by column:
+
+* repeats: of recordings in one state under one drive, half the mean square difference of their
+  residuals. It contains neither the values that were fitted to each, such as a sensor's zero, nor
+  an error of the model that all of them share;
+* zeros and scales: the residual of recording k is a_k + b_k y_k + rest, y the measured signal. The
+  means of a and b over all recordings of one state are an error of the model; their scatter about
+  it differs from session to session. Of R recordings in one state the variance is R/(R−1) times the
+  mean square of a_k − ā + (b_k − b̄) y_k. Where they were driven in different ways, errors of the
+  model in one drive and not in another are in it too.
+
+Less than a twentieth of the noise is neglected. Where each state was recorded once, scatter between
+sessions cannot be told from an error of the model in that state. It is then 0, as it is in a single
+session, and the stated noise counts alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from tendon_mj.lab.diagnosis.data import Problem, by_recording
+from tendon_mj.lab.recordings import Recording, noise_of_repeats
+from tendon_mj.lab.replay import Simulates
+from tendon_mj.typing import FloatArray
+
+SMALLEST_EXCESS = 0.2  # 0.45 noise rms: less is not worth a name
+_CERTAIN = 0.99  # probability with which rests of a right model leave less
+STANDARD_ERRORS = 2.0  # of a gain in χ²: less may be chance
+CLOSED = 0.985  # of the rms error above noise: a model that closes less does not explain it
+PART = 2.0 / 3.0  # of the error that could be removed: an effect that removes less may imitate
+_DISCRETISATION = 0.0025  # of a signal's range: error of lumping and stepping
+_SHARE = 0.05, 0.1  # of the remaining excess, that an effect has to gain; across recordings
+
+_SAME_DRIVE = 0.01  # of its range, rms difference
+_SAME_TIME = 1e-3  # of the duration
+_MORE = 1.05  # times the noise
+
+
+def detection_limit(
+    problem: Problem,
+    step_error: float,
+    bars: FloatArray | None = None,
+    judged: NDArray[np.bool_] | None = None,
+) -> float:
+    """Excess χ² below which nothing is named, for a simulation with that `step_error`.
+
+    ``bars`` (m,) of `bar`, where residuals are judged by more than noise; ``judged`` (m,) which
+    residuals are judged, by default the training data.
+    """
+    count = int((problem.in_train if judged is None else judged).sum())
+    return max(
+        SMALLEST_EXCESS,
+        chance_excess(problem, count),
+        step_error,
+        discretisation_error(problem, bars),
+    )
+
+
+def chance_excess(problem: Problem, count: int) -> float:
+    """Excess χ² that ``count`` rests of a right model exceed in one of a hundred cases; else 0.
+
+    Rests are few and independent. Where their noise is estimated from n repeats, its own error
+    counts: χ²/m has an F distribution of m and n degrees of freedom.
+    """
+    if not all(recording.quasi_static for recording in problem.recordings):
+        return 0.0
+    repeats = [
+        noise_of_repeats(recording, column)[1]
+        for recording in problem.recordings
+        for column, measured in recording.measured.items()
+        if measured.noise is None
+    ]
+    if repeats:
+        return float(stats.f.ppf(_CERTAIN, count, max(1, min(repeats)))) - 1.0
+    return float(stats.chi2.ppf(_CERTAIN, count)) / count - 1.0
+
+
+def discretisation_error(problem: Problem, bars: FloatArray | None = None) -> float:
+    """Mean square error, over all residuals, of a sheath lumped into guides; 0 without a sheath."""
+    if not has_sheath(problem.simulate):
+        return 0.0
+    powers = [
+        (
+            _DISCRETISATION
+            * float(np.ptp(problem.recordings[k].columns[column]))
+            / problem.noise[k][column]
+            / (1.0 if bars is None else float(bars[rows.start]))
+        )
+        ** 2
+        for k, column, rows in problem.signals
+    ]
+    return float(np.mean(powers))
+
+
+def has_sheath(simulate: Simulates) -> bool:
+    """Whether a simulator has a sheath, by its coefficient of friction."""
+    parameters = simulate.parameters.items()
+    return any(name.endswith(".friction") and p.kind == "live" for name, p in parameters)
+
+
+def reducible_excess(problem: Problem, residual: FloatArray) -> float:
+    """Excess χ² of training residuals (m,), of no signal more than its own variation.
+
+    Without friction a carriage drifts by metres where its signal spans centimetres; a share of
+    metres would be no measure of the error that a better model may leave.
+    """
+    total, count = 0.0, 0
+    for k, column, rows in problem.signals:
+        used = problem.in_train[rows]
+        series = problem.recordings[k].columns[column][used] / problem.noise[k][column]
+        if series.size:
+            mean = float(np.mean(residual[rows][used] ** 2))
+            total += series.size * min(mean, 1.0 + float(np.var(series)))
+            count += series.size
+    return total / count - 1.0
+
+
+def least_share(problem: Problem) -> float:
+    """Share of the remaining excess χ², below which a gain is not worth an effect."""
+    return _SHARE[1] if by_recording(problem.recordings) else _SHARE[0]
+
+
+def unexplained_excess(initial: float) -> float:
+    """Excess χ² that may remain of an ``initial`` one in a model that explains it."""
+    before = np.sqrt(1.0 + max(initial, 0.0)) - 1.0
+    return float((1.0 + (1.0 - CLOSED) * before) ** 2 - 1.0)
+
+
+def bar(problem: Problem, deviations: Mapping[str, float]) -> FloatArray:
+    """(m,) measure of each residual: noise and reproducibility together [noise]."""
+    return np.concatenate(
+        [
+            np.full(size, np.hypot(1.0, deviations.get(column, 0.0) / problem.noise[k][column]))
+            for k, column, size in problem.layout()
+        ]
+    )
+
+
+Errors = Mapping[tuple[int, str], FloatArray]
+
+
+def reproducibility(problem: Problem, residual: FloatArray) -> dict[str, float]:
+    """Column → standard deviation between sessions, beyond noise [the column's unit].
+
+    From the training samples of a model's ``residual`` (m,) [noise].
+    """
+    shown = np.where(problem.in_train, residual, np.nan)
+    errors = {(k, c): shown[rows] * problem.noise[k][c] for k, c, rows in problem.signals}
+    powers = _powers_of_repeats(problem, errors)
+    estimates = {column: float(np.sqrt(np.mean(power))) for column, power in powers.items()}
+    if by_recording(problem.recordings):
+        for column, power in _powers_of_zeros_and_scales(problem, errors).items():
+            scatter = float(np.sqrt(np.mean(power)))
+            estimates[column] = max(scatter, estimates.get(column, 0.0))
+    deviations = {}
+    for column in dict.fromkeys(column for _, column, _ in problem.signals):
+        deviation = estimates.get(column, 0.0)
+        noise = min(levels[column] for levels in problem.noise if column in levels)
+        deviations[column] = deviation if np.hypot(1.0, deviation / noise) > _MORE else 0.0
+    return deviations
+
+
+def _powers_of_zeros_and_scales(problem: Problem, errors: Errors) -> dict[str, list[float]]:
+    """Column → variance between sessions of each recording, from lines through its error."""
+    lines: dict[tuple[str, int], list[tuple[FloatArray, FloatArray]]] = {}
+    states = [recording.known for recording in problem.recordings]
+    for (k, column), error in errors.items():
+        used = np.isfinite(error)
+        if not used.any():
+            continue
+        signal = problem.recordings[k].columns[column][used]
+        basis = np.column_stack([np.ones(signal.size), signal])
+        line = np.asarray(np.linalg.lstsq(basis, error[used], rcond=None)[0], np.float64)
+        lines.setdefault((column, states.index(states[k])), []).append((basis, line))
+    powers: dict[str, list[float]] = {}
+    for (column, _), rows in lines.items():
+        count = len(rows)
+        if count > 1:
+            mean = np.mean([line for _, line in rows], axis=0)
+            powers.setdefault(column, []).extend(
+                count / (count - 1) * float(np.mean((basis @ (line - mean)) ** 2))
+                for basis, line in rows
+            )
+    return powers
+
+
+def _powers_of_repeats(problem: Problem, errors: Errors) -> dict[str, list[float]]:
+    """Column → variance between sessions of each pair of repeats."""
+    powers: dict[str, list[float]] = {}
+    for (j, one), (k, other) in combinations(enumerate(problem.recordings), 2):
+        if not _repeat(one, other):
+            continue
+        size = min(one.time.size, other.time.size)
+        for column in one.measured.keys() & other.measured.keys():
+            difference = errors[j, column][:size] - errors[k, column][:size]
+            difference = difference[np.isfinite(difference)]
+            if difference.size:
+                noise = problem.noise[j][column] ** 2 + problem.noise[k][column] ** 2
+                power = 0.5 * (float(np.mean(difference**2)) - noise)
+                powers.setdefault(column, []).append(max(power, 0.0))
+    return powers
+
+
+def _repeat(one: Recording, other: Recording) -> bool:
+    """Whether two recordings were driven alike in the same state."""
+    if one.known != other.known or one.drive != other.drive or not one.drive:
+        return False
+    size = min(one.time.size, other.time.size)
+    clocks = [r.time[:size] - r.time[0] for r in (one, other)]
+    if float(np.abs(clocks[0] - clocks[1]).max()) > _SAME_TIME * float(clocks[0][-1]):
+        return False
+    for column in one.drive:
+        first, second = one.columns[column][:size], other.columns[column][:size]
+        rms = float(np.sqrt(np.mean((first - second) ** 2)))
+        if rms > _SAME_DRIVE * float(np.ptp(first)):
+            return False
+    return True

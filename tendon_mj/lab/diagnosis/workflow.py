@@ -1,0 +1,214 @@
+"""The workflow: check, calibrate, screen and select, prove.
+
+Verdicts:
+
+* "nothing missing": calibrated, the model leaves no more than noise and numerical error.
+* "parameter": correcting a parameter that no recording calls uncertain removes the error.
+* "named": effects that the model lacks remove the error, on held-out data too.
+* "partly": they remove much of it there, and nothing in the catalogue explains what remains.
+* "unknown": an error remains that nothing in the catalogue explains.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tendon_mj.errors import UnknownNameError
+from tendon_mj.lab.data_check import DataWarning, check_recording
+from tendon_mj.lab.diagnosis.check import check_recordings, check_simulation, make_simulator
+from tendon_mj.lab.diagnosis.data import (
+    MakeSimulator,
+    Problem,
+    all_samples,
+    describe_system,
+    search_step,
+    session_terms,
+    step_error,
+    training_samples,
+    uncertain_terms,
+    with_step,
+)
+from tendon_mj.lab.diagnosis.effects import (
+    CATALOGUE,
+    Effects,
+    by_identifier,
+    candidates,
+    check_bindings,
+)
+from tendon_mj.lab.diagnosis.evidence import Verdict
+from tendon_mj.lab.diagnosis.proof import Proof
+from tendon_mj.lab.diagnosis.result import Diagnosis
+from tendon_mj.lab.diagnosis.selection import CONVERGED, Selection, SelectionContext, select_effects
+from tendon_mj.lab.diagnosis.statistics import FittedCandidate
+from tendon_mj.lab.diagnosis.thresholds import SMALLEST_EXCESS, reducible_excess
+from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.replay import Simulates, Simulator, matching
+
+_EXPLAINED = ("named", "parameter", "nothing missing")
+_AT_NOISE = 1.2  # noises that an effect leaves at most, for it to be more than a fault of a column
+_SHORTEST = 0.5  # times the model's own step
+_RINGING = 0.1  # of the mean square residual, by which halving the step changes it
+_NEARLY = 2.0  # times the detection limit or the step's error: the rest may be the step's
+
+
+def diagnose(
+    train: Sequence[Recording],
+    held_out: Sequence[Recording] = (),
+    simulator: MakeSimulator = Simulator,
+    *,
+    catalogue: Effects = CATALOGUE,
+    exclude: Collection[str] = (),
+    checks: Sequence[DataWarning] | None = None,
+    progress: Progress = silent,
+) -> Diagnosis:
+    """Find the effects that a model lacks against recordings, or its wrong parameters.
+
+    Args:
+        train: recordings of one model, for selection and fits.
+        held_out: recordings for the proof alone; without any, each of ``train`` is held out in turn
+            where there are three or more of different states or sessions of the rig, else the last
+            quarter of each.
+        simulator: makes the simulator of recordings; see `tendon_mj.Simulates`.
+        catalogue: effects that can be named, instead of the package's or with them:
+            ``[*CATALOGUE.values(), mine]``.
+        exclude: identifiers of effects that are not to be considered.
+        checks: warnings of `check_recording` about all recordings; by default it is called here, if
+            the simulator is the package's. Where a fit cannot see through one of them, only the
+            uncertain parameters are fitted, and no effect is named.
+        progress: called with a label, how much is done, and of how much.
+
+    Raises:
+        RecordingError: no recording, recordings of different models or of other uncertain
+            parameters, nothing measured, nothing that moves back and forth, the same data twice or
+            both in training and held out, or data under which the model becomes unstable.
+        UnknownNameError: ``exclude`` names no effect of the catalogue, or a recording calls a
+            parameter uncertain that the simulator does not know.
+        InvalidValueError: a catalogue without effects or with two of one identifier, none of which
+            binds on the model, or a simulator that lacks a member.
+    """
+    began = time.perf_counter()
+    exclude = {exclude} if isinstance(exclude, str) else exclude
+    effects = by_identifier(catalogue)
+    check_recordings(train, held_out)
+    simulate = make_simulator(simulator, train)
+    own = Problem(tuple(train), simulate, training_samples(train, held_out))
+    system = describe_system(own)
+    for name in train[0].uncertain:
+        for target in matching(name, system.values):
+            if target not in system.values:
+                raise UnknownNameError("parameter", target, system.values)
+    check_bindings(system, exclude, effects)
+    at_rest = all(recording.quasi_static for recording in train)
+    bound = tuple(c for c in candidates(system, exclude, effects) if not (at_rest and c.in_motion))
+    check_simulation(own)
+    if checks is None:
+        checks = _check((*train, *held_out), simulate)
+    terms = (*uncertain_terms(own), *session_terms(train, simulate))
+    context = SelectionContext(own, system.values, terms, (), 0.0, 0.0, progress)
+    context, calibrated, step = _calibrate(context, search_step(own))
+    context = replace(
+        context,
+        candidates=bound,
+        step_error=step_error(calibrated.fit.correction[own.in_train]),
+        initial_excess=reducible_excess(context.problem, calibrated.fit.residual),
+    )
+
+    def decided(context: SelectionContext) -> Diagnosis:
+        selection, judged = select_effects(context, calibrated), own
+        if held_out:
+            recordings = (*held_out, *_with_events(train, held_out, selection))
+            judged = Problem(recordings, simulator(recordings), all_samples(recordings))
+        proof = Proof(
+            own=own,
+            held_out=judged,
+            catalogue=effects,
+            excluded=exclude,
+            checks=checks,
+            began=began,
+        )
+        return _decide(context, selection, proof, step)
+
+    result = decided(context)
+    blocked = any(warning.blocks for warning in checks)
+    if not blocked or (result.verdict in _EXPLAINED and result.train.after < _AT_NOISE):
+        return result  # an effect that leaves no more than noise where the recordings have a fault
+    return decided(replace(context, candidates=()))
+
+
+def _decide(
+    context: SelectionContext, selection: Selection, proof: Proof, step: float | None
+) -> Diagnosis:
+    """Prove a selection, in shorter steps where these may change the verdict."""
+    result = proof.decide(context, selection, step)
+    while step and step > _SHORTEST and _step_matters(context, selection, result.verdict):
+        step *= 0.5
+        context.progress("repeat with a shorter step", 0, 1)
+        context, selection = _fit_again(context, selection, with_step(proof.own, step))
+        result = proof.decide(context, selection, step)
+        context.progress("repeat with a shorter step", 1, 1)
+    return result
+
+
+def _check(recordings: Sequence[Recording], simulate: Simulates) -> list[DataWarning]:
+    """Warnings about recordings, which a search would take for properties of the rig."""
+    if not isinstance(simulate, Simulator):
+        return []
+    model = simulate.model
+    return [w for r in recordings for w in check_recording(r, model, described=True).warnings]
+
+
+def _with_events(
+    train: Sequence[Recording], held_out: Sequence[Recording], selection: Selection
+) -> list[Recording]:
+    """Training recordings in which an event was found, which no held-out one can show."""
+    names = {s.candidate.recording for s in selection.effects} - {r.name for r in held_out}
+    return [recording for recording in train if recording.name in names]
+
+
+def _calibrate(
+    context: SelectionContext, step: float | None
+) -> tuple[SelectionContext, FittedCandidate, float | None]:
+    """Fit the uncertain parameters, in shorter steps where the model rings in longer ones."""
+    own, start = context.problem, [term.inert for term in context.calibrated]
+    while True:
+        context.progress("calibrate", 0, 1)
+        context = replace(context, problem=with_step(own, step))
+        calibrated = context.fit_model((), start, evaluations=CONVERGED)
+        context.progress("calibrate", 1, 1)
+        if step is None or step <= _SHORTEST or not _rings(context.problem, calibrated):
+            return context, calibrated, step
+        step *= 0.5
+
+
+def _rings(problem: Problem, model: FittedCandidate) -> bool:
+    """Whether halving the step changes a residual by much of its mean square."""
+    used = problem.in_train
+    left = float(np.mean(model.fit.residual[used] ** 2))
+    return not step_error(model.fit.correction[used]) <= max(1.0, _RINGING * left)
+
+
+def _step_matters(context: SelectionContext, selection: Selection, verdict: Verdict) -> bool:
+    """Whether a shorter step may change the verdict on the selected effects, or their values."""
+    if not selection.effects:
+        return False
+    error = step_error(selection.final.fit.correction[context.problem.in_train])
+    if verdict in ("unknown", "partly"):
+        return selection.final.excess < _NEARLY * max(context.detection_limit, error)
+    return error > SMALLEST_EXCESS
+
+
+def _fit_again(
+    context: SelectionContext, selection: Selection, problem: Problem
+) -> tuple[SelectionContext, Selection]:
+    """Fit the selected models to the same data with another step."""
+    context = replace(context, problem=problem)
+    calibrated = context.polish(selection.calibrated)
+    initial = reducible_excess(problem, calibrated.fit.residual)
+    context = replace(context, initial_excess=initial)
+    final = context.optimise_nearby(selection.final)
+    return context, replace(selection, calibrated=calibrated, final=final)

@@ -1,0 +1,228 @@
+"""Steps of a simulation, derivatives, bounded steps, and the search for a global minimum."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tendon_mj.lab.diagnosis import (
+    Candidate,
+    Problem,
+    SelectionContext,
+    Term,
+    all_samples,
+    bounded_least_squares,
+    fit,
+    search_step,
+    with_step,
+    written,
+)
+from tendon_mj.lab.diagnosis.data import step_error
+from tendon_mj.lab.diagnosis.fitting import differences, natural
+from tendon_mj.lab.diagnosis.search import linearisation_holds, search_globally
+from tendon_mj.lab.diagnosis.selection import select_effects
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.replay import Simulator
+from tendon_mj.typing import FloatArray
+from tests.lab.diagnosis.toy import (
+    COLUMNS,
+    NOISE,
+    Stepped,
+    Toy,
+    bench_recording,
+    measured_by,
+    problem_of,
+    recording,
+)
+
+FRICTION = Term(("sheath.friction",), "", 0.15, 0.05, 0.4, 0.0175)
+TRUTH = {"sheath.friction": 0.2}
+
+
+class NonSmooth(Toy):
+    """The toy rig where friction also makes a ripple that no other friction makes."""
+
+    def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
+        friction = changed.get("sheath.friction", 0.15)
+        ripple = 0.1 * np.sin(900.0 * friction + 40.0 * recording.time)
+        return {c: s + ripple for c, s in super()._one(changed, recording).items()}
+
+
+def test_a_fit_with_a_long_step_is_extrapolated_to_a_step_of_zero() -> None:
+    made = (recording("a", 1, TRUTH), recording("b", 2, TRUTH))
+    long = Stepped(made, error=0.1)
+    coarse = Problem(made, long, all_samples(made))
+    both = replace(coarse, half_step=long.in_steps(0.5))
+    biased = fit(coarse, {}, [FRICTION], (), np.array([0.15])).values[0]
+    result = fit(both, {}, [FRICTION], (), np.array([0.15]))
+    assert abs(biased - 0.2) > 0.004
+    assert result.values[0] == pytest.approx(0.2, abs=5e-4)
+    assert np.mean(result.residual**2) == pytest.approx(1.0, abs=0.1)
+    (again,) = both.residuals([{"sheath.friction": result.values[0]}])
+    assert result.residual == pytest.approx(again + result.correction, abs=1e-12)
+
+
+def test_extrapolation_is_better_than_the_shorter_of_both_steps() -> None:
+    time = np.arange(0.0, 0.3, 0.002)
+    drives = [1e-3 * np.sin(rate * time) + 2e-4 for rate in (20.0, 35.0)]
+    made = [bench_recording("pull", time, drive, NOISE, list(COLUMNS)) for drive in drives]
+    own = problem_of(Simulator, made)
+    step = search_step(own)
+    assert step == 2.0
+    long = with_step(own, step)
+    (coarse,), (finer,) = long.residuals([{}]), own.residuals([{}])
+    extrapolated = long.extrapolate({}, coarse)
+    assert extrapolated == pytest.approx(2.0 * finer - coarse, abs=1e-12)
+    (nearly,) = with_step(own, 0.125).residuals([{}])
+    assert np.linalg.norm(extrapolated - nearly) < 0.5 * np.linalg.norm(finer - nearly)
+    assert step_error(extrapolated - coarse) == pytest.approx(np.mean((finer - coarse) ** 2))
+
+
+def test_the_step_of_a_users_own_simulator_is_not_touched() -> None:
+    made = (recording("a", 1, TRUTH),)
+    problem = problem_of(Toy, made)
+    assert search_step(problem) is None
+    assert with_step(problem, None) is problem
+    (residual,) = problem.residuals([{}])
+    assert problem.extrapolate({}, residual) is residual
+
+
+def non_smooth_problem() -> Problem:
+    random, blanks = np.random.default_rng(5), (recording("a", 1, {}), recording("b", 2, {}))
+    made = [measured_by(NonSmooth, blank, TRUTH, random) for blank in blanks]
+    return problem_of(NonSmooth, made)
+
+
+def test_a_global_search_leaves_a_local_minimum() -> None:
+    problem = non_smooth_problem()
+    stuck = fit(problem, {}, [FRICTION], (), np.array([0.15]), evaluations=30)
+    assert np.mean(stuck.residual**2) > 5.0
+    around = search_globally(problem, {}, stuck, slice(1), lambda *_: None)
+    free = fit(problem, {}, [FRICTION], (), around, correction=stuck.correction, evaluations=30)
+    assert free.values[0] == pytest.approx(0.2, abs=5e-4)
+    assert np.array_equal(around, search_globally(problem, {}, stuck, slice(1), lambda *_: None))
+
+
+def test_the_linearisation_holds_on_a_smooth_cost_only() -> None:
+    non_smooth = non_smooth_problem()
+    smooth = replace(non_smooth, simulate=Toy(non_smooth.recordings))  # cannot explain the ripple
+    for problem in (smooth, non_smooth):
+        stuck = fit(problem, {}, [FRICTION], (), np.array([0.15]), evaluations=30)
+        assert np.mean(stuck.residual**2) > 2.0
+        assert linearisation_holds(problem, {}, stuck) == (problem is smooth)
+
+
+@pytest.mark.parametrize("non_smooth", [False, True])
+def test_only_a_non_smooth_effect_is_searched_globally(non_smooth: bool) -> None:
+    term = replace(FRICTION, inert=0.06, probe=0.1)
+    effect = Candidate("friction", "missing", "sheath", (term,), non_smooth=non_smooth)
+    context = SelectionContext(
+        non_smooth_problem(), {"sheath.friction": 0.06}, (), (effect,), 0.0, 0.0, lambda *_: None
+    )
+    selection = select_effects(context, context.fit_model((), ()))
+    assert [selected.candidate for selected in selection.effects] == [effect]
+    assert (selection.final.excess < 0.1) == non_smooth
+    assert (abs(selection.final.fit.values[0] - 0.2) < 5e-4) == non_smooth
+
+
+TIME = np.arange(0.0, 0.6, 0.02)
+BARE = bench_recording("a", TIME, 1e-3 * np.sin(12.0 * TIME), 0.1, ["input_tension_N"])
+
+
+class Counting:
+    """A problem that counts its simulations, and fails where one parameter has one value."""
+
+    def __init__(self, fails=None):
+        recordings = tuple(replace(BARE, name=name) for name in "abc")
+        simulate = Simulator(recordings, threads=1)
+        self._problem = Problem(recordings, simulate, all_samples(recordings))
+        self.sets, self._fails = 0, fails
+
+    def __getattr__(self, name):
+        return getattr(self._problem, name)
+
+    def residuals(self, parameter_sets):
+        self.sets += len(parameter_sets)
+        rows = self._problem.residuals(parameter_sets)
+        for row, values in zip(rows, parameter_sets, strict=True):
+            if self._fails in values and values[self._fails] > 20.0:
+                row[:] = np.inf
+        return rows
+
+
+def terms():
+    shared = Term(("sheath.friction",), "-", 0.15, 0.05, 0.4, 0.02)
+    own = [
+        Term((f"sheath.{p} @ {r}",), u, v, low, high, probe)
+        for r in "abc"
+        for p, u, v, low, high, probe in (
+            ("pretension", "N", 20.0, 15.0, 25.0, 0.5),
+            ("axial_stiffness", "N", 2e4, 1e4, 3e4, 5e2),
+        )
+    ]
+    return (shared, *own)
+
+
+def both(problem):
+    result = terms()
+    point, step = np.zeros(len(result)), np.full(len(result), 1e-2)
+
+    def parameters(scaled):
+        return written(result, natural(result, scaled), {})
+
+    residual = problem.residuals([parameters(point)])[0]
+    problem.sets = 0
+    packed = differences(problem, result, parameters, point, step, residual)
+    used = problem.sets
+    alone = [
+        (problem.residuals([parameters(point + row)])[0] - residual) / 1e-2 for row in np.diag(step)
+    ]
+    return packed, np.array(alone).T, used
+
+
+def test_packed_derivatives_are_those_of_each_term_to_the_bit():
+    packed, alone, used = both(Counting())
+    assert used == 3  # the shared one, and the two kinds of the others
+    assert np.array_equal(packed, alone)
+    assert np.abs(alone).max(axis=0).min() > 0.0
+
+
+def test_a_term_whose_simulation_fails_takes_no_other_with_it():
+    packed, alone, _ = both(Counting(fails="sheath.pretension @ b"))
+    bad = [k for k, term in enumerate(terms()) if term.targets == ("sheath.pretension @ b",)]
+    assert not np.isfinite(packed[:, bad]).any()
+    assert np.array_equal(np.delete(packed, bad, axis=1), np.delete(alone, bad, axis=1))
+
+
+@pytest.mark.parametrize("decades", [0, 3, 6])
+@pytest.mark.parametrize("seed", range(20))
+def test_the_step_ends_where_nothing_within_its_bounds_is_less(decades: int, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    count = int(random.integers(1, 9))
+    lengths = 10.0 ** random.uniform(-decades / 2, decades / 2, count)
+    matrix = random.normal(size=(300, count)) @ random.normal(size=(count, count)) * lengths
+    residual = random.normal(size=300)
+    bounds = np.array([-1.0, 1.0])[:, None] * 10.0 ** random.uniform(-3, 1, (2, count)) / lengths
+    step = bounded_least_squares(matrix, residual, bounds)
+    assert (bounds[0] <= step).all()
+    assert (step <= bounds[1]).all()
+    # what is gained by moving a term by its width, of what there is to gain
+    slope = matrix.T @ (residual + matrix @ step) * (bounds[1] - bounds[0]) / residual.size
+    inside = 1e-9 * (bounds[1] - bounds[0])
+    assert (slope[step > bounds[0] + inside] < 1e-6).all()
+    assert (slope[step < bounds[1] - inside] > -1e-6).all()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_columns_that_differ_by_more_than_a_number_has_digits_come_to_an_end(seed: int) -> None:
+    """As those of a session's spread of 1e29 are."""
+    random = np.random.default_rng(seed)
+    lengths = 10.0 ** random.uniform(-30.0, 30.0, 6)
+    matrix = random.normal(size=(300, 6)) @ random.normal(size=(6, 6)) * lengths
+    bounds = np.array([-1.0, 1.0])[:, None] * 10.0 ** random.uniform(-9, 9, (2, 6))
+    step = bounded_least_squares(matrix, random.normal(size=300), bounds)
+    assert (bounds[0] <= step).all()
+    assert (step <= bounds[1]).all()
