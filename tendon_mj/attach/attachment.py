@@ -1,4 +1,4 @@
-"""Friction for the tendons of an MJCF file: what each bends by, what drives it, what it got."""
+"""Friction for the tendons of an MJCF file, and a report of each: bend, drive, sheath."""
 
 from __future__ import annotations
 
@@ -11,22 +11,31 @@ from typing import Literal, NamedTuple
 import mujoco
 import numpy as np
 
-from tendon_mj.attach.elasticity import constraints_on, has_spring, own_elasticity
 from tendon_mj.attach.friction import add_friction
-from tendon_mj.attach.idlers import Idler, idlers
-from tendon_mj.attach.sheath_design import idle_reason
-from tendon_mj.attach.sheathed import actuators_by_tendon, force_on_tendon, sheaths_by_tendon
+from tendon_mj.attach.instances import sheaths_by_tendon
+from tendon_mj.attach.mjcf import write_sheaths
+from tendon_mj.attach.sheath_design import idle_reason, own_elasticity
 from tendon_mj.attach.stiffness_limit import Pull, stiffness_limits, worst_pull
 from tendon_mj.attach.tendon_bend import (
+    Idler,
     bend_at,
     extreme_poses,
+    idlers,
     leading_joints,
     sampled_poses,
     unswept_joints,
 )
-from tendon_mj.attach.tendon_choice import choose_tendons
-from tendon_mj.attach.tendon_path import crossed_joints, end_sites, path_of
-from tendon_mj.attach.write import write_sheaths
+from tendon_mj.attach.tendons import (
+    Chosen,
+    actuators_by_tendon,
+    choose_tendons,
+    constraints_on,
+    crossed_joints,
+    end_sites,
+    force_on_tendon,
+    has_spring,
+    path_of,
+)
 from tendon_mj.errors import TendonError, TendonWarning
 from tendon_mj.typing import FloatArray
 
@@ -51,11 +60,12 @@ class Row(NamedTuple):
         axial_stiffness: EA [N]; None without a sheath, or as stiff as the step resolves.
         largest_stiffness: that a step carries [N].
         input: its input end, in words; empty without a sheath.
-        drives: what pulls it, in words.
-        pull: how stiff that is, and how stiff a step carries.
-        done: what was done to it, in words.
+        drives: names of the elements that pull it, in words.
+        pull: their stiffness, and the stiffness that a step carries.
+        done: the change to it, in words.
         sheath: its name, empty without one.
         acts: whether friction can do anything.
+        is_driven: whether the forces along it are its input tension.
     """
 
     tendon: str
@@ -74,6 +84,7 @@ class Row(NamedTuple):
     done: str
     sheath: str
     acts: bool
+    is_driven: bool
 
     @property
     def is_too_stiff(self) -> bool:
@@ -102,8 +113,8 @@ class Attached(NamedTuple):
     Attributes:
         path: of the file.
         rows: of the tendons that were asked for.
-        said: what `add_friction` and `write_sheaths` warned of, and which motors may push.
-        limits: of the poses in which bends were looked at, in sentences.
+        said: warnings of `add_friction` and `write_sheaths`, and motors that may push.
+        limits: of the poses whose bends were compared, in sentences.
     """
 
     path: Path
@@ -142,17 +153,18 @@ def attach_friction(
         extra_bend: bend that the drawn path does not show [rad].
 
     Raises:
-        TendonError: what `add_friction` or MuJoCo refuse, or a file that cannot be written as
-            asked.
+        TendonError: `add_friction` or MuJoCo refuse the model, or it cannot be written.
     """
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            before = spec.compile()
-            asked = choose_tendons(spec, tendon)
-            unnamed = {one.name for one in asked if not one.element.name}
-            had_spring = {one.name for one in asked if has_spring(one.element)}
-            sheathed = set(sheaths_by_tendon(spec))
+            model = spec.compile()
+            tendons = choose_tendons(spec, tendon)
+            sheathed = sheaths_by_tendon(spec)
+            before = [
+                _Before(t, not t.element.name, has_spring(t.element), t.name in sheathed)
+                for t in tendons
+            ]
             add_friction(
                 spec,
                 tendon,
@@ -169,82 +181,154 @@ def attach_friction(
         raise
     except ValueError as error:  # MuJoCo's
         raise TendonError(f"{source}: {error}") from error
-    pulling, sheaths = actuators_by_tendon(spec), sheaths_by_tendon(spec)
-    after, ids = spec.compile(), [one.element.id for one in asked]
     crossed = [
-        {joint.id for joint in crossed_joints(one.element)}
-        if path_of(one.element).is_spatial
+        {joint.id for joint in crossed_joints(t.element)}
+        if path_of(t.element).is_spatial
         else set()
-        for one in asked
+        for t in tendons
     ]
-    rolling = [idler for idler in idlers(before) if idler.tendon in ids]
-    wheels = {idler.geom for idler in rolling}
-    poses = _poses(before, ids, crossed, wheels)
-    bends = _bends(before, ids, poses)
-    slid = _bends(before, ids, poses, wheels) if rolling else bends
-    rows, unranged = [], []
-    for k, (one, limit) in enumerate(zip(asked, stiffness_limits(before, ids), strict=True)):
-        name = one.name
-        sheath = sheaths.get(name)
-        config = sheath.config if sheath else {}
-        more = float(config.get("extra_bend", extra_bend if not sheath else 0.0))
-        bend, slid_bend = (np.maximum(b[:, k] + more, 0.0) for b in (bends, slid))
-        mu = float(config.get("friction", friction))
-        at = [0, int(np.argmax(slid_bend))]
-        stiffness = config.get("axial_stiffness")
-        moved = config.get("spring") == "cable"
-        if moved and not stiffness:
-            stiffness = own_elasticity(one.element, name, lambda: after)[0]
-        is_driven = not moved and "pretension" not in config
-        on_it = pulling.get(name, [])
-        if sheath and is_driven:
-            motors = [a for a in on_it if force_on_tendon(a, one.element) is None]
-            unranged += [f"{a.name or f'actuator {a.id}'} on {name}" for a in motors]
-        idle = idle_reason(
-            one.element,
-            config,
-            is_driven=is_driven,
-            is_wound_in="reel_joint" in config or any(a.plugin.active for a in on_it),
-        )
-        rows.append(
-            Row(
-                tendon=name,
-                bend=float(bend[0]),
-                least_bend=float(bend.min()),
-                most_bend=float(bend.max()),
-                slid_bend=float(slid_bend[0]),
-                most_slid_bend=float(slid_bend.max()),
-                idlers=tuple(
-                    _idler(before, idler, name, 1.0 - np.exp(-mu * (bend - slid_bend).max()))
-                    for idler in rolling
-                    if idler.tendon == ids[k] and mu > 0.0
-                ),
-                friction=mu,
-                axial_stiffness=float(stiffness) if stiffness else None,
-                largest_stiffness=limit,
-                input=_input(one.element, config) if sheath else "",
-                drives=", ".join(a.name or f"actuator {a.id}" for a in on_it)
-                or ("its spring" if name in had_spring else "")
-                or str(constraints_on(spec, one.element))
-                or "nothing",
-                pull=(
-                    worst_pull(after, ids[k], poses[at], np.exp(-mu * slid_bend[at]))
-                    if is_driven
-                    else Pull(0.0, 0.0, math.inf)
-                ),
-                done=_done(sheath, name in sheathed, name in unnamed, moved),
-                sheath=sheath.name if sheath else "",
-                acts=bool(sheath) and not idle,
-            )
-        )
+    survey = _survey(model, [t.element.id for t in tendons], crossed)
+    models = _Models(
+        spec, model, spec.compile(), sheaths_by_tendon(spec), actuators_by_tendon(spec)
+    )
+    rows = [_row(models, survey, k, t, friction, extra_bend) for k, t in enumerate(before)]
     said = [str(w.message) for w in caught if issubclass(w.category, TendonWarning)]
+    unranged = _unranged(models, rows)
     if unranged:  # no warning, as it is the usual motor, right as long as its commands pull
         said.append(_UNRANGED.format(", ".join(unranged)))
     return Attached(
         path,
         tuple(rows),
-        tuple(one.removeprefix("add_friction: ") for one in said),
-        _limits(before, set().union(*crossed)),
+        tuple(message.removeprefix("add_friction: ") for message in said),
+        _limits(model, set().union(*crossed)),
+    )
+
+
+class _Before(NamedTuple):
+    """A tendon before friction was added."""
+
+    tendon: Chosen
+    was_unnamed: bool
+    was_sprung: bool
+    was_sheathed: bool
+
+
+class _Models(NamedTuple):
+    """A spec with friction, the model without and with it, and sheaths and actuators by tendon."""
+
+    spec: mujoco.MjSpec
+    before: mujoco.MjModel
+    after: mujoco.MjModel
+    sheaths: dict[str, mujoco.MjsPlugin]
+    actuators: dict[str, list[mujoco.MjsActuator]]
+
+
+class _Survey(NamedTuple):
+    """Bends of tendons over poses.
+
+    Attributes:
+        poses: (p, nq), the first at `qpos0`.
+        bends: (p, tendons) [rad].
+        slid: the same without idlers.
+        idlers: of these tendons.
+        limits: EA that a step carries, of each tendon [N].
+    """
+
+    poses: FloatArray
+    bends: FloatArray
+    slid: FloatArray
+    idlers: list[Idler]
+    limits: list[float]
+
+
+def _survey(model: mujoco.MjModel, ids: list[int], crossed: list[set[int]]) -> _Survey:
+    """Bends in sampled poses, and in those of most and least bend, also without idlers."""
+    rolling = [idler for idler in idlers(model) if idler.tendon in ids]
+    wheels = {idler.geom for idler in rolling}
+    poses = sampled_poses(model)
+    parts = [poses]
+    for without in [set(), wheels] if wheels else [set()]:
+        columns = _bends(model, ids, poses, without).T
+        for tendon, joints, bends in zip(ids, crossed, columns, strict=True):
+            parts.append(extreme_poses(model, tendon, joints, poses, bends, without))
+    poses = np.concatenate(parts)
+    bends = _bends(model, ids, poses)
+    slid = _bends(model, ids, poses, wheels) if rolling else bends
+    return _Survey(poses, bends, slid, rolling, stiffness_limits(model, ids))
+
+
+def _bends(
+    model: mujoco.MjModel, tendons: list[int], poses: FloatArray, without: Collection[int] = ()
+) -> FloatArray:
+    """(p, tendons) bend in each pose [rad]."""
+    data = mujoco.MjData(model)
+    return np.array([bend_at(model, data, qpos, tendons, without) for qpos in poses])
+
+
+def _row(
+    models: _Models, survey: _Survey, k: int, before: _Before, friction: float, extra_bend: float
+) -> Row:
+    """Row of the k-th tendon of a survey."""
+    element, name = before.tendon.element, before.tendon.name
+    sheath, actuators = models.sheaths.get(name), models.actuators.get(name, [])
+    config = sheath.config if sheath else {}
+    more = float(config.get("extra_bend", extra_bend if not sheath else 0.0))
+    bend, slid_bend = (np.maximum(b[:, k] + more, 0.0) for b in (survey.bends, survey.slid))
+    mu = float(config.get("friction", friction))
+    stiffness, is_cable = config.get("axial_stiffness"), config.get("spring") == "cable"
+    if is_cable and not stiffness:
+        stiffness = own_elasticity(element, name, lambda: models.after)[0]
+    pull, is_driven = Pull(0.0, 0.0, math.inf), not is_cable and "pretension" not in config
+    if is_driven:
+        at = [0, int(np.argmax(slid_bend))]
+        ratios = np.exp(-mu * slid_bend[at])
+        pull = worst_pull(models.after, element.id, survey.poses[at], ratios)
+    wound_in = "reel_joint" in config or any(a.plugin.active for a in actuators)
+    idle = idle_reason(element, config, is_driven=is_driven, is_wound_in=wound_in)
+    lost = 1.0 - np.exp(-mu * (bend - slid_bend).max())
+    turning = [idler for idler in survey.idlers if idler.tendon == element.id and mu > 0.0]
+    return Row(
+        tendon=name,
+        bend=float(bend[0]),
+        least_bend=float(bend.min()),
+        most_bend=float(bend.max()),
+        slid_bend=float(slid_bend[0]),
+        most_slid_bend=float(slid_bend.max()),
+        idlers=tuple(_idler(models.before, idler, name, lost) for idler in turning),
+        friction=mu,
+        axial_stiffness=float(stiffness) if stiffness else None,
+        largest_stiffness=survey.limits[k],
+        input=_input(element, config) if sheath else "",
+        drives=_drives(models.spec, before, actuators),
+        pull=pull,
+        done=_done(sheath, before, is_cable),
+        sheath=sheath.name if sheath else "",
+        acts=bool(sheath) and not idle,
+        is_driven=is_driven,
+    )
+
+
+def _unranged(models: _Models, rows: Sequence[Row]) -> list[str]:
+    """Actuators of driven tendons that no range keeps from pushing."""
+    return [
+        f"{_label(actuator)} on {row.tendon}"
+        for row in rows
+        if row.sheath and row.is_driven
+        for actuator in models.actuators.get(row.tendon, [])
+        if force_on_tendon(actuator, models.spec.tendon(row.tendon)) is None
+    ]
+
+
+def _label(actuator: mujoco.MjsActuator) -> str:
+    return actuator.name or f"actuator {actuator.id}"
+
+
+def _drives(spec: mujoco.MjSpec, before: _Before, actuators: Sequence[mujoco.MjsActuator]) -> str:
+    return (
+        ", ".join(map(_label, actuators))
+        or ("its spring" if before.was_sprung else "")
+        or str(constraints_on(spec, before.tendon.element))
+        or "nothing"
     )
 
 
@@ -254,13 +338,13 @@ def _input(tendon: mujoco.MjsTendon, config: Mapping[str, str]) -> str:
     return f"{end}, {branches[0][0] if end == 'first' else branches[-1][1]}"
 
 
-def _done(sheath: mujoco.MjsPlugin | None, was_there: bool, unnamed: bool, moved: bool) -> str:
+def _done(sheath: mujoco.MjsPlugin | None, before: _Before, is_cable: bool) -> str:
     if sheath is None:
         return "left as it was"
-    if was_there:
+    if before.was_sheathed:
         return f"left in sheath {sheath.name!r}"
-    named = "named, " if unnamed else ""
-    return f"{named}sheath {sheath.name!r}{', its spring as elasticity' if moved else ''}"
+    named = "named, " if before.was_unnamed else ""
+    return f"{named}sheath {sheath.name!r}{', its spring as elasticity' if is_cable else ''}"
 
 
 def _idler(model: mujoco.MjModel, idler: Idler, tendon: str, most: float) -> str:
@@ -275,29 +359,8 @@ def _idler(model: mujoco.MjModel, idler: Idler, tendon: str, most: float) -> str
     )
 
 
-def _bends(
-    model: mujoco.MjModel, tendons: list[int], poses: FloatArray, without: Collection[int] = ()
-) -> FloatArray:
-    """(p, tendons) bend in each pose [rad]."""
-    data = mujoco.MjData(model)
-    return np.array([bend_at(model, data, qpos, tendons, without) for qpos in poses])
-
-
-def _poses(
-    model: mujoco.MjModel, tendons: list[int], crossed: list[set[int]], wheels: set[int]
-) -> FloatArray:
-    """Sampled poses, and those in which each tendon bends most and least, also without wheels."""
-    poses = sampled_poses(model)
-    found = [poses]
-    for without in [set(), wheels] if wheels else [set()]:
-        columns = _bends(model, tendons, poses, without).T
-        for tendon, joints, bends in zip(tendons, crossed, columns, strict=True):
-            found.append(extreme_poses(model, tendon, joints, poses, bends, without))
-    return np.concatenate(found)
-
-
 def _limits(model: mujoco.MjModel, crossed: set[int]) -> tuple[str, ...]:
-    """Joints that are not swept, though a tendon crosses them, and loops that are torn."""
+    """Joints that are not swept, though a tendon crosses them, and loops that the poses tear."""
     held = [
         model.joint(joint).name or f"joint {joint}"
         for joint in sorted(leading_joints(model, crossed).intersection(unswept_joints(model)))
