@@ -49,42 +49,26 @@ _UNRANGED = (
 class Row(NamedTuple):
     """A tendon after friction was added to a model.
 
-    Attributes:
-        tendon: its name.
-        bend: total at `qpos0`, with what is not drawn [rad].
-        least_bend, most_bend: over poses that the joints allow, see `sampled_poses` and
-            `extreme_poses` [rad].
-        slid_bend, most_slid_bend: the same over guides that do not turn with the tendon [rad].
-        idlers: sentences of those that do.
-        friction: μ.
-        axial_stiffness: EA [N]; None without a sheath, or as stiff as the step resolves.
-        largest_stiffness: that a step carries [N].
-        input: its input end, in words; empty without a sheath.
-        drives: names of the elements that pull it, in words.
-        pull: their stiffness, and the stiffness that a step carries.
-        done: the change to it, in words.
-        sheath: its name, empty without one.
-        acts: whether friction can do anything.
-        is_driven: whether the forces along it are its input tension.
+    Poses are those that the joints allow, see `sampled_poses` and `extreme_poses`.
     """
 
     tendon: str
-    bend: float
-    least_bend: float
+    bend: float  # total at `qpos0`, with bend that is not drawn [rad]
+    least_bend: float  # over the poses [rad]
     most_bend: float
-    slid_bend: float
+    slid_bend: float  # at `qpos0` over guides that do not turn with the tendon [rad]
     most_slid_bend: float
-    idlers: tuple[str, ...]
-    friction: float
-    axial_stiffness: float | None
-    largest_stiffness: float
-    input: str
-    drives: str
+    idlers: tuple[str, ...]  # sentences of guides that turn with it
+    friction: float  # μ
+    axial_stiffness: float | None  # EA [N]; None without a sheath, or if the step decides
+    largest_stiffness: float  # EA that a step carries [N]
+    input: str  # its input end, in words; empty without a sheath
+    drives: str  # elements that pull it, in words
     pull: Pull
-    done: str
-    sheath: str
-    acts: bool
-    is_driven: bool
+    done: str  # change to it, in words
+    sheath: str  # name; empty without one
+    acts: bool  # whether friction can do anything
+    is_driven: bool  # whether the forces along it are its input tension
 
     @property
     def is_too_stiff(self) -> bool:
@@ -108,19 +92,12 @@ class Row(NamedTuple):
 
 
 class Attached(NamedTuple):
-    """A written model.
-
-    Attributes:
-        path: of the file.
-        rows: of the tendons that were asked for.
-        said: warnings of `add_friction` and `write_sheaths`, and motors that may push.
-        limits: of the poses whose bends were compared, in sentences.
-    """
+    """A written model."""
 
     path: Path
-    rows: tuple[Row, ...]
-    said: tuple[str, ...]
-    limits: tuple[str, ...]
+    rows: tuple[Row, ...]  # of the tendons that were given
+    said: tuple[str, ...]  # warnings, and motors that may push
+    limits: tuple[str, ...]  # of the poses whose bends were compared, in sentences
 
 
 def attach_friction(
@@ -142,15 +119,8 @@ def attach_friction(
     Args:
         spec: the model, as read from ``source``; it is changed.
         source: its MJCF file.
-        tendon: as for `add_friction`, as are all the others.
         path: file to write.
-        friction: μ.
-        axial_stiffness: EA [N].
-        pretension: T_0 [N].
-        arc_guides: guides on each geom that a tendon may wrap around.
-        inner_guides: guides at the input end, for ``extra_bend``.
-        input_end: site at which the tendons are pulled, ``first`` or ``last``.
-        extra_bend: bend that the drawn path does not show [rad].
+        tendon, friction, …: as for `add_friction`.
 
     Raises:
         TendonError: `add_friction` or MuJoCo refuse the model, or it cannot be written.
@@ -224,21 +194,13 @@ class _Models(NamedTuple):
 
 
 class _Survey(NamedTuple):
-    """Bends of tendons over poses.
+    """Bends of tendons over poses."""
 
-    Attributes:
-        poses: (p, nq), the first at `qpos0`.
-        bends: (p, tendons) [rad].
-        slid: the same without idlers.
-        idlers: of these tendons.
-        limits: EA that a step carries, of each tendon [N].
-    """
-
-    poses: FloatArray
-    bends: FloatArray
-    slid: FloatArray
+    poses: FloatArray  # (p, nq), the first at `qpos0`
+    bends: FloatArray  # (p, tendons) [rad]
+    slid: FloatArray  # the same without idlers
     idlers: list[Idler]
-    limits: list[float]
+    limits: list[float]  # EA that a step carries, of each tendon [N]
 
 
 def _survey(model: mujoco.MjModel, ids: list[int], crossed: list[set[int]]) -> _Survey:
@@ -272,7 +234,7 @@ def _row(
     element, name = before.tendon.element, before.tendon.name
     sheath, actuators = models.sheaths.get(name), models.actuators.get(name, [])
     config = sheath.config if sheath else {}
-    more = float(config.get("extra_bend", extra_bend if not sheath else 0.0))
+    more = float(config.get("extra_bend", 0.0 if sheath else extra_bend))
     bend, slid_bend = (np.maximum(b[:, k] + more, 0.0) for b in (survey.bends, survey.slid))
     mu = float(config.get("friction", friction))
     stiffness, is_cable = config.get("axial_stiffness"), config.get("spring") == "cable"
@@ -285,8 +247,6 @@ def _row(
         pull = worst_pull(models.after, element.id, survey.poses[at], ratios)
     wound_in = "reel_joint" in config or any(a.plugin.active for a in actuators)
     idle = idle_reason(element, config, is_driven=is_driven, is_wound_in=wound_in)
-    lost = 1.0 - np.exp(-mu * (bend - slid_bend).max())
-    turning = [idler for idler in survey.idlers if idler.tendon == element.id and mu > 0.0]
     return Row(
         tendon=name,
         bend=float(bend[0]),
@@ -294,7 +254,7 @@ def _row(
         most_bend=float(bend.max()),
         slid_bend=float(slid_bend[0]),
         most_slid_bend=float(slid_bend.max()),
-        idlers=tuple(_idler(models.before, idler, name, lost) for idler in turning),
+        idlers=_idlers(models.before, survey, before.tendon, mu, float((bend - slid_bend).max())),
         friction=mu,
         axial_stiffness=float(stiffness) if stiffness else None,
         largest_stiffness=survey.limits[k],
@@ -347,16 +307,22 @@ def _done(sheath: mujoco.MjsPlugin | None, before: _Before, is_cable: bool) -> s
     return f"{named}sheath {sheath.name!r}{', its spring as elasticity' if is_cable else ''}"
 
 
-def _idler(model: mujoco.MjModel, idler: Idler, tendon: str, most: float) -> str:
-    """Sentence of a guide that turns with its tendon, and of what is lost there."""
-    radius, dof = model.geom_size[idler.geom, 0], model.jnt_dofadr[idler.joint]
-    dry, damping = model.dof_frictionloss[dof] / radius, model.dof_damping[dof] / radius**2
-    return (
-        f"{tendon} does not slip over geom {model.geom(idler.geom).name!r}, which turns with it on "
-        f"joint {model.joint(idler.joint).name!r}: it loses the bearing's torque over the radius "
-        f"there, {dry:.3g} N and {damping:.3g} N s/m, where that is less than {most:.0%} of its "
-        "tension"
-    )
+def _idlers(
+    model: mujoco.MjModel, survey: _Survey, tendon: Chosen, mu: float, bend: float
+) -> tuple[str, ...]:
+    """Sentences of the guides that turn with a tendon, which bend it by ``bend`` at most."""
+    sentences, most = [], 1.0 - math.exp(-mu * bend)
+    for idler in survey.idlers if mu > 0.0 else ():
+        if idler.tendon == tendon.element.id:
+            radius, dof = model.geom_size[idler.geom, 0], model.jnt_dofadr[idler.joint]
+            dry, damping = model.dof_frictionloss[dof] / radius, model.dof_damping[dof] / radius**2
+            sentences.append(
+                f"{tendon.name} does not slip over geom {model.geom(idler.geom).name!r}, which "
+                f"turns with it on joint {model.joint(idler.joint).name!r}: it loses the bearing's "
+                f"torque over the radius there, {dry:.3g} N and {damping:.3g} N s/m, where that is "
+                f"less than {most:.0%} of its tension"
+            )
+    return tuple(sentences)
 
 
 def _limits(model: mujoco.MjModel, crossed: set[int]) -> tuple[str, ...]:

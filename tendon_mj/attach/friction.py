@@ -123,24 +123,19 @@ def add_friction(
     check_kinds(sensors)
     several = asks_for_several(spec, tendon)
     if several:
-        only_one = {"name": name}
-        if not (isinstance(tendon, list | tuple) and _is_one_name(spec, tendon)):
-            only_one |= {"reel": reel, "reel_joint": reel_joint, "output_joint": output_joint}
-        _refuse_for_several(only_one, tendon)
-    if spool is not None and (reel is not None or reel_joint is not None):
-        raise InvalidValueError("give one of spool, reel and reel_joint, not more")
-    if reel is not None and reel in [actuator.name for actuator in spec.actuators]:
-        raise InvalidValueError(f"the model already has an actuator {reel!r}")
-    ends = _end(spec, "reel", reel_joint, reel_radius)
-    ends |= _end(spec, "output", output_joint, output_radius)
-    is_wound_in = reel_joint is not None or reel is not None or spool is not None
+        ends = {"reel": reel, "reel_joint": reel_joint, "output_joint": output_joint}
+        _refuse_for_several(spec, tendon, name, ends)
+    _check_reel(spec, reel, reel_joint, spool)
+    drums = _end(spec, "reel", reel_joint, reel_radius)
+    drums |= _end(spec, "output", output_joint, output_radius)
+    is_wound_in = any(given is not None for given in (reel_joint, reel, spool))
     request = Request(
         *_law(spec, friction, axial_stiffness, pretension, spool, parameters),
         arc_guides=as_count("arc_guides", arc_guides, 1),
         inner_guides=None if inner_guides is None else as_count("inner_guides", inner_guides, 0),
         input_end=_one_of("input_end", input_end, INPUT_ENDS),
-        ends=ends,
-        is_wound=bool(ends) or is_wound_in,
+        ends=drums,
+        is_wound=bool(drums) or is_wound_in,
         is_wound_in=is_wound_in,
         spool=spool,
         spring=_one_of("spring", spring, SPRINGS),
@@ -156,28 +151,40 @@ def add_friction(
         )
     side_sites = side_site_warnings(spec, sheaths)
     unnamed = [sheath.name for sheath in sheaths if not sheath.tendon.name]
-    joints = add_spools(spec, [sheath.spool for sheath in sheaths if sheath.spool])
-    spec.activate_plugin(NAME)
-    shown = Sensors(spec)
-    for s in sheaths:
-        of = taken.of_several(s.name, sensors) if several else taken.of_one(s.name, sensors, name)
-        _add(spec, s, of, reel, joints.get(s.name), shown)
+    names = [
+        taken.of_several(s.name, sensors) if several else taken.of_one(s.name, sensors, name)
+        for s in sheaths
+    ]
+    _add(spec, sheaths, names, reel)
     for message in [*warnings_of(spec, sheaths, unnamed, left_out), *side_sites]:
         warnings.warn(f"add_friction: {message}", TendonWarning, stacklevel=2)
     return spec
 
 
-def _is_one_name(spec: mujoco.MjSpec, tendon: Sequence[str]) -> bool:
-    return len(tendon) == 1 and tendon[0] in [element.name for element in spec.tendons]
-
-
-def _refuse_for_several(only_one: Mapping[str, str | None], tendon: str | Sequence[str]) -> None:
-    for keyword, value in only_one.items():
+def _refuse_for_several(
+    spec: mujoco.MjSpec,
+    tendon: str | Sequence[str],
+    name: str | None,
+    ends: Mapping[str, str | None],
+) -> None:
+    """Refuse arguments that belong to one tendon; a list of one name may have its own ends."""
+    one = [[element.name] for element in spec.tendons]
+    is_one = isinstance(tendon, list | tuple) and list(tendon) in one
+    for keyword, value in {"name": name, **({} if is_one else ends)}.items():
         if value is not None:
             raise InvalidValueError(
                 f"{keyword} = {value!r} belongs to one tendon, and {listed(tendon)} may mean "
                 "several: call add_friction for each by its name"
             )
+
+
+def _check_reel(
+    spec: mujoco.MjSpec, reel: str | None, reel_joint: str | None, spool: Spool | None
+) -> None:
+    if spool is not None and (reel is not None or reel_joint is not None):
+        raise InvalidValueError("give one of spool, reel and reel_joint, not more")
+    if reel is not None and reel in [actuator.name for actuator in spec.actuators]:
+        raise InvalidValueError(f"the model already has an actuator {reel!r}")
 
 
 def _one_of(keyword: str, value: str, known: Iterable[str]) -> str:
@@ -269,26 +276,28 @@ def _design(
 
 def _add(
     spec: mujoco.MjSpec,
-    sheath: NewSheath,
-    names: SheathNames,
+    sheaths: Sequence[NewSheath],
+    names: Sequence[SheathNames],
     reel: str | None,
-    spool_joint: str | None,
-    shown: Sensors,
 ) -> None:
-    """Add a sheath and what refers to it, without which `MjSpec.copy` and attach would lose it."""
-    tendon = sheath.name
-    sheath.tendon.name = tendon
-    config = {"tendon": tendon, **sheath.design.config}
-    if sheath.spool is not None and spool_joint is not None:
-        config |= {"reel_joint": spool_joint, "reel_radius": repr(sheath.spool.radius)}
-    plugin = add_instance(spec, names.sheath, config, NAME)
-    if reel is None:
-        add_plugin_sensor(spec, names.ends, tendon).plugin = plugin
-    else:
-        actuator = spec.add_actuator(name=reel, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon)
-        actuator.plugin = plugin
-    for kind, (sensor, instance) in names.sensors.items():
-        shown.add(tendon, kind, sensor, instance)
+    """Add sheaths and what refers to them, without which `MjSpec.copy` and attach lose them."""
+    joints = add_spools(spec, [sheath.spool for sheath in sheaths if sheath.spool])
+    spec.activate_plugin(NAME)
+    shown = Sensors(spec)
+    for sheath, of in zip(sheaths, names, strict=True):
+        tendon = sheath.tendon.name = sheath.name
+        config = {"tendon": tendon, **sheath.design.config}
+        if sheath.spool is not None:
+            drum = {"reel_joint": joints[tendon], "reel_radius": repr(sheath.spool.radius)}
+            config |= drum
+        plugin = add_instance(spec, of.sheath, config, NAME)
+        if reel is None:
+            add_plugin_sensor(spec, of.ends, tendon).plugin = plugin
+        else:
+            on = {"trntype": mujoco.mjtTrn.mjTRN_TENDON, "target": tendon}
+            spec.add_actuator(name=reel, **on).plugin = plugin
+        for kind, (sensor, instance) in of.sensors.items():
+            shown.add(tendon, kind, sensor, instance)
 
 
 def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.MjSpec:
@@ -315,17 +324,16 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
     for element in chosen:
         if element.by_name and element.name not in sheaths:
             raise InvalidValueError(f"tendon {element.name!r} runs in no sheath")
-    removed = {element.name for element in chosen if element.name in sheaths}
+    removed = {element.name for element in chosen} & set(sheaths)
     configs = {plugin.name: config for plugin, config in instances(spec) if plugin.name}
-    actuators = [a for a in spec.actuators if _is_on(a, removed, configs)]
-    _check_needed(spec, removed, {actuator.name for actuator in actuators})
-    reel_joints = {
-        c["tendon"]: c["reel_joint"]
-        for c in configs.values()
-        if c.get("reel_joint") and c["tendon"] in removed
-    }
-    remove_spools(spec, reel_joints)
-    for holder in [*actuators, *(s for s in spec.sensors if _is_on(s, removed, configs))]:
+    actuators, sensors = (
+        [holder for holder in holders if _is_on(holder, removed, configs)]
+        for holders in (spec.actuators, spec.sensors)
+    )
+    _check_needed(spec, removed, actuators)
+    on_removed = [c for c in configs.values() if c.get("tendon") in removed]
+    remove_spools(spec, {c["tendon"]: c["reel_joint"] for c in on_removed if "reel_joint" in c})
+    for holder in [*actuators, *sensors]:
         spec.delete(holder)  # an instance without a name goes with it
     _delete_instances(spec, removed, configs)
     return spec
@@ -334,10 +342,10 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
 def _delete_instances(
     spec: mujoco.MjSpec, tendons: Collection[str], configs: Mapping[str, Mapping[str, str]]
 ) -> None:
-    """Delete the instances of sheaths on tendons, and those of sensors that nothing uses now."""
+    """Delete instances of sheaths on tendons, and shared ones that no sensor uses now."""
     used = {sensor.plugin.name for sensor in spec.sensors if sensor.plugin.active}
-    for plugin in [p for p in spec.plugins if p.name in configs]:
-        config = configs[plugin.name]
+    for plugin in list(spec.plugins):
+        config = configs.get(plugin.name, {})
         if config.get("tendon") in tendons or (is_shared(config) and plugin.name not in used):
             spec.delete(plugin)
 
@@ -356,7 +364,9 @@ def _is_on(holder: Any, tendons: Collection[str], configs: Mapping[str, Mapping[
     return config.get("tendon") in tendons
 
 
-def _check_needed(spec: mujoco.MjSpec, tendons: Collection[str], reels: Collection[str]) -> None:
+def _check_needed(
+    spec: mujoco.MjSpec, tendons: Collection[str], actuators: Sequence[mujoco.MjsActuator]
+) -> None:
     """Refuse to take away an element that a servo or a sensor of the model's own refers to."""
     for _, config in instances(spec, SERVO):
         if config.get("tendon") in tendons:
@@ -364,6 +374,7 @@ def _check_needed(spec: mujoco.MjSpec, tendons: Collection[str], reels: Collecti
                 f"a servo needs the sheath on tendon {config['tendon']!r}: delete its "
                 "actuator and its plugin instance first"
             )
+    reels = {actuator.name for actuator in actuators}
     for sensor in spec.sensors:
         if sensor.objtype == mujoco.mjtObj.mjOBJ_ACTUATOR and sensor.objname in reels:
             raise InvalidValueError(

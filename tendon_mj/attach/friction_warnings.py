@@ -21,16 +21,10 @@ from tendon_mj.attach.tendons import (
 
 
 class NewSheath(NamedTuple):
-    """A sheath that a call adds.
-
-    Attributes:
-        tendon, name: that runs in it, and the name that it has or will have.
-        design: of the sheath.
-        spool: that winds it in.
-    """
+    """A sheath that a call adds."""
 
     tendon: mujoco.MjsTendon
-    name: str
+    name: str  # that the tendon has or will have
     design: Design
     spool: SpoolDesign | None
 
@@ -41,25 +35,24 @@ def warnings_of(
     unnamed: Sequence[str],
     left_out: Mapping[str, str],
 ) -> list[str]:
-    """Warnings of a call whose sheaths are in the spec.
-
-    Args:
-        spec: with the sheaths.
-        sheaths: that the call added.
-        unnamed: tendons that had no name.
-        left_out: tendons that have no sheath → why.
-    """
+    """Warnings of a call whose sheaths are in the spec; ``left_out``: tendon → why."""
     pulling = actuators_by_tendon(spec)
     driven = [s for s in sheaths if s.design.is_driven and s.name in pulling]
     messages = [f"tendons without a name are now {listed(unnamed)}"] if unnamed else []
     if left_out:
         messages.append(f"left as they are: {listed_reasons(left_out)}")
-    for why in dict.fromkeys(s.design.idle for s in sheaths if s.design.idle):
-        names = [s.name for s in sheaths if s.design.idle == why]
-        messages.append(f"friction can do nothing on {listed(names)}, {why}")
+    messages += _of_idle(sheaths)
     messages += [s.spool.warning for s in sheaths if s.spool and s.spool.warning]
     messages += [f"tendon {s.name!r}: {s.design.passing}" for s in sheaths if s.design.passing]
     return messages + _of_joints(spec, driven) + _of_pushes(driven, pulling)
+
+
+def _of_idle(sheaths: Sequence[NewSheath]) -> list[str]:
+    names: dict[str, list[str]] = {}
+    for sheath in sheaths:
+        names.setdefault(sheath.design.idle, []).append(sheath.name)
+    names.pop("", None)
+    return [f"friction can do nothing on {listed(idle)}, {why}" for why, idle in names.items()]
 
 
 def _of_joints(spec: mujoco.MjSpec, driven: Sequence[NewSheath]) -> list[str]:
@@ -109,10 +102,7 @@ def _of_pushes(
 
 
 def side_site_warnings(spec: mujoco.MjSpec, sheaths: Sequence[NewSheath]) -> list[str]:
-    """Warnings of the side sites that friction turns away from their tendon.
-
-    The spec is compiled as it is before the sheaths are added.
-    """
+    """Warnings of side sites that friction turns away from their tendon; ``spec``: without it."""
     if not any(idlers_are_possible(sheath.tendon) for sheath in sheaths):
         return []
     model, ids = spec.compile(), {sheath.tendon.id: sheath.name for sheath in sheaths}

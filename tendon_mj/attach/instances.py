@@ -40,9 +40,6 @@ def add_instance(
 
     It keeps its name in the configuration, so that it finds the elements that it names after
     `attach`.
-
-    Raises:
-        InvalidValueError: the name is taken or empty.
     """
     check_instance_name(name, {plugin.name for plugin in spec.plugins})
     plugin = spec.add_plugin(name=name, plugin_name=plugin_name, active=True)
@@ -102,17 +99,11 @@ def is_shared(config: Mapping[str, str]) -> bool:
 
 
 class SheathNames(NamedTuple):
-    """Names of a sheath and of its sensors.
+    """Names of a sheath and of its sensors."""
 
-    Attributes:
-        sheath: the plugin instance.
-        ends: the sensor that shows T_in and T_out.
-        sensors: kind → (sensor, its plugin instance).
-    """
-
-    sheath: str
-    ends: str
-    sensors: dict[str, tuple[str, str]]
+    sheath: str  # the plugin instance
+    ends: str  # the sensor that shows T_in and T_out
+    sensors: dict[str, tuple[str, str]]  # kind → sensor, its plugin instance
 
 
 class TakenNames:
@@ -139,12 +130,11 @@ class TakenNames:
         self.sensors.add(ends)
         sensors = {}
         for kind, names in candidates.items():
-            sensors[kind] = (
-                free_name(self.sensors, *names),
-                free_name(self.instances, f"{sheath}.{kind}"),
-            )
-            self.sensors.add(sensors[kind][0])
-            self.instances.add(sensors[kind][1])
+            sensor = free_name(self.sensors, *names)
+            instance = free_name(self.instances, f"{sheath}.{kind}")
+            self.sensors.add(sensor)
+            self.instances.add(instance)
+            sensors[kind] = sensor, instance
         return SheathNames(sheath, ends, sensors)
 
 

@@ -47,48 +47,28 @@ _SAME = 1e-9  # relative, of two lengths
 
 
 class Request(NamedTuple):
-    """Request of a call, for each of its tendons.
+    """Request of a call, for each of its tendons; see `add_friction`."""
 
-    Attributes:
-        law: parameters of the sheath; its EA and T_0 stand in where none is given.
-        axial_stiffness, pretension: EA and T_0 as given [N].
-        arc_guides: guides on each geom that a tendon may wrap around.
-        inner_guides: guides at its input end; None for as many as the law needs.
-        input_end: its site that is its input end, one of `INPUT_ENDS`.
-        ends: attributes of spools.
-        is_wound: whether a reel or a spool winds tendon in or out.
-        is_wound_in: whether one does so at the input.
-        spool: that the tendon's actuators turn.
-        spring: role of a tendon's own spring, one of `SPRINGS`.
-    """
-
-    law: Law
+    law: Law  # with an EA and a T_0 of its own where none is given
     axial_stiffness: float | None
     pretension: float | None
     arc_guides: int
     inner_guides: int | None
     input_end: str
-    ends: Mapping[str, str]
-    is_wound: bool
-    is_wound_in: bool
+    ends: Mapping[str, str]  # attributes of reel_joint and output_joint
+    is_wound: bool  # by a reel or a spool, in or out
+    is_wound_in: bool  # at the input
     spool: Spool | None
     spring: str
 
 
 class Design(NamedTuple):
-    """A sheath that can be added.
+    """A sheath that can be added."""
 
-    Attributes:
-        config: of the plugin instance, but for the tendon's name.
-        idle: why friction can do nothing, and the remedy; empty where it can.
-        passing: force that passes the sheath, and the remedy; empty where none does.
-        is_driven: whether MuJoCo's forces along the tendon give the input tension.
-    """
-
-    config: dict[str, str]
-    idle: str
-    passing: str
-    is_driven: bool
+    config: dict[str, str]  # of the plugin instance, but for the tendon's name
+    idle: str  # why friction can do nothing, and the remedy; or empty
+    passing: str  # force that passes the sheath, and the remedy; or empty
+    is_driven: bool  # whether MuJoCo's forces along the tendon give the input tension
 
 
 def design_sheath(
@@ -106,14 +86,6 @@ def design_sheath(
     not to be, it drives the tendon. So does the spring of a tendon that has no guide but at its
     input end: friction there acts only on the tendon that comes in. A tendon that only an equality
     or a limit pulls, and whose length is not stated, is driven by these.
-
-    Args:
-        tendon: of a spec.
-        name: of the tendon, or the one that it will have.
-        request: of the call.
-        actuators: on the tendon.
-        constraints: that may act along it.
-        compiled: returns the compiled spec.
 
     Raises:
         UnsuitedTendonError: a tendon that cannot run in a sheath, or that nothing pulls.
@@ -142,12 +114,7 @@ def design_sheath(
     is_cable = not is_driven and has_spring(tendon)
     config = _config(path, request, inner, is_driven=is_driven, is_cable=is_cable)
     idle = idle_reason(tendon, config, is_driven=is_driven, is_wound_in=request.is_wound_in)
-    passing = ""
-    if not is_driven and request.is_wound:  # whose limit is the end of its travel
-        constraints = constraints._replace(longest=None)
-    if not is_driven and constraints != Constraints():
-        rest = float(compiled().tendon_length0[tendon.id]) + request.law.slack
-        passing = _passing(constraints, rest, request.is_wound)
+    passing = "" if is_driven else _passing(constraints, tendon, request, compiled)
     return Design(config | dict(request.ends), idle, passing, is_driven)
 
 
@@ -198,31 +165,20 @@ def _config(
     config = {k: str(count) for k, count in counts.items()}
     if request.input_end != "first":
         config["input_end"] = request.input_end
-    config |= {
-        k: repr(v) for k, v in dataclasses.asdict(request.law).items() if v or k == "friction"
-    }
+    law = dataclasses.asdict(request.law)
+    config |= {k: repr(v) for k, v in law.items() if v or k == "friction"}
     if is_driven or is_cable:
         del config["axial_stiffness"]
     if is_cable:
         config["spring"] = "cable"
-    if request.axial_stiffness is not None:
-        config["axial_stiffness"] = repr(request.axial_stiffness)
-    if request.pretension is not None:
-        config["pretension"] = repr(request.pretension)
-    return config
+    given = {"axial_stiffness": request.axial_stiffness, "pretension": request.pretension}
+    return config | {k: repr(v) for k, v in given.items() if v is not None}
 
 
 def idle_reason(
     tendon: mujoco.MjsTendon, config: Mapping[str, str], *, is_driven: bool, is_wound_in: bool
 ) -> str:
-    """Why friction of a sheath can do nothing, and the remedy; empty where it can.
-
-    Args:
-        tendon: of a spec.
-        config: of the sheath.
-        is_driven: whether an actuator or the tendon's own spring gives the input tension.
-        is_wound_in: whether a reel or a spool winds tendon in at the input.
-    """
+    """Why friction of a sheath can do nothing, and the remedy; empty where it can."""
     inner, end = int(config.get("inner_guides", 0)), config.get("input_end", "first")
     if path_of(tendon).bends() == 0:
         if not (inner and any(float(config.get(key, 0.0)) > 0.0 for key in _RUB_UNBENT)):
@@ -234,10 +190,20 @@ def idle_reason(
     return ""
 
 
-def _passing(constraints: Constraints, rest: float, is_wound: bool) -> str:
-    """Warning of constraints past the sheath of a tendon whose unstretched length is ``rest``."""
-    warning = _PASSING.format(constraints, "winds" if is_wound else "holds")
-    warning += "" if is_wound else _OR_DRIVES
+def _passing(
+    constraints: Constraints,
+    tendon: mujoco.MjsTendon,
+    request: Request,
+    compiled: Callable[[], mujoco.MjModel],
+) -> str:
+    """Warning of constraints past the sheath of a tendon that is not driven."""
+    if request.is_wound:  # whose limit is the end of its travel
+        constraints = constraints._replace(longest=None)
+    if constraints == Constraints():
+        return ""
+    rest = float(compiled().tendon_length0[tendon.id]) + request.law.slack
+    warning = _PASSING.format(constraints, "winds" if request.is_wound else "holds")
+    warning += "" if request.is_wound else _OR_DRIVES
     if constraints.longest is None or constraints.longest <= rest * (1.0 + _SAME):
         return warning
     return warning + _SHORTER.format(1e3 * (constraints.longest - rest))
@@ -266,9 +232,6 @@ def own_elasticity(
     """EA and T_0 [N] equivalent to a tendon's stiffness k and spring length S at `qpos0`.
 
     EA = k S and T_0 = k (L(qpos0) − S), so that the sheath pulls as the spring did where it pulled.
-
-    Raises:
-        UnsuitedTendonError: a spring to which no tendon of one stiffness and one length is equal.
     """
     where, advice = f"tendon {name!r}", "give axial_stiffness [N] and pretension [N]"
     stiffness = [float(k) for k in tendon.stiffness]

@@ -74,50 +74,30 @@ class Spool:
 
 
 class Drive(NamedTuple):
-    """Settings of an actuator.
+    """Settings of an actuator."""
 
-    Attributes:
-        gear: g.
-        gain, bias: first coefficients, g₀ and b₀.
-        velocity_bias: b₂, or a damping ratio where it is positive.
-        inheritrange: as of `MjsActuator`.
-        low, high: ends of ``ctrlrange``.
-    """
-
-    gear: float
-    gain: float
-    bias: float
-    velocity_bias: float
+    gear: float  # g
+    gain: float  # g₀
+    bias: float  # b₀
+    velocity_bias: float  # b₂, or a damping ratio where it is positive
     inheritrange: float
-    low: float
+    low: float  # end of ``ctrlrange``
     high: float
 
 
 class SpoolDesign(NamedTuple):
-    """A spool that can be added.
-
-    Attributes:
-        tendon: that it winds in.
-        body: that carries it, which is that of the site at its input end.
-        pos, axis: of its hinge, in the frame of that body [m], [-].
-        radius: [m].
-        armature: [kg m²].
-        damping: [N m s/rad].
-        motors: that will turn it, and their settings there.
-        angles: in the model's keyframes [rad].
-        warning: where the step does not follow its inertia; else empty.
-    """
+    """A spool that can be added."""
 
     tendon: str
-    body: mujoco.MjsBody
-    pos: FloatArray
+    body: mujoco.MjsBody  # of the site at the input end, which carries it
+    pos: FloatArray  # of its hinge, in the frame of that body [m]
     axis: FloatArray
-    radius: float
-    armature: float
-    damping: float
-    motors: list[tuple[mujoco.MjsActuator, Drive]]
-    angles: list[float]
-    warning: str
+    radius: float  # [m]
+    armature: float  # [kg m²]
+    damping: float  # [N m s/rad]
+    motors: list[tuple[mujoco.MjsActuator, Drive]]  # that will turn it, and their settings there
+    angles: list[float]  # in the model's keyframes [rad]
+    warning: str  # where the step does not follow its inertia; else empty
 
 
 def design_spool(
@@ -130,17 +110,7 @@ def design_spool(
     motors: Sequence[mujoco.MjsActuator],
     compiled: Callable[[], mujoco.MjModel],
 ) -> SpoolDesign:
-    """The spool that takes over the actuators of a tendon.
-
-    Args:
-        spec: of the tendon.
-        tendon: of the spec.
-        name: of the tendon, or the one that it will have.
-        spool: its parameters.
-        at_last: whether the tendon's last site is its input end, and not its first.
-        config: of the sheath, with EA and T_0.
-        motors: the actuators on the tendon.
-        compiled: returns the compiled spec.
+    """The spool that takes over the actuators of a tendon; ``config`` of the sheath has EA and T_0.
 
     Raises:
         UnsuitedTendonError: no actuator on the tendon, one that would not pull as before on a
@@ -330,12 +300,8 @@ def _add_drum(name: str, design: SpoolDesign) -> None:
 def remove_spools(spec: mujoco.MjSpec, reel_joints: Mapping[str, str]) -> None:
     """Delete spools that `add_friction` added, and let their motors pull their tendons as before.
 
-    Args:
-        spec: changed in place; not at all where the call is refused.
-        reel_joints: tendon → name of the joint that winds it in.
-
-    Raises:
-        InvalidValueError: more hangs on such a spool than was added with it.
+    ``reel_joints``: tendon → joint that winds it in. A spool on which more hangs than was added
+    with it is refused, and none is deleted.
     """
     spools = []
     for tendon, name in reel_joints.items():

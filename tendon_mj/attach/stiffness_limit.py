@@ -65,16 +65,11 @@ class Pull(NamedTuple):
 
     While its joints draw a tendon out they meet up to e^{μφ} times the stiffness at its input, φ
     its bend. A step carries 1/(h² J M⁻¹ Jᵀ) of that, with J = ∂L/∂q: beyond, joints gain energy.
-
-    Attributes:
-        stiffness: k of the tendon's own spring and of the actuators on it [N/m].
-        magnified: k e^{μφ} [N/m].
-        largest: that a step carries [N/m]; ``inf`` for a tendon that moves no joint.
     """
 
-    stiffness: float
-    magnified: float
-    largest: float
+    stiffness: float  # k of the tendon's own spring and of the actuators on it [N/m]
+    magnified: float  # k e^{μφ} [N/m]
+    largest: float  # that a step carries [N/m]; ``inf`` for a tendon that moves no joint
 
 
 def worst_pull(

@@ -32,14 +32,9 @@ def bend_at(
     tendons: Sequence[int],
     without: Collection[int] = (),
 ) -> FloatArray:
-    """Bend of tendons in a pose [rad]; of one over pulleys that of its most bent branch.
+    """Bend of spatial tendons in a pose [rad]; over pulleys that of the most bent branch.
 
-    Args:
-        model: compiled.
-        data: of that model, whose positions are changed.
-        qpos: pose.
-        tendons: ids of spatial tendons.
-        without: ids of geoms whose bend does not count.
+    ``data`` takes the pose. The bend at geoms ``without`` does not count.
     """
     data.qpos[:] = qpos
     mujoco.mj_kinematics(model, data)
@@ -64,12 +59,8 @@ def branch_bend(
     At a site it turns by the angle between the straight stretches. Over a geom it goes from tangent
     point to tangent point and turns by the angle between the stretches before and after; by the
     rest of a full turn where the chord between the points runs against the first, which it does
-    after more than half a turn.
-
-    Args:
-        points: (k, 3) as in `mjData.wrap_xpos` [m].
-        objects: (k,) geom of each, −1 for a site, −2 for a pulley, which is no point.
-        without: geoms whose bend does not count.
+    after more than half a turn. (k, 3) points and (k,) objects are those of `mjData`: a geom, −1
+    for a site, −2 for a pulley, which is not a point.
     """
     points, objects = points[objects != _PULLEY], objects[objects != _PULLEY]
     total, before, chord = 0.0, None, None
@@ -126,15 +117,8 @@ def extreme_poses(
 ) -> FloatArray:
     """Poses of the most and of the least bend of a tendon, by differential evolution from others.
 
-    Local searches (Nelder-Mead, Powell) from the best poses end on the many local extremes.
-
-    Args:
-        model: compiled.
-        tendon: id of a spatial tendon.
-        joints: ids of those that it crosses.
-        poses: in which the search begins, see `sampled_poses`.
-        bends: of the tendon in them [rad].
-        without: ids of geoms whose bend does not count.
+    The search begins in (p, nq) poses, in which the tendon has (p,) bends [rad]; ``joints`` are
+    those that it crosses. Local searches (Nelder-Mead, Powell) end on the many local extremes.
 
     Returns:
         (2, nq), or (0, nq) where no ball joint is among them: of hinges and slides samples contain
@@ -265,18 +249,12 @@ def _turned(start: FloatArray, turns: FloatArray) -> FloatArray:
 
 
 class Idler(NamedTuple):
-    """A cylinder that turns with a tendon, so that the tendon does not slip over it.
-
-    Attributes:
-        tendon, geom, joint: ids of the tendon, the cylinder and the hinge on its axis.
-        side_site: id of a side site that turns with the cylinder, and so leaves the side of the
-            tendon; −1 without one.
-    """
+    """A cylinder that turns with a tendon, so that the tendon does not slip over it; ids."""
 
     tendon: int
-    geom: int
-    joint: int
-    side_site: int
+    geom: int  # the cylinder
+    joint: int  # the hinge on its axis
+    side_site: int  # that turns with it, and so leaves the side of the tendon; or −1
 
 
 def idlers(model: mujoco.MjModel) -> list[Idler]:

@@ -17,17 +17,11 @@ _WRAP, _GAIN, _BIAS = mujoco.mjtWrap, mujoco.mjtGain, mujoco.mjtBias
 
 
 class Chosen(NamedTuple):
-    """A tendon that a call means.
-
-    Attributes:
-        element: of the spec.
-        name: of the tendon, or the one that it will have.
-        by_name: whether its name was given, and not a pattern.
-    """
+    """A tendon that a call means."""
 
     element: mujoco.MjsTendon
-    name: str
-    by_name: bool
+    name: str  # that it has or will have
+    by_name: bool  # and not by a pattern
 
 
 def check_spec(spec: object) -> None:
@@ -50,10 +44,6 @@ def choose_tendons(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> list[Cho
     A tendon's name is that tendon's, even with the characters of a pattern. A pattern that matches
     any name, such as ``*``, also means those without a name, which will be called ``tendon_<k>``,
     k being the tendon's place in the model.
-
-    Raises:
-        UnknownNameError: a name that no tendon has.
-        InvalidValueError: a pattern that matches none, or no name at all.
     """
     is_one = isinstance(tendon, str) or not isinstance(tendon, Iterable)
     wanted = [tendon] if is_one else list(tendon)
@@ -103,15 +93,10 @@ class Branch(NamedTuple):
 
 
 class TendonPath(NamedTuple):
-    """Path of a tendon.
+    """Path of a tendon."""
 
-    Attributes:
-        branches: one, and one more for each pulley.
-        joints: of a fixed tendon; 0 for a spatial one.
-    """
-
-    branches: tuple[Branch, ...]
-    joints: int
+    branches: tuple[Branch, ...]  # one, and one more for each pulley
+    joints: int  # of a fixed tendon
 
     @property
     def is_spatial(self) -> bool:
@@ -223,15 +208,10 @@ def has_spring(tendon: mujoco.MjsTendon) -> bool:
 
 
 class Constraints(NamedTuple):
-    """Constraints of MuJoCo's that may act along a tendon.
+    """Constraints of MuJoCo's that may act along a tendon."""
 
-    Attributes:
-        equalities: names of its equalities.
-        longest: length at which its limit ends it [m]; None without a limit.
-    """
-
-    equalities: tuple[str, ...] = ()
-    longest: float | None = None
+    equalities: tuple[str, ...] = ()  # by name
+    longest: float | None = None  # length at which its limit ends it [m]
 
     def __str__(self) -> str:
         names = [f"equality {name!r}" if name else "an equality" for name in self.equalities]

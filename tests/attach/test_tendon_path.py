@@ -3,7 +3,7 @@
 import mujoco
 import pytest
 
-from tendon_mj.attach.tendon_path import Branch, end_sites, path_of
+from tendon_mj.attach.tendons import Branch, end_sites, path_of
 
 RIG = """
 <mujoco>

@@ -50,22 +50,9 @@ FIELDS = {  # what of an element must be the same in a file and from its builder
     "actuator": ("actuator_trntype", "actuator_gainprm", "actuator_biasprm", "actuator_gear"),
     "sensor": ("sensor_type", "sensor_dim"),
 }
-PER_JOINT = (  # one each here
-    "qpos_spring",
-    "dof_damping",
-    "dof_armature",
-    "dof_frictionloss",
-    "dof_solref",
-    "dof_solimp",
-)
-SIZES = {
-    "body": "nbody",
-    "joint": "njnt",
-    "site": "nsite",
-    "tendon": "ntendon",
-    "actuator": "nu",
-    "sensor": "nsensor",
-}
+PER_DOF = ("damping", "armature", "frictionloss", "solref", "solimp")
+PER_JOINT = ("qpos_spring", *(f"dof_{field}" for field in PER_DOF))  # one each here
+SIZES = {kind: f"n{kind}" for kind in FIELDS} | {"joint": "njnt", "actuator": "nu"}
 
 
 def parameters(name):
@@ -240,17 +227,11 @@ def snippets(readme):
     return re.findall(r"```python\n(.*?)```", readme.read_text("utf-8"), re.S)
 
 
-def test_the_overviews_snippet_runs(capsys):
-    (code,) = snippets(models_folder() / "README.md")
+@pytest.mark.parametrize(("page", "low", "high"), [(".", 0.3, 0.5), ("finger", 0.5, 10.0)])
+def test_a_pages_snippet_runs(page, low, high, capsys):
+    (code,) = snippets(models_folder() / page / "README.md")
     exec(code, {})
-    angle = float(capsys.readouterr().out.split("]")[0].strip("["))
-    assert 0.3 < angle < 0.5
-
-
-def test_the_fingers_snippet_runs(capsys):
-    (code,) = snippets(models_folder() / "finger" / "README.md")
-    exec(code, {})
-    assert 0.5 < float(capsys.readouterr().out) < 10.0
+    assert low < float(capsys.readouterr().out.split("]")[0].strip("[")) < high
 
 
 def test_the_joints_snippets_run(monkeypatch, tmp_path, capsys):
