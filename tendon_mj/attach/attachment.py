@@ -77,7 +77,7 @@ class Row(NamedTuple):
 
     @property
     def is_pulled_too_stiffly(self) -> bool:
-        """Whether friction makes more of the stiffness of what pulls than a step carries."""
+        """Whether friction magnifies the stiffness of its drive to more than a step carries."""
         return bool(self.sheath) and self.pull.magnified > self.pull.largest
 
     @property

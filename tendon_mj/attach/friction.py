@@ -89,8 +89,8 @@ def add_friction(
             cable outside the model; by default one where there is no other, else none.
         input_end: site of the path, ``first`` or ``last``, at which a tendon is pulled or wound in.
             ``last`` is for one that is drawn from its insertion to its muscle or motor.
-        name: of the sheath. By default that of a tendon asked for alone is ``sheath`` or, where
-            that is taken, ``<tendon>_sheath``; of one among several always ``<tendon>_sheath``.
+        name: of the sheath. By default that of a tendon given alone is ``sheath`` or, where that
+            is taken, ``<tendon>_sheath``; of one among several always ``<tendon>_sheath``.
         reel: name of an actuator to add that winds tendon in at the input, control in metres.
             Without one, a sensor named like the sheath is added, which shows T_in and T_out.
         reel_joint, reel_radius: joint [rad] or slide whose motion winds tendon in, and radius [m].
@@ -99,9 +99,9 @@ def add_friction(
             ``<tendon>_spool`` on a hinge of that name, at the input end and on its body. At rest
             their force is T_in + T_in²/2EA. ``axial_stiffness`` is required; T_0 is 0 by default,
             and ``axial_damping`` EA times the time step, against ringing.
-        spring: what the tendon's own spring stands for: the ``cable``'s elasticity, or a spring at
-            the ``input`` end, whose force is the input tension.
-        sensors: kinds to add. Those of a tendon asked for alone are named like the kind, or
+        spring: role of the tendon's own spring: the ``cable``'s elasticity, or a spring at the
+            ``input`` end, whose force is the input tension.
+        sensors: kinds to add. Those of a tendon given alone are named like the kind, or
             ``<tendon>_<kind>`` where that is taken (``<name>_<kind>`` with a name); of one in a
             list, even of one tendon, always ``<tendon>_<kind>``.
 
@@ -110,7 +110,7 @@ def add_friction(
 
     Raises:
         UnknownNameError: no such tendon, parameter or sensor kind, with the nearest name.
-        InvalidValueError: a parameter outside its range, a tendon asked for by its name that cannot
+        InvalidValueError: a parameter outside its range, a tendon given by its name that cannot
             run in a sheath or already does, or a pattern that means no other; an actuator that
             would not pull through a spool as before, such as a muscle.
 
@@ -246,7 +246,8 @@ def _design(
     Raises:
         InvalidValueError: a tendon that was given by its name cannot have a sheath.
     """
-    compiled = functools.cache(spec.compile)  # not a copy: it would drop what nothing refers to
+    # not a copy, which would drop elements that nothing refers to
+    compiled = functools.cache(spec.compile)
     sheathed = sheaths_by_tendon(spec)
     actuators = actuators_by_tendon(spec)
     sheaths, left_out = [], {}
@@ -280,7 +281,7 @@ def _add(
     names: Sequence[SheathNames],
     reel: str | None,
 ) -> None:
-    """Add sheaths and what refers to them, without which `MjSpec.copy` and attach lose them."""
+    """Add sheaths and sensors or reels, without which `MjSpec.copy` and `attach` lose them."""
     joints = add_spools(spec, [sheath.spool for sheath in sheaths if sheath.spool])
     spec.activate_plugin(NAME)
     shown = Sensors(spec)
@@ -288,8 +289,7 @@ def _add(
         tendon = sheath.tendon.name = sheath.name
         config = {"tendon": tendon, **sheath.design.config}
         if sheath.spool is not None:
-            drum = {"reel_joint": joints[tendon], "reel_radius": repr(sheath.spool.radius)}
-            config |= drum
+            config |= {"reel_joint": joints[tendon], "reel_radius": repr(sheath.spool.radius)}
         plugin = add_instance(spec, of.sheath, config, NAME)
         if reel is None:
             add_plugin_sensor(spec, of.ends, tendon).plugin = plugin
@@ -304,7 +304,7 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
     """Take the sheaths off tendons, with their sensors and the reels and spools that wind them.
 
     A tendon gets its actuators back from a spool that `add_friction` added, so that the model
-    compiles to what it was before.
+    compiles to the same model as before.
 
     Args:
         spec: changed in place and returned; not at all where the call is refused.
@@ -315,7 +315,7 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
 
     Raises:
         UnknownNameError: no such tendon.
-        InvalidValueError: a tendon asked for by its name runs in no sheath, or a servo, a sensor
+        InvalidValueError: a tendon given by its name runs in no sheath, or a servo, a sensor
             or another element needs a part that would go.
     """
     check_spec(spec)

@@ -56,7 +56,7 @@ def _of_idle(sheaths: Sequence[NewSheath]) -> list[str]:
 
 
 def _of_joints(spec: mujoco.MjSpec, driven: Sequence[NewSheath]) -> list[str]:
-    """Warnings of joints that limit or sense what the actuators of driven tendons do there."""
+    """Warnings of joints that limit or sense the actuators of driven tendons."""
     crossed = {sheath.name: crossed_joints(sheath.tendon) for sheath in driven}
     joints = {joint.name: joint for joints in crossed.values() for joint in joints}
     limited = [name for name, j in joints.items() if is_limited(j.actfrclimited, j.actfrcrange)]
@@ -69,13 +69,13 @@ def _of_joints(spec: mujoco.MjSpec, driven: Sequence[NewSheath]) -> list[str]:
     messages = []
     if limited:
         messages.append(
-            f"actuatorfrcrange of joint {listed(limited)} limits what actuators do there, and the"
-            f" sheath on {listed(on)} rubs under their whole force: limit the tendon (its "
+            f"actuatorfrcrange of joint {listed(limited)} limits the actuators' force there, and"
+            f" the sheath on {listed(on)} rubs under their whole force: limit the tendon (its "
             "actuatorfrcrange) or the actuator (its forcerange) instead"
         )
     if sensed:
         messages.append(
-            f"sensor {listed(sensed)} (jointactuatorfrc) reads what actuators do there as if"
+            f"sensor {listed(sensed)} (jointactuatorfrc) reads the actuators' force there as if"
             " nothing rubbed: add the joint's qfrc_passive, or read a torque sensor"
         )
     return messages

@@ -144,7 +144,7 @@ def check_kinds(kinds: Sequence[str]) -> None:
         if kind not in KINDS:
             raise UnknownNameError("sensor", kind, KINDS)
         if list(kinds).count(kind) > 1:
-            raise InvalidValueError(f"sensor {kind!r} is asked for more than once")
+            raise InvalidValueError(f"sensor {kind!r} is given more than once")
 
 
 class Sensors:

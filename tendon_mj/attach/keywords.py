@@ -28,7 +28,7 @@ def takes(known: Mapping[str, Parameter]) -> Callable[[_F], _F]:
         named = {p.name for p in stated}
         derived = [_keyword(name, p) for name, p in known.items() if name not in named]
         split = next(k for k, p in enumerate(stated) if p.kind == p.KEYWORD_ONLY)
-        # what is required first, then the other parameters, then the function's own keywords
+        # first required ones, then the other parameters, then the function's own keywords
         keywords = sorted(
             [*stated[split:], *derived],
             key=lambda p: (p.default is not p.empty, p.name not in known),

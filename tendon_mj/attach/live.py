@@ -244,7 +244,7 @@ class SheathView:
 
     @property
     def rebound(self) -> Any:
-        """How often the state was another model's, or empty, and was bound anew."""
+        """How often the state was another model's, or empty, and was bound again."""
         return self._read().state["rebound"].astype(int)[()]
 
     @property

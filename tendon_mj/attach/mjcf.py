@@ -73,26 +73,25 @@ class Mjcf:
 
     def plugin(self, name: str) -> Element:
         """Configuration of a sheath or servo, which may go by its tendon's name."""
-        instances = list(self.root.iterfind("extension/plugin/instance"))
         inline = [p for p in self.root.iter("plugin") if p.find("config") is not None]
-        found = {str(i.get("name")): i for i in instances}
+        plugins = {str(i.get("name")): i for i in self.root.iterfind("extension/plugin/instance")}
         for plugin in inline:
             config = {c.get("key"): str(c.get("value")) for c in plugin.iterfind("config")}
             if "tendon" in config and "sensor" not in config:
-                found.setdefault(config["tendon"], plugin)
-        found |= {str(p.get("name")): p for p in inline if p.get("name") not in (None, *found)}
-        return self._named("sheath or servo", name, (), found)
+                plugins.setdefault(config["tendon"], plugin)
+        plugins |= {str(p.get("name")): p for p in inline if p.get("name") not in (None, *plugins)}
+        return self._named("sheath or servo", name, (), plugins)
 
     def _named(
         self, kind: str, name: str, among: Iterable[Element], more: dict[str, Element] | None = None
     ) -> Element:
-        found = {str(e.get("name")): e for e in among if e.get("name")} | (more or {})
-        if name not in found:
+        named = {str(e.get("name")): e for e in among if e.get("name")} | (more or {})
+        if name not in named:
             raise TendonError(
-                f"{self.path}: {unknown(kind, name, found)}; one that `attach` or `replicate` makes"
+                f"{self.path}: {unknown(kind, name, named)}; one that `attach` or `replicate` makes"
                 " is not in the text, and cannot be changed there"
             )
-        return found[name]
+        return named[name]
 
     def section(self, tag: str, attribute: str) -> Element:
         """The last top-level element that states an attribute; made if there is none."""
@@ -105,7 +104,7 @@ class Mjcf:
         return made
 
     def move_to(self, folder: Path, spec: mujoco.MjSpec) -> None:
-        """Let meshes, textures and models be found from another folder; ``spec`` is the file's."""
+        """Let paths of meshes, textures and models start from a folder; ``spec`` is the file's."""
         here, there = self.path.resolve().parent, folder.resolve()
         for model in self.root.iterfind("asset/model"):
             model.set("file", os.path.relpath(here / str(model.get("file")), there))

@@ -29,7 +29,7 @@ _FIXED = (
 )
 _BRANCHES = (
     "branches at a pulley, behind its site {!r}, and every branch has its input where it begins: "
-    "leave out input_end and draw each branch from its input on, or give each a tendon of its own"
+    "leave out input_end and draw each branch from its input on, or make each a separate tendon"
 )
 _UNBENT = "with nothing to bend over: give extra_bend [rad], or route it over more sites"
 _BEYOND = (
@@ -49,7 +49,7 @@ _SAME = 1e-9  # relative, of two lengths
 class Request(NamedTuple):
     """Request of a call, for each of its tendons; see `add_friction`."""
 
-    law: Law  # with an EA and a T_0 of its own where none is given
+    law: Law  # with some EA and T_0 where none is given
     axial_stiffness: float | None
     pretension: float | None
     arc_guides: int
@@ -197,7 +197,7 @@ def _passing(
     compiled: Callable[[], mujoco.MjModel],
 ) -> str:
     """Warning of constraints past the sheath of a tendon that is not driven."""
-    if request.is_wound:  # whose limit is the end of its travel
+    if request.is_wound:  # the limit is the end of its travel
         constraints = constraints._replace(longest=None)
     if constraints == Constraints():
         return ""

@@ -5,8 +5,8 @@ negative. On the hinge of a spool of radius r, positive where it winds in, the g
 
     g_h = −g r
 
-lets the same F turn the spool by the torque r T, with T = −g F. The actuator's velocity stays what
-it was for a tendon that does not stretch, and its length, g_h θ in the place of g L, is shorter by
+lets the same F turn the spool by the torque r T, with T = −g F. The actuator's velocity stays the
+same for a tendon that does not stretch, and its length, g_h θ in the place of g L, is shorter by
 the constant g L₀, with L₀ the tendon's length at `qpos0`. A force that is affine in it,
 F = (g₀ + g₁ ℓ + g₂ v) u + b₀ + b₁ ℓ + b₂ v, stays the same with g₀ + g₁ g L₀ and b₀ + b₁ g L₀.
 """
@@ -114,7 +114,7 @@ def design_spool(
 
     Raises:
         UnsuitedTendonError: no actuator on the tendon, one that would not pull as before on a
-            spool, or a spring of the tendon beside it.
+            spool, or a spring of the tendon next to it.
     """
     if not motors:
         raise UnsuitedTendonError(
@@ -125,7 +125,7 @@ def design_spool(
         _check_movable(motor, name)
     if has_spring(tendon):
         raise UnsuitedTendonError(
-            f"tendon {name!r} has a spring of its own, which pulls beside its actuators and cannot "
+            f"tendon {name!r} has its own spring, which pulls next to its actuators and cannot "
             "behind a spool: set its stiffness to 0, or leave spool out"
         )
     model = compiled()
@@ -330,7 +330,7 @@ def _check_alone(
     body, name = joint.parent, joint.name
     problem = "" if same_motors else "other actuators than those of its tendon turn it"
     if len(list(body.bodies)) or len(list(body.sites)) or len(list(body.geoms)) > 1:
-        problem = f"its body {body.name!r} carries what was added to it since"
+        problem = f"its body {body.name!r} carries elements that were added to it"
     own = {_OBJ.mjOBJ_JOINT: {name}, _OBJ.mjOBJ_GEOM: {g.name for g in body.geoms}}
     own[_OBJ.mjOBJ_BODY] = own[_OBJ.mjOBJ_XBODY] = {body.name}
     for sensor in spec.sensors:

@@ -24,8 +24,8 @@ def largest_stiffness(model: mujoco.MjModel, tendon: str) -> float:
 
     A stretch j of tendon that its guides hold, of length ℓ_j between two bodies, is a spring EA/ℓ_j
     on the inertia 1/a_j, with J_j = ∂ℓ_j/∂q. MuJoCo's integrators carry ω² = a_j EA/ℓ_j up to 4/h²
-    where it is alone; a quarter of that leaves room for the tendons beside it. A stiffer tendon can
-    ring at the pace of the steps; where an actuator pulls it, its guides yield instead.
+    where it is alone; a quarter of that leaves room for other tendons. A stiffer tendon can ring at
+    the pace of the steps; where an actuator pulls it, its guides yield instead.
 
     Args:
         model: compiled, in its pose `qpos0`.
@@ -64,7 +64,7 @@ class Pull(NamedTuple):
     """Stiffness of the elements that pull a tendon, and what friction makes of it.
 
     While its joints draw a tendon out they meet up to e^{μφ} times the stiffness at its input, φ
-    its bend. A step carries 1/(h² J M⁻¹ Jᵀ) of that, with J = ∂L/∂q: beyond, joints gain energy.
+    its bend. A step carries 1/(h² J M⁻¹ Jᵀ) of that, with J = ∂L/∂q; with more, joints gain energy.
     """
 
     stiffness: float  # k of the tendon's own spring and of the actuators on it [N/m]

@@ -85,7 +85,7 @@ def branch_bend(
 
 
 def sampled_poses(model: mujoco.MjModel) -> FloatArray:
-    """Poses over what the joints allow, the same for a model every time.
+    """Poses over the ranges of the joints, the same for a model every time.
 
     First `qpos0`; then every joint at each of its ends, the others as in `qpos0`; then all joints
     at once, 100 times anywhere and 100 times at an end. The ends of a hinge or a slide are those of

@@ -203,7 +203,7 @@ def is_limited(limited: int, ends: Sequence[float]) -> bool:
 
 
 def has_spring(tendon: mujoco.MjsTendon) -> bool:
-    """Whether a tendon has a stiffness of its own."""
+    """Whether a tendon has its own stiffness."""
     return any(float(k) for k in tendon.stiffness)
 
 

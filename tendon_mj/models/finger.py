@@ -29,8 +29,8 @@ _PHALANX = 1  # contact bit: phalanges touch the object and nothing else
 _OBJECT_SIZE = (0.007, 0.012, 0.008)  # half edges of the object [m]
 _RAIL = np.array([0.0, 0.0165, 0.0])  # of the rod that guides the object, behind the finger [m]
 _PIN = 0.0013, 0.0012, 0.006  # radius, front and back of the pins that guides are drawn with [m]
-# so light joints would otherwise give way to what the motors can pull; 2 steps are the stiffest
-# that MuJoCo takes
+# so light joints would otherwise give way to the motors' pull; 2 steps are the stiffest that MuJoCo
+# takes
 _LIMIT_STEPS, _LIMIT_SOLIMP = 2.0, (0.99, 0.999, 0.01, 0.5, 2.0)
 _TENDON_RADIUS = 0.0004  # as drawn [m]
 
@@ -145,7 +145,7 @@ def _add_object(spec: mujoco.MjSpec, finger: Finger) -> None:
 
 
 def _add_motor(spec: mujoco.MjSpec, finger: Finger, tendon: str) -> None:
-    """A spool that winds the tendon in when it turns forward, and what turns it."""
+    """A spool that winds the tendon in when it turns forward, and its actuators."""
     side, name = SIDE[tendon], f"{tendon}_motor"
     centre = sheath_points(finger, tendon)[0] + side * finger.spool_radius * UP
     body = spec.worldbody.add_body(name=name, pos=centre, explicitinertial=True, mass=0.02)
@@ -209,8 +209,8 @@ def _draw_pin(body: mujoco.MjsBody, guide: FloatArray) -> None:
 
 
 def _add_sensors(spec: mujoco.MjSpec, tendons: tuple[str, ...]) -> None:
-    def add(name: str, kind: mujoco.mjtSensor, of: str, what: mujoco.mjtObj) -> None:
-        spec.add_sensor(name=name, type=kind, objtype=what, objname=of)
+    def add(name: str, kind: mujoco.mjtSensor, of: str, object_type: mujoco.mjtObj) -> None:
+        spec.add_sensor(name=name, type=kind, objtype=object_type, objname=of)
 
     position, joint = mujoco.mjtSensor.mjSENS_JOINTPOS, mujoco.mjtObj.mjOBJ_JOINT
     for name in JOINTS:

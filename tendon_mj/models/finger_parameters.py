@@ -28,7 +28,7 @@ _OBJECT_POSE = ("object_x", "object_z", "object_angle")
 
 @dataclass(frozen=True, kw_only=True)
 class FingerJoint:
-    """A joint of the finger and the phalanx beyond it.
+    """A joint of the finger and the phalanx after it.
 
     Attributes:
         length: of the phalanx [m].
@@ -109,7 +109,7 @@ class Finger:
     """Parameters of the finger; the defaults are those of `models/finger/parameters.toml`.
 
     Attributes:
-        mcp, pip, dip: the joints and the phalanges beyond them.
+        mcp, pip, dip: the joints and the phalanges after them.
         friction: μ of both tendons, static = dynamic [-].
         axial_stiffness: EA of each tendon [N].
         pretension: T_0 of each tendon in the reference pose, the finger straight [N].
@@ -124,7 +124,7 @@ class Finger:
         motor_damping: seen at the spool [N m s/rad].
         servo_stiffness: of the motors' position control, at the spool [N m/rad].
         servo_damping: of that control [N m s/rad].
-        servo_margin: by which its range exceeds what the joints' ranges ask for [rad].
+        servo_margin: by which its range exceeds that of the joints [rad].
         motor_torque: most that a rotor gives [N m].
         object_stiffness: k_e of the object's spring [N/m].
         object_mass: [kg].

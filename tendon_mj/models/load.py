@@ -22,14 +22,14 @@ from tendon_mj.model_files import files_of_model
 # In a wheel the models lie in this folder, in a checkout next to the package.
 _FOLDERS = (Path(__file__).parent, Path(__file__).parents[2] / "models")
 _OURS = "tendon_mj."  # begins the names of the plugins
-_ROOT = re.compile(rb"<mujoco[\s>]")  # and not of what is included
+_ROOT = re.compile(rb"<mujoco[\s>]")  # and not of included files
 _REFERS = {  # attribute, or type of object → tag of the named element
     **{key: key for key in ("site", "geom", "joint", "tendon", "body")},
     **dict.fromkeys(("sidesite", "cranksite", "slidersite", "refsite"), "site"),
     "jointinparent": "joint",
     "xbody": "body",
 }
-_MJCF = (".xml", ".mjcf")  # of models in a model, and of what they include
+_MJCF = (".xml", ".mjcf")  # of models in a model, and of their includes
 
 
 def models_folder() -> Path:
@@ -62,10 +62,10 @@ def model_path(name: str, *, scene: bool = False, beside: Path | None = None) ->
         name: of a model that comes with the package, or of a variant of one (`finger_spring`); or
             the path of an MJCF file.
         scene: whether the scene around it is wanted too.
-        beside: folder of the description that names it, if one does, in which it was sought first.
+        beside: folder of the description that names it, for the message.
 
     Raises:
-        UnknownNameError: neither a model of the package nor a file; it says where it was sought.
+        UnknownNameError: neither a model of the package nor a file; with the places searched.
     """
     if name in model_names():
         return models_folder() / name / ("scene.xml" if scene else f"{name}.xml")
@@ -79,9 +79,7 @@ def model_path(name: str, *, scene: bool = False, beside: Path | None = None) ->
     names, where = [*model_names(), *variants], ""
     if beside is not None:
         names += [file.name for file in beside.glob("*.xml")]
-        where = (
-            f"sought in {beside.resolve()}, beside the description, and among the package's models"
-        )
+        where = f"searched {beside.resolve()}, next to the description, and the package's models"
     raise UnknownNameError("model or MJCF file", name, names, where)
 
 

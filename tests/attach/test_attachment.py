@@ -257,9 +257,9 @@ def test_a_slide_without_range_that_moves_the_tendon_away_from_qpos0_only_is_nam
     ],
 )
 def test_a_motor_that_no_range_keeps_from_pushing_is_named_without_a_warning(tmp_path, ends, said):
-    found = square(tmp_path, name="m", ends=ends).said
-    assert len(found) == said
-    assert not said or "forcerange keeps m on rope from pushing" in found[0]
+    messages = square(tmp_path, name="m", ends=ends).said
+    assert len(messages) == said
+    assert not said or "forcerange keeps m on rope from pushing" in messages[0]
 
 
 def test_without_friction_nothing_is_said_to_be_lost(tmp_path):

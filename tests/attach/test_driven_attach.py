@@ -256,7 +256,7 @@ def test_the_command_says_what_drives_and_that_the_step_decides(tmp_path, monkey
     for word in ("motor, servo", "its spring", "the step's", "sheath 'wrapped_sheath'"):
         assert word in capture.get()
     model = mujoco.MjModel.from_xml_path(str(out))
-    assert {found.tendon for found in sheaths(model).values()} == {"wrapped", "sprung"}
+    assert {sheath.tendon for sheath in sheaths(model).values()} == {"wrapped", "sprung"}
 
 
 @on_models_of_others
@@ -270,7 +270,7 @@ def test_a_pattern_accepts_every_tendon_that_something_pulls_on_a_model_of_other
         warnings.simplefilter("ignore", TendonWarning)
         add_friction(spec, "*", friction=0.1)
     model = spec.compile()
-    assert {found.tendon for found in sheaths(model).values()} == pulled
+    assert {sheath.tendon for sheath in sheaths(model).values()} == pulled
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, 20)
     assert np.isfinite(data.qpos).all()
@@ -282,7 +282,7 @@ def test_a_model_of_others_is_written_with_friction(path, tmp_path):
     attached = attach_friction(load_spec(str(path)), path, "*", tmp_path / "new.xml", friction=0.1)
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "new.xml"))
     sheathed = {row.tendon for row in attached.rows if row.sheath}
-    assert {found.tendon for found in sheaths(model).values()} == sheathed
+    assert {sheath.tendon for sheath in sheaths(model).values()} == sheathed
     for row in attached.rows:
         assert 0.0 <= row.least_bend <= row.bend <= row.most_bend
         assert row.transmission == pytest.approx(math.exp(-0.1 * row.bend))

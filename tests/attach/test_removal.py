@@ -21,12 +21,12 @@ INLINE = """
 
 def numbers(model):
     """All arrays of a model; its sizes, but for the length of its buffer."""
-    found = {}
+    values = {}
     for field in dir(model):
         value = getattr(model, field)
         if isinstance(value, np.ndarray | int) and field[0] != "_" and field != "signature":
-            found[field] = np.array(value)
-    return found
+            values[field] = np.array(value)
+    return values
 
 
 def assert_equal(one, other):

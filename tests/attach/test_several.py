@@ -37,11 +37,11 @@ FIXED = '<fixed name="sum"><joint joint="mcp" coef="1"/></fixed>'
 def named(spec):
     """Names by (tendon, what it is) of sheaths and of their sensors."""
     configs = {plugin.name: plugin.config for plugin in spec.plugins}
-    found = {(c["tendon"], "sheath"): n for n, c in configs.items() if "sensor" not in c}
+    names = {(c["tendon"], "sheath"): n for n, c in configs.items() if "sensor" not in c}
     for sensor in spec.sensors:
         config = configs[sensor.plugin.name]
-        found[config.get("tendon", sensor.objname), config.get("sensor", "ends")] = sensor.name
-    return found
+        names[config.get("tendon", sensor.objname), config.get("sensor", "ends")] = sensor.name
+    return names
 
 
 @pytest.mark.parametrize("way", WAYS)

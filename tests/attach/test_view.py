@@ -37,8 +37,8 @@ def states(model):
         data.qvel[:] = [k, -2.0 * k]
         mujoco.mj_forward(model, data)
         mujoco.mj_getState(model, data, start[k], FULL)
-    found, _ = rollout.rollout(model, [data], start, nstep=40)
-    return found
+    states, _ = rollout.rollout(model, [data], start, nstep=40)
+    return states
 
 
 @pytest.mark.parametrize("kind", SHOWN)

@@ -57,26 +57,26 @@ SIZES = {kind: f"n{kind}" for kind in FIELDS} | {"joint": "njnt", "actuator": "n
 
 def parameters(name):
     """Every entry of a model's parameters.toml by its dotted name."""
-    found = {}
+    entries = {}
 
     def walk(table, path):
         if "value" in table:
-            found[".".join(path)] = table
+            entries[".".join(path)] = table
         else:
             for key, entry in table.items():
                 walk(entry, [*path, key])
 
     walk(tomllib.loads((models_folder() / name / "parameters.toml").read_text("utf-8")), [])
-    return found
+    return entries
 
 
 def flat(numbers):
     """Numbers of parts beside those of the whole, `part_number`."""
-    found = {}
+    entries = {}
     for key, value in numbers.items():
         parts = value if isinstance(value, dict) else {"": value}
-        found |= {f"{key}_{part}".rstrip("_"): number for part, number in parts.items()}
-    return found
+        entries |= {f"{key}_{part}".rstrip("_"): number for part, number in parts.items()}
+    return entries
 
 
 def elements(model, kind):
@@ -188,15 +188,15 @@ def test_a_scene_adds_only_what_is_seen(name):
 @pytest.mark.parametrize("name", ALL)
 def test_a_scene_changes_no_motion(name):
     """To the last bit: what it adds neither moves nor touches."""
-    found = []
+    runs = []
     for scene in (False, True):
         model = load_model(name, scene=scene)
         data = mujoco.MjData(model)
         for _ in range(200):
             data.ctrl[:] = 1e-3 * np.sin(20.0 * data.time)
             mujoco.mj_step(model, data)
-        found.append((data.qpos.copy(), data.qvel.copy(), data.sensordata.copy()))
-    for bare, shown in zip(*found, strict=True):
+        runs.append((data.qpos.copy(), data.qvel.copy(), data.sensordata.copy()))
+    for bare, shown in zip(*runs, strict=True):
         assert np.array_equal(bare, shown)
 
 
