@@ -53,7 +53,7 @@ def check_instance_name(name: object, taken: Container[str]) -> None:
     """Refuse a name that no new plugin instance can have."""
     if not isinstance(name, str) or not name or name in taken:
         raise InvalidValueError(
-            f"name = {name!r} cannot be the name of a plugin instance: not a text, empty or taken"
+            f"name = {name!r} cannot be the name of a plugin instance: empty or taken, or not a text"
         )
 
 

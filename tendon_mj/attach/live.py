@@ -152,7 +152,8 @@ class Parameters(MutableMapping[str, float]):
         return self._address[name]
 
     def __getitem__(self, name: str) -> float:
-        return float(self._states.get(name.rsplit(".", 1)[-1], self._find(name)))
+        address = self._find(name)
+        return float(self._states.get(name.rsplit(".", 1)[1], address))
 
     def __setitem__(self, name: str, value: float) -> None:
         self._states.set(name, self._find(name), value)

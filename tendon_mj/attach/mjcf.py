@@ -22,7 +22,7 @@ from tendon_mj.plugin import NAME
 from tendon_mj.whole_file import whole_file
 
 Element = ElementTree.Element
-_DECLARATION = re.compile(r"\s*<\?xml.*?\?>", re.DOTALL)
+_PROLOG = re.compile(r"^\s*<\?xml.*?\?>|<!DOCTYPE[^\[>]*(?:\[.*?\])?\s*>", re.DOTALL)
 _AGREE = 1e-12  # relative; degrees and radians are not the same to the last bit
 # that follow from the order of names and instances, or from where the file lies
 _DIFFERENT = ("_", "name", "path", "plugin", "sensor_plugin", "actuator_plugin", "text")
@@ -108,7 +108,8 @@ class Mjcf:
         here, there = self.path.resolve().parent, folder.resolve()
         for model in self.root.iterfind("asset/model"):
             model.set("file", os.path.relpath(here / str(model.get("file")), there))
-        if any(_files_of(e) for e in self.root.iter() if e.tag != "model"):
+        others = (element for element in self.root.iter() if element.tag != "model")
+        if any(key.startswith("file") for element in others for key in element.attrib):
             for compiler in self.root.iterfind("compiler"):
                 compiler.attrib.pop("assetdir", None)
             for attribute in ("meshdir", "texturedir"):
@@ -129,12 +130,11 @@ class Mjcf:
             )
 
     def write(self, path: Path) -> None:
-        """Write it as one file."""
+        """Write it as one file; see `whole_file` to replace another."""
         ElementTree.indent(self.root)
         parts = [*self._before, self.root, *self._after]
         texts = [ElementTree.tostring(part, encoding="unicode") for part in parts]
-        with whole_file(path) as made:
-            made.write_text("\n".join([*texts, ""]), encoding="utf-8", newline="\n")
+        path.write_text("\n".join([*texts, ""]), encoding="utf-8", newline="\n")
 
     def _include(self, parent: Element, chain: list[Path]) -> None:
         """Put included elements in their place; ``chain``: files, each includes the next."""
@@ -159,7 +159,9 @@ class Mjcf:
 def check_suffix(path: Path) -> None:
     """Refuse a name under which MuJoCo would not read MJCF."""
     if path.suffix != ".xml":
-        raise InvalidValueError(f"{path}: the name of an MJCF file must end in .xml")
+        raise InvalidValueError(
+            f"{path}: not the name of an MJCF file; choose a name that ends in .xml"
+        )
 
 
 def set_first(element: Element, attribute: str, value: float) -> None:
@@ -178,15 +180,10 @@ def numbers(values: Iterable[float]) -> str:
     return " ".join(map(number, values))
 
 
-def _files_of(element: Element) -> list[str]:
-    """Files that an element names: a mesh has one, a cube's texture up to six."""
-    return [value for key, value in element.attrib.items() if key.startswith("file")]
-
-
 def _parse(path: Path) -> tuple[list[Element], Element, list[Element]]:
     """The root element of a file, and the comments before and after it."""
     try:
-        text = _DECLARATION.sub("", path.read_text("utf-8-sig"), count=1)
+        text = _PROLOG.sub("", path.read_text("utf-8-sig"))
         builder = ElementTree.TreeBuilder(insert_comments=True)
         parser = ElementTree.XMLParser(target=builder)
         around = list(ElementTree.fromstring(f"<file>{text}</file>", parser=parser))
