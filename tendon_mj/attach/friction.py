@@ -151,10 +151,7 @@ def add_friction(
         )
     side_sites = side_site_warnings(spec, sheaths)
     unnamed = [sheath.name for sheath in sheaths if not sheath.tendon.name]
-    names = [
-        taken.of_several(s.name, sensors) if several else taken.of_one(s.name, sensors, name)
-        for s in sheaths
-    ]
+    names = [taken.give(s.name, sensors, name, alone=not several) for s in sheaths]
     _add(spec, sheaths, names, reel)
     for message in [*warnings_of(spec, sheaths, unnamed, left_out), *side_sites]:
         warnings.warn(f"add_friction: {message}", TendonWarning, stacklevel=2)

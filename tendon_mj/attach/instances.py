@@ -53,24 +53,8 @@ def check_instance_name(name: object, taken: Container[str]) -> None:
     """Refuse a name that no new plugin instance can have."""
     if not isinstance(name, str) or not name or name in taken:
         raise InvalidValueError(
-            f"name = {name!r} cannot be the name of a plugin instance: empty or taken, or not a text"
+            f"{name!r} cannot be the name of a plugin instance: empty or taken, or not a text"
         )
-
-
-def own_configs(spec: mujoco.MjSpec, plugin_name: str) -> dict[str, dict[str, str]]:
-    """Configuration of each named instance, its names with the affixes that `attach` gave them."""
-    tendons = {tendon.name for tendon in spec.tendons}
-    configs = {}
-    for plugin in spec.plugins:
-        if plugin.plugin_name == plugin_name:
-            config = dict(plugin.config)
-            named = config.get("instance", ""), config.get("tendon", "")
-            affixes, *_ = prefix_and_suffix(plugin.name, *named, tendons)
-            configs[plugin.name] = {
-                k: affixes.around(v) if k in ("tendon", "reel_joint", "output_joint") else v
-                for k, v in config.items()
-            }
-    return configs
 
 
 def instances(
@@ -78,14 +62,21 @@ def instances(
 ) -> list[tuple[mujoco.MjsPlugin, dict[str, str]]]:
     """Plugin instances, each with its configuration.
 
-    Names are those that the elements have now; of an instance without a name they are as written.
+    Names have the affixes that `attach` gave to them; of an instance without a name they are as
+    written.
     """
-    own = own_configs(spec, plugin_name)
-    return [
-        (plugin, own[plugin.name] if plugin.name else plugin.config)
-        for plugin in spec.plugins
-        if plugin.plugin_name == plugin_name
-    ]
+    tendons = {tendon.name for tendon in spec.tendons}
+    configs = []
+    for plugin in spec.plugins:
+        if plugin.plugin_name == plugin_name:
+            config = dict(plugin.config)
+            if plugin.name:
+                named = config.get("instance", ""), config.get("tendon", "")
+                affixes, *_ = prefix_and_suffix(plugin.name, *named, tendons)
+                for key in config.keys() & {"tendon", "reel_joint", "output_joint"}:
+                    config[key] = affixes.around(config[key])
+            configs.append((plugin, config))
+    return configs
 
 
 def sheaths_by_tendon(spec: mujoco.MjSpec) -> dict[str, mujoco.MjsPlugin]:
@@ -113,24 +104,21 @@ class TakenNames:
         self.instances = {plugin.name for plugin in spec.plugins}
         self.sensors = {sensor.name for sensor in spec.sensors}
 
-    def of_one(self, tendon: str, kinds: Sequence[str], sheath: str | None) -> SheathNames:
-        """Names for a tendon that a call names alone; ``sheath`` where it is given."""
-        name = free_name(self.instances, "sheath", f"{tendon}_sheath") if sheath is None else sheath
+    def give(
+        self, tendon: str, kinds: Sequence[str], sheath: str | None, *, alone: bool
+    ) -> SheathNames:
+        """Names for a tendon that a call names alone or among others."""
         prefix = tendon if sheath is None else sheath
-        return self._give(name, {kind: (kind, f"{prefix}_{kind}") for kind in kinds})
-
-    def of_several(self, tendon: str, kinds: Sequence[str]) -> SheathNames:
-        """Names for a tendon that a call names among others."""
-        name = free_name(self.instances, f"{tendon}_sheath")
-        return self._give(name, {kind: (f"{tendon}_{kind}",) for kind in kinds})
-
-    def _give(self, sheath: str, candidates: dict[str, tuple[str, ...]]) -> SheathNames:
+        if sheath is None:
+            short = ("sheath",) if alone else ()
+            sheath = free_name(self.instances, *short, f"{tendon}_sheath")
         self.instances.add(sheath)
         ends = free_name(self.sensors, sheath, f"{sheath}_ends")
         self.sensors.add(ends)
         sensors = {}
-        for kind, names in candidates.items():
-            sensor = free_name(self.sensors, *names)
+        for kind in kinds:
+            short = (kind,) if alone else ()
+            sensor = free_name(self.sensors, *short, f"{prefix}_{kind}")
             instance = free_name(self.instances, f"{sheath}.{kind}")
             self.sensors.add(sensor)
             self.instances.add(instance)

@@ -7,10 +7,10 @@ from typing import Unpack
 import mujoco
 import numpy as np
 
-from tendon_mj.attach.instances import add_instance, own_configs
+from tendon_mj.attach.instances import add_instance, instances
 from tendon_mj.attach.keywords import as_number, check_names, takes
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.plugin import FEEDBACKS, GAINS, NAME, SERVO, OptionalGains, check_gain
+from tendon_mj.plugin import FEEDBACKS, GAINS, SERVO, OptionalGains, check_gain
 
 
 @takes(GAINS)
@@ -46,8 +46,7 @@ def add_servo(
             sheath without a reel joint. Bounds that depend on the whole model, such as the damping
             that a `period` allows, are checked when it is compiled.
     """
-    configs = own_configs(spec, NAME).values()
-    sheaths = {config["tendon"]: config for config in configs if "sensor" not in config}
+    sheaths = {c.get("tendon", ""): c for _, c in instances(spec) if "sensor" not in c}
     if not isinstance(tendon, str) or tendon not in sheaths:
         raise UnknownNameError("sheathed tendon", str(tendon), sheaths, f"servo {name!r}")
     where, joint = f"servo {name!r}", sheaths[tendon].get("reel_joint")

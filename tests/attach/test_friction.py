@@ -1,7 +1,5 @@
 """Friction for a tendon that a model already has."""
 
-from fractions import Fraction
-
 import mujoco
 import numpy as np
 import pytest
@@ -135,7 +133,7 @@ def test_a_reel_winds_in_what_its_control_says():
         ({"reel_joint": "nowhere", "reel_radius": 0.01}, ["reel_joint", "nowhere"]),
         ({"output_radius": 0.01}, ["output_joint", "output_radius"]),
         ({"name": ""}, ["name", "''"]),
-        ({"name": 5}, ["name = 5"]),
+        ({"name": 5}, ["name", "5"]),
     ],
     ids=str,
 )
@@ -194,14 +192,6 @@ def test_an_attached_model_survives_being_written_and_read():
     np.testing.assert_array_equal(one.qpos, other.qpos)
     np.testing.assert_array_equal(one.plugin_state, other.plugin_state)
     assert mujoco.MjSpec.from_string(text).to_xml() == text
-
-
-@pytest.mark.parametrize("kind", [np.float64, np.float32, np.int64, Fraction])
-def test_numbers_of_any_make_are_numbers(kind):
-    spec = finger()
-    add_friction(spec, "flexor", friction=kind(1), axial_stiffness=kind(5000), pretension=kind(2))
-    data = mujoco.MjData(spec.compile())
-    assert Parameters(spec.compile(), data)["sheath.axial_stiffness"] == 5000.0
 
 
 FORMS = {  # springs that no cable has: spring length, more stiffness

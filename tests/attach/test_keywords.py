@@ -2,6 +2,7 @@
 
 import dataclasses
 import inspect
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -88,7 +89,7 @@ def test_what_is_not_a_number_is_refused_by_one_rule(name, value):
 
 
 @pytest.mark.parametrize("name", SETTERS)
-@pytest.mark.parametrize("value", [1, np.float32(0.5), np.int64(1), np.array(0.5)])
+@pytest.mark.parametrize("value", [1, np.float32(0.5), np.int64(1), np.array(0.5), Fraction(1, 2)])
 def test_what_is_a_number_is_taken_whatever_its_type(name, value):
     spec = finger()
     SETTERS[name](spec, value)

@@ -56,18 +56,12 @@ def test_adding_and_removing_leaves_every_number_as_it_was(tendon, between, give
     np.testing.assert_array_equal(before.tendon_stiffness, after.tendon_stiffness)
 
 
-@pytest.mark.parametrize("springlength", ["0 .29", "-1 -1", ".1 .2", "0 9"])
-def test_what_had_friction_moves_as_before_bit_for_bit(springlength):
+@pytest.mark.parametrize("springlength", ["-1 -1", ".1 .2", "0 9"])
+def test_so_it_does_whatever_spring_the_tendon_has(springlength):
     text = FINGER.format(more="").replace("0 .29", springlength)
-    plain = mujoco.MjSpec.from_string(text).compile()
+    before = mujoco.MjSpec.from_string(text).compile()
     spec = add_friction(mujoco.MjSpec.from_string(text), "*", friction=0.3)
-    model = remove_friction(spec, "*").compile()
-    one, other = mujoco.MjData(plain), mujoco.MjData(model)
-    for m, d in ((plain, one), (model, other)):
-        d.qvel[:] = [1.0, -2.0]
-        mujoco.mj_step(m, d, 200)
-    np.testing.assert_array_equal(one.qpos, other.qpos)
-    assert np.ptp(one.qpos) > 0.01
+    assert_equal(before, remove_friction(spec, "*").compile())
 
 
 def test_reel_spool_sensors_and_odd_springs_go_and_come_with_the_sheath():

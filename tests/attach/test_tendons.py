@@ -1,4 +1,4 @@
-"""What a spec says that a tendon runs over, against what MuJoCo compiles it to."""
+"""The path of a tendon in a spec, against the model that MuJoCo compiles."""
 
 import mujoco
 import pytest
