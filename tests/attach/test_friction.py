@@ -8,7 +8,7 @@ from tendon_mj import Parameters, add_friction, add_sensor, remove_friction
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import KINDS, sheaths
 from tests.attach.finger import finger as rig
-from tests.attach.refusals import refused
+from tests.refusal import refused
 
 SUM = '<fixed name="sum"><joint joint="mcp" coef="1"/><joint joint="pip" coef="1"/></fixed>'
 
@@ -140,7 +140,7 @@ def test_a_reel_winds_in_what_its_control_says():
 def test_what_cannot_be_added_is_refused_and_leaves_the_model_as_it_was(given, facts):
     spec = finger()
     before = spec.to_xml()
-    with refused(*facts, error=(UnknownNameError, InvalidValueError)):
+    with refused(*facts, by=(UnknownNameError, InvalidValueError)):
         add_friction(spec, **{"tendon": "flexor", "friction": 0.1, **given})
     assert spec.to_xml() == before
 
@@ -151,7 +151,7 @@ def test_a_second_sheath_or_name_is_refused():
         add_friction(spec, "flexor", friction=0.1)
     with refused("'one'"):
         add_friction(spec, "extensor", friction=0.1, name="one")
-    with refused("sheat", "'one'", error=UnknownNameError):
+    with refused("sheat", "'one'", by=UnknownNameError):
         add_sensor(spec, "sheat", "slip")
 
 
@@ -228,12 +228,12 @@ def test_such_a_spring_is_not_replaced_in_silence(form, more):
 def test_parameters_of_another_model_are_refused():
     one = add_friction(finger(), "flexor", friction=0.1).compile()
     other = both(finger(), 0.1).compile()
-    with refused(f"({other.npluginstate},)", str(one.npluginstate), error=InvalidValueError):
+    with refused(f"({other.npluginstate},)", str(one.npluginstate), by=InvalidValueError):
         Parameters(one, mujoco.MjData(other))
 
 
 @pytest.mark.parametrize("spec", ["hand.xml", None, mujoco.MjModel.from_xml_string("<mujoco/>")])
 def test_only_a_spec_is_taken(spec):
     for call in (lambda: add_friction(spec, "t", friction=0.1), lambda: remove_friction(spec, "t")):
-        with refused("mujoco.MjSpec", type(spec).__name__, error=InvalidValueError):
+        with refused("mujoco.MjSpec", type(spec).__name__, by=InvalidValueError):
             call()

@@ -12,8 +12,8 @@ from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import GAINS, OptionalGains
 from tendon_mj.plugin.servo_plugin.gains import Gains
 from tendon_mj.sheath import LAW, Law, OptionalParameters
-from tests.attach.refusals import refused
 from tests.attach.test_friction import finger
+from tests.refusal import refused
 
 TAKERS = [(tendon_mj.add_friction, LAW), (tendon_mj.add_servo, GAINS)]
 
@@ -39,7 +39,7 @@ def test_the_help_says_what_every_parameter_is_and_its_unit(function, known):
 
 def test_an_unknown_parameter_comes_with_the_nearest():
     spec = finger()
-    with refused("'backlsh'; did you mean 'backlash'", error=UnknownNameError):
+    with refused("'backlsh'; did you mean 'backlash'", by=UnknownNameError):
         tendon_mj.add_friction(spec, "flexor", friction=0.1, backlsh=1e-3)
     assert not spec.plugins
 
@@ -84,7 +84,7 @@ NOT_NUMBERS = [True, np.True_, "0.15", np.str_("0.15"), [0.1], np.array([0.1, 0.
 @pytest.mark.parametrize("value", [*NOT_NUMBERS, pytest.param(-(10**5000), id="too long to show")])
 def test_what_is_not_a_number_is_refused_by_one_rule(name, value):
     shown = repr(value) if np.ndim(value) or not isinstance(value, int) else ""
-    with refused(name, shown, error=InvalidValueError):
+    with refused(name, shown, by=InvalidValueError):
         SETTERS[name](finger(), value)
 
 

@@ -9,7 +9,7 @@ from tendon_mj import Parameters, add_friction, add_sensor, load_model, view_she
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import KINDS, PARAMETERS, sheaths
 from tests.attach.finger import finger
-from tests.attach.refusals import refused
+from tests.refusal import refused
 
 SHOWN = [kind for kind in KINDS if kind != "reel_displacement"]
 FULL = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)
@@ -104,7 +104,7 @@ def test_a_parameter_is_live_and_its_own_in_each_simulation(model, states):
 def test_what_cannot_be_set_is_refused_and_changes_nothing(model, parameter, value, fact):
     data = mujoco.MjData(model)
     before, view = data.plugin_state.copy(), view_sheath(model, data, "flexor")
-    with refused(fact, error=(InvalidValueError, UnknownNameError)):
+    with refused(fact, by=(InvalidValueError, UnknownNameError)):
         setattr(view, parameter, value)
     np.testing.assert_array_equal(data.plugin_state, before)
     assert not hasattr(view, "frictoin")
@@ -123,7 +123,7 @@ def test_other_sheaths_and_other_states_are_refused_by_name(model, states):
         with refused(fact):
             call()
     for nothing in (np.full((2, model.npluginstate), np.nan), np.zeros(model.npluginstate)):
-        with refused("flexor_sheath", error=InvalidValueError):
+        with refused("flexor_sheath", by=InvalidValueError):
             _ = view_sheath(model, nothing, "flexor").tension
 
 
