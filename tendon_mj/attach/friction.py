@@ -1,36 +1,48 @@
-"""Gives tendons of a model sheaths with friction."""
+"""Gives tendons of a model sheaths with friction, and takes them off again."""
 
 from __future__ import annotations
 
 import functools
 import math
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Literal, NamedTuple, SupportsFloat, Unpack
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import Any, Literal, SupportsFloat, Unpack
 
 import mujoco
 
-from tendon_mj.attach.elasticity import constraints_on
-from tendon_mj.attach.idlers import idlers
-from tendon_mj.attach.instance import add_instance
+from tendon_mj.attach.friction_warnings import (
+    NewSheath,
+    listed,
+    listed_reasons,
+    side_site_warnings,
+    warnings_of,
+)
+from tendon_mj.attach.instances import (
+    Sensors,
+    SheathNames,
+    TakenNames,
+    add_instance,
+    add_plugin_sensor,
+    check_instance_name,
+    check_kinds,
+    instances,
+    is_shared,
+    sheaths_by_tendon,
+)
 from tendon_mj.attach.keywords import as_count, as_number, check_names, takes
-from tendon_mj.attach.names import SheathNames, TakenNames
-from tendon_mj.attach.sensor import Sensors, add_plugin_sensor, check_kinds
-from tendon_mj.attach.sheath_design import Design, Request, design_sheath
-from tendon_mj.attach.sheathed import actuators_by_tendon, force_on_tendon, sheaths_by_tendon
-from tendon_mj.attach.spool import Spool, SpoolDesign, add_spools, design_spool, spool_names
-from tendon_mj.attach.tendon_choice import Chosen, asks_for_several, check_spec, choose_tendons
-from tendon_mj.attach.tendon_path import crossed_joints, idlers_are_possible, is_limited
+from tendon_mj.attach.sheath_design import Request, design_sheath
+from tendon_mj.attach.spool import Spool, add_spools, design_spool, remove_spools
+from tendon_mj.attach.tendons import (
+    Chosen,
+    actuators_by_tendon,
+    asks_for_several,
+    check_spec,
+    choose_tendons,
+    constraints_on,
+)
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError, UnsuitedTendonError
-from tendon_mj.plugin import INPUT_ENDS, NAME, SPRINGS
-from tendon_mj.sheath import LAW, OptionalParameters
-
-
-class _Sheath(NamedTuple):
-    tendon: mujoco.MjsTendon
-    tendon_name: str
-    design: Design
-    spool: SpoolDesign | None
+from tendon_mj.plugin import INPUT_ENDS, NAME, SERVO, SPRINGS
+from tendon_mj.sheath import LAW, Law, OptionalParameters
 
 
 @takes(LAW)
@@ -67,8 +79,8 @@ def add_friction(
 
     Args:
         spec: changed in place and returned; not at all where the call is refused.
-        tendon: name of a spatial tendon; a list of names, which gives each tendon names that begin
-            with its own; or a pattern with ``*``, ``?`` or ``[…]``.
+        tendon: name of a spatial tendon; a list of names, so that the names of sheaths and sensors
+            begin with the tendon's; or a pattern with ``*``, ``?`` or ``[…]``.
             A pattern leaves out tendons that are fixed, run in a sheath or that nothing pulls, and
             names tendons that have no name; a warning says which.
         <parameters>
@@ -77,8 +89,8 @@ def add_friction(
             cable outside the model; by default one where there is no other, else none.
         input_end: site of the path, ``first`` or ``last``, at which a tendon is pulled or wound in.
             ``last`` is for one that is drawn from its insertion to its muscle or motor.
-        name: of the sheath. By default that of a tendon asked for alone is ``sheath`` or, where
-            that is taken, ``<tendon>_sheath``; of one among several always ``<tendon>_sheath``.
+        name: of the sheath. By default that of a tendon given alone is ``sheath`` or, where that
+            is taken, ``<tendon>_sheath``; of one among several always ``<tendon>_sheath``.
         reel: name of an actuator to add that winds tendon in at the input, control in metres.
             Without one, a sensor named like the sheath is added, which shows T_in and T_out.
         reel_joint, reel_radius: joint [rad] or slide whose motion winds tendon in, and radius [m].
@@ -87,9 +99,9 @@ def add_friction(
             ``<tendon>_spool`` on a hinge of that name, at the input end and on its body. At rest
             their force is T_in + T_in²/2EA. ``axial_stiffness`` is required; T_0 is 0 by default,
             and ``axial_damping`` EA times the time step, against ringing.
-        spring: what the tendon's own spring stands for: the ``cable``'s elasticity, or a spring at
-            the ``input`` end, whose force is the input tension.
-        sensors: kinds to add. Those of a tendon asked for alone are named like the kind, or
+        spring: role of the tendon's own spring: the ``cable``'s elasticity, or a spring at the
+            ``input`` end, whose force is the input tension.
+        sensors: kinds to add. Those of a tendon given alone are named like the kind, or
             ``<tendon>_<kind>`` where that is taken (``<name>_<kind>`` with a name); of one in a
             list, even of one tendon, always ``<tendon>_<kind>``.
 
@@ -98,7 +110,7 @@ def add_friction(
 
     Raises:
         UnknownNameError: no such tendon, parameter or sensor kind, with the nearest name.
-        InvalidValueError: a parameter outside its range, a tendon asked for by its name that cannot
+        InvalidValueError: a parameter outside its range, a tendon given by its name that cannot
             run in a sheath or already does, or a pattern that means no other; an actuator that
             would not pull through a spool as before, such as a muscle.
 
@@ -111,249 +123,77 @@ def add_friction(
     check_kinds(sensors)
     several = asks_for_several(spec, tendon)
     if several:
-        own: dict[str, str | None] = {"name": name}
-        alone = isinstance(tendon, list | tuple) and list(tendon) in [
-            [t.name] for t in spec.tendons
-        ]
-        if not alone:
-            own |= {"reel": reel, "reel_joint": reel_joint, "output_joint": output_joint}
-        _refuse_for_several(own, tendon)
-    if spring not in SPRINGS:
-        raise UnknownNameError("spring", str(spring), SPRINGS, "add_friction")
-    if input_end not in INPUT_ENDS:
-        raise UnknownNameError("input_end", str(input_end), INPUT_ENDS, "add_friction")
-    if spool is not None and (reel is not None or reel_joint is not None):
-        raise InvalidValueError("give one of spool, reel and reel_joint, not more")
-    if reel is not None and reel in [actuator.name for actuator in spec.actuators]:
-        raise InvalidValueError(f"the model already has an actuator {reel!r}")
-    ends = _spool(spec, "reel", reel_joint, reel_radius)
-    ends |= _spool(spec, "output", output_joint, output_radius)
-    law = {
-        "friction": friction,
-        "axial_stiffness": axial_stiffness,
-        "pretension": pretension,
-        **parameters,
-    }
+        ends = {"reel": reel, "reel_joint": reel_joint, "output_joint": output_joint}
+        _refuse_for_several(spec, tendon, name, ends)
+    _check_reel(spec, reel, reel_joint, spool)
+    drums = _end(spec, "reel", reel_joint, reel_radius)
+    drums |= _end(spec, "output", output_joint, output_radius)
+    is_wound_in = any(given is not None for given in (reel_joint, reel, spool))
     request = Request(
-        law=law,  # type: ignore[arg-type]
+        *_law(spec, friction, axial_stiffness, pretension, spool, parameters),
         arc_guides=as_count("arc_guides", arc_guides, 1),
         inner_guides=None if inner_guides is None else as_count("inner_guides", inner_guides, 0),
-        input_end=input_end,
-        ends=ends,
-        is_wound=bool(ends) or reel is not None or spool is not None,
-        is_wound_in=reel_joint is not None or reel is not None or spool is not None,
+        input_end=_one_of("input_end", input_end, INPUT_ENDS),
+        ends=drums,
+        is_wound=bool(drums) or is_wound_in,
+        is_wound_in=is_wound_in,
         spool=spool,
-        spring=spring,
-        timestep=float(spec.option.timestep),
+        spring=_one_of("spring", spring, SPRINGS),
     )
     taken = TakenNames(spec)
-    if name is not None and not isinstance(name, str):
-        raise InvalidValueError(f"name = {name!r} is no text")
-    if name is not None and (not name or name in taken.instances):
-        raise InvalidValueError(f"{name!r} cannot be the name of a plugin instance: empty or taken")
-    chosen = choose_tendons(spec, tendon)
-    sheaths, left_out = _design(spec, chosen, request)
+    if name is not None:
+        check_instance_name(name, taken.instances)
+    sheaths, left_out = _design(spec, choose_tendons(spec, tendon), request)
     if not sheaths:
         raise InvalidValueError(
-            f"none of the tendons that {_listed(tendon)} means can be given a sheath:"
-            f" {_reasons(left_out)}"
+            f"none of the tendons that {listed(tendon)} means can be given a sheath:"
+            f" {listed_reasons(left_out)}"
         )
-    side_sites = _of_side_sites(spec, sheaths)  # before anything is changed, as it is compiled
-    unnamed = [sheath.tendon_name for sheath in sheaths if not sheath.tendon.name]
-    spools = {sheath.tendon_name: sheath.spool for sheath in sheaths if sheath.spool}
-    joints = spool_names(spec, spools)
-    add_spools(spec, {joints[one]: design for one, design in spools.items()})
-    spec.activate_plugin(NAME)
-    shown = Sensors(spec)
-    for sheath in sheaths:
-        one = sheath.tendon_name
-        given = taken.of_several(one, sensors) if several else taken.of_one(one, sensors, name)
-        _add(spec, sheath, given, reel, joints.get(one), shown)
-    pulling = actuators_by_tendon(spec)
-    driven = [s for s in sheaths if s.design.is_driven and s.tendon_name in pulling]
-    _say(
-        unnamed,
-        left_out,
-        {s.tendon_name: s.design.idle for s in sheaths if s.design.idle},
-        [
-            *(design.warning for design in spools.values() if design.warning),
-            *(f"tendon {s.tendon_name!r}: {s.design.passing}" for s in sheaths if s.design.passing),
-            *_of_joints(spec, {s.tendon_name: crossed_joints(s.tendon) for s in driven}),
-            *_of_pushes(driven, pulling),
-            *side_sites,
-        ],
-    )
+    side_sites = side_site_warnings(spec, sheaths)
+    unnamed = [sheath.name for sheath in sheaths if not sheath.tendon.name]
+    names = [taken.give(s.name, sensors, name, alone=not several) for s in sheaths]
+    _add(spec, sheaths, names, reel)
+    for message in [*warnings_of(spec, sheaths, unnamed, left_out), *side_sites]:
+        warnings.warn(f"add_friction: {message}", TendonWarning, stacklevel=2)
     return spec
 
 
-def _refuse_for_several(own: Mapping[str, str | None], tendon: str | Sequence[str]) -> None:
-    for keyword, value in own.items():
+def _refuse_for_several(
+    spec: mujoco.MjSpec,
+    tendon: str | Sequence[str],
+    name: str | None,
+    ends: Mapping[str, str | None],
+) -> None:
+    """Refuse arguments that belong to one tendon; a list of one name may have its own ends."""
+    one = [[element.name] for element in spec.tendons]
+    is_one = isinstance(tendon, list | tuple) and list(tendon) in one
+    for keyword, value in {"name": name, **({} if is_one else ends)}.items():
         if value is not None:
             raise InvalidValueError(
-                f"{keyword} = {value!r} belongs to one tendon, and {_listed(tendon)} may mean "
+                f"{keyword} = {value!r} belongs to one tendon, and {listed(tendon)} may mean "
                 "several: call add_friction for each by its name"
             )
 
 
-def _design(
-    spec: mujoco.MjSpec, chosen: Sequence[Chosen], request: Request
-) -> tuple[list[_Sheath], dict[str, str]]:
-    """Sheaths to be added; tendons that a pattern leaves out → why.
-
-    Raises:
-        InvalidValueError: a tendon asked for by its name cannot have a sheath.
-    """
-    compiled = functools.cache(spec.compile)  # not a copy: it would drop what nothing refers to
-    sheathed = sheaths_by_tendon(spec)
-    actuators = actuators_by_tendon(spec)
-    sheaths, left_out = [], {}
-    for tendon, name, by_name in chosen:
-        try:
-            if name in sheathed:
-                raise UnsuitedTendonError(
-                    f"tendon {name!r} already runs in sheath {sheathed[name].name!r}"
-                )
-            pulling = actuators.get(name, [])
-            constraints = constraints_on(spec, tendon)
-            design = design_sheath(tendon, name, request, pulling, constraints, compiled)
-            spool = None
-            if request.spool is not None:
-                stiffness = float(design.config["axial_stiffness"])
-                strain = float(design.config["pretension"]) / stiffness
-                at_last = request.input_end == "last"
-                spool = design_spool(
-                    spec, tendon, name, request.spool, at_last, stiffness, strain, pulling, compiled
-                )
-        except UnsuitedTendonError as error:
-            if by_name:
-                raise
-            left_out[name] = str(error)
-            continue
-        sheaths.append(_Sheath(tendon, name, design, spool))
-    return sheaths, left_out
-
-
-def _add(
-    spec: mujoco.MjSpec,
-    sheath: _Sheath,
-    names: SheathNames,
-    reel: str | None,
-    spool: str | None,
-    shown: Sensors,
+def _check_reel(
+    spec: mujoco.MjSpec, reel: str | None, reel_joint: str | None, spool: Spool | None
 ) -> None:
-    """Add a sheath with what refers to it, without which `MjSpec.copy` and attach would lose it."""
-    tendon = sheath.tendon_name
-    sheath.tendon.name = tendon
-    config = {"tendon": tendon, **sheath.design.config}
-    if sheath.spool is not None and spool is not None:
-        config |= {"reel_joint": spool, "reel_radius": repr(sheath.spool.radius)}
-    plugin = add_instance(spec, names.sheath, config, NAME)
-    if reel is None:
-        add_plugin_sensor(spec, names.ends, tendon).plugin = plugin
-    else:
-        actuator = spec.add_actuator(name=reel, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon)
-        actuator.plugin = plugin
-    for kind, (sensor, instance) in names.sensors.items():
-        shown.add(tendon, kind, sensor, instance)
+    if spool is not None and (reel is not None or reel_joint is not None):
+        raise InvalidValueError("give one of spool, reel and reel_joint, not more")
+    if reel is not None and reel in [actuator.name for actuator in spec.actuators]:
+        raise InvalidValueError(f"the model already has an actuator {reel!r}")
 
 
-def _say(
-    unnamed: Sequence[str],
-    left_out: Mapping[str, str],
-    idle: Mapping[str, str],
-    more: Sequence[str],
-) -> None:
-    """Warn of tendons that were named or left as they are, and of friction without effect."""
-    said = []
-    if unnamed:
-        said.append(f"tendons without a name are now {_listed(unnamed)}")
-    if left_out:
-        said.append(f"left as they are: {_reasons(left_out)}")
-    for why in dict.fromkeys(idle.values()):
-        names = [name for name, reason in idle.items() if reason == why]
-        said.append(f"friction can do nothing on {_listed(names)}, {why}")
-    for one in [*said, *more]:
-        warnings.warn(f"add_friction: {one}", TendonWarning, stacklevel=3)
+def _one_of(keyword: str, value: str, known: Iterable[str]) -> str:
+    if value not in known:
+        raise UnknownNameError(keyword, str(value), known, "add_friction")
+    return value
 
 
-def _of_joints(spec: mujoco.MjSpec, crossed: Mapping[str, Sequence[mujoco.MjsJoint]]) -> list[str]:
-    """Warnings of joints that limit or sense what the actuators of driven tendons do there."""
-    joints = {joint.name: joint for joints in crossed.values() for joint in joints}
-    limited = [name for name, j in joints.items() if is_limited(j.actfrclimited, j.actfrcrange)]
-    on = [t for t, ends in crossed.items() if any(j.name in limited for j in ends)]
-    sensed = [
-        sensor.name
-        for sensor in spec.sensors
-        if sensor.type == mujoco.mjtSensor.mjSENS_JOINTACTFRC and sensor.objname in joints
-    ]
-    said = []
-    if limited:
-        said.append(
-            f"actuatorfrcrange of joint {_listed(limited)} limits what actuators do there, and the"
-            f" sheath on {_listed(on)} rubs under their whole force: limit the tendon (its "
-            "actuatorfrcrange) or the actuator (its forcerange) instead"
-        )
-    if sensed:
-        said.append(
-            f"sensor {_listed(sensed)} (jointactuatorfrc) reads what actuators do there as if"
-            " nothing rubbed: add the joint's qfrc_passive, or read a torque sensor"
-        )
-    return said
-
-
-def _of_pushes(
-    driven: Sequence[_Sheath], pulling: Mapping[str, Sequence[mujoco.MjsActuator]]
-) -> list[str]:
-    """Warning of the driven tendons that an actuator can push, and of those that it cannot pull."""
-    forces = {
-        one.tendon_name: [
-            force_on_tendon(a, one.tendon) or (-math.inf, 0.0) for a in pulling[one.tendon_name]
-        ]
-        for one in driven
-    }
-    pushed = [name for name, ranges in forces.items() if max(high for _, high in ranges) > 0.0]
-    if not pushed:
-        return []
-    unpulled = [name for name in pushed if min(low for low, _ in forces[name]) >= 0.0]
-    never = f"; on {_listed(unpulled)} it can only push: turn its sign" if unpulled else ""
-    return [
-        f"a cable cannot push, and an actuator can on {_listed(pushed)}: a push (a force above 0) "
-        "passes the sheath without friction, and its input tension is 0 meanwhile. End the "
-        f"actuator's forcerange or ctrlrange at 0, and pull with a force below 0{never}"
-    ]
-
-
-def _of_side_sites(spec: mujoco.MjSpec, sheaths: Sequence[_Sheath]) -> list[str]:
-    """Warnings of the side sites that friction turns away from their tendon."""
-    if not any(idlers_are_possible(sheath.tendon) for sheath in sheaths):
-        return []
-    model, ids = spec.compile(), {sheath.tendon.id: sheath.tendon_name for sheath in sheaths}
-    return [
-        f"side site {model.site(idler.side_site).name!r} of tendon {ids[idler.tendon]!r} turns "
-        f"with geom {model.geom(idler.geom).name!r}, which friction turns on joint "
-        f"{model.joint(idler.joint).name!r}, and carries the tendon off the geom: put the side "
-        "site on the body that bears the joint"
-        for idler in idlers(model)
-        if idler.side_site >= 0 and idler.tendon in ids
-    ]
-
-
-def _reasons(left_out: Mapping[str, str]) -> str:
-    """Tendons by the reason why they have no sheath."""
-    by_reason: dict[str, list[str]] = {}
-    for name, why in left_out.items():
-        by_reason.setdefault(why.removeprefix(f"tendon {name!r} "), []).append(name)
-    return "; ".join(f"{_listed(names)}: {why}" for why, names in by_reason.items())
-
-
-def _listed(names: str | Iterable[str]) -> str:
-    return ", ".join(map(repr, [names] if isinstance(names, str) else names))
-
-
-def _spool(
+def _end(
     spec: mujoco.MjSpec, end: str, joint: str | None, radius: SupportsFloat | None
 ) -> dict[str, str]:
-    """Attributes of a spool at one end; none without one."""
+    """Attributes of the joint that winds a tendon in or out at one end; none without one."""
     if joint is None and radius is None:
         return {}
     if joint is None or radius is None:
@@ -365,3 +205,176 @@ def _spool(
     if not math.isfinite(arm) or arm == 0.0:
         raise InvalidValueError(f"{end}_radius = {arm:g} [m] must be finite and not 0")
     return {f"{end}_joint": joint, f"{end}_radius": repr(arm)}
+
+
+def _law(
+    spec: mujoco.MjSpec,
+    friction: SupportsFloat,
+    axial_stiffness: SupportsFloat | None,
+    pretension: SupportsFloat | None,
+    spool: Spool | None,
+    parameters: OptionalParameters,
+) -> tuple[Law, float | None, float | None]:
+    """The law of the sheaths, and EA and T_0 where they are given."""
+    stiffness = None if axial_stiffness is None else as_number("axial_stiffness", axial_stiffness)
+    tension = None if pretension is None else as_number("pretension", pretension)
+    values = {"friction": as_number("friction", friction)}
+    for key, value in parameters.items():
+        if value is not None or LAW[key].default is not None:
+            values[key] = as_number(key, value)
+    if spool is not None:
+        if stiffness is None:
+            raise InvalidValueError("a spool needs axial_stiffness [N]")
+        values = {"axial_damping": stiffness * float(spec.option.timestep)} | values
+        tension = 0.0 if tension is None and not values.get("slack") else tension
+    law = Law(
+        axial_stiffness=1.0 if stiffness is None else stiffness,
+        pretension=0.0 if tension is None else tension,
+        **values,
+    )
+    return law, stiffness, tension
+
+
+def _design(
+    spec: mujoco.MjSpec, chosen: Sequence[Chosen], request: Request
+) -> tuple[list[NewSheath], dict[str, str]]:
+    """Sheaths to be added; tendons that a pattern leaves out → why.
+
+    Raises:
+        InvalidValueError: a tendon that was given by its name cannot have a sheath.
+    """
+    # not a copy, which would drop elements that nothing refers to
+    compiled = functools.cache(spec.compile)
+    sheathed = sheaths_by_tendon(spec)
+    actuators = actuators_by_tendon(spec)
+    sheaths, left_out = [], {}
+    for tendon, name, by_name in chosen:
+        pulling = actuators.get(name, [])
+        try:
+            if name in sheathed:
+                raise UnsuitedTendonError(
+                    f"tendon {name!r} already runs in sheath {sheathed[name].name!r}"
+                )
+            constraints = constraints_on(spec, tendon)
+            design = design_sheath(tendon, name, request, pulling, constraints, compiled)
+            spool = None
+            if request.spool is not None:
+                at_last = request.input_end == "last"
+                spool = design_spool(
+                    spec, tendon, name, request.spool, at_last, design.config, pulling, compiled
+                )
+        except UnsuitedTendonError as error:
+            if by_name:
+                raise
+            left_out[name] = str(error)
+            continue
+        sheaths.append(NewSheath(tendon, name, design, spool))
+    return sheaths, left_out
+
+
+def _add(
+    spec: mujoco.MjSpec,
+    sheaths: Sequence[NewSheath],
+    names: Sequence[SheathNames],
+    reel: str | None,
+) -> None:
+    """Add sheaths and sensors or reels, without which `MjSpec.copy` and `attach` lose them."""
+    joints = add_spools(spec, [sheath.spool for sheath in sheaths if sheath.spool])
+    spec.activate_plugin(NAME)
+    shown = Sensors(spec)
+    for sheath, of in zip(sheaths, names, strict=True):
+        tendon = sheath.tendon.name = sheath.name
+        config = {"tendon": tendon, **sheath.design.config}
+        if sheath.spool is not None:
+            config |= {"reel_joint": joints[tendon], "reel_radius": repr(sheath.spool.radius)}
+        plugin = add_instance(spec, of.sheath, config, NAME)
+        if reel is None:
+            add_plugin_sensor(spec, of.ends, tendon).plugin = plugin
+        else:
+            on = {"trntype": mujoco.mjtTrn.mjTRN_TENDON, "target": tendon}
+            spec.add_actuator(name=reel, **on).plugin = plugin
+        for kind, (sensor, instance) in of.sensors.items():
+            shown.add(tendon, kind, sensor, instance)
+
+
+def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.MjSpec:
+    """Take the sheaths off tendons, with their sensors and the reels and spools that wind them.
+
+    A tendon gets its actuators back from a spool that `add_friction` added, so that the model
+    compiles to the same model as before.
+
+    Args:
+        spec: changed in place and returned; not at all where the call is refused.
+        tendon: name, several names, or a pattern, of which tendons without a sheath are left out.
+
+    Returns:
+        ``spec``.
+
+    Raises:
+        UnknownNameError: no such tendon.
+        InvalidValueError: a tendon given by its name runs in no sheath, or a servo, a sensor
+            or another element needs a part that would go.
+    """
+    check_spec(spec)
+    sheaths = sheaths_by_tendon(spec)
+    chosen = choose_tendons(spec, tendon)
+    for element in chosen:
+        if element.by_name and element.name not in sheaths:
+            raise InvalidValueError(f"tendon {element.name!r} runs in no sheath")
+    removed = {element.name for element in chosen} & set(sheaths)
+    configs = {plugin.name: config for plugin, config in instances(spec) if plugin.name}
+    actuators, sensors = (
+        [holder for holder in holders if _is_on(holder, removed, configs)]
+        for holders in (spec.actuators, spec.sensors)
+    )
+    _check_needed(spec, removed, actuators)
+    on_removed = [c for c in configs.values() if c.get("tendon") in removed]
+    remove_spools(spec, {c["tendon"]: c["reel_joint"] for c in on_removed if "reel_joint" in c})
+    for holder in [*actuators, *sensors]:
+        spec.delete(holder)  # an instance without a name goes with it
+    _delete_instances(spec, removed, configs)
+    return spec
+
+
+def _delete_instances(
+    spec: mujoco.MjSpec, tendons: Collection[str], configs: Mapping[str, Mapping[str, str]]
+) -> None:
+    """Delete instances of sheaths on tendons, and shared ones that no sensor uses now."""
+    used = {sensor.plugin.name for sensor in spec.sensors if sensor.plugin.active}
+    for plugin in list(spec.plugins):
+        config = configs.get(plugin.name, {})
+        if config.get("tendon") in tendons or (is_shared(config) and plugin.name not in used):
+            spec.delete(plugin)
+
+
+def _is_on(holder: Any, tendons: Collection[str], configs: Mapping[str, Mapping[str, str]]) -> bool:
+    """Whether a sensor or an actuator belongs to a sheath on one of the tendons.
+
+    It refers to an instance by name, or has its own without a name.
+    """
+    plugin = holder.plugin
+    if not plugin.active or plugin.plugin_name not in ("", NAME):
+        return False
+    config = configs.get(plugin.name, {}) if plugin.name else plugin.config
+    if is_shared(config):
+        return holder.objtype == mujoco.mjtObj.mjOBJ_TENDON and holder.objname in tendons
+    return config.get("tendon") in tendons
+
+
+def _check_needed(
+    spec: mujoco.MjSpec, tendons: Collection[str], actuators: Sequence[mujoco.MjsActuator]
+) -> None:
+    """Refuse to take away an element that a servo or a sensor of the model's own refers to."""
+    for _, config in instances(spec, SERVO):
+        if config.get("tendon") in tendons:
+            raise InvalidValueError(
+                f"a servo needs the sheath on tendon {config['tendon']!r}: delete its "
+                "actuator and its plugin instance first"
+            )
+    reels = {actuator.name for actuator in actuators}
+    for sensor in spec.sensors:
+        if sensor.objtype == mujoco.mjtObj.mjOBJ_ACTUATOR and sensor.objname in reels:
+            raise InvalidValueError(
+                f"sensor {sensor.name!r} shows the reel {sensor.objname!r}, which would go with "
+                "its sheath: delete the sensor first"
+            )

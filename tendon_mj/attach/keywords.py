@@ -20,22 +20,20 @@ MARK = "<parameters>"  # line of a docstring that the parameters' lines replace
 
 
 def takes(known: Mapping[str, Parameter]) -> Callable[[_F], _F]:
-    """Decorator of a function with ``**parameters``: `help` and `inspect.signature` show each.
-
-    Parameters that the function names itself stay as they are.
-    """
+    """Decorator of a function with ``**parameters``: `help` and `inspect.signature` show each."""
 
     def decorate(function: _F) -> _F:
         signature = inspect.signature(function)
-        own = [p for p in signature.parameters.values() if p.kind != p.VAR_KEYWORD]
-        named = {p.name for p in own}
+        stated = [p for p in signature.parameters.values() if p.kind != p.VAR_KEYWORD]
+        named = {p.name for p in stated}
         derived = [_keyword(name, p) for name, p in known.items() if name not in named]
-        split = next(k for k, p in enumerate(own) if p.kind == p.KEYWORD_ONLY)
-        # what is required first, then the other parameters, then the function's own keywords
+        split = next(k for k, p in enumerate(stated) if p.kind == p.KEYWORD_ONLY)
+        # first required ones, then the other parameters, then the function's own keywords
         keywords = sorted(
-            [*own[split:], *derived], key=lambda p: (p.default is not p.empty, p.name not in known)
+            [*stated[split:], *derived],
+            key=lambda p: (p.default is not p.empty, p.name not in known),
         )
-        shown = signature.replace(parameters=[*own[:split], *keywords])
+        shown = signature.replace(parameters=[*stated[:split], *keywords])
         vars(function)["__signature__"] = shown
         if function.__doc__:  # python -OO has none
             head, _, tail = function.__doc__.partition(MARK)
@@ -54,24 +52,20 @@ def _keyword(name: str, parameter: Parameter) -> inspect.Parameter:
 
 
 def check_names(known: Mapping[str, Parameter], values: Mapping[str, object], where: str) -> None:
-    """Refuse names that are no parameters.
-
-    Raises:
-        UnknownNameError: names the nearest parameter.
-    """
+    """Refuse names of unknown parameters."""
     for name in values:
         if name not in known:
             raise UnknownNameError("parameter", name, known, where)
 
 
 def as_number(name: str, value: object, unit: str = "") -> float:
-    """A keyword's value as a number; ``unit``: as a message ends, such as `` [N]``.
+    """A keyword's value as a number; ``unit`` ends messages, such as `` [N]``.
 
     Raises:
         InvalidValueError: a bool, text, several numbers, or one that no float can hold.
     """
-    no_numbers = bool | np.bool_ | str | bytes  # NumPy's text converts itself
-    if isinstance(value, no_numbers) or not isinstance(value, SupportsFloat):
+    others = bool | np.bool_ | str | bytes  # NumPy's text converts itself
+    if isinstance(value, others) or not isinstance(value, SupportsFloat):
         raise InvalidValueError(f"{name} = {value!r} is not a number{unit}")
     try:
         if np.ndim(value):  # type: ignore[arg-type]
@@ -84,11 +78,7 @@ def as_number(name: str, value: object, unit: str = "") -> float:
 
 
 def as_count(name: str, value: SupportsIndex, least: int) -> int:
-    """A keyword's value as a whole number.
-
-    Raises:
-        InvalidValueError: it is none, or less than ``least``.
-    """
+    """A keyword's value as a whole number ≥ ``least``."""
     try:
         count = -1 if isinstance(value, bool) else operator.index(value)
     except TypeError:

@@ -1,24 +1,31 @@
-"""MJCF as text: a file with all that it includes as one tree, its elements by name, and back.
+"""MJCF as text: a file with its includes as one tree, its elements by name, and back.
 
-MuJoCo's own `to_xml` writes numbers with six digits, so that a model that went through it is
-another one; here every number that is not changed stays as it was written.
+`MjSpec.to_xml` writes six digits and no comments; here every number that is not changed stays as it
+was written, and so do comments.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import warnings
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import mujoco
+import numpy as np
 
 from tendon_mj.errors import InvalidValueError, TendonError, TendonWarning, unknown
+from tendon_mj.model_files import files_of_model
+from tendon_mj.plugin import NAME
 from tendon_mj.whole_file import whole_file
 
 Element = ElementTree.Element
+_PROLOG = re.compile(r"^\s*<\?xml.*?\?>|<!DOCTYPE[^\[>]*(?:\[.*?\])?\s*>", re.DOTALL)
+_AGREE = 1e-12  # relative; degrees and radians are not the same to the last bit
+# that follow from the order of names and instances, or from where the file lies
+_DIFFERENT = ("_", "name", "path", "plugin", "sensor_plugin", "actuator_plugin", "text")
 
 
 class Mjcf:
@@ -33,10 +40,8 @@ class Mjcf:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        built = _Builder()
-        self.root = _parse(path, built)
-        self._files = [path]  # this one and all that it includes
-        self._before, self._after = built.before, built.after
+        self._files = [path]  # this one and its includes
+        self._before, self.root, self._after = _parse(path)
         self._include(self.root, [path])
 
     def joint(self, name: str) -> Element:
@@ -68,43 +73,43 @@ class Mjcf:
 
     def plugin(self, name: str) -> Element:
         """Configuration of a sheath or servo, which may go by its tendon's name."""
-        instances = list(self.root.iterfind("extension/plugin/instance"))
         inline = [p for p in self.root.iter("plugin") if p.find("config") is not None]
-        found = {str(i.get("name")): i for i in instances}
+        plugins = {str(i.get("name")): i for i in self.root.iterfind("extension/plugin/instance")}
         for plugin in inline:
             config = {c.get("key"): str(c.get("value")) for c in plugin.iterfind("config")}
             if "tendon" in config and "sensor" not in config:
-                found.setdefault(config["tendon"], plugin)
-        found |= {str(p.get("name")): p for p in inline if p.get("name") not in (None, *found)}
-        return self._named("sheath or servo", name, (), found)
+                plugins.setdefault(config["tendon"], plugin)
+        plugins |= {str(p.get("name")): p for p in inline if p.get("name") not in (None, *plugins)}
+        return self._named("sheath or servo", name, (), plugins)
 
     def _named(
         self, kind: str, name: str, among: Iterable[Element], more: dict[str, Element] | None = None
     ) -> Element:
-        found = {str(e.get("name")): e for e in among if e.get("name")} | (more or {})
-        if name not in found:
+        named = {str(e.get("name")): e for e in among if e.get("name")} | (more or {})
+        if name not in named:
             raise TendonError(
-                f"{self.path}: {unknown(kind, name, found)}; one that `attach` or `replicate` makes"
+                f"{self.path}: {unknown(kind, name, named)}; one that `attach` or `replicate` makes"
                 " is not in the text, and cannot be changed there"
             )
-        return found[name]
+        return named[name]
 
     def section(self, tag: str, attribute: str) -> Element:
-        """The top-level element that has the last word on an attribute; made if there is none."""
+        """The last top-level element that states an attribute; made if there is none."""
         sections = self.root.findall(tag)
-        having = [s for s in sections if s.get(attribute) is not None]
-        if having or sections:
-            return (having or sections)[-1]
+        stating = [s for s in sections if s.get(attribute) is not None]
+        if sections:
+            return (stating or sections)[-1]
         made = ElementTree.Element(tag)
         self.root.insert(0, made)
         return made
 
     def move_to(self, folder: Path, spec: mujoco.MjSpec) -> None:
-        """Let meshes, textures and models be found from another folder; ``spec`` is the file's."""
+        """Let paths of meshes, textures and models start from a folder; ``spec`` is the file's."""
         here, there = self.path.resolve().parent, folder.resolve()
         for model in self.root.iterfind("asset/model"):
             model.set("file", os.path.relpath(here / str(model.get("file")), there))
-        if any(_files_of(e) for e in self.root.iter() if e.tag != "model"):
+        others = (element for element in self.root.iter() if element.tag != "model")
+        if any(key.startswith("file") for element in others for key in element.attrib):
             for compiler in self.root.iterfind("compiler"):
                 compiler.attrib.pop("assetdir", None)
             for attribute in ("meshdir", "texturedir"):
@@ -125,48 +130,44 @@ class Mjcf:
             )
 
     def write(self, path: Path) -> None:
-        """Write it as one file."""
+        """Write it as one file; see `whole_file` to replace another."""
         ElementTree.indent(self.root)
         parts = [*self._before, self.root, *self._after]
         texts = [ElementTree.tostring(part, encoding="unicode") for part in parts]
-        with whole_file(path) as made:
-            made.write_text("\n".join([*texts, ""]), encoding="utf-8", newline="\n")
+        path.write_text("\n".join([*texts, ""]), encoding="utf-8", newline="\n")
 
     def _include(self, parent: Element, chain: list[Path]) -> None:
-        """Put what is included in its place; ``chain``: files, each of which includes the next."""
+        """Put included elements in their place; ``chain``: files, each includes the next."""
         for child in list(parent):
             if child.tag != "include":
                 self._include(child, chain)
                 continue
-            # MuJoCo looks beside the main file, and then beside the one that includes
+            # MuJoCo looks next to the main file, and then next to the one that includes
             name = str(child.get("file"))
             file = self.path.parent / name
             if not file.exists():
                 file = chain[-1].parent / name
             if file.resolve() in map(Path.resolve, chain):
                 raise TendonError(f"{chain[-1]}: {name} is included in itself")
-            built = _Builder()
-            included = _parse(file, built)
+            before, included, after = _parse(file)
             self._files.append(file)
             self._include(included, [*chain, file])
             at = list(parent).index(child)
-            parent[at : at + 1] = [*built.before, *included, *built.after]
+            parent[at : at + 1] = [*before, *included, *after]
 
 
 def check_suffix(path: Path) -> None:
-    """Refuse a name for MJCF under which MuJoCo would not read it.
-
-    Raises:
-        InvalidValueError: names the file.
-    """
+    """Refuse a name under which MuJoCo would not read MJCF."""
     if path.suffix != ".xml":
-        raise InvalidValueError(f"{path}: what is written is MJCF; choose a name that ends in .xml")
+        raise InvalidValueError(
+            f"{path}: not the name of an MJCF file; choose a name that ends in .xml"
+        )
 
 
 def set_first(element: Element, attribute: str, value: float) -> None:
-    """Set the first number of an attribute and leave the ones behind it."""
-    behind = str(element.get(attribute, "")).split()[1:]
-    element.set(attribute, " ".join([number(value), *behind]))
+    """Set the first number of an attribute and leave the others."""
+    others = str(element.get(attribute, "")).split()[1:]
+    element.set(attribute, " ".join([number(value), *others]))
 
 
 def number(value: float) -> str:
@@ -179,44 +180,145 @@ def numbers(values: Iterable[float]) -> str:
     return " ".join(map(number, values))
 
 
-def _files_of(element: Element) -> list[str]:
-    """Files that an element names: a mesh has one, a cube's texture up to six."""
-    return [value for key, value in element.attrib.items() if key.startswith("file")]
-
-
-class _Builder(ElementTree.TreeBuilder):
-    """Builds a tree with its comments, and keeps those before and after its root."""
-
-    def __init__(self) -> None:
-        super().__init__(insert_comments=True)
-        self.before: list[ElementTree.Element[Any]] = []
-        self.after: list[ElementTree.Element[Any]] = []
-        self._around, self._open = self.before, 0
-
-    def start(self, tag: str, attrs: dict[str, str], /) -> Element:
-        self._around, self._open = self.after, self._open + 1
-        return super().start(tag, attrs)
-
-    def end(self, tag: str, /) -> Element:
-        self._open -= 1
-        return super().end(tag)
-
-    def comment(self, text: str | None, /) -> ElementTree.Element[Any]:
-        if self._open:
-            return super().comment(text)
-        self._around.append(ElementTree.Comment(text))
-        return self._around[-1]
-
-
-def _parse(path: Path, builder: _Builder) -> Element:
+def _parse(path: Path) -> tuple[list[Element], Element, list[Element]]:
+    """The root element of a file, and the comments before and after it."""
     try:
-        text = path.read_text("utf-8-sig")
-        return ElementTree.fromstring(text, parser=ElementTree.XMLParser(target=builder))
-    except (OSError, ElementTree.ParseError) as error:
-        raise TendonError(f"{path}: cannot be read as MJCF: {error}") from error
+        text = _PROLOG.sub("", path.read_text("utf-8-sig"))
+        builder = ElementTree.TreeBuilder(insert_comments=True)
+        parser = ElementTree.XMLParser(target=builder)
+        around = list(ElementTree.fromstring(f"<file>{text}</file>", parser=parser))
+        for element in around:
+            element.tail = None
+        at = next(k for k, element in enumerate(around) if isinstance(element.tag, str))
+    except (OSError, ElementTree.ParseError, StopIteration) as error:
+        reason = str(error) or "it has no element"
+        raise TendonError(f"{path}: cannot be read as MJCF: {reason}") from error
     except UnicodeDecodeError as error:
         row = error.object.count(b"\n", 0, error.start) + 1
         byte = error.object[error.start]
         raise TendonError(
             f"{path}, row {row}: byte 0x{byte:02x} is not UTF-8; save the file as UTF-8"
         ) from None
+    return around[:at], around[at], around[at + 1 :]
+
+
+def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
+    """Write the MJCF of a model with the sheaths that its spec has, and compare it with the spec.
+
+    Each number that `add_friction` does not change stays as it is written, with the comments;
+    included files are put in their places. A file at ``path`` is replaced once the new one has been
+    compiled.
+
+    Args:
+        source: MJCF file that ``spec`` was read from.
+        spec: changed by `add_friction` without a reel, and nothing else.
+        path: file to write, in an existing folder.
+
+    Returns:
+        The path.
+
+    Warns:
+        TendonWarning: the model includes files from outside its folder, whose text is written too.
+
+    Raises:
+        InvalidValueError: ``path`` is in no folder, or a file that the model is made of.
+        TendonError: a tendon that `attach` or `replicate` makes, which is not in the text; or the
+            written file is not the model.
+    """
+    text, before = Mjcf(source), mujoco.MjSpec.from_file(str(source))
+    if not path.parent.is_dir() or path.is_dir():
+        raise InvalidValueError(f"{path} must be a file in a folder that exists")
+    if path.exists() and any(path.samefile(file) for file in files_of_model(source)):
+        raise InvalidValueError(f"{path} is a file that {source} is made of: choose another")
+    check_suffix(path)
+    absent = _write_tendons(text, before, spec)
+    _write_instances(text, before, spec)
+    _write_sensors(text, before, spec)
+    text.move_to(path.parent, before)
+    with whole_file(path) as made:
+        text.write(made)
+        try:
+            _check(made, path, spec)
+        except (TendonError, ValueError) as error:
+            if absent:
+                raise _not_in_text(text, absent[0]) from error
+            raise
+    text.warn_of_outside(path)
+    return path
+
+
+def _section(text: Mjcf, tag: str) -> Element:
+    """The last element of the file with this tag; made at its end if there is none."""
+    sections = text.root.findall(tag)
+    return sections[-1] if sections else ElementTree.SubElement(text.root, tag)
+
+
+def _write_tendons(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> list[str]:
+    """Write names of the tendons that had none; return those with a new sheath not in the text."""
+    written = [e for e in text.root.iterfind("tendon/*") if e.tag in ("spatial", "fixed")]
+    by_name = {e.get("name"): e for e in written if e.get("name")}
+    sheathed = {plugin.config.get("tendon") for plugin in _new_instances(before, spec)}
+    absent = []
+    for k, (old, new) in enumerate(zip(before.tendons, spec.tendons, strict=True)):
+        if new.name not in sheathed or old.name in by_name:
+            continue
+        if old.name:
+            absent.append(new.name)
+        elif len(written) != len(before.tendons):
+            raise _not_in_text(text, new.name)
+        else:
+            written[k].set("name", new.name)
+    return absent
+
+
+def _not_in_text(text: Mjcf, tendon: str) -> TendonError:
+    return TendonError(
+        f"{text.path}: tendon {tendon!r} is not in the text, as one that `attach` or `replicate` "
+        "makes; give it friction in Python and write it with MjSpec.to_xml"
+    )
+
+
+def _new_instances(before: mujoco.MjSpec, spec: mujoco.MjSpec) -> list[mujoco.MjsPlugin]:
+    """Instances of the plugin that a spec has and had not."""
+    known = {plugin.name for plugin in before.plugins}
+    return [p for p in spec.plugins if p.plugin_name == NAME and p.name not in known]
+
+
+def _write_instances(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
+    extension = _section(text, "extension")
+    holders = [p for p in text.root.iterfind("extension/plugin") if p.get("plugin") == NAME]
+    holder = holders[-1] if holders else ElementTree.SubElement(extension, "plugin", plugin=NAME)
+    for plugin in _new_instances(before, spec):
+        instance = ElementTree.SubElement(holder, "instance", name=plugin.name)
+        for key, value in plugin.config.items():
+            ElementTree.SubElement(instance, "config", key=key, value=value)
+
+
+def _write_sensors(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
+    for sensor in list(spec.sensors)[len(before.sensors) :]:
+        attributes = {"name": sensor.name, "plugin": NAME, "instance": sensor.plugin.name}
+        if sensor.objtype == mujoco.mjtObj.mjOBJ_TENDON:
+            attributes |= {"objtype": "tendon", "objname": sensor.objname}
+        ElementTree.SubElement(_section(text, "sensor"), "plugin", attributes)
+
+
+def _check(written: Path, path: Path, spec: mujoco.MjSpec) -> None:
+    """Compare a file, as MuJoCo compiles it, with the model that it is to hold."""
+    again = mujoco.MjSpec.from_file(str(written))
+    meant, got = spec.compile(), again.compile()
+    for field in dir(meant):
+        expected, actual = getattr(meant, field), getattr(got, field)
+        if (
+            not isinstance(expected, np.ndarray)
+            or field.startswith(_DIFFERENT)
+            or "path" in field
+            or (
+                np.shape(expected) == np.shape(actual)
+                and np.allclose(expected, actual, rtol=_AGREE, atol=_AGREE)
+            )
+        ):
+            continue
+        raise TendonError(f"{path}: {field} of mjModel differs from the model with sheaths")
+    configs = [{p.name: p.config for p in s.plugins if p.name} for s in (spec, again)]
+    if configs[0] != configs[1]:
+        raise TendonError(f"{path}: the plugins differ from those of the model with sheaths")

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.typing import FloatArray
 
 
 def arc_points(
@@ -18,7 +19,7 @@ def arc_points(
     start: ArrayLike = (0.0, 0.0, 0.0),
     direction: ArrayLike = (1.0, 0.0, 0.0),
     normal: ArrayLike = (0.0, 0.0, 1.0),
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Points of a sheath of uniform curvature: its two ends and the guides between.
 
     Each guide bends the path by ``bend``/n and the segments are ``length``/n long, the two end
@@ -60,7 +61,7 @@ def bent_points(
     start: ArrayLike = (0.0, 0.0, 0.0),
     direction: ArrayLike = (1.0, 0.0, 0.0),
     normal: ArrayLike = (0.0, 0.0, 1.0),
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Points of a sheath that is bent in places and straight between them.
 
     Where the bends lie decides how much of the tendon moves after a reversal, and so how stiff it
@@ -68,13 +69,12 @@ def bent_points(
 
     Args:
         length: of the sheath [m].
-        bends: of each bend, in order, where it begins and ends along the sheath [m], and the angle
-            that it turns through [rad].
+        bends: (begin, end, angle) of each bend in order, along the sheath [m], [rad].
         guides: of all bends, shared out by their angles; each bend has one at least.
         start, direction, normal: as in ``arc_points``.
 
     Returns:
-        (n+2, 3) points [m], n the number of guides that came of it.
+        (n+2, 3) points [m], n the number of guides of all bends.
 
     Raises:
         InvalidValueError: bends that overlap, lie outside the sheath or turn by nothing; too few
@@ -99,12 +99,8 @@ def bent_points(
 
 
 def _path(
-    headings: ArrayLike,
-    steps: ArrayLike,
-    start: ArrayLike,
-    direction: ArrayLike,
-    normal: ArrayLike,
-) -> NDArray[np.float64]:
+    headings: ArrayLike, steps: ArrayLike, start: ArrayLike, direction: ArrayLike, normal: ArrayLike
+) -> FloatArray:
     """Corners of a plane path whose legs have these headings [rad] and lengths [m]."""
     along = np.asarray(direction, float)
     axis = np.asarray(normal, float)
@@ -115,7 +111,7 @@ def _path(
     along = np.cross(left, axis)
     along /= np.linalg.norm(along)
     turns = np.outer(np.cos(headings), along) + np.outer(np.sin(headings), left)
-    path: NDArray[np.float64] = np.zeros((len(turns) + 1, 3))
+    path: FloatArray = np.zeros((len(turns) + 1, 3))
     path[1:] = np.cumsum(np.reshape(steps, (-1, 1)) * turns, axis=0)
     path += np.asarray(start, float)
     return path

@@ -7,10 +7,10 @@ from typing import Unpack
 import mujoco
 import numpy as np
 
-from tendon_mj.attach.instance import add_instance, own_configs
+from tendon_mj.attach.instances import add_instance, instances
 from tendon_mj.attach.keywords import as_number, check_names, takes
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.plugin import FEEDBACKS, GAINS, NAME, SERVO, OptionalGains, check_gain
+from tendon_mj.plugin import FEEDBACKS, GAINS, SERVO, OptionalGains, check_gain
 
 
 @takes(GAINS)
@@ -42,37 +42,33 @@ def add_servo(
 
     Raises:
         UnknownNameError: no such tendon, or it has no sheath; no such gain or feedback.
-        InvalidValueError: a value that is no number, outside its range, or not True or False; a
-            sheath without a reel joint. What depends on the whole model, such as how much damping
-            a `period` allows, is checked when it is compiled.
+        InvalidValueError: a value that is not a number, outside its range, or not True or False; a
+            sheath without a reel joint. Bounds that depend on the whole model, such as the damping
+            that a `period` allows, are checked when it is compiled.
     """
-    configs = own_configs(spec, NAME).values()
-    sheaths = {config["tendon"]: config for config in configs if "sensor" not in config}
+    sheaths = {c.get("tendon", ""): c for _, c in instances(spec) if "sensor" not in c}
     if not isinstance(tendon, str) or tendon not in sheaths:
         raise UnknownNameError("sheathed tendon", str(tendon), sheaths, f"servo {name!r}")
-    joint = sheaths[tendon].get("reel_joint")
+    where, joint = f"servo {name!r}", sheaths[tendon].get("reel_joint")
     if not joint:
         raise InvalidValueError(
-            f"servo {name!r}: the sheath on tendon {tendon!r} has no reel_joint for it to turn"
+            f"{where}: the sheath on tendon {tendon!r} has no reel_joint for it to turn"
         )
-    where = f"servo {name!r}"
     check_names(GAINS, gains, where)
     if feedback not in FEEDBACKS:
         raise UnknownNameError("feedback", str(feedback), FEEDBACKS, where)
     if not isinstance(backdrive, bool | np.bool_):
         raise InvalidValueError(f"{where}: backdrive = {backdrive!r} must be True or False")
     values = {"tension_gain": tension_gain, "velocity_gain": velocity_gain, **gains}
-    config = {k: _gain(k, v, where) for k, v in values.items() if v is not None}
+    config: dict[str, str | float | None] = {}
+    for key, value in values.items():
+        if value is not None:
+            gain = as_number(f"{where}: {key}", value, f" [{GAINS[key].unit}]")
+            check_gain(key, gain, where)
+            config[key] = gain
     words = {"tendon": tendon, "feedback": feedback, "backdrive": "true" if backdrive else "false"}
     spec.activate_plugin(SERVO)
-    instance = add_instance(spec, name, {**config, **words}, SERVO)
+    instance = add_instance(spec, name, config | words, SERVO)
     actuator = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=joint)
     actuator.plugin = instance
     return actuator
-
-
-def _gain(name: str, value: object, where: str) -> float:
-    """A gain as a number, within its range."""
-    number = as_number(f"{where}: {name}", value, f" [{GAINS[name].unit}]")
-    check_gain(name, number, where)
-    return number

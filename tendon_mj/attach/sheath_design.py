@@ -1,26 +1,35 @@
-"""Design of the sheath on a tendon: what drives it, its elasticity, and so its configuration."""
+"""Design of the sheath on a tendon: its drive, its elasticity, and so its configuration."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple, SupportsFloat
+from typing import NamedTuple
 
 import mujoco
 
-from tendon_mj.attach.elasticity import Constraints, has_spring, own_elasticity
-from tendon_mj.attach.keywords import as_number
-from tendon_mj.attach.sheathed import name_of
 from tendon_mj.attach.spool import Spool
-from tendon_mj.attach.tendon_path import TendonPath, end_sites, guides_are_beyond, path_of
+from tendon_mj.attach.tendons import (
+    Constraints,
+    TendonPath,
+    end_sites,
+    guides_are_beyond,
+    has_spring,
+    name_of,
+    path_of,
+)
 from tendon_mj.errors import InvalidValueError, UnsuitedTendonError
-from tendon_mj.sheath import LAW, Law
+from tendon_mj.sheath import Law
 
 _RUB_UNBENT = ("extra_bend", "constant_friction", "viscous_friction")
 _FIXED = (
     "is fixed, a sum of joint positions without a path that bends: draw it as a spatial tendon, "
     "over sites or cylinders as far from the axis of each hinge as its coefficient [m] says; or, "
     "for a loss that does not grow with the tension, give the tendon frictionloss [N]"
+)
+_BRANCHES = (
+    "branches at a pulley, behind its site {!r}, and every branch has its input where it begins: "
+    "leave out input_end and draw each branch from its input on, or make each a separate tendon"
 )
 _UNBENT = "with nothing to bend over: give extra_bend [rad], or route it over more sites"
 _BEYOND = (
@@ -31,58 +40,35 @@ _HELD = (
     "all of whose guides are at its {} site, where nothing winds it in: route it over more "
     "sites, or let a reel, a reel_joint or an actuator pull there"
 )
-
-
 _PASSING = "{} pulls along the whole tendon, past the sheath that {} it: remove it"
 _OR_DRIVES = ", or leave pretension and slack out, so that it gives the input tension"
 _SHORTER = "; its range lets the tendon be {:.3g} mm longer than the sheath does"
-
-
 _SAME = 1e-9  # relative, of two lengths
 
 
 class Request(NamedTuple):
-    """Request of a call, for each of its tendons.
+    """Request of a call, for each of its tendons; see `add_friction`."""
 
-    Attributes:
-        law: parameters of `Law` by name; EA and T_0 may be None.
-        arc_guides: guides on each geom that a tendon may wrap around.
-        inner_guides: guides at its input end; None for as many as what is asked for needs.
-        input_end: its site that is its input end, one of `INPUT_ENDS`.
-        ends: attributes of spools.
-        is_wound: whether a reel or a spool winds tendon in or out.
-        is_wound_in: whether one does so at the input.
-        spool: that the tendon's actuators are to turn.
-        spring: what a tendon's own spring stands for, one of `SPRINGS`.
-        timestep: of the model [s].
-    """
-
-    law: Mapping[str, SupportsFloat | None]
+    law: Law  # with some EA and T_0 where none is given
+    axial_stiffness: float | None
+    pretension: float | None
     arc_guides: int
     inner_guides: int | None
     input_end: str
-    ends: Mapping[str, str]
-    is_wound: bool
-    is_wound_in: bool
+    ends: Mapping[str, str]  # attributes of reel_joint and output_joint
+    is_wound: bool  # by a reel or a spool, in or out
+    is_wound_in: bool  # at the input
     spool: Spool | None
     spring: str
-    timestep: float
 
 
 class Design(NamedTuple):
-    """A sheath that can be added.
+    """A sheath that can be added."""
 
-    Attributes:
-        config: of the plugin instance, but for the tendon's name.
-        idle: why friction can do nothing, and the remedy; empty where it can.
-        passing: force that passes the sheath, and the remedy; empty where none does.
-        is_driven: whether MuJoCo's forces along the tendon give the input tension.
-    """
-
-    config: dict[str, str]
-    idle: str
-    passing: str
-    is_driven: bool
+    config: dict[str, str]  # of the plugin instance, but for the tendon's name
+    idle: str  # why friction can do nothing, and the remedy; or empty
+    passing: str  # force that passes the sheath, and the remedy; or empty
+    is_driven: bool  # whether MuJoCo's forces along the tendon give the input tension
 
 
 def design_sheath(
@@ -93,76 +79,84 @@ def design_sheath(
     constraints: Constraints,
     compiled: Callable[[], mujoco.MjModel],
 ) -> Design:
-    """The sheath that a request means for a tendon.
+    """The sheath of a tendon that a request leads to.
 
     A tendon that an actuator pulls is *driven*: the force on it is its input tension. Any other is
     *wound*: its own spring is the cable's elasticity where it can be, and where it cannot, or is
     not to be, it drives the tendon. So does the spring of a tendon that has no guide but at its
-    input end: friction there acts only on what comes in. A tendon that only an equality or a limit
-    pulls, and whose length is not stated, is driven by these.
-
-    Args:
-        tendon: of a spec.
-        name: of the tendon, or the one that it will have.
-        request: what is asked for.
-        actuators: on the tendon.
-        constraints: that may act along it.
-        compiled: returns the compiled spec.
+    input end: friction there acts only on the tendon that comes in. A tendon that only an equality
+    or a limit pulls, and whose length is not stated, is driven by these.
 
     Raises:
         UnsuitedTendonError: a tendon that cannot run in a sheath, or that nothing pulls.
-        InvalidValueError: a parameter outside its range, or that a driven tendon has not.
+        InvalidValueError: a parameter outside its range, or a pretension of a driven tendon.
     """
     path = path_of(tendon)
     if not path.is_spatial:
         raise UnsuitedTendonError(f"tendon {name!r} {_FIXED}")
     if request.input_end == "last" and len(path.branches) > 1:
-        raise UnsuitedTendonError(
-            f"tendon {name!r} branches at a pulley, behind its site {end_sites(tendon)[0][1]!r}, "
-            "and every branch has its input where it begins: leave out input_end and draw each "
-            "branch from its input on, or give each a tendon of its own"
-        )
-    stiffness, pretension = (
-        None if request.law[key] is None else as_number(key, request.law[key])
-        for key in ("axial_stiffness", "pretension")
-    )
-    if request.spool is not None:
-        if stiffness is None:
-            raise InvalidValueError(
-                f"tendon {name!r} is to be wound by a spool: give axial_stiffness [N]"
-            )
-        if pretension is None and request.law.get("slack") is None:
-            pretension = 0.0
-        damping = {"axial_damping": stiffness * request.timestep}
-        request = request._replace(law=damping | dict(request.law))
-    inner = _inner_guides(path, _law(request, stiffness, pretension), request.inner_guides)
+        raise UnsuitedTendonError(f"tendon {name!r} {_BRANCHES.format(end_sites(tendon)[0][1])}")
+    inner = _inner_guides(path, request)
     only_inner = inner > 0 and path.bends() == 0
     if actuators and not request.is_wound:
-        if pretension is not None:
+        if request.pretension is not None:
             raise InvalidValueError(
                 f"tendon {name!r} is driven by {' and '.join(map(name_of, actuators))}, "
                 "whose force is its input tension: leave pretension out"
             )
         is_driven = True
     else:
-        may_be_driven = pretension is None and not request.law.get("slack") and not request.is_wound
-        if has_spring(tendon):
-            is_driven = may_be_driven and (only_inner or request.spring == "input")
-        else:
-            is_driven = may_be_driven and constraints != Constraints()
-        if request.law.get("slack") and pretension is None and not has_spring(tendon):
-            pretension = 0.0
-        if not is_driven and (stiffness is None or pretension is None):
-            try:
-                own = own_elasticity(tendon, name, compiled, len(path.branches))
-            except UnsuitedTendonError:
-                if not (may_be_driven and has_spring(tendon)):
-                    raise
-                is_driven = True
-            else:  # as they are at the moment; the sheath reads them from the model
-                _law(request, *own)
+        if request.law.slack and request.pretension is None and not has_spring(tendon):
+            request = request._replace(pretension=0.0)
+        is_driven = _is_driven(tendon, request, constraints, only_inner) or _own_spring_drives(
+            tendon, name, request, len(path.branches), compiled
+        )
     is_cable = not is_driven and has_spring(tendon)
-    law = _law(request, stiffness, pretension)
+    config = _config(path, request, inner, is_driven=is_driven, is_cable=is_cable)
+    idle = idle_reason(tendon, config, is_driven=is_driven, is_wound_in=request.is_wound_in)
+    passing = "" if is_driven else _passing(constraints, tendon, request, compiled)
+    return Design(config | dict(request.ends), idle, passing, is_driven)
+
+
+def _may_be_driven(request: Request) -> bool:
+    return request.pretension is None and not request.law.slack and not request.is_wound
+
+
+def _is_driven(
+    tendon: mujoco.MjsTendon, request: Request, constraints: Constraints, only_inner: bool
+) -> bool:
+    """Whether the spring or the constraints of a tendon without actuators drive it."""
+    if not _may_be_driven(request):
+        return False
+    if has_spring(tendon):
+        return only_inner or request.spring == "input"
+    return constraints != Constraints()
+
+
+def _own_spring_drives(
+    tendon: mujoco.MjsTendon,
+    name: str,
+    request: Request,
+    branches: int,
+    compiled: Callable[[], mujoco.MjModel],
+) -> bool:
+    """Whether a spring that would be the elasticity of a wound tendon has to drive it instead."""
+    if request.axial_stiffness is not None and request.pretension is not None:
+        return False
+    try:
+        stiffness, pretension = own_elasticity(tendon, name, compiled, branches)
+    except UnsuitedTendonError:
+        if not (_may_be_driven(request) and has_spring(tendon)):
+            raise
+        return True
+    # in range at the moment; the sheath reads them from the model
+    dataclasses.replace(request.law, axial_stiffness=stiffness, pretension=pretension)
+    return False
+
+
+def _config(
+    path: TendonPath, request: Request, inner: int, *, is_driven: bool, is_cable: bool
+) -> dict[str, str]:
     counts = {"guides": path.guides(request.arc_guides) + inner}
     if path.wraps:
         counts["arc_guides"] = request.arc_guides
@@ -171,36 +165,20 @@ def design_sheath(
     config = {k: str(count) for k, count in counts.items()}
     if request.input_end != "first":
         config["input_end"] = request.input_end
-    config |= {k: repr(v) for k, v in dataclasses.asdict(law).items() if v or k == "friction"}
+    law = dataclasses.asdict(request.law)
+    config |= {k: repr(v) for k, v in law.items() if v or k == "friction"}
     if is_driven or is_cable:
         del config["axial_stiffness"]
     if is_cable:
         config["spring"] = "cable"
-    if stiffness is not None:
-        config["axial_stiffness"] = repr(stiffness)
-    if pretension is not None:
-        config["pretension"] = repr(pretension)
-    idle = idle_reason(tendon, config, is_driven=is_driven, is_wound_in=request.is_wound_in)
-    passing = ""
-    if not is_driven and request.is_wound:  # whose limit is the end of its travel
-        constraints = constraints._replace(longest=None)
-    if not is_driven and constraints != Constraints():
-        rest = float(compiled().tendon_length0[tendon.id]) + law.slack
-        passing = _passing(constraints, rest, request.is_wound)
-    return Design(config | dict(request.ends), idle, passing, is_driven)
+    given = {"axial_stiffness": request.axial_stiffness, "pretension": request.pretension}
+    return config | {k: repr(v) for k, v in given.items() if v is not None}
 
 
 def idle_reason(
     tendon: mujoco.MjsTendon, config: Mapping[str, str], *, is_driven: bool, is_wound_in: bool
 ) -> str:
-    """Why friction of a sheath can do nothing, and the remedy; empty where it can.
-
-    Args:
-        tendon: of a spec.
-        config: of the sheath.
-        is_driven: whether an actuator or the tendon's own spring gives the input tension.
-        is_wound_in: whether a reel or a spool winds tendon in at the input.
-    """
+    """Why friction of a sheath can do nothing, and the remedy; empty where it can."""
     inner, end = int(config.get("inner_guides", 0)), config.get("input_end", "first")
     if path_of(tendon).bends() == 0:
         if not (inner and any(float(config.get(key, 0.0)) > 0.0 for key in _RUB_UNBENT)):
@@ -212,45 +190,74 @@ def idle_reason(
     return ""
 
 
-def _passing(constraints: Constraints, rest: float, is_wound: bool) -> str:
-    """Warning of constraints past the sheath of a tendon whose unstretched length is ``rest``."""
-    said = _PASSING.format(constraints, "winds" if is_wound else "holds")
-    said += "" if is_wound else _OR_DRIVES
+def _passing(
+    constraints: Constraints,
+    tendon: mujoco.MjsTendon,
+    request: Request,
+    compiled: Callable[[], mujoco.MjModel],
+) -> str:
+    """Warning of constraints past the sheath of a tendon that is not driven."""
+    if request.is_wound:  # the limit is the end of its travel
+        constraints = constraints._replace(longest=None)
+    if constraints == Constraints():
+        return ""
+    rest = float(compiled().tendon_length0[tendon.id]) + request.law.slack
+    warning = _PASSING.format(constraints, "winds" if request.is_wound else "holds")
+    warning += "" if request.is_wound else _OR_DRIVES
     if constraints.longest is None or constraints.longest <= rest * (1.0 + _SAME):
-        return said
-    return said + _SHORTER.format(1e3 * (constraints.longest - rest))
+        return warning
+    return warning + _SHORTER.format(1e3 * (constraints.longest - rest))
 
 
-def _inner_guides(path: TendonPath, law: Law, asked: int | None) -> int:
-    """Guides at the input end: as many as asked for, or one for what is not drawn.
+def _inner_guides(path: TendonPath, request: Request) -> int:
+    """Guides at the input end: as given, or one for friction that needs a guide in every pose.
 
-    That needs a guide that is there in every pose, as those on geoms are not.
+    Guides on geoms are not there in every pose.
     """
-    if asked is not None:
-        return asked
+    law = request.law
+    if request.inner_guides is not None:
+        return request.inner_guides
     if path.bends() == 0:
-        return int(_rubs_unbent(law))
+        return int(any(getattr(law, key) > 0.0 for key in _RUB_UNBENT))
     undrawn = law.extra_bend > 0.0 or law.constant_friction > 0.0
-    return int(undrawn and not path.is_bent_at_sites)
+    return int(undrawn and path.bends(arc_guides=0) == 0)
 
 
-def _rubs_unbent(law: Law) -> bool:
-    """Whether there is friction at a guide at which the drawn path does not bend."""
-    return any(getattr(law, key) > 0.0 for key in _RUB_UNBENT)
+def own_elasticity(
+    tendon: mujoco.MjsTendon,
+    name: str,
+    compiled: Callable[[], mujoco.MjModel],
+    branches: int = 1,
+) -> tuple[float, float]:
+    """EA and T_0 [N] equivalent to a tendon's stiffness k and spring length S at `qpos0`.
 
-
-def _law(request: Request, stiffness: float | None, pretension: float | None) -> Law:
-    """The law of a sheath, its parameters checked; one whose EA is left to the step has any."""
-    elasticity = {
-        "axial_stiffness": 1.0 if stiffness is None else stiffness,
-        "pretension": 0.0 if pretension is None else pretension,
-    }
-    values = {k: _parameter(k, v) for k, v in (dict(request.law) | elasticity).items()}
-    return Law(**values)  # type: ignore[arg-type]
-
-
-def _parameter(name: str, value: SupportsFloat | None) -> float | None:
-    """A parameter of the law as a number; None where the law allows it."""
-    if value is None and not LAW[name].required and LAW[name].default is None:
-        return None
-    return as_number(name, value)
+    EA = k S and T_0 = k (L(qpos0) − S), so that the sheath pulls as the spring did where it pulled.
+    """
+    where, advice = f"tendon {name!r}", "give axial_stiffness [N] and pretension [N]"
+    stiffness = [float(k) for k in tendon.stiffness]
+    if not any(stiffness):
+        raise UnsuitedTendonError(
+            f"{where} has no stiffness to take over, and no actuator acts on it: {advice}"
+        )
+    if not stiffness[0] > 0.0 or any(stiffness[1:]):
+        raise UnsuitedTendonError(
+            f"{where} has a stiffness that is a polynomial or negative, {stiffness}; a sheath's is "
+            f"positive and linear: {advice}"
+        )
+    if branches > 1:
+        raise UnsuitedTendonError(
+            f"{where} runs over pulleys, and its spring is one of all branches together: {advice}"
+        )
+    model = compiled()
+    length = float(model.tendon_length0[tendon.id])
+    shortest, longest = (float(x) for x in model.tendon_lengthspring[tendon.id])
+    reason = ""
+    if not longest > 0.0:
+        reason = "has springlength = 0, so no strain is defined"
+    elif 0.0 < shortest < longest:
+        reason = f"has a dead band, springlength = {shortest:g} {longest:g} [m]"
+    elif longest > length * (1.0 + 1e-9):
+        reason = f"is slack at qpos0 by {longest - length:g} m, which no pretension ≥ 0 says"
+    if reason:
+        raise UnsuitedTendonError(f"{where} {reason}: {advice} instead")
+    return stiffness[0] * longest, max(0.0, stiffness[0] * (length - longest))

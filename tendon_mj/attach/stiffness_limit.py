@@ -1,4 +1,4 @@
-"""Largest stiffness that a time step of a model carries, of a tendon and of what pulls it."""
+"""Largest stiffness that a time step of a model carries, of a tendon and of its drive."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def largest_stiffness(model: mujoco.MjModel, tendon: str) -> float:
 
     A stretch j of tendon that its guides hold, of length ℓ_j between two bodies, is a spring EA/ℓ_j
     on the inertia 1/a_j, with J_j = ∂ℓ_j/∂q. MuJoCo's integrators carry ω² = a_j EA/ℓ_j up to 4/h²
-    where it is alone; a quarter of that leaves room for the tendons beside it. A stiffer tendon can
-    ring at the pace of the steps; where an actuator pulls it, its guides yield instead.
+    where it is alone; a quarter of that leaves room for other tendons. A stiffer tendon can ring at
+    the pace of the steps; where an actuator pulls it, its guides yield instead.
 
     Args:
         model: compiled, in its pose `qpos0`.
@@ -50,43 +50,34 @@ def stiffness_limits(model: mujoco.MjModel, tendons: Sequence[int]) -> list[floa
     inverse = np.zeros((1, model.nv))
     limits = []
     for tendon in tendons:
-        found = np.inf
+        limit = np.inf
         for length, jacobian in _spans(model, data, tendon):
             mujoco.mj_solveM(model, data, inverse, jacobian[None])
             mobility = float(jacobian @ inverse[0])
             if mobility > 0.0:
-                found = min(found, length / (model.opt.timestep**2 * mobility))
-        limits.append(found)
+                limit = min(limit, length / (model.opt.timestep**2 * mobility))
+        limits.append(limit)
     return limits
 
 
 class Pull(NamedTuple):
-    """How stiff what pulls a tendon is, and what friction makes of it.
+    """Stiffness of the elements that pull a tendon, and what friction makes of it.
 
     While its joints draw a tendon out they meet up to e^{μφ} times the stiffness at its input, φ
-    its bend. A step carries 1/(h² J M⁻¹ Jᵀ) of that, with J = ∂L/∂q: beyond, joints gain energy.
-
-    Attributes:
-        stiffness: k of the tendon's own spring and of the actuators on it [N/m].
-        magnified: k e^{μφ} [N/m].
-        largest: that a step carries [N/m]; ``inf`` for a tendon that moves no joint.
+    its bend. A step carries 1/(h² J M⁻¹ Jᵀ) of that, with J = ∂L/∂q; with more, joints gain energy.
     """
 
-    stiffness: float
-    magnified: float
-    largest: float
+    stiffness: float  # k of the tendon's own spring and of the actuators on it [N/m]
+    magnified: float  # k e^{μφ} [N/m]
+    largest: float  # that a step carries [N/m]; ``inf`` for a tendon that moves no joint
 
 
 def worst_pull(
     model: mujoco.MjModel, tendon: int, poses: FloatArray, transmissions: FloatArray
 ) -> Pull:
-    """What pulls a tendon, in that of several poses in which a step carries it least.
+    """Pull on a tendon in that of (p, nq) poses in which a step carries it least.
 
-    Args:
-        model: compiled.
-        tendon: its id.
-        poses: (p, nq) `qpos` of each.
-        transmissions: (p,) e^{−μφ} in each.
+    ``transmissions`` are (p,) e^{−μφ}.
     """
     stiffness = _stiffness(model, tendon)
     pulls = [Pull(stiffness, stiffness, np.inf)]
@@ -123,7 +114,7 @@ def _spans(
 ) -> list[tuple[float, FloatArray]]:
     """ℓ and ∂ℓ/∂q of the straight stretches of a path between two bodies."""
     points, bodies = _points(model, data, tendon)
-    found = []
+    spans = []
     for k in range(len(points) - 1):
         near, far = bodies[k], bodies[k + 1]
         way = points[k + 1] - points[k]
@@ -133,8 +124,8 @@ def _spans(
         moves = np.zeros((2, 3, model.nv))
         for end, body in enumerate((near, far)):
             mujoco.mj_jac(model, data, moves[end], None, points[k + end], body)
-        found.append((length, way @ (moves[1] - moves[0]) / length))
-    return found
+        spans.append((length, way @ (moves[1] - moves[0]) / length))
+    return spans
 
 
 def _points(

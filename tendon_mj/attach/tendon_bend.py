@@ -1,8 +1,9 @@
-"""Bend of the tendons of a compiled model: the total angle that each turns through."""
+"""Bend of the tendons of a compiled model, its extremes, and the idlers over which none slips."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -17,6 +18,9 @@ _SCALAR = (_JOINT.mjJNT_HINGE.value, _JOINT.mjJNT_SLIDE.value)
 _FREE = _JOINT.mjJNT_FREE.value
 _COUPLING = mujoco.mjtEq.mjEQ_JOINT.value
 _PULLEY = -2  # in `mjData.wrap_obj`
+_WRAP = mujoco.mjtWrap
+_ON_JOINT = (mujoco.mjtTrn.mjTRN_JOINT.value, mujoco.mjtTrn.mjTRN_JOINTINPARENT.value)
+_COAXIAL = 1e-3  # of the radius, by which an axis may miss another; [rad] by which it may tilt
 # of the path's extent: points nearer than this are one, as both tangent points inside a geom are
 _ONE_SPOT = 1e-10
 
@@ -28,14 +32,9 @@ def bend_at(
     tendons: Sequence[int],
     without: Collection[int] = (),
 ) -> FloatArray:
-    """Bend of tendons in a pose [rad]; of one over pulleys that of its most bent branch.
+    """Bend of spatial tendons in a pose [rad]; over pulleys that of the most bent branch.
 
-    Args:
-        model: compiled.
-        data: of that model, whose positions are changed.
-        qpos: pose.
-        tendons: ids of spatial tendons.
-        without: ids of geoms whose bend does not count.
+    ``data`` takes the pose. The bend at geoms ``without`` does not count.
     """
     data.qpos[:] = qpos
     mujoco.mj_kinematics(model, data)
@@ -60,12 +59,8 @@ def branch_bend(
     At a site it turns by the angle between the straight stretches. Over a geom it goes from tangent
     point to tangent point and turns by the angle between the stretches before and after; by the
     rest of a full turn where the chord between the points runs against the first, which it does
-    after more than half a turn.
-
-    Args:
-        points: (k, 3) as in `mjData.wrap_xpos` [m].
-        objects: (k,) geom of each, −1 for a site, −2 for a pulley, which is no point.
-        without: geoms whose bend does not count.
+    after more than half a turn. (k, 3) points and (k,) objects are those of `mjData`: a geom, −1
+    for a site, −2 for a pulley, which is not a point.
     """
     points, objects = points[objects != _PULLEY], objects[objects != _PULLEY]
     total, before, chord = 0.0, None, None
@@ -90,7 +85,7 @@ def branch_bend(
 
 
 def sampled_poses(model: mujoco.MjModel) -> FloatArray:
-    """Poses over what the joints allow, the same for a model every time.
+    """Poses over the ranges of the joints, the same for a model every time.
 
     First `qpos0`; then every joint at each of its ends, the others as in `qpos0`; then all joints
     at once, 100 times anywhere and 100 times at an end. The ends of a hinge or a slide are those of
@@ -120,37 +115,21 @@ def extreme_poses(
     bends: FloatArray,
     without: Collection[int] = (),
 ) -> FloatArray:
-    """Poses of the most and of the least bend of a tendon, bred from others by evolution.
+    """Poses of the most and of the least bend of a tendon, by differential evolution from others.
 
-    Args:
-        model: compiled.
-        tendon: id of a spatial tendon.
-        joints: ids of those that it crosses.
-        poses: in which the search begins, see `sampled_poses`.
-        bends: of the tendon in them [rad].
-        without: ids of geoms whose bend does not count.
+    The search begins in (p, nq) poses, in which the tendon has (p,) bends [rad]; ``joints`` are
+    those that it crosses. Local searches (Nelder-Mead, Powell) end on the many local extremes.
 
     Returns:
-        (2, nq), or (0, nq) where no ball joint is among them: of hinges and slides samples find
+        (2, nq), or (0, nq) where no ball joint is among them: of hinges and slides samples contain
         the extremes.
     """
     from scipy.optimize import differential_evolution  # of the extra `lab`, as its command is
 
-    data, dofs, ends = mujoco.MjData(model), np.zeros(0, int), np.zeros((0, 2))
-    balls: list[tuple[slice, float]] = []
-    for joint in sorted(leading_joints(model, joints)):
-        kind, first = model.jnt_type[joint], int(model.jnt_dofadr[joint])
-        low, high = model.jnt_range[joint] if model.jnt_limited[joint] else (-np.pi, np.pi)
-        if kind not in _SCALAR:
-            balls.append((slice(len(dofs), len(dofs) + 3), high))
-            dofs = np.append(dofs, first + 3 * int(kind == _FREE) + np.arange(3))
-            ends = np.append(ends, [[-high, high]] * 3, axis=0)
-        elif _is_swept(model, joint):
-            start = model.qpos0[model.jnt_qposadr[joint]] if model.jnt_limited[joint] else 0.0
-            dofs = np.append(dofs, first)
-            ends = np.append(ends, [[low - start, high - start]], axis=0)
+    dofs, ends, balls = _travels(model, leading_joints(model, joints))
     if not balls:
         return np.zeros((0, model.nq))
+    data = mujoco.MjData(model)
 
     def pose(turns: FloatArray) -> FloatArray:
         qpos, travel, turns = model.qpos0.copy(), np.zeros(model.nv), turns.copy()
@@ -160,28 +139,48 @@ def extreme_poses(
         mujoco.mj_integratePos(model, qpos, travel, 1.0)
         return _coupled(model, qpos[None]).ravel()
 
+    def signed_bend(turns: FloatArray, sign: float) -> float:
+        return sign * float(bend_at(model, data, pose(turns), [tendon], without)[0])
+
     travels = np.zeros((len(poses), model.nv))
     for travel, qpos in zip(travels, poses, strict=True):
         mujoco.mj_differentiatePos(model, travel, 1.0, model.qpos0, qpos)
-    return np.array(
-        [
-            pose(
-                differential_evolution(
-                    lambda turns, sign=sign: (
-                        sign * bend_at(model, data, pose(turns), [tendon], without)[0]
-                    ),
-                    ends,
-                    init=travels[np.argsort(sign * bends)[:_FITTEST]][:, dofs],
-                    maxiter=_GENERATIONS,
-                    mutation=(0.5, 1.0),
-                    polish=False,
-                    tol=1e-3,
-                    rng=0,
-                ).x
-            )
-            for sign in (-1.0, 1.0)
-        ]
-    )
+    extremes = []
+    for sign in (-1.0, 1.0):
+        best = differential_evolution(
+            signed_bend,
+            ends,
+            args=(sign,),
+            init=travels[np.argsort(sign * bends)[:_FITTEST]][:, dofs],
+            maxiter=_GENERATIONS,
+            mutation=(0.5, 1.0),
+            polish=False,
+            tol=1e-3,
+            rng=0,
+        )
+        extremes.append(pose(best.x))
+    return np.array(extremes)
+
+
+def _travels(
+    model: mujoco.MjModel, joints: Collection[int]
+) -> tuple[list[int], FloatArray, list[tuple[slice, float]]]:
+    """Degrees of freedom of joints, their ends from `qpos0`, and places and ranges of balls."""
+    dofs: list[int] = []
+    ends: list[tuple[float, float]] = []
+    balls = []
+    for joint in sorted(joints):
+        kind, first = model.jnt_type[joint], int(model.jnt_dofadr[joint])
+        low, high = model.jnt_range[joint] if model.jnt_limited[joint] else (-np.pi, np.pi)
+        if kind not in _SCALAR:
+            balls.append((slice(len(dofs), len(dofs) + 3), float(high)))
+            dofs += range(first + 3 * int(kind == _FREE), first + 3 * int(kind == _FREE) + 3)
+            ends += [(-high, high)] * 3
+        elif _is_swept(model, joint):
+            start = model.qpos0[model.jnt_qposadr[joint]] if model.jnt_limited[joint] else 0.0
+            dofs.append(first)
+            ends.append((low - start, high - start))
+    return dofs, np.array(ends), balls
 
 
 def leading_joints(model: mujoco.MjModel, joints: Collection[int]) -> set[int]:
@@ -247,3 +246,98 @@ def _turned(start: FloatArray, turns: FloatArray) -> FloatArray:
     for quaternion, turn in zip(turned, turns, strict=True):
         mujoco.mju_quatIntegrate(quaternion, turn, 1.0)
     return turned
+
+
+class Idler(NamedTuple):
+    """A cylinder that turns with a tendon, so that the tendon does not slip over it; ids."""
+
+    tendon: int
+    geom: int  # the cylinder
+    joint: int  # the hinge on its axis
+    side_site: int  # that turns with it, and so leaves the side of the tendon; or −1
+
+
+def idlers(model: mujoco.MjModel) -> list[Idler]:
+    """Cylinders that turn freely with the one tendon that runs over them.
+
+    A hinge on the cylinder's axis carries it, and carries neither another point of a tendon's path
+    nor is held: by a range, a spring, an actuator or a coupling. Without friction nothing
+    turns such a hinge; friction turns it until only the bearing's torque is left to overcome.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    bodies = {k: _body(model, k) for k in range(model.nwrap)}
+    held = _held_joints(model)
+    rolling = []
+    for tendon in range(model.ntendon):
+        first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
+        for k in range(first, first + count):
+            if model.wrap_type[k] != _WRAP.mjWRAP_CYLINDER.value:
+                continue
+            geom, side = int(model.wrap_objid[k]), int(model.wrap_prm[k])
+            for body in _chain(model, bodies[k]):
+                if any(_carries(model, body, bodies[j]) for j in bodies if j != k):
+                    break
+                for joint in _joints(model, body):
+                    if joint in held or not _is_axle(model, data, joint, geom):
+                        continue
+                    turns = side >= 0 and _turns(model, data, joint, body, side, geom)
+                    rolling.append(Idler(tendon, geom, joint, side if turns else -1))
+    return rolling
+
+
+def _is_axle(model: mujoco.MjModel, data: mujoco.MjData, joint: int, geom: int) -> bool:
+    """Whether a joint is a hinge on the axis of a cylinder."""
+    hinge, anchor = data.xaxis[joint], data.xanchor[joint]
+    misses = np.linalg.norm(np.cross(data.geom_xpos[geom] - anchor, hinge))
+    tilt = np.linalg.norm(np.cross(data.geom_xmat[geom].reshape(3, 3)[:, 2], hinge))
+    is_hinge = model.jnt_type[joint] == _JOINT.mjJNT_HINGE.value
+    return bool(is_hinge and misses <= _COAXIAL * model.geom_size[geom, 0] and tilt <= _COAXIAL)
+
+
+def _turns(
+    model: mujoco.MjModel, data: mujoco.MjData, joint: int, body: int, site: int, geom: int
+) -> bool:
+    """Whether a site turns about a hinge of a body that carries a cylinder, off its axis."""
+    if not _carries(model, body, int(model.site_bodyid[site])):
+        return False
+    arm = np.cross(data.site_xpos[site] - data.xanchor[joint], data.xaxis[joint])
+    return bool(np.linalg.norm(arm) > _COAXIAL * model.geom_size[geom, 0])
+
+
+def _held_joints(model: mujoco.MjModel) -> set[int]:
+    """Joints with a range, a spring, an actuator, a coupling or a fixed tendon."""
+    on_joint = np.isin(model.actuator_trntype, _ON_JOINT)
+    couplings = model.eq_type == _COUPLING
+    return {
+        *map(int, np.flatnonzero((model.jnt_limited != 0) | (model.jnt_stiffness != 0.0))),
+        *map(int, model.actuator_trnid[on_joint, 0]),
+        *map(int, model.eq_obj1id[couplings]),
+        *map(int, model.eq_obj2id[couplings]),
+        *map(int, model.wrap_objid[model.wrap_type == _WRAP.mjWRAP_JOINT.value]),
+    }
+
+
+def _body(model: mujoco.MjModel, element: int) -> int:
+    """Body of an element of a tendon's path; the world for one that has none."""
+    kind, target = model.wrap_type[element], int(model.wrap_objid[element])
+    if kind in (_WRAP.mjWRAP_JOINT.value, _WRAP.mjWRAP_PULLEY.value):
+        return 0
+    is_site = kind == _WRAP.mjWRAP_SITE.value
+    return int(model.site_bodyid[target] if is_site else model.geom_bodyid[target])
+
+
+def _joints(model: mujoco.MjModel, body: int) -> range:
+    first = int(model.body_jntadr[body])
+    return range(first, first + int(model.body_jntnum[body]))
+
+
+def _chain(model: mujoco.MjModel, body: int) -> Iterator[int]:
+    """A body and all that carry it, but for the world."""
+    while body:
+        yield body
+        body = int(model.body_parentid[body])
+
+
+def _carries(model: mujoco.MjModel, body: int, other: int) -> bool:
+    return body in _chain(model, other)

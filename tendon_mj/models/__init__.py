@@ -19,7 +19,7 @@ from tendon_mj.models.load import example_recording as example_recording
 from tendon_mj.models.load import example_rig as example_rig
 from tendon_mj.models.load import load_model as load_model
 from tendon_mj.models.load import load_spec as load_spec
+from tendon_mj.models.load import model_digest as model_digest
 from tendon_mj.models.load import model_names as model_names
 from tendon_mj.models.load import model_path as model_path
 from tendon_mj.models.load import models_folder as models_folder
-from tendon_mj.models.model_digest import model_digest as model_digest

@@ -7,12 +7,36 @@ spring k_s, on an environment spring k_e. `models/bench/bench.xml` is this with 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from tendon_mj.attach import add_friction, add_sites, add_tendon, arc_points
+from tendon_mj.errors import InvalidValueError
+
+
+def check_range(
+    parameters: Mapping[str, float],
+    *,
+    may_be_0: Collection[str] = (),
+    signed: Collection[str] = (),
+    where: str = "",
+) -> None:
+    """Refuse a model's parameters that are not finite, or not positive where they must be.
+
+    Args:
+        parameters: value by name.
+        may_be_0: names of those that must be ≥ 0; the others must be > 0.
+        signed: names of those that may have any finite value.
+        where: begins the message.
+    """
+    for name, value in parameters.items():
+        bound = "" if name in signed else " and ≥ 0" if name in may_be_0 else " and > 0"
+        in_range = name in signed or value > 0.0 or (name in may_be_0 and value == 0.0)
+        if not (np.isfinite(value) and in_range):
+            raise InvalidValueError(f"{where}{name} = {value} must be finite{bound}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +54,9 @@ class Bench:
         sensor_stiffness: k_s [N/m].
         mass: of the sensor's and of the environment's carriage [kg].
         timestep: [s].
+
+    Raises:
+        InvalidValueError: a parameter that is not finite, or not positive where it must be.
     """
 
     friction: float = 0.15
@@ -42,6 +69,9 @@ class Bench:
     sensor_stiffness: float = 40e3
     mass: float = 1.0
     timestep: float = 0.0005
+
+    def __post_init__(self) -> None:
+        check_range(vars(self), may_be_0=("friction", "pretension"), signed=("bend",))
 
     @property
     def exponent(self) -> float:
@@ -88,13 +118,8 @@ def build_bench(
         joint.stiffness[0] = stiffness
         joint.springref = -bench.pretension / stiffness
         joint.damping[0] = 2.0 * np.sqrt(stiffness * bench.mass)
-        body.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=[0.008, 0.008, 0.008],
-            mass=bench.mass,
-            contype=0,
-            conaffinity=0,
-        )
+        box = mujoco.mjtGeom.mjGEOM_BOX
+        body.add_geom(type=box, size=[0.008] * 3, mass=bench.mass, contype=0, conaffinity=0)
         return body
 
     environment = carriage(spec.worldbody, "environment", bench.environment_stiffness)

@@ -29,8 +29,8 @@ _PHALANX = 1  # contact bit: phalanges touch the object and nothing else
 _OBJECT_SIZE = (0.007, 0.012, 0.008)  # half edges of the object [m]
 _RAIL = np.array([0.0, 0.0165, 0.0])  # of the rod that guides the object, behind the finger [m]
 _PIN = 0.0013, 0.0012, 0.006  # radius, front and back of the pins that guides are drawn with [m]
-# so light joints would otherwise give way to what the motors can pull; 2 steps are the stiffest
-# that MuJoCo takes
+# so light joints would otherwise give way to the motors' pull; 2 steps are the stiffest that MuJoCo
+# takes
 _LIMIT_STEPS, _LIMIT_SOLIMP = 2.0, (0.99, 0.999, 0.01, 0.5, 2.0)
 _TENDON_RADIUS = 0.0004  # as drawn [m]
 
@@ -145,27 +145,20 @@ def _add_object(spec: mujoco.MjSpec, finger: Finger) -> None:
 
 
 def _add_motor(spec: mujoco.MjSpec, finger: Finger, tendon: str) -> None:
-    """A spool that winds the tendon in when it turns forward, and what turns it."""
+    """A spool that winds the tendon in when it turns forward, and its actuators."""
     side, name = SIDE[tendon], f"{tendon}_motor"
     centre = sheath_points(finger, tendon)[0] + side * finger.spool_radius * UP
     body = spec.worldbody.add_body(name=name, pos=centre, explicitinertial=True, mass=0.02)
     body.ipos, body.inertia = np.zeros(3), np.full(3, 1e-6)
-    for kind, radius, fromto in (
-        (
-            mujoco.mjtGeom.mjGEOM_CYLINDER,
-            finger.spool_radius,
-            [*(-0.004 * FLEXION), *(0.004 * FLEXION)],
-        ),
-        (
-            mujoco.mjtGeom.mjGEOM_CAPSULE,
-            0.0015,
-            [0.0, -0.005, 0.0, 0.0, -0.005, 0.8 * side * finger.spool_radius],
-        ),
+    drum, crank = mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE
+    width = [*(-0.004 * FLEXION), *(0.004 * FLEXION)]
+    arm = [0.0, -0.005, 0.0, 0.0, -0.005, 0.8 * side * finger.spool_radius]
+    for kind, radius, ends, rgba in (
+        (drum, finger.spool_radius, width, _STEEL),
+        (crank, 0.0015, arm, TENDON_COLOUR[tendon]),
     ):
-        rgba = _STEEL if kind == mujoco.mjtGeom.mjGEOM_CYLINDER else TENDON_COLOUR[tendon]
-        body.add_geom(
-            type=kind, size=[radius, 0, 0], fromto=fromto, rgba=rgba, contype=0, conaffinity=0
-        )
+        size = [radius, 0.0, 0.0]
+        body.add_geom(type=kind, size=size, fromto=ends, rgba=rgba, contype=0, conaffinity=0)
     hinge = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=side * FLEXION)
     hinge.armature = finger.rotor_inertia * finger.gear**2
     hinge.damping[0] = finger.motor_damping
@@ -177,11 +170,9 @@ def _add_motor(spec: mujoco.MjSpec, finger: Finger, tendon: str) -> None:
     # the servo bears the pretension, so that 0 rad is where it rests
     position.biasprm[0] = finger.spool_radius * finger.pretension * (1.0 + 0.5 * strain)
     position.forcerange, position.forcelimited = [-most, most], True
-    ends = [
-        spool_angles(finger, [getattr(j, end) for j in finger.joints.values()])[tendon]
-        for end in ("low", "high")
-    ]
-    position.ctrlrange = [min(ends) - finger.servo_margin, max(ends) + finger.servo_margin]
+    lows, highs = zip(*((joint.low, joint.high) for joint in finger.joints.values()), strict=True)
+    angles = [spool_angles(finger, joints)[tendon] for joints in (lows, highs)]
+    position.ctrlrange = [min(angles) - finger.servo_margin, max(angles) + finger.servo_margin]
     position.ctrllimited = True
     torque = spec.add_actuator(name=f"{tendon}_torque", **joint)
     torque.set_to_motor()
@@ -218,8 +209,8 @@ def _draw_pin(body: mujoco.MjsBody, guide: FloatArray) -> None:
 
 
 def _add_sensors(spec: mujoco.MjSpec, tendons: tuple[str, ...]) -> None:
-    def add(name: str, kind: mujoco.mjtSensor, of: str, what: mujoco.mjtObj) -> None:
-        spec.add_sensor(name=name, type=kind, objtype=what, objname=of)
+    def add(name: str, kind: mujoco.mjtSensor, of: str, object_type: mujoco.mjtObj) -> None:
+        spec.add_sensor(name=name, type=kind, objtype=object_type, objname=of)
 
     position, joint = mujoco.mjtSensor.mjSENS_JOINTPOS, mujoco.mjtObj.mjOBJ_JOINT
     for name in JOINTS:

@@ -7,14 +7,14 @@ the model; `models/finger/finger.xml` is the one with the defaults.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tendon_mj.attach import arc_points
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.models.range_check import check_range
+from tendon_mj.models.bench import check_range
 from tendon_mj.typing import FloatArray
 
 JOINTS = ("mcp", "pip", "dip")
@@ -28,7 +28,7 @@ _OBJECT_POSE = ("object_x", "object_z", "object_angle")
 
 @dataclass(frozen=True, kw_only=True)
 class FingerJoint:
-    """A joint of the finger and the phalanx beyond it.
+    """A joint of the finger and the phalanx after it.
 
     Attributes:
         length: of the phalanx [m].
@@ -70,8 +70,8 @@ class FingerJoint:
         else:
             before = after = self.extensor_reach
             offset = self.extensor_offset
-        beside = SIDE[tendon] * offset * UP
-        return beside - before * FORWARD, beside + after * FORWARD
+        side = SIDE[tendon] * offset * UP
+        return side - before * FORWARD, side + after * FORWARD
 
     def span(self, tendon: str, angle: ArrayLike) -> FloatArray:
         """Length of tendon between the joint's two guides at angles [rad], in their shape [m]."""
@@ -83,58 +83,25 @@ class FingerJoint:
         return length
 
 
-def _mcp() -> FingerJoint:
-    return FingerJoint(
-        length=0.0398,
-        radius=0.009,
-        mass=0.011,
-        low=np.radians(-10.0),
-        high=np.radians(90.0),
-        stiffness=0.12,
-        damping=0.004,
-        armature=2e-5,
-        flexor_offset=0.007,
-        flexor_before=0.018,
-        flexor_after=0.013,
-        extensor_offset=0.0095,
-        extensor_reach=0.0045,
-    )
-
-
-def _pip() -> FingerJoint:
-    return FingerJoint(
-        length=0.0224,
-        radius=0.0083,
-        mass=0.0053,
-        low=np.radians(-5.0),
-        high=np.radians(100.0),
-        stiffness=0.1,
-        damping=0.003,
-        armature=1.5e-5,
-        flexor_offset=0.0055,
-        flexor_before=0.015,
-        flexor_after=0.009,
-        extensor_offset=0.004,
-        extensor_reach=0.002,
-    )
-
-
-def _dip() -> FingerJoint:
-    return FingerJoint(
-        length=0.0196,
-        radius=0.007,
-        mass=0.003,
-        low=np.radians(-5.0),
-        high=np.radians(80.0),
-        stiffness=0.05,
-        damping=0.0015,
-        armature=1e-5,
-        flexor_offset=0.003,
-        flexor_before=0.008,
-        flexor_after=0.007,
-        extensor_offset=0.0028,
-        extensor_reach=0.0016,
-    )
+# by each joint: MCP, PIP, DIP
+_DEFAULTS = {
+    "length": (0.0398, 0.0224, 0.0196),
+    "radius": (0.009, 0.0083, 0.007),
+    "mass": (0.011, 0.0053, 0.003),
+    "low": (np.radians(-10.0), np.radians(-5.0), np.radians(-5.0)),
+    "high": (np.radians(90.0), np.radians(100.0), np.radians(80.0)),
+    "stiffness": (0.12, 0.1, 0.05),
+    "damping": (0.004, 0.003, 0.0015),
+    "armature": (2e-5, 1.5e-5, 1e-5),
+    "flexor_offset": (0.007, 0.0055, 0.003),
+    "flexor_before": (0.018, 0.015, 0.008),
+    "flexor_after": (0.013, 0.009, 0.007),
+    "extensor_offset": (0.0095, 0.004, 0.0028),
+    "extensor_reach": (0.0045, 0.002, 0.0016),
+}
+_MCP, _PIP, _DIP = (
+    FingerJoint(**{name: values[k] for name, values in _DEFAULTS.items()}) for k in range(3)
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,7 +109,7 @@ class Finger:
     """Parameters of the finger; the defaults are those of `models/finger/parameters.toml`.
 
     Attributes:
-        mcp, pip, dip: the joints and the phalanges beyond them.
+        mcp, pip, dip: the joints and the phalanges after them.
         friction: μ of both tendons, static = dynamic [-].
         axial_stiffness: EA of each tendon [N].
         pretension: T_0 of each tendon in the reference pose, the finger straight [N].
@@ -157,7 +124,7 @@ class Finger:
         motor_damping: seen at the spool [N m s/rad].
         servo_stiffness: of the motors' position control, at the spool [N m/rad].
         servo_damping: of that control [N m s/rad].
-        servo_margin: by which its range exceeds what the joints' ranges ask for [rad].
+        servo_margin: by which its range exceeds that of the joints [rad].
         motor_torque: most that a rotor gives [N m].
         object_stiffness: k_e of the object's spring [N/m].
         object_mass: [kg].
@@ -169,9 +136,9 @@ class Finger:
         InvalidValueError: a parameter that is not finite, or not positive where it must be.
     """
 
-    mcp: FingerJoint = field(default_factory=_mcp)
-    pip: FingerJoint = field(default_factory=_pip)
-    dip: FingerJoint = field(default_factory=_dip)
+    mcp: FingerJoint = _MCP
+    pip: FingerJoint = _PIP
+    dip: FingerJoint = _DIP
     friction: float = 0.15
     axial_stiffness: float = 2000.0
     pretension: float = 4.0
@@ -198,8 +165,8 @@ class Finger:
     timestep: float = 0.001
 
     def __post_init__(self) -> None:
-        own = {name: value for name, value in vars(self).items() if name not in JOINTS}
-        check_range(own, may_be_0=_MAY_BE_0, signed=_OBJECT_POSE)
+        numbers = {name: value for name, value in vars(self).items() if name not in JOINTS}
+        check_range(numbers, may_be_0=_MAY_BE_0, signed=_OBJECT_POSE)
 
     @property
     def joints(self) -> dict[str, FingerJoint]:
@@ -219,8 +186,8 @@ def sheath_points(finger: Finger, tendon: str) -> FloatArray:
         finger.wrist_length, -half, finger.wrist_guides, forearm[-1], heading, -FLEXION
     )
     path = np.vstack([-finger.free_length * FORWARD, forearm[1:-1], wrist[1:-1]])
-    beside = finger.mcp.guides(tendon)[0][2] * UP
-    shifted: FloatArray = path - wrist[-1] - finger.palm_length * FORWARD + beside
+    side = finger.mcp.guides(tendon)[0][2] * UP
+    shifted: FloatArray = path - wrist[-1] - finger.palm_length * FORWARD + side
     return shifted
 
 

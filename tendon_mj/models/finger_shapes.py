@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.models.finger_parameters import JOINTS, Finger, sheath_points
-from tendon_mj.typing import FloatArray
+from tendon_mj.typing import FloatArray, IntArray
 
 # of a tendon, in drawings and charts: blue and vermilion of Okabe and Ito's palette
 TENDON_COLOUR = {
@@ -54,15 +54,11 @@ class Mesh:
 
 
 def half_round(x: FloatArray, radius: FloatArray, cut: float, depth: float) -> Mesh:
-    """Half of a body of revolution about the x axis, on a plane of constant y.
+    """Half of a body of revolution about the x axis, on the plane y = ``cut``.
 
-    Args:
-        x: (n,) stations [m].
-        radius: (n,) at the stations [m].
-        cut: y of the plane [m].
-        depth: extent along y over the radius, negative towards −y.
+    (n,) stations ``x`` have (n,) radii [m]; ``depth``: extent along y over the radius, signed.
     """
-    # the plane has vertices of its own, or the edge would be shaded as if it were round
+    # the plane has its own vertices, or the edge would be shaded as if it were round
     around = np.pi * np.array([*np.linspace(0.0, 1.0, _AROUND + 1), 1.0, 0.0])
     section = np.stack([depth * np.sin(around), np.cos(around)], axis=-1)
     points = radius[:, None, None] * section + np.array([cut, 0.0])
@@ -71,12 +67,7 @@ def half_round(x: FloatArray, radius: FloatArray, cut: float, depth: float) -> M
 
 
 def half_pipe(points: ArrayLike, inner: float, outer: float) -> Mesh:
-    """A pipe along a path in the plane y = 0, of which only the half behind that plane is there.
-
-    Args:
-        points: (n, 3) path [m].
-        inner, outer: radii [m].
-    """
+    """The half behind the plane y = 0 of a pipe along an (n, 3) path in it; radii [m]."""
     path = np.asarray(points, float)
     heading = np.diff(path, axis=0)
     heading /= np.linalg.norm(heading, axis=1, keepdims=True)
@@ -85,18 +76,10 @@ def half_pipe(points: ArrayLike, inner: float, outer: float) -> Mesh:
     normal = np.stack([-mean[:, 2], np.zeros(len(mean)), mean[:, 0]], axis=-1)
     miter = np.einsum("ij,ij->i", mean, np.vstack([heading, heading[-1:]]))
     around = np.linspace(0.0, np.pi, _AROUND + 1)
-    section = np.vstack(
-        [
-            outer * np.stack([np.cos(around), np.sin(around)], axis=-1),
-            inner * np.stack([np.cos(around), np.sin(around)], axis=-1)[::-1],
-        ]
-    )
-    behind = np.array([0.0, 1.0, 0.0])
-    rings = (
-        path[:, None]
-        + (normal / miter[:, None])[:, None] * section[:, :1]
-        + behind * section[:, 1:]
-    )
+    arc = np.stack([np.cos(around), np.sin(around)], axis=-1)
+    section = np.vstack([outer * arc, inner * arc[::-1]])
+    across, behind = (normal / miter[:, None])[:, None], np.array([0.0, 1.0, 0.0])
+    rings = path[:, None] + across * section[:, :1] + behind * section[:, 1:]
     return _tube(rings, flip=True)
 
 
@@ -148,10 +131,10 @@ def _shapes(
         between = first + (last - first) * share - _WAIST * np.sin(np.pi * share) ** 2
         x = [start + share * (end - start), end + last * np.sin(angle)]
         radius = [between, last * np.cos(angle)]
-        if not flat:
-            x, radius = [start - first * np.cos(angle), *x], [first * np.sin(angle), *radius]
-        else:
+        if flat:
             x, radius = [np.array([start]), *x], [np.array([first]), *radius]
+        else:
+            x, radius = [start - first * np.cos(angle), *x], [first * np.sin(angle), *radius]
         shapes[f"{name}_{part}"] = half_round(
             np.concatenate(x), np.maximum(np.concatenate(radius), 1e-5), cut - step, _DEPTH
         )
@@ -165,21 +148,23 @@ def _bone(start: float, end: float, head: float) -> Mesh:
     neck = np.sqrt(head**2 - shaft**2)
     share = np.linspace(0.0, 1.0, _ALONG // 2)[1:-1]
     rounding = 0.4 * base
-    x = np.concatenate(
-        [
-            start + rounding * (1.0 - np.cos(angle)),
-            start + rounding + share * (end - neck - start - rounding),
-            end + head * np.sin(np.linspace(-np.arccos(_SHAFT), 0.5 * np.pi, 12)),
-        ]
-    )
-    radius = np.concatenate(
-        [
-            (base - rounding) + rounding * np.sin(angle),
-            shaft + (base - shaft) * np.exp(-4.0 * share),
-            head * np.cos(np.linspace(-np.arccos(_SHAFT), 0.5 * np.pi, 12)),
-        ]
-    )
-    return half_round(x, np.maximum(radius, 1e-5), _FLESH_CUT, -_BONE_DEPTH)
+    tip = np.linspace(-np.arccos(_SHAFT), 0.5 * np.pi, 12)
+    x = [
+        start + rounding * (1.0 - np.cos(angle)),
+        start + rounding + share * (end - neck - start - rounding),
+        end + head * np.sin(tip),
+    ]
+    radius = [
+        (base - rounding) + rounding * np.sin(angle),
+        shaft + (base - shaft) * np.exp(-4.0 * share),
+        head * np.cos(tip),
+    ]
+    profile = np.maximum(np.concatenate(radius), 1e-5)
+    return half_round(np.concatenate(x), profile, _FLESH_CUT, -_BONE_DEPTH)
+
+
+def _triangles(*corners: tuple[IntArray, IntArray, IntArray]) -> IntArray:
+    return np.vstack([np.stack(three, axis=-1) for three in corners])
 
 
 def _tube(rings: FloatArray, *, flip: bool) -> Mesh:
@@ -188,23 +173,13 @@ def _tube(rings: FloatArray, *, flip: bool) -> Mesh:
     here = np.arange(size)
     there = np.roll(here, -1)
     faces = [
-        np.vstack(
-            [
-                np.stack([a + here, a + there, b + here], axis=-1),
-                np.stack([a + there, b + there, b + here], axis=-1),
-            ]
-        )
+        _triangles((a + here, a + there, b + here), (a + there, b + there, b + here))
         for a, b in zip(size * np.arange(count - 1), size * np.arange(1, count), strict=True)
     ]
     for start, way in ((0, -1), (size * (count - 1), 1)):
         # the two halves of a ring run alongside each other: strips between them close it
         low, high = np.arange(size // 2), size - 1 - np.arange(size // 2)
-        lid = np.vstack(
-            [
-                np.stack([low[:-1], low[1:], high[:-1]], axis=-1),
-                np.stack([low[1:], high[1:], high[:-1]], axis=-1),
-            ]
-        )
+        lid = _triangles((low[:-1], low[1:], high[:-1]), (low[1:], high[1:], high[:-1]))
         if size % 2:
             lid = np.vstack([lid, [[low[-1], low[-1] + 1, high[-1]]]])
         faces.append(start + lid[:, ::way])

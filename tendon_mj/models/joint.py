@@ -12,14 +12,13 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from tendon_mj.attach import add_friction, add_sensor, add_sites, add_tendon, arc_points
-from tendon_mj.models.range_check import check_range
+from tendon_mj.models.bench import check_range
+from tendon_mj.typing import FloatArray
 
 TENDONS = (1, 2)
 _MAY_BE_0 = ("friction", "pretension", "stiffness", "damping", "servo_damping")
-_Vector = NDArray[np.float64]
 _ACROSS = np.array([0.0, 0.0, 1.0])  # normal of the plane in which the sheath bends
 _LEFT = np.array([0.0, 1.0, 0.0])  # to which it bends, where it starts along +x
 _COLOURS = {1: [0.85, 0.2, 0.15, 1.0], 2: [0.1, 0.35, 0.8, 1.0]}
@@ -81,7 +80,7 @@ class Joint:
 def build_joint(joint: Joint) -> mujoco.MjSpec:
     """The joint as an editable model.
 
-    Actuators `command` [rad] and, for what each tendon is wound in besides, `reel_1`, `reel_2` [m];
+    Actuators `command` [rad] and `reel_1`, `reel_2` [m], which wind each tendon in besides;
     sheaths `sheath_1`, `sheath_2`; hinge `joint`; sensors `joint_angle`, `spool_angle` [rad] and
     `input_tension_k`, `output_tension_k` [N].
     """
@@ -125,7 +124,7 @@ def build_joint(joint: Joint) -> mujoco.MjSpec:
     return spec
 
 
-def _centre_line(joint: Joint) -> tuple[_Vector, _Vector]:
+def _centre_line(joint: Joint) -> tuple[FloatArray, FloatArray]:
     """Spool, guides, hinge as (guides+2, 3) points [m], and the direction in which it ends."""
     points = arc_points(joint.length, joint.bend, joint.guides)
     heading = np.array([np.cos(joint.bend), np.sin(joint.bend), 0.0])
@@ -138,15 +137,14 @@ def _add_wheel(
     spec: mujoco.MjSpec,
     name: str,
     joint: Joint,
-    pos: _Vector,
-    axis: _Vector,
-    arm: _Vector,
+    pos: FloatArray,
+    axis: FloatArray,
+    arm: FloatArray,
     inertia: float,
 ) -> mujoco.MjsJoint:
     """A balanced body on a hinge of the same name; turned forward it winds tendon 1 in.
 
-    It looks like a wheel with an arm; its mass and inertia about the hinge [kg m²] are not those of
-    the looks.
+    It is drawn as a wheel with an arm; its mass and inertia [kg m²] do not follow from the drawing.
     """
     body = spec.worldbody.add_body(name=name, pos=pos, explicitinertial=True, mass=0.02)
     body.ipos = [0.0, 0.0, 0.0]
@@ -156,14 +154,8 @@ def _add_wheel(
         (wheel, joint.moment_arm - _TENDON_RADIUS, -0.004 * axis, 0.004 * axis, _STEEL),
         (capsule, 0.6 * joint.moment_arm, 0.0 * arm, _TIP_LENGTH * arm, _TIP),
     ):
-        body.add_geom(
-            type=shape,
-            size=[radius, 0.0, 0.0],
-            fromto=[*start, *end],
-            rgba=rgba,
-            contype=0,
-            conaffinity=0,
-        )
+        size, ends = [radius, 0.0, 0.0], [*start, *end]
+        body.add_geom(type=shape, size=size, fromto=ends, rgba=rgba, contype=0, conaffinity=0)
     return body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
 
 

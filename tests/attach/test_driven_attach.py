@@ -17,6 +17,7 @@ from tendon_mj.lab.replay import Adjustable
 from tendon_mj.models import load_spec
 from tendon_mj.plugin import sheaths
 from tests.attach.test_removal import assert_equal
+from tests.refusal import refused
 
 ARM = """
 <mujoco>
@@ -48,6 +49,7 @@ ARM = """
 OF_A_REEL = ("pretension", "backlash", "sheath_compliance", "viscous_friction", "tendon_mass")
 GIVEN = Path(os.environ.get("TENDON_MJ_MODELS", "/nowhere"))
 MODELS = sorted(GIVEN.glob("*.xml"))
+on_models_of_others = pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
 
 
 def arm():
@@ -74,13 +76,13 @@ def test_what_compiling_refuses_of_a_driven_tendon_is_refused_live_too(tendon, p
     parameters = Parameters(model, data)
     assert name not in parameters
     assert name not in list(parameters)
-    refused = pytest.raises(InvalidValueError, match=f"{name} has no meaning .*{why}")
-    with refused:
-        parameters[name] = 0.01
-    with refused:
-        setattr(view_sheath(model, data, tendon), parameter, 0.01)
-    with refused:
-        Adjustable(model).set({f"{tendon}_sheath.friction": 0.2, name: 0.01})
+    for call in (
+        lambda: parameters.update({name: 0.01}),
+        lambda: setattr(view_sheath(model, data, tendon), parameter, 0.01),
+        lambda: Adjustable(model).set({f"{tendon}_sheath.friction": 0.2, name: 0.01}),
+    ):
+        with refused(name, why, by=InvalidValueError):
+            call()
     np.testing.assert_array_equal(data.plugin_state, before)
 
 
@@ -104,8 +106,7 @@ def limited_arm(joint="", tendon=""):
     ['actuatorfrcrange="-1 1"', 'actuatorfrcrange="-1 1" actuatorfrclimited="true"'],
 )
 def test_a_joint_that_limits_what_a_driven_tendon_does_there_is_warned_of(limit):
-    message = "actuatorfrcrange of joint 'elbow' .*sheath on 'stiff' .*actuatorfrcrange.*forcerange"
-    with pytest.warns(TendonWarning, match=message):
+    with pytest.warns(TendonWarning, match="'elbow' .*'stiff' .*actuatorfrcrange.*forcerange"):
         add_friction(limited_arm(limit), "stiff", friction=0.1)
 
 
@@ -162,9 +163,10 @@ def test_what_can_only_pull_is_not_warned_of(actuator):
 
 @pytest.mark.parametrize("actuator", PUSHES)
 def test_what_can_push_is_warned_of_once_a_call(actuator):
-    with pytest.warns(TendonWarning, match="cannot push") as caught:
+    with pytest.warns(TendonWarning) as caught:
         add_friction(driven_by(actuator), ["stiff", "wrapped"], friction=0.1)
     (said,) = caught
+    assert "push" in str(said.message)
     assert "'wrapped', 'stiff'" in str(said.message)
 
 
@@ -215,9 +217,9 @@ def test_a_spring_without_an_actuator_drives_where_it_cannot_move_into_the_sheat
 
 
 def test_an_axial_stiffness_that_is_given_is_that_of_a_driven_tendon():
-    spec = add_friction(arm(), ["wrapped", "sprung"], friction=0.1, axial_stiffness=5e3)
-    assert config(spec, "wrapped")["axial_stiffness"] == "5000.0"
-    assert config(spec, "sprung")["axial_stiffness"] == "5000.0"
+    tendons = ["wrapped", "sprung"]
+    spec = add_friction(arm(), tendons, friction=0.1, axial_stiffness=5e3)
+    assert [config(spec, tendon)["axial_stiffness"] for tendon in tendons] == ["5000.0"] * 2
     spec.compile()
 
 
@@ -225,13 +227,13 @@ def test_an_axial_stiffness_that_is_given_is_that_of_a_driven_tendon():
 def test_a_pretension_of_a_driven_tendon_is_refused(tendon):
     spec = arm()
     before = spec.to_xml()
-    with pytest.raises(InvalidValueError, match=r"'wrapped' is driven by 'motor' and 'servo'.*out"):
+    with refused("'wrapped'", "'motor' and 'servo'", "pretension", by=InvalidValueError):
         add_friction(spec, tendon, friction=0.1, pretension=1.0)
     assert spec.to_xml() == before
 
 
 def test_what_is_wound_besides_takes_its_elasticity_as_before():
-    with pytest.raises(InvalidValueError, match="'wrapped' has no stiffness to take over"):
+    with refused("'wrapped'", "axial_stiffness", by=InvalidValueError):
         add_friction(arm(), "wrapped", friction=0.1, output_joint="elbow", output_radius=0.01)
     spec = add_friction(arm(), "stiff", friction=0.1, output_joint="elbow", output_radius=0.01)
     assert spec.plugin("sheath").config["spring"] == "cable"
@@ -254,11 +256,10 @@ def test_the_command_says_what_drives_and_that_the_step_decides(tmp_path, monkey
     for word in ("motor, servo", "its spring", "the step's", "sheath 'wrapped_sheath'"):
         assert word in capture.get()
     model = mujoco.MjModel.from_xml_path(str(out))
-    assert {found.tendon for found in sheaths(model).values()} == {"wrapped", "sprung"}
+    assert {sheath.tendon for sheath in sheaths(model).values()} == {"wrapped", "sprung"}
 
 
-@pytest.mark.skipif(not MODELS, reason="TENDON_MJ_MODELS names no folder with models")
-@pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
+@on_models_of_others
 def test_a_pattern_accepts_every_tendon_that_something_pulls_on_a_model_of_others(path):
     spec = mujoco.MjSpec.from_file(str(path))
     plain = spec.compile()
@@ -269,20 +270,19 @@ def test_a_pattern_accepts_every_tendon_that_something_pulls_on_a_model_of_other
         warnings.simplefilter("ignore", TendonWarning)
         add_friction(spec, "*", friction=0.1)
     model = spec.compile()
-    assert {found.tendon for found in sheaths(model).values()} == pulled
+    assert {sheath.tendon for sheath in sheaths(model).values()} == pulled
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, 20)
     assert np.isfinite(data.qpos).all()
     assert_equal(plain, remove_friction(spec, "*").compile())
 
 
-@pytest.mark.skipif(not MODELS, reason="TENDON_MJ_MODELS names no folder with models")
-@pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
+@on_models_of_others
 def test_a_model_of_others_is_written_with_friction(path, tmp_path):
     attached = attach_friction(load_spec(str(path)), path, "*", tmp_path / "new.xml", friction=0.1)
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "new.xml"))
     sheathed = {row.tendon for row in attached.rows if row.sheath}
-    assert {found.tendon for found in sheaths(model).values()} == sheathed
+    assert {sheath.tendon for sheath in sheaths(model).values()} == sheathed
     for row in attached.rows:
         assert 0.0 <= row.least_bend <= row.bend <= row.most_bend
         assert row.transmission == pytest.approx(math.exp(-0.1 * row.bend))

@@ -8,7 +8,7 @@ import pytest
 
 from tendon_mj import TendonWarning, add_friction, view_sheath
 from tendon_mj.attach import attach_friction
-from tendon_mj.attach.idlers import idlers
+from tendon_mj.attach.tendon_bend import idlers
 from tendon_mj.cli import console, main
 from tendon_mj.models import load_spec
 

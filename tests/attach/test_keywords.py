@@ -2,6 +2,7 @@
 
 import dataclasses
 import inspect
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from tendon_mj.plugin import GAINS, OptionalGains
 from tendon_mj.plugin.servo_plugin.gains import Gains
 from tendon_mj.sheath import LAW, Law, OptionalParameters
 from tests.attach.test_friction import finger
+from tests.refusal import refused
 
 TAKERS = [(tendon_mj.add_friction, LAW), (tendon_mj.add_servo, GAINS)]
 
@@ -37,13 +39,13 @@ def test_the_help_says_what_every_parameter_is_and_its_unit(function, known):
 
 def test_an_unknown_parameter_comes_with_the_nearest():
     spec = finger()
-    with pytest.raises(UnknownNameError, match="'backlsh'; did you mean 'backlash'"):
+    with refused("'backlsh'; did you mean 'backlash'", by=UnknownNameError):
         tendon_mj.add_friction(spec, "flexor", friction=0.1, backlsh=1e-3)
     assert not spec.plugins
 
 
 def test_a_parameter_without_a_value_is_refused_where_it_has_to_have_one():
-    with pytest.raises(ValueError, match="creep = None is not a number"):
+    with refused("creep = None"):
         tendon_mj.add_friction(finger(), "flexor", friction=0.1, creep=None)
     tendon_mj.add_friction(finger(), "flexor", friction=0.1, static_friction=None)
 
@@ -75,28 +77,19 @@ SETTERS = {
 }
 
 
+NOT_NUMBERS = [True, np.True_, "0.15", np.str_("0.15"), [0.1], np.array([0.1, 0.2]), 10**400]
+
+
 @pytest.mark.parametrize("name", SETTERS)
-@pytest.mark.parametrize(
-    ("value", "message"),
-    [
-        (True, "= True is not a number"),
-        (np.True_, "= .*True.* is not a number"),
-        ("0.15", r"= '0\.15' is not a number"),
-        (np.str_("0.15"), r"= .*'0\.15'.* is not a number"),
-        ([0.1], r"= \[0\.1\] is not a number"),
-        (np.array([0.1, 0.2]), "= .* is not one number"),
-        (np.array([0.1]), "= .* is not one number"),
-        (10**400, "is beyond the range of a float"),
-        pytest.param(-(10**5000), "is beyond the range of a float", id="too long to show"),
-    ],
-)
-def test_what_is_no_number_is_refused_by_one_rule(name, value, message):
-    with pytest.raises(InvalidValueError, match=f"{name} {message}"):
+@pytest.mark.parametrize("value", [*NOT_NUMBERS, pytest.param(-(10**5000), id="too long to show")])
+def test_what_is_not_a_number_is_refused_by_one_rule(name, value):
+    shown = repr(value) if np.ndim(value) or not isinstance(value, int) else ""
+    with refused(name, shown, by=InvalidValueError):
         SETTERS[name](finger(), value)
 
 
 @pytest.mark.parametrize("name", SETTERS)
-@pytest.mark.parametrize("value", [1, np.float32(0.5), np.int64(1), np.array(0.5)])
+@pytest.mark.parametrize("value", [1, np.float32(0.5), np.int64(1), np.array(0.5), Fraction(1, 2)])
 def test_what_is_a_number_is_taken_whatever_its_type(name, value):
     spec = finger()
     SETTERS[name](spec, value)

@@ -8,6 +8,7 @@ from hypothesis import strategies as some
 
 from tendon_mj import add_sites, add_tendon, arc_points, bent_points
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tests.refusal import refused
 
 vectors = some.tuples(*[some.floats(-1.0, 1.0)] * 3)
 
@@ -51,20 +52,6 @@ def test_many_guides_make_an_arc_of_a_circle():
     np.testing.assert_allclose(np.linalg.norm(points - [0, radius, 0], axis=1), radius, rtol=1e-4)
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: arc_points(0.0, 1.0, 4), r"length = 0\.0 \[m\] must be finite and > 0"),
-        (lambda: arc_points(np.nan, 1.0, 4), r"length = nan \[m\]"),
-        (lambda: arc_points(1.0, 1.0, 0), r"guides = 0 must be a whole number ≥ 1"),
-        (lambda: arc_points(1.0, 1.0, 4, direction=(0, 0, 2)), r"must not lie along normal"),
-    ],
-)
-def test_a_route_that_cannot_be_is_refused(call, message):
-    with pytest.raises(InvalidValueError, match=message):
-        call()
-
-
 def hand():
     spec = mujoco.MjSpec()
     spec.worldbody.add_body(name="palm", pos=[1, 2, 3]).add_geom(size=[0.1, 0, 0])
@@ -85,33 +72,27 @@ def test_sites_lie_on_their_body_and_the_tendon_runs_through_them_in_order():
 
 
 @pytest.mark.parametrize(
-    ("call", "error", "message"),
+    ("call", "fact"),
     [
-        (
-            lambda s: add_sites(s, "g", [[0, 0, 0]], "plam"),
-            UnknownNameError,
-            "unknown body 'plam'; did you mean 'palm'",
-        ),
-        (
-            lambda s: add_sites(s, "g", [0, 0, 0]),
-            InvalidValueError,
-            r"shape \(k, 3\), not \(3,\)",
-        ),
-        (lambda s: add_sites(s, "g", [[0, 0, np.inf]]), InvalidValueError, "must be finite"),
-        (
-            lambda s: add_tendon(s, "t", [*add_sites(s, "g", np.eye(3)), "g_9"]),
-            UnknownNameError,
-            "tendon 't': unknown site 'g_9'; did you mean 'g_",
-        ),
-        (lambda s: add_tendon(s, "t", ["g"]), InvalidValueError, "needs at least 2 sites, got 1"),
+        (lambda s: arc_points(0.0, 1.0, 4), "length = 0.0 [m]"),
+        (lambda s: arc_points(np.nan, 1.0, 4), "length = nan [m]"),
+        (lambda s: arc_points(1.0, np.inf, 4), "bend = inf [rad]"),
+        (lambda s: arc_points(1.0, 1.0, 0), "guides = 0"),
+        (lambda s: arc_points(1.0, 4.0, 1), "guides = 1"),
+        (lambda s: arc_points(1.0, 1.0, 4, direction=(0, 0, 2)), "direction"),
+        (lambda s: bent_points(0.8, [(0.0, 0.8, 4.0)], guides=1), "guides = 1"),
+        (lambda s: add_sites(s, "g", [[0, 0, 0]], "plam"), "did you mean 'palm'"),
+        (lambda s: add_sites(s, "g", [0, 0, 0]), "(3,)"),
+        (lambda s: add_sites(s, "g", [[0, 0, np.inf]]), "finite"),
+        (lambda s: add_tendon(s, "t", [*add_sites(s, "g", np.eye(3)), "g_9"]), "g_9"),
+        (lambda s: add_tendon(s, "t", ["g"]), "'t'"),
     ],
 )
-def test_a_bad_route_is_refused_by_name(call, error, message):
+def test_a_route_that_cannot_be_is_refused_by_name(call, fact):
     spec = hand()
-    tendons = len(spec.tendons)
-    with pytest.raises(error, match=message):
+    with refused(fact, by=(UnknownNameError, InvalidValueError)):
         call(spec)
-    assert len(spec.tendons) == tendons
+    assert not spec.tendons
 
 
 BENDS = [(0.10, 0.28, np.pi / 2), (0.42, 0.52, -0.7), (0.65, 0.72, 0.35)]
@@ -142,5 +123,5 @@ def test_one_bend_all_along_is_an_arc():
     ids=["turns by nothing", "ends before it begins", "beyond the end", "overlaps"],
 )
 def test_a_bend_that_cannot_be_is_refused(bends):
-    with pytest.raises(InvalidValueError, match=r"bend .* must lie behind the one before"):
+    with refused(f"{bends[-1][0]:g} m", by=InvalidValueError):
         bent_points(0.8, bends, guides=18)

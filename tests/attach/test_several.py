@@ -19,6 +19,7 @@ from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import sheaths
 from tests.attach.finger import LIMP, finger
 from tests.plugin.models import unsigned
+from tests.refusal import refused
 
 WAYS = {
     "one list": ["flexor", "extensor"],
@@ -36,11 +37,11 @@ FIXED = '<fixed name="sum"><joint joint="mcp" coef="1"/></fixed>'
 def named(spec):
     """Names by (tendon, what it is) of sheaths and of their sensors."""
     configs = {plugin.name: plugin.config for plugin in spec.plugins}
-    found = {(c["tendon"], "sheath"): n for n, c in configs.items() if "sensor" not in c}
+    names = {(c["tendon"], "sheath"): n for n, c in configs.items() if "sensor" not in c}
     for sensor in spec.sensors:
         config = configs[sensor.plugin.name]
-        found[config.get("tendon", sensor.objname), config.get("sensor", "ends")] = sensor.name
-    return found
+        names[config.get("tendon", sensor.objname), config.get("sensor", "ends")] = sensor.name
+    return names
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -87,7 +88,7 @@ def test_automatic_names_are_free_ones():
     names = [sensor.name for sensor in spec.sensors]
     assert len(set(names)) == len(names)
     assert spec.compile().nsensor == len(names) == 4 + 3 + 3 + 1
-    with pytest.raises(InvalidValueError, match="already has a sensor 'output_tension'"):
+    with refused("'output_tension'", by=InvalidValueError):
         add_sensor(spec, "flexor_sheath", "slip", name="output_tension")
 
 
@@ -115,7 +116,7 @@ def test_a_name_with_the_characters_of_a_pattern_is_that_tendon_s():
 
 def test_a_pattern_leaves_out_what_cannot_be_and_says_so_once():
     spec = add_friction(finger(LIMP + FIXED), "flexor", friction=0.1)
-    with pytest.warns(TendonWarning, match="left as they are") as caught:
+    with pytest.warns(TendonWarning) as caught:
         add_friction(spec, "*", friction=0.1)
     (said,) = caught
     assert said.filename == __file__
@@ -128,7 +129,7 @@ def test_a_pattern_leaves_out_what_cannot_be_and_says_so_once():
 
 def test_tendons_without_a_name_are_given_a_free_one_and_it_is_said():
     spec = finger(UNNAMED + UNNAMED.replace("<spatial", '<spatial name="tendon_2"'))
-    with pytest.warns(TendonWarning, match=r"without a name are now 'tendon_2_2'$"):
+    with pytest.warns(TendonWarning, match="now 'tendon_2_2'$"):
         add_friction(spec, "*", friction=0.1)
     tendons = {s.tendon for s in sheaths(spec.compile()).values()}
     assert tendons == {"flexor", "extensor", "tendon_2", "tendon_2_2"}
@@ -149,31 +150,29 @@ def test_a_tendon_without_bend_is_said_to_be_one_with_the_remedy(tendon):
 
 
 REFUSED = [
-    (["flexor", "extensr"], {}, "unknown tendon 'extensr'; did you mean 'extensor'"),
-    ("thumb*", {}, r"pattern 'thumb\*' means no tendon .*'extensor'"),
-    ("s*m", {}, r"'s\*m' means can be given a sheath: 'sum': is fixed.*spatial.*frictionloss"),
-    ("", {}, "unknown tendon ''"),
-    ([], {}, "no tendon is named"),
-    ([3], {}, "3 is not the name of a tendon"),
-    (["flexor", "sum"], {}, "tendon 'sum' is fixed"),
-    (["flexor", "limp"], {}, "'limp' has no stiffness to take over"),
-    ("l*", {}, r"none of the tendons that 'l\*' means can be given a sheath: 'limp': has no"),
-    ("*", {"reel": "motor"}, "reel = 'motor' belongs to one tendon"),
-    ("*", {"reel_joint": "mcp", "reel_radius": 0.1}, "reel_joint = 'mcp' belongs to one tendon"),
-    (["flexor"], {"name": "tube"}, "name = 'tube' belongs to one tendon"),
-    ("*", {"pretension": -1.0}, "pretension = -1"),
-    ("*", {"axial_stiffness": "much"}, "axial_stiffness = 'much' is not a number"),
-    ("*", {"sensors": ("slipp",)}, "unknown sensor 'slipp'"),
-    *[("*", {"arc_guides": n}, r"arc_guides = .* whole number ≥ 1") for n in (0, 1.5, True, "2")],
+    (["flexor", "extensr"], {}, "did you mean 'extensor'"),
+    ("thumb*", {}, "thumb*"),
+    ("s*m", {}, "'sum': is fixed"),
+    ("", {}, "''"),
+    ([], {}, "tendon"),
+    ([3], {}, "3"),
+    (["flexor", "sum"], {}, "'sum' is fixed"),
+    (["flexor", "limp"], {}, "'limp'"),
+    ("l*", {}, "'limp': has no stiffness"),
+    ("*", {"reel": "motor"}, "reel = 'motor'"),
+    ("*", {"reel_joint": "mcp", "reel_radius": 0.1}, "reel_joint = 'mcp'"),
+    (["flexor"], {"name": "tube"}, "name = 'tube'"),
+    *[("*", {"arc_guides": n}, f"arc_guides = {n!r}") for n in (0, 1.5, True, "2")],
+    *[("*", {"inner_guides": n}, f"inner_guides = {n!r}") for n in (-1, 1.5, True, "2")],
 ]
 
 
-@pytest.mark.parametrize(("tendon", "more", "message"), REFUSED)
-def test_a_refusal_leaves_the_model_as_it_was(tendon, more, message):
+@pytest.mark.parametrize(("tendon", "more", "fact"), REFUSED)
+def test_a_refusal_leaves_the_model_as_it_was(tendon, more, fact):
     spec = finger(FIXED + LIMP + UNNAMED)
     spec.compile()
     before = spec.to_xml()
-    with pytest.raises((UnknownNameError, InvalidValueError), match=message):
+    with refused(fact, by=(UnknownNameError, InvalidValueError)):
         add_friction(spec, tendon, friction=0.1, **more)
     assert spec.to_xml() == before
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from tendon_mj import TendonWarning, add_friction, view_sheath
-from tendon_mj.errors import InvalidValueError
 
 MU, BEND = 0.2, 2.0
 RATIO = math.exp(MU * BEND)
@@ -66,7 +65,7 @@ def test_drawn_guides_share_it_with_those_at_the_first_site(pull, load, sense, p
     spec = rig(path=PATHS[path])
     add_friction(spec, "t", friction=MU, extra_bend=BEND, inner_guides=inner)
     if inner == 0 and path == "a drum":
-        with pytest.raises(ValueError, match=r"extra_bend = 2\.0 .* give inner_guides"):
+        with pytest.raises(ValueError, match=r"extra_bend = 2\.0 .*inner_guides"):
             spec.compile()
         return
     by_default = inner is None and path == "a drum"  # which the tendon may leave
@@ -135,42 +134,30 @@ def test_a_branch_that_begins_where_the_first_one_ends_takes_over_what_arrives_t
     assert view.tension[2] == pytest.approx(view.tension[1] / 2.0, rel=1e-9)
 
 
-NOTHING = r"friction can do nothing on 't', with nothing to bend over: give extra_bend \[rad\]"
-HELD = r"friction can do nothing on 't', all of whose guides are at its first site.*or let a reel"
-HELD_AT_LAST = HELD.replace("first", "last")
 IDLE = [
-    (PATHS["two sites"], {}, NOTHING),
-    (PATHS["two sites"], {"inner_guides": 2}, NOTHING),
-    (PATHS["two sites"], {"extra_bend": -1.0}, NOTHING),
-    (PATHS["two sites"], {"extra_bend": 1.0, "inner_guides": 0}, NOTHING),
-    (PULLEY, {}, NOTHING),
+    (PATHS["two sites"], {}),
+    (PATHS["two sites"], {"inner_guides": 2}),
+    (PATHS["two sites"], {"extra_bend": -1.0}),
+    (PATHS["two sites"], {"extra_bend": 1.0, "inner_guides": 0}),
+    (PULLEY, {}),
 ]
 
 
-@pytest.mark.parametrize(("path", "given", "said"), IDLE)
-def test_a_driven_tendon_on_which_nothing_rubs_is_said_to_be_one(path, given, said):
-    with pytest.warns(TendonWarning, match=said):
+@pytest.mark.parametrize(("path", "given"), IDLE)
+def test_a_driven_tendon_on_which_nothing_rubs_is_warned_of(path, given):
+    with pytest.warns(TendonWarning, match=r"nothing on 't'.*give extra_bend"):
         add_friction(rig(path=path), "t", friction=MU, **given).compile()
 
 
 @pytest.mark.parametrize("more", [{}, {"output_joint": "x", "output_radius": 1.0}])
 def test_a_tendon_held_at_its_only_guide_is_said_to_be_idle(more):
     given = {"axial_stiffness": 1e4, "pretension": 5.0, "extra_bend": BEND}
-    for end, said in (("first", HELD), ("last", HELD_AT_LAST)):
-        with pytest.warns(TendonWarning, match=said):
+    for end in ("first", "last"):
+        with pytest.warns(TendonWarning, match=rf"nothing on 't'.*its {end} site.*reel"):
             add_friction(rig(""), "t", friction=MU, input_end=end, **given, **more).compile()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         add_friction(rig(""), "t", friction=MU, **given, reel="reel").compile()
-
-
-@pytest.mark.parametrize("count", [-1, 1.5, True, "2"])
-def test_inner_guides_are_a_whole_number(count):
-    spec = rig()
-    before = spec.to_xml()
-    with pytest.raises(InvalidValueError, match=r"inner_guides = .* whole number ≥ 0"):
-        add_friction(spec, "t", friction=MU, inner_guides=count)
-    assert spec.to_xml() == before
 
 
 def test_holding_and_reversing_the_ratio_stays_within_what_the_bend_allows():
@@ -187,7 +174,6 @@ def test_holding_and_reversing_the_ratio_stays_within_what_the_bend_allows():
     assert view.unsolved == 0
 
 
-BEYOND = "guides are on the body at which it ends.*extra_bend"
 LIMB = """<mujoco><worldbody><site name="a"/><site name="w" pos=".02 0 .05"/>
   <body pos=".1 0 0"><joint axis="0 1 0"/><geom size=".01"/><site name="b" pos="0 0 .03"/>
     <body><site name="c" pos=".05 0 .01"/><geom name="drum" pos=".06 0 0" size=".005"/></body>
@@ -210,7 +196,7 @@ def test_guides_that_pull_on_the_insertion_s_body_alone_are_said_to_do_nothing(s
     moved = []
     for friction in (0.0, 2.0):
         spec = mujoco.MjSpec.from_string(LIMB.format(over(*sites)))
-        with pytest.warns(TendonWarning, match=BEYOND):
+        with pytest.warns(TendonWarning, match="body at which it ends.*extra_bend"):
             add_friction(spec, "t", friction=friction, input_end=input_end)
         model = spec.compile()
         data = mujoco.MjData(model)

@@ -50,46 +50,33 @@ FIELDS = {  # what of an element must be the same in a file and from its builder
     "actuator": ("actuator_trntype", "actuator_gainprm", "actuator_biasprm", "actuator_gear"),
     "sensor": ("sensor_type", "sensor_dim"),
 }
-PER_JOINT = (  # one each here
-    "qpos_spring",
-    "dof_damping",
-    "dof_armature",
-    "dof_frictionloss",
-    "dof_solref",
-    "dof_solimp",
-)
-SIZES = {
-    "body": "nbody",
-    "joint": "njnt",
-    "site": "nsite",
-    "tendon": "ntendon",
-    "actuator": "nu",
-    "sensor": "nsensor",
-}
+PER_DOF = ("damping", "armature", "frictionloss", "solref", "solimp")
+PER_JOINT = ("qpos_spring", *(f"dof_{field}" for field in PER_DOF))  # one each here
+SIZES = {kind: f"n{kind}" for kind in FIELDS} | {"joint": "njnt", "actuator": "nu"}
 
 
 def parameters(name):
     """Every entry of a model's parameters.toml by its dotted name."""
-    found = {}
+    entries = {}
 
     def walk(table, path):
         if "value" in table:
-            found[".".join(path)] = table
+            entries[".".join(path)] = table
         else:
             for key, entry in table.items():
                 walk(entry, [*path, key])
 
     walk(tomllib.loads((models_folder() / name / "parameters.toml").read_text("utf-8")), [])
-    return found
+    return entries
 
 
 def flat(numbers):
     """Numbers of parts beside those of the whole, `part_number`."""
-    found = {}
+    entries = {}
     for key, value in numbers.items():
         parts = value if isinstance(value, dict) else {"": value}
-        found |= {f"{key}_{part}".rstrip("_"): number for part, number in parts.items()}
-    return found
+        entries |= {f"{key}_{part}".rstrip("_"): number for part, number in parts.items()}
+    return entries
 
 
 def elements(model, kind):
@@ -201,15 +188,15 @@ def test_a_scene_adds_only_what_is_seen(name):
 @pytest.mark.parametrize("name", ALL)
 def test_a_scene_changes_no_motion(name):
     """To the last bit: what it adds neither moves nor touches."""
-    found = []
+    runs = []
     for scene in (False, True):
         model = load_model(name, scene=scene)
         data = mujoco.MjData(model)
         for _ in range(200):
             data.ctrl[:] = 1e-3 * np.sin(20.0 * data.time)
             mujoco.mj_step(model, data)
-        found.append((data.qpos.copy(), data.qvel.copy(), data.sensordata.copy()))
-    for bare, shown in zip(*found, strict=True):
+        runs.append((data.qpos.copy(), data.qvel.copy(), data.sensordata.copy()))
+    for bare, shown in zip(*runs, strict=True):
         assert np.array_equal(bare, shown)
 
 
@@ -240,17 +227,11 @@ def snippets(readme):
     return re.findall(r"```python\n(.*?)```", readme.read_text("utf-8"), re.S)
 
 
-def test_the_overviews_snippet_runs(capsys):
-    (code,) = snippets(models_folder() / "README.md")
+@pytest.mark.parametrize(("page", "low", "high"), [(".", 0.3, 0.5), ("finger", 0.5, 10.0)])
+def test_a_pages_snippet_runs(page, low, high, capsys):
+    (code,) = snippets(models_folder() / page / "README.md")
     exec(code, {})
-    angle = float(capsys.readouterr().out.split("]")[0].strip("["))
-    assert 0.3 < angle < 0.5
-
-
-def test_the_fingers_snippet_runs(capsys):
-    (code,) = snippets(models_folder() / "finger" / "README.md")
-    exec(code, {})
-    assert 0.5 < float(capsys.readouterr().out) < 10.0
+    assert low < float(capsys.readouterr().out.split("]")[0].strip("[")) < high
 
 
 def test_the_joints_snippets_run(monkeypatch, tmp_path, capsys):

@@ -1,9 +1,9 @@
-"""What a spec says that a tendon runs over, against what MuJoCo compiles it to."""
+"""The path of a tendon in a spec, against the model that MuJoCo compiles."""
 
 import mujoco
 import pytest
 
-from tendon_mj.attach.tendon_path import Branch, end_sites, path_of
+from tendon_mj.attach.tendons import Branch, end_sites, path_of
 
 RIG = """
 <mujoco>
@@ -30,8 +30,12 @@ PATHS = {
 }
 
 
+FIXED = '<fixed name="t"><joint joint="j" coef="1"/></fixed>'
+
+
 def tendon(path):
-    spec = mujoco.MjSpec.from_string(RIG.format(f'<spatial name="t">{path}</spatial>'))
+    text = path if path == FIXED else f'<spatial name="t">{path}</spatial>'
+    spec = mujoco.MjSpec.from_string(RIG.format(text))
     return spec.tendon("t"), spec
 
 
@@ -39,31 +43,26 @@ def tendon(path):
 def test_guides_are_inner_sites_arcs_and_pulleys_before_and_after_compiling(path):
     branches, guides = PATHS[path]
     element, spec = tendon(path)
-    found = path_of(element)
-    assert found.is_spatial
-    assert (found.branches, found.guides(3)) == (branches, guides)
+    before = path_of(element)
+    assert before.is_spatial
+    assert (before.branches, before.guides(3)) == (branches, guides)
     model = spec.compile()
-    assert path_of(element) == found
+    assert path_of(element) == before
     assert model.nwrap == sum(sum(branch) for branch in branches) + len(branches) - 1
 
 
 def test_more_guides_on_an_arc_are_more_for_every_wrap():
-    found = path_of(tendon(A + BALL + B + DRUM + C)[0])
-    assert [found.guides(n) for n in (1, 2, 5)] == [3, 5, 11]
+    path = path_of(tendon(A + BALL + B + DRUM + C)[0])
+    assert [path.guides(n) for n in (1, 2, 5)] == [3, 5, 11]
 
 
 def test_a_fixed_tendon_is_not_spatial():
-    fixed = '<fixed name="t"><joint joint="j" coef="1"/></fixed>'
-    spec = mujoco.MjSpec.from_string(RIG.format(fixed))
-    assert not path_of(spec.tendon("t")).is_spatial
+    element, _ = tendon(FIXED)
+    assert not path_of(element).is_spatial
+    assert end_sites(element) == [("", "")]
 
 
 def test_each_branch_has_a_first_and_a_last_site():
     ends = {A + DRUM + B + C: [("a", "c")], A + B + PULLEY + B + C + A: [("a", "b"), ("b", "a")]}
     for path, expected in ends.items():
-        spec = mujoco.MjSpec.from_string(RIG.format(f'<spatial name="t">{path}</spatial>'))
-        assert end_sites(spec.tendon("t")) == expected
-    fixed = mujoco.MjSpec.from_string(
-        RIG.format('<fixed name="t"><joint joint="j" coef="1"/></fixed>')
-    )
-    assert end_sites(fixed.tendon("t")) == [("", "")]
+        assert end_sites(tendon(path)[0]) == expected

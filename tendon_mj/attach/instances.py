@@ -1,0 +1,232 @@
+"""Plugin instances of sheaths in a spec, their names, and the sensors that show them.
+
+A call for one tendon by its name takes short names where they are free: ``sheath``, and the kind of
+each sensor. A call for several, or for a list of one, takes ``<tendon>_sheath`` and
+``<tendon>_<kind>``, which depend neither on the rest of the model nor on the order of calls. So
+does a call for one where the short names are taken. Nothing is ever renamed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping, Sequence
+from itertools import count
+from typing import Any, NamedTuple
+
+import mujoco
+
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.plugin import (
+    KINDS,
+    NAME,
+    TENSION_SCALE,
+    check_limits,
+    is_one_number,
+    prefix_and_suffix,
+)
+
+
+def free_name(taken: Container[str], *candidates: str) -> str:
+    """The first candidate that is not taken; where all are, the last one and a number."""
+    for name in candidates:
+        if name not in taken:
+            return name
+    return next(name for k in count(2) if (name := f"{candidates[-1]}_{k}") not in taken)
+
+
+def add_instance(
+    spec: mujoco.MjSpec, name: str, config: Mapping[str, str | float | None], plugin_name: str
+) -> Any:
+    """Add a plugin instance whose configuration leaves out attributes that are None.
+
+    It keeps its name in the configuration, so that it finds the elements that it names after
+    `attach`.
+    """
+    check_instance_name(name, {plugin.name for plugin in spec.plugins})
+    plugin = spec.add_plugin(name=name, plugin_name=plugin_name, active=True)
+    plugin.config = {
+        k: v if isinstance(v, str) else repr(float(v)) for k, v in config.items() if v is not None
+    } | {"instance": name}
+    return plugin
+
+
+def check_instance_name(name: object, taken: Container[str]) -> None:
+    """Refuse a name that no new plugin instance can have."""
+    if not isinstance(name, str) or not name or name in taken:
+        raise InvalidValueError(
+            f"{name!r} cannot be the name of a plugin instance: empty or taken, or not a text"
+        )
+
+
+def instances(
+    spec: mujoco.MjSpec, plugin_name: str = NAME
+) -> list[tuple[mujoco.MjsPlugin, dict[str, str]]]:
+    """Plugin instances, each with its configuration.
+
+    Names have the affixes that `attach` gave to them; of an instance without a name they are as
+    written.
+    """
+    tendons = {tendon.name for tendon in spec.tendons}
+    configs = []
+    for plugin in spec.plugins:
+        if plugin.plugin_name == plugin_name:
+            config = dict(plugin.config)
+            if plugin.name:
+                named = config.get("instance", ""), config.get("tendon", "")
+                affixes, *_ = prefix_and_suffix(plugin.name, *named, tendons)
+                for key in config.keys() & {"tendon", "reel_joint", "output_joint"}:
+                    config[key] = affixes.around(config[key])
+            configs.append((plugin, config))
+    return configs
+
+
+def sheaths_by_tendon(spec: mujoco.MjSpec) -> dict[str, mujoco.MjsPlugin]:
+    """Tendon → the plugin instance of the sheath that it runs in."""
+    return {c.get("tendon", ""): plugin for plugin, c in instances(spec) if "sensor" not in c}
+
+
+def is_shared(config: Mapping[str, str]) -> bool:
+    """Whether an instance belongs to sensors that state by their object which sheath they show."""
+    return "sensor" in config and "tendon" not in config
+
+
+class SheathNames(NamedTuple):
+    """Names of a sheath and of its sensors."""
+
+    sheath: str  # the plugin instance
+    ends: str  # the sensor that shows T_in and T_out
+    sensors: dict[str, tuple[str, str]]  # kind → sensor, its plugin instance
+
+
+class TakenNames:
+    """Names of a model's plugin instances and sensors, and those that were given out since."""
+
+    def __init__(self, spec: mujoco.MjSpec) -> None:
+        self.instances = {plugin.name for plugin in spec.plugins}
+        self.sensors = {sensor.name for sensor in spec.sensors}
+
+    def give(
+        self, tendon: str, kinds: Sequence[str], sheath: str | None, *, alone: bool
+    ) -> SheathNames:
+        """Names for a tendon that a call names alone or among others."""
+        prefix = tendon if sheath is None else sheath
+        if sheath is None:
+            short = ("sheath",) if alone else ()
+            sheath = free_name(self.instances, *short, f"{tendon}_sheath")
+        self.instances.add(sheath)
+        ends = free_name(self.sensors, sheath, f"{sheath}_ends")
+        self.sensors.add(ends)
+        sensors = {}
+        for kind in kinds:
+            short = (kind,) if alone else ()
+            sensor = free_name(self.sensors, *short, f"{prefix}_{kind}")
+            instance = free_name(self.instances, f"{sheath}.{kind}")
+            self.sensors.add(sensor)
+            self.instances.add(instance)
+            sensors[kind] = sensor, instance
+        return SheathNames(sheath, ends, sensors)
+
+
+def check_kinds(kinds: Sequence[str]) -> None:
+    """Refuse an unknown or a repeated kind of sensor."""
+    for kind in kinds:
+        if kind not in KINDS:
+            raise UnknownNameError("sensor", kind, KINDS)
+        if list(kinds).count(kind) > 1:
+            raise InvalidValueError(f"sensor {kind!r} is given more than once")
+
+
+class Sensors:
+    """Adds sensors of sheaths to a model.
+
+    Those with one number share an instance of their kind, and have the tendon as their object: in
+    each step MuJoCo goes through all sensors for every instance. One with as many numbers as its
+    sheath has guides has its own instance, as MuJoCo asks for their number before it knows the
+    object.
+    """
+
+    def __init__(self, spec: mujoco.MjSpec) -> None:
+        self._spec = spec
+        self._shared = {
+            config["sensor"]: plugin
+            for plugin in spec.plugins
+            if plugin.plugin_name == NAME and plugin.name
+            if is_shared(config := plugin.config)
+        }
+
+    def add(self, tendon: str, kind: str, name: str, instance: str) -> mujoco.MjsSensor:
+        """Add a sensor; ``name`` and ``instance`` are free names of it and of its own instance."""
+        sensor = add_plugin_sensor(self._spec, name, tendon)
+        if not is_one_number(kind):
+            config = {"tendon": tendon, "sensor": kind}
+            sensor.plugin = add_instance(self._spec, instance, config, NAME)
+            return sensor
+        if kind not in self._shared:
+            taken = {plugin.name for plugin in self._spec.plugins}
+            shared = free_name(taken, kind, f"{kind}_sensors")
+            self._shared[kind] = add_instance(self._spec, shared, {"sensor": kind}, NAME)
+        sensor.plugin = self._shared[kind]
+        sensor.plugin.active = True  # which instances that were read from a file do not pass on
+        return sensor
+
+
+def add_plugin_sensor(spec: mujoco.MjSpec, name: str, tendon: str) -> mujoco.MjsSensor:
+    """Add a sensor for a plugin to fill, with the tendon as its object.
+
+    MuJoCo copies a sensor without an object in every `replicate`, wherever that is, and where it
+    refers to a plugin instance it crashes.
+    """
+    return spec.add_sensor(
+        name=name,
+        type=mujoco.mjtSensor.mjSENS_PLUGIN,
+        objtype=mujoco.mjtObj.mjOBJ_TENDON,
+        objname=tendon,
+    )
+
+
+def add_sensor(
+    spec: mujoco.MjSpec, sheath: str, kind: str, name: str | None = None
+) -> mujoco.MjsSensor:
+    """Add a sensor of a sheath.
+
+    Args:
+        spec: changed in place.
+        sheath: name of the plugin instance.
+        kind: one of ``tendon_mj.plugin.KINDS``.
+        name: of the sensor; default: the kind, or ``<sheath>_<kind>`` where that is taken.
+
+    Raises:
+        UnknownNameError: no such sheath or kind.
+        InvalidValueError: the name is another sensor's.
+    """
+    sheaths = {plugin.name: tendon for tendon, plugin in sheaths_by_tendon(spec).items()}
+    if sheath not in sheaths:
+        raise UnknownNameError("sheath", sheath, sheaths)
+    check_kinds([kind])
+    taken = TakenNames(spec)
+    if name is not None and name in taken.sensors:
+        raise InvalidValueError(f"the model already has a sensor {name!r}")
+    free = free_name(taken.sensors, kind, f"{sheath}_{kind}")
+    instance = free_name(taken.instances, f"{sheath}.{kind}")
+    return Sensors(spec).add(sheaths[sheath], kind, free if name is None else name, instance)
+
+
+def show_tension(spec: mujoco.MjSpec, low: float, high: float) -> mujoco.MjSpec:
+    """Let MuJoCo draw every sheathed tendon of a model in the colours of its tension.
+
+    It writes the custom numeric `tendon_mj.tension_scale`, which viewers, renderers and clips
+    follow. A compiled model takes new numbers live, in `model.numeric(…).data`.
+
+    Args:
+        spec: changed in place.
+        low, high: tensions at the ends of the colour bar, from dark blue to yellow [N].
+
+    Returns:
+        ``spec``.
+
+    Raises:
+        InvalidValueError: not two finite tensions, the lower one first.
+    """
+    check_limits(low, high)
+    numeric = spec.numeric(TENSION_SCALE) or spec.add_numeric(name=TENSION_SCALE)
+    numeric.size, numeric.data = 2, [low, high]
+    return spec

@@ -1,0 +1,296 @@
+"""Parameters and quantities of sheaths and servos, live in one simulation or in many states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, MutableMapping
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from tendon_mj.errors import (
+    InvalidValueError,
+    UnknownAttributeError,
+    UnknownKeyError,
+    UnknownNameError,
+    UnusedKeyError,
+)
+from tendon_mj.plugin import (
+    CHOSEN_STIFFNESS,
+    GAINS,
+    PARAMETERS,
+    check_gain,
+    servos,
+    sheath_arrays,
+    sheaths,
+    unused_parameters,
+)
+from tendon_mj.sheath import LAW, check_range
+from tendon_mj.typing import FloatArray
+
+_FULL, _ALL = mujoco.mjtState.mjSTATE_FULLPHYSICS, mujoco.mjtState.mjSTATE_INTEGRATION
+_FIXED = ("period", "delay")  # gains that state how much memory a servo has
+
+
+class _States:
+    """Numbers of a model's plugins in `mjData`, or in the states of many simulations.
+
+    ``numbers`` is (…, npluginstate); it shares its memory with the data.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | FloatArray) -> None:
+        self.model = model
+        states = data if isinstance(data, np.ndarray) else getattr(data, "plugin_state", None)
+        if not isinstance(states, np.ndarray) or states.dtype != np.float64:
+            kind = f"array of {data.dtype}" if isinstance(data, np.ndarray) else type(data).__name__
+            raise InvalidValueError(
+                f"data must be an MjData or an array of float64, whose numbers are changed in "
+                f"place, not: {kind}"
+            )
+        size = int(model.npluginstate)
+        sizes = {"npluginstate": size}
+        if isinstance(data, np.ndarray):
+            sizes["FULLPHYSICS"] = mujoco.mj_stateSize(model, int(_FULL))
+            sizes["INTEGRATION"] = mujoco.mj_stateSize(model, int(_ALL))
+        if not states.ndim or states.shape[-1] not in sizes.values():
+            known = ", ".join(f"{size} ({name})" for name, size in sizes.items())
+            raise InvalidValueError(
+                f"states of shape {states.shape} are of another model: the last axis is one of "
+                f"{known}"
+            )
+        self.numbers = states[..., states.shape[-1] - size :]  # they come last in each
+
+    def get(self, parameter: str, address: int) -> Any:
+        """Values of a parameter as they act.
+
+        A stiffness that no model states is in the state from the first evaluation on, 0 before.
+        """
+        values = self.numbers[..., address]
+        chosen = (values == 0.0) & (parameter == "axial_stiffness")
+        return np.where(chosen, CHOSEN_STIFFNESS, values)[()]
+
+    def set(self, name: str, address: int, value: Any) -> None:
+        """Set ``<sheath>.<parameter>`` or ``<servo>.<gain>``, within its range."""
+        try:
+            values = np.asarray(value, np.float64)
+        except (TypeError, ValueError, OverflowError):
+            raise InvalidValueError(f"{name}: {value!r} is not a number, nor an array") from None
+        owner, kind = name.rsplit(".", 1)
+        for number in np.unique(values):
+            if kind in LAW:
+                check_range(kind, float(number), name)
+            elif kind in GAINS:
+                check_gain(kind, float(number), owner)
+            elif not np.isfinite(number):
+                raise InvalidValueError(f"{name} = {number} must be finite")
+        shape = self.numbers.shape[:-1]
+        try:
+            values = np.broadcast_to(values, shape)
+        except ValueError:
+            raise InvalidValueError(
+                f"{name}: values of shape {values.shape} are not of shape {shape}, one a state"
+            ) from None
+        if not self.numbers.flags.writeable:
+            raise InvalidValueError(f"{name}: the array of the states is read-only")
+        self.numbers[..., address] = values
+
+
+class Parameters(MutableMapping[str, float]):
+    """``<sheath>.<parameter>`` and ``<servo>.<gain>`` to value, live in `mjData.plugin_state`.
+
+    A change acts from the next evaluation on; a reset brings back the model's values. The
+    unstretched length follows from ``pretension`` at the first evaluation after a reset, so set
+    that before it. Writing changes this data only, so that each of many simulations of one model
+    can have its own friction.
+
+    Parameters that a sheath has no use for are left out, such as the pretension of a tendon whose
+    input tension a motor gives.
+
+    Args:
+        model: with sheaths.
+        data: of that model; or any (npluginstate,) array, such as the tail of a state vector.
+
+    Raises:
+        UnknownKeyError: no such sheath or parameter, with the nearest.
+        UnusedKeyError: a parameter that the sheath has no use for, and why.
+        InvalidValueError: a value that is not a number or outside its range; data of another model,
+            of other numbers, that holds no states of sheaths, or that cannot be written.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | FloatArray) -> None:
+        self._states = _States(model, data)
+        if isinstance(data, np.ndarray) and data.shape != (model.npluginstate,):
+            raise InvalidValueError(
+                f"the plugin state of this model has shape ({model.npluginstate},), not "
+                f"{data.shape}: give that part of one state"
+            )
+        known = sheaths(model)
+        for name, instance in known.items():  # which refuses numbers that are not of this model
+            sheath_arrays(model, self._states.numbers, name, instance.state)
+        self._unused = {
+            f"{name}.{parameter}": why
+            for name, instance in known.items()
+            for parameter, why in unused_parameters(model, instance.instance).items()
+        }
+        self._address = {
+            f"{name}.{parameter}": instance.state + k
+            for name, instance in known.items()
+            for k, parameter in enumerate(PARAMETERS)
+            if f"{name}.{parameter}" not in self._unused
+        } | {
+            f"{name}.{gain}": instance.state + k
+            for name, instance in servos(model).items()
+            for k, gain in enumerate(GAINS)
+            if gain not in _FIXED
+        }
+
+    def _find(self, name: str) -> int:
+        if isinstance(name, str) and name in self._unused:
+            raise UnusedKeyError(f"{name} {self._unused[name]}")
+        if not isinstance(name, str) or name not in self._address:
+            raise UnknownKeyError("parameter", str(name), self._address)
+        return self._address[name]
+
+    def __getitem__(self, name: str) -> float:
+        address = self._find(name)
+        return float(self._states.get(name.rsplit(".", 1)[1], address))
+
+    def __setitem__(self, name: str, value: float) -> None:
+        self._states.set(name, self._find(name), value)
+
+    def __delitem__(self, name: str) -> None:
+        raise InvalidValueError(f"{name} cannot be removed, only set")
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._address)
+
+    def __len__(self) -> int:
+        return len(self._address)
+
+
+class SheathView:
+    """A sheath's quantities at the latest evaluation, and its parameters, live.
+
+    Of the states of many simulations, every quantity has their axes first. The parameters of
+    `Parameters` are attributes that can be set: ``view.friction = 0.2`` acts from the next
+    evaluation on, in this data or in these states only. Setting one raises InvalidValueError where
+    it is not a number, outside its range, or of no use to this sheath.
+
+    Attributes:
+        name: of the sheath.
+        tendon: that runs in it.
+    """
+
+    __slots__ = ("_instance", "_states", "name", "tendon")
+    _instance: Any
+    _states: _States
+    name: str
+    tendon: str
+
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData | FloatArray, sheath: str
+    ) -> None:
+        known = sheaths(model)
+        by_tendon = {instance.tendon: name for name, instance in known.items()}
+        name = sheath if sheath in known else by_tendon.get(sheath, "")
+        if not name:
+            raise UnknownNameError("sheath or sheathed tendon", sheath, {*known, *by_tendon})
+        initialise: Callable[[str, Any], None] = super().__setattr__  # past the parameters
+        initialise("_states", _States(model, data))
+        initialise("_instance", known[name])
+        initialise("name", name)
+        initialise("tendon", known[name].tendon)
+
+    @property
+    def input_tension(self) -> Any:
+        """T_in [N]."""
+        return self.tension[..., 0]
+
+    @property
+    def output_tension(self) -> Any:
+        """T_out [N]."""
+        return self.tension[..., -1]
+
+    @property
+    def tension(self) -> FloatArray:
+        """(…, n+1) tension of each segment, input side first [N]."""
+        arrays = self._read()
+        stiffness = arrays.state["law"]["axial_stiffness"]
+        return np.asarray(stiffness[..., None] * arrays.segments["tension"])
+
+    @property
+    def positions(self) -> FloatArray:
+        """(…, n+2, 3) points of the path, input end first: its ends and the guides between [m]."""
+        return np.array(self._read().path)
+
+    @property
+    def bend_angle(self) -> FloatArray:
+        """(…, n) bend at each guide, input side first [rad]."""
+        return np.array(self._read().guides["angle"])
+
+    @property
+    def slip(self) -> FloatArray:
+        """(…, n) +1 where tendon slides towards the input, −1 towards the output, 0 at rest."""
+        guides = self._read().guides
+        return np.where(guides["flow"] != 0.0, guides["slip"], 0.0)
+
+    @property
+    def friction_work(self) -> FloatArray:
+        """(…, n) friction work at each guide since the reset [J]."""
+        arrays = self._read()
+        not_counted = arrays.state["has_trial"][..., None] != 0.0  # by a finished step
+        guides = arrays.guides
+        latest = np.where(not_counted, guides["trial_friction_work"], 0.0)
+        return np.asarray(guides["friction_work"] + latest)
+
+    @property
+    def rebound(self) -> Any:
+        """How often the state was another model's, or empty, and was bound again."""
+        return self._read().state["rebound"].astype(int)[()]
+
+    @property
+    def unsolved(self) -> Any:
+        """Evaluations whose flow was not solved since the reset."""
+        return self._read().state["unsolved"].astype(int)[()]
+
+    def __getattr__(self, name: str) -> Any:
+        return self._states.get(name, self._find(name))
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        address, parameter = self._find(name), f"{self.name}.{name}"
+        why = unused_parameters(self._states.model, self._instance.instance).get(name)
+        if why:
+            raise InvalidValueError(f"{parameter} {why}")
+        self._states.set(parameter, address, value)
+
+    def __dir__(self) -> list[str]:
+        return sorted({*object.__dir__(self), *PARAMETERS})
+
+    def __repr__(self) -> str:
+        shape = self._states.numbers.shape[:-1]
+        return f"SheathView({self.name!r} on tendon {self.tendon!r}, states {shape})"
+
+    def _find(self, parameter: str) -> int:
+        if parameter not in PARAMETERS:
+            raise UnknownAttributeError("parameter", parameter, PARAMETERS, f"sheath {self.name!r}")
+        return int(self._instance.state) + list(PARAMETERS).index(parameter)
+
+    def _read(self) -> Any:
+        states = self._states
+        return sheath_arrays(states.model, states.numbers, self.name, self._instance.state)
+
+
+def view_sheath(model: mujoco.MjModel, data: mujoco.MjData | FloatArray, sheath: str) -> SheathView:
+    """View of a sheath by its name or its tendon's.
+
+    Args:
+        model: with sheaths.
+        data: of that model; or states of it, (…, nstate) of `mjSTATE_FULLPHYSICS`, as a rollout
+            returns them, or of `mjSTATE_INTEGRATION`, or (…, npluginstate).
+        sheath: its name, or that of its tendon.
+
+    Raises:
+        UnknownNameError: no such sheath or sheathed tendon, with the nearest.
+        InvalidValueError: an array that is none of these, or data of another model.
+    """
+    return SheathView(model, data, sheath)
