@@ -49,11 +49,11 @@ def fleet(
     """
     on = Workers(processes=processes, workers=workers, scheduler=scheduler)
     kept = out / "rigs"
-    find_rigs(folder, apart=kept)  # what is no fleet is refused before anything is written
+    rigs = find_rigs(folder, kept)
     writes = (PAGE, RESULT_TABLE, f"{CHANGES}.png", f"{SPREAD}.png")
     output = Output(out, tables=(RESULT_TABLE,), writes=writes, begin=False)
     with progress_bar() as progress:
-        found = run_fleet(folder, kept, on=on, again=again, begin=output.begin, progress=progress)
+        found = run_fleet(rigs, kept, on=on, again=again, begin=output.begin, progress=progress)
     figures = {CHANGES: changes_figure(found), SPREAD: spread_figure(found)}
     pictures = {
         name: output.figure(name, figure).read_bytes()
@@ -75,7 +75,7 @@ def fleet(
     output.add(out / PAGE)
     result = found.result() | {"provenance": provenance.result()}
     output.result(result)
-    for rig in found.told:
+    for rig in found.with_findings:
         console.print(f"  {rig.sentence(found.units)}", soft_wrap=True)
     output.close(" ".join(filter(None, [found.sentence, found.warning, f"Page: {out / PAGE}"])))
     failed = found.of("failed")

@@ -28,7 +28,7 @@ _COLUMNS = 3
 _LABELS = 12  # names of rigs along an axis
 _MOST = 12  # panels; the table has all
 _MARKS = {
-    "as its fellows": (GREY, "o", 14),
+    "consistent with the fleet": (GREY, "o", 14),
     "unchanged": (GREY, "o", 14),
     "not judged": (PALE, "o", 14),
     "differs": (ORANGE, "D", 34),

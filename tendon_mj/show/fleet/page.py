@@ -36,7 +36,7 @@ def fleet_page(
         .render(
             found=found,
             folder=folder,
-            telling=[rig.sentence(found.units) for rig in found.told],
+            telling=[rig.sentence(found.units) for rig in found.with_findings],
             spreads=[
                 (
                     name,

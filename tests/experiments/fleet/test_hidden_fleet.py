@@ -75,7 +75,7 @@ def test_the_score_counts_what_was_found_named_and_dated():
         if parameter:
             changed = {"parameter": parameter, "since": since, "before": 1.0, "after": 2.0}
             changed["rivals"] = [{"parameter": one} for one in rivals]
-        verdict = verdict or ("changed" if changed else "as its fellows")
+        verdict = verdict or ("changed" if changed else "consistent with the fleet")
         return {"rig": name, "dates": dates, "changed": changed, "verdict": verdict}
 
     true = {"kind": "friction", "course": "step", "size": 0.3, "since": dates[1]}
