@@ -60,6 +60,17 @@ class WorkerError(TendonError, RuntimeError):
 class MissingPackageError(TendonError, ImportError):
     """A package that is not installed; the message says what needs it and how to install it."""
 
+    @classmethod
+    def of_lab(cls, what: str, error: ModuleNotFoundError) -> MissingPackageError:
+        """The error that ``what`` needs the extra `lab`; another one is raised as it is."""
+        package = str(error.name).partition(".")[0]
+        if package == "tendon_mj":
+            raise error
+        return cls(
+            f"{what} needs {package}, which is not installed: pip install 'tendon-mj[lab]'",
+            name=package,
+        )
+
 
 class TendonWarning(UserWarning):
     """Something that was done otherwise than a user may expect; the message names what and why."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import mujoco
 
 from tendon_mj.errors import TendonError, UnknownNameError
-from tendon_mj.model_files import check_model_files
+from tendon_mj.model_files import files_of_model
 from tendon_mj.models.replicated import check_replicated
 
 # In a wheel the models lie in this folder, in a checkout next to the package.
@@ -78,11 +78,11 @@ def load_spec(name: str, *, scene: bool = False, beside: Path | None = None) -> 
 
     Raises:
         UnknownNameError: no such model.
-        TendonError: MuJoCo cannot read it; the message is MuJoCo's, with the file's name. Or it is
-            made of a device or pipe, or copies a sheath in a `<replicate>`, where MuJoCo crashes.
+        TendonError: MuJoCo cannot read it; the message is MuJoCo's, with the file's name. Or it
+            copies a sheath in a `<replicate>`, where MuJoCo crashes.
     """
     path = model_path(name, scene=scene, beside=beside)
-    check_replicated(path, check_model_files(path))
+    check_replicated(path, files_of_model(path))
     try:
         return mujoco.MjSpec.from_file(str(path))
     except ValueError as error:

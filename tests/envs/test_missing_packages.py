@@ -42,7 +42,7 @@ def run(script):
 def test_everything_but_the_environments_runs_without_dm_control():
     imported = run(WITHOUT.format(package="dm_control") + EVERYTHING_ELSE)
     for module in (
-        "tendon_mj.cli.main",
+        "tendon_mj.cli.commands",
         "tendon_mj.lab.finger",
         "tendon_mj.lab.diagnosis.diagnose",
     ):
