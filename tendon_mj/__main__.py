@@ -1,5 +1,6 @@
 """`tendon-mj`, which is also `python -m tendon_mj`."""
 
+import signal
 import sys
 
 
@@ -15,7 +16,10 @@ def main() -> int:
 
         print(f"tendon-mj: {MissingPackageError.of_lab('the command', error)}", file=sys.stderr)
         return 2
-    return run()
+    status = run()
+    if status == 130:  # a second Ctrl-C does not cut off the way out
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    return status
 
 
 if __name__ == "__main__":
