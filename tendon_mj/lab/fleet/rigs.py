@@ -99,11 +99,11 @@ def find_rigs(folder: Path, out: Path | None = None) -> list[Rig]:
 
     Args:
         folder: of the fleet, see above.
-        out: folder for results, which is not a rig.
+        out: folder for results, which may lie in ``folder``.
 
     Raises:
         RecordingError: no folder has recordings, a recording lies directly in ``folder``, or
-            ``out`` is the folder of a rig.
+            ``out`` is in the folder of a rig.
     """
     if not folder.is_dir():
         raise RecordingError(f"{folder} is not a folder; a fleet is a folder with one for each rig")
@@ -126,12 +126,12 @@ def _is_rig(folder: Path, out: Path | None) -> bool:
     if not folder.is_dir() or folder.name.startswith("."):
         return False
     dated = [path for path in _tables(folder) if _date(path)]
-    if dated and out is not None and out.resolve() == folder.resolve():
-        raise RecordingError(
-            f"{out} has recordings, such as {dated[0].name}, and the results go there too (--out);"
-            " give another folder for these"
-        )
     holds_out = out is not None and out.resolve().is_relative_to(folder.resolve())
+    if dated and holds_out:
+        raise RecordingError(
+            f"{folder} has recordings, such as {dated[0].name}, and the results go there too"
+            " (--out); give another folder for these"
+        )
     return bool(dated) or not (holds_out or any(folder.rglob(RESULT_TABLE)))
 
 
