@@ -15,7 +15,7 @@ def test_a_name_that_is_not_utf_8_says_so(tmp_path):
         load_model(str(path))
 
 
-@pytest.mark.parametrize("file", ["none.xml", "rig.xml", "a" * 5000, ""])
+@pytest.mark.parametrize("file", ["none.xml", "rig.xml", ""])
 def test_missing_and_circular_includes_are_left_to_mujoco(file, tmp_path):
     path = tmp_path / "rig.xml"
     path.write_text(f'<mujoco><include file="{file}"/></mujoco>')
