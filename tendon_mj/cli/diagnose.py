@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -83,8 +84,8 @@ def diagnose(
     given = [*given_files(paths, description, [model]), next]
     output = Output(out, writes=_WRITES if next is None else _WRITES + _NEXT, given=given)
     bounds = read_bounds(next) if next else None
-    train = [_read(path, description, model, settle) for path in recordings]
-    held_out = [_read(path, description, model, settle) for path in others]
+    read = partial(_read, description=description, model=model, settle=settle)
+    train, held_out = list(map(read, recordings)), list(map(read, others))
     checks = _check((*train, *held_out))
     if bounds and train:  # before the diagnosis, which takes longer
         check_bounds(train, bounds)
@@ -102,12 +103,13 @@ def diagnose(
         diagnosis, simulated, out, sysid=compared, no_sysid=no_sysid, provenance=provenance
     )
     suggestion, failure = _suggest(output, diagnosis, bounds)
-    result = diagnosis.result() | {
+    result = {
+        **diagnosis.result(),
         "recordings": [recording.name for recording in train],
         "held_out": [recording.name for recording in held_out],
         "model": train[0].model,
-        "sysid": compared.result() if compared else None,
-        "next": suggestion.result() if suggestion else None,
+        "sysid": compared and compared.result(),
+        "next": suggestion and suggestion.result(),
         "provenance": provenance.result(),
     }
     output.result(result)

@@ -203,6 +203,11 @@ class Observation:
     normal: FloatArray
     gradient: FloatArray
 
+    @property
+    def fitted(self) -> tuple[Number, ...]:
+        """The shared numbers."""
+        return self.numbers[: self.shared]
+
 
 def calibrate(
     recordings: Sequence[Recording],
@@ -331,7 +336,7 @@ def one_out(observation: Observation) -> tuple[FloatArray, FloatArray]:
     """(n, shared) values and (n,) misfits [noise] without each recording; none of a single one."""
     shared, count = slice(0, observation.shared), len(observation.square)
     normal, gradient = observation.normal[:, shared, shared], observation.gradient[:, shared]
-    probes = np.array([number.probe for number in observation.numbers[shared]])
+    probes = np.array([number.probe for number in observation.fitted])
     total = normal.sum(axis=0)
     values, misfits = np.empty((0, observation.shared)), np.empty(0)
     for k in range(count if count > 1 else 0):

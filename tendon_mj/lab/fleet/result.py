@@ -1,28 +1,35 @@
-"""Result of a fleet: for each rig whether it changed, and whether it differs from the others."""
+"""Result of a fleet: for each rig whether it changed, whether it differs, and both in words."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
+from itertools import pairwise
+from pathlib import Path
 from statistics import median
 from typing import Any, Literal
 
+import numpy as np
+
+from tendon_mj.lab.data_check import timing_warnings
+from tendon_mj.lab.diagnosis import CATALOGUE
 from tendon_mj.lab.fleet.changes import LEAST_DAYS, Change
 from tendon_mj.lab.fleet.comparison import FEWEST, Difference, Spread
+from tendon_mj.lab.fleet.rigs import stamp
 from tendon_mj.lab.fleet.series import Series
-from tendon_mj.lab.fleet.wording import (
-    change_sentence,
-    difference_sentence,
-    fleet_sentence,
-    not_judged,
-)
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.replay import engineering_unit, plain, quantity
 
 Verdict = Literal[
     "changed", "differs", "consistent with the fleet", "unchanged", "not judged", "failed"
 ]
 
 _ILL = 3.0  # misfit of the median rig [noise], above which the model does not describe the data
+_GAP = 2.0  # times the usual time between two recordings, above which the day is not known
+_SHARE = 0.5  # of the sum of squares, above which one recording is odd
+_ABOVE = 2.0  # times the median residual of the rigs, above which a residual is reported
+_FEWEST = 3  # recordings, for one of them to be odd
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -216,3 +223,154 @@ class FleetFound:
     def table(self) -> list[dict[str, Any]]:
         """A row for each rig."""
         return [rig.row() for rig in self.rigs]
+
+
+def change_sentence(
+    change: Change, series: Series, rivals: Sequence[Series], dates: Sequence[datetime]
+) -> str:
+    """A change in words, with values and dates; ``rivals``: series that explain it as well."""
+    text = f"{_named(series)} {_course(change, series, dates)}"
+    if change.apart is not None:
+        text += f", except {stamp(change.apart)}"
+    if rivals:
+        text += f", or as well {', or '.join(_named(rival) for rival in rivals)}"
+    return text
+
+
+def _named(series: Series) -> str:
+    if not series.number.identifier:
+        return series.number.name
+    return f"{series.number.name} ({CATALOGUE[series.number.identifier].name})"
+
+
+def _course(change: Change, series: Series, dates: Sequence[datetime]) -> str:
+    if change.course == "varying":
+        ends = [float(series.values.min()), float(series.values.max())]
+        low, high = _in_one_unit(ends, series.unit)
+        return f"varies from {low} to {high}, with no single change"
+    if change.between is not None and change.until is not None:
+        values = [change.after, change.before, change.between]
+        after, before, between = _in_one_unit(values, series.unit)
+        during = f"from {stamp(change.since)} to {stamp(change.until)}"
+        return f"{before} → {between} {during}, {after} since"
+    before, after = _in_one_unit([change.before, change.after], series.unit)
+    growing = "growing " if change.course == "ramp" else ""
+    return f"{before} → {after} {growing}{_beginning(change, dates)}"
+
+
+def _beginning(change: Change, dates: Sequence[datetime]) -> str:
+    """The first day of a change; the days before and after, where the gap between them is long."""
+    usual = float(np.median([(b - a).total_seconds() for a, b in pairwise(dates)]))
+    if (change.since - change.last_same).total_seconds() <= _GAP * usual:
+        return f"since {stamp(change.since)}"
+    begun = "since a day " if change.course == "ramp" else ""
+    return f"{begun}between {stamp(change.last_same)} and {stamp(change.since)}"
+
+
+def _in_one_unit(values: Sequence[float], unit: str) -> list[str]:
+    """Values in one unit, the last with its symbol."""
+    chosen = engineering_unit(unit, values)
+    symbol = f" {chosen.symbol}" if chosen.symbol and chosen.symbol != "°" else chosen.symbol
+    numbers = [plain(value * chosen.factor) for value in values]
+    return [*numbers[:-1], f"{numbers[-1]}{symbol}"]
+
+
+def difference_sentence(difference: Difference, unit: str) -> str:
+    """A difference in words, with both values."""
+    median = difference.spread.median
+    value, _ = _in_one_unit([difference.value, median], unit)
+    return f"{difference.name} is {value}, the fleet's median {quantity(median, unit)}"
+
+
+def not_judged(recordings: int, rigs: int) -> list[str]:
+    """Why a change is not searched for, or a rig not compared."""
+    reasons = []
+    if recordings < 2 * LEAST_DAYS:
+        reasons.append(
+            f"a change needs {2 * LEAST_DAYS} recordings or more, and there are {recordings}"
+        )
+    if rigs < FEWEST:
+        reasons.append(f"a comparison needs {FEWEST} fitted rigs or more, and there are {rigs}")
+    return reasons
+
+
+def fleet_sentence(
+    rigs: int,
+    changed: Sequence[str],
+    different: Sequence[str],
+    not_judged: int,
+    failed: Sequence[str],
+) -> str:
+    """Counts and names of the rigs that changed, differ, could not be judged or fitted."""
+    parts = [f"{len(changed)} changed{_in_brackets(changed)}"]
+    if different:
+        verb = "differs" if len(different) == 1 else "differ"
+        parts.append(f"{len(different)} {verb} from the fleet{_in_brackets(different)}")
+    if not_judged:
+        parts.append(f"{not_judged} could not be judged")
+    if failed:
+        parts.append(f"{len(failed)} could not be fitted{_in_brackets(failed)}")
+    return f"Of {rigs} {'rig' if rigs == 1 else 'rigs'} {', '.join(parts)}."
+
+
+def _in_brackets(names: Sequence[str]) -> str:
+    return f" ({', '.join(names)})" if names else ""
+
+
+def other_kind(parts: Sequence[str]) -> str:
+    """Remark on a rig with another model or description than most rigs; empty without parts."""
+    if not parts:
+        return ""
+    verb = "differ" if len(parts) > 1 else "differs"
+    return f"its {' and '.join(parts)} {verb} from most rigs', so that it is not comparable"
+
+
+def odd_day(dates: Sequence[datetime], square: Sequence[float], usual: float) -> str:
+    """Remark on the recording with most of a rig's residual; empty without one.
+
+    Args:
+        dates: of the recordings.
+        square: (n,) mean square residuals [noise²].
+        usual: rms residual of the median rig [noise].
+    """
+    largest, whole = int(np.argmax(square)), float(np.sum(square))
+    rms = float(np.sqrt(square[largest]))
+    if len(dates) < _FEWEST or square[largest] < _SHARE * whole or rms < _ABOVE * usual:
+        return ""
+    return f"most of its misfit is on {stamp(dates[largest])}, {rms:.2g} noise"
+
+
+def remaining(residual: float, usual: float) -> str:
+    """Remark on the rms residual after a change, where it is far more than usual [noise]."""
+    if residual <= _ABOVE * usual:
+        return ""
+    return f"{residual:.2g} noise remains, so that more may have changed"
+
+
+def left_out(tables: Mapping[datetime, Path], refused: Mapping[datetime, str]) -> list[str]:
+    """Remarks on recordings that are left out: each by its file, with the reason."""
+    return [
+        f"{tables[date]} is left out: "
+        + reason.removeprefix(str(tables[date])).lstrip(":, ").removesuffix(".")
+        for date, reason in refused.items()
+    ]
+
+
+def unusable(refused: Mapping[datetime, str]) -> str:
+    """That no recording of a rig can be used, with the reason for the first."""
+    first = refused[min(refused)]
+    if len(refused) == 1:
+        return first
+    return f"none of its {len(refused)} recordings can be used; the first: {first}"
+
+
+def timing_remarks(recordings: Iterable[Recording]) -> list[str]:
+    """The first timing warning of each kind, and the number of recordings that have it."""
+    sentences: dict[str, list[str]] = {}
+    for recording in recordings:
+        for warning in timing_warnings(recording):
+            sentences.setdefault(warning.identifier, []).append(warning.sentence)
+    return [
+        f"{first}; so in {1 + len(others)} recordings" if others else first
+        for first, *others in sentences.values()
+    ]

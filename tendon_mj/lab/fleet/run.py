@@ -27,10 +27,9 @@ from tendon_mj.lab.fleet.comparison import (
     unlike,
 )
 from tendon_mj.lab.fleet.observation import Label, Number, Observation, observe, one_out, usable
-from tendon_mj.lab.fleet.result import FleetFound, RigFound
-from tendon_mj.lab.fleet.rigs import Rig
-from tendon_mj.lab.fleet.series import Series, explanation, fit_series
-from tendon_mj.lab.fleet.wording import (
+from tendon_mj.lab.fleet.result import (
+    FleetFound,
+    RigFound,
     left_out,
     odd_day,
     other_kind,
@@ -38,6 +37,8 @@ from tendon_mj.lab.fleet.wording import (
     timing_remarks,
     unusable,
 )
+from tendon_mj.lab.fleet.rigs import Rig
+from tendon_mj.lab.fleet.series import Series, explanation, fit_series
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.tasks import Workers, run_tasks, versions
@@ -101,46 +102,51 @@ def run_fleet(
         WorkerError: see `run_tasks`.
     """
     run = partial(run_tasks, on=on, progress=progress)
-    all_rigs = {rig.name: rig for rig in rigs}
+    by_name = {rig.name: rig for rig in rigs}
     digests, errors = _digests(rigs)
-    kept = _RigFiles(out / "observations", digests, again=again)
+    first = _RigFiles(out / "observations", digests, again=again)
     run(
         _observe,
         None,
         list(digests),
-        lambda name: _read(all_rigs[name]),
-        kept,
+        lambda name: _read(by_name[name]),
+        first,
         begin=begin,
         what="calibrate",
     )
-    observed = {name: _restored(kept.read(name)) for name in digests}
+    observed = {name: _restored(first.read(name)) for name in digests}
     observed |= {name: _Observed(error=error) for name, error in errors.items()}
     seen = {name: one.observation for name, one in observed.items() if one.observation}
-    used = {name: all_rigs[name].without(observed[name].left_out) for name in seen}
+    used = {name: by_name[name].without(observed[name].left_out) for name in seen}
     spreads = reproducibility(list(seen.values()))
-    changing = {name: _changes(one, used[name], spreads) for name, one in seen.items()}
-    changing = {name: changes for name, changes in changing.items() if changes}
-    of = {name: f"{digests[name]} {changes}" for name, changes in changing.items()}
-    daily = _RigFiles(out / "changes", of, again=again)
+    suspected = _suspected(used, seen, spreads)
+    of = {name: f"{digests[name]} {changes}" for name, changes in suspected.items()}
+    second = _RigFiles(out / "changes", of, again=again)
     run(
         _fit_series,
         None,
-        list(changing),
-        lambda name: (_read(used[name]), seen[name].terms.tolist(), changing[name]),
-        daily,
+        list(suspected),
+        lambda name: (_read(used[name]), seen[name].terms.tolist(), suspected[name]),
+        second,
         what="day by day",
     )
-    results = []
-    for name, rig in all_rigs.items():
-        series = [_series(one) for one in daily.read(name)["series"]] if name in changing else []
-        if name in seen:
-            result = _result(used[name], seen[name], series, spreads)
-        else:
-            result = RigFound(name=name, dates=rig.dates, error=observed[name].error)
-        remarks = (*left_out(rig.tables, observed[name].left_out), *observed[name].remarks)
-        results.append(replace(result, remarks=remarks))
-    units = {n.name: n.unit for one in seen.values() for n in one.numbers[: one.shared]}
-    return _compared(results, units, unlike({name: observed[name].kind for name in seen}))
+    series = {name: [_series(one) for one in second.read(name)["series"]] for name in suspected}
+    results = [_result(rig, observed[rig.name], series.get(rig.name, []), spreads) for rig in rigs]
+    return _compared(results, observed)
+
+
+def _suspected(
+    rigs: Mapping[str, Rig], seen: Mapping[str, Observation], spreads: Mapping[Label, float]
+) -> dict[str, _Changes]:
+    """Rig → the numbers that may have changed, of the rigs that have any."""
+    changes = {
+        name: {
+            observation.numbers[s.index]: tuple((s.change * s.template.weights).tolist())
+            for s in suspects(observation, rigs[name].dates, spreads)
+        }
+        for name, observation in seen.items()
+    }
+    return {name: numbers for name, numbers in changes.items() if numbers}
 
 
 def _digests(rigs: Sequence[Rig]) -> tuple[dict[str, str], dict[str, str]]:
@@ -183,14 +189,6 @@ def _observe(_: None, task: _Recordings) -> dict[str, Any]:
         return asdict(replace(observed, observation=observe(tuple(kept.values()), model)))
     except TendonError as error:
         return asdict(replace(observed, error=str(error)))
-
-
-def _changes(observation: Observation, rig: Rig, spreads: Mapping[Label, float]) -> _Changes:
-    """The numbers that may have changed, and their first-order change on each day."""
-    return {
-        observation.numbers[s.index]: tuple((s.change * s.template.weights).tolist())
-        for s in suspects(observation, rig.dates, spreads)
-    }
 
 
 def _fit_series(_: None, task: tuple[_Recordings, list[float], _Changes]) -> dict[str, Any]:
@@ -261,10 +259,15 @@ def _with_arrays(fields: Mapping[str, Any], without: str = "") -> dict[str, Any]
 
 
 def _result(
-    rig: Rig, observation: Observation, series: Sequence[Series], spreads: Mapping[Label, float]
+    rig: Rig, observed: _Observed, series: Sequence[Series], spreads: Mapping[Label, float]
 ) -> RigFound:
     """The result of one rig, before it is compared."""
-    names = [number.name for number in observation.numbers[: observation.shared]]
+    remarks = (*left_out(rig.tables, observed.left_out), *observed.remarks)
+    observation = observed.observation
+    if observation is None:
+        return RigFound(name=rig.name, dates=rig.dates, error=observed.error, remarks=remarks)
+    rig = rig.without(observed.left_out)
+    names = [number.name for number in observation.fitted]
     values = dict(zip(names, observation.values.tolist(), strict=True))
     misfit = _rms(observation.square)
     without, misfits = one_out(observation)
@@ -277,6 +280,7 @@ def _result(
         misfit=misfit,
         left=misfit,
         square=tuple(observation.square.tolist()),
+        remarks=remarks,
     )
     if not series:
         return unchanged
@@ -300,27 +304,32 @@ def _result(
     )
 
 
-def _compared(
-    rigs: Sequence[RigFound], units: Mapping[str, str], other_kinds: Mapping[str, Sequence[str]]
-) -> FleetFound:
-    """Compare the fitted numbers between rigs; ``other_kinds``: see `unlike`."""
+def _compared(rigs: Sequence[RigFound], observed: Mapping[str, _Observed]) -> FleetFound:
+    """Compare the fitted numbers between rigs."""
+    seen = {name: one for name, one in observed.items() if one.observation}
+    numbers = [n for o in seen.values() if o.observation for n in o.observation.fitted]
+    units = {number.name: number.unit for number in numbers}
+    other_kinds = unlike({name: one.kind for name, one in seen.items()})
     fitted = [rig for rig in rigs if not rig.error]
     spreads, outliers = _outliers(fitted, units)
     usual = float(np.median([rig.left for rig in fitted])) if fitted else 0.0
     compared = []
     for rig in rigs:
         if not rig.error:
-            different = tuple(outliers[rig.name])
-            residual = rig.change and not any(one.name == MISFIT for one in different)
-            remarks = (
-                other_kind(other_kinds.get(rig.name, ())),
-                remaining(rig.left, usual) if residual else "",
-                odd_day(rig.dates, rig.square, usual),
-            )
-            more = (*rig.remarks, *filter(None, remarks))
-            rig = replace(rig, differences=different, fellows=len(fitted), remarks=more)
+            rig = replace(rig, differences=tuple(outliers[rig.name]), fellows=len(fitted))
+            remarks = _remarks(rig, usual, other_kinds.get(rig.name, ()))
+            rig = replace(rig, remarks=(*rig.remarks, *filter(None, remarks)))
         compared.append(rig)
     return FleetFound(compared, spreads, units)
+
+
+def _remarks(rig: RigFound, usual: float, other_parts: Sequence[str]) -> tuple[str, str, str]:
+    is_outlier = any(one.name == MISFIT for one in rig.differences)  # reported already
+    return (
+        other_kind(other_parts),
+        remaining(rig.left, usual) if rig.change and not is_outlier else "",
+        odd_day(rig.dates, rig.square, usual),
+    )
 
 
 def _outliers(

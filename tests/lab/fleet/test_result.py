@@ -10,14 +10,14 @@ from tendon_mj.lab.fleet import FleetFound, RigFound
 from tendon_mj.lab.fleet.changes import find_change
 from tendon_mj.lab.fleet.comparison import unlike
 from tendon_mj.lab.fleet.observation import Number
-from tendon_mj.lab.fleet.series import Series
-from tendon_mj.lab.fleet.wording import (
+from tendon_mj.lab.fleet.result import (
     change_sentence,
     odd_day,
     other_kind,
     remaining,
     timing_remarks,
 )
+from tendon_mj.lab.fleet.series import Series
 from tendon_mj.lab.recordings import Recording
 
 DATES = tuple(datetime(2026, 3, 1) + timedelta(days=k) for k in range(8))
