@@ -51,7 +51,7 @@ def test_replay_of_the_example_needs_the_friction(tmp_path):
 def test_a_change_that_is_not_a_value_of_a_parameter_is_refused(change, tmp_path, capsys):
     recording = str(example_recording())
     assert main(["replay", recording, "--change", change, "--out", str(tmp_path)]) == 2
-    assert f"--change '{change}'" in capsys.readouterr().err
+    assert f"'{change.partition('=')[0]}" in capsys.readouterr().err
 
 
 def test_changes_are_more_variants_wherever_they_are_given(tmp_path):

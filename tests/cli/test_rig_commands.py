@@ -79,7 +79,7 @@ def test_a_demo_ends_with_the_verdict_and_its_report(
         ran.append("diagnose")
         held_out = given["hold_out"]
         assert isinstance(held_out, tuple)
-        assert all(path.is_file() for path in (*recordings, *held_out, given["description"]))
+        assert all(path.is_file() for path in (*recordings, *held_out[0], given["description"]))
         return {"verdict": "named", "sentence": "Missing: a sheath."}
 
     monkeypatch.setattr("tendon_mj.cli.demo.diagnose", found)
