@@ -50,7 +50,7 @@ class RigFound:
         series: the number that changed, day by day.
         rivals: numbers whose change explains the recordings as well.
         differences: numbers that are not consistent with the fleet.
-        fellows: number of rigs that could be fitted, this one included.
+        compared: number of fitted rigs, this one included.
         remarks: further findings.
     """
 
@@ -67,7 +67,7 @@ class RigFound:
     series: Series | None = None
     rivals: tuple[Series, ...] = ()
     differences: tuple[Difference, ...] = ()
-    fellows: int = 0
+    compared: int = 0
     remarks: tuple[str, ...] = ()
 
     @property
@@ -79,7 +79,7 @@ class RigFound:
             return "changed"
         if self.differences:
             return "differs"
-        if self.fellows >= FEWEST:
+        if self.compared >= FEWEST:
             return "consistent with the fleet"
         return "unchanged" if len(self.dates) >= 2 * LEAST_DAYS else "not judged"
 
@@ -90,7 +90,7 @@ class RigFound:
             parts.append(change_sentence(self.change, self.series, self.rivals, self.dates))
         parts += [difference_sentence(d, units.get(d.name, "noise")) for d in self.differences]
         if not parts:
-            parts = [self.verdict, *not_judged(len(self.dates), self.fellows)]
+            parts = [self.verdict, *not_judged(len(self.dates), self.compared)]
         return f"{self.name}: {'; '.join([*parts, *self.remarks])}."
 
     def result(self) -> dict[str, Any]:

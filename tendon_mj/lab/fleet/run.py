@@ -316,7 +316,7 @@ def _compared(rigs: Sequence[RigFound], observed: Mapping[str, _Observed]) -> Fl
     compared = []
     for rig in rigs:
         if not rig.error:
-            rig = replace(rig, differences=tuple(outliers[rig.name]), fellows=len(fitted))
+            rig = replace(rig, differences=tuple(outliers[rig.name]), compared=len(fitted))
             remarks = _remarks(rig, usual, other_kinds.get(rig.name, ()))
             rig = replace(rig, remarks=(*rig.remarks, *filter(None, remarks)))
         compared.append(rig)

@@ -186,7 +186,7 @@ def test_a_number_is_told_within_its_range():
     assert told == replace(free, before=0.0, after=2.0)
 
 
-def test_a_rig_differs_where_its_fellows_do_not():
+def test_a_rig_differs_where_the_others_do_not():
     rng = np.random.default_rng(2)
     values = {f"rig_{k}": 5.0 + 0.2 * rng.normal() for k in range(30)} | {"odd": 7.0}
     errors = dict.fromkeys(values, 0.01)

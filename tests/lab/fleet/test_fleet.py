@@ -114,7 +114,7 @@ def test_what_is_set_anew_each_day_is_no_change(tmp_path):
 
 
 @pytest.mark.long
-def test_a_rig_with_one_odd_day_is_as_its_fellows_and_the_day_is_told(tmp_path):
+def test_a_rig_with_one_odd_day_is_consistent_and_the_day_is_reported(tmp_path):
     write_fleet(tmp_path / "hands", rigs=5, odd="hand_4")
     found = run_fleet(find_rigs(tmp_path / "hands"), tmp_path / "out", on=Workers(processes=1))
     verdicts = {rig.name: rig.verdict for rig in found.rigs}

@@ -21,7 +21,7 @@ from tendon_mj.lab.fleet.series import Series
 from tendon_mj.lab.recordings import Recording
 
 DATES = tuple(datetime(2026, 3, 1) + timedelta(days=k) for k in range(8))
-RIG = RigFound(name="hand", dates=DATES, misfit=1.1, left=1.1, fellows=5)
+RIG = RigFound(name="hand", dates=DATES, misfit=1.1, left=1.1, compared=5)
 
 
 def sentence(values, dates=DATES):
@@ -93,7 +93,7 @@ def test_the_residual_after_a_change_is_reported_where_it_is_well_above_the_usua
 
 
 @pytest.mark.parametrize(
-    ("days", "fellows", "verdict", "needs"),
+    ("days", "compared", "verdict", "needs"),
     [
         (6, 5, "consistent with the fleet", []),
         (6, 4, "unchanged", ["5 fitted rigs or more, and there are 4"]),
@@ -101,8 +101,8 @@ def test_the_residual_after_a_change_is_reported_where_it_is_well_above_the_usua
         (3, 1, "not judged", ["4 recordings or more, and there are 3", "there are 1"]),
     ],
 )
-def test_a_missing_judgement_is_reported_with_what_it_needs(days, fellows, verdict, needs):
-    rig = replace(RIG, dates=DATES[:days], fellows=fellows)
+def test_a_missing_judgement_is_reported_with_what_it_needs(days, compared, verdict, needs):
+    rig = replace(RIG, dates=DATES[:days], compared=compared)
     assert rig.verdict == verdict
     assert rig.sentence({}).startswith(f"hand: {verdict}")
     assert all(part in rig.sentence({}) for part in needs)
