@@ -138,7 +138,7 @@ __all__ = [
 ]
 
 
-if not TYPE_CHECKING:  # a type checker reads the imports above, and sees what is misspelt
+if not TYPE_CHECKING:  # a type checker reads the imports above, and sees misspelt names
 
     def __getattr__(name: str) -> Any:
         """Load a name of the public interface when it is first used.

@@ -81,9 +81,9 @@ def _remarks(attached: Attached) -> Iterator[str]:
     ]
     if too_stiff:
         yield (
-            f"more EA than a time step carries at qpos0: {', '.join(too_stiff)}. Where an actuator "
-            "pulls, the guides yield instead; any other tendon may ring at the pace of the steps: "
-            "take a shorter step"
+            f"EA above the largest for this time step at qpos0: {', '.join(too_stiff)}. Where an "
+            "actuator pulls, the guides yield instead; any other tendon may ring from step to "
+            "step: take a shorter step"
         )
     magnified = [
         f"{row.tendon} (up to {row.pull.magnified:.2g} N/m of {row.pull.stiffness:.4g} N/m, "
@@ -93,7 +93,7 @@ def _remarks(attached: Attached) -> Iterator[str]:
     ]
     if magnified:
         yield (
-            "friction makes more of the stiffness of what pulls than a time step carries: "
+            "friction magnifies the stiffness of a drive beyond the largest for this time step: "
             f"{', '.join(magnified)}. Joints that draw the tendon out may gain energy: take a "
             "shorter step"
         )

@@ -1,4 +1,4 @@
-"""`tendon-mj diagnose`: what a model lacks against recordings, named, added and proven."""
+"""`tendon-mj diagnose`: the effect that a model lacks, named, added and tested on other data."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _WRITES = (
 _NEXT = ("next.csv", "next.toml")  # written where explanations tie
 _LEFT_OUT = "The comparison with mujoco.sysid was left out (--no-sysid)."
 _NOT_THERE = (
-    "No comparison with mujoco.sysid: it lacks what it needs (pip install 'tendon-mj[sysid]')."
+    "No comparison with mujoco.sysid: its packages are missing (pip install 'tendon-mj[sysid]')."
 )
 
 

@@ -131,7 +131,7 @@ def test_a_tendon_stiffer_than_the_step_carries_is_named_with_what_it_carries(fi
         (tmp_path / "new.xml").unlink(missing_ok=True)
         with console.capture() as capture:
             assert main([*arguments, "--axial-stiffness", str(stiffness), *out]) == 0
-        said = [line for line in capture.get().splitlines() if "more EA than" in line]
+        said = [line for line in capture.get().splitlines() if "EA above the" in line]
         assert bool(said) == warned
         assert not warned or f"flexor ({stiffness:.4g} N" in said[0]
 
@@ -151,7 +151,7 @@ def test_a_pull_that_friction_makes_too_stiff_for_the_step_is_named(tmp_path, fr
     given = ["attach", str(tmp_path / "m.xml"), "--tendon", "t", "--friction", friction]
     with console.capture() as capture:
         assert main([*given, "--out", str(tmp_path / "new.xml")]) == 0
-    lines = [line for line in capture.get().splitlines() if "friction makes more of the" in line]
+    lines = [line for line in capture.get().splitlines() if "friction magnifies" in line]
     assert bool(lines) == said
     assert not said or "t (up to" in lines[0]
     assert not said or "N/m of 2000 N/m, where" in lines[0]

@@ -3,7 +3,7 @@
 A number x that is x_0 before a day and x_0 + δ after it (a step), or grows from that day on to
 x_0 + δ on the last (a ramp), or is x_0 + δ between two days (there and back), changes the residual
 of recording k by J_k δ w_k with w_k in 0…1.
-With A_k and b_k of `Observation`, and everything shared fitted beside it, the best δ and the χ²
+With A_k and b_k of `Observation`, and all shared numbers fitted with it, the best δ and the χ²
 that it explains are
 
     δ = −β/α,   gain = β²/α,   α = Σ w_k² A_k − c C⁻¹ cᵀ,   β = Σ w_k b_k − c C⁻¹ Σ b_k,
@@ -67,7 +67,7 @@ class Suspect:
         template: course that explains most.
         change: δ [probes].
         gain: of χ² [noise²].
-        significance: change over what is to be expected from its reproducibility [-].
+        significance: change over the standard deviation expected from its reproducibility [-].
     """
 
     index: int
@@ -191,8 +191,8 @@ class Change:
             "there and back"; or "varying", where none of these fits.
         last_same: date of the last recording without it.
         since: date of the first recording with it.
-        before, after: value before and at the end [the number's unit]; of what varies, on the first
-            and on the last day.
+        before, after: value before and at the end [the number's unit]; of a varying number, on
+            the first and on the last day.
         error: standard error of the difference [the number's unit].
         significance: the least difference, whichever recording is left out, over that error [-].
         between, until: of "there and back" alone, the value in between [the number's unit], and the

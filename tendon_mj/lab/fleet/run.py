@@ -198,7 +198,7 @@ def _fit_series(_: None, task: tuple[_Recordings, list[float], _Changes]) -> dic
 
 
 class _RigFiles:
-    """Keeps a JSON file for each rig, valid for what it is the result of.
+    """Keeps a JSON file for each rig, valid for one digest of its inputs.
 
     Args:
         folder: made if it does not exist.
