@@ -356,14 +356,6 @@ def left_out(tables: Mapping[datetime, Path], refused: Mapping[datetime, str]) -
     ]
 
 
-def unusable(refused: Mapping[datetime, str]) -> str:
-    """That no recording of a rig can be used, with the reason for the first."""
-    first = refused[min(refused)]
-    if len(refused) == 1:
-        return first
-    return f"none of its {len(refused)} recordings can be used; the first: {first}"
-
-
 def timing_remarks(recordings: Iterable[Recording]) -> list[str]:
     """The first timing warning of each kind, and the number of recordings that have it."""
     sentences: dict[str, list[str]] = {}

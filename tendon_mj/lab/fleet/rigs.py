@@ -16,11 +16,8 @@ from dataclasses import dataclass, replace
 from datetime import date, datetime, time
 from pathlib import Path
 
-import mujoco
-
 from tendon_mj.errors import RecordingError, TendonError
-from tendon_mj.lab.recordings import Recording, described_model, read_recording
-from tendon_mj.models import load_model
+from tendon_mj.lab.recordings import Recording, read_recording
 
 DESCRIPTION = "description.toml"
 TABLES = (".csv", ".parquet", ".mcap")
@@ -48,36 +45,40 @@ class Rig:
         """Date of each recording."""
         return tuple(self.tables)
 
-    def model(self) -> mujoco.MjModel:
-        """The model that its first readable description names.
+    def read_first(self) -> Recording:
+        """The first recording that can be read.
 
         Raises:
-            TendonError: there is none; with the reason for the first description.
+            RecordingError: none can; with the reason for the first.
         """
-        reasons = list[TendonError | OSError]()
-        for toml in dict.fromkeys(self.descriptions.values()):
+        refused = dict[datetime, str]()
+        for when in self.tables:
             try:
-                return load_model(described_model(toml), beside=toml.parent)
+                return self._read(when)
             except (TendonError, OSError) as error:
-                reasons.append(error)
-        raise reasons[0]
+                refused[when] = str(error)
+        raise RecordingError(unusable(refused))
 
     def read(self) -> tuple[dict[datetime, Recording], dict[datetime, str]]:
         """Date → recording, and date → reason why a recording cannot be used."""
         recordings, refused = dict[datetime, Recording](), dict[datetime, str]()
         for when, path in self.tables.items():
             try:
-                recording = read_recording(path, self.descriptions[when])
+                recording = self._read(when)
                 first = next(iter(recordings.values()), recording)
                 if _model_of(recording) != _model_of(first):
                     raise RecordingError(
                         f"{path}: its model is {recording.model!r}, and that of the rig's first"
                         f" recording {first.model!r}; a rig has one model"
                     )
-                recordings[when] = replace(recording, name=stamp(when))
+                recordings[when] = recording
             except (TendonError, OSError) as error:
                 refused[when] = str(error)
         return recordings, refused
+
+    def _read(self, when: datetime) -> Recording:
+        recording = read_recording(self.tables[when], self.descriptions[when])
+        return replace(recording, name=stamp(when))
 
     def without(self, dates: Collection[datetime]) -> Rig:
         """The rig with fewer recordings."""
@@ -89,6 +90,14 @@ def stamp(when: datetime) -> str:
     if when.time() == time():
         return f"{when:%Y-%m-%d}"
     return f"{when:%Y-%m-%d %H:%M:%S}" + (f",{when:%f}" if when.microsecond else "")
+
+
+def unusable(refused: Mapping[datetime, str]) -> str:
+    """That no recording of a rig can be used, with the reason for the first."""
+    first = refused[min(refused)]
+    if len(refused) == 1:
+        return first
+    return f"none of its {len(refused)} recordings can be used; the first: {first}"
 
 
 def find_rigs(folder: Path, out: Path | None = None) -> list[Rig]:

@@ -15,7 +15,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from tendon_mj.errors import TendonError
+from tendon_mj.errors import RecordingError, TendonError
 from tendon_mj.lab.fleet.changes import SIGNIFICANT, find_change, reproducibility, suspects
 from tendon_mj.lab.fleet.comparison import (
     MISFIT,
@@ -36,14 +36,13 @@ from tendon_mj.lab.fleet.result import (
     other_kind,
     remaining,
     timing_remarks,
-    unusable,
 )
-from tendon_mj.lab.fleet.rigs import Rig
+from tendon_mj.lab.fleet.rigs import Rig, unusable
 from tendon_mj.lab.fleet.series import Series, explanation, fit_series
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.tasks import Workers, run_tasks, versions
-from tendon_mj.models import model_digest
+from tendon_mj.models import load_model, model_digest
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 
@@ -60,14 +59,12 @@ class _Observed:
         observation: of its recordings.
         refused: date in ISO 8601 → why that recording is left out.
         remarks: on the times of its recordings.
-        kind: see `kind`.
     """
 
     error: str = ""
     observation: Observation | None = None
     refused: Mapping[str, str] = field(default_factory=dict)
     remarks: Sequence[str] = ()
-    kind: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def left_out(self) -> dict[datetime, str]:
@@ -104,7 +101,7 @@ def run_fleet(
     """
     run = partial(run_tasks, on=on, progress=progress)
     by_name = {rig.name: rig for rig in rigs}
-    digests, errors = _digests(rigs)
+    digests, kinds, errors = _digests(rigs)
     first = _RigFiles(out / "observations", digests, again=again)
     run(
         _observe,
@@ -133,7 +130,7 @@ def run_fleet(
     )
     series = {name: [_series(one) for one in second.read(name)["series"]] for name in suspected}
     results = [_result(rig, observed[rig.name], series.get(rig.name, []), spreads) for rig in rigs]
-    return _compared(results, observed)
+    return _compared(results, seen, unlike({name: kinds[name] for name in seen}))
 
 
 def _suspected(
@@ -150,30 +147,38 @@ def _suspected(
     return {name: numbers for name, numbers in changes.items() if numbers}
 
 
-def _digests(rigs: Sequence[Rig]) -> tuple[dict[str, str], dict[str, str]]:
-    """Rig → digest of its files, its model and the versions; and rig → why it cannot be used."""
-    digests, errors = dict[str, str](), dict[str, str]()
+def _digests(
+    rigs: Sequence[Rig],
+) -> tuple[dict[str, str], dict[str, dict[str, str]], dict[str, str]]:
+    """Rig → digest of its files, model and versions; → its `kind`; and → why it cannot be used."""
+    digests, kinds, errors = dict[str, str](), dict[str, dict[str, str]](), dict[str, str]()
     for rig in rigs:
-        if rig.error:
-            errors[rig.name] = rig.error
-            continue
         digest = hashlib.sha256(json.dumps(versions(), sort_keys=True).encode())
         try:
-            digest.update(model_digest(rig.model()).encode())
+            if rig.error:
+                raise RecordingError(rig.error)
+            first = rig.read_first()
+            kinds[rig.name] = kind(first, model_digest(_model_of(first)))
         except (TendonError, OSError) as error:
             errors[rig.name] = str(error)
             continue
+        digest.update(kinds[rig.name]["model"].encode())
         for date, table in rig.tables.items():
             digest.update(date.isoformat().encode())
             for file in (table, rig.descriptions[date]):
                 with suppress(OSError):  # it is left out when it is read
                     digest.update(file.read_bytes())
         digests[rig.name] = digest.hexdigest()[:16]
-    return digests, errors
+    return digests, kinds, errors
 
 
 def _read(rig: Rig) -> _Recordings:
-    return *rig.read(), rig.model()
+    recordings, refused = rig.read()
+    return recordings, refused, _model_of(next(iter(recordings.values())))
+
+
+def _model_of(recording: Recording) -> mujoco.MjModel:
+    return load_model(recording.model, beside=recording.beside)
 
 
 def _observe(_: None, task: _Recordings) -> dict[str, Any]:
@@ -185,7 +190,6 @@ def _observe(_: None, task: _Recordings) -> dict[str, Any]:
     observed = _Observed(
         refused={date.isoformat(): reason for date, reason in refused.items()},
         remarks=timing_remarks(kept.values()),
-        kind=kind(next(iter(recordings.values())), model_digest(model)),
     )
     try:
         return asdict(replace(observed, observation=observe(tuple(kept.values()), model)))
@@ -306,12 +310,13 @@ def _result(
     )
 
 
-def _compared(rigs: Sequence[RigFound], observed: Mapping[str, _Observed]) -> FleetFound:
-    """Compare the fitted numbers between rigs."""
-    seen = {name: one for name, one in observed.items() if one.observation}
-    numbers = [n for o in seen.values() if o.observation for n in o.observation.fitted]
-    units = {number.name: number.unit for number in numbers}
-    other_kinds = unlike({name: one.kind for name, one in seen.items()})
+def _compared(
+    rigs: Sequence[RigFound],
+    seen: Mapping[str, Observation],
+    other_kinds: Mapping[str, Sequence[str]],
+) -> FleetFound:
+    """Compare the fitted numbers between rigs; ``other_kinds``: see `unlike`."""
+    units = {n.name: n.unit for observation in seen.values() for n in observation.fitted}
     fitted = [rig for rig in rigs if not rig.error]
     spreads, outliers = _outliers(fitted, units)
     usual = float(np.median([rig.left for rig in fitted])) if fitted else 0.0

@@ -104,16 +104,16 @@ def test_an_unusable_recording_is_refused_with_its_reason(tmp_path):
     assert rig.without(refused).dates == tuple(recordings)
 
 
-def test_the_model_is_that_of_the_first_readable_description(tmp_path):
-    written(tmp_path, "description.toml", "a/2026-03-04.csv", "a/2026-03-04.toml")
-    written(tmp_path, "a/2026-03-05.csv")
-    (tmp_path / "a" / "2026-03-04.toml").write_text("model =")
+def test_a_rig_without_a_readable_recording_is_refused_with_the_first_reason(tmp_path):
+    written(tmp_path, "description.toml", "a/2026-03-04.csv", "a/2026-03-05.csv")
     (rig,) = find_rigs(tmp_path)
-    assert rig.model().nu == 1
-    (tmp_path / "description.toml").write_text(TOML.replace("bench", "none.xml"))
+    (tmp_path / "a" / "2026-03-04.csv").write_text("time_s\n")
+    assert rig.read_first().name == "2026-03-05"
+    (tmp_path / "a" / "2026-03-05.csv").write_text("time_s\n")
     with pytest.raises(RecordingError) as refused:
-        rig.model()
-    assert "2026-03-04.toml" in str(refused.value)
+        rig.read_first()
+    assert "none of its 2 recordings" in str(refused.value)
+    assert "2026-03-04.csv" in str(refused.value)
 
 
 def test_two_paths_to_one_model_are_one_model(tmp_path):
