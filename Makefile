@@ -70,13 +70,15 @@ $(STAMP): $(INSTALLED)
 
 compiled: $(STAMP)            ## the plugins, for this machine
 
-# The wheel, in an environment of its own without any extra and away from the clone.
+# The wheel, in an environment of its own and away from the clone: the README without any extra, and
+# the demo with the laboratory.
 test-wheel: $(STAMP)
 	rm -rf dist
 	$(BIN)/python -m hatchling build -t wheel
 	$(BIN)/python -m venv --clear .venv-wheel
 	.venv-wheel/bin/python $(PIP) install -c constraints.txt pytest dist/*.whl
 	.venv-wheel/bin/pytest --import-mode=importlib tests/test_snippets.py -k readme
+	.venv-wheel/bin/python $(PIP) install -c constraints.txt "$$(echo dist/*.whl)[lab]"
 	cd "$$(mktemp -d)" && $(CURDIR)/.venv-wheel/bin/tendon-mj demo
 
 # In three wheels since 4.0; what they replace has to go first.

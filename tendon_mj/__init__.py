@@ -1,8 +1,8 @@
 """Tendon-sheath friction for MuJoCo.
 
 Importing this package registers the engine plugins `tendon_mj.sheath` and `tendon_mj.servo`, so
-that models which use them can be loaded. The names below are the public interface; those that need
-SciPy or matplotlib are loaded when they are first used.
+that models which use them can be loaded. The names below are the public interface; those of the
+laboratory (extra `lab`) are loaded when they are first used.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from tendon_mj.attach import bent_points as bent_points
 from tendon_mj.attach import remove_friction as remove_friction
 from tendon_mj.attach import show_tension as show_tension
 from tendon_mj.attach import view_sheath as view_sheath
+from tendon_mj.errors import MissingPackageError
 from tendon_mj.errors import TendonError as TendonError
 from tendon_mj.errors import TendonWarning as TendonWarning
 from tendon_mj.plugin import register as _register
@@ -66,42 +67,22 @@ if TYPE_CHECKING:
     from tendon_mj.show import render_clip as render_clip
     from tendon_mj.show import write_report as write_report
 
-# name -> package that it is loaded from when it is first used
+# package → names that are loaded from it when they are first used
 _LAZY = {
-    "example_rig": "models",
-    "load_model": "models",
-    "load_spec": "models",
-    "CATALOGUE": "lab.diagnosis",
-    "Diagnosis": "lab.diagnosis",
-    "Effect": "lab.diagnosis",
-    "diagnose": "lab.diagnosis",
-    "ParameterSpecification": "lab.diagnosis",
-    "fit_with_sysid": "lab.diagnosis",
-    "on_inputs": "lab.diagnosis",
-    "on_joints": "lab.diagnosis",
-    "on_sensors": "lab.diagnosis",
-    "on_sheaths": "lab.diagnosis",
-    "DriveBounds": "lab.experiment_design",
-    "ExperimentBounds": "lab.experiment_design",
-    "Suggestion": "lab.experiment_design",
-    "read_bounds": "lab.experiment_design",
-    "suggest_experiment": "lab.experiment_design",
-    "read_intervals": "lab.replay",
-    "Measured": "lab.recordings",
-    "Recording": "lab.recordings",
-    "Session": "lab.recordings",
-    "Uncertain": "lab.recordings",
-    "read_recording": "lab.recordings",
-    "write_recording": "lab.recordings",
-    "Parameter": "lab.replay",
-    "Simulates": "lab.replay",
-    "Simulator": "lab.replay",
-    "patch_model": "lab.replay",
-    "replay_error": "lab.replay",
-    "replay_recording": "lab.replay",
-    "largest_stiffness": "attach",
-    "render_clip": "show",
-    "write_report": "show",
+    name: package
+    for package, names in {
+        "attach": "largest_stiffness",
+        "lab.diagnosis": "CATALOGUE diagnose Diagnosis Effect fit_with_sysid on_inputs on_joints "
+        "on_sensors on_sheaths ParameterSpecification",
+        "lab.experiment_design": "DriveBounds ExperimentBounds read_bounds suggest_experiment "
+        "Suggestion",
+        "lab.recordings": "Measured read_recording Recording Session Uncertain write_recording",
+        "lab.replay": "Parameter patch_model read_intervals replay_error replay_recording "
+        "Simulates Simulator",
+        "models": "example_rig load_model load_spec",
+        "show": "render_clip write_report",
+    }.items()
+    for name in names.split()
 }
 
 __all__ = [
@@ -157,14 +138,21 @@ __all__ = [
 ]
 
 
-if not TYPE_CHECKING:  # a type checker reads the imports above, and sees what is misspelt
+if not TYPE_CHECKING:  # a type checker reads the imports above, and sees misspelt names
 
     def __getattr__(name: str) -> Any:
-        """Load a name of the public interface when it is first used."""
+        """Load a name of the public interface when it is first used.
+
+        Raises:
+            MissingPackageError: it needs the extra `lab`, which is not installed.
+        """
         if name == "__version__":
             value: Any = _version()
         elif name in _LAZY:
-            value = getattr(import_module(f"tendon_mj.{_LAZY[name]}"), name)
+            try:
+                value = getattr(import_module(f"tendon_mj.{_LAZY[name]}"), name)
+            except ModuleNotFoundError as error:
+                raise MissingPackageError.of_lab(f"tendon_mj.{name}", error) from None
         else:
             raise AttributeError(f"module 'tendon_mj' has no attribute {name!r}")
         globals()[name] = value
@@ -173,7 +161,7 @@ if not TYPE_CHECKING:  # a type checker reads the imports above, and sees what i
 
 def _version() -> str:
     """Version of the installed package, "unknown" where its sources are used without installing."""
-    metadata = import_module("importlib.metadata")  # not before it is asked for
+    metadata = import_module("importlib.metadata")  # takes time to load
     try:
         return str(metadata.version("tendon-mj"))
     except metadata.PackageNotFoundError:

@@ -1,19 +1,25 @@
 """`tendon-mj`, which is also `python -m tendon_mj`."""
 
+import signal
 import sys
-
-from tendon_mj.cli import interruptible
 
 
 def main() -> int:
-    """Run the command line; returns its exit status, 130 also for a Ctrl-C while it loads."""
-    with interruptible():
-        try:
-            from tendon_mj.cli import main as run
-        except KeyboardInterrupt:
-            print("tendon-mj: interrupted; nothing was begun", file=sys.stderr)
-            return 130
-        return run()
+    """Run the command line; returns its exit status."""
+    try:
+        from tendon_mj.cli import main as run
+    except KeyboardInterrupt:  # while the packages load
+        print("tendon-mj: interrupted", file=sys.stderr)
+        return 130
+    except ModuleNotFoundError as error:
+        from tendon_mj.errors import MissingPackageError
+
+        print(f"tendon-mj: {MissingPackageError.of_lab('the command', error)}", file=sys.stderr)
+        return 2
+    status = run()
+    if status == 130:  # a second Ctrl-C does not cut off the way out
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    return status
 
 
 if __name__ == "__main__":

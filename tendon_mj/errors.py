@@ -38,7 +38,7 @@ class UnusedKeyError(InvalidValueError, KeyError):
 
 
 class UnsuitedTendonError(InvalidValueError):
-    """A tendon that cannot run in a sheath as it was asked for; a pattern leaves it out."""
+    """A tendon that cannot run in a sheath; a pattern skips it."""
 
 
 class RecordingError(TendonError, ValueError):
@@ -46,7 +46,7 @@ class RecordingError(TendonError, ValueError):
 
 
 class EngineError(TendonError, RuntimeError):
-    """The running MuJoCo does not fit the plugin, or cannot do what was asked of it."""
+    """The running MuJoCo does not fit the plugin, or cannot carry out a request."""
 
 
 class NoPluginsError(EngineError, NotImplementedError):
@@ -54,19 +54,30 @@ class NoPluginsError(EngineError, NotImplementedError):
 
 
 class WorkerError(TendonError, RuntimeError):
-    """Workers that died, or one that would compute with something else than this process."""
+    """Workers that died, or one with other versions than this process."""
 
 
 class MissingPackageError(TendonError, ImportError):
-    """A package that is not installed; the message says what needs it and how to install it."""
+    """A package that is not installed; the message names its user and how to install it."""
+
+    @classmethod
+    def of_lab(cls, what: str, error: ModuleNotFoundError) -> MissingPackageError:
+        """The error that ``what`` needs the extra `lab`; another one is raised as it is."""
+        package = str(error.name).partition(".")[0]
+        if package == "tendon_mj":
+            raise error
+        return cls(
+            f"{what} needs {package}, which is not installed: pip install 'tendon-mj[lab]'",
+            name=package,
+        )
 
 
 class TendonWarning(UserWarning):
-    """Something that was done otherwise than a user may expect; the message names what and why."""
+    """A deviation from the expected; the message names it and the reason."""
 
 
 def unknown(kind: str, name: str, valid: Iterable[str]) -> str:
-    """Message that ``name`` is no ``kind``: the nearest valid name, and then all of them."""
+    """Message that a ``kind`` of this name does not exist: the nearest valid name, and then all."""
     names = sorted(n for n in valid if n)
     near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
     hint = f"; did you mean {near[0]!r}?" if near else ""

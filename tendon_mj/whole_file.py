@@ -5,34 +5,28 @@ from __future__ import annotations
 import os
 import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 
 @contextmanager
 def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A path beside ``path`` to write to; it takes the place of ``path`` when all went well.
+    """A path in the same folder to write to; it replaces ``path`` when all went well.
 
-    Whoever reads ``path`` meanwhile, or after the process was killed, finds what was there before.
+    Whoever reads ``path`` meanwhile, or after the process was killed, finds the old file.
 
     Raises:
-        OSError: what is there is no regular file, such as /dev/null; or the file cannot be
-            written. It names ``path``, also where the system's own error names no file, as on a
-            full disk, or the one beside it.
+        OSError: the file cannot be written; the error names ``path``.
     """
     path = Path(path)
-    if path.exists() and not path.is_file():
-        kind = "folder" if path.is_dir() else "device or pipe"
-        raise OSError(f"{path} is a {kind}, which no file replaces; give another path")
-    # a name may have 255 bytes; the first letters are for who sees what a killed process left
+    # a name may have 255 bytes; the first letters identify a file that a killed process left
     beside = path.with_name(f".{path.stem[:20]}.{secrets.token_hex(8)}{path.suffix}")
     try:
         yield beside
         beside.replace(path)
     except OSError as error:
-        if error.filename not in (None, str(beside)) or error.errno is None:
-            raise
-        raise OSError(error.errno, os.strerror(error.errno), str(path)) from error
+        if error.filename == str(beside):
+            error.filename = str(path)
+        raise
     finally:
-        with suppress(OSError):  # where nothing can be written, nothing can be removed
-            beside.unlink(missing_ok=True)
+        beside.unlink(missing_ok=True)

@@ -11,7 +11,7 @@ from urllib.parse import unquote, urlsplit
 import pytest
 
 import tendon_mj
-from tendon_mj.cli.main import COMMANDS
+from tendon_mj.cli import COMMANDS
 
 ROOT = Path(__file__).parents[1]
 PICTURES = (".png", ".webp", ".gif", ".jpg", ".svg")

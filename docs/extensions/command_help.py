@@ -22,7 +22,7 @@ def _append(app, page: str, source: list[str]) -> None:
     """Add a section for every command to the page."""
     if page != _PAGE:
         return
-    from tendon_mj.cli.main import COMMANDS
+    from tendon_mj.cli import COMMANDS
 
     width = os.environ.get("COLUMNS")
     os.environ["COLUMNS"] = _WIDTH

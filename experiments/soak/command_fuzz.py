@@ -23,10 +23,7 @@ import mujoco
 from experiments.soak.batches import report_batch
 from experiments.soak.killed_runs import whole
 from experiments.soak.model_fuzz import DRIVEN
-from tendon_mj.cli import (
-    interruptible,
-    main,  # all commands are loaded before the first is interrupted
-)
+from tendon_mj.cli import main  # all commands are loaded before the first is interrupted
 from tendon_mj.models import example_recording, load_spec
 
 _ENDINGS = {0: "carried out", 2: "refused", 130: "interrupted"}
@@ -149,8 +146,7 @@ def _run(typed: Sequence[str], moment: float) -> tuple[str, str]:
     signal.signal(signal.SIGINT, signal.default_int_handler)  # as a process begins
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:
-            with interruptible():
-                status = _interrupted(typed, moment)
+            status = _interrupted(typed, moment)
         except SystemExit as end:
             status = end.code if isinstance(end.code, int) else 2
         except KeyboardInterrupt:  # which came when all was done
@@ -160,7 +156,8 @@ def _run(typed: Sequence[str], moment: float) -> tuple[str, str]:
     said = err.getvalue() + out.getvalue()
     if status not in _ENDINGS:
         return "broken", f"status {status}"
-    if "Traceback" in said:
+    lost = "Exception ignored" in said and "KeyboardInterrupt" in said  # in a finaliser, by Python
+    if "Traceback" in said and not lost:
         return _ENDINGS[status], said
     lines = len(said.splitlines())
     if status == 2 and not 1 <= lines <= _MOST_LINES:

@@ -1,7 +1,7 @@
-"""The command line: `tendon-mj COMMAND --out DIR`."""
+"""The command line: `tendon-mj COMMAND --out DIR`; a module has one command or those of a topic."""
 
-from tendon_mj.cli.interruption import interruptible as interruptible
-from tendon_mj.cli.main import main as main
+from tendon_mj.cli.commands import COMMANDS as COMMANDS
+from tendon_mj.cli.commands import main as main
 from tendon_mj.cli.output import Output as Output
 from tendon_mj.cli.output import console as console
 from tendon_mj.cli.output import progress_bar as progress_bar

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
 import tyro
 
 from tendon_mj.attach import Attached, Row, attach_friction
+from tendon_mj.cli.given_files import Repeated, flat
 from tendon_mj.cli.output import console, print_table
 from tendon_mj.models import load_spec, model_path
 
@@ -18,7 +19,7 @@ _HEAD = ("tendon", *_BENDS, "EA [N]", "drive", "input end", "done")
 
 def attach(
     model: Annotated[str, tyro.conf.Positional],
-    tendon: tuple[str, ...],
+    tendon: Repeated[str],
     friction: float,
     out: Path,
     axial_stiffness: float | None = None,
@@ -52,7 +53,7 @@ def attach(
     attached = attach_friction(
         load_spec(str(source)),
         source,
-        tendon,
+        flat(tendon),
         out,
         friction=friction,
         axial_stiffness=axial_stiffness,
@@ -63,19 +64,26 @@ def attach(
         extra_bend=extra_bend,
     )
     print_table(_HEAD, [_cells(row) for row in attached.rows])
+    for text in _remarks(attached):
+        console.print(text, soft_wrap=True)
+    console.print(f"wrote {attached.path}", soft_wrap=True)
+    console.print(_sentence(attached.rows), soft_wrap=True)
+    return attached
+
+
+def _remarks(attached: Attached) -> Iterator[str]:
     if any(row.sheath and row.axial_stiffness is None for row in attached.rows):
-        console.print("the step's EA: as stiff as the model's step resolves", soft_wrap=True)
+        yield "the step's EA: as stiff as the model's step resolves"
     too_stiff = [
         f"{row.tendon} ({row.axial_stiffness:.4g} N, where {row.largest_stiffness:.2g} N would do)"
         for row in attached.rows
         if row.is_too_stiff
     ]
     if too_stiff:
-        console.print(
-            f"more EA than a time step carries at qpos0: {', '.join(too_stiff)}. Where an actuator "
-            "pulls, the guides yield instead; any other tendon may ring at the pace of the steps: "
-            "take a shorter step",
-            soft_wrap=True,
+        yield (
+            f"EA above the largest for this time step at qpos0: {', '.join(too_stiff)}. Where an "
+            "actuator pulls, the guides yield instead; any other tendon may ring from step to "
+            "step: take a shorter step"
         )
     magnified = [
         f"{row.tendon} (up to {row.pull.magnified:.2g} N/m of {row.pull.stiffness:.4g} N/m, "
@@ -84,18 +92,15 @@ def attach(
         if row.is_pulled_too_stiffly
     ]
     if magnified:
-        console.print(
-            "friction makes more of the stiffness of what pulls than a time step carries: "
+        yield (
+            "friction magnifies the stiffness of a drive beyond the largest for this time step: "
             f"{', '.join(magnified)}. Joints that draw the tendon out may gain energy: take a "
-            "shorter step",
-            soft_wrap=True,
+            "shorter step"
         )
-    idlers = [sentence for row in attached.rows for sentence in row.idlers]
-    for said in (*idlers, *attached.limits, *attached.said):
-        console.print(said, soft_wrap=True)
-    console.print(f"wrote {attached.path}", soft_wrap=True)
-    console.print(_sentence(attached.rows), soft_wrap=True)
-    return attached
+    for row in attached.rows:
+        yield from row.idlers
+    yield from attached.limits
+    yield from attached.said
 
 
 def _sentence(rows: Sequence[Row]) -> str:
@@ -105,7 +110,7 @@ def _sentence(rows: Sequence[Row]) -> str:
     count = f"{len(sheathed)} of {len(rows)} tendons run in sheaths"
     slipping = [row for row in sheathed if row.acts and row.most_slid_bend > 0.0]
     if not slipping:
-        return f"{count}; no joint feels sliding friction in the poses that were looked at."
+        return f"{count}; no joint feels sliding friction in the poses that were searched."
     if not any(row.friction for row in slipping):
         return f"{count}; friction = 0: none of them loses a share of its tension."
     most = min(slipping, key=lambda row: row.least_transmission)
@@ -117,13 +122,13 @@ def _sentence(rows: Sequence[Row]) -> str:
 
 
 def _cells(row: Row) -> tuple[str, ...]:
-    left_out = "the step's" if row.sheath else "-"
+    default = "the step's" if row.sheath else "-"
     return (
         row.tendon,
         f"{row.bend:.2f}",
         f"{row.least_bend:.2f} … {row.most_bend:.2f}",
         f"{row.transmission:.3f}, {row.least_transmission:.3f}" if row.acts else "-",
-        left_out if row.axial_stiffness is None else f"{row.axial_stiffness:.4g}",
+        default if row.axial_stiffness is None else f"{row.axial_stiffness:.4g}",
         row.drives,
         row.input or "-",
         row.done,

@@ -8,8 +8,8 @@ from typing import Any, Final
 from tendon_mj.cli.compare import compare
 from tendon_mj.cli.diagnose import diagnose
 from tendon_mj.cli.output import LOCK, Output, console
+from tendon_mj.cli.recordings import replay
 from tendon_mj.cli.render import render
-from tendon_mj.cli.replay import replay
 from tendon_mj.errors import EngineError
 from tendon_mj.models import example_recording, example_rig
 
@@ -41,10 +41,10 @@ def demo(out: Path = Path("out/demo")) -> dict[str, object]:
     console.rule("diagnose")
     console.print("The rig of docs/your_rig.md: simulated elsewhere, with a hidden cause.")
     rig = example_rig()
-    result["diagnose"] = found = diagnose(
+    result["diagnose"] = diagnosis = diagnose(
         (rig / "triangles.csv",),
         out / "diagnose",
-        hold_out=(rig / "sines.csv",),
+        hold_out=((rig / "sines.csv",),),
         description=rig / "rig.toml",
         sysid=False,
     )
@@ -53,7 +53,7 @@ def demo(out: Path = Path("out/demo")) -> dict[str, object]:
     console.rule("all files")
     output.written = [*written, *output.written]
     output.close(
-        f"The diagnosis is {found['verdict']}. {found['sentence']} "
+        f"The diagnosis is {diagnosis['verdict']}. {diagnosis['sentence']} "
         f"Its report: {out / 'diagnose' / 'report.html'}."
     )
     return result

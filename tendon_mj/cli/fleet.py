@@ -7,8 +7,8 @@ from typing import Annotated
 
 import tyro
 
+from tendon_mj.cli.given_files import typed_command
 from tendon_mj.cli.output import Output, console, progress_bar
-from tendon_mj.cli.typed_command import typed_command
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.diagnosis import collect_provenance
 from tendon_mj.lab.fleet import RESULT_TABLE, find_rigs, run_fleet
@@ -27,58 +27,50 @@ def fleet(
     scheduler: str | None = None,
     again: bool = False,
 ) -> dict[str, object]:
-    """Find which rig of many changed, in what and since when, and which differs from its fellows.
+    """Find which rig of many changed, in what and since when, and which differs from the others.
 
     Args:
-        folder: one folder a rig in it, with recordings named after their day, as 2026-03-03.csv, or
-            in folders so named; each has its TOML beside it, or there is a description.toml for
-            all.
-        out: folder for the page, the table, result.json, and what was computed of each rig, which
-            the next run does not compute again.
+        folder: a folder for each rig, with recordings named after their day, as 2026-03-03.csv,
+            each with its TOML beside it, or with a description.toml for all.
+        out: folder for the page, the table, result.json, and results of each rig, which the next
+            run does not compute again.
         processes: of this machine, without Dask; default: as many as it has cores.
         workers: of a Dask cluster that lives as long as the run.
         scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786.
         again: compute every rig again.
 
     Raises:
-        TendonError: the folder is no fleet, or no rig could be fitted; in the second case page and
-            table say of each why.
+        TendonError: the folder is not a fleet, or no rig could be fitted; in the second case page
+            and table have the reasons.
 
     Example:
         tendon-mj fleet hands --out out/hands
     """
     on = Workers(processes=processes, workers=workers, scheduler=scheduler)
     kept = out / "rigs"
-    find_rigs(folder, apart=kept)  # what is no fleet is refused before anything is written
+    rigs = find_rigs(folder, kept)
     writes = (PAGE, RESULT_TABLE, f"{CHANGES}.png", f"{SPREAD}.png")
     output = Output(out, tables=(RESULT_TABLE,), writes=writes, begin=False)
     with progress_bar() as progress:
-        found = run_fleet(folder, kept, on=on, again=again, begin=output.begin, progress=progress)
-    figures = {CHANGES: changes_figure(found), SPREAD: spread_figure(found)}
+        result = run_fleet(rigs, kept, on=on, again=again, begin=output.begin, progress=progress)
+    figures = {CHANGES: changes_figure(result), SPREAD: spread_figure(result)}
     pictures = {
         name: output.figure(name, figure).read_bytes()
         for name, figure in figures.items()
         if figure is not None
     }
-    output.add(write_table(found, out / RESULT_TABLE))
-    options = {
-        "--out": out,
-        "--processes": processes,
-        "--workers": workers,
-        "--scheduler": scheduler,
-        "--again": again,
-    }
-    provenance = collect_provenance(typed_command("fleet", [folder], options))
+    output.add(write_table(result, out / RESULT_TABLE))
+    provenance = collect_provenance(typed_command.get())
     with whole_file(out / PAGE) as made:
-        page = fleet_page(found, pictures, provenance, str(folder))
+        page = fleet_page(result, pictures, provenance, str(folder))
         made.write_text(page, encoding="utf-8")
     output.add(out / PAGE)
-    result = found.result() | {"provenance": provenance.result()}
-    output.result(result)
-    for rig in found.told:
-        console.print(f"  {rig.sentence(found.units)}", soft_wrap=True)
-    output.close(" ".join(filter(None, [found.sentence, found.warning, f"Page: {out / PAGE}"])))
-    failed = found.of("failed")
-    if len(failed) == len(found.rigs):
+    numbers = result.result() | {"provenance": provenance.result()}
+    output.result(numbers)
+    for rig in result.with_findings:
+        console.print(f"  {rig.sentence(result.units)}", soft_wrap=True)
+    output.close(" ".join(filter(None, [result.sentence, result.warning, f"Page: {out / PAGE}"])))
+    failed = result.of("failed")
+    if len(failed) == len(result.rigs):
         raise TendonError(f"no rig could be fitted; {failed[0].name}: {failed[0].error}")
-    return result
+    return numbers

@@ -1,15 +1,30 @@
-"""Files that a command was given to read, with those that its models are made of."""
+"""The command as it was typed, and the files that it was given to read."""
 
 from __future__ import annotations
 
 import contextlib
+import itertools
 from collections.abc import Iterable
+from contextvars import ContextVar
 from pathlib import Path
+from typing import TypeVar
+
+import tyro
 
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.recordings import described_model, table_beside
-from tendon_mj.model_files import files_of_model
 from tendon_mj.models import model_path
+
+typed_command = ContextVar("typed_command", default="")  # for the provenance of a result
+
+_Value = TypeVar("_Value")
+# an option of several values that may be given more than once; `flat` has all of them
+Repeated = tyro.conf.UseAppendAction[tuple[tuple[_Value, ...], ...]]
+
+
+def flat(groups: Iterable[Iterable[_Value]]) -> tuple[_Value, ...]:
+    """The values of a repeated option in their order."""
+    return tuple(itertools.chain.from_iterable(groups))
 
 
 def given_files(
@@ -17,28 +32,22 @@ def given_files(
     description: Path | None = None,
     models: Iterable[str | None] = (),
 ) -> list[Path]:
-    """Tables and descriptions of recordings, and what the models are made of.
-
-    What cannot be read is left to who reads it.
+    """Tables and descriptions of recordings, and MJCF files of models; unreadable ones are ignored.
 
     Args:
         recordings: paths as for `read_recording`.
         description: of all of them; default: each has its own.
         models: names or MJCF files; default: those of the recordings.
     """
-    found: list[Path] = []
-    sought = [name for name in models if name is not None]
-    own = not sought
+    files, names = list[Path](), [name for name in models if name is not None]
+    described = not names
     for path in recordings:
-        if path.name in ("", ".."):  # a folder
-            continue
-        table, beside = table_beside(path)
-        described = description or beside
-        found += [table, described]
-        if own:
-            with contextlib.suppress(TendonError):
-                sought.append(described_model(described))
-    for name in dict.fromkeys(sought):
         with contextlib.suppress(TendonError):
-            found += files_of_model(model_path(name))
-    return found
+            table, beside = table_beside(path)
+            files += [table, description or beside]
+            if described:
+                names.append(described_model(description or beside))
+    for name in dict.fromkeys(names):
+        with contextlib.suppress(TendonError):
+            files.append(model_path(name))
+    return files

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatch
 from pathlib import Path
+from typing import TypeVar
 
 import filelock
 from matplotlib.figure import Figure
@@ -32,7 +33,7 @@ from tendon_mj.whole_file import whole_file
 
 
 class _Console(Console):
-    """Console of a command, which goes on when nobody reads what it prints, as behind `head`."""
+    """Console of a command, which goes on when nobody reads its output, as with `head`."""
 
     def on_broken_pipe(self) -> None:
         """Print no more."""
@@ -42,29 +43,29 @@ class _Console(Console):
 
 console = _Console(highlight=False, markup=False, emoji=False)  # names may hold [brackets]
 
+_Item = TypeVar("_Item")
 RESULT = "result.json"
 LOCK = ".lock"
-_SHOWN = (".html", ".png", ".mp4", ".webp")  # what is only looked at: no command reads it
+_SHOWN = (".html", ".png", ".mp4", ".webp")  # never read by a command
 
 
 class Output:
-    """The folder that a command writes to, and no other run until it is closed or has ended.
+    """The folder that a command writes to, locked against other runs until it is closed.
 
     `result.json` is written last. That of an earlier run is removed by `begin`, with the pages and
     pictures that it lists, so that a run that fails leaves none behind.
 
     Args:
-        folder: made if it is not there.
-        tables: names of tables that are results too; others may be what this run reads.
-        writes: names of files that the command writes and could have been given to read; ``*``
+        folder: made if it does not exist.
+        tables: names of tables that are results too, like pages and pictures.
+        writes: names of files that the command writes and may have been given to read; ``*``
             stands for any text.
-        given: files that the command was given to read; None and what is no file are passed over.
+        given: paths on the command line; None and paths that do not exist are ignored.
         begin: whether `begin` is called at once; else when nothing more can be refused.
 
     Raises:
-        InvalidValueError: it is no folder, a link to none, or cannot be written to; another run is
-            writing to it; or a file that was given lies where the command writes, or is a
-            result of an earlier run. What is in the folder stays as it was.
+        InvalidValueError: the folder cannot be written to, another run is writing to it, or the
+            command would overwrite a file that it was given.
     """
 
     def __init__(
@@ -79,27 +80,11 @@ class Output:
         self.folder = folder
         self.written: list[Path] = []
         self.started = time.perf_counter()
-        self._writes, self._tables = (RESULT, LOCK, *writes), tables
-        for path in (folder, *folder.parents):
-            if path.exists() and not path.is_dir():
-                where = f"--out {folder}" + (f": {path}" if path != folder else "")
-                raise InvalidValueError(f"{where} is a file; it must be a folder")
-        if folder.is_symlink() and not folder.exists():
-            raise InvalidValueError(
-                f"--out {folder} is a link to {folder.readlink()}, which is not there; make that"
-                " folder, or give another --out"
-            )
-        for name in (RESULT, *writes):
-            path = folder / name
-            if path.exists() and not path.is_file():  # a pipe would wait for its writer
-                raise InvalidValueError(
-                    f"--out {folder}: {name} there is a folder, device or pipe, which no result"
-                    " replaces; give another --out"
-                )
-        self._keep([Path(path) for path in given if path is not None and Path(path).is_file()])
-        folder.mkdir(parents=True, exist_ok=True)
+        self._tables = tables
+        _check_given(folder, (RESULT, *writes), given)
         self._lock = filelock.FileLock(folder / LOCK, timeout=0)
         try:
+            folder.mkdir(parents=True, exist_ok=True)
             self._lock.acquire()
         except filelock.Timeout:
             raise InvalidValueError(
@@ -107,8 +92,7 @@ class Output:
             ) from None
         except OSError as error:
             raise InvalidValueError(
-                f"--out {folder}: nothing can be written there ({error.strerror}); give another"
-                " folder"
+                f"--out {folder}: not a folder to write to ({error.strerror}); give another one"
             ) from None
         if begin:
             self.begin()
@@ -116,46 +100,15 @@ class Output:
     def begin(self) -> None:
         """Remove the result of an earlier run, and the pages, pictures and tables that it lists.
 
-        Recordings and models stay until they are replaced: they may be what this run reads.
+        Recordings and models stay until they are replaced: this run may read them.
         """
-        for path in self._earlier():
-            path.unlink(missing_ok=True)
-        (self.folder / RESULT).unlink(missing_ok=True)
-
-    def _earlier(self) -> list[Path]:
-        """Pages, pictures and tables in the folder itself that its result lists."""
-        listed: object = []
-        result = self.folder / RESULT
-        with contextlib.suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
-            listed = json.loads(result.read_text(encoding="utf-8"))["files"]  # if it is ours
-        names = {n for n in listed if isinstance(n, str)} if isinstance(listed, list) else set()
-        return [
-            path
-            for path in sorted(self.folder.glob("*"))
-            if path.name in names
-            and (path.suffix in _SHOWN or path.name in self._tables)
-            and not path.is_dir()
-        ]
-
-    def _keep(self, files: Sequence[Path]) -> None:
-        """Refuse to go on if one of the files would be written over or removed."""
-
-        def is_read(path: Path) -> bool:
-            return any(path.samefile(file) for file in files)
-
-        for path in sorted(self.folder.glob("*")):
-            if any(fnmatch(path.name, one) for one in self._writes) and is_read(path):
-                raise InvalidValueError(
-                    f"--out {self.folder}: {path.name} there would be written over, and is read by"
-                    " this command; give another --out"
-                )
-        for path in self._earlier():
-            if is_read(path):
-                raise InvalidValueError(
-                    f"--out {self.folder}: {path.name} there would be removed, as {RESULT} lists it"
-                    " as a result of an earlier run, and is read by this command; give another"
-                    " --out"
-                )
+        result, listed = self.folder / RESULT, set[str]()
+        with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
+            listed = set(map(str, json.loads(result.read_text(encoding="utf-8"))["files"]))
+        for path in [p for p in self.folder.iterdir() if p.name in listed and p.is_file()]:
+            if path.suffix in _SHOWN or path.name in self._tables:
+                path.unlink()
+        result.unlink(missing_ok=True)
 
     def add(self, path: Path) -> Path:
         """List a file that something else wrote into the folder."""
@@ -179,10 +132,7 @@ class Output:
         return self.add(path)
 
     def close(self, sentence: str = "") -> None:
-        """Print the files that were written, and last what came out, in a sentence with units.
-
-        From then on others may write to the folder.
-        """
+        """Print the files, and last the result in a sentence with units; unlock the folder."""
         self._lock.release()
         console.print(f"{time.perf_counter() - self.started:.1f} s; wrote")
         for path in self.written:
@@ -191,8 +141,20 @@ class Output:
             console.print(sentence, soft_wrap=True)
 
 
+def _check_given(folder: Path, writes: Sequence[str], given: Iterable[str | Path | None]) -> None:
+    """Refuse to overwrite a file that the command was given."""
+    files = [Path(path) for path in given if path is not None and Path(path).is_file()]
+    for path in sorted(folder.glob("*")) if files else ():
+        is_written = any(fnmatch(path.name, name) for name in writes)
+        if is_written and any(path.exists() and path.samefile(file) for file in files):
+            raise InvalidValueError(
+                f"--out {folder}: {path.name} there is read by this command, and would be"
+                " overwritten; give another --out"
+            )
+
+
 def _plain(value: object) -> object:
-    """A value for JSON: numbers that JSON does not have become null."""
+    """A value for JSON, in which NaN and infinities are null."""
     if isinstance(value, Mapping):
         return {str(key): _plain(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
@@ -201,7 +163,7 @@ def _plain(value: object) -> object:
 
 
 def print_warnings(warnings: Iterable[DataWarning]) -> None:
-    """Print what looks wrong in recordings, a line each."""
+    """Print warnings about recordings, a line each."""
     for warning in warnings:
         console.print(f"warning: {warning.sentence}", soft_wrap=True)
 
@@ -215,12 +177,12 @@ def print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """
     columns = list(zip(head, *rows, strict=True))
     widths = [max(len(word) for cell in column for word in cell.split()) for column in columns]
-    left = console.width - sum(widths) - 3 * len(widths) - 1  # of the lines between
-    if left >= 0:
+    spare = console.width - sum(widths) - 3 * len(widths) - 1  # of the lines between
+    if spare >= 0:
         table = Table()
         for width, column in zip(widths, columns, strict=True):
-            more = min(left, max(map(len, column)) - width)
-            left -= more
+            more = min(spare, max(map(len, column)) - width)
+            spare -= more
             table.add_column(column[0], width=width + more)
         for row in rows:
             table.add_row(*row)
@@ -252,3 +214,13 @@ def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
             bars.update(tasks[what], completed=done, total=total)
 
         yield report
+
+
+def tracked(what: str, items: Iterable[_Item]) -> Iterator[_Item]:
+    """Items, with a progress bar of how many were used."""
+    every = list(items)
+    with progress_bar() as report:
+        for k, item in enumerate(every):
+            report(what, k, len(every))
+            yield item
+        report(what, len(every), len(every))

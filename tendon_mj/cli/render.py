@@ -1,4 +1,4 @@
-"""`tendon-mj render`: an offscreen clip of a model with its tendons drawn."""
+"""`tendon-mj render` and `view`: a model in motion, as a clip or in a window or browser."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from tendon_mj.lab.replay import (
 )
 from tendon_mj.models import load_model, model_names, model_path
 from tendon_mj.show import check_size, find_camera, render_clip
+from tendon_mj.show.live import open_window, prepare, serve
 
 DURATION = 6.0  # of a clip of a model without a motion of its own [s]
 
@@ -96,11 +97,44 @@ def render(
     return result
 
 
+def view(
+    model: Annotated[str, tyro.conf.Positional],
+    motion: str | None = None,
+    web: bool = False,
+    port: int = 8080,
+    seconds: float | None = None,
+) -> None:
+    """Watch a model move, its tendons coloured by their tension, with the tensions as curves.
+
+    Args:
+        model: bench, joint, finger, finger_spring, or the path of an MJCF file.
+        motion: of the finger: curl, tap, press, hold or a CSV of joint angles or tensions; of any
+            other model a CSV with time_s and a column for each actuator.
+        web: whether to serve a page for a browser, with sliders for friction and all other live
+            parameters, instead of opening MuJoCo's viewer, which needs a screen.
+        port: of that page.
+        seconds: after which to end; by default when the window is closed, or at Ctrl-C.
+
+    Example:
+        tendon-mj view finger --motion press --web
+    """
+    if seconds is not None and not seconds > 0.0:
+        raise InvalidValueError(f"--seconds {seconds:g} must be greater than 0")
+    prepared = prepare(model, motion)
+    if prepared.still:
+        console.print(f"{model} does not move: {prepared.still}", soft_wrap=True)
+    if web:
+        done = serve(prepared, port=port, seconds=seconds, announce=console.print)
+    else:
+        done = open_window(prepared, seconds)
+    console.print(done.sentence(), soft_wrap=True)
+
+
 def _size(text: str) -> tuple[int, int]:
-    found = re.fullmatch(r"\s*(\d{1,6})\s*x\s*(\d{1,6})\s*", text, re.IGNORECASE)
-    if not found:
+    match = re.fullmatch(r"\s*(\d{1,6})\s*x\s*(\d{1,6})\s*", text, re.IGNORECASE)
+    if not match:
         raise InvalidValueError(f"--size {text[:40]}: give width x height in pixels, like 1280x720")
-    return int(found[1]), int(found[2])
+    return int(match[1]), int(match[2])
 
 
 def _finger_frames(
@@ -116,12 +150,12 @@ def _finger_frames(
     check_frames(compiled, length, fps)
     if duration is not None:
         trajectory = lasting(trajectory, duration)
-    found = []
+    recorders = []
     for friction in (None, 0.0) if twin else (None,):
-        recorder = FrameRecorder(fps)
-        simulate_finger(trajectory, compiled, name=name, friction=friction, recorder=recorder)
-        found.append(recorder.frames())
-    return found[0], found[1] if twin else None
+        recorders.append(FrameRecorder(fps))
+        simulate_finger(trajectory, compiled, name=name, friction=friction, recorder=recorders[-1])
+    frames, *without = (recorder.frames() for recorder in recorders)
+    return frames, without[0] if without else None
 
 
 def _frames(
@@ -137,7 +171,7 @@ def _frames(
     if motion is not None:
         drive, length = read_motion(Path(motion), compiled)
     elif name not in model_names():
-        _say_what_moves(compiled)
+        _print_what_moves(compiled)
     length = length if duration is None else duration
     frames = record_frames(compiled, drive, duration=length, fps=fps, progress=progress)
     without = frictionless(compiled) if twin else {}
@@ -146,8 +180,8 @@ def _frames(
     return frames, record_frames(compiled, drive, duration=length, fps=fps, parameters=without)
 
 
-def _say_what_moves(compiled: mujoco.MjModel) -> None:
-    """Say where the motion of a model that has no ranges for it is from."""
+def _print_what_moves(compiled: mujoco.MjModel) -> None:
+    """Print the source of the motion of a model without control ranges."""
     free = [
         compiled.actuator(k).name or f"actuator {k}"
         for k in range(compiled.nu)

@@ -19,7 +19,7 @@ from tendon_mj.lab.finger import (
     tracking_error,
 )
 from tendon_mj.lab.recordings import Recording, write_recording
-from tendon_mj.lab.replay import FrameRecorder
+from tendon_mj.lab.replay import FrameRecorder, Frames
 from tendon_mj.lab.verification import finger_step_cost
 from tendon_mj.models import Finger, load_model
 from tendon_mj.show import finger_figure, render_clip
@@ -43,8 +43,7 @@ def simulate(
             flexor_N, extensor_N.
         out: folder for the recordings, the plots, the clip and result.json.
         friction: mu of the sheaths in place of the model's.
-        clamp: take what lies beyond a joint's range, or a motor's strength, at the range instead of
-            refusing it.
+        clamp: clip values outside a joint's range, or a motor's strength, instead of refusing them.
         clip: whether to render an MP4: with friction, and in grey behind it without.
 
     Example:
@@ -52,23 +51,20 @@ def simulate(
     """
     label = "friction as in the model" if friction is None else f"friction {friction:g}"
     runs = {label: friction} if friction == 0.0 else {label: friction, WITHOUT: 0.0}
-    stems = {name: _stem(Path(motion).stem, name) for name in runs}
-    writes = [glob.escape(f"{stem}.csv") for stem in stems.values()]
+    stem = Path(motion).stem
+    stems = {name: f"{stem}_frictionless" if name == WITHOUT else stem for name in runs}
+    writes = [glob.escape(f"{name}.csv") for name in stems.values()]
     output = Output(out, writes=writes, given=[motion])
     trajectory = find_trajectory(motion)
     if clamp:
         trajectory = clamped(trajectory, Finger())
     compiled = load_model(model)
-    recorders = {name: FrameRecorder() for name in runs}
+    recorders = {name: FrameRecorder() if clip else None for name in runs}
     answers: dict[str, Recording] = {}
     result: dict[str, object] = {"model": model, "motion": trajectory.name}
     for name, value in runs.items():
         answer = simulate_finger(
-            trajectory,
-            compiled,
-            name=model,
-            friction=value,
-            recorder=recorders[name] if clip else None,
+            trajectory, compiled, name=model, friction=value, recorder=recorders[name]
         )
         answers[name] = answer
         result[name] = {**summarise(answer).result(), "tracking": _tracking(answer)}
@@ -78,7 +74,8 @@ def simulate(
         cost = finger_step_cost(trajectory, friction=friction)
         result["step_cost"] = {"ratio": cost.ratio, "step_s": cost.step}
     if clip:
-        result["clip"] = _write_clip(output, trajectory.name, model, list(recorders.values()))
+        frames = [recorder.frames() for recorder in recorders.values() if recorder]
+        result["clip"] = _write_clip(output, trajectory.name, model, frames)
     output.result(result)
     _print_summary(answers, result)
     output.close(_sentence(answers))
@@ -87,18 +84,13 @@ def simulate(
 
 def _sentence(answers: dict[str, Recording]) -> str:
     summaries = {label: summarise(answer) for label, answer in answers.items()}
-    told = [
+    parts = [
         f"with {label} the flexor loses up to {1.0 - 1.0 / s.flexor_ratio_max:.0%} of its tension "
         f"and the tip presses with up to {s.tip_force_max:.2f} N"
         for label, s in summaries.items()
     ]
-    said = "; ".join(told)
-    return f"{said[0].upper()}{said[1:]}."
-
-
-def _stem(motion: str, run: str) -> str:
-    """Name of a run's recording, without ending."""
-    return f"{motion}_frictionless" if run == WITHOUT else motion
+    text = "; ".join(parts)
+    return f"{text[0].upper()}{text[1:]}."
 
 
 def _tracking(answer: Recording) -> dict[str, dict[str, float]]:
@@ -108,11 +100,9 @@ def _tracking(answer: Recording) -> dict[str, dict[str, float]]:
     }
 
 
-def _write_clip(
-    output: Output, name: str, model: str, recorders: Sequence[FrameRecorder]
-) -> str | None:
+def _write_clip(output: Output, name: str, model: str, recorded: Sequence[Frames]) -> str | None:
     """Write the clip, and return the name of its file; None on a machine that cannot draw."""
-    frames, *twin = (recorder.frames() for recorder in recorders)
+    frames, *twin = recorded
     scene = load_model(model, scene=True)
     path = output.folder / f"{name}.mp4"
     try:

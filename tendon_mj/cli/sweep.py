@@ -10,7 +10,7 @@ import mujoco
 import tyro
 from matplotlib.figure import Figure
 
-from tendon_mj.cli.given_files import given_files
+from tendon_mj.cli.given_files import Repeated, flat, given_files
 from tendon_mj.cli.output import (
     Output,
     console,
@@ -45,7 +45,7 @@ _SHOWN = 8  # outputs on the console; result.json has all
 
 def sweep(
     model: Annotated[str, tyro.conf.Positional],
-    parameter: tuple[str, ...],
+    parameter: Repeated[str],
     out: Path = Path("out/sweep"),
     draws: int = 0,
     seed: int = 0,
@@ -55,42 +55,41 @@ def sweep(
     description: Path | None = None,
     duration: float | None = None,
     settle: float | None = None,
-    outputs: tuple[str, ...] = (),
+    outputs: Repeated[str] = (),
     processes: int | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
     again: bool = False,
 ) -> dict[str, object]:
-    """Simulate a model with many values of its parameters; a run that was ended goes on.
+    """Simulate a model with many values of its parameters; an interrupted run is continued.
 
     Args:
         model: bench, joint, finger, finger_spring, or the path of an MJCF file.
-        parameter: what varies: "flexor.friction=0.05:0.3:6" (six values of the range),
-            "flexor.friction=0.1,0.2" (these), or "flexor.friction=0.05:0.3" (drawn from the range,
-            or five values of it without --draws). A tendon stands for its sheath, and * for any
-            text. Grids are combined with each other.
+        parameter: "flexor.friction=0.05:0.3:6" (six values of the range), "flexor.friction=0.1,0.2"
+            (these), or "flexor.friction=0.05:0.3" (drawn from the range, or five values of it
+            without --draws). A tendon stands for its sheath, and * for any text. Grids are combined
+            with each other.
         out: folder for the table (rollouts/*.parquet, and table.csv up to 10000 rollouts),
             result.json and the picture.
-        draws: random draws of the ranges that are no grids, the same for every combination of
-            those.
+        draws: random draws of the ranges without a grid, the same for every combination of grids.
         seed: of the draws.
         motion: as for render and view: of a finger curl, tap, press, hold or a CSV; of any other
             model a CSV with time_s and a column for every actuator that moves.
         policy: "file.py:name", a function that is called with model and data before every step,
-            once the model has settled, and sets data.ctrl, or a class of which each rollout makes
-            one; it finds there what the motion commands, or 0.
-        recording: drives the model in place of a motion; outputs are then of what it measures, and
-            include the error.
+            once the model has settled, and sets data.ctrl, which has the motion's command, or 0; or
+            a class, of which each rollout makes one.
+        recording: drives the model in place of a motion; outputs are then of its measured columns,
+            and include the error.
         description: TOML of the recording where it does not lie beside it.
         duration: of the motion in seconds; default: its own.
         settle: time in seconds before the first sample in which the model comes to the first
-            command; by default as the recording says, and 0.5 before a motion.
-        outputs: what is kept of a rollout: "tip_force.max"; final, min, max, mean, rms and (of a
-            recording) error of a sensor, or the sensor alone for all of them; default: all.
+            command; by default that of the recording, and 0.5 before a motion.
+        outputs: kept of a rollout: "tip_force.max"; final, min, max, mean, rms and (of a recording)
+            error of a sensor, or the sensor alone for all of them; default: all.
         processes: of this machine, without Dask; default: as many as it has cores.
         workers: of a Dask cluster that lives as long as the run.
         scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786.
-        again: begin anew in a folder that holds another sweep.
+        again: start again in a folder that holds another sweep.
 
     Example:
         tendon-mj sweep finger --parameter flexor.friction=0.05:0.3:6 --motion press
@@ -99,66 +98,74 @@ def sweep(
     compiled = load_model(model)
     acting = read_policy(policy) if policy is not None else None
     driven = _driven(model, compiled, motion, acting, recording, description, duration)
-    asked = Sweep(
+    plan = Sweep(
         compiled,
         driven,
-        parameter,
+        flat(parameter),
         draws=draws,
         seed=seed,
-        outputs=outputs,
+        outputs=flat(outputs),
         measured=recording is not None,
         settle=settle,
         policy=acting,
     )
     if not again:
-        check_folder(asked, out)
-    recorded = [recording] if recording else []
-    read = given_files(recorded, description, [model])
+        check_folder(plan, out)
+    read = given_files([recording] if recording else [], description, [model])
     given = [*read, motion, acting.path if acting else None]
-    writes = (PLAN, CSV, "sweep.png")
-    output = Output(out, tables=(CSV,), writes=writes, given=given, begin=False)
+    output = Output(out, (CSV,), writes=(PLAN, CSV), given=given, begin=False)
     print_warnings(timing_warnings(driven) if recording else [])
     console.print(
-        f"{_counted(asked.design.rollouts)} of {asked.rollouts.steps} steps on {on}", soft_wrap=True
+        f"{_counted(plan.design.rollouts)} of {plan.rollouts.steps} steps on {on}", soft_wrap=True
     )
     with progress_bar() as progress:
-        found = run_sweep(asked, out, on=on, again=again, begin=output.begin, progress=progress)
-    output.add(out / TABLE)
-    table = found.write_csv(out / CSV)
-    if table:
-        output.add(table)
-    axes, told = found.drawn()
-    if axes and told:
-        output.figure("sweep", _figure(found, axes, told, asked.units))
-    failed = int((~found.solid).sum())
-    result: dict[str, object] = {
-        "model": model,
-        "motion": driven.name,
-        "policy": policy,
-        "rollouts": asked.design.rollouts,
-        "steps": asked.rollouts.steps,
-        "failed": failed,
-        "unsolved": found.unsolved,
-        "parameters": {
-            axis.name: {
-                "targets": list(axis.targets),
-                "unit": asked.units[axis.name],
-                "low": axis.low,
-                "high": axis.high,
-            }
-            for axis in asked.axes
-        },
-        "outputs": found.summaries,
-    }
+        done = run_sweep(plan, out, on=on, again=again, begin=output.begin, progress=progress)
+    drawn = _write(output, done, plan)
+    result = {"model": model, "motion": driven.name, "policy": policy, **_numbers(done, plan)}
     output.result(result)
-    shown = told or list(asked.outputs[:1])
-    _print(found, shown)
-    output.close(_sentence(found, shown[0], model, failed))
+    shown = drawn or list(plan.outputs[:1])
+    _print(done, shown)
+    output.close(_sentence(done, shown[0], model))
     return result
 
 
+def _write(output: Output, done: SweepResult, plan: Sweep) -> list[SweepOutput]:
+    """Write tables and picture; returns the outputs in the picture."""
+    output.add(output.folder / TABLE)
+    table = done.write_csv(output.folder / CSV)
+    if table:
+        output.add(table)
+    axes, drawn = done.drawn()
+    if axes and drawn:
+        output.figure("sweep", _figure(done, axes, drawn, plan.units))
+    return list(drawn)
+
+
+def _numbers(done: SweepResult, plan: Sweep) -> dict[str, object]:
+    return {
+        "rollouts": plan.design.rollouts,
+        "steps": plan.rollouts.steps,
+        "failed": _failed(done),
+        "unsolved": done.unsolved,
+        "parameters": {
+            axis.name: {
+                "targets": list(axis.targets),
+                "unit": plan.units[axis.name],
+                "low": axis.low,
+                "high": axis.high,
+            }
+            for axis in plan.axes
+        },
+        "outputs": done.summaries,
+    }
+
+
+def _failed(done: SweepResult) -> int:
+    return int((~done.solid).sum())
+
+
 def _figure(
-    found: SweepResult,
+    done: SweepResult,
     axes: Sequence[Axis],
     outputs: Sequence[SweepOutput],
     units: Mapping[str, str],
@@ -166,8 +173,8 @@ def _figure(
     """Outputs over parameters, of the rollouts that stayed stable."""
     labels = {f"{axis.name} [{units[axis.name]}]": axis for axis in axes}
     return parameter_figure(
-        {label: found.column(axis.name)[found.solid] for label, axis in labels.items()},
-        {_labelled(output): found.column(output.name)[found.solid] for output in outputs},
+        {label: done.column(axis.name)[done.solid] for label, axis in labels.items()},
+        {_labelled(output): done.column(output.name)[done.solid] for output in outputs},
         [label for label, axis in labels.items() if axis.drawn],
     )
 
@@ -193,10 +200,10 @@ def _driven(
     return read_recording(recording, description)
 
 
-def _print(found: SweepResult, outputs: list[SweepOutput]) -> None:
+def _print(done: SweepResult, outputs: list[SweepOutput]) -> None:
     rows = []
     for output in outputs[:_SHOWN]:
-        summary = found.summaries[output.name]
+        summary = done.summaries[output.name]
         if "min" in summary:
             shares = [f"{name} {share:.0%}" for name, share in summary["share_of_variance"].items()]
             rows.append(
@@ -211,23 +218,24 @@ def _print(found: SweepResult, outputs: list[SweepOutput]) -> None:
         print_table(("output", "range", "mean", "share of its variance"), rows)
 
 
-def _sentence(found: SweepResult, output: SweepOutput, model: str, failed: int) -> str:
-    """What came out, of the first output."""
-    rollouts, summary = found.rollouts, found.summaries[output.name]
+def _sentence(done: SweepResult, output: SweepOutput, model: str) -> str:
+    """Range of an output, and the parameter that it follows most."""
+    rollouts, summary = done.rollouts, done.summaries[output.name]
     if "min" not in summary:
         every = "The rollout" if rollouts == 1 else f"All {rollouts} rollouts"
         return f"{every} of {model} became unstable."
     stable = "all stayed stable" if rollouts > 1 else "it stayed stable"
+    failed = _failed(done)
     ended = f"{failed} became unstable" if failed else stable
-    if found.unsolved:
-        ended += f", and in {found.unsolved} a sheath found no equilibrium at some time"
+    if done.unsolved:
+        ended += f", and in {done.unsolved} a sheath had no solved equilibrium at some time"
     varies = summary["min"] < summary["max"]
     goes = "goes from" if varies else "is"
-    said = f"{output.name} {goes} {_span(summary, ' to ', output)}"
+    text = f"{output.name} {goes} {_span(summary, ' to ', output)}"
     if varies and summary["share_of_variance"]:
         name, share = max(summary["share_of_variance"].items(), key=lambda item: item[1])
-        said += f", and {share:.0%} of its variance follows {name}"
-    return f"In {_counted(rollouts)} of {model} {said}; {ended}."
+        text += f", and {share:.0%} of its variance follows {name}"
+    return f"In {_counted(rollouts)} of {model} {text}; {ended}."
 
 
 def _counted(rollouts: int) -> str:

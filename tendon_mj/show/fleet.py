@@ -31,7 +31,7 @@ _COLUMNS = 3
 _LABELS = 12  # names of rigs along an axis
 _MOST = 12  # panels; the table has all
 _MARKS = {
-    "as its fellows": (style.GREY, "o", 14),
+    "consistent with the fleet": (style.GREY, "o", 14),
     "unchanged": (style.GREY, "o", 14),
     "not judged": (style.PALE, "o", 14),
     "differs": (style.ORANGE, "D", 34),
@@ -63,7 +63,7 @@ def fleet_page(
     return template.render(
         fleet=fleet,
         folder=folder,
-        telling=[rig.sentence(fleet.units) for rig in fleet.told],
+        telling=[rig.sentence(fleet.units) for rig in fleet.with_findings],
         spreads=spreads,
         heads=[f"{name} [{_unit(fleet, name).symbol or '-'}]" for name in fleet.units],
         rows=[_cells(fleet, rig) for rig in fleet.rigs],

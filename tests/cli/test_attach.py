@@ -46,6 +46,7 @@ BROKEN = FINGER.format(more="").replace('site="f"', 'site="nowhere"')
     [
         (None, "flexr", "did you mean 'flexor'"),
         (None, "limp", "'limp' has no stiffness to take over"),
+        (None, "lim*", "none of the tendons that 'lim*' means"),
         (BROKEN, "flexor", "nowhere"),
         ("<mujoco><nothing/></mujoco>", "flexor", "Schema violation"),
         ("no XML", "flexor", "XML"),
@@ -61,15 +62,6 @@ def test_a_refusal_is_one_line_and_writes_nothing(finger, tmp_path, capsys, text
     assert said in error
     assert error.count("\n") == 1
     assert not out.exists()
-
-
-@pytest.mark.parametrize(
-    ("typed", "said"), [(["lim*"], "'lim*'"), (["l*", "li?p"], "'l*', 'li?p'")]
-)
-def test_patterns_that_mean_nothing_are_told_as_they_were_typed(finger, capsys, typed, said):
-    arguments = ["attach", str(finger), "--tendon", *typed, "--friction", "0.1", "--out", "new.xml"]
-    assert main(arguments) == 2
-    assert f"none of the tendons that {said} means can be given a sheath" in capsys.readouterr().err
 
 
 def test_text_from_outside_the_folder_is_told(finger, tmp_path, capsys):
@@ -131,14 +123,6 @@ def test_a_motor_without_a_name_is_told_by_its_number(finger, tmp_path, capsys, 
     assert "actuator 1" in capture.get()
 
 
-def test_the_input_is_not_written_over(finger, capsys):
-    before = finger.read_text()
-    arguments = ["attach", str(finger), "--tendon", "*", "--friction", "0.1", "--out", str(finger)]
-    assert main(arguments) == 2
-    assert "is made of" in capsys.readouterr().err
-    assert finger.read_text() == before
-
-
 def test_a_tendon_stiffer_than_the_step_carries_is_named_with_what_it_carries(finger, tmp_path):
     arguments = ["attach", str(finger), "--tendon", "flexor", "extensor", "--friction", "0.15"]
     out = ["--out", str(tmp_path / "new.xml")]
@@ -147,7 +131,7 @@ def test_a_tendon_stiffer_than_the_step_carries_is_named_with_what_it_carries(fi
         (tmp_path / "new.xml").unlink(missing_ok=True)
         with console.capture() as capture:
             assert main([*arguments, "--axial-stiffness", str(stiffness), *out]) == 0
-        said = [line for line in capture.get().splitlines() if "more EA than" in line]
+        said = [line for line in capture.get().splitlines() if "EA above the" in line]
         assert bool(said) == warned
         assert not warned or f"flexor ({stiffness:.4g} N" in said[0]
 
@@ -167,7 +151,7 @@ def test_a_pull_that_friction_makes_too_stiff_for_the_step_is_named(tmp_path, fr
     given = ["attach", str(tmp_path / "m.xml"), "--tendon", "t", "--friction", friction]
     with console.capture() as capture:
         assert main([*given, "--out", str(tmp_path / "new.xml")]) == 0
-    lines = [line for line in capture.get().splitlines() if "friction makes more of the" in line]
+    lines = [line for line in capture.get().splitlines() if "friction magnifies" in line]
     assert bool(lines) == said
     assert not said or "t (up to" in lines[0]
     assert not said or "N/m of 2000 N/m, where" in lines[0]

@@ -1,12 +1,12 @@
+"""Commands from their arguments to their result."""
+
 import json
 import platform
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 
-from tendon_mj.cli import console, main
+from tendon_mj.cli import main
 from tendon_mj.lab.recordings import read_recording
 from tendon_mj.lab.replay import replay_recording
 from tendon_mj.models import example_recording, model_path
@@ -40,26 +40,31 @@ def test_replay_of_the_example_needs_the_friction(tmp_path):
     assert "not measured" in result["source"]
 
 
-@pytest.mark.parametrize("value", ["nan", "inf", "-inf", "1e999"])
-def test_a_change_that_is_not_finite_is_refused_so(value, tmp_path, capsys):
-    change = f"sheath.friction={value}"
+@pytest.mark.parametrize(
+    "change",
+    [
+        *(f"sheath.friction={value}" for value in ("nan", "-inf", "1e999", "much", "")),
+        "sheeth.friction=0.3",
+        "sheath.friction=0.1,sheath.friction=0.2",
+    ],
+)
+def test_a_change_that_is_not_a_value_of_a_parameter_is_refused(change, tmp_path, capsys):
     recording = str(example_recording())
     assert main(["replay", recording, "--change", change, "--out", str(tmp_path)]) == 2
-    assert f"--change '{change}': '{change}' is not finite" in capsys.readouterr().err
+    assert f"'{change.partition('=')[0]}" in capsys.readouterr().err
 
 
-def test_change_is_one_more_variant(tmp_path):
-    arguments = ["replay", str(example_recording()), "--out", str(tmp_path)]
-    assert main([*arguments, "--change", "*.friction=0.3"]) == 0
+def test_changes_are_more_variants_wherever_they_are_given(tmp_path):
+    shift, more = "?utput_tension.o*=0.1", "*.friction=0.3"
+    arguments = ["replay", "--change", more, shift, "--out", str(tmp_path), "--change=*.friction=0"]
+    assert main([*arguments, str(example_recording())]) == 0
     result = read(tmp_path)["rmse"]
-    assert result["*.friction=0.3"]["output_tension_N"]["rmse"] > 0.5
-    assert main([*arguments, "--change", "?utput_tension.o*=0.1"]) == 0
-    shifted, plain = (read(tmp_path)["rmse"][n] for n in ("?utput_tension.o*=0.1", "as described"))
+    assert list(result) == ["as described", "friction 0", more, shift, "*.friction=0"]
+    assert result[more]["output_tension_N"]["rmse"] > 0.5
+    shifted, plain = result[shift], result["as described"]
     assert shifted["input_tension_N"] == plain["input_tension_N"]
     assert shifted["output_tension_N"]["rmse"] > plain["output_tension_N"]["rmse"]
-    assert main([*arguments, "--change", "sheeth.friction=0.3"]) == 2
-    assert main([*arguments, "--change", "sheath.friction=much"]) == 2
-    assert main([*arguments, "--change", "sheath.friction=0.1,sheath.friction=0.2"]) == 2
+    assert result["*.friction=0"] == result["friction 0"]
 
 
 def test_change_reaches_a_sheath_with_an_equals_sign_in_its_name(tmp_path):
@@ -74,20 +79,6 @@ def test_change_reaches_a_sheath_with_an_equals_sign_in_its_name(tmp_path):
     out = tmp_path / "out"
     assert main([*arguments, "--change", "s=1.friction=0.3", "--out", str(out)]) == 0
     assert read(out)["rmse"]["s=1.friction=0.3"]["output_tension_N"]["rmse"] > 0.5
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["replay", "nothing.csv"], "nothing.csv"),
-        (["render", "bensch"], "did you mean 'bench'"),
-    ],
-)
-def test_refusals_are_one_line(arguments, said, tmp_path, capsys):
-    assert main([*arguments, "--out", str(tmp_path)]) == 2
-    error = capsys.readouterr().err
-    assert said in error
-    assert "Traceback" not in error
 
 
 @pytest.mark.parametrize(
@@ -141,28 +132,6 @@ def test_render_says_what_moves_a_model_without_control_ranges(actuator, said, t
         assert "OpenGL" in printed.err
         pytest.skip("no OpenGL on this machine")
     assert (tmp_path / "arm.mp4").stat().st_size > 500
-
-
-def test_help_names_the_commands():
-    script = "from tendon_mj.cli import main; main(['--help'])"
-    shown = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True).stdout
-    for command in (
-        "bench",
-        "compare",
-        "replay",
-        "diagnose",
-        "render",
-        "simulate",
-        "view",
-        "demo",
-    ):
-        assert command in shown
-
-
-def test_output_has_to_be_a_folder(tmp_path, capsys):
-    (tmp_path / "file").write_text("")
-    assert main(["replay", str(example_recording()), "--out", str(tmp_path / "file")]) == 2
-    assert "must be a folder" in capsys.readouterr().err
 
 
 def recorded(folder, rows):
@@ -244,7 +213,7 @@ def test_simulate_finger_does_not_write_over_the_table_that_it_follows(tmp_path,
     before = table.read_text()
     arguments = ["simulate", "finger", "--motion", str(table), "--out", str(tmp_path), "--no-clip"]
     assert main(arguments) == 2
-    assert "mine.csv there would be written over" in " ".join(capsys.readouterr().err.split())
+    assert "mine.csv" in capsys.readouterr().err
     assert table.read_text() == before
 
 
@@ -274,9 +243,3 @@ def test_view_says_what_it_lacks(monkeypatch, capsys):
         pytest.skip("only Linux says so beforehand")
     assert main(["view", "finger"]) == 2
     assert "no screen" in capsys.readouterr().err
-
-
-def test_names_in_brackets_are_printed_as_they_are():
-    with console.capture() as printed:
-        console.print("elbow[left] [/left] :smile: [measured]")
-    assert printed.get() == "elbow[left] [/left] :smile: [measured]\n"

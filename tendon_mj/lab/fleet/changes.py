@@ -1,40 +1,52 @@
-"""Changes of a rig over time, to first order.
+"""Changes of a rig over time: the search for them, to first order, and their courses.
 
 A number x that is x_0 before a day and x_0 + δ after it (a step), or grows from that day on to
 x_0 + δ on the last (a ramp), or is x_0 + δ between two days (there and back), changes the residual
 of recording k by J_k δ w_k with w_k in 0…1.
-With A_k and b_k of `Observation`, and everything shared fitted beside it, the best δ and the χ²
+With A_k and b_k of `Observation`, and all shared numbers fitted with it, the best δ and the χ²
 that it explains are
 
     δ = −β/α,   gain = β²/α,   α = Σ w_k² A_k − c C⁻¹ cᵀ,   β = Σ w_k b_k − c C⁻¹ Σ b_k,
 
-where C = Σ A_k of what is shared and c = Σ w_k A_k of the number with it.
+where C = Σ A_k of the shared numbers and c = Σ w_k A_k of the number with them. The
+reproducibility of a number, its standard deviation from day to day where nothing changed, is
+estimated from the differences between successive days of all rigs; their median ignores a few
+changes.
 
-How much a number differs from day to day where nothing changed, its reproducibility, is estimated
-from the differences between successive days of all rigs (their median is blind to a few changes).
+A number that was fitted to each recording is a series x_k with standard deviations s_k. It is x_0 +
+Σ_j δ_j w_jk for the templates w_j of a course: one step, one ramp, or two steps, there and back. Of
+each kind the one with the smallest z² = Σ_k (residual of x_k / s_k)² is taken; a ramp has to leave
+notably less than a step. A course fits where √(z²/n) is at most 3 standard deviations, or 15 % of
+the change. One that does not fit all recordings may fit all but one. Where none fits, the number
+varies. A change has to be significant whichever recording is left out.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from itertools import combinations
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from tendon_mj.lab.fleet.number import Label
-from tendon_mj.lab.fleet.observation import SINGULAR, Observation, inverse
+from tendon_mj.lab.fleet.observation import SINGULAR, Label, Observation, inverse
 from tendon_mj.typing import FloatArray
 
 Course = Literal["step", "ramp", "there and back"]
+Shape = Literal["step", "ramp", "there and back", "varying"]
 
 SIGNIFICANT = 5.0  # standard deviations; among 10⁴ numbers and days one of 4.5 is to be expected
 LEAST_DAYS = 2  # recordings on either side of a change
 _GAUSS = 0.6744897501960817  # median |x| of a standard normal variable
 _NEAR = 0.6  # of the best gain, for a number to be looked at more closely
 _MOST = 6  # numbers looked at more closely
+_CLEARER = 9.0  # by which a ramp leaves less than a step [variances]
+_SCATTER = 3.0  # largest rms residual of a course [standard deviations]
+_CURVED = 0.15  # likewise [of the change]: a growth is seldom a straight line
 
 
 @dataclass(frozen=True)
@@ -55,7 +67,7 @@ class Suspect:
         template: course that explains most.
         change: δ [probes].
         gain: of χ² [noise²].
-        significance: change over what is to be expected from its reproducibility [-].
+        significance: change over the standard deviation expected from its reproducibility [-].
     """
 
     index: int
@@ -68,55 +80,57 @@ class Suspect:
 def templates(dates: Sequence[datetime]) -> list[Template]:
     """Every course of a lasting change with enough recordings on either side of its beginning."""
     seconds = np.array([(date - dates[0]).total_seconds() for date in dates])
-    found = list[Template]()
+    courses = list[Template]()
     for k in range(LEAST_DAYS, len(dates) - LEAST_DAYS + 1):
-        found.append(Template("step", k, (np.arange(len(dates)) >= k).astype(float)))
+        courses.append(Template("step", k, (np.arange(len(dates)) >= k).astype(float)))
         before = k - 1  # the last without a change
         if k < len(dates) - LEAST_DAYS and seconds[-1] > seconds[before]:
             share = (seconds - seconds[before]) / (seconds[-1] - seconds[before])
-            found.append(Template("ramp", k, np.clip(share, 0.0, 1.0)))
-    return found
+            courses.append(Template("ramp", k, np.clip(share, 0.0, 1.0)))
+    return courses
 
 
 def excursions(dates: Sequence[datetime]) -> list[Template]:
     """Every change that is undone later, with enough recordings before, between and after."""
-    steps = [template for template in templates(dates) if template.course == "step"]
     return [
-        Template("there and back", one.first, one.weights - other.weights)
-        for one, other in combinations(steps, 2)
-        if other.first - one.first >= LEAST_DAYS
+        Template("there and back", there.first, there.weights - back.weights)
+        for there, back in _two_steps(dates)
     ]
 
 
+def _two_steps(dates: Sequence[datetime]) -> list[tuple[Template, Template]]:
+    steps = [template for template in templates(dates) if template.course == "step"]
+    return [p for p in combinations(steps, 2) if p[1].first - p[0].first >= LEAST_DAYS]
+
+
 def daily(observation: Observation) -> FloatArray:
-    """(n, w) change of each number that would explain a recording by itself best [probes]."""
+    """(n, w) best change of each number for each recording by itself [probes]."""
     diagonal = np.einsum("kii->ki", observation.normal)
     with np.errstate(divide="ignore", invalid="ignore"):
-        found: FloatArray = -observation.gradient / diagonal
-    return np.where(diagonal > 0.0, found, np.nan)
+        return np.where(diagonal > 0.0, -observation.gradient / diagonal, np.nan)
 
 
 def reproducibility(observations: Sequence[Observation]) -> dict[Label, float]:
     """Number → standard deviation from day to day [its unit], of all rigs together."""
     differences: dict[Label, list[FloatArray]] = {}
     floors: dict[Label, list[float]] = {}
-    for one in observations:
-        probes = np.array([number.probe for number in one.numbers])
-        steps = probes * np.diff(daily(one), axis=0) / np.sqrt(2.0)
-        information = np.einsum("kii->ki", one.normal)
-        noise = np.sqrt(np.maximum(one.square, 1.0))[:, None]
+    for rig in observations:
+        probes = np.array([number.probe for number in rig.numbers])
+        steps = probes * np.diff(daily(rig), axis=0) / np.sqrt(2.0)
+        information = np.einsum("kii->ki", rig.normal)
+        noise = np.sqrt(np.maximum(rig.square, 1.0))[:, None]
         with np.errstate(divide="ignore"):
             floor = probes * np.median(noise / np.sqrt(information), axis=0)
-        for k, number in enumerate(one.numbers):
+        for k, number in enumerate(rig.numbers):
             differences.setdefault(number.label, []).append(steps[:, k])
             floors.setdefault(number.label, []).append(float(floor[k]))
-    found = {}
+    spreads = {}
     for label, parts in differences.items():
         every = np.concatenate(parts)
         every = np.abs(every[np.isfinite(every)])
         spread = float(np.median(every)) / _GAUSS if every.size else np.inf
-        found[label] = max(spread, float(np.median(floors[label])))
-    return found
+        spreads[label] = max(spread, float(np.median(floors[label])))
+    return spreads
 
 
 def suspects(
@@ -145,16 +159,11 @@ def _standing_out(
     ranked = sorted(best.values(), key=lambda s: -s.gain)
     if not ranked or ranked[0].significance < SIGNIFICANT:
         return []
-    near = [s for s in ranked if s.gain >= _NEAR * ranked[0].gain]
-    return _one_each(observation, near)[:_MOST]
-
-
-def _one_each(observation: Observation, ranked: Sequence[Suspect]) -> list[Suspect]:
-    """The first of each name: an effect has a number for each of its shapes."""
-    found: dict[tuple[str, str], Suspect] = {}
-    for suspect in ranked:
-        found.setdefault(observation.numbers[suspect.index].key, suspect)
-    return list(found.values())
+    by_name = dict[tuple[str, str], Suspect]()  # the first shape of each effect
+    for suspect in (s for s in ranked if s.gain >= _NEAR * ranked[0].gain):
+        number = observation.numbers[suspect.index]
+        by_name.setdefault((number.identifier, number.name), suspect)
+    return list(by_name.values())[:_MOST]
 
 
 def _explained(observation: Observation, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -171,3 +180,159 @@ def _explained(observation: Observation, weights: FloatArray) -> tuple[FloatArra
         change = np.where(solid, -beta / alpha, 0.0)
         gain = np.where(solid, beta**2 / alpha, 0.0)
     return change, gain
+
+
+@dataclass(frozen=True)
+class Change:
+    """A change of a number of a rig.
+
+    Attributes:
+        course: at once, "step"; growing, "ramp"; at once and later at once to a further value,
+            "there and back"; or "varying", where none of these fits.
+        last_same: date of the last recording without it.
+        since: date of the first recording with it.
+        before, after: value before and at the end [the number's unit]; of a varying number, on
+            the first and on the last day.
+        error: standard error of the difference [the number's unit].
+        significance: the least difference, whichever recording is left out, over that error [-].
+        between, until: of "there and back" alone, the value in between [the number's unit], and the
+            date of the last recording with it.
+        apart: date of the one recording that the course does not fit, which the values above
+            ignore.
+    """
+
+    course: Shape
+    last_same: datetime
+    since: datetime
+    before: float
+    after: float
+    error: float
+    significance: float
+    between: float | None = None
+    until: datetime | None = None
+    apart: datetime | None = None
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    """A course fitted to a series: z², x_0, (j,) δ_j and their errors, and whether it fits."""
+
+    parts: tuple[Template, ...]
+    left: float
+    before: float
+    changes: FloatArray
+    errors: FloatArray
+    fits: bool
+
+
+def find_change(
+    dates: Sequence[datetime],
+    values: FloatArray,
+    deviations: FloatArray,
+    within: ArrayLike = (-math.inf, math.inf),
+) -> Change:
+    """The change that explains a series best.
+
+    Args:
+        dates: of the values, growing; four at least.
+        values: (n,) day by day.
+        deviations: (n,) standard deviations where nothing changes, > 0.
+        within: (2,) range of the number, to which the values of the change are clipped.
+    """
+    change = _best_change(dates, values, deviations)
+    low, high = np.asarray(within, float)
+    before, after = (float(np.clip(x, low, high)) for x in (change.before, change.after))
+    between = None if change.between is None else float(np.clip(change.between, low, high))
+    return replace(change, before=before, after=after, between=between)
+
+
+def _best_change(dates: Sequence[datetime], values: FloatArray, deviations: FloatArray) -> Change:
+    once = _at_once_or_growing(dates, values, deviations)
+    pairs = [_fit(pair, values, deviations) for pair in _two_steps(dates)]
+    twice = min(pairs, key=lambda fitted: fitted.left, default=once)
+    for fitted in (once, twice):
+        if fitted.fits:
+            return _change(fitted, dates, values, deviations)
+    return _but_for_one(dates, values, deviations) or replace(
+        _change(once, dates, values, deviations),
+        course="varying",
+        last_same=dates[0],
+        since=dates[1],
+        before=float(values[0]),
+        after=float(values[-1]),
+    )
+
+
+def _at_once_or_growing(
+    dates: Sequence[datetime], values: FloatArray, deviations: FloatArray
+) -> _Fitted:
+    fits = [_fit((template,), values, deviations) for template in templates(dates)]
+    best = {
+        course: min((f for f in fits if f.parts[0].course == course), key=lambda f: f.left)
+        for course in {f.parts[0].course for f in fits}
+    }
+    if "ramp" in best and best["ramp"].left < best["step"].left - _CLEARER:
+        return best["ramp"]
+    return best["step"]
+
+
+def _but_for_one(
+    dates: Sequence[datetime], values: FloatArray, deviations: FloatArray
+) -> Change | None:
+    """The step or ramp that fits all recordings but one, where there are enough for that."""
+    best: tuple[float, Change] | None = None
+    for k in range(len(dates) if len(dates) > 2 * LEAST_DAYS else 0):
+        others = [*dates[:k], *dates[k + 1 :]]
+        rest = np.delete(values, k), np.delete(deviations, k)
+        fitted = _at_once_or_growing(others, *rest)
+        if fitted.fits and (best is None or fitted.left < best[0]):
+            change = _change(fitted, others, *rest)
+            best = fitted.left, replace(change, apart=dates[k])
+    return best and best[1]
+
+
+def _change(
+    fitted: _Fitted, dates: Sequence[datetime], values: FloatArray, deviations: FloatArray
+) -> Change:
+    first, *back = fitted.parts
+    after = fitted.before + float(fitted.changes.sum())
+    larger = int(np.argmax(np.abs(fitted.changes)))
+    error = float(fitted.errors[larger])
+    least = _least(fitted, larger, values, deviations)
+    change = Change(
+        course=first.course,
+        last_same=dates[first.first - 1],
+        since=dates[first.first],
+        before=fitted.before,
+        after=after,
+        error=error,
+        significance=least / error if error > 0.0 else 0.0,
+    )
+    if not back:
+        return change
+    between, until = fitted.before + float(fitted.changes[0]), dates[back[0].first - 1]
+    return replace(change, course="there and back", between=between, until=until)
+
+
+def _least(fitted: _Fitted, part: int, values: FloatArray, deviations: FloatArray) -> float:
+    """Least size of a part's change, whichever recording is left out; 0 if its sign changes."""
+    change = float(fitted.changes[part])
+    sizes = [0.0] if change == 0.0 else []
+    for k in range(len(values)):
+        parts = tuple(replace(t, weights=np.delete(t.weights, k)) for t in fitted.parts)
+        without = _fit(parts, np.delete(values, k), np.delete(deviations, k))
+        sizes.append(np.sign(change) * without.changes[part])
+    return max(0.0, float(min(sizes)))
+
+
+def _fit(parts: tuple[Template, ...], values: FloatArray, deviations: FloatArray) -> _Fitted:
+    columns = [np.ones_like(values), *(template.weights for template in parts)]
+    matrix = np.column_stack(columns) / deviations[:, None]
+    scaled = values / deviations
+    solution = np.asarray(np.linalg.lstsq(matrix, scaled, rcond=None)[0], float)
+    errors: FloatArray = np.sqrt(np.diag(np.linalg.pinv(matrix.T @ matrix, hermitian=True)))
+    left = float(((scaled - matrix @ solution) ** 2).sum())
+    size = float(np.abs(solution[1:]).max()) / deviations
+    allowed = max(_SCATTER**2, float(np.mean((_CURVED * size) ** 2)))
+    fits = left <= allowed * len(values)
+    return _Fitted(parts, left, float(solution[0]), solution[1:], errors[1:], fits)

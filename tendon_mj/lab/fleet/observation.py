@@ -1,24 +1,32 @@
-"""One rig looked at: its calibrated model, and what each of its recordings says of every number.
+"""A rig's calibrated model, and the information of each of its recordings on every parameter.
 
 Of recording k with residual r_k [noise] and derivatives J_k by the watched numbers, in probes, only
 
     A_k = J_kᵀ J_k,   b_k = J_kᵀ r_k
 
 are kept. They decide, to first order, how much of χ² = Σ_k |r_k|² any change on any day explains,
-whatever else is fitted beside it, so that the search for changes needs no further simulation. What
-was set anew for each recording is eliminated from both: fitted to that recording alone.
+with everything else fitted, so that the search for changes needs no further simulation. Session
+terms are eliminated from both: fitted to that recording alone.
+
+With m_j residuals of recording j of mean square s_j, leaving out recording k changes the fitted
+values and the mean squares of the others by
+
+    δ = C_k⁻¹ b_k,   C_k = Σ_{j≠k} A_j,   Δs_j = (2 δᵀ b_j + δᵀ A_j δ) / m_j.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+from itertools import product
 
 import mujoco
 import numpy as np
 
+from tendon_mj.errors import TendonError
 from tendon_mj.lab.diagnosis import (
+    Candidate,
     Fit,
     Problem,
     Term,
@@ -34,15 +42,122 @@ from tendon_mj.lab.diagnosis import (
     with_step,
     written,
 )
-from tendon_mj.lab.fleet.number import Number
-from tendon_mj.lab.fleet.watched import Watched, watched_numbers
 from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.replay import Simulator, suppress_unsolved_warnings
-from tendon_mj.typing import FloatArray
+from tendon_mj.lab.replay import Simulator, name_in_session, suppress_unsolved_warnings
+from tendon_mj.typing import BoolArray, FloatArray
+
+Label = tuple[str, str, tuple[float, ...]]  # identifier, name, shape
 
 _CONVERGED, _AGAIN = 25, 2  # evaluations, from anywhere and from where a fit ended
-_INVISIBLE = 1e-8  # mean square of a derivative [noise per probe], below which there is none
-SINGULAR = 1e-10  # relative, below which a direction is left alone
+_INVISIBLE = 1e-8  # mean square of a derivative [noise per probe] that counts as 0
+SINGULAR = 1e-10  # relative eigenvalue below which a direction is left alone
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number of a model that may change from one day to the next.
+
+    Attributes:
+        name: of the parameters that it is.
+        identifier: of the effect; empty for a parameter that the recordings call uncertain.
+        unit: of the number.
+        probe: a small change of it [unit].
+        shape: of the effect's further numbers, which stay as they are [their units].
+    """
+
+    name: str
+    identifier: str
+    unit: str
+    probe: float
+    shape: tuple[float, ...] = ()
+
+    @property
+    def label(self) -> Label:
+        """Its identity on every rig; a probe may differ, as it depends on the measurement."""
+        return self.identifier, self.name, self.shape
+
+
+@dataclass(frozen=True)
+class Watched:
+    """A number with the term that writes it.
+
+    Attributes:
+        number: its names.
+        term: the number, with the parameters that it writes.
+        shape: further terms of an effect, which are the same on all days.
+        value: at which the derivative is taken [the term's unit].
+    """
+
+    number: Number
+    term: Term
+    shape: tuple[Term, ...]
+    value: float
+
+    @property
+    def probe(self) -> float:
+        """A small change, on the side that the range allows [the term's unit]."""
+        step = min(self.term.probe, self.term.high - self.term.low)
+        return step if self.term.high - self.value >= step else -step
+
+    def moved(self, change: float) -> tuple[tuple[Term, ...], tuple[float, ...]]:
+        """The terms and their values with the number changed."""
+        return (self.term, *self.shape), (self.value + change, *self.number.shape)
+
+    def per_recording(self, names: Sequence[str]) -> tuple[Term, ...]:
+        """A term for each recording, which writes the number there alone."""
+        targets = self.term.targets
+        return tuple(
+            replace(self.term, targets=tuple(name_in_session(t, n) for t in targets), spread=0.0)
+            for n in names
+        )
+
+
+def watched_numbers(
+    calibrated: Sequence[Term], values: Sequence[float], candidates: Sequence[Candidate]
+) -> tuple[Watched, ...]:
+    """The calibrated terms with their values, and each start of each candidate effect."""
+    watched = [
+        Watched(_number(term, ""), term, (), float(value))
+        for term, value in zip(calibrated, values, strict=True)
+    ]
+    for candidate in candidates:
+        strength, *shape = candidate.terms
+        for starts in product(*(t.starts or (t.inert,) for t in shape)):
+            number = _number(strength, candidate.identifier, starts)
+            watched.append(Watched(number, strength, tuple(shape), strength.inert))
+    return tuple(watched)
+
+
+def _number(term: Term, identifier: str, shape: tuple[float, ...] = ()) -> Number:
+    return Number(", ".join(term.targets), identifier, term.unit, term.probe, shape)
+
+
+@suppress_unsolved_warnings()
+def usable(
+    recordings: Mapping[datetime, Recording], model: mujoco.MjModel
+) -> tuple[dict[datetime, Recording], dict[datetime, str]]:
+    """The recordings of a rig that can be calibrated together, and why others cannot."""
+    kept, refused = dict[datetime, Recording](), dict[datetime, str]()
+    try:
+        _check(recordings.values(), recordings.values(), model)
+    except TendonError:
+        for date, recording in recordings.items():
+            try:
+                _check([*kept.values(), recording], [recording], model)
+                kept[date] = recording
+            except TendonError as error:
+                refused[date] = str(error)
+        return kept, refused
+    return dict(recordings), refused
+
+
+def _check(
+    together: Iterable[Recording], simulated: Iterable[Recording], model: mujoco.MjModel
+) -> None:
+    check_recordings(list(together), ())
+    recordings = tuple(simulated)
+    simulate = Simulator(recordings, model=model, threads=1)
+    check_simulation(Problem(recordings, simulate, all_samples(recordings)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +167,7 @@ class Calibrated:
     Attributes:
         problem: the recordings.
         base: parameter → value of the model.
-        fit: of what the recordings call uncertain, and of what was set anew for each.
+        fit: of the uncertain parameters and the session terms.
         watched: the numbers that may change; the first are the uncertain ones.
     """
 
@@ -64,13 +179,13 @@ class Calibrated:
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """What the recordings of a rig say.
+    """Information of a rig's recordings on the numbers that may change.
 
     Attributes:
         numbers: those that may change.
-        shared: how many of the first are fitted, to all recordings together.
-        terms: (p,) all that was fitted, in the order of the terms [their units].
-        values: (shared,) of these, what holds in all recordings.
+        shared: how many of the first are fitted to all recordings together.
+        terms: (p,) all fitted values, in the order of the terms [their units].
+        values: (shared,) those of the shared numbers [their units].
         errors: (shared,) their standard errors [their units].
         square: (n,) mean square residual of each recording, calibrated [noise²].
         samples: (n,) number of these residuals.
@@ -88,94 +203,77 @@ class Observation:
     normal: FloatArray
     gradient: FloatArray
 
-    def plain(self) -> dict[str, Any]:
-        """Its fields, for JSON."""
-        arrays = {name: np.asarray(getattr(self, name)).tolist() for name in _ARRAYS}
-        numbers = [number.plain() for number in self.numbers]
-        return {"numbers": numbers, "shared": self.shared, **arrays}
-
-    @classmethod
-    def from_plain(cls, fields: Mapping[str, Any]) -> Observation:
-        """That of `plain`."""
-        numbers = tuple(Number.from_plain(one) for one in fields["numbers"])
-        arrays = {name: np.array(fields[name], float) for name in _ARRAYS}
-        return cls(numbers=numbers, shared=int(fields["shared"]), **arrays)
-
-
-_ARRAYS = ("terms", "values", "errors", "square", "samples", "normal", "gradient")
+    @property
+    def fitted(self) -> tuple[Number, ...]:
+        """The shared numbers."""
+        return self.numbers[: self.shared]
 
 
 def calibrate(
     recordings: Sequence[Recording],
-    model: mujoco.MjModel | None = None,
+    model: mujoco.MjModel,
     start: Sequence[float] | None = None,
 ) -> Calibrated:
-    """Fit what is uncertain to all recordings of a rig.
+    """Fit the uncertain parameters to all recordings of a rig.
 
     Args:
-        recordings: of one rig, in the order of time.
-        model: that the recordings name, where its file is not at hand.
+        recordings: of one rig, in the order of time, see `usable`.
+        model: of the rig.
         start: values of the terms, where they were fitted before.
-
-    Raises:
-        RecordingError: see `tendon_mj.diagnose`.
     """
-    check_recordings(recordings, ())
     simulate = Simulator(recordings, model=model, threads=1)
     own = Problem(tuple(recordings), simulate, all_samples(recordings))
-    check_simulation(own)
     system = describe_system(own)
     terms = (*uncertain_terms(own), *session_terms(recordings, simulate))
     problem = with_step(own, search_step(own))
     base = dict(system.values)
     inert = [term.inert for term in terms]
     begin, most = (inert, _CONVERGED) if start is None else (start, _AGAIN)
-    found = fit(problem, base, terms, (), np.asarray(begin, float), evaluations=most)
+    fitted = fit(problem, base, terms, (), np.asarray(begin, float), evaluations=most)
     shared = [k for k, term in enumerate(terms) if not term.spread]
-    values = {**base, **found.parameters(base)}
+    values = {**base, **fitted.parameters(base)}
     acting = [c for c in candidates(system) if c.acts_on(values)]
-    watched = watched_numbers([terms[k] for k in shared], [found.values[k] for k in shared], acting)
-    return Calibrated(problem, base, found, watched)
+    watched = watched_numbers(
+        [terms[k] for k in shared], [fitted.values[k] for k in shared], acting
+    )
+    return Calibrated(problem, base, fitted, watched)
 
 
-def observe(recordings: Sequence[Recording], model: mujoco.MjModel | None = None) -> Observation:
-    """Calibrate a rig, and find what each recording says of every number that may change."""
+def observe(recordings: Sequence[Recording], model: mujoco.MjModel) -> Observation:
+    """Calibrate a rig, and keep A_k and b_k of each recording."""
     rig = calibrate(recordings, model)
     fitted, terms = rig.fit, rig.fit.terms
-    own = np.array([term.spread > 0.0 for term in terms], bool)
     uncertain = [k for k, term in enumerate(terms) if not term.spread]
-    slopes = [fitted.jacobian[:, k] for k in uncertain]
-    slopes += [_derivative(rig, one) for one in rig.watched[len(uncertain) :]]
-    seen = [k < len(uncertain) or _visible(slope) for k, slope in enumerate(slopes)]
-    matrix = np.column_stack(
-        [slope for slope, is_seen in zip(slopes, seen, strict=True) if is_seen]
-    )
-    sessions = fitted.jacobian[:, own]
-    prior = fitted.weights[own]
-    deviation = (prior * fitted.scaled[own]) if own.any() else np.zeros(0)
-    normals, gradients, squares = [], [], []
-    for k in range(len(recordings)):
-        rows = rig.problem.recording_of == k
-        normal, gradient = _eliminated(
-            matrix[rows], sessions[rows], fitted.residual[rows], prior, deviation
-        )
-        normals.append(normal)
-        gradients.append(gradient)
-        squares.append(float(np.mean(fitted.residual[rows] ** 2)))
-    watched = tuple(one for one, is_seen in zip(rig.watched, seen, strict=True) if is_seen)
     count = len(uncertain)
+    slopes = [fitted.jacobian[:, k] for k in uncertain]
+    slopes += [_derivative(rig, number) for number in rig.watched[count:]]
+    seen = [k for k, slope in enumerate(slopes) if k < count or _visible(slope)]
+    matrix = np.column_stack([slopes[k] for k in seen])
+    watched = [rig.watched[k] for k in seen]
+    parts = [
+        _without_sessions(fitted, matrix, rig.problem.recording_of == k)
+        for k in range(len(recordings))
+    ]
+    normal, gradient = (np.array(part) for part in zip(*parts, strict=True))
+    square = mean_squares(fitted.residual, rig.problem)
     probes = np.array([one.term.probe for one in watched[:count]])
     return Observation(
         numbers=tuple(one.number for one in watched),
         shared=count,
         terms=fitted.values,
         values=np.array([one.value for one in watched[:count]]),
-        errors=probes * _errors(np.sum(normals, axis=0)[:count, :count], np.array(squares)),
-        square=np.array(squares),
+        errors=probes * _errors(np.sum(normal, axis=0)[:count, :count], square),
+        square=square,
         samples=np.bincount(rig.problem.recording_of, minlength=len(recordings)).astype(float),
-        normal=np.array(normals),
-        gradient=np.array(gradients),
+        normal=normal,
+        gradient=gradient,
     )
+
+
+def mean_squares(residual: FloatArray, problem: Problem) -> FloatArray:
+    """(n,) mean square residual of each recording [noise²]."""
+    rows = [problem.recording_of == k for k in range(len(problem.recordings))]
+    return np.array([float(np.mean(residual[mine] ** 2)) for mine in rows])
 
 
 @suppress_unsolved_warnings()
@@ -193,29 +291,21 @@ def _visible(slope: FloatArray) -> bool:
     return float(slope @ slope) >= _INVISIBLE * slope.size
 
 
-def _eliminated(
-    matrix: FloatArray,
-    sessions: FloatArray,
-    residual: FloatArray,
-    prior: FloatArray,
-    deviation: FloatArray,
+def _without_sessions(
+    fitted: Fit, matrix: FloatArray, rows: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
-    """A and b of one recording, with what was set anew for it fitted to it alone.
-
-    Args:
-        matrix: (m, w) derivatives by the watched numbers.
-        sessions: (m, s) those by what was set anew for any recording.
-        residual: (m,).
-        prior, deviation: (s,) weight of each, and its deviation from the expected value in these.
-    """
+    """A and b of the recording of these rows, with its session terms fitted to it alone."""
+    own = np.array([term.spread > 0.0 for term in fitted.terms], bool)
+    matrix, residual, sessions = matrix[rows], fitted.residual[rows], fitted.jacobian[:, own][rows]
     normal, gradient = matrix.T @ matrix, matrix.T @ residual
     mine = np.abs(sessions).max(axis=0, initial=0.0) > 0.0
     if mine.any():
-        own = sessions[:, mine]
-        inner = own.T @ own + np.diag(prior[mine] ** 2)
-        cross = matrix.T @ own
+        prior, slopes = fitted.weights[own][mine], sessions[:, mine]
+        deviation = prior * fitted.scaled[own][mine]
+        inner = slopes.T @ slopes + np.diag(prior**2)
+        cross = matrix.T @ slopes
         solved = np.linalg.solve(
-            inner, np.column_stack([cross.T, own.T @ residual + prior[mine] * deviation[mine]])
+            inner, np.column_stack([cross.T, slopes.T @ residual + prior * deviation])
         )
         normal, gradient = normal - cross @ solved[:, :-1], gradient - cross @ solved[:, -1]
     return normal, gradient
@@ -231,7 +321,7 @@ def _errors(normal: FloatArray, square: FloatArray) -> FloatArray:
 
 
 def inverse(normal: FloatArray) -> FloatArray:
-    """(p, p) inverse of a sum of A_k; 0 in directions of which the recordings say nothing."""
+    """(p, p) inverse of a sum of A_k; 0 in directions without information."""
     return np.asarray(np.linalg.pinv(normal, rcond=SINGULAR, hermitian=True), np.float64)
 
 
@@ -240,3 +330,19 @@ def terms_without(fitted: Fit, replaced: Sequence[Term]) -> tuple[tuple[Term, ..
     taken = {target for term in replaced for target in term.targets}
     kept = [k for k, term in enumerate(fitted.terms) if not {*term.targets} & taken]
     return tuple(fitted.terms[k] for k in kept), fitted.values[kept]
+
+
+def one_out(observation: Observation) -> tuple[FloatArray, FloatArray]:
+    """(n, shared) values and (n,) misfits [noise] without each recording; none of a single one."""
+    shared, count = slice(0, observation.shared), len(observation.square)
+    normal, gradient = observation.normal[:, shared, shared], observation.gradient[:, shared]
+    probes = np.array([number.probe for number in observation.fitted])
+    total = normal.sum(axis=0)
+    values, misfits = np.empty((0, observation.shared)), np.empty(0)
+    for k in range(count if count > 1 else 0):
+        step = inverse(total - normal[k]) @ gradient[k]
+        less = 2.0 * gradient @ step + normal @ step @ step
+        square = np.delete(observation.square + less / observation.samples, k)
+        values = np.vstack([values, observation.values + probes * step])
+        misfits = np.append(misfits, np.sqrt(np.maximum(square, 0.0).mean()))
+    return values, misfits

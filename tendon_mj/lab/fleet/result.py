@@ -1,52 +1,64 @@
-"""What was found of a fleet: of each rig whether it changed, or differs from its fellows."""
+"""Result of a fleet: for each rig whether it changed, whether it differs, and both in words."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
+from itertools import pairwise
+from pathlib import Path
 from statistics import median
 from typing import Any, Literal
 
-from tendon_mj.lab.fleet.changes import LEAST_DAYS
-from tendon_mj.lab.fleet.fellows import FEWEST, Difference, Spread
-from tendon_mj.lab.fleet.sentence import change_sentence, in_one_unit
-from tendon_mj.lab.fleet.series import Series
-from tendon_mj.lab.fleet.since import Change
-from tendon_mj.lab.replay import quantity
+import numpy as np
 
-Verdict = Literal["changed", "differs", "as its fellows", "unchanged", "not judged", "failed"]
+from tendon_mj.lab.data_check import timing_warnings
+from tendon_mj.lab.diagnosis import CATALOGUE
+from tendon_mj.lab.fleet.changes import LEAST_DAYS, Change
+from tendon_mj.lab.fleet.comparison import FEWEST, Difference, Spread
+from tendon_mj.lab.fleet.rigs import stamp
+from tendon_mj.lab.fleet.series import Series
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.replay import engineering_unit, plain, quantity
+
+Verdict = Literal[
+    "changed", "differs", "consistent with the fleet", "unchanged", "not judged", "failed"
+]
 
 _ILL = 3.0  # misfit of the median rig [noise], above which the model does not describe the data
+_GAP = 2.0  # times the usual time between two recordings, above which the day is not known
+_SHARE = 0.5  # of the sum of squares, above which one recording is odd
+_ABOVE = 2.0  # times the median residual of the rigs, above which a residual is reported
+_FEWEST = 3  # recordings, for one of them to be odd
 
 
 @dataclass(frozen=True, kw_only=True)
 class RigFound:
-    """What was found of one rig.
+    """Result of one rig.
 
     Attributes:
         name: of its folder.
         dates: of its recordings.
-        error: why there is nothing to say of it; empty where there is.
+        error: why it could not be fitted; empty where it could.
         values, errors: parameter → fitted value and its standard error [its unit]; where it
             changed, before that.
         one_out: parameter, or `MISFIT` → likewise with each of its recordings left out.
-        misfit: root mean square of what the calibrated model leaves [noise].
+        misfit: rms residual of the calibrated model [noise].
         left: likewise, with the change.
-        square: (n,) mean square of that, of each recording [noise²].
-        change: what changed, and since when; None where nothing did.
+        square: (n,) mean square residual of each recording, with the change [noise²].
+        change: its course and dates; None without a change.
         series: the number that changed, day by day.
         rivals: numbers whose change explains the recordings as well.
-        differences: numbers that are not as its fellows'.
-        fellows: rigs that could be fitted, with itself.
-        remarks: what else is to be known of it.
+        differences: numbers that are not consistent with the fleet.
+        compared: number of fitted rigs, this one included.
+        remarks: further findings.
     """
 
     name: str
     dates: tuple[datetime, ...]
     error: str = ""
-    values: Mapping[str, float]
-    errors: Mapping[str, float]
+    values: Mapping[str, float] = field(default_factory=dict)
+    errors: Mapping[str, float] = field(default_factory=dict)
     one_out: Mapping[str, Sequence[float]] = field(default_factory=dict)
     misfit: float = float("nan")
     left: float = float("nan")
@@ -55,76 +67,34 @@ class RigFound:
     series: Series | None = None
     rivals: tuple[Series, ...] = ()
     differences: tuple[Difference, ...] = ()
-    fellows: int = 0
+    compared: int = 0
     remarks: tuple[str, ...] = ()
 
     @property
     def verdict(self) -> Verdict:
-        """The verdict in a word or three."""
+        """The verdict in a few words."""
         if self.error:
             return "failed"
         if self.change:
             return "changed"
         if self.differences:
             return "differs"
-        if self.fellows >= FEWEST:
-            return "as its fellows"
-        return "unchanged" if self._has_enough_days else "not judged"
-
-    @property
-    def _has_enough_days(self) -> bool:
-        return len(self.dates) >= 2 * LEAST_DAYS
+        if self.compared >= FEWEST:
+            return "consistent with the fleet"
+        return "unchanged" if len(self.dates) >= 2 * LEAST_DAYS else "not judged"
 
     def sentence(self, units: Mapping[str, str]) -> str:
-        """What is to be said of the rig, with units; ``units``: parameter → its unit."""
-        parts = [self._changed()] if self.change else []
-        for one in self.differences:
-            unit = units.get(one.name, "noise")
-            text = f"{one.name} is {in_one_unit([one.value, one.spread.median], unit)[0]}"
-            parts.append(f"{text}, the fleet's median {quantity(one.spread.median, unit)}")
-        if self.error:
-            return f"{self.name}: {'; '.join([self.error.removesuffix('.'), *self.remarks])}."
-        parts = parts or [self.verdict, *self._not_judged()]
+        """Summary of the rig, with units; ``units``: parameter → its unit."""
+        parts = [self.error.removesuffix(".")] if self.error else []
+        if self.change and self.series:
+            parts.append(change_sentence(self.change, self.series, self.rivals, self.dates))
+        parts += [difference_sentence(d, units.get(d.name, "noise")) for d in self.differences]
+        if not parts:
+            parts = [self.verdict, *not_judged(len(self.dates), self.compared)]
         return f"{self.name}: {'; '.join([*parts, *self.remarks])}."
-
-    def _not_judged(self) -> list[str]:
-        """What it takes to judge what could not be."""
-        found = []
-        if not self._has_enough_days:
-            least, own = 2 * LEAST_DAYS, len(self.dates)
-            found.append(f"a change is sought in {least} recordings or more, here {own}")
-        if self.fellows < FEWEST:
-            found.append(
-                f"rigs are compared where {FEWEST} or more could be fitted, here {self.fellows}"
-            )
-        return found
-
-    def _changed(self) -> str:
-        change, series = self.change, self.series
-        if change is None or series is None:
-            return ""
-        return change_sentence(change, series, self.rivals, self.dates)
 
     def result(self) -> dict[str, Any]:
         """Plain numbers and words, as in `result.json`."""
-        change, series = self.change, self.series
-        changed = None
-        if change is not None and series is not None:
-            changed = {
-                **asdict(change),
-                "since": change.since.isoformat(),
-                "last_same": change.last_same.isoformat(),
-                "until": change.until and change.until.isoformat(),
-                "apart": change.apart and change.apart.isoformat(),
-                "parameter": series.parameter,
-                "effect": series.number.identifier,
-                "unit": series.unit,
-                "values": series.values.tolist(),
-                "errors": series.errors.tolist(),
-                "rivals": [
-                    {"parameter": r.parameter, "effect": r.number.identifier} for r in self.rivals
-                ],
-            }
         return {
             "rig": self.name,
             "verdict": self.verdict,
@@ -135,7 +105,7 @@ class RigFound:
             "remarks": list(self.remarks),
             "misfit": self.misfit,
             "left": self.left,
-            "changed": changed,
+            "changed": self._changed(),
             "differs": [
                 {
                     "name": d.name,
@@ -148,10 +118,55 @@ class RigFound:
             ],
         }
 
+    def _changed(self) -> dict[str, Any] | None:
+        change, series = self.change, self.series
+        if change is None or series is None:
+            return None
+        plain = {k: _plain(value) for k, value in asdict(change).items()}
+        return {
+            **plain,
+            "parameter": series.parameter,
+            "effect": series.number.identifier,
+            "unit": series.unit,
+            "values": series.values.tolist(),
+            "errors": series.errors.tolist(),
+            "rivals": [
+                {"parameter": r.parameter, "effect": r.number.identifier} for r in self.rivals
+            ],
+        }
+
+    def row(self) -> dict[str, Any]:
+        """Its row of the fleet's table."""
+        changed, dates = self._changed() or {}, [date.isoformat() for date in self.dates]
+        numbers = {k: changed.get(k) for k in ("before", "between", "after")}
+        return {
+            "rig": self.name,
+            "verdict": self.verdict,
+            "recordings": len(dates),
+            "first": dates[0] if dates else "",
+            "last": dates[-1] if dates else "",
+            "changed": changed.get("parameter", ""),
+            **{k: changed.get(k, "") for k in ("effect", "since", "course")},
+            **numbers,
+            "until": changed.get("until") or "",
+            "unit": changed.get("unit", ""),
+            "significance": changed.get("significance"),
+            "differs": "; ".join(d.name for d in self.differences),
+            "misfit_noise": self.misfit,
+            "left_noise": self.left,
+            **self.values,
+            "remarks": "; ".join(self.remarks),
+            "error": self.error,
+        }
+
+
+def _plain(value: object) -> object:
+    return value.isoformat() if isinstance(value, datetime) else value
+
 
 @dataclass(frozen=True)
 class FleetFound:
-    """What was found of a fleet.
+    """Result of a fleet.
 
     Attributes:
         rigs: in the order of their names.
@@ -169,37 +184,30 @@ class FleetFound:
 
     @property
     def sentence(self) -> str:
-        """What came out, in a sentence."""
-        changed, differ, failed = (self.of(v) for v in ("changed", "differs", "failed"))
-        parts = [f"{len(changed)} changed" + _names(changed)]
-        if differ:
-            words = "differs from its" if len(differ) == 1 else "differ from their"
-            parts.append(f"{len(differ)} {words} fellows" + _names(differ))
-        if judged := self.of("not judged"):
-            parts.append(f"{len(judged)} could not be judged")
-        if failed:
-            parts.append(f"{len(failed)} could not be fitted" + _names(failed))
-        rigs = "rig" if len(self.rigs) == 1 else "rigs"
-        return f"Of {len(self.rigs)} {rigs} {', '.join(parts)}."
+        """The result in a sentence."""
+        verdicts: tuple[Verdict, ...] = ("changed", "differs", "failed")
+        changed, different, failed = ([rig.name for rig in self.of(v)] for v in verdicts)
+        unknown = len(self.of("not judged"))
+        return fleet_sentence(len(self.rigs), changed, different, unknown, failed)
 
     @property
     def warning(self) -> str:
-        """That the model does not describe the recordings, where it does not; else empty."""
-        left = [rig.left for rig in self.rigs if not rig.error]
-        usual = median(left) if left else 0.0
+        """Warning that the model does not describe the recordings; empty where it does."""
+        residuals = [rig.left for rig in self.rigs if not rig.error]
+        usual = median(residuals) if residuals else 0.0
         if usual <= _ILL:
             return ""
         return (
-            f"The model does not describe the recordings: {usual:.2g} times the noise is left of"
-            " the median rig; run tendon-mj diagnose on the recordings of one."
+            f"The model does not describe the recordings: the residual of the median rig is"
+            f" {usual:.2g} times the noise; run tendon-mj diagnose on the recordings of one."
         )
 
     @property
-    def told(self) -> list[RigFound]:
-        """The rigs of which there is something to say, those that changed first."""
+    def with_findings(self) -> list[RigFound]:
+        """Rigs with findings or remarks, those that changed first."""
         verdicts: tuple[Verdict, ...] = ("changed", "differs", "failed")
-        found = [rig for verdict in verdicts for rig in self.of(verdict)]
-        return found + [rig for rig in self.rigs if rig.remarks and rig.verdict not in verdicts]
+        rigs = [rig for verdict in verdicts for rig in self.of(verdict)]
+        return rigs + [rig for rig in self.rigs if rig.remarks and rig.verdict not in verdicts]
 
     def result(self) -> dict[str, Any]:
         """Plain numbers and words, as in `result.json`."""
@@ -214,35 +222,147 @@ class FleetFound:
 
     def table(self) -> list[dict[str, Any]]:
         """A row for each rig."""
-        return [_row(rig) for rig in self.rigs]
+        return [rig.row() for rig in self.rigs]
 
 
-def _names(rigs: Sequence[RigFound]) -> str:
-    return f" ({', '.join(rig.name for rig in rigs)})" if rigs else ""
+def change_sentence(
+    change: Change, series: Series, rivals: Sequence[Series], dates: Sequence[datetime]
+) -> str:
+    """A change in words, with values and dates; ``rivals``: series that explain it as well."""
+    text = f"{_named(series)} {_course(change, series, dates)}"
+    if change.apart is not None:
+        text += f", except {stamp(change.apart)}"
+    if rivals:
+        text += f", or as well {', or '.join(_named(rival) for rival in rivals)}"
+    return text
 
 
-def _row(rig: RigFound) -> dict[str, Any]:
-    change, series = rig.change, rig.series
-    return {
-        "rig": rig.name,
-        "verdict": rig.verdict,
-        "recordings": len(rig.dates),
-        "first": rig.dates[0].isoformat() if rig.dates else "",
-        "last": rig.dates[-1].isoformat() if rig.dates else "",
-        "changed": series.parameter if series and change else "",
-        "effect": series.number.identifier if series and change else "",
-        "since": change.since.isoformat() if change else "",
-        "course": change.course if change else "",
-        "before": change.before if change else None,
-        "between": change.between if change else None,
-        "after": change.after if change else None,
-        "until": change.until.isoformat() if change and change.until else "",
-        "unit": series.unit if series and change else "",
-        "significance": change.significance if change else None,
-        "differs": "; ".join(d.name for d in rig.differences),
-        "misfit_noise": rig.misfit,
-        "left_noise": rig.left,
-        **rig.values,
-        "remarks": "; ".join(rig.remarks),
-        "error": rig.error,
-    }
+def _named(series: Series) -> str:
+    if not series.number.identifier:
+        return series.number.name
+    return f"{series.number.name} ({CATALOGUE[series.number.identifier].name})"
+
+
+def _course(change: Change, series: Series, dates: Sequence[datetime]) -> str:
+    if change.course == "varying":
+        ends = [float(series.values.min()), float(series.values.max())]
+        low, high = _in_one_unit(ends, series.unit)
+        return f"varies from {low} to {high}, with no single change"
+    if change.between is not None and change.until is not None:
+        values = [change.after, change.before, change.between]
+        after, before, between = _in_one_unit(values, series.unit)
+        during = f"from {stamp(change.since)} to {stamp(change.until)}"
+        return f"{before} → {between} {during}, {after} since"
+    before, after = _in_one_unit([change.before, change.after], series.unit)
+    growing = "growing " if change.course == "ramp" else ""
+    return f"{before} → {after} {growing}{_beginning(change, dates)}"
+
+
+def _beginning(change: Change, dates: Sequence[datetime]) -> str:
+    """The first day of a change; the days before and after, where the gap between them is long."""
+    usual = float(np.median([(b - a).total_seconds() for a, b in pairwise(dates)]))
+    if (change.since - change.last_same).total_seconds() <= _GAP * usual:
+        return f"since {stamp(change.since)}"
+    begun = "since a day " if change.course == "ramp" else ""
+    return f"{begun}between {stamp(change.last_same)} and {stamp(change.since)}"
+
+
+def _in_one_unit(values: Sequence[float], unit: str) -> list[str]:
+    """Values in one unit, the last with its symbol."""
+    chosen = engineering_unit(unit, values)
+    symbol = f" {chosen.symbol}" if chosen.symbol and chosen.symbol != "°" else chosen.symbol
+    numbers = [plain(value * chosen.factor) for value in values]
+    return [*numbers[:-1], f"{numbers[-1]}{symbol}"]
+
+
+def difference_sentence(difference: Difference, unit: str) -> str:
+    """A difference in words, with both values."""
+    median = difference.spread.median
+    value, _ = _in_one_unit([difference.value, median], unit)
+    return f"{difference.name} is {value}, the fleet's median {quantity(median, unit)}"
+
+
+def not_judged(recordings: int, rigs: int) -> list[str]:
+    """Why a change is not searched for, or a rig not compared."""
+    reasons = []
+    if recordings < 2 * LEAST_DAYS:
+        reasons.append(
+            f"a change needs {2 * LEAST_DAYS} recordings or more, and there are {recordings}"
+        )
+    if rigs < FEWEST:
+        reasons.append(f"a comparison needs {FEWEST} fitted rigs or more, and there are {rigs}")
+    return reasons
+
+
+def fleet_sentence(
+    rigs: int,
+    changed: Sequence[str],
+    different: Sequence[str],
+    not_judged: int,
+    failed: Sequence[str],
+) -> str:
+    """Counts and names of the rigs that changed, differ, could not be judged or fitted."""
+    parts = [f"{len(changed)} changed{_in_brackets(changed)}"]
+    if different:
+        verb = "differs" if len(different) == 1 else "differ"
+        parts.append(f"{len(different)} {verb} from the fleet{_in_brackets(different)}")
+    if not_judged:
+        parts.append(f"{not_judged} could not be judged")
+    if failed:
+        parts.append(f"{len(failed)} could not be fitted{_in_brackets(failed)}")
+    return f"Of {rigs} {'rig' if rigs == 1 else 'rigs'} {', '.join(parts)}."
+
+
+def _in_brackets(names: Sequence[str]) -> str:
+    return f" ({', '.join(names)})" if names else ""
+
+
+def other_kind(parts: Sequence[str]) -> str:
+    """Remark on a rig with another model or description than most rigs; empty without parts."""
+    if not parts:
+        return ""
+    verb = "differ" if len(parts) > 1 else "differs"
+    return f"its {' and '.join(parts)} {verb} from most rigs', so that it is not comparable"
+
+
+def odd_day(dates: Sequence[datetime], square: Sequence[float], usual: float) -> str:
+    """Remark on the recording with most of a rig's residual; empty without one.
+
+    Args:
+        dates: of the recordings.
+        square: (n,) mean square residuals [noise²].
+        usual: rms residual of the median rig [noise].
+    """
+    largest, whole = int(np.argmax(square)), float(np.sum(square))
+    rms = float(np.sqrt(square[largest]))
+    if len(dates) < _FEWEST or square[largest] < _SHARE * whole or rms < _ABOVE * usual:
+        return ""
+    return f"most of its misfit is on {stamp(dates[largest])}, {rms:.2g} noise"
+
+
+def remaining(residual: float, usual: float) -> str:
+    """Remark on the rms residual after a change, where it is far more than usual [noise]."""
+    if residual <= _ABOVE * usual:
+        return ""
+    return f"{residual:.2g} noise remains, so that more may have changed"
+
+
+def left_out(tables: Mapping[datetime, Path], refused: Mapping[datetime, str]) -> list[str]:
+    """Remarks on recordings that are left out: each by its file, with the reason."""
+    return [
+        f"{tables[date]} is left out: "
+        + reason.removeprefix(str(tables[date])).lstrip(":, ").removesuffix(".")
+        for date, reason in refused.items()
+    ]
+
+
+def timing_remarks(recordings: Iterable[Recording]) -> list[str]:
+    """The first timing warning of each kind, and the number of recordings that have it."""
+    sentences: dict[str, list[str]] = {}
+    for recording in recordings:
+        for warning in timing_warnings(recording):
+            sentences.setdefault(warning.identifier, []).append(warning.sentence)
+    return [
+        f"{first}; so in {1 + len(others)} recordings" if others else first
+        for first, *others in sentences.values()
+    ]

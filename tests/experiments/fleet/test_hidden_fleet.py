@@ -45,7 +45,8 @@ def test_a_fleet_is_written_with_its_key(tmp_path):
     assert [len(rig.dates) for rig in rigs.values()] == [8, 8]
     ((name, true),) = key.items()
     assert true["since"] == rigs[name].dates[true["first"]].isoformat()
-    assert rigs[name].read()[0].uncertain.keys() >= {"sheath.friction"}
+    recordings, _ = rigs[name].read()
+    assert next(iter(recordings.values())).uncertain.keys() >= {"sheath.friction"}
     make_fleet(settings)  # goes on with what is there
     with pytest.raises(InvalidValueError, match=r'"seed": 1.*"seed": 2.*another --out'):
         make_fleet(dataclasses.replace(settings, seed=2))
@@ -75,7 +76,7 @@ def test_the_score_counts_what_was_found_named_and_dated():
         if parameter:
             changed = {"parameter": parameter, "since": since, "before": 1.0, "after": 2.0}
             changed["rivals"] = [{"parameter": one} for one in rivals]
-        verdict = verdict or ("changed" if changed else "as its fellows")
+        verdict = verdict or ("changed" if changed else "consistent with the fleet")
         return {"rig": name, "dates": dates, "changed": changed, "verdict": verdict}
 
     true = {"kind": "friction", "course": "step", "size": 0.3, "since": dates[1]}

@@ -8,12 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tendon_mj.lab.fleet.changes import reproducibility, suspects, templates
-from tendon_mj.lab.fleet.fellows import differences, larger_misfits, spread_between
-from tendon_mj.lab.fleet.number import Number
-from tendon_mj.lab.fleet.observation import Observation
-from tendon_mj.lab.fleet.one_out import one_out
-from tendon_mj.lab.fleet.since import find_change
+from tendon_mj.lab.fleet.changes import find_change, reproducibility, suspects, templates
+from tendon_mj.lab.fleet.comparison import differences, larger_misfits, spread_between
+from tendon_mj.lab.fleet.observation import Number, Observation, one_out
+from tendon_mj.lab.fleet.series import Series, explanation
 
 DAYS = 10
 DATES = [datetime(2026, 3, 1) + timedelta(days=k) for k in range(DAYS)]
@@ -188,7 +186,7 @@ def test_a_number_is_told_within_its_range():
     assert told == replace(free, before=0.0, after=2.0)
 
 
-def test_a_rig_differs_where_its_fellows_do_not():
+def test_a_rig_differs_where_the_others_do_not():
     rng = np.random.default_rng(2)
     values = {f"rig_{k}": 5.0 + 0.2 * rng.normal() for k in range(30)} | {"odd": 7.0}
     errors = dict.fromkeys(values, 0.01)
@@ -246,8 +244,36 @@ def test_a_misfit_differs_only_where_it_is_far_larger():
     assert not larger_misfits({"a": 1.0, "b": 9.0})
 
 
-def test_an_observation_survives_json():
-    one = FLEET[0]
-    again = Observation.from_plain(one.plain())
-    assert again.numbers == one.numbers
-    assert np.array_equal(again.normal, one.normal)
+def series(name, identifier, square):
+    square = np.array(square)
+    return Series(
+        number=Number(name, identifier, "-", 0.1),
+        parameter=name,
+        unit="-",
+        probe=0.1,
+        values=np.ones(square.size),
+        errors=np.ones(square.size),
+        square=square,
+        range=np.array([0.0, 2.0]),
+        others={},
+    )
+
+
+def test_of_explanations_alike_the_uncertain_parameter_is_named():
+    bend = series("sheath.drawn_bend", "bend_angle", [1.0, 1.2, 0.9])
+    friction = series("sheath.friction", "", [1.0 + 1e-6, 1.2 + 1e-6, 0.9 + 1e-6])
+    first, rivals = explanation([bend, friction])
+    assert first is friction
+    assert rivals == [bend]
+
+
+def test_what_leaves_notably_more_in_every_recording_is_no_rival():
+    play = series("sheath.backlash", "backlash", [1.0, 1.2, 0.9])
+    friction = series("sheath.friction", "", [1.5, 1.8, 1.4])
+    assert explanation([play, friction]) == (play, [])
+
+
+def test_what_leaves_more_in_one_recording_alone_is_a_rival():
+    play = series("sheath.backlash", "backlash", [1.0, 1.0, 1.0, 1.0])
+    creep = series("sheath.creep", "creep", [0.9, 1.0, 1.0, 2.0])
+    assert explanation([play, creep]) == (play, [creep])

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from tendon_mj.cli.check import check
+from tendon_mj.cli.recordings import check
 from tendon_mj.errors import RecordingError, TendonWarning
 from tendon_mj.lab.recordings import Recording, read_recording, read_table, table_file
 

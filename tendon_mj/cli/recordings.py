@@ -1,0 +1,304 @@
+"""`tendon-mj init`, `check` and `replay`: a description, a check and a simulation of recordings."""
+
+from __future__ import annotations
+
+import copy
+import math
+import os
+import warnings
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Literal
+
+import mujoco
+import tyro
+
+from tendon_mj.cli.given_files import Repeated, flat, given_files
+from tendon_mj.cli.output import Output, console, print_warnings, tracked
+from tendon_mj.errors import InvalidValueError, RecordingError, TendonWarning
+from tendon_mj.lab.data_check import Checked, check_recording, timing_warnings
+from tendon_mj.lab.recordings import Recording, read_recording, tables_in, write_recording
+from tendon_mj.lab.replay import (
+    Adjustable,
+    Misfit,
+    column_unit,
+    format_template,
+    matching,
+    quantity,
+    read_intervals,
+    replay_error,
+    replay_recording,
+)
+from tendon_mj.models import load_model, model_names, model_path
+from tendon_mj.show import replay_figure
+from tendon_mj.whole_file import whole_file
+
+ValuesOf = Literal["description", "model"]
+DESCRIBED, KEPT = "as described", "with the model's values"
+WITHOUT = "friction 0"
+
+
+def init(
+    model: Annotated[str, tyro.conf.Positional],
+    out: Path | None = None,
+) -> Path:
+    """Write a description of recordings of a model: all its sensors and actuators, to be filled in.
+
+    Args:
+        model: MJCF file, or a model of the package.
+        out: TOML file to write; by default the model's name in the current folder. An existing one
+            is kept.
+
+    Example:
+        tendon-mj init my_rig.xml --out pull.toml
+    """
+    compiled = load_model(model)
+    path = out if out is not None else Path(f"{model_path(model).stem}.toml")
+    if path.exists():
+        raise InvalidValueError(f"{path} exists already; give another --out, or remove it first")
+    named = model
+    if model not in model_names() and Path(model).is_file():
+        named = Path(os.path.relpath(model, path.parent)).as_posix()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with whole_file(path) as made:
+        made.write_text(format_template(compiled, named), encoding="utf-8", newline="\n")
+    console.print(
+        f"Wrote {path}, to be filled in: actuators {compiled.nactuator}, sensors"
+        f" {compiled.nsensor}; then: tendon-mj check RECORDING.csv --description {path}",
+        soft_wrap=True,
+    )
+    return path
+
+
+def check(
+    recordings: Annotated[tuple[Path, ...], tyro.conf.Positional],
+    out: Path = Path("out/check"),
+    description: Path | None = None,
+    model: str | None = None,
+    values_of: ValuesOf | None = None,
+    settle: float | None = None,
+) -> dict[str, object]:
+    """Draw recordings over their model before anything is fitted, and warn of faults.
+
+    Args:
+        recordings: CSVs (or Parquet, MCAP), or folders of them, each with its TOML beside it
+            unless --description names one.
+        out: folder for result.json and a picture of each recording.
+        description: TOML that describes the columns of all recordings.
+        model: to simulate instead of the recordings' own: a name or an MJCF file.
+        values_of: whether [known], [uncertain] and [session] of the description are applied to the
+            model; by default all but the values that a diagnosis fitted, if it wrote the model.
+        settle: time in seconds before the first sample in which the model comes to the first drive
+            value; by default that of the description.
+
+    Example:
+        tendon-mj check pull.csv
+    """
+    recordings = tuple(table for path in recordings for table in tables_in(path))
+    output = Output(out, given=given_files(recordings, description, [model]))
+    if not recordings:
+        raise RecordingError("check needs at least one recording")
+    read, of_tables = _read(recordings, description)
+    shared = load_model(model) if model else None
+    compiled = [shared or load_model(one.model, beside=one.beside) for one in read]
+    described = [_described(values_of, *pair) for pair in zip(read, compiled, strict=True)]
+    for text in of_tables:
+        console.print(f"warning: {text}", soft_wrap=True)
+    checked = [
+        check_recording(recording, on, described=stated, settle=settle)
+        for recording, on, stated in tracked(
+            "simulate", zip(read, compiled, described, strict=True)
+        )
+    ]
+    for one in checked:
+        if one.simulated is not None and one.recording.measured:
+            figure = replay_figure(one.recording, {"model as stated": one.simulated})
+            output.figure(one.recording.name, figure)
+        _print_errors(one.recording, _errors(one))
+        print_warnings(one.warnings)
+    result: dict[str, object] = {
+        "recordings": [_checked(one) for one in checked],
+        "table_warnings": of_tables,
+    }
+    output.result(result)
+    output.close(_check_sentence(checked, len(of_tables)))
+    return result
+
+
+def replay(
+    recording: Annotated[Path, tyro.conf.Positional],
+    out: Path = Path("out/replay"),
+    description: Path | None = None,
+    model: str | None = None,
+    values_of: ValuesOf | None = None,
+    settle: float | None = None,
+    change: Repeated[str] = (),
+) -> dict[str, object]:
+    """Simulate a recording with and without friction, and draw both with the measurement.
+
+    Args:
+        recording: a CSV (or Parquet, MCAP), with its TOML beside it unless --description names
+            another.
+        out: folder for result.json, the simulated recordings and the picture.
+        description: TOML that describes the columns.
+        model: to replay on instead of the recording's own: a name or an MJCF file.
+        values_of: whether [known], [uncertain] and [session] of the description are applied to the
+            model; by default all but the values that a diagnosis fitted, if it wrote the model.
+        settle: time in seconds before the first sample in which the model comes to the first drive
+            value; by default that of the description.
+        change: more variants, each like "*.friction=0.1,joint.stiffness=0.03".
+
+    Example:
+        tendon-mj replay rig.csv --change "*.friction=0.1"
+    """
+    writes = ("simulated_[0-9]*.csv", "simulated_[0-9]*.toml")
+    output = Output(out, writes=writes, given=given_files([recording], description, [model]))
+    measured = read_recording(recording, description)
+    if not measured.measured:
+        raise RecordingError(f"{recording}: no column is [measured], so nothing can be compared")
+    print_warnings(timing_warnings(measured))
+    compiled = load_model(model) if model else load_model(measured.model, beside=measured.beside)
+    described = _described(values_of, measured, compiled)
+    kept = not described and bool(read_intervals(compiled) or values_of)
+    stated = KEPT if kept else DESCRIBED
+    variants: dict[str, dict[str, float]] = {stated: {}}
+    known = Adjustable(copy.copy(compiled)).names()
+    frictions = [name for name in known if name.endswith(".friction")]
+    if frictions:
+        variants[WITHOUT] = dict.fromkeys(frictions, 0.0)
+    variants |= {text: _parse(text, known) for text in flat(change)}
+    simulated = {
+        label: replay_recording(
+            measured, compiled, parameters=parameters, described=described, settle=settle
+        )
+        for label, parameters in tracked("replay", variants.items())
+    }
+    errors = {label: replay_error(measured, answer) for label, answer in simulated.items()}
+    for k, (label, answer) in enumerate(simulated.items()):
+        _print_errors(measured, errors[label], label)
+        output.add(write_recording(answer, out / f"simulated_{k}.csv"))
+    result: dict[str, object] = {
+        label: {
+            column: {"rmse": error.rmse, "share_of_range": error.share_of_range}
+            for column, error in of_columns.items()
+        }
+        for label, of_columns in errors.items()
+    }
+    output.figure("replay", replay_figure(measured, simulated))
+    output.result({"recording": str(recording), "source": measured.source, "rmse": result})
+    output.close(_replay_sentence(measured, errors, stated))
+    return result
+
+
+def _described(
+    values_of: ValuesOf | None, recording: Recording, model: mujoco.MjModel
+) -> bool | None:
+    """``values_of`` as ``described`` of `replay_recording`.
+
+    Where the values of the description and those of a diagnosis that wrote the model differ, the
+    console reports which are used.
+    """
+    fitted = read_intervals(model)
+    if fitted and values_of != "model" and (recording.known or recording.uncertain):
+        name, first = recording.name, next(iter(fitted))
+        console.print(
+            f"{name}: the values that a diagnosis wrote into the model, such as {first}, are kept"
+            " over the description's (--values-of description overrules them)"
+            if values_of is None
+            else f"warning: {name}: the description overrules the values that a diagnosis wrote"
+            f" into the model, such as {first}; without --values-of description they are kept",
+            soft_wrap=True,
+        )
+    return None if values_of is None else values_of == "description"
+
+
+def _read(paths: Sequence[Path], description: Path | None) -> tuple[list[Recording], list[str]]:
+    """The recordings, with numbers where they share a name, and the warnings about their tables."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", TendonWarning)
+        read = [read_recording(path, description) for path in paths]
+    if len({one.name for one in read}) < len(read):
+        read = [replace(one, name=f"{k}_{one.name}") for k, one in enumerate(read)]
+    return read, [str(one.message) for one in caught if issubclass(one.category, TendonWarning)]
+
+
+def _errors(one: Checked) -> dict[str, Misfit]:
+    return {} if one.simulated is None else replay_error(one.recording, one.simulated)
+
+
+def _print_errors(recording: Recording, errors: Mapping[str, Misfit], label: str = "") -> None:
+    for column, error in errors.items():
+        console.print(
+            f"{label or recording.name}: {recording.written(column)} rms error"
+            f" {_rms(error, column)}{error.of_range}",
+            soft_wrap=True,
+        )
+
+
+def _rms(error: Misfit, column: str) -> str:
+    return quantity(error.rmse, column_unit(column))
+
+
+def _checked(one: Checked) -> dict[str, object]:
+    errors = _errors(one)
+    return {
+        "name": one.recording.name,
+        "source": one.recording.source,
+        "model": one.recording.model,
+        "samples": int(one.recording.time.size),
+        "simulated": one.simulated is not None,
+        "rmse": {column: error.rmse for column, error in errors.items()},
+        "share_of_range": {column: error.share_of_range for column, error in errors.items()},
+        "warnings": [warning.result() for warning in one.warnings],
+    }
+
+
+def _check_sentence(checked: Sequence[Checked], of_tables: int) -> str:
+    count, recordings = of_tables + sum(len(one.warnings) for one in checked), len(checked)
+    of = "1 recording" if recordings == 1 else f"{recordings} recordings"
+    if not count:
+        shares = [e.share_of_range for one in checked for e in _errors(one).values()]
+        shares = [share for share in shares if math.isfinite(share)]
+        off = f"; the model is off by up to {max(shares):.0%} of a column's range" if shares else ""
+        return f"Checked {of}: no fault{off}. tendon-mj diagnose explains the rest."
+    plural = "1 warning" if count == 1 else f"{count} warnings"
+    return f"Checked {of}: {plural}. A diagnosis would take such faults for properties of the rig."
+
+
+def _replay_sentence(
+    measured: Recording, errors: Mapping[str, Mapping[str, Misfit]], stated: str
+) -> str:
+    """The error of every column, as stated and without friction."""
+    parts = []
+    for column in measured.measured:
+        part = f"{measured.written(column)} by {_rms(errors[stated][column], column)}"
+        if WITHOUT in errors:
+            part += f" (without friction {_rms(errors[WITHOUT][column], column)})"
+        parts.append(part)
+    return f"{stated.capitalize()}, the simulation misses {', '.join(parts)}, rms."
+
+
+def _parse(text: str, known: Collection[str]) -> dict[str, float]:
+    """Parameters of ``name=value,…``; a pattern means all that it matches; a plain name wins."""
+    plain: dict[str, float] = {}
+    wild: dict[str, float] = {}
+    for part in text.split(","):
+        name, equals, value = part.rpartition("=")
+        try:
+            number = float(value)
+        except ValueError:
+            equals = ""
+        if not equals:
+            raise InvalidValueError(f"--change {text!r}: {part!r} is not like name=value")
+        if not math.isfinite(number):
+            raise InvalidValueError(f"--change {text!r}: {part!r} is not finite; give a number")
+        names = matching(name.strip(), known, f"--change {text!r}")
+        chosen = plain if names == [name.strip()] else wild
+        for one in names:
+            if chosen.setdefault(one, number) != number:
+                raise InvalidValueError(
+                    f"--change {text!r}: {one} is given {chosen[one]:g} and {number:g}; for two"
+                    " variants write them apart: --change a=1 a=2"
+                )
+    return wild | plain
