@@ -1,5 +1,6 @@
 """Figures, reports and clips: data in, pictures out. Nothing here steps a simulation."""
 
+from tendon_mj.show.figures.bars import bars_figure as bars_figure
 from tendon_mj.show.figures.before_after import before_after_figure as before_after_figure
 from tendon_mj.show.figures.convergence import convergence_figure as convergence_figure
 from tendon_mj.show.figures.finger import finger_figure as finger_figure

@@ -1,27 +1,29 @@
 """The models over which the cost is scaled are what they stand for."""
 
+import functools
+import json
+
 import mujoco
 import numpy as np
 import pytest
 
-from experiments.benchmarks.cost_parts import (
-    cost_parts,
-    parts_of,
-    with_instances,
-)
+from experiments.benchmarks import __main__ as command
 from experiments.benchmarks.scaling import (
     FAST,
     SLOW,
+    cost_parts,
     exponent,
     guide_runs,
     guide_scaling,
+    parts_of,
     several_benches,
     sheath_scaling,
+    with_instances,
 )
+from experiments.benchmarks.study import CostSeries, run_benchmark, scaling_figure
+from experiments.command import run_experiment
 from tendon_mj import view_sheath
-from tendon_mj.lab.verification.memory import Memory
-from tendon_mj.lab.verification.mujoco_tendon import mujoco_tendon_bench
-from tendon_mj.lab.verification.rollout_speedup import thread_speedups
+from tendon_mj.errors import InvalidValueError
 from tendon_mj.models import Bench, build_bench
 from tendon_mj.plugin import sheaths
 
@@ -91,17 +93,44 @@ def test_instances_with_nothing_to_do_change_nothing():
     np.testing.assert_array_equal(*moved)
 
 
-def test_the_sheaths_state_is_a_part_of_the_memory():
-    model = build_bench(Bench()).compile()
-    found, without = Memory.of(model), Memory.of(mujoco_tendon_bench(Bench()).compile())
-    assert found.plugin_state == mujoco.MjData(model).plugin_state.nbytes
-    assert without.plugin_state == 0
-    assert found.buffer - without.buffer >= found.plugin_state
-    assert found.state - without.state >= found.plugin_state
-    assert found.total == found.buffer + found.arena
+def test_the_scaling_shows_medians_in_microseconds_and_leaves_out_what_noise_exceeds():
+    counts, medians = (4, 8, 16), np.array([-1e-7, 2e-6, 4e-6])
+    added = np.stack([0.9 * medians, medians, 1.1 * medians], axis=-1)
+    figure = scaling_figure(
+        [CostSeries("slow", counts, added, 1.0)], CostSeries("benches", counts, added, 1.0)
+    )
+    line = figure.axes[0].get_lines()[0]
+    np.testing.assert_allclose(line.get_ydata(), [np.nan, 2.0, 4.0])
+    assert "added to a step [µs]" in figure.axes[0].get_ylabel()
+    assert all("[–]" in axes.get_xlabel() for axes in figure.axes)
 
 
-def test_rollouts_are_compared_for_each_number_of_threads():
-    found = thread_speedups(Bench(guides=4), (2, 3), rounds=1, runs=4, steps=200)
-    assert set(found) == {2, 3}  # which differ from one thread in no bit, or it had refused
-    assert min(speedup.median for speedup in found.values()) > 0.0
+def test_the_study_writes_its_figures_and_numbers(tmp_path, monkeypatch, capsys):
+    quick = functools.partial(run_benchmark, guides=(4, 16, 32), sheaths=(1, 2))
+    monkeypatch.setattr(command, "run_benchmark", quick)
+    assert (
+        run_experiment(command.benchmarks, "benchmarks", ["--out", str(tmp_path), "--rounds", "1"])
+        == 0
+    )
+    result = json.loads((tmp_path / "result.json").read_text("utf-8"))
+    for figure in (
+        "guide_scaling_exponent",
+        "sheath_scaling_exponent",
+        "thread_speedup",
+        "callback_ratio",
+        "threads",
+        "cores",
+    ):
+        assert figure in result
+    assert result["cost_parts"]["empty_plugin_s"] is not None
+    assert result["callback"]["largest_tension_difference"] < 1e-9
+    assert result["frictionloss"]["output_tension"]["max_relative_error"] > 0.1
+    for picture in ("scaling", "parts"):
+        assert (tmp_path / f"{picture}.png").stat().st_size > 10_000
+    assert "floor: an empty plugin" in capsys.readouterr().out
+
+
+def test_no_rounds_are_refused_before_anything_is_timed():
+    with pytest.raises(InvalidValueError) as refused:
+        run_benchmark(rounds=0)
+    assert "rounds = 0" in str(refused.value)

@@ -1,4 +1,4 @@
-"""Run a chain of elements on an input history.
+"""Run a chain of elements on an input history, with its energy balance.
 
 Equations: docs/theory.md, section 5.
 """
@@ -10,14 +10,49 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from experiments.references.checks import drive, number, vector
-from experiments.references.element_system import element_system
+from experiments.references.chain_integrator import COLUMNS, element_system, march
+from experiments.references.checks import History, drive, number, step_counts, vector
 from experiments.references.elements import ElementChain
-from experiments.references.energy import EnergyBalance
-from experiments.references.history import History, step_counts
-from experiments.references.integrator import COLUMNS, march
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.typing import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class EnergyBalance:
+    """Energies and works of a run, each of the shape of its ``time``.
+
+    Args:
+        elastic: ½ Σ T_j²/k_j of tendon, environment and sensor [J].
+        kinetic: ½ Σ m_i ξ̇_i² [J].
+        input_work: ∫ T_in dξ_in so far [J].
+        friction_work: lost to friction so far, never falling [J].
+        damping_work: ∫ Σ c_i ξ̇_i² dt so far, never falling [J].
+    """
+
+    elastic: FloatArray
+    kinetic: FloatArray
+    input_work: FloatArray
+    friction_work: FloatArray
+    damping_work: FloatArray
+
+    @property
+    def stored(self) -> FloatArray:
+        """Elastic and kinetic energy gained since the start [J]."""
+        total = self.elastic + self.kinetic
+        gained: FloatArray = total - total[0]
+        return gained
+
+    @property
+    def dissipated(self) -> FloatArray:
+        """Work of friction and damping so far [J]."""
+        return self.friction_work + self.damping_work
+
+    @property
+    def error(self) -> float:
+        """Largest |input work − stored − dissipated| over the largest of the three [–]."""
+        size = max(float(np.abs(e).max()) for e in (self.input_work, self.stored, self.dissipated))
+        gap = float(np.abs(self.input_work - self.stored - self.dissipated).max())
+        return gap / size if size > 0.0 else gap
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +113,7 @@ def simulate_chain(
     """Integrate eq. (25) of the paper with stick and slip through an input history.
 
     The method is the energy-conserving implicit midpoint rule with exact sticking, of order 2
-    where no element stops or starts; `experiments.references.integrator` has the details.
+    where no element stops or starts; `chain_integrator` has the details.
 
     Args:
         chain: the elements.

@@ -6,8 +6,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from experiments.benchmarks.callback_cost import bare_bench, callback_cost, disagreement
-from experiments.benchmarks.numpy_sheath import NumpySheath, as_passive_callback
+from experiments.benchmarks.callback import (
+    NumpySheath,
+    as_passive_callback,
+    bare_bench,
+    callback_cost,
+    disagreement,
+)
 from tendon_mj.errors import EngineError
 from tendon_mj.models import Bench
 
