@@ -108,20 +108,11 @@ def test_the_scaling_shows_medians_in_microseconds_and_leaves_out_what_noise_exc
 def test_the_study_writes_its_figures_and_numbers(tmp_path, monkeypatch, capsys):
     quick = functools.partial(run_benchmark, guides=(4, 16, 32), sheaths=(1, 2))
     monkeypatch.setattr(command, "run_benchmark", quick)
-    assert (
-        run_experiment(command.benchmarks, "benchmarks", ["--out", str(tmp_path), "--rounds", "1"])
-        == 0
-    )
+    arguments = ["--out", str(tmp_path), "--rounds", "1"]
+    assert run_experiment(command.benchmarks, "benchmarks", arguments) == 0
     result = json.loads((tmp_path / "result.json").read_text("utf-8"))
-    for figure in (
-        "guide_scaling_exponent",
-        "sheath_scaling_exponent",
-        "thread_speedup",
-        "callback_ratio",
-        "threads",
-        "cores",
-    ):
-        assert figure in result
+    exponents = {"guide_scaling_exponent", "sheath_scaling_exponent"}
+    assert result.keys() >= exponents | {"thread_speedup", "callback_ratio", "threads", "cores"}
     assert result["cost_parts"]["empty_plugin_s"] is not None
     assert result["callback"]["largest_tension_difference"] < 1e-9
     assert result["frictionloss"]["output_tension"]["max_relative_error"] > 0.1
