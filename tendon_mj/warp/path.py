@@ -22,7 +22,7 @@ _ZERO = wp.constant(wp.float64(0.0))
 
 @wp.struct
 class Scene:
-    """What of a model's tendons and their geoms the path is made of."""
+    """The tendons of a model and their geoms, from which the path follows."""
 
     # of the model
     tendon_adr: wp.array[wp.int32]

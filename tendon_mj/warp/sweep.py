@@ -1,13 +1,12 @@
-"""The flow problem solved exactly by one sweep along the tendon: slow at worst, never wrong.
+"""The flow problem solved by one sweep along the tendon: exact, O(n²) in the worst case.
 
-The same as `tendon_mj.sheath.tension_by_sweep`, which says how it works; the tests hold one against
-the other.
+The same as in `tendon_mj.sheath`, where the method is explained; the tests hold one against the
+other.
 """
 
 import warp as wp
 
-from tendon_mj.warp.segment_law import held, highest, lowest, slope_of, tension_of
-from tendon_mj.warp.tendons import Sheath, Tendons
+from tendon_mj.warp.tendons import Sheath, Tendons, held, highest, lowest, slope_of, tension_of
 
 wp.set_module_options({"enable_backward": False})
 

@@ -6,8 +6,8 @@ import pytest
 
 from tendon_mj import Parameters
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.warp.allocate import COMMITTED
-from tendon_mj.warp.simulated import simulated_sheaths
+from tendon_mj.warp.support import simulated_sheaths
+from tendon_mj.warp.transfer import COMMITTED
 from tests.warp.models import controls, fingers, mjw, step, tw
 
 wp = pytest.importorskip("warp")
