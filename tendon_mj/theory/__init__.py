@@ -1,6 +1,6 @@
 """Closed form of a tendon in a frictional sheath, NumPy only (Kaneko et al. 1991).
 
-First motion and outer branches: ``stiffness``, ``first_motion``; any history: ``history``. Units are
+First motion, outer branches: ``stiffness``, ``first_motion``; any history: ``history``. Units are
 SI; ξ is positive toward the actuator and λ is positive while pulling. Equations: docs/theory.md.
 """
 
