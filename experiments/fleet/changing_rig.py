@@ -9,8 +9,8 @@ from typing import Literal
 
 import numpy as np
 
-from experiments.hidden_effects.references.bench import ReferenceBench
-from experiments.hidden_effects.references.sensor import Sensor
+from experiments.hidden_effects.excitation import Sensor
+from experiments.hidden_effects.references import ReferenceBench
 from tendon_mj.errors import InvalidValueError
 
 Course = Literal["step", "ramp"]

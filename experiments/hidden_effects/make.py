@@ -10,10 +10,9 @@ from typing import Any, NamedTuple
 
 import tyro
 
-from experiments.hidden_effects.suite.case import make_case
-from experiments.hidden_effects.suite.case_folder import SOURCES
-from experiments.hidden_effects.suite.case_plan import CasePlan, Kind
-from experiments.hidden_effects.suite.plan_suite import KINDS, plan_suite
+from experiments.hidden_effects.case import make_case
+from experiments.hidden_effects.case_folder import SOURCES
+from experiments.hidden_effects.plan import KINDS, CasePlan, Kind, plan_suite
 from tendon_mj.lab.tasks import Workers, run_tasks, versions
 from tendon_mj.whole_file import whole_file
 

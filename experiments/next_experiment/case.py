@@ -7,11 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.hidden_effects.effects.bench_effects import EFFECTS
-from experiments.hidden_effects.effects.hidden_effect import HiddenEffect
-from experiments.hidden_effects.effects.wrong_numbers import PARAMETERS
-from experiments.hidden_effects.references.bench import COLUMNS, ReferenceBench
-from experiments.hidden_effects.suite.strength_search import calibration_projector, find_strength
+from experiments.hidden_effects.hidden import EFFECTS, PARAMETERS, HiddenEffect
+from experiments.hidden_effects.references import COLUMNS, ReferenceBench
+from experiments.hidden_effects.strengths import calibration_projector, find_strength
 from experiments.next_experiment.rig import (
     FRICTION,
     KNOWN,

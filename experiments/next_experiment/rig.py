@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.hidden_effects.references.bench import COLUMNS, ReferenceBench
+from experiments.hidden_effects.references import COLUMNS, ReferenceBench
 from tendon_mj.lab.experiment_design import DriveBounds, ExperimentBounds
 from tendon_mj.lab.recordings import Measured, Recording, Uncertain
 from tendon_mj.typing import FloatArray

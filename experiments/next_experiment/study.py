@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from experiments.hidden_effects.suite.case_folder import SOURCES
+from experiments.hidden_effects.case_folder import SOURCES
 from experiments.next_experiment.case import Case
 from experiments.next_experiment.settle import settle
 from tendon_mj.lab.tasks import Workers, run_tasks, versions

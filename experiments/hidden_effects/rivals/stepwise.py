@@ -19,11 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from experiments.hidden_effects.rivals.command import run_rival
-from experiments.hidden_effects.rivals.held_out_error import errors, predict
-from experiments.hidden_effects.rivals.rig import Rig
+from experiments.hidden_effects.case_folder import Case
+from experiments.hidden_effects.rivals.rig import Rig, errors, predict, run_rival
 from experiments.hidden_effects.rivals.term_fit import TermFit, fit_terms, written
-from experiments.hidden_effects.suite.case_folder import Case
 from tendon_mj.lab.diagnosis import CATALOGUE, Candidate, Term
 from tendon_mj.typing import FloatArray
 

@@ -11,9 +11,8 @@ import sys
 from functools import partial
 from typing import Any
 
-from experiments.hidden_effects.rivals.command import run_rival
-from experiments.hidden_effects.rivals.held_out_error import errors, predict
-from experiments.hidden_effects.suite.case_folder import Case
+from experiments.hidden_effects.case_folder import Case
+from experiments.hidden_effects.rivals.rig import errors, predict, run_rival
 from tendon_mj.lab.diagnosis import fit_with_sysid
 from tendon_mj.lab.replay import Simulator
 

@@ -9,7 +9,7 @@ import pytest
 from experiments.fleet.changing_rig import KINDS, RigChange, draw_change
 from experiments.fleet.make_fleet import Settings, make_fleet
 from experiments.fleet.score_fleet import score
-from experiments.hidden_effects.references.bench import ReferenceBench
+from experiments.hidden_effects.references import ReferenceBench
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.fleet import find_rigs
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from experiments.command import run_experiment
+from experiments.hidden_effects.case_folder import solve_suite
 from experiments.hidden_effects.diagnose_suite import diagnose_suite
-from experiments.hidden_effects.rivals.command import run_rival
-from experiments.hidden_effects.suite.case_folder import solve_suite
+from experiments.hidden_effects.rivals.rig import run_rival
 from tendon_mj.errors import InvalidValueError, RecordingError
 from tendon_mj.models import example_recording, model_path
 

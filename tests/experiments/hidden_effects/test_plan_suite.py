@@ -2,10 +2,8 @@
 
 import pytest
 
-from experiments.hidden_effects.effects.bench_effects import with_imitators
-from experiments.hidden_effects.suite.case_plan import REAL_KINDS
-from experiments.hidden_effects.suite.plan_reality import HIDDEN
-from experiments.hidden_effects.suite.plan_suite import SINGLE_EFFECTS, plan_suite
+from experiments.hidden_effects.hidden import with_imitators
+from experiments.hidden_effects.plan import HIDDEN, REAL_KINDS, SINGLE_EFFECTS, plan_suite
 
 
 def test_a_suite_holds_every_effect_at_every_strength_once():

@@ -7,11 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from experiments.hidden_effects.case import make_case
 from experiments.hidden_effects.diagnose_suite import diagnose_suite
-from experiments.hidden_effects.scoring.judged_case import JudgedCase
-from experiments.hidden_effects.scoring.verdicts import judge
-from experiments.hidden_effects.suite.case import make_case
-from experiments.hidden_effects.suite.case_plan import CasePlan, Kind
+from experiments.hidden_effects.plan import CasePlan, Kind
+from experiments.hidden_effects.verdicts import JudgedCase, judge
 
 SEED = 900  # not used for tuning
 

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from experiments.hidden_effects.suite.case import make_case
-from experiments.hidden_effects.suite.case_plan import CasePlan
+from experiments.hidden_effects.case import make_case
+from experiments.hidden_effects.plan import CasePlan
 from tendon_mj.lab.recordings import read_recording
 from tendon_mj.lab.replay import Simulator, replay_recording
 from tendon_mj.models import load_model

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from experiments.hidden_effects.scoring.judged_case import JudgedCase
-from experiments.hidden_effects.scoring.suite_statistics import confusion, table
+from experiments.hidden_effects.statistics import confusion, table
+from experiments.hidden_effects.verdicts import JudgedCase
 from tendon_mj.lab.diagnosis import CATALOGUE
 
 KEY = {

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from experiments.hidden_effects.references.sensor import Sensor
+from experiments.hidden_effects.excitation import Sensor
 
 
 def test_lag_and_delay_shift_a_ramp_by_their_time():

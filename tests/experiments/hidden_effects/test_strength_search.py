@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from experiments.hidden_effects.suite.strength_search import calibration_projector, find_strength
+from experiments.hidden_effects.strengths import calibration_projector, find_strength
 
 
 def test_calibration_removes_the_projection_on_its_sensitivities_and_nothing_else():

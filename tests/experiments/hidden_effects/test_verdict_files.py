@@ -7,7 +7,7 @@ import pytest
 from experiments.command import run_experiment
 from experiments.hidden_effects.compare import compare
 from experiments.hidden_effects.score import score
-from experiments.hidden_effects.scoring.verdicts import judge
+from experiments.hidden_effects.verdicts import judge
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 
 KEY = {

@@ -9,9 +9,8 @@ from typing import Any, Generic
 
 import numpy as np
 
-from experiments.hidden_effects.effects.hidden_effect import HiddenEffect, R
-from experiments.hidden_effects.references.bench import ReferenceBench
-from experiments.hidden_effects.references.joint import ReferenceJoint
+from experiments.hidden_effects.hidden import HiddenEffect, R
+from experiments.hidden_effects.references import ReferenceBench, ReferenceJoint
 
 
 @dataclass(frozen=True, kw_only=True)

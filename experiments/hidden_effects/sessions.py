@@ -1,22 +1,76 @@
-"""Sessions of one rig: what differs between its recordings, and what they state of it."""
+"""Sessions of one rig: the differences between its recordings, and what these state of it."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.hidden_effects.suite.rig_state import R, RigState
-from experiments.hidden_effects.suite.trial import PERTURBATION, Trial, rms, simulate_each
+from experiments.hidden_effects.references import R
+from experiments.hidden_effects.strengths import PERTURBATION, Trial, rms, simulate_each
 from tendon_mj.lab.recordings import Session
+from tendon_mj.typing import FloatArray
 
 REPRODUCIBILITY = (3.0, 5.0)  # what differs between sessions, rms in effect [noise]
 LARGEST = 2.0  # standard deviations
 UNSEEN_FRICTION = 0.1  # standard deviation of a friction that is itself what is hidden [-]
 GUESS = math.log(2.0)  # by which a stated spread is wrong at most, either way
 BENDS = 1.2  # largest change of the sheath's bend [rad]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigState:
+    """Changes of a rig that hold in one recording; by default there are none.
+
+    Attributes:
+        extra_bend: of the sheath [rad], which the recording states as known.
+        pretension: above the mean of all sessions [N]; the recording states its spread.
+        zeros: of each sensor [its unit]; likewise.
+        friction: share of the friction above its mean [-], of which no recording tells.
+    """
+
+    extra_bend: float = 0.0
+    pretension: float = 0.0
+    zeros: tuple[float, ...] = ()
+    friction: float = 0.0
+
+    def bent(self, reference: R) -> R:
+        """The reference in this recording's bend, everything else as in all others."""
+        if self.extra_bend == 0.0:
+            return reference
+        return dataclasses.replace(reference, bend=reference.bend + self.extra_bend)
+
+    def set_anew(self, reference: R) -> R:
+        """The reference with this recording's pretension and friction."""
+        return dataclasses.replace(
+            reference,
+            pretension=reference.pretension + self.pretension,
+            friction=reference.friction * (1.0 + self.friction),
+        )
+
+    def parameters(self, reference: R) -> dict[str, float]:
+        """True values in this recording of the model's parameters, where they differ from others.
+
+        Args:
+            reference: with what is hidden, in no particular recording.
+        """
+        own, stated = self.set_anew(reference), reference.description
+        sheath = {
+            "friction": own.friction,
+            "pretension": own.pretension,
+            "extra_bend": self.extra_bend,
+        }
+        offsets = zip(stated.sensors.values(), self.zeros, strict=True)
+        return {f"{s}.{name}": value for s in stated.sheaths for name, value in sheath.items()} | {
+            f"{sensor}.offset": zero for sensor, zero in offsets
+        }
+
+    def read(self, readings: FloatArray) -> FloatArray:
+        """Readings (sensors, samples) with this recording's zeros."""
+        return readings + np.array(self.zeros)[:, None] if self.zeros else readings
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,21 +1,65 @@
-"""Statistics of judged cases: rates beside the wanted ones, calibration, confusion."""
+"""Statistics of judged cases: rates beside the wanted ones, calibration, confusion; tables."""
 
 from __future__ import annotations
 
+import csv
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from experiments.hidden_effects.effects.bench_effects import DRAWN
-from experiments.hidden_effects.scoring.judged_case import PREDICTION, JudgedCase
-from experiments.hidden_effects.scoring.rates import Row, of_kind, quantile, share, spread
-from experiments.hidden_effects.scoring.reality import reality
+from experiments.hidden_effects.hidden import DRAWN
+from experiments.hidden_effects.verdicts import PREDICTION, JudgedCase
 
+Row = tuple[str, str, str, int]  # quantity, wanted figure, figure, cases
 STRONG = 5.0  # ratio of residual to noise from which an effect is to be named nearly always
 LEFT = "error left on held-out data, as stated, median / worst decile [noise]"
 SECONDS = "seconds per diagnosis, as stated, median / longest"
 ANY_TOOL = (LEFT, SECONDS)  # quantities of every suite: a dash says that the tool states none
+
+
+def of_kind(judged: Sequence[JudgedCase], kind: str) -> list[JudgedCase]:
+    """Cases of one kind."""
+    return [j for j in judged if j.kind == kind]
+
+
+def share(
+    quantity: str, wanted: str, cases: Sequence[JudgedCase], right: Callable[[JudgedCase], float]
+) -> Row:
+    """Mean of what ``right`` says of each case, a share [-]."""
+    mean = f"{100.0 * np.mean([float(right(j)) for j in cases]):.1f} %" if cases else "–"
+    return quantity, wanted, mean, len(cases)
+
+
+def quantile(quantity: str, wanted: str, values: Sequence[float], at: float | None) -> Row:
+    """Quantile of some shares, or their mean where ``at`` is None."""
+    if not values:
+        return quantity, wanted, "–", 0
+    figure = np.mean(values) if at is None else np.quantile(values, at)
+    return quantity, wanted, f"{100.0 * figure:.1f} %", len(values)
+
+
+def spread(quantity: str, values: Sequence[float], upper: float, digits: int) -> Row:
+    """Median and an ``upper`` quantile."""
+    if not values:
+        return quantity, "", "–", 0
+    median, high = np.quantile(values, [0.5, upper])
+    return quantity, "", f"{median:.{digits}f} / {high:.{digits}f}", len(values)
+
+
+def markdown(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
+    """A Markdown table; floats to three digits."""
+    lines = [header, ["---"] * len(header), *rows]
+    cells = [[f"{c:.3g}" if isinstance(c, float) else str(c) for c in line] for line in lines]
+    return "\n".join("| " + " | ".join(line) + " |" for line in cells) + "\n"
+
+
+def write_csv(path: Path, header: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
+    """Write a table as CSV."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([header, *rows])
 
 
 def table(judged: Sequence[JudgedCase]) -> list[Row]:
@@ -27,14 +71,28 @@ def table(judged: Sequence[JudgedCase]) -> list[Row]:
     if only and any(j.verdict == PREDICTION for j in judged):
         return _of_any_tool(judged)
     alone = [j for j in judged if j.kind in ("effect", "joint") and j.key["reached"]]
+    pairs = [j for j in of_kind(judged, "pair") if j.key["reached"]]
+    closed = [j.closed for j in [*alone, *pairs] if j.closed is not None]
+    strong = [j for j in alone if j.key["target"] >= STRONG]
+    errors = [e for j in strong if j.hit > 0.0 for e in j.errors()]
+    return [
+        *_one_effect(alone),
+        share("two effects: both named", "≥ 85 %", pairs, lambda j: j.named_effect and j.contains),
+        _false("two effects", pairs),
+        *_no_effect(judged),
+        quantile("reducible error removed on held-out, as stated, median", "≥ 95 %", closed, 0.5),
+        quantile("… worst decile", "≥ 80 %", closed, 0.1),
+        quantile("parameter error, ≥ 5 noise, median", "≤ 10 %", [e[1] for e in errors], 0.5),
+        quantile("… 95 % interval covers", "≥ 90 %", [float(e[2]) for e in errors], None),
+        *reality(judged),
+        *_drawn(judged),
+        *_of_any_tool(judged),
+    ]
+
+
+def _one_effect(alone: Sequence[JudgedCase]) -> list[Row]:
     strong = [j for j in alone if j.key["target"] >= STRONG]
     weak = [j for j in alone if j.key["target"] < STRONG]
-    pairs = of_kind(judged, "pair")
-    pairs = [j for j in pairs if j.key["reached"]]
-    nothing, outside = of_kind(judged, "nothing"), of_kind(judged, "outside")
-    parameter = of_kind(judged, "parameter")
-    closed = [j.closed for j in [*alone, *pairs] if j.closed is not None]
-    errors = [e for j in strong if j.hit > 0.0 for e in j.errors()]
     return [
         share(
             "one effect, residual ≥ 5 noise: first (tie: half)", "≥ 97 %", strong, lambda j: j.hit
@@ -43,8 +101,14 @@ def table(judged: Sequence[JudgedCase]) -> list[Row]:
         share("one effect, 2 noise: first (tie: half)", "≥ 90 %", weak, lambda j: j.hit),
         _false("one effect", alone),
         share("one effect: abstained", "", alone, lambda j: not j.named),
-        share("two effects: both named", "≥ 85 %", pairs, lambda j: j.named_effect and j.contains),
-        _false("two effects", pairs),
+    ]
+
+
+def _no_effect(judged: Sequence[JudgedCase]) -> list[Row]:
+    """Cases in which no effect of the catalogue is hidden."""
+    nothing, outside = of_kind(judged, "nothing"), of_kind(judged, "outside")
+    parameter = of_kind(judged, "parameter")
+    return [
         share("nothing hidden: false name", "≤ 3 %", nothing, lambda j: bool(j.false_names)),
         share(
             "outside the catalogue: unknown or a tie",
@@ -63,13 +127,6 @@ def table(judged: Sequence[JudgedCase]) -> list[Row]:
         ),
         share("wrong parameter: called so", "", parameter, lambda j: j.verdict == "parameter"),
         _false("wrong parameter", parameter),
-        quantile("reducible error removed on held-out, as stated, median", "≥ 95 %", closed, 0.5),
-        quantile("… worst decile", "≥ 80 %", closed, 0.1),
-        quantile("parameter error, ≥ 5 noise, median", "≤ 10 %", [e[1] for e in errors], 0.5),
-        quantile("… 95 % interval covers", "≥ 90 %", [float(e[2]) for e in errors], None),
-        *reality(judged),
-        *_drawn(judged),
-        *_of_any_tool(judged),
     ]
 
 
@@ -133,3 +190,39 @@ def confusion(judged: Sequence[JudgedCase]) -> tuple[list[str], dict[str, Counte
     words = ["A or B", "unknown", "nothing missing", "parameter", "failed"]
     seen = {column for row in rows.values() for column in row} - set(words)
     return [*sorted(seen), *words], dict(sorted(rows.items()))
+
+
+def reality(judged: Sequence[JudgedCase]) -> list[Row]:
+    """Rows of the table; cases whose strength was not reached count in none."""
+    sessions, remainders, too_high = (
+        [j for j in of_kind(judged, kind) if j.key["reached"]]
+        for kind in ("session", "remainder", "too_high")
+    )
+    effects = [j for j in (*sessions, *remainders) if j.hidden]
+    return [
+        share(
+            "one effect, 5 × what remains: first (tie: half)", "≥ 90 %", effects, lambda j: j.leads
+        ),
+        share("… sessions", "", [j for j in sessions if j.hidden], lambda j: j.leads),
+        share("… remainders", "", remainders, lambda j: j.leads),
+        share(
+            "sessions and remainders: something named that is not there",
+            "≤ 3 %",
+            [*sessions, *remainders],
+            lambda j: bool(j.false_names),
+        ),
+        share(
+            "… sessions with nothing hidden",
+            "",
+            [j for j in sessions if not j.hidden],
+            lambda j: bool(j.false_names),
+        ),
+        share("remainders: verdict partly", "", remainders, lambda j: j.verdict == "partly"),
+        share(
+            "number too high: called wrong, that one alone, true value in its interval",
+            "≥ 95 %",
+            too_high,
+            lambda j: j.right_number,
+        ),
+        share("… called a wrong parameter", "", too_high, lambda j: j.verdict == "parameter"),
+    ]
