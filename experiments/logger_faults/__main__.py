@@ -140,14 +140,15 @@ def summary(cases: Sequence[Case]) -> list[str]:
         " of",
         f"{len(wrong)} of {len(diagnosed)} diagnoses name an effect of the rig in place of a fault",
     ]
-    lines += [
-        f"missed: {case.fault}, {case.rig}, {case.motion}" for case in with_fault if not case.named
-    ]
-    lines += [
-        f"{case.fault}, {case.rig}, {case.motion}: {', '.join(case.effects)}" for case in wrong
-    ]
+    missed = [case for case in with_fault if not case.named]
+    lines += [f"missed: {_place(case)}" for case in missed]
+    lines += [f"{_place(case)}: {', '.join(case.effects)}" for case in wrong]
     lines += [w.sentence for case in without for w in case.warnings]
     return lines
+
+
+def _place(case: Case) -> str:
+    return f"{case.fault}, {case.rig}, {case.motion}"
 
 
 if __name__ == "__main__":
