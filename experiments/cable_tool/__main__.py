@@ -7,10 +7,8 @@ from pathlib import Path
 
 from experiments.cable_tool.figures import draw_figures
 from experiments.cable_tool.recording import read_folder
-from experiments.cable_tool.result import result
+from experiments.cable_tool.report import result, summary, table
 from experiments.cable_tool.study import run_study
-from experiments.cable_tool.summary import summary
-from experiments.cable_tool.table import table
 from experiments.command import measured_data, run_experiment, write_study
 from tendon_mj.cli import Output, progress_bar
 

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.cable_tool.recording import ToolRecording
-from experiments.cable_tool.strokes import MID_STROKE
+from experiments.cable_tool.recording import MID_STROKE, ToolRecording
 from tendon_mj.typing import FloatArray
 
 _RESAMPLES = 400

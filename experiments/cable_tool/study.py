@@ -12,9 +12,8 @@ from experiments.cable_tool.candidates import CANDIDATES, CHOSEN
 from experiments.cable_tool.cross_validation import LEFT_OUT, HeldOut, cross_validate
 from experiments.cable_tool.fit import fit_tool
 from experiments.cable_tool.load_share import LoadShare, load_share
-from experiments.cable_tool.rate import RateRatio, rate_ratios
 from experiments.cable_tool.recording import ToolRecording
-from experiments.cable_tool.tool import Tool
+from experiments.cable_tool.tool import RateRatio, Tool, rate_ratios
 from tendon_mj.lab.progress import Progress, silent
 
 _QUANTILES = (0.025, 0.975)

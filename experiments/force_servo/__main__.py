@@ -7,9 +7,8 @@ from pathlib import Path
 
 from experiments.command import run_experiment
 from experiments.force_servo.figures import draw_figures
-from experiments.force_servo.result import result
+from experiments.force_servo.report import result, summary
 from experiments.force_servo.study import run_study
-from experiments.force_servo.summary import summary
 from tendon_mj.cli import Output, console, progress_bar
 
 

@@ -11,7 +11,7 @@ from typing import Generic
 
 import numpy as np
 
-from experiments.hidden_effects.case import CaseDraw
+from experiments.hidden_effects.draws import CaseDraw
 from experiments.hidden_effects.hidden import HiddenEffect
 from experiments.hidden_effects.plan import CasePlan
 from experiments.hidden_effects.references import R

@@ -11,7 +11,7 @@ import numpy as np
 from experiments.kaneko1991 import routes
 from experiments.kaneko1991.agreement import TENDON
 from experiments.kaneko1991.discretisations import SAMPLE_TIME, Discretisation, discretisations
-from experiments.kaneko1991.histories import TURNING_POINTS, displacement_history
+from experiments.kaneko1991.loop import TURNING_POINTS, displacement_history
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.typing import FloatArray

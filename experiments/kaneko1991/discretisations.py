@@ -15,7 +15,7 @@ from experiments import references
 from experiments.kaneko1991 import mujoco_routes, routes
 from experiments.kaneko1991.agreement import TENDON
 from experiments.kaneko1991.chain import Chain, build_chain
-from experiments.kaneko1991.histories import LEG_TIME
+from experiments.kaneko1991.loop import LEG_TIME
 from experiments.kaneko1991.routes import Trace
 from tendon_mj.lab.replay import rollout_named_sensors
 from tendon_mj.typing import FloatArray

@@ -10,12 +10,12 @@ import numpy as np
 
 from experiments import references
 from experiments.kaneko1991 import mujoco_routes, routes
-from experiments.kaneko1991.histories import tension_sine
 from experiments.kaneko1991.loop import (
     LoopMeasures,
     largest_difference,
     measure_loop,
     predict_loop,
+    tension_sine,
 )
 from experiments.kaneko1991.paper_tendon import PaperTendon
 from experiments.kaneko1991.routes import Trace

@@ -30,12 +30,12 @@ from experiments.kaneko1991.figure_4a import (
     SLOWNESS,
     quasi_static_mass,
 )
-from experiments.kaneko1991.histories import tension_sine
 from experiments.kaneko1991.loop import (
     LoopMeasures,
     largest_difference,
     measure_loop,
     predict_loop,
+    tension_sine,
 )
 from experiments.kaneko1991.paper_tendon import PaperTendon
 from experiments.kaneko1991.routes import Trace

@@ -8,11 +8,9 @@ from pathlib import Path
 from experiments.command import measured_data, run_experiment, write_study
 from experiments.measured_joint.figures import draw_figures
 from experiments.measured_joint.recording import read_folder
-from experiments.measured_joint.result import result
+from experiments.measured_joint.report import result, summary, table
 from experiments.measured_joint.splits import BETWEEN, BEYOND
 from experiments.measured_joint.study import run_study
-from experiments.measured_joint.summary import summary
-from experiments.measured_joint.table import table
 from tendon_mj.cli import Output, progress_bar
 
 

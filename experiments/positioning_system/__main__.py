@@ -8,10 +8,8 @@ from pathlib import Path
 from experiments.command import measured_data, run_experiment, write_study
 from experiments.positioning_system.figures import draw_figures
 from experiments.positioning_system.measurement import read_measurement
-from experiments.positioning_system.result import result
+from experiments.positioning_system.report import result, summary, table
 from experiments.positioning_system.study import run_study
-from experiments.positioning_system.summary import summary
-from experiments.positioning_system.table import table
 from tendon_mj.cli import Output, progress_bar
 
 

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from experiments.hidden_effects.case_folder import Case
-from experiments.hidden_effects.rivals.rig import errors, noise, run_rival
+from experiments.hidden_effects.rivals.rig import noise, run_rival
+from experiments.hidden_effects.rivals.term_fit import errors
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.typing import FloatArray
 

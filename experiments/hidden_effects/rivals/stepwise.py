@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 from experiments.hidden_effects.case_folder import Case
-from experiments.hidden_effects.rivals.rig import Rig, errors, predict, run_rival
-from experiments.hidden_effects.rivals.term_fit import TermFit, fit_terms, written
+from experiments.hidden_effects.rivals.rig import Rig, run_rival
+from experiments.hidden_effects.rivals.term_fit import TermFit, errors, fit_terms, predict, written
 from tendon_mj.lab.diagnosis import CATALOGUE, Candidate, Term
 from tendon_mj.typing import FloatArray
 

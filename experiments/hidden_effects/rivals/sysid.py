@@ -12,7 +12,8 @@ from functools import partial
 from typing import Any
 
 from experiments.hidden_effects.case_folder import Case
-from experiments.hidden_effects.rivals.rig import errors, predict, run_rival
+from experiments.hidden_effects.rivals.rig import run_rival
+from experiments.hidden_effects.rivals.term_fit import errors, predict
 from tendon_mj.lab.diagnosis import fit_with_sysid
 from tendon_mj.lab.replay import Simulator
 

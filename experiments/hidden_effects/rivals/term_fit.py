@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from experiments.hidden_effects.rivals.rig import Rig, Values
+from experiments.hidden_effects.rivals.rig import Rig, Values, noise
 from tendon_mj.lab.diagnosis import Term
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.typing import FloatArray
 
 DIFFERENCE = 1e-2  # of a term's scale, for the Jacobian
@@ -140,3 +142,40 @@ class _Solver:
         if self._last[0] != key:
             self._last = key, self.rig.residuals([self._parameters(point)])[0]
         return self._last[1]
+
+
+def predict(recordings: Sequence[Recording], parameters: Values) -> FloatArray:
+    """(m,) residuals of held-out recordings [noise], with the model's own step.
+
+    What was set anew for each of them is fitted to it, as a diagnosis does.
+    """
+    rig = Rig(recordings, 1.0)
+    shared = {name: value for name, value in parameters.items() if " @ " not in name}
+    terms = rig.sessions
+    return fit_terms(rig, terms, [term.inert for term in terms], shared).residual
+
+
+def errors(recordings: Sequence[Recording], residual: FloatArray) -> dict[str, Any]:
+    """``gap`` of a result: rms over all signals [noise], and of each in its own unit.
+
+    Args:
+        recordings: that were held out.
+        residual: (m,) by recording, column and sample [noise].
+    """
+    squares: dict[str, list[FloatArray]] = {}
+    first = 0
+    for recording in recordings:
+        for column in recording.measured:
+            own = residual[first : first + recording.time.size] * noise(recording, column)
+            squares.setdefault(column, []).append(own**2)
+            first += recording.time.size
+    return {
+        "held_out": {
+            "unit": "noise",
+            "after": float(np.sqrt(np.mean(residual**2))),
+            "signals": {
+                column: {"after": float(np.sqrt(np.mean(np.concatenate(parts))))}
+                for column, parts in squares.items()
+            },
+        }
+    }

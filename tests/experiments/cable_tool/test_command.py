@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import experiments.cable_tool.__main__ as program
-from experiments.cable_tool import asked
 from experiments.cable_tool.__main__ import cable_tool
 from experiments.cable_tool.candidates import CANDIDATES, CHOSEN
 from experiments.cable_tool.cross_validation import cross_validate
 from experiments.cable_tool.recording import read_folder
+from experiments.cable_tool.report import TORQUE_ASKED
 from experiments.command import run_experiment
 from tests.experiments.cable_tool.synthetic import suite
 
@@ -56,4 +56,4 @@ def test_loads_and_poses_left_out_of_the_measured_data_meet_what_was_asked():
         errors = cross_validate(chosen, recordings, left_out)
         for group in groups:
             mine = [one.torque for one in errors if one.group == group]
-            assert np.mean(mine) < asked.TORQUE_ASKED, group
+            assert np.mean(mine) < TORQUE_ASKED, group

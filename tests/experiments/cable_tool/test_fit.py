@@ -9,7 +9,7 @@ from experiments.cable_tool.candidates import CANDIDATES, CHOSEN
 from experiments.cable_tool.cross_validation import cross_validate, root_mean_square
 from experiments.cable_tool.fit import fit_tool
 from experiments.cable_tool.load_share import load_share
-from experiments.cable_tool.rate import rate_ratios
+from experiments.cable_tool.tool import rate_ratios
 from tendon_mj.errors import InvalidValueError
 from tests.experiments.cable_tool.synthetic import TOOL, made_up, suite
 

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from experiments.cable_tool.strokes import find_strokes
+from experiments.cable_tool.recording import find_strokes
 from experiments.cable_tool.transmission import predict_load
 from tendon_mj import theory
 from tests.experiments.cable_tool.synthetic import made_up

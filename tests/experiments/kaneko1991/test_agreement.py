@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from experiments.kaneko1991.agreement import compare_routes
-from experiments.kaneko1991.histories import displacement_history, random_turning_points
+from experiments.kaneko1991.loop import displacement_history, random_turning_points
 from experiments.kaneko1991.refinement import refine
 
 

@@ -7,8 +7,7 @@ import pytest
 
 from experiments.kaneko1991 import figure_5, routes
 from experiments.kaneko1991.figure_5 import CONSTANT_FRICTION, measure_departure
-from experiments.kaneko1991.histories import tension_sine
-from experiments.kaneko1991.loop import predict_loop, sliding_branches
+from experiments.kaneko1991.loop import predict_loop, sliding_branches, tension_sine
 from experiments.kaneko1991.paper_tendon import PaperTendon
 from tendon_mj.errors import InvalidValueError
 

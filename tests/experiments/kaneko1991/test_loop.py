@@ -7,8 +7,7 @@ import pytest
 
 from experiments.kaneko1991 import routes
 from experiments.kaneko1991.figure_4a import simulate_figure_4a
-from experiments.kaneko1991.histories import tension_sine
-from experiments.kaneko1991.loop import measure_loop, predict_loop, sliding_branches
+from experiments.kaneko1991.loop import measure_loop, predict_loop, sliding_branches, tension_sine
 from experiments.kaneko1991.paper_tendon import PaperTendon
 
 TENDON = PaperTendon(friction=0.15, output_stiffness=8e3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from experiments.kaneko1991 import mujoco_routes, routes
-from experiments.kaneko1991.histories import tension_sine
+from experiments.kaneko1991.loop import tension_sine
 from experiments.kaneko1991.paper_tendon import PaperTendon
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.lab.replay import rollout_named_sensors

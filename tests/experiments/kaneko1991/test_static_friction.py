@@ -7,7 +7,7 @@ import pytest
 
 from experiments.kaneko1991 import routes
 from experiments.kaneko1991.figure_4bc import OVERDAMPED, TENDON, measure_shift
-from experiments.kaneko1991.histories import tension_sine
+from experiments.kaneko1991.loop import tension_sine
 from experiments.kaneko1991.paper_tendon import PaperTendon
 
 

@@ -1,4 +1,4 @@
-"""Table in Markdown: what was found from each description, beside the published values."""
+"""Report of the study: result.json, summary and table."""
 
 from __future__ import annotations
 
@@ -21,6 +21,52 @@ MODELS = {
     "sysid": "`mujoco.sysid`, mass alone",
     TOLD: "`mujoco.sysid`, told the structure",
 }
+
+
+def result(found: Study) -> dict[str, object]:
+    """Nested dictionary of numbers in SI units."""
+    position, force = found.measurement.reproducibility()
+    stiffness, damping, left = found.measurement.servo_gains()
+    return {
+        "published": {
+            "mass_kg": published.MASS,
+            "viscous_Ns_per_m": published.VISCOUS,
+            "coulomb_N": published.COULOMB,
+            "offset_N": published.OFFSET,
+            "servo": {
+                "kp_N_per_m": published.SERVO_STIFFNESS,
+                "kv_Ns_per_m": published.SERVO_DAMPING,
+            },
+        },
+        "servo": {"kp_N_per_m": stiffness, "kv_Ns_per_m": damping, "left_N": left},
+        "reproducibility": {"position_m": position, "motor_force_N": force},
+        "described": {
+            name: {
+                "diagnosis": one.diagnosis.result(),
+                "held_out": one.errors,
+                "sysid": [fit.result() for fit in one.sysid] if one.sysid else None,
+            }
+            for name, one in found.described.items()
+        },
+    }
+
+
+def summary(found: Study) -> Iterator[str]:
+    """Yield the lines."""
+    for name, one in found.described.items():
+        diagnosis = one.diagnosis
+        numbers = ", ".join(
+            f"{what} {diagnosis.model[parameter]:.4g} {unit} (published {told:g})"
+            for parameter, (what, unit, told) in NUMBERS.items()
+        )
+        worst = max(
+            one.errors["after"][c] / one.errors["published"][c] for c in one.errors["after"]
+        )
+        yield (
+            f"{NAMES[name]}: {diagnosis.verdict}, {', '.join(diagnosis.effects)}; {numbers}, offset"
+            f" {offset(diagnosis.model):.2f} N ({published.OFFSET:g}); held-out error {worst:.2f}"
+            f" times the published model's (asked {published.ERROR_RATIO:g})"
+        )
 
 
 def table(found: Study) -> str:

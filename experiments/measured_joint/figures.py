@@ -1,14 +1,18 @@
-"""Figures of held-out recordings over the command: measured, and simulated before and after."""
+"""Pictures of the study: data in, figures out."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from experiments.measured_joint.prediction import Error
 from experiments.measured_joint.recording import ANGLE, COMMAND, TENSIONS
-from experiments.measured_joint.splits import BETWEEN, BEYOND
+from experiments.measured_joint.report import BETWEEN_LIMIT, BEYOND_LIMIT
+from experiments.measured_joint.splits import BETWEEN, BEYOND, LEFT_OUT
 from experiments.measured_joint.study import Shown, Study
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.show import (
@@ -16,6 +20,7 @@ from tendon_mj.show import (
     BLUE,
     GREY,
     ORANGE,
+    SERIES,
     VERMILLION,
     legend_below,
     new_figure,
@@ -23,6 +28,12 @@ from tendon_mj.show import (
 )
 
 _SPLITS = {BETWEEN: "0, 120, 240° given", BEYOND: "0, 120° given"}
+_TITLES = {
+    BETWEEN: "bends between the given\n(0, 120, 240°)",
+    BEYOND: "bends beyond the given\n(0, 120°)",
+    LEFT_OUT: "each bend left out",
+}
+_ASKED = {BETWEEN: BETWEEN_LIMIT, BEYOND: BEYOND_LIMIT}
 
 
 def draw_angles(found: Study) -> Figure:
@@ -90,3 +101,50 @@ def _panels(found: Study) -> tuple[Figure, list[tuple[Axes, str, Shown]]]:
 
 def _degrees(recording: Recording, column: str) -> list[float]:
     return [math.degrees(value) for value in recording.columns[column]]
+
+
+def draw_held_out(found: Study) -> Figure:
+    """Draw every held-out error of the angle, with what was asked."""
+    with print_style():
+        names = ["diagnosis", *found.errors]
+        figure = new_figure(9.0, 0.36 * len(names) + 1.9)
+        panels = figure.subplots(1, len(_TITLES), sharey=True)
+        for axes, (split, title) in zip(panels, _TITLES.items(), strict=True):
+            rows = {name: found.errors[name][split] for name in found.errors}
+            rows["diagnosis"] = found.diagnosed_errors(split)
+            bends = sorted({one.bend for errors in rows.values() for one in errors})
+            for bend, (colour, _, marker) in zip(bends, SERIES * 2, strict=False):
+                points = [
+                    (_error_degrees(one), names.index(name))
+                    for name, errors in rows.items()
+                    for one in errors
+                    if one.bend == bend
+                ]
+                axes.plot(
+                    *np.array(points).T,
+                    marker,
+                    color=colour,
+                    markerfacecolor="none",
+                    label=f"{bend}°",
+                )
+            if split in _ASKED:
+                axes.axvline(
+                    math.degrees(_ASKED[split]), color=BLACK, linestyle="--", label="asked"
+                )
+            axes.set(title=title, xlabel="angle error, rms [°]")
+            axes.set_xlim(left=0.0)
+            axes.legend(loc="upper right", fontsize=7.0)
+        panels[0].set_yticks(np.arange(len(names)), names, fontsize=7.5)
+        panels[0].invert_yaxis()
+    return figure
+
+
+def _error_degrees(error: Error) -> float:
+    return math.degrees(error.rms[ANGLE])
+
+
+def draw_figures(found: Study) -> Iterator[tuple[str, Figure]]:
+    """Yield each picture's name and figure."""
+    yield "angle", draw_angles(found)
+    yield "tension", draw_tensions(found)
+    yield "held_out", draw_held_out(found)
