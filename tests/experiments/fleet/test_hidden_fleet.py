@@ -12,6 +12,7 @@ from experiments.fleet.score_fleet import score
 from experiments.hidden_effects.references import ReferenceBench
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.fleet import find_rigs
+from tests.refusals import refusing
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -47,7 +48,7 @@ def test_a_fleet_is_written_with_its_key(tmp_path):
     assert true["since"] == rigs[name].dates[true["first"]].isoformat()
     assert rigs[name].read()[0].uncertain.keys() >= {"sheath.friction"}
     make_fleet(settings)  # goes on with what is there
-    with pytest.raises(InvalidValueError, match=r'"seed": 1.*"seed": 2.*another --out'):
+    with refusing(InvalidValueError, '"seed": 1 … "seed": 2 … another --out'):
         make_fleet(dataclasses.replace(settings, seed=2))
 
 
@@ -56,13 +57,13 @@ def test_a_fleet_is_written_with_its_key(tmp_path):
     [
         ({"recordings": 6}, "--recordings 6 must be ≥ 8"),
         ({"rigs": 2, "changing": 5}, "--changing 5 must be 0 … 2: there are 2 rigs"),
-        ({"changing": 12}, "--changing 12 must be 0 … 10: .* 10 kinds of change"),
+        ({"changing": 12}, "--changing 12 must be 0 … 10: … 10 kinds of change"),
         ({"changing": -1}, "--changing -1 must be 0"),
     ],
 )
 def test_a_fleet_that_cannot_be_drawn_is_refused_by_name(given, said, tmp_path):
     settings = Settings(out=tmp_path / "fleet", key=tmp_path / "key.json", processes=1, **given)
-    with pytest.raises(InvalidValueError, match=said):
+    with refusing(InvalidValueError, said):
         make_fleet(settings)
     assert not list(tmp_path.iterdir())
 

@@ -9,6 +9,7 @@ from experiments.hidden_effects.compare import compare
 from experiments.hidden_effects.score import score
 from experiments.hidden_effects.verdicts import judge
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
+from tests.refusals import refusing
 
 KEY = {
     "kind": "effect",
@@ -52,9 +53,9 @@ def test_any_tool_s_results_are_scored_and_a_case_without_one_failed(tmp_path):
 
 def test_a_suite_without_any_verdict_is_refused(tmp_path):
     write_keys(tmp_path, "a", "b")
-    with pytest.raises(TendonError, match="no verdict on any of the 2 cases"):
+    with refusing(TendonError, "no verdict on any of the 2 cases"):
         judge(tmp_path, tmp_path)
-    with pytest.raises(InvalidValueError, match="--keys is the folder of keys"):
+    with refusing(InvalidValueError, "--keys is the folder of keys"):
         judge(tmp_path, tmp_path / "none")
 
 
@@ -117,9 +118,9 @@ def test_a_result_that_is_not_one_is_refused_with_its_file(result, message, tmp_
 
 
 def test_a_run_that_is_not_one_is_refused_with_its_file(tmp_path):
-    with pytest.raises(InvalidValueError, match=r"run\.json, error: must be a text"):
+    with refusing(InvalidValueError, "run.json, error: must be a text"):
         read(tmp_path, RIGHT, {"error": True})
-    with pytest.raises(InvalidValueError, match=r"run\.json, seconds: must be"):
+    with refusing(InvalidValueError, "run.json, seconds: must be"):
         read(tmp_path, RIGHT, {"seconds": "long"})
 
 

@@ -11,6 +11,7 @@ from experiments.kaneko1991.chain import Chain, build_chain
 from tendon_mj import theory
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.replay import rollout_named_sensors
+from tests.refusals import refusing
 
 SLOW = Chain(elements=16, friction=0.1, mass=10.0, damping=100.0)
 
@@ -101,17 +102,17 @@ def test_sprung_output_gives_way():
     ("change", "message"),
     [
         ({"elements": 0}, "elements = 0 must be ≥ 1"),
-        ({"mass": 0.0}, r"mass = 0 \[kg\]"),
-        ({"damping": -1.0}, r"damping = -1 \[N s/m\]"),
-        ({"timestep": 1.0}, "timestep = 1 .*unstable"),
+        ({"mass": 0.0}, "mass = 0 [kg]"),
+        ({"damping": -1.0}, "damping = -1 [N s/m]"),
+        ({"timestep": 1.0}, "timestep = 1 … unstable"),
         ({"mass": np.nan}, "mass = nan"),
     ],
 )
 def test_a_value_out_of_range_is_named(change, message):
-    with pytest.raises(InvalidValueError, match=message):
+    with refusing(InvalidValueError, message):
         Chain(**change)
 
 
 def test_friction_is_checked_like_any_sheath():
-    with pytest.raises(InvalidValueError, match="friction"):
+    with refusing(InvalidValueError, "friction"):
         build_chain(Chain(friction=-0.1))

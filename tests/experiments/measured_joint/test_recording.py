@@ -18,6 +18,7 @@ from experiments.measured_joint.splits import BETWEEN, BEYOND, LEFT_OUT, make_sp
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings import Uncertain
 from tests.experiments.measured_joint.synthetic import UNCERTAIN, blank
+from tests.refusals import refusing
 
 HEADER = "time_s,command_rad,joint_rad,tension_1_N,tension_2_N\n"
 
@@ -37,7 +38,7 @@ def test_a_folder_is_read_in_the_order_of_the_bend(tmp_path):
 
 def test_other_names_are_refused(tmp_path):
     (tmp_path / "straight.csv").write_text(HEADER, "utf-8")
-    with pytest.raises(RecordingError, match="bend_NNNdeg"):
+    with refusing(RecordingError, "bend_NNNdeg"):
         read_folder(tmp_path)
 
 
@@ -54,7 +55,7 @@ def test_nothing_that_is_predicted_is_given():
 
 @pytest.mark.parametrize("bends", [(0, 60, 240), (0, 120, 240)])
 def test_missing_bends_are_told(bends):
-    with pytest.raises(RecordingError, match="of other bends are needed"):
+    with refusing(RecordingError, "of other bends are needed"):
         make_splits([blank(b, 4) for b in bends])
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from experiments.references import Continuum, continuum, simulate_continuum
 from tendon_mj.errors import InvalidValueError
+from tests.refusals import refusing
 
 SHEATH = {"length": 0.5, "axial_stiffness": 2e4, "pretension": 20.0}
 END = {"environment_stiffness": 1e4, "sensor_stiffness": 4e4}
@@ -110,11 +111,11 @@ def test_array_function_and_total_give_the_same_sheath():
     [
         ({"position": [0.0, 0.0]}, "position has 2 points"),
         ({"position": [0.1, 0.2]}, "rise strictly from 0"),
-        ({"bend_angle": [0.0, 1.0, 2.0]}, r"bend_angle has shape \(3,\)"),
+        ({"bend_angle": [0.0, 1.0, 2.0]}, "bend_angle has shape (3,)"),
         ({"bend_angle": [0.1, 1.0]}, "bend_angle starts at 0.1"),
         ({"bend_angle": [0.0, -1.0]}, "never fall"),
         ({"axial_stiffness": 0.0}, "axial_stiffness is 0"),
-        ({"friction": -0.1}, "friction is -0.1; .*>= 0"),
+        ({"friction": -0.1}, "friction is -0.1; … >= 0"),
         ({"friction": 1e4}, "<= 700"),
         ({"pretension": np.nan}, "pretension is nan"),
         ({"environment_stiffness": 0.0}, "environment_stiffness is 0"),
@@ -128,5 +129,5 @@ def test_a_value_out_of_range_is_named(change, message):
         "friction": 0.1,
         "pretension": 1.0,
     }
-    with pytest.raises(InvalidValueError, match=message):
+    with refusing(InvalidValueError, message):
         Continuum(**{**good, **change})

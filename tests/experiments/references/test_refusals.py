@@ -5,6 +5,7 @@ import pytest
 
 from experiments import references
 from tendon_mj.errors import InvalidValueError
+from tests.refusals import refusing
 
 SHEATH = {"length": 0.5, "axial_stiffness": 20e3, "pretension": 20.0}
 
@@ -15,13 +16,13 @@ def chain(n=4, **changes):
 
 
 def test_an_exponent_beyond_every_number_is_refused():
-    with pytest.raises(InvalidValueError, match="700"):
+    with refusing(InvalidValueError, "700"):
         chain(static_friction=300.0)
 
 
 @pytest.mark.parametrize("n", [np.nan, np.inf, 2.5, 0, [4]])
 def test_a_number_of_elements_is_whole(n):
-    with pytest.raises(InvalidValueError, match="n is"):
+    with refusing(InvalidValueError, "n is"):
         chain(n)
 
 
@@ -32,7 +33,7 @@ def test_one_number_is_not_a_list(name):
 
 
 def test_a_step_that_would_never_end_is_refused():
-    with pytest.raises(InvalidValueError, match="time_step"):
+    with refusing(InvalidValueError, "time_step"):
         references.simulate_chain(chain(), [0.0, 1.0], input_tension=[20.0, 21.0], time_step=1e-300)
 
 
@@ -42,7 +43,7 @@ def test_a_list_serves_as_a_history():
 
 
 def test_a_bend_that_does_not_start_at_zero_is_refused():
-    with pytest.raises(InvalidValueError, match="start at 0"):
+    with refusing(InvalidValueError, "start at 0"):
         references.continuum(lambda x: 2.0, friction=0.1, **SHEATH)
 
 
