@@ -11,7 +11,7 @@ from pathlib import Path
 
 from experiments.command import run_experiment
 from experiments.hidden_effects.statistics import ANY_TOOL, Row, markdown, table
-from experiments.hidden_effects.verdicts import judge
+from experiments.hidden_effects.verdicts import JudgedCase, judge
 from tendon_mj.errors import InvalidValueError
 
 
@@ -29,7 +29,7 @@ def compare(
     if not verdicts:
         raise InvalidValueError("--verdicts names no folder; give one for each tool")
     tools = [{j.name: j for j in judge(folder, keys)} for folder in verdicts]
-    cases = [n for n in tools[0] if not (partial and any(tool[n].missing for tool in tools))]
+    cases = _compared(tools) if partial else list(tools[0])
     if not cases:
         raise InvalidValueError(
             "there is no case on which each of the tools has a result; without --partial, those"
@@ -46,6 +46,11 @@ def compare(
     if out is not None:
         out.write_text(text, encoding="utf-8")
     print(text)
+
+
+def _compared(tools: list[dict[str, JudgedCase]]) -> list[str]:
+    """Cases on which each of the tools has a result."""
+    return [name for name in tools[0] if not any(tool[name].missing for tool in tools)]
 
 
 def _rows(tables: list[dict[str, Row]]) -> list[list[object]]:

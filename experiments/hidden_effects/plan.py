@@ -173,22 +173,28 @@ def plan_reality(
     """
     plans: list[CasePlan] = []
     if "session" in kinds:
-        effects: list[tuple[str, Rig]] = [(e, "bench") for e in HIDDEN if e != OF_A_SESSION]
-        effects += [(e, "joint") for e in JOINT_EFFECTS]
-        for k, ((effect, rig), repeat) in enumerate(itertools.product(effects, range(repeats))):
-            plans.append(_session((effect,), rig, noises[0], bends=(k + repeat) % 2 == 1))
+        plans += _sessions(noises[0], repeats)
         plans += [_session((), "bench", noises[0], bends=k % 2 == 1) for k in range(nothing // 4)]
     if "remainder" in kinds:
         plans += [_remainder(e, noises[0], rng) for e in HIDDEN for _ in range(repeats)]
     if "too_high" in kinds:
+        strong = [s for s in strengths if s >= TARGET] or [TARGET]
         numbers: list[tuple[str, Rig]] = [(name, "bench") for name in ON_BENCH]
         numbers += [(name, "joint") for name in ON_JOINT]
-        strong = [s for s in strengths if s >= TARGET] or [TARGET]
-        for (name, rig), target, noise, _ in itertools.product(
-            numbers, strong, noises, range(repeats)
-        ):
-            plans.append(_plan("too_high", (name,), target, noise, rig=rig))
+        each = itertools.product(numbers, strong, noises, range(repeats))
+        plans += [
+            _plan("too_high", (name,), s, noise, rig=rig) for (name, rig), s, noise, _ in each
+        ]
     return plans
+
+
+def _sessions(noise: float, repeats: int) -> list[CasePlan]:
+    effects: list[tuple[str, Rig]] = [(e, "bench") for e in HIDDEN if e != OF_A_SESSION]
+    effects += [(e, "joint") for e in JOINT_EFFECTS]
+    return [
+        _session((effect,), rig, noise, bends=(k + repeat) % 2 == 1)
+        for k, ((effect, rig), repeat) in enumerate(itertools.product(effects, range(repeats)))
+    ]
 
 
 def _session(names: tuple[str, ...], rig: Rig, noise: float, *, bends: bool) -> CasePlan:

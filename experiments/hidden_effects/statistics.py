@@ -67,11 +67,10 @@ def table(judged: Sequence[JudgedCase]) -> list[Row]:
 
     Of a tool that only predicts, those on names are left out.
     """
-    only = {j.verdict for j in judged} <= {PREDICTION, "failed"}
-    if only and any(j.verdict == PREDICTION for j in judged):
+    verdicts = {j.verdict for j in judged}
+    if PREDICTION in verdicts and verdicts <= {PREDICTION, "failed"}:
         return _of_any_tool(judged)
-    alone = [j for j in judged if j.kind in ("effect", "joint") and j.key["reached"]]
-    pairs = [j for j in of_kind(judged, "pair") if j.key["reached"]]
+    alone, pairs = _reached(judged, "effect", "joint"), _reached(judged, "pair")
     closed = [j.closed for j in [*alone, *pairs] if j.closed is not None]
     strong = [j for j in alone if j.key["target"] >= STRONG]
     errors = [e for j in strong if j.hit > 0.0 for e in j.errors()]
@@ -88,6 +87,11 @@ def table(judged: Sequence[JudgedCase]) -> list[Row]:
         *_drawn(judged),
         *_of_any_tool(judged),
     ]
+
+
+def _reached(judged: Sequence[JudgedCase], *kinds: str) -> list[JudgedCase]:
+    """Cases of some kinds whose strength was reached."""
+    return [j for j in judged if j.kind in kinds and j.key["reached"]]
 
 
 def _one_effect(alone: Sequence[JudgedCase]) -> list[Row]:
@@ -195,8 +199,7 @@ def confusion(judged: Sequence[JudgedCase]) -> tuple[list[str], dict[str, Counte
 def reality(judged: Sequence[JudgedCase]) -> list[Row]:
     """Rows of the table; cases whose strength was not reached count in none."""
     sessions, remainders, too_high = (
-        [j for j in of_kind(judged, kind) if j.key["reached"]]
-        for kind in ("session", "remainder", "too_high")
+        _reached(judged, kind) for kind in ("session", "remainder", "too_high")
     )
     effects = [j for j in (*sessions, *remainders) if j.hidden]
     return [

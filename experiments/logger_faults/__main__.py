@@ -143,8 +143,11 @@ def summary(cases: Sequence[Case]) -> list[str]:
     missed = [case for case in with_fault if not case.named]
     lines += [f"missed: {_place(case)}" for case in missed]
     lines += [f"{_place(case)}: {', '.join(case.effects)}" for case in wrong]
-    lines += [w.sentence for case in without for w in case.warnings]
-    return lines
+    return lines + _sentences(without)
+
+
+def _sentences(cases: Sequence[Case]) -> list[str]:
+    return [warning.sentence for case in cases for warning in case.warnings]
 
 
 def _place(case: Case) -> str:

@@ -254,6 +254,20 @@ def _keep(
 
 
 @wp.func
+def _publish(t: Tendons, s: Sheath, ea: wp.float64) -> bool:
+    """Write the tensions for users; return whether all are finite."""
+    k, w = s.index, s.world
+    bounded = bool(True)
+    for j in range(s.guides + 1):
+        tension = t.tension[s.segment + j, w]
+        t.tension_out[w, s.segment + j] = wp.float32(ea * tension)
+        bounded = bounded and wp.isfinite(tension)
+    t.input_tension[w, k] = t.tension_out[w, s.segment]
+    t.output_tension[w, k] = t.tension_out[w, s.segment + s.guides]
+    return bounded
+
+
+@wp.func
 def _set_forces(t: Tendons, s: Sheath, ea: wp.float64, counted: wp.float64) -> None:
     """Set the forces of the spans and the torques of the spools; MuJoCo has ``counted`` EA."""
     k, w = s.index, s.world
@@ -309,12 +323,7 @@ def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
         solved = solve_flow(t, s)
     if not solved:
         t.unsolved[w, k] += 1
-    for j in range(s.guides + 1):
-        tension = t.tension[s.segment + j, w]
-        t.tension_out[w, s.segment + j] = wp.float32(ea * tension)
-        bounded = bounded and wp.isfinite(tension)
-    t.input_tension[w, k] = t.tension_out[w, s.segment]
-    t.output_tension[w, k] = t.tension_out[w, s.segment + s.guides]
+    bounded = _publish(t, s, ea) and bounded
     if not bounded:
         _pull_nothing(t, s, now)
         return
