@@ -151,8 +151,8 @@ def play_law(command, angle):
 @pytest.mark.parametrize("fit", [fit_copied_curves, fit_continued_curves])
 def test_copied_curves_are_exact_where_curves_are_linear_in_the_bend(fit):
     predict = fit([made(b, play_law) for b in BENDS])
-    for bend in (0, 60, 120, 200):
-        assert worst(predict, made(bend, play_law)) < 1e-12
+    for place in (0, 60, 120, 200):
+        assert worst(predict, made(place, play_law)) < 1e-12
 
 
 def test_beyond_the_given_bends_the_nearest_curve_is_kept_or_the_line_continued():
