@@ -156,13 +156,13 @@ def step_convergence(
         seed: of the controls.
     """
     output = Output(out)
-    found: dict[str, object] = {}
+    result: dict[str, object] = {}
     with progress_bar() as progress:
         for path in models:
-            found[path.stem] = _converge(
+            result[path.stem] = _converge(
                 path, friction, stiffness, duration, amplitude, seed, progress
             )
-    output.result(found)
+    output.result(result)
     output.close()
 
 

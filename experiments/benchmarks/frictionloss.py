@@ -125,15 +125,15 @@ def output_tension(spec: mujoco.MjSpec, pulled: FloatArray) -> FloatArray:
     model = spec.compile()
     data = mujoco.MjData(model)
     view = view_sheath(model, data, "tendon") if model.nplugin else None
-    found = np.empty(len(pulled))
+    result = np.empty(len(pulled))
     for k, tension in enumerate(pulled):
         data.ctrl[0] = tension
         mujoco.mj_step(model, data)
-        found[k] = view.output_tension if view else tension - data.efc_force[0]
-    return found
+        result[k] = view.output_tension if view else tension - data.efc_force[0]
+    return result
 
 
-def deviation(pulled: FloatArray, found: FloatArray, bench: Bench) -> Deviation:
+def deviation(pulled: FloatArray, output: FloatArray, bench: Bench) -> Deviation:
     """Deviation of a T_out from the capstan law for the history of T_in.
 
     Args:
@@ -141,7 +141,7 @@ def deviation(pulled: FloatArray, found: FloatArray, bench: Bench) -> Deviation:
         found: (steps,) T_out [N].
         bench: its λ, and T_0 as the tension before.
     """
-    off = found / theory.output_tension(pulled, bench.exponent, bench.pretension) - 1.0
+    off = output / theory.output_tension(pulled, bench.exponent, bench.pretension) - 1.0
     return Deviation(
         largest=float(np.abs(off).max()),
         rms=float(np.sqrt(np.mean(off**2))),

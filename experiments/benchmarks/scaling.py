@@ -215,9 +215,9 @@ class CostParts:
     def result(self) -> dict[str, object]:
         """Plain numbers for `result.json`."""
         return {
-            f"{field.name}_s": found.result() if found else None
+            f"{field.name}_s": result.result() if result else None
             for field in dataclasses.fields(self)
-            for found in (getattr(self, field.name),)
+            for result in (getattr(self, field.name),)
         }
 
 

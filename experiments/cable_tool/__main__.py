@@ -30,8 +30,8 @@ def cable_tool(
     recordings = read_folder(data or measured_data("cable_tool"))
     output = Output(out)
     with progress_bar() as progress:
-        found = run_study(recordings, resamples, progress)
-    write_study(output, draw_figures(found), result(found), table(found), summary(found))
+        study = run_study(recordings, resamples, progress)
+    write_study(output, draw_figures(study), result(study), table(study), summary(study))
 
 
 if __name__ == "__main__":

@@ -74,9 +74,9 @@ def cross_validate(
     for done, fold in enumerate(folds):
         progress(f"{candidate.name}: {left_out}", done, len(folds))
         known = [r for r in recordings if value(r) != fold]
-        found = candidate.fit(known)
+        result = candidate.fit(known)
         errors += [
-            _held_out(found, recording, known, fold)
+            _held_out(result, recording, known, fold)
             for recording in recordings
             if value(recording) == fold
         ]
@@ -90,16 +90,16 @@ def root_mean_square(error: FloatArray) -> float:
 
 
 def _held_out(
-    found: Predicts, recording: ToolRecording, known: Sequence[ToolRecording], fold: str
+    predicts: Predicts, recording: ToolRecording, known: Sequence[ToolRecording], fold: str
 ) -> HeldOut:
-    error = found.load(recording) - recording.load
+    error = predicts.load(recording) - recording.load
     angle = zeroed = None
-    if isinstance(found, Tool):
-        off = found.angle(recording) - recording.output_angle
+    if isinstance(predicts, Tool):
+        off = predicts.angle(recording) - recording.output_angle
         angle = float(np.std(off))
         same = [r for r in known if r.pose == recording.pose]
         if same:
-            zero = np.mean([np.mean(found.angle(r) - r.output_angle) for r in same])
+            zero = np.mean([np.mean(predicts.angle(r) - r.output_angle) for r in same])
             zeroed = root_mean_square(off - float(zero))
     return HeldOut(
         recording.name,

@@ -32,13 +32,13 @@ _COMPARED = (CHOSEN, "steady load", "regression by direction")
 _THIN = 4  # every so many samples are drawn
 
 
-def draw_sheath_friction(found: Study) -> Figure:
+def draw_sheath_friction(study: Study) -> Figure:
     """Draw T_in over load of every recording, and the lines of a capstan with constant friction."""
     with print_style():
         figure = new_figure(6.4, 4.6)
         axes = figure.subplots()
         drawn = set()
-        for recording in found.recordings:
+        for recording in study.recordings:
             strokes = recording.strokes
             middle = np.abs(strokes.excursion) < 0.5 * MID_STROKE
             for sense, colour, name in ((-1, BLUE, "closing"), (1, VERMILLION, "opening")):
@@ -53,8 +53,8 @@ def draw_sheath_friction(found: Study) -> Figure:
                     label="_" if label in drawn else label,
                 )
                 drawn.add(label)
-        tool = found.tool
-        opening = float(np.median([tool.opening(r) for r in found.recordings]))
+        tool = study.tool
+        opening = float(np.median([tool.opening(r) for r in study.recordings]))
         load = np.array([0.0, 0.125])
         for sense, offset, style in ((1, tool.closing_offset, "--"), (-1, opening, "-.")):
             line = load * np.exp(sense * tool.friction_exponent) + offset
@@ -77,22 +77,22 @@ def draw_sheath_friction(found: Study) -> Figure:
     return figure
 
 
-def draw_prediction(found: Study) -> Figure:
+def draw_prediction(study: Study) -> Figure:
     """Draw one recording of each group: its wrist pose, or load, left out of the fit.
 
     Of each group the one of median error is shown.
     """
     with print_style():
         figure = new_figure(7.4, 7.0)
-        groups = [g for g in ("straight", "pitch", "roll") if found.chosen("pose", g)]
+        groups = [g for g in ("straight", "pitch", "roll") if study.chosen("pose", g)]
         panels = figure.subplots(len(groups), 1, sharex=True, squeeze=False)[:, 0]
         for axes, group in zip(panels, groups, strict=True):
             kind = "load" if group == "straight" else "pose"
             value = LEFT_OUT[kind]
-            errors = sorted(found.chosen(kind, group), key=lambda one: one.torque)
+            errors = sorted(study.chosen(kind, group), key=lambda one: one.torque)
             one = errors[len(errors) // 2]
-            recording = next(r for r in found.recordings if r.name == one.name)
-            tool = fit_tool([r for r in found.recordings if value(r) != value(recording)])
+            recording = next(r for r in study.recordings if r.name == one.name)
+            tool = fit_tool([r for r in study.recordings if value(r) != value(recording)])
             shown = recording.time <= _SHOWN
             time = recording.time[shown]
             axes.plot(
@@ -123,16 +123,16 @@ def draw_prediction(found: Study) -> Figure:
     return figure
 
 
-def draw_held_out(found: Study) -> Figure:
+def draw_held_out(study: Study) -> Figure:
     """Draw the error where the output slides, of every recording, its load or its pose left out."""
     with print_style():
         figure = new_figure(8.0, 5.4)
         panels = figure.subplots(1, 2, sharey=True)
-        names = [r.name for r in found.recordings]
+        names = [r.name for r in study.recordings]
         labels = [name.replace("_yaw0", "").replace("_", " ") for name in names]
         for axes, left_out in zip(panels, ("load", "pose"), strict=True):
             for candidate, (colour, _, marker) in zip(_COMPARED, SERIES, strict=False):
-                errors = {one.name: one for one in found.errors(candidate, left_out)}
+                errors = {one.name: one for one in study.errors(candidate, left_out)}
                 axes.plot(
                     [1e3 * errors[name].torque_sliding for name in names],
                     np.arange(len(names)),
@@ -159,18 +159,18 @@ def draw_held_out(found: Study) -> Figure:
     return figure
 
 
-def draw_residual(found: Study) -> Figure:
+def draw_residual(study: Study) -> Figure:
     """Draw predicted less measured load; the fit has seen these recordings."""
     with print_style():
-        poses = sorted({r.pose for r in found.recordings})
+        poses = sorted({r.pose for r in study.recordings})
         figure = new_figure(8.4, 2.2 * len(poses) * 0.72 + 1.2)
         panels = figure.subplots(len(poses), 2, sharex=True, sharey=True, squeeze=False)
-        loads = sorted({_load_class(r.load_share) for r in found.recordings})
+        loads = sorted({_load_class(r.load_share) for r in study.recordings})
         for row, pose in zip(panels, poses, strict=True):
             for axes, sense, name in zip(row, (-1.0, 1.0), ("closing", "opening"), strict=True):
-                for recording in (r for r in found.recordings if r.pose == pose):
+                for recording in (r for r in study.recordings if r.pose == pose):
                     strokes = recording.strokes
-                    error = found.tool.load(recording) - recording.load
+                    error = study.tool.load(recording) - recording.load
                     chosen = np.flatnonzero(strokes.direction == sense)[::_THIN]
                     colour, _, marker = SERIES[loads.index(_load_class(recording.load_share))]
                     axes.plot(
@@ -199,9 +199,9 @@ def _load_class(share: float) -> str:
     return ("0 … 33 %", "34 … 66 %", "67 … 100 %")[min(math.floor(3.0 * share), 2)]
 
 
-def draw_figures(found: Study) -> Iterator[tuple[str, Figure]]:
+def draw_figures(study: Study) -> Iterator[tuple[str, Figure]]:
     """Yield each picture's name and figure."""
-    yield "sheath_friction", draw_sheath_friction(found)
-    yield "prediction", draw_prediction(found)
-    yield "held_out", draw_held_out(found)
-    yield "residual", draw_residual(found)
+    yield "sheath_friction", draw_sheath_friction(study)
+    yield "prediction", draw_prediction(study)
+    yield "held_out", draw_held_out(study)
+    yield "residual", draw_residual(study)

@@ -78,7 +78,7 @@ def load_share(recordings: Sequence[ToolRecording], pose: str) -> LoadShare:
 
 def _interval(both: Sequence[_Strokes]) -> tuple[float, float]:
     rng = np.random.default_rng(0)
-    found = []
+    results = []
     for _ in range(_RESAMPLES):
         slopes = []
         for strokes in both:
@@ -87,8 +87,8 @@ def _interval(both: Sequence[_Strokes]) -> tuple[float, float]:
                 break  # one load alone has no slope
             slopes.append(strokes.line(chosen)[0])
         if len(slopes) == 2 and min(slopes) > 0.0:
-            found.append(0.5 * math.log(slopes[0] / slopes[1]))
-    low, high = np.quantile(found, _QUANTILES)
+            results.append(0.5 * math.log(slopes[0] / slopes[1]))
+    low, high = np.quantile(results, _QUANTILES)
     return float(low), float(high)
 
 

@@ -121,13 +121,13 @@ def read_recording(path: Path) -> ToolRecording:
     Raises:
         RecordingError: a name or a header that is not of this rig, or what no table may hold.
     """
-    found = next((m for m in (n.fullmatch(path.stem) for n in _NAMES) if m), None)
-    if found is None:
+    result = next((m for m in (n.fullmatch(path.stem) for n in _NAMES) if m), None)
+    if result is None:
         raise RecordingError(
             f"{path}: the name is none of tool_L4_RATE_loadPERCENT, pitchN_yawN_loadPERCENT, "
             "rollN_yawN_loadPERCENT"
         )
-    given = found.groupdict()
+    given = result.groupdict()
     table = read_table(path)
     if tuple(table) != COLUMNS:
         raise RecordingError(f"{path}, row 1: columns are {tuple(table)}, not {COLUMNS}")

@@ -27,35 +27,35 @@ TORQUE_PUBLISHED = 4.42e-3  # [N m]
 ANGLE_PUBLISHED = math.radians(0.37)  # [rad]
 
 
-def result(found: Study) -> dict[str, object]:
+def result(study: Study) -> dict[str, object]:
     """Nested dictionary of numbers in SI units."""
-    tool = {k: v for k, v in dataclasses.asdict(found.tool).items() if v is not None}
+    tool = {k: v for k, v in dataclasses.asdict(study.tool).items() if v is not None}
     return {
         "asked": {"torque_Nm": TORQUE_ASKED, "rate": RATE_ASKED},
         "published": {"torque_Nm": TORQUE_PUBLISHED, "angle_rad": ANGLE_PUBLISHED},
         "numbers": {
-            name: {"value": value, "interval": found.intervals.get(name)}
+            name: {"value": value, "interval": study.intervals.get(name)}
             for name, value in tool.items()
         },
         "held_out": {
             candidate.name: {"numbers": candidate.numbers}
-            | {left: _folds(found.held_out[candidate.name][left]) for left in LEFT_OUT}
+            | {left: _folds(study.held_out[candidate.name][left]) for left in LEFT_OUT}
             for candidate in CANDIDATES
         },
         "load_share": [
             dataclasses.asdict(share)
-            | {"friction_exponent_of_the_fit": _exponent(found, share.pose)}
-            for share in found.load_shares
+            | {"friction_exponent_of_the_fit": _exponent(study, share.pose)}
+            for share in study.load_shares
         ],
-        "rate": [dataclasses.asdict(pair) | {"change": pair.change} for pair in found.rates],
+        "rate": [dataclasses.asdict(pair) | {"change": pair.change} for pair in study.rates],
         "recordings": {
             r.name: {
-                "torque_in_sample": root_mean_square(found.tool.load(r) - r.load),
+                "torque_in_sample": root_mean_square(study.tool.load(r) - r.load),
                 "load_mean": float(r.load.mean()),
                 "load_variation": float(r.load.std()),
-                "opening_offset": found.tool.opening(r),
+                "opening_offset": study.tool.opening(r),
             }
-            for r in found.recordings
+            for r in study.recordings
         },
     }
 
@@ -67,8 +67,8 @@ def mean_and_worst(errors: Sequence[HeldOut], name: str) -> tuple[float, float] 
     return (float(np.mean(known)), float(np.max(known))) if known else None
 
 
-def _exponent(found: Study, pose: str) -> float:
-    return next(found.tool.exponent(r) for r in found.recordings if r.pose == pose)
+def _exponent(study: Study, pose: str) -> float:
+    return next(study.tool.exponent(r) for r in study.recordings if r.pose == pose)
 
 
 def _folds(errors: Sequence[HeldOut]) -> dict[str, object]:
@@ -87,10 +87,10 @@ def _folds(errors: Sequence[HeldOut]) -> dict[str, object]:
     }
 
 
-def summary(found: Study) -> Iterator[str]:
+def summary(study: Study) -> Iterator[str]:
     """Yield the lines."""
-    tool = found.tool
-    low, high = found.intervals.get("friction_exponent", (math.nan, math.nan))
+    tool = study.tool
+    low, high = study.intervals.get("friction_exponent", (math.nan, math.nan))
     yield (
         f"load-proportional part: sheath friction, λ = {tool.friction_exponent:.3f} "
         f"({low:.3f} … {high:.3f}), ratio e^λ = {math.exp(tool.friction_exponent):.2f} one way"
@@ -100,34 +100,34 @@ def summary(found: Study) -> Iterator[str]:
         ("wrist pitch left out", "pose", "pitch"),
         ("roll left out", "pose", "roll"),
     ):
-        torque = mean_and_worst(found.chosen(left_out, group), "torque")
-        angle = mean_and_worst(found.chosen(left_out, group), "angle")
+        torque = mean_and_worst(study.chosen(left_out, group), "torque")
+        angle = mean_and_worst(study.chosen(left_out, group), "angle")
         if torque and angle:
             yield (
                 f"{what}: {1e3 * torque[0]:.2f} mN m rms, worst {1e3 * torque[1]:.2f} "
                 f"(asked {1e3 * TORQUE_ASKED:g}), "
                 f"{math.degrees(angle[0]):.2f}° with its mean apart"
             )
-    for pair in found.rates:
+    for pair in study.rates:
         yield (
             f"friction at {pair.load_share:.0%} load, {pair.speeds[1] / pair.speeds[0]:.1f} times "
             f"as fast: {pair.change:+.1%} (asked within {RATE_ASKED:.0%})"
         )
 
 
-def table(found: Study) -> str:
+def table(study: Study) -> str:
     """The whole page."""
-    return "\n".join([*_errors(found), "", *_numbers(found), "", *_shares(found), ""])
+    return "\n".join([*_errors(study), "", *_numbers(study), "", *_shares(study), ""])
 
 
-def _errors(found: Study) -> Iterator[str]:
+def _errors(study: Study) -> Iterator[str]:
     names = " | ".join(name for name, *_ in _COLUMNS)
     yield f"| left out: torque error, mean (worst) [mN m] | numbers | {names} |"
     yield "|---" * (2 + len(_COLUMNS)) + "|"
     for kind, where in (("torque", ""), ("torque_sliding", ", where the output slides")):
         for candidate in CANDIDATES:
             cells = [
-                _cell(found.errors(candidate.name, left_out, group), kind, 1e3)
+                _cell(study.errors(candidate.name, left_out, group), kind, 1e3)
                 for _, left_out, group in _COLUMNS
             ]
             yield f"| {candidate.name}{where} | {candidate.numbers} | {' | '.join(cells)} |"
@@ -138,7 +138,7 @@ def _errors(found: Study) -> Iterator[str]:
         ("angle_zeroed", "output angle, zero from fitted recordings"),
     ):
         cells = [
-            _cell(found.errors(CHOSEN, left_out, group), kind, math.degrees(1.0))
+            _cell(study.errors(CHOSEN, left_out, group), kind, math.degrees(1.0))
             for _, left_out, group in _COLUMNS
         ]
         yield f"| {CHOSEN}: {what} [°] | 8 | {' | '.join(cells)} |"
@@ -149,7 +149,7 @@ def _cell(errors: Sequence[HeldOut], name: str, scale: float) -> str:
     return f"{scale * pair[0]:.2f} ({scale * pair[1]:.2f})" if pair else "–"
 
 
-def _numbers(found: Study) -> Iterator[str]:
+def _numbers(study: Study) -> Iterator[str]:
     units = {
         "friction_exponent": "λ [-]",
         "wrist_friction": "dλ/dpitch [1/rad]",
@@ -163,15 +163,15 @@ def _numbers(found: Study) -> Iterator[str]:
     yield "| number | value | 95 % |"
     yield "|---|---|---|"
     for name, unit in units.items():
-        low, high = found.intervals.get(name, (math.nan, math.nan))
+        low, high = study.intervals.get(name, (math.nan, math.nan))
         interval = f"{low:.4f} … {high:.4f}" if math.isfinite(low) else "–"
-        yield f"| `{name}`, {unit} | {getattr(found.tool, name):.4f} | {interval} |"
+        yield f"| `{name}`, {unit} | {getattr(study.tool, name):.4f} | {interval} |"
 
 
-def _shares(found: Study) -> Iterator[str]:
+def _shares(study: Study) -> Iterator[str]:
     yield "| wrist | λ, mid-stroke | 95 % | ϱ | constant friction [mN m] | zero [mN m] |"
     yield "|---|---|---|---|---|---|"
-    for share in found.load_shares:
+    for share in study.load_shares:
         low, high = share.exponent_interval
         yield (
             f"| {share.pose} | {share.exponent:.3f} | {low:.3f} … {high:.3f} "

@@ -45,8 +45,8 @@ class Study:
 
     def errors(self, candidate: str, left_out: str, *groups: str) -> list[HeldOut]:
         """Errors of a candidate on some groups of recordings; on all, if none is named."""
-        found = self.held_out[candidate][left_out]
-        return [one for one in found if not groups or one.group in groups]
+        result = self.held_out[candidate][left_out]
+        return [one for one in result if not groups or one.group in groups]
 
 
 def run_study(

@@ -113,8 +113,8 @@ class Tool:
             load / ratio + self.opening(recording),
         )
         share = np.clip(2.0 * (drive - opening) / (closing - opening) - 1.0, -1.0, 1.0)
-        found: FloatArray = load + 0.25 * share * (self.closing_offset - self.opening(recording))
-        return found
+        result: FloatArray = load + 0.25 * share * (self.closing_offset - self.opening(recording))
+        return result
 
     def replaced(self, numbers: Mapping[str, float | None]) -> Tool:
         """The same tool with other numbers, by their names."""
@@ -145,15 +145,15 @@ class RateRatio:
 
 def rate_ratios(recordings: Sequence[ToolRecording]) -> list[RateRatio]:
     """Every pair of recordings of one load and pose with different rates."""
-    found = []
+    results = []
     for slow in recordings:
         for fast in recordings:
             same = slow.pose == fast.pose and slow.load_share == fast.load_share
             if same and _speed(slow) < 0.8 * _speed(fast):
                 widths = [_half_width(r) for r in (slow, fast)]
                 speeds = (_speed(slow), _speed(fast))
-                found.append(RateRatio(slow.load_share, widths[0], widths[1], speeds))
-    return found
+                results.append(RateRatio(slow.load_share, widths[0], widths[1], speeds))
+    return results
 
 
 def _half_width(recording: ToolRecording) -> float:

@@ -23,11 +23,11 @@ def force_servo(out: Path = Path("out/force_servo")) -> None:
     """
     output = Output(out)
     with progress_bar() as progress:
-        found = run_study(progress=progress)
-    for name, figure in draw_figures(found):
+        study = run_study(progress=progress)
+    for name, figure in draw_figures(study):
         output.figure(name, figure)
-    output.result(result(found))
-    for line in summary(found):
+    output.result(result(study))
+    for line in summary(study):
         console.print(line, soft_wrap=True)
     output.close()
 

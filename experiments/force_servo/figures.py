@@ -31,7 +31,7 @@ from tendon_mj.show import (
 _PHASES_THIN, _THIN = 10, 20  # every so many samples are drawn
 
 
-def draw_phase_plane(found: PhasePlane) -> Figure:
+def draw_phase_plane(phase_plane: PhasePlane) -> Figure:
     """Draw θ̇ over θ: both lines ẋ₂ = 0, trajectories from below and above, and the backlash.
 
     Left with gains critical for pulling, right lightly damped, so that the motor turns back and
@@ -40,24 +40,28 @@ def draw_phase_plane(found: PhasePlane) -> Figure:
     with print_style():
         figure = new_figure(8.6, 4.6)
         left, right = figure.subplots(1, 2)
-        up, down, up_back, down_back = found.trajectories
+        up, down, up_back, down_back = phase_plane.trajectories
         for response, label, colour in (
             (up, "(I) from below", BLUE),
             (down, "(II) from above", VERMILLION),
         ):
-            _draw(left, response, found.origin, colour, label)
+            _draw(left, response, phase_plane.origin, colour, label)
         for response, label, colour in (
             (up_back, "(I) after a reversal", BLUE),
             (down_back, "(II) after a reversal", VERMILLION),
         ):
-            _draw(left, response, found.origin, colour, label, "--")
-            _draw_held(left, response, found.origin)
-        for line in found.lines:
+            _draw(left, response, phase_plane.origin, colour, label, "--")
+            _draw_held(left, response, phase_plane.origin)
+        for line in phase_plane.lines:
             _draw_line(left, line)
-        left.set_title(f"critical for pulling, $G_v$ = {found.servo.velocity_gain:.2f} N m s/rad")
-        _draw(right, found.swing, found.origin, BLUE, "from below")
-        _draw_held(right, found.swing, found.origin)
-        right.set_title(f"$\\zeta$ = 0.2, $G_v$ = {found.swinging.velocity_gain:.2f} N m s/rad")
+        left.set_title(
+            f"critical for pulling, $G_v$ = {phase_plane.servo.velocity_gain:.2f} N m s/rad"
+        )
+        _draw(right, phase_plane.swing, phase_plane.origin, BLUE, "from below")
+        _draw_held(right, phase_plane.swing, phase_plane.origin)
+        right.set_title(
+            f"$\\zeta$ = 0.2, $G_v$ = {phase_plane.swinging.velocity_gain:.2f} N m s/rad"
+        )
         for axes in (left, right):
             axes.axhline(0.0, color=GREY, linewidth=0.8)
             axes.set(
@@ -121,16 +125,16 @@ def _draw_line(axes: Axes, line: Nullcline) -> None:
     )
 
 
-def draw_staircase(found: Staircase) -> Figure:
+def draw_staircase(staircase: Staircase) -> Figure:
     """Draw T_out over time for the six steps, with G_v as in the paper and critical for pulling."""
     with print_style():
         figure = new_figure(8.0, 5.2)
         upper, lower = figure.subplots(2, 1, sharex=True)
         for axes, gains, servo, response in (
-            (upper, "paper's gains", found.paper, found.paper_response),
-            (lower, "critical for pulling", found.critical, found.critical_response),
+            (upper, "paper's gains", staircase.paper, staircase.paper_response),
+            (lower, "critical for pulling", staircase.critical, staircase.critical_response),
         ):
-            time, pretension = response.time[::_THIN], found.bench.pretension
+            time, pretension = response.time[::_THIN], staircase.bench.pretension
             axes.plot(
                 time,
                 response.reference[::_THIN] - pretension,
@@ -144,11 +148,13 @@ def draw_staircase(found: Staircase) -> Figure:
                 color=BLUE,
                 label="output tension $T_\\mathrm{out}$",
             )
-            for k, share in enumerate(found.overshoots(response)):
-                level = response.reference[round((k + 1.5) * found.time / found.bench.timestep)]
+            for k, share in enumerate(staircase.overshoots(response)):
+                level = response.reference[
+                    round((k + 1.5) * staircase.time / staircase.bench.timestep)
+                ]
                 axes.annotate(
                     f"{share:.1%}",
-                    ((k + 1.55) * found.time, level - pretension),
+                    ((k + 1.55) * staircase.time, level - pretension),
                     xytext=(0, 5 if k < 3 else -12),
                     textcoords="offset points",
                     ha="center",
@@ -158,7 +164,7 @@ def draw_staircase(found: Staircase) -> Figure:
             axes.set_title(
                 f"{gains}: $G_t$ = {servo.tension_gain:.1f}, "
                 f"$G_v$ = {servo.velocity_gain:.2f} N m s/rad, $J_m$ = {servo.inertia:g} kg m², "
-                f"$r$ = {1e3 * servo.radius:g} mm, $\\lambda$ = {found.bench.exponent:.2g}"
+                f"$r$ = {1e3 * servo.radius:g} mm, $\\lambda$ = {staircase.bench.exponent:.2g}"
             )
             axes.set_ylabel("tension above $T_0$ [N]")
             axes.set_ylim(-9.0, 69.0)
@@ -168,15 +174,15 @@ def draw_staircase(found: Staircase) -> Figure:
     return figure
 
 
-def draw_limit_cycles(found: LimitCycles) -> Figure:
+def draw_limit_cycles(limit_cycles: LimitCycles) -> Figure:
     """Draw the amplitude over ξ_B for every case, the line through them and the prediction."""
-    backlash, amplitude, predicted = found.columns()
+    backlash, amplitude, predicted = limit_cycles.columns()
     names = {"exponent": "$\\lambda$", "pretension": "$T_0$", "axial_stiffness": "$EA$"}
     with print_style():
         figure = new_figure(8.0, 4.2)
         left, right = figure.subplots(1, 2, width_ratios=(1.25, 1.0))
         for name, (colour, _, marker) in zip(VARIED, SERIES, strict=False):
-            mine = np.array([c.varied == name for c in found.cycles])
+            mine = np.array([c.varied == name for c in limit_cycles.cycles])
             left.plot(
                 1e3 * backlash[mine],
                 1e3 * amplitude[mine],
@@ -195,10 +201,11 @@ def draw_limit_cycles(found: LimitCycles) -> Figure:
         reach = np.array([0.0, 1.08 * backlash.max()])
         left.plot(
             1e3 * reach,
-            1e3 * (found.factor * reach + found.intercept),
+            1e3 * (limit_cycles.factor * reach + limit_cycles.intercept),
             color=BLACK,
-            label=f"fit: {found.factor:.2f} $\\xi_B$ + {1e3 * found.intercept:.3f} mm, "
-            f"$R^2$ = {found.r_squared:.4f}",
+            label=f"fit: {limit_cycles.factor:.2f} $\\xi_B$ + "
+            f"{1e3 * limit_cycles.intercept:.3f} mm, "
+            f"$R^2$ = {limit_cycles.r_squared:.4f}",
         )
         left.set(
             title="amplitude of the limit cycle",
@@ -207,7 +214,7 @@ def draw_limit_cycles(found: LimitCycles) -> Figure:
         )
         left.set_xlim(left=0.0)
         left.set_ylim(bottom=0.0)
-        cycle = max(found.cycles, key=lambda c: c.backlash)
+        cycle = max(limit_cycles.cycles, key=lambda c: c.backlash)
         _draw_cycle(right, cycle.response.angle, cycle.response.output_tension)
         right.set_title(
             f"$\\lambda$ = {cycle.bench.exponent:.2g}, $T_0$ = {cycle.bench.pretension:g} N, "
@@ -242,8 +249,8 @@ def _draw_step(whole: Axes, close: Axes, gains: GainScheduling) -> None:
         ("scheduled", gains.scheduled_steps, BLUE, "-"),
     ):
         for axes in (whole, close):
-            for way, found in (("pulling", runs[2]), ("loosening", runs[3])):
-                run = found.response
+            for way, result in (("pulling", runs[2]), ("loosening", runs[3])):
+                run = result.response
                 height = run.reference[-1] - run.output_tension[0]
                 share = (run.output_tension - run.output_tension[0]) / height
                 axes.plot(
@@ -258,7 +265,7 @@ def _draw_step(whole: Axes, close: Axes, gains: GainScheduling) -> None:
     whole.set(title="step after a reversal, output held", **labels)
     whole.legend()
     close.set(title="end of that step", **labels)
-    top = 100.0 * (1.0 + max(found.overshoot for found in gains.plain_steps))
+    top = 100.0 * (1.0 + max(result.overshoot for result in gains.plain_steps))
     close.set_ylim(97.0 if top < 102.0 else 90.0, top + 0.5)
 
 
@@ -312,9 +319,9 @@ def _draw_errors(axes: Axes, tracking: Tracking) -> None:
     axes.set(title="root mean square error", xlabel="error of $T_\\mathrm{out}$ [N]")
 
 
-def draw_figures(found: Study) -> Iterator[tuple[str, Figure]]:
+def draw_figures(study: Study) -> Iterator[tuple[str, Figure]]:
     """Yield each picture's name and figure."""
-    yield "fig6_phase_plane", draw_phase_plane(found.phase_plane)
-    yield "fig7_steps", draw_staircase(found.staircase)
-    yield "limit_cycle", draw_limit_cycles(found.limit_cycles)
-    yield "strategies", draw_strategies(found.gains_output_held, found.tracking)
+    yield "fig6_phase_plane", draw_phase_plane(study.phase_plane)
+    yield "fig7_steps", draw_staircase(study.staircase)
+    yield "limit_cycle", draw_limit_cycles(study.limit_cycles)
+    yield "strategies", draw_strategies(study.gains_output_held, study.tracking)

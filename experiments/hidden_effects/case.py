@@ -173,12 +173,12 @@ def _make(
     hidden, sessions = simulated.strengths.hidden, simulated.sessions
     truth = simulated.strengths.applied(draw.reference)
     true: dict[str, float] = {}
-    for one, found in hidden:
-        true |= one.parameters(truth, found.strength)
+    for one, result in hidden:
+        true |= one.parameters(truth, result.strength)
     raised = {}
     if plan.kind == "too_high":
-        ((_, found),) = hidden
-        raised = {name: float(f"{value + found.strength:.4g}") for name, value in true.items()}
+        ((_, result),) = hidden
+        raised = {name: float(f"{value + result.strength:.4g}") for name, value in true.items()}
     write_case(
         plan,
         folder,
@@ -222,7 +222,7 @@ def _beyond_noise(
         "rig": plan.rig,
         "unit": simulated.strengths.unit,
         "left": simulated.left,
-        "small": {one.name: found.ratio for one, found in simulated.strengths.small},
+        "small": {one.name: result.ratio for one, result in simulated.strengths.small},
         "model": raised,
         "sessions": {
             name: state.parameters(truth)

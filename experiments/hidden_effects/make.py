@@ -76,10 +76,10 @@ class MadeCases:
 
     def done(self) -> set[str]:
         """Names of the cases that were made after the same plan by the same code, and are there."""
-        found = {p.stem: p for p in self._keys.glob("case_*.json") if p.stem in self._plans}
+        by_name = {p.stem: p for p in self._keys.glob("case_*.json") if p.stem in self._plans}
         return {
             name
-            for name, path in found.items()
+            for name, path in by_name.items()
             if json.loads(path.read_text(encoding="utf-8"))["plan"] == self._plan(name)
             and (self._suite.out / name / "case.json").exists()
         }

@@ -256,6 +256,6 @@ def _drawn(trial: Trial[R], effect: HiddenEffect[R], rng: np.random.Generator) -
 
 
 def _apply(effects: tuple[tuple[HiddenEffect[R], FoundStrength], ...], reference: R) -> R:
-    for effect, found in effects:
-        reference = effect.apply(reference, found.strength)
+    for effect, result in effects:
+        reference = effect.apply(reference, result.strength)
     return reference

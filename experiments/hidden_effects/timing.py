@@ -58,8 +58,8 @@ def main(effect: str = "viscous_friction", exclude: tuple[str, ...] = (), seed: 
     train = recordings(effect, seed)
     began = time.perf_counter()
     with progress_bar() as progress:
-        found = diagnose(train, exclude=exclude, progress=progress)
-    Console().print(found.sentence, soft_wrap=True)
+        diagnosis = diagnose(train, exclude=exclude, progress=progress)
+    Console().print(diagnosis.sentence, soft_wrap=True)
     Console().print(f"{time.perf_counter() - began:.1f} s")
 
 

@@ -179,12 +179,12 @@ class JudgedCase:
     @property
     def _given(self) -> dict[str, dict[str, float]]:
         """Parameters as found; a drawn bend as the extra bend that keys state in its place."""
-        found = dict({} if self.result is None else self.result.get("parameters") or {})
-        for name in [n for n in found if n.endswith(".drawn_bend")]:
-            bend = found.pop(name)
+        result = dict({} if self.result is None else self.result.get("parameters") or {})
+        for name in [n for n in result if n.endswith(".drawn_bend")]:
+            bend = result.pop(name)
             shifted = {k: bend[k] - ReferenceBench.bend for k in ("value", "low", "high")}
-            found[name.replace(".drawn_bend", ".extra_bend")] = {**bend, **shifted}
-        return found
+            result[name.replace(".drawn_bend", ".extra_bend")] = {**bend, **shifted}
+        return result
 
     @property
     def _held_out(self) -> Mapping[str, Any]:
@@ -194,14 +194,14 @@ class JudgedCase:
     def errors(self) -> list[tuple[str, float, bool]]:
         """(parameter, relative error [-], whether its interval covers the truth), for each."""
         given = self._given
-        found = []
+        results = []
         for name, true in self.key["parameters"].items():
             if name in given:
                 inert = 1.0 if name.endswith(("scale", "efficiency")) else 0.0
                 got = given[name]
                 error = abs(got["value"] - true) / abs(true - inert)
-                found.append((name, error, got["low"] <= true <= got["high"]))
-        return found
+                results.append((name, error, got["low"] <= true <= got["high"]))
+        return results
 
 
 class Run(NamedTuple):
@@ -311,13 +311,13 @@ def _table(parent: dict[str, Any], key: str, where: str) -> dict[str, Any]:
 
 def _check_parameters(parameters: dict[str, Any], where: str) -> None:
     for name in parameters:
-        found = _table(parameters, name, where)
-        numbers = {key: _number(found, key, f"{where}, {name!r}", -math.inf) for key in INTERVAL}
+        result = _table(parameters, name, where)
+        numbers = {key: _number(result, key, f"{where}, {name!r}", -math.inf) for key in INTERVAL}
         lacking = ", ".join(key for key, number in numbers.items() if number is None)
         if lacking:
             raise InvalidValueError(f"{where}, {name!r} lacks {lacking}")
-        if found["low"] > found["high"]:
-            _refuse(f"{where}, {name!r}, low", f"at most high = {found['high']!r}", found["low"])
+        if result["low"] > result["high"]:
+            _refuse(f"{where}, {name!r}, low", f"at most high = {result['high']!r}", result["low"])
 
 
 def _number(

@@ -53,11 +53,11 @@ def measure_costs(progress: Progress = silent) -> tuple[Cost, ...]:
     exact = routes.closed_form(TENDON, travel, "displacement")
     tensions = (exact.input_tension, exact.output_tension)
     by_route = discretisations(time, travel)
-    found = []
+    results = []
     for name, choices in by_route.items():
-        found.append(_first_within_target(name, choices, tensions, float(time[-1])))
-        progress("wall time by route", len(found), len(by_route))
-    return tuple(found)
+        results.append(_first_within_target(name, choices, tensions, float(time[-1])))
+        progress("wall time by route", len(results), len(by_route))
+    return tuple(results)
 
 
 def _first_within_target(

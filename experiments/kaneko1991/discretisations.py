@@ -128,7 +128,7 @@ def _rollout(
     reel, every = np.interp(fine, time, travel), round(SAMPLE_TIME / step)
 
     def tensions() -> tuple[FloatArray, FloatArray]:
-        found = rollout_named_sensors(model, reel)
-        return found["input_tension"][::every], found["output_tension"][::every]
+        result = rollout_named_sensors(model, reel)
+        return result["input_tension"][::every], result["output_tension"][::every]
 
     return tensions

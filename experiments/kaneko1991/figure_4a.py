@@ -60,10 +60,10 @@ class Figure4a:
 
     def slope_errors(self, route: str) -> tuple[float, float]:
         """Relative errors of the slope against K_ap, pulling and loosening [-]."""
-        found = self.measured[route]
+        result = self.measured[route]
         return (
-            found.slope_pulling / self.predicted.slope_pulling - 1.0,
-            found.slope_loosening / self.predicted.slope_loosening - 1.0,
+            result.slope_pulling / self.predicted.slope_pulling - 1.0,
+            result.slope_loosening / self.predicted.slope_loosening - 1.0,
         )
 
     @property

@@ -113,14 +113,14 @@ def set_limits(
         axis.set_ylim(far.min() - 0.05 * np.ptp(far), far.max() + 0.05 * np.ptp(far))
 
 
-def draw_agreement(found: Agreement) -> Figure:
+def draw_agreement(agreement: Agreement) -> Figure:
     """Draw minor loops by all routes, and the differences between the routes."""
     with print_style():
         figure = new_figure(8.2, 4.4)
         axes = figure.subplots(1, 2)
-        exact = found.loops["closed form"].output_tension
+        exact = agreement.loops["closed form"].output_tension
         time = LEG_TIME / LEG_SAMPLES * np.arange(exact.size)
-        for name, trace in found.loops.items():
+        for name, trace in agreement.loops.items():
             colour, line, width = LOOKS[name]
             look = {"color": colour, "linestyle": line, "label": name}
             travel = _MILLI * trace.input_displacement
@@ -137,54 +137,56 @@ def draw_agreement(found: Agreement) -> Figure:
         legend_above(figure, axes[0], 5)
         caption_below(
             figure,
-            f"{found.tendon.caption()}; 64 elements or guides, 256 grid intervals. Largest "
+            f"{agreement.tendon.caption()}; 64 elements or guides, 256 grid intervals. Largest "
             "difference between two routes on all histories, "
-            f"{found.histories} random ones among them: T_out {found.largest:.2%}, T_in "
-            f"{found.largest_input:.2%} of range.",
+            f"{agreement.histories} random ones among them: T_out {agreement.largest:.2%}, T_in "
+            f"{agreement.largest_input:.2%} of range.",
         )
     return figure
 
 
-def draw_refinement(found: Refinement) -> Figure:
+def draw_refinement(refinement: Refinement) -> Figure:
     """Draw the error over the number of elements, with a line of order 2."""
     with print_style():
         figure = new_figure(6.0, 4.6)
         axes = figure.subplots()
-        for name, error in found.error.items():
+        for name, error in refinement.error.items():
             colour, line, width = LOOKS[name.split(",")[0]]
             far = "×" in name
             axes.loglog(
-                found.elements,
+                refinement.elements,
                 error,
                 color=colour,
                 linestyle="-" if far else line,
                 linewidth=1.0 if far else max(width, 1.4),
                 marker="s" if far else "o",
                 markerfacecolor="white" if far else colour,
-                label=f"{name} ({_order_label(found, name)})",
+                label=f"{name} ({_order_label(refinement, name)})",
             )
-        guide = found.error["continuum"][0] * (found.elements[0] / found.elements) ** 2
-        axes.loglog(found.elements, 0.5 * guide, ":", color=BLACK, label="order 2")
-        axes.set_xticks(found.elements, [f"{n:g}" for n in found.elements])
+        guide = (
+            refinement.error["continuum"][0] * (refinement.elements[0] / refinement.elements) ** 2
+        )
+        axes.loglog(refinement.elements, 0.5 * guide, ":", color=BLACK, label="order 2")
+        axes.set_xticks(refinement.elements, [f"{n:g}" for n in refinement.elements])
         axes.minorticks_off()
         axes.set(xlabel="elements, guides or intervals n", ylabel="rms error of T_out / range")
         axes.set_title("Refinement")
         legend_above(figure, axes, 2)
         caption_below(
             figure,
-            f"{found.tendon.caption()}; outer loop against the closed form. At this EA the "
+            f"{refinement.tendon.caption()}; outer loop against the closed form. At this EA the "
             "errors of sheath and plugin level off at finite strain, ξ/L and T/EA of 1e-3, which "
             "the closed form neglects. Squares: at EA = "
-            f"{STIFFENING * found.tendon.axial_stiffness / 1e3:g} kN, T_0 and all tensions kept, "
-            "they converge. The error of the elements levels off at their inertia. The order is "
+            f"{STIFFENING * refinement.tendon.axial_stiffness / 1e3:g} kN, T_0 and all tensions "
+            "kept, they converge. The error of the elements levels off at their inertia. The order is "
             "that of the points before a curve levels off. Elements in MuJoCo are left out: their "
             "step is proportional to 1/n, and their inertia would dominate.",
         )
     return figure
 
 
-def _order_label(found: Refinement, name: str) -> str:
-    return f"order {found.order[name]:.2f}" if name in found.order else "levels off"
+def _order_label(refinement: Refinement, name: str) -> str:
+    return f"order {refinement.order[name]:.2f}" if name in refinement.order else "levels off"
 
 
 def draw_costs(costs: Sequence[Cost]) -> Figure:
@@ -237,75 +239,75 @@ def _draw_loops(
     return figure
 
 
-def draw_figure_4a(found: Figure4a) -> Figure:
+def draw_figure_4a(data: Figure4a) -> Figure:
     """Draw Fig. 4 (a): the slow loop with μ_s = μ_d."""
     caption = (
-        f"T_in = T_0 + {AMPLITUDE:g} N sin(2π {FREQUENCY:g} Hz t); {found.tendon.caption()}. "
-        f"Slopes within {found.slope_error:.2%} of K_ap on every route, T_out within "
-        f"{found.largest:.2%} of range of each other. The last full loop."
+        f"T_in = T_0 + {AMPLITUDE:g} N sin(2π {FREQUENCY:g} Hz t); {data.tendon.caption()}. "
+        f"Slopes within {data.slope_error:.2%} of K_ap on every route, T_out within "
+        f"{data.largest:.2%} of range of each other. The last full loop."
     )
     whole = slice(SAMPLES, 2 * SAMPLES + SAMPLES // 4 + 1)
-    return _draw_loops(f"Fig. 4 (a), {FREQUENCY:g} Hz", found.traces, found.tendon, caption, whole)
+    return _draw_loops(f"Fig. 4 (a), {FREQUENCY:g} Hz", data.traces, data.tendon, caption, whole)
 
 
-def draw_figure_4bc(found: Figure4bc, frequency: float, letter: str) -> Figure:
+def draw_figure_4bc(data: Figure4bc, frequency: float, letter: str) -> Figure:
     """Draw Fig. 4 (b) or (c): static friction above dynamic, with the heavy elements."""
-    shift = next(s for s in found.shifts if s.frequency == frequency and s.dynamics.name == "heavy")
+    shift = next(s for s in data.shifts if s.frequency == frequency and s.dynamics.name == "heavy")
     heavy = shift.dynamics
     coarse, fine = 1e6 * heavy.steps[0], 1e6 * heavy.steps[-1]
     caption = (
-        f"T_in = T_0 + {AMPLITUDE:g} N sin(2π {frequency:g} Hz t); {found.tendon.caption()}. "
+        f"T_in = T_0 + {AMPLITUDE:g} N sin(2π {frequency:g} Hz t); {data.tendon.caption()}. "
         f"Elements: n = {heavy.elements}, mass {heavy.mass:g} kg, damping {heavy.damping:g} N s/m, "
         f"step {fine:g} µs, masses and damping chosen; the last period. The shift of T_out by "
         f"μ_s > μ_d on this chain, largest in a period, is {shift.largest.min():.1%} to "
         f"{shift.largest.max():.1%} of range, over periods and steps h from {fine:g} to "
         f"{coarse:g} µs, {shift.rms.mean():.1%} rms, at phases {shift.phase.min():.2f} to "
         f"{shift.phase.max():.2f} of the period (closed form: T_out turns at "
-        f"{found.switches[0]:.2f} and {found.switches[1]:.2f}). Sheath alone and plugin have no "
+        f"{data.switches[0]:.2f} and {data.switches[1]:.2f}). Sheath alone and plugin have no "
         "inertia. The continuum has one μ only and is left out."
     )
     title = f"Fig. 4 ({letter}), {frequency:g} Hz"
-    tendon = found.tendon.without_static_excess()
+    tendon = data.tendon.without_static_excess()
     period = slice(-SAMPLES_4BC - 1, None)
-    return _draw_loops(title, found.loops[frequency], tendon, caption, period, _DOTTED)
+    return _draw_loops(title, data.loops[frequency], tendon, caption, period, _DOTTED)
 
 
-def draw_figure_5(found: Figure5) -> Figure:
+def draw_figure_5(data: Figure5) -> Figure:
     """Draw Fig. 5 without and with F_c, and the displacements below which F_c matters."""
-    shift = found.tendons[0].slack_displacement
+    shift = data.tendons[0].slack_displacement
     samples = slice(SAMPLES, 2 * SAMPLES + SAMPLES // 4 + 1)
     with print_style():
         figure = new_figure(8.2, 7.6)
         axes = figure.subplots(2, 2)
-        for row, (tendon, traces) in enumerate(zip(found.tendons, found.traces, strict=True)):
+        for row, (tendon, traces) in enumerate(zip(data.tendons, data.traces, strict=True)):
             plot_loops(axes[row], traces, samples, shift)
             set_limits(axes[row], traces, samples, shift)
             axes[row][0].set_xlim(left=0.0)
             axes[row][0].set_ylim(bottom=0.0)
-            plot_theory(axes[row], found.tendons[0], shift)
+            plot_theory(axes[row], data.tendons[0], shift)
             axes[row][0].axvspan(0.0, MILLI * BOUND, color=SKY, alpha=0.18, lw=0)
-            _zoom(axes[row][0], found, row, shift, samples)
+            _zoom(axes[row][0], data, row, shift, samples)
             axes[row][0].set_title(f"Fig. 5, F_c = {tendon.constant_friction:g} N")
             axes[row][0].set_xlabel("input displacement from slack [mm]")
             axes[row][1].set_title("dotted: F_c = 0; middle: no friction")
         legend_above(figure, axes[0][0], 3)
-        caption_below(figure, _caption(found))
+        caption_below(figure, _caption(data))
     return figure
 
 
-def _zoom(axes: Axes, found: Figure5, row: int, shift: float, samples: slice) -> None:
+def _zoom(axes: Axes, data: Figure5, row: int, shift: float, samples: slice) -> None:
     """Enlarge the low end of the loop in the free corner."""
     inset = axes.inset_axes((0.57, 0.07, 0.41, 0.41))
-    trace = found.traces[row]["closed form"]
+    trace = data.traces[row]["closed form"]
     travel = MILLI * (trace.input_displacement[samples] - shift)
     inset.plot(travel, trace.output_tension[samples], color=PALE, lw=4.0)
-    trace = found.traces[row]["plugin in MuJoCo"]
+    trace = data.traces[row]["plugin in MuJoCo"]
     inset.plot(travel, trace.output_tension[samples], color=BLUE, ls=(0, (2, 2)), lw=1.2)
     ends = np.array([0.0, 1.0])
     for sign in (1.0, -1.0):
         inset.plot(
             ends,
-            found.tendons[0].transmission_stiffness(sign) * ends / MILLI,
+            data.tendons[0].transmission_stiffness(sign) * ends / MILLI,
             ":",
             color=BLACK,
             lw=0.9,
@@ -315,39 +317,39 @@ def _zoom(axes: Axes, found: Figure5, row: int, shift: float, samples: slice) ->
     inset.tick_params(labelsize=7)
 
 
-def _caption(found: Figure5) -> str:
-    departure = found.departure
+def _caption(data: Figure5) -> str:
+    departure = data.departure
     widening = ", ".join(
-        f"{found.widening_at(travel):.0%} at {MILLI * travel:g} mm"
+        f"{data.widening_at(travel):.0%} at {MILLI * travel:g} mm"
         for travel in (0.5 * BOUND, BOUND, 6 * BOUND)
     )
     return (
         f"T_in = T_0 + {AMPLITUDE_5:g} N sin(2π {FREQUENCY_5:g} Hz t); "
-        f"{found.tendons[1].caption()} below, F_c = 0 above; F_c chosen, not fitted. "
+        f"{data.tendons[1].caption()} below, F_c = 0 above; F_c chosen, not fitted. "
         "Band: the 0.5 mm below which the paper sees "
         "its departure; inset: the same corner, closed form and plugin. F_c leaves the slopes and "
         f"moves T_out over ξ_in by {departure.travel_pulling:+.2f} N (pulling), "
         f"{departure.travel_loosening:+.2f} N (loosening) and over T_in by "
         f"{departure.tension_pulling:+.2f} N, {departure.tension_loosening:+.2f} N, everywhere on "
         f"the branches. The distance of the two lines grows by {widening} from slack. Only the "
-        f"lower flat is confined to the band. T_out of all routes within {max(found.largest):.2%} "
+        f"lower flat is confined to the band. T_out of all routes within {max(data.largest):.2%} "
         "of range."
     )
 
 
-def draw_shift(found: Figure4bc) -> Figure:
+def draw_shift(data: Figure4bc) -> Figure:
     """Draw the shift over n without inertia, and over the time step with it."""
     with print_style():
         figure = new_figure(8.2, 4.2)
         left, right = figure.subplots(1, 2)
-        left.loglog(found.guides, 100 * found.one_guide, ":", color=BLACK, label="one guide at μ_s")
-        left.loglog(found.guides, 100 * found.quasi_static, "o-", color=BLUE, label="sheath alone")
+        left.loglog(data.guides, 100 * data.one_guide, ":", color=BLACK, label="one guide at μ_s")
+        left.loglog(data.guides, 100 * data.quasi_static, "o-", color=BLUE, label="sheath alone")
         left.set(xlabel="guides n", ylabel="shift [% of range]", title="No inertia")
-        left.set_xticks(found.guides, [f"{n:g}" for n in found.guides])
+        left.set_xticks(data.guides, [f"{n:g}" for n in data.guides])
         left.minorticks_off()
         left.legend()
         for shift, (colour, mark) in zip(
-            found.shifts,
+            data.shifts,
             ((VERMILLION, "o"), (ORANGE, "s"), (BLUE, "o"), (SKY, "s")),
             strict=True,
         ):
@@ -377,25 +379,25 @@ def draw_shift(found: Figure4bc) -> Figure:
             "to most; heavy elements at 0.5 Hz do not converge. "
             + "; ".join(
                 f"{d.name}: n = {d.elements}, {d.mass:g} kg, {d.damping:g} N s/m"
-                for d in (found.shifts[0].dynamics, found.shifts[1].dynamics)
+                for d in (data.shifts[0].dynamics, data.shifts[1].dynamics)
             )
             + ".",
         )
     return figure
 
 
-def draw_figures(found: Reproduction) -> Iterator[tuple[str, Figure]]:
+def draw_figures(reproduction: Reproduction) -> Iterator[tuple[str, Figure]]:
     """Yield each picture's name and figure."""
-    slow, fast = found.figure_4bc.loops
+    slow, fast = reproduction.figure_4bc.loops
     drawings: dict[str, Callable[[], Figure]] = {
-        "agreement": lambda: draw_agreement(found.agreement),
-        "refinement": lambda: draw_refinement(found.refinement),
-        "figure_4a": lambda: draw_figure_4a(found.figure_4a),
-        "figure_4b": lambda: draw_figure_4bc(found.figure_4bc, slow, "b"),
-        "figure_4c": lambda: draw_figure_4bc(found.figure_4bc, fast, "c"),
-        "stiction": lambda: draw_shift(found.figure_4bc),
-        "figure_5": lambda: draw_figure_5(found.figure_5),
-        "cost": lambda: draw_costs(found.costs),
+        "agreement": lambda: draw_agreement(reproduction.agreement),
+        "refinement": lambda: draw_refinement(reproduction.refinement),
+        "figure_4a": lambda: draw_figure_4a(reproduction.figure_4a),
+        "figure_4b": lambda: draw_figure_4bc(reproduction.figure_4bc, slow, "b"),
+        "figure_4c": lambda: draw_figure_4bc(reproduction.figure_4bc, fast, "c"),
+        "stiction": lambda: draw_shift(reproduction.figure_4bc),
+        "figure_5": lambda: draw_figure_5(reproduction.figure_5),
+        "cost": lambda: draw_costs(reproduction.costs),
     }
     for name, draw in drawings.items():
         yield name, draw()

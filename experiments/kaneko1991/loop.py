@@ -58,7 +58,7 @@ def sliding_branches(
     """
     shift = tendon.tension_offset
     ratio = np.log((exact.input_tension + shift) / (exact.output_tension + shift))
-    found = []
+    results = []
     for sign in (1.0, -1.0):
         slides = np.abs(ratio - sign * tendon.exponent) < 1e-9
         slides &= sign * np.gradient(exact.input_tension) > 0.0
@@ -67,8 +67,8 @@ def sliding_branches(
         for start in starts:
             end = start + int(np.argmin(np.append(slides[start:], False)))
             slides[start : start + max(2, round(_TRANSIENT * (end - start)))] = False
-        found.append(slides)
-    return found[0], found[1]
+        results.append(slides)
+    return results[0], results[1]
 
 
 def measure_loop(tendon: PaperTendon, trace: Trace, exact: Trace, skip: int) -> LoopMeasures:

@@ -57,9 +57,9 @@ def check_faulty(fault: str, rig: str, seed: int, folder: Path, *, find: bool = 
     named = any(made.named_by(warning) for warning in warnings)
     if not find:
         return Case(fault, rig, motion, warnings, named)
-    found = diagnose([made.recording])
-    effects = tuple(e for e in found.effects if not e.startswith("sensor_"))
-    return Case(fault, rig, motion, warnings, named, found.verdict, effects)
+    diagnosis = diagnose([made.recording])
+    effects = tuple(e for e in diagnosis.effects if not e.startswith("sensor_"))
+    return Case(fault, rig, motion, warnings, named, diagnosis.verdict, effects)
 
 
 def check_clean(rig: str, motion: str, seed: int, folder: Path) -> Case:

@@ -31,11 +31,11 @@ def measured_joint(
     recordings = read_folder(data or measured_data("tendon_sheath_joint"))
     output = Output(out)
     with progress_bar() as progress:
-        found = run_study(recordings, seeds, progress)
+        study = run_study(recordings, seeds, progress)
     for split in (BETWEEN, BEYOND):
-        (diagnosed,) = found.diagnoses[split]
+        (diagnosed,) = study.diagnoses[split]
         output.add(diagnosed.found.write_model(out / f"{split}.xml"))
-    write_study(output, draw_figures(found), result(found), table(found), summary(found))
+    write_study(output, draw_figures(study), result(study), table(study), summary(study))
 
 
 if __name__ == "__main__":

@@ -36,10 +36,10 @@ _TITLES = {
 _ASKED = {BETWEEN: BETWEEN_LIMIT, BEYOND: BEYOND_LIMIT}
 
 
-def draw_angles(found: Study) -> Figure:
+def draw_angles(study: Study) -> Figure:
     """Draw the joint's angle over the command."""
     with print_style():
-        figure, panels = _panels(found)
+        figure, panels = _panels(study)
         for axes, given, one in panels:
             command = _degrees(one.measured, COMMAND)
             before, after = one.errors
@@ -59,10 +59,10 @@ def draw_angles(found: Study) -> Figure:
     return figure
 
 
-def draw_tensions(found: Study) -> Figure:
+def draw_tensions(study: Study) -> Figure:
     """Draw the tensions over the command; what they were before is left out."""
     with print_style():
-        figure, panels = _panels(found)
+        figure, panels = _panels(study)
         for axes, given, one in panels:
             command = _degrees(one.measured, COMMAND)
             _, after = one.errors
@@ -88,9 +88,9 @@ def draw_tensions(found: Study) -> Figure:
     return figure
 
 
-def _panels(found: Study) -> tuple[Figure, list[tuple[Axes, str, Shown]]]:
+def _panels(study: Study) -> tuple[Figure, list[tuple[Axes, str, Shown]]]:
     """A figure with axes for each held-out bend, over the command."""
-    shown = [(_SPLITS[split], one) for split in _SPLITS for one in found.diagnoses[split][0].shown]
+    shown = [(_SPLITS[split], one) for split in _SPLITS for one in study.diagnoses[split][0].shown]
     rows = math.ceil(len(shown) / 2)
     figure = new_figure(8.0, 2.9 * rows + 0.6)
     grid = figure.subplots(rows, 2, sharex=True, squeeze=False)
@@ -103,15 +103,15 @@ def _degrees(recording: Recording, column: str) -> list[float]:
     return [math.degrees(value) for value in recording.columns[column]]
 
 
-def draw_held_out(found: Study) -> Figure:
+def draw_held_out(study: Study) -> Figure:
     """Draw every held-out error of the angle, with what was asked."""
     with print_style():
-        names = ["diagnosis", *found.errors]
+        names = ["diagnosis", *study.errors]
         figure = new_figure(9.0, 0.36 * len(names) + 1.9)
         panels = figure.subplots(1, len(_TITLES), sharey=True)
         for axes, (split, title) in zip(panels, _TITLES.items(), strict=True):
-            rows = {name: found.errors[name][split] for name in found.errors}
-            rows["diagnosis"] = found.diagnosed_errors(split)
+            rows = {name: study.errors[name][split] for name in study.errors}
+            rows["diagnosis"] = study.diagnosed_errors(split)
             bends = sorted({one.bend for errors in rows.values() for one in errors})
             for bend, (colour, _, marker) in zip(bends, SERIES * 2, strict=False):
                 points = [
@@ -143,8 +143,8 @@ def _error_degrees(error: Error) -> float:
     return math.degrees(error.rms[ANGLE])
 
 
-def draw_figures(found: Study) -> Iterator[tuple[str, Figure]]:
+def draw_figures(study: Study) -> Iterator[tuple[str, Figure]]:
     """Yield each picture's name and figure."""
-    yield "angle", draw_angles(found)
-    yield "tension", draw_tensions(found)
-    yield "held_out", draw_held_out(found)
+    yield "angle", draw_angles(study)
+    yield "tension", draw_tensions(study)
+    yield "held_out", draw_held_out(study)

@@ -29,10 +29,10 @@ def read_bend(path: Path) -> Recording:
     Raises:
         RecordingError: another name than bend_NNNdeg, or what no recording may hold.
     """
-    found = _NAME.fullmatch(path.stem)
-    if found is None:
+    result = _NAME.fullmatch(path.stem)
+    if result is None:
         raise RecordingError(f"{path}: the name is not bend_NNNdeg.csv, NNN the bend in degrees")
-    return describe(read_recording(path, DESCRIPTION), math.radians(int(found[1])))
+    return describe(read_recording(path, DESCRIPTION), math.radians(int(result[1])))
 
 
 def read_folder(folder: Path) -> list[Recording]:

@@ -21,7 +21,7 @@ BEYOND_LIMIT = math.radians(3.3)  # on each bend beyond them [rad]
 EFFECT = "sheath_friction"  # to be named first
 
 
-def result(found: Study) -> dict[str, object]:
+def result(study: Study) -> dict[str, object]:
     """Nested dictionary of numbers in SI units."""
     return {
         "asked": {
@@ -30,11 +30,11 @@ def result(found: Study) -> dict[str, object]:
             "beyond_rad": BEYOND_LIMIT,
         },
         "diagnoses": {
-            split: [_diagnosed(one) for one in each] for split, each in found.diagnoses.items()
+            split: [_diagnosed(one) for one in each] for split, each in study.diagnoses.items()
         },
         "held_out": {
             name: {split: [_error(one) for one in errors] for split, errors in splits.items()}
-            for name, splits in found.errors.items()
+            for name, splits in study.errors.items()
         },
     }
 
@@ -51,10 +51,10 @@ def _error(one: Error) -> Mapping[str, object]:
     return {"bend_deg": one.bend, "seed": one.seed, **one.rms}
 
 
-def summary(found: Study) -> Iterator[str]:
+def summary(study: Study) -> Iterator[str]:
     """Yield the lines."""
     for split, limit in ((BETWEEN, BETWEEN_LIMIT), (BEYOND, BEYOND_LIMIT)):
-        (diagnosed,) = found.diagnoses[split]
+        (diagnosed,) = study.diagnoses[split]
         diagnosis = diagnosed.found
         yield f"{split}: {diagnosis.verdict}, {diagnosis.effects or diagnosis.closest}"
         if _MU in diagnosis.parameters:
@@ -70,14 +70,14 @@ def summary(found: Study) -> Iterator[str]:
                 f"  {after.bend}°: {_words(before)} → {_words(after)}"
                 f" (asked {math.degrees(limit):.1f}°)"
             )
-    for diagnosed in found.diagnoses[LEFT_OUT]:
+    for diagnosed in study.diagnoses[LEFT_OUT]:
         diagnosis, (one,) = diagnosed.found, diagnosed.shown
         before, after = one.errors
         effects = ", ".join(diagnosis.effects or diagnosis.closest)
         yield f"all but {after.bend}°: {diagnosis.verdict}, {effects}"
         yield f"  {after.bend}°: {_words(before)} → {_words(after)}"
-    own = {"diagnosis": {split: found.diagnosed_errors(split) for split in found.diagnoses}}
-    for name, splits in {**own, **found.errors}.items():
+    own = {"diagnosis": {split: study.diagnosed_errors(split) for split in study.diagnoses}}
+    for name, splits in {**own, **study.errors}.items():
         yield f"{name}: " + "; ".join(
             f"{split} {_mean(splits[split]):.2f}°" for split in (BETWEEN, BEYOND, LEFT_OUT)
         )
@@ -93,22 +93,22 @@ def _mean(errors: list[Error]) -> float:
     return math.degrees(sum(one.rms[ANGLE] for one in errors) / len(errors))
 
 
-def table(found: Study) -> str:
+def table(study: Study) -> str:
     """The whole page."""
     return "\n".join(
         [
-            *_findings(found),
+            *_findings(study),
             "",
-            *_errors(found, "angle, rms [deg]", _angle),
+            *_errors(study, "angle, rms [deg]", _angle),
             "",
-            *_errors(found, "tension 1 / tension 2, rms [N]", _tension),
+            *_errors(study, "tension 1 / tension 2, rms [N]", _tension),
             "",
         ]
     )
 
 
-def _columns(found: Study) -> list[tuple[str, int]]:
-    first = next(iter(found.errors.values()))
+def _columns(study: Study) -> list[tuple[str, int]]:
+    first = next(iter(study.errors.values()))
     return [
         (split, bend)
         for split in (BETWEEN, BEYOND, LEFT_OUT)
@@ -116,18 +116,18 @@ def _columns(found: Study) -> list[tuple[str, int]]:
     ]
 
 
-def _errors(found: Study, title: str, cell: _Cell) -> Iterator[str]:
-    columns = _columns(found)
+def _errors(study: Study, title: str, cell: _Cell) -> Iterator[str]:
+    columns = _columns(study)
     heads = " | ".join(f"{split}: {bend}°" for split, bend in columns)
     yield f"| {title} | numbers | {heads} |"
     yield "|---" * (2 + len(columns)) + "|"
     for row, name in _ROWS.items():
         cells = []
         for split, bend in columns:
-            made = found.diagnosed_errors(split, after=bool(row))
+            made = study.diagnosed_errors(split, after=bool(row))
             cells.append(cell([one for one in made if one.bend == bend]))
         yield f"| {name} | – | {' | '.join(cells)} |"
-    for name, errors in found.errors.items():
+    for name, errors in study.errors.items():
         cells = [cell([e for e in errors[split] if e.bend == bend]) for split, bend in columns]
         yield f"| {name} | {_NUMBERS.get(name, '–')} | {' | '.join(cells)} |"
 
@@ -146,10 +146,10 @@ def _range(values: Sequence[float]) -> str:
     return low if low == high else f"{low}…{high}"
 
 
-def _findings(found: Study) -> Iterator[str]:
+def _findings(study: Study) -> Iterator[str]:
     yield "| given | verdict | parameter | value | 95 % |"
     yield "|---|---|---|---|---|"
-    told = [(split, one) for split, each in found.diagnoses.items() for one in each]
+    told = [(split, one) for split, each in study.diagnoses.items() for one in each]
     for split, diagnosed in told:
         diagnosis = diagnosed.found
         if split == LEFT_OUT:

@@ -84,8 +84,8 @@ def run_study(
 
 
 def _diagnose(split: Split, progress: Progress) -> Diagnosed:
-    found = diagnose(split.train, split.held_out, WoundIn, progress=progress)
-    return Diagnosed(found, tuple(Shown(*one) for one in found.simulate()))
+    diagnosis = diagnose(split.train, split.held_out, WoundIn, progress=progress)
+    return Diagnosed(diagnosis, tuple(Shown(*one) for one in diagnosis.simulate()))
 
 
 def _predict(

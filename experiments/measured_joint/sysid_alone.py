@@ -15,8 +15,8 @@ _FRICTION: Mapping[str, Uncertain] = {"sheath_*.friction": Uncertain(0.1, 0.0, 1
 
 def fit_as_described(train: Sequence[Recording], seed: int = 0) -> Predict:
     """Fit what the recordings call uncertain; the sheath has no friction."""
-    found = fit_with_sysid(train, train, simulator=WoundIn)
-    values = {name: value for name, (value, _, _) in found.values.items()}
+    result = fit_with_sysid(train, train, simulator=WoundIn)
+    values = {name: value for name, (value, _, _) in result.values.items()}
 
     def predict(recording: Recording) -> Series:
         return WoundIn([recording])([values])[0][0]

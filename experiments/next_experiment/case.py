@@ -91,7 +91,7 @@ def make(case: Case) -> HiddenRig:
 
     stiffer = dataclasses.replace(sound, friction=PERTURBATION * sound.friction)
     left = calibration_projector([residual(stiffer)] if calibrates else [])
-    found = find_strength(
+    result = find_strength(
         lambda strength: float(
             np.sqrt(np.mean(left(residual(hidden.apply(sound, strength))) ** 2))
         ),
@@ -100,12 +100,12 @@ def make(case: Case) -> HiddenRig:
         hidden.high,
         hidden.start,
     )
-    truth = hidden.apply(sound, found.strength)
+    truth = hidden.apply(sound, result.strength)
     made = [
         record(truth, name, drive, described, random)
         for name, drive in zip(("slow", "held_out"), drives, strict=True)
     ]
-    return HiddenRig(truth=truth, ratio=found.ratio, train=made[0], held_out=made[1])
+    return HiddenRig(truth=truth, ratio=result.ratio, train=made[0], held_out=made[1])
 
 
 def _drawn(

@@ -29,8 +29,8 @@ def positioning_system(
     measurement = read_measurement(data or measured_data("positioning_system/emps.csv"))
     output = Output(out)
     with progress_bar() as progress:
-        found = run_study(measurement, progress)
-    write_study(output, draw_figures(found), result(found), table(found), summary(found))
+        study = run_study(measurement, progress)
+    write_study(output, draw_figures(study), result(study), table(study), summary(study))
 
 
 if __name__ == "__main__":

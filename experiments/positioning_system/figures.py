@@ -17,9 +17,9 @@ _WINDOW = 41  # samples of the filter that differentiates the position
 _START = 0.2  # [s] in which the carriage, at rest in the replay, catches up with the measured one
 
 
-def draw_friction(found: Study) -> Figure:
+def draw_friction(study: Study) -> Figure:
     """Draw the force that is left beside the published mass, over speed, and friction as found."""
-    measurement = found.measurement
+    measurement = study.measurement
     step = float(np.median(np.diff(measurement.time)))
     rate, acceleration = (
         savgol_filter(measurement.position, _WINDOW, 4, deriv=order, delta=step) for order in (1, 2)
@@ -37,7 +37,7 @@ def draw_friction(found: Study) -> Figure:
             linestyle="--",
             label="published",
         )
-        for (name, one), (colour, style, _) in zip(found.described.items(), SERIES, strict=False):
+        for (name, one), (colour, style, _) in zip(study.described.items(), SERIES, strict=False):
             model = one.diagnosis.model
             friction = model["screw.damping"] * speeds
             friction += model["screw.frictionloss"] * np.sign(speeds) + offset(model)
@@ -47,14 +47,14 @@ def draw_friction(found: Study) -> Figure:
     return figure
 
 
-def draw_residual(found: Study) -> Figure:
+def draw_residual(study: Study) -> Figure:
     """Draw the residuals of every description and signal over time; the start is cut off."""
-    rows = [(n, column) for n, one in found.described.items() for column in one.recording.measured]
+    rows = [(n, column) for n, one in study.described.items() for column in one.recording.measured]
     with print_style():
         figure = new_figure(8.0, 1.9 * len(rows))
         panels = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
         for axes, (name, column) in zip(panels, rows, strict=True):
-            one = found.described[name]
+            one = study.described[name]
             time = one.recording.time
             largest = 0.0
             for model, colour, width, label in (
@@ -73,7 +73,7 @@ def draw_residual(found: Study) -> Figure:
     return figure
 
 
-def draw_figures(found: Study) -> Iterator[tuple[str, Figure]]:
+def draw_figures(study: Study) -> Iterator[tuple[str, Figure]]:
     """Yield each picture's name and figure."""
-    yield "friction", draw_friction(found)
-    yield "residual", draw_residual(found)
+    yield "friction", draw_friction(study)
+    yield "residual", draw_residual(study)

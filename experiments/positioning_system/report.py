@@ -23,10 +23,10 @@ MODELS = {
 }
 
 
-def result(found: Study) -> dict[str, object]:
+def result(study: Study) -> dict[str, object]:
     """Nested dictionary of numbers in SI units."""
-    position, force = found.measurement.reproducibility()
-    stiffness, damping, left = found.measurement.servo_gains()
+    position, force = study.measurement.reproducibility()
+    stiffness, damping, left = study.measurement.servo_gains()
     return {
         "published": {
             "mass_kg": published.MASS,
@@ -46,14 +46,14 @@ def result(found: Study) -> dict[str, object]:
                 "held_out": one.errors,
                 "sysid": [fit.result() for fit in one.sysid] if one.sysid else None,
             }
-            for name, one in found.described.items()
+            for name, one in study.described.items()
         },
     }
 
 
-def summary(found: Study) -> Iterator[str]:
+def summary(study: Study) -> Iterator[str]:
     """Yield the lines."""
-    for name, one in found.described.items():
+    for name, one in study.described.items():
         diagnosis = one.diagnosis
         numbers = ", ".join(
             f"{what} {diagnosis.model[parameter]:.4g} {unit} (published {told:g})"
@@ -69,9 +69,9 @@ def summary(found: Study) -> Iterator[str]:
         )
 
 
-def table(found: Study) -> str:
+def table(study: Study) -> str:
     """The whole page."""
-    return "\n".join([*_numbers(found), "", *_errors(found), "", *_sentences(found), ""])
+    return "\n".join([*_numbers(study), "", *_errors(study), "", *_sentences(study), ""])
 
 
 def offset(parameters: Mapping[str, float]) -> float:
@@ -84,14 +84,14 @@ def offset(parameters: Mapping[str, float]) -> float:
     )
 
 
-def _numbers(found: Study) -> Iterator[str]:
+def _numbers(study: Study) -> Iterator[str]:
     yield (
         "| description | verdict | findings | "
         + " | ".join(f"{name} [{unit}]" for name, unit, _ in NUMBERS.values())
         + " | offset [N] |"
     )
     yield "|---" * (4 + len(NUMBERS)) + "|"
-    for name, one in found.described.items():
+    for name, one in study.described.items():
         findings = ", ".join(
             f"`{f.identifier}`" + (f" (or `{'`, `'.join(f.rivals)}`)" if f.rivals else "")
             for f in one.diagnosis.findings
@@ -117,9 +117,9 @@ def _value(one: Described, parameter: str) -> str:
     return f"{fitted.value:.4g} ({fitted.low:.4g} … {fitted.high:.4g}), {off:+.1%}"
 
 
-def _errors(found: Study) -> Iterator[str]:
+def _errors(study: Study) -> Iterator[str]:
     units = [
-        (name, column) for name, one in found.described.items() for column in one.recording.measured
+        (name, column) for name, one in study.described.items() for column in one.recording.measured
     ]
     heads = [f"{name}: {signal(name, column)}" for name, column in units]
     yield "| held-out error, rms | " + " | ".join(heads) + " |"
@@ -127,7 +127,7 @@ def _errors(found: Study) -> Iterator[str]:
     for model, label in MODELS.items():
         cells = []
         for name, column in units:
-            errors = found.described[name].errors
+            errors = study.described[name].errors
             if model not in errors:
                 cells.append("–")
                 continue
@@ -148,6 +148,6 @@ def scale(name: str, column: str) -> float:
     return 1.0 if column == "motor_force_N" else 1e3 if name == "force" else 1e6
 
 
-def _sentences(found: Study) -> Iterator[str]:
-    for name, one in found.described.items():
+def _sentences(study: Study) -> Iterator[str]:
+    for name, one in study.described.items():
         yield f"- {NAMES[name]} ({one.diagnosis.seconds:.0f} s): {one.diagnosis.sentence}"

@@ -113,9 +113,9 @@ def _state(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
 
 def _lengths(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
     """Unstretched length of every tendon, stored along it and wound [m]."""
-    found = []
+    results = []
     for name, sheath in sheaths(model).items():
         scalars, segments, *_ = sheath_arrays(model, data.plugin_state, name, sheath.state)
         wound = float(scalars["wound_in"].item()) + float(scalars["wound_out"].item())
-        found.append(float(segments["stored"].sum()) + wound)
-    return np.array(found)
+        results.append(float(segments["stored"].sum()) + wound)
+    return np.array(results)

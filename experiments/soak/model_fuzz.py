@@ -96,10 +96,10 @@ def _more(draw: random.Random) -> str:
 def _one(
     pattern: re.Pattern[str], text: str, draw: random.Random, new: Callable[[re.Match[str]], str]
 ) -> str:
-    found = list(pattern.finditer(text))
-    if not found:
+    result = list(pattern.finditer(text))
+    if not result:
         return text
-    match = draw.choice(found)
+    match = draw.choice(result)
     return text[: match.start()] + new(match) + text[match.end() :]
 
 

@@ -76,7 +76,7 @@ def fit_terms(
     low, high = solver.bounds
     margin = MARGIN * (high - low)
     scaled = [term.scaled(float(value)) for term, value in zip(terms, start, strict=True)]
-    found = least_squares(
+    result = least_squares(
         solver.residual,
         np.clip(scaled, low + margin, high - margin),
         jac=solver.jacobian,
@@ -87,7 +87,7 @@ def fit_terms(
     )
     size = rig.owner.size
     return TermFit(
-        tuple(terms), solver.natural(found.x), found.fun[:size].copy(), found.jac[:size].copy()
+        tuple(terms), solver.natural(result.x), result.fun[:size].copy(), result.jac[:size].copy()
     )
 
 
