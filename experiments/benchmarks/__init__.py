@@ -1,1 +1,1 @@
-"""What sheaths cost a step and a simulation, and what the alternatives cost."""
+"""Cost of sheaths in a step and in a simulation, and of the alternatives."""

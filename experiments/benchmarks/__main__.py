@@ -1,4 +1,4 @@
-"""`python -m experiments.benchmarks`: what sheaths cost, and what the alternatives cost."""
+"""`python -m experiments.benchmarks`: cost of sheaths and of the alternatives."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tendon_mj.lab.verification import Spread
 
 
 def benchmarks(out: Path = Path("out/benchmarks"), rounds: int = 15) -> None:
-    """Measure what sheaths cost on the bench: over guides, sheaths and threads, and part by part.
+    """Measure the cost of sheaths on the bench: over guides, sheaths, threads, and part by part.
 
     The alternatives are a NumPy `mjcb_passive` and MuJoCo's own frictionloss. `tendon-mj bench`
     measures the step of the package's models and of given ones. Takes half a minute.

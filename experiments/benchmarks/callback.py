@@ -192,7 +192,7 @@ class CallbackCost:
     """Cost that a callback in Python adds to a step, over that of the plugin.
 
     Attributes:
-        ratio: of what the two add, of each round [-].
+        ratio: of the two added costs, of each round [-].
         callback: added by the NumPy callback [s].
         plugin: added by the plugin [s].
         empty: added by a callback that does nothing [s].

@@ -138,7 +138,7 @@ def deviation(pulled: FloatArray, output: FloatArray, bench: Bench) -> Deviation
 
     Args:
         pulled: (steps,) T_in [N].
-        found: (steps,) T_out [N].
+        output: (steps,) T_out [N].
         bench: its λ, and T_0 as the tension before.
     """
     off = output / theory.output_tension(pulled, bench.exponent, bench.pretension) - 1.0

@@ -55,7 +55,7 @@ class Scaling:
 
     @property
     def added(self) -> FloatArray:
-        """(k, 3) lower quartile, median and upper quartile of what is added to a step [s]."""
+        """(k, 3) lower quartile, median and upper quartile of the added cost [s]."""
         spreads = [cost.added for cost in self.costs]
         return np.array([[s.low, s.median, s.high] for s in spreads])
 
@@ -75,7 +75,7 @@ class GuideScaling:
     Attributes:
         slow, fast: the reel goes to and fro, and all guides slide both ways; exponents from 16
             guides on.
-        marginal: exponent of what the guides beyond the first add in the slow motion, which leaves
+        marginal: exponent of the cost of the guides beyond the first in slow motion, which leaves
             out the fixed cost of a sheath.
     """
 
@@ -128,7 +128,7 @@ def guide_scaling(
         bench: its parameters but for the guides.
         guides: their numbers, rising.
         rounds: of which each times both models.
-        progress: called with what is being done, how much is done, and of how much.
+        progress: called with the stage, the number done and the total.
     """
     fitted = [k for k, n in enumerate(guides) if n >= FITTED_GUIDES]
     numbers = [guides[k] for k in fitted]
@@ -172,7 +172,7 @@ def sheath_scaling(
         bench: that every sheath is a copy of.
         sheaths: their numbers, rising.
         rounds: of which each times both models.
-        progress: called with what is being done, how much is done, and of how much.
+        progress: called with the stage, the number done and the total.
     """
     wave = _TRAVEL * np.sin(np.linspace(0.0, 2.0 * np.pi, _SHEATH_STEPS))
     builders: tuple[Callable[[], mujoco.MjSpec], ...] = (

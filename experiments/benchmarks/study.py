@@ -113,12 +113,12 @@ def run_benchmark(
     sheaths: Sequence[int] = SHEATHS,
     progress: Progress = silent,
 ) -> Benchmark:
-    """Measure what sheaths cost, each time in turns with the same model without.
+    """Measure the cost of sheaths, each time in turns with the same model without.
 
     Args:
         rounds: of every measurement, ≥ 1.
         guides, sheaths: numbers over which the cost is measured.
-        progress: called with what is being done, how much is done, and of how much.
+        progress: called with the stage, the number done and the total.
 
     Raises:
         InvalidValueError: no rounds.
@@ -156,7 +156,7 @@ class CostSeries(NamedTuple):
 
 
 def scaling_figure(guides: Sequence[CostSeries], sheaths: CostSeries) -> Figure:
-    """Draw what sheaths add to a step over their guides and over their number.
+    """Draw the added cost of sheaths over their guides and over their number.
 
     Args:
         guides: of one sheath, in several motions.

@@ -28,7 +28,7 @@ class HeldOut:
 
     Attributes:
         name, group: of the recording.
-        left_out: value of what was left out of the fit, such as ``80%``.
+        left_out: value that was left out of the fit, such as ``80%``.
         torque: error of the load over the whole recording [N m].
         torque_sliding: the same where the output slides [N m].
         torque_variation: the same with its mean apart [N m].
@@ -59,10 +59,10 @@ def cross_validate(
         candidate: that is fitted anew for every fold.
         recordings: all of them.
         left_out: a name in `LEFT_OUT`.
-        progress: called with what is being done, how much is done and how much there is.
+        progress: called with the stage, the number done and the total.
 
     Raises:
-        InvalidValueError: the recordings have fewer than two values of what is to be left out.
+        InvalidValueError: fewer than two values to leave out.
     """
     value = LEFT_OUT[left_out]
     folds = sorted({value(r) for r in recordings})

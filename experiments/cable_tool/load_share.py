@@ -1,4 +1,4 @@
-"""What of the friction grows with the load, by wrist pose: λ, radius ratio, and the constants.
+"""Friction that grows with the load, by wrist pose: λ, radius ratio, and the constants.
 
 In mid-stroke, T_in = a± x + b± by direction. A capstan gives a₋ = ϱ e^{+λ} when closing and
 a₊ = ϱ e^{−λ} when opening, with ϱ the ratio of the spools' radii: λ = ½ ln(a₋/a₊), ϱ = √(a₋ a₊).

@@ -119,7 +119,7 @@ def read_recording(path: Path) -> ToolRecording:
     """Read one file; pose, load and rate are taken from its name.
 
     Raises:
-        RecordingError: a name or a header that is not of this rig, or what no table may hold.
+        RecordingError: a name or a header that is not of this rig, or an invalid table.
     """
     result = next((m for m in (n.fullmatch(path.stem) for n in _NAMES) if m), None)
     if result is None:

@@ -27,7 +27,7 @@ class Study:
         recordings: on which they rest.
         tool: fitted to all of them.
         intervals: 95 % interval of every number of the tool, recordings resampled within poses.
-        held_out: candidate → what was left out (`LEFT_OUT`) → errors.
+        held_out: candidate → split (`LEFT_OUT`) → errors.
         load_shares: of every wrist pose.
         rates: pairs of recordings at different rates.
     """
@@ -57,7 +57,7 @@ def run_study(
     Args:
         recordings: of the rig, with several loads and poses.
         resamples: fits from which the intervals come.
-        progress: called with what is being done, how much is done and how much there is.
+        progress: called with the stage, the number done and the total.
     """
     held_out = {
         candidate.name: {

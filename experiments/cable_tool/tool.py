@@ -22,7 +22,7 @@ class Tool:
 
     Attributes:
         friction_exponent: λ of the straight wrist, load-proportional (sheath) friction [-].
-        wrist_friction: what a pitched wrist adds to λ [1/rad].
+        wrist_friction: addition of a pitched wrist to λ [1/rad].
         closing_offset: b_c, input torque when closing without load: constant friction and zero of
             the cells [N m].
         load_difference: by how much the load is larger when closing than when opening, from the

@@ -93,7 +93,7 @@ def kill_clients(folder: Path, settings: Settings, scheduler: str) -> None:
 
 
 def counted(folder: Path, tasks: int) -> dict[str, object]:
-    """What is there, and how often it was computed."""
+    """Finished parts, and how often each was computed."""
     result = ParquetParts(folder / "results").read()["task"].tolist()
     completed = Counter(map(int, (folder / "completed").read_text().split()))
     return {
@@ -106,7 +106,7 @@ def counted(folder: Path, tasks: int) -> dict[str, object]:
 
 
 def main(settings: Settings) -> None:
-    """Try both, and print what came of it."""
+    """Try both, and print the results."""
     said: dict[str, object] = {"kills": settings.kills, "workers": _WORKERS}
     with local_cluster(_WORKERS) as scheduler:
         for trial in (kill_workers, kill_clients):

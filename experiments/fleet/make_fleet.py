@@ -78,7 +78,7 @@ class _Written:
 
     Args:
         folder: of the fleet.
-        of: what the rigs are made of; a folder has those of one.
+        of: composition of the rigs; a folder has those of one.
 
     Raises:
         InvalidValueError: the folder has rigs of other settings.

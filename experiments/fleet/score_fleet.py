@@ -1,4 +1,4 @@
-"""Scores what was found of a hidden fleet; `python -m experiments.fleet.score_fleet --help`."""
+"""Scores the findings on a hidden fleet; `python -m experiments.fleet.score_fleet --help`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ALIKE = {"sheath.friction": "sheath.drawn_bend"}  # of which the data determine 
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """What to compare.
+    """Inputs of the comparison.
 
     Attributes:
         key: file of `make_fleet`.
@@ -29,10 +29,10 @@ class Settings:
 
 
 def score(key: dict[str, Any], rigs: list[dict[str, Any]]) -> dict[str, Any]:
-    """Count what was found, named and dated, and false alarms.
+    """Count changes found, named and dated, and false alarms.
 
     Args:
-        key: rig → what changed in it.
+        key: rig → its change.
         rigs: of result.json.
     """
     results = {rig["rig"]: rig for rig in rigs}

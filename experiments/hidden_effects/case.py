@@ -127,7 +127,7 @@ def write_case(
 def _write_model(
     reference: ReferenceBench | ReferenceJoint, folder: Path, raised: Mapping[str, float]
 ) -> str:
-    """Write the model into the case's folder, without a comment on what was raised in it."""
+    """Write the model into the case's folder, without a comment on the raised numbers."""
     with TemporaryDirectory() as base:
         patch_model(reference.write_model(Path(base)), raised, folder / MODEL)
     text = ElementTree.parse(folder / MODEL)  # drops comments
@@ -151,7 +151,7 @@ class _Simulated(Generic[R]):
         drives: of the training recordings, then of those held out, in the drive's unit.
         readings: (sensors, samples) of each drive, without noise.
         noise: (sensors,) standard deviations in the sensors' units.
-        strengths: of what is hidden.
+        strengths: of the hidden effects.
         sessions: state of the rig in each recording.
         left: of the reproducibility between sessions, once calibrated [noise].
         least_tension: lowest tension in all readings [N].
@@ -217,7 +217,7 @@ def _make(
 def _beyond_noise(
     plan: CasePlan, simulated: _Simulated[R], truth: R, raised: dict[str, float]
 ) -> dict[str, Any]:
-    """What the key says besides: the unit of the target, and what else is not as in the model."""
+    """Further entries of the key: the unit of the target, and other differences from the model."""
     return {
         "rig": plan.rig,
         "unit": simulated.strengths.unit,
@@ -256,7 +256,7 @@ def _simulate(plan: CasePlan, rng: np.random.Generator, draw: CaseDraw[R]) -> _S
     tensions = [k for k, column in enumerate(stated.sensors) if column.endswith("_N")]
     scale: float = 0.9 * reference.pretension / stated.ranges["pretension"].value * stated.travel
     for _ in range(MAX_ATTEMPTS):
-        own = np.random.default_rng([*plan.seed, 1])  # of what the old kinds do not have
+        own = np.random.default_rng([*plan.seed, 1])  # for draws that the old kinds do not have
         training: list[FloatArray]
         unseen: list[FloatArray]
         training, unseen = _excitations(plan, rng, scale)

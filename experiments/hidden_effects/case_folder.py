@@ -25,7 +25,7 @@ SOURCES = ("tendon_mj", "experiments")  # that workers need the same of
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """What a tool is given of a case.
+    """Data of a case that a tool is given.
 
     Attributes:
         name: of its folder.
@@ -70,7 +70,7 @@ def read_case(folder: Path) -> Case:
 
 
 def _digests(folder: Path) -> list[object]:
-    """What an outcome is of: digest of a case's files and its model, and what computes it."""
+    """Identity of an outcome: digest of a case's files and model, and versions of the code."""
     whole = hashlib.sha256()
     for path in sorted(p for p in folder.iterdir() if p.is_file()):
         whole.update(path.name.encode() + path.read_bytes())
@@ -164,7 +164,7 @@ def solve_suite(
     """Solve every case, keep the outcomes as they come, and print the progress.
 
     Args:
-        solve: what is run on each case, in processes of its own.
+        solve: function that runs on each case, in other processes.
         suite: folder of cases.
         out: folder for a folder per case.
         cases: the first so many only; 0 is all.

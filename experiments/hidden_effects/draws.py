@@ -31,10 +31,10 @@ from experiments.hidden_effects.too_high import ON_BENCH, ON_JOINT, TooHigh
 
 @dataclass(frozen=True, kw_only=True)
 class CaseDraw(Generic[R]):
-    """What a case hides, but for the strengths.
+    """Hidden content of a case, without the strengths.
 
     Attributes:
-        reference: without what is hidden.
+        reference: without the hidden effects.
         hidden: effects, wrong numbers or disturbances.
         small: those that leave the remainder.
         uncertain: attributes of the reference that recordings state as uncertain.

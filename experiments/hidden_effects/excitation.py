@@ -182,7 +182,7 @@ def _lagged(signal: FloatArray, step: float) -> FloatArray:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingDescription:
-    """Columns and parameters that recordings of a reference state; none shows what is hidden.
+    """Columns and parameters that recordings of a reference state; none shows a hidden effect.
 
     Attributes:
         drive: column of the drive. actuator: that this column drives.

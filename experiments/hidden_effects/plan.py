@@ -36,13 +36,13 @@ Kind = Literal[
     "too_high",
     "drawn",
 ]
-# Those that have what reality has; each of their cases has its own model beside its recordings.
+# As on real rigs; each of these cases has its own model beside its recordings.
 REAL_KINDS = ("session", "remainder", "too_high")
 KINDS: tuple[Kind, ...] = ("effect", "pair", "parameter", "nothing", "outside", "joint")
 # Not beside those of kind "drawn": they take many times as long, or leave next to no residual.
 SLOW = ("static_friction", "velocity_weakening", "tendon_inertia")
 SINGLE_EFFECTS = (*EFFECTS, "sheath_friction")
-TARGET = 5.0  # in units of the reproducibility, or of what small effects and noise leave
+TARGET = 5.0  # in units of the reproducibility, or of the rms of small effects and noise
 # static friction leaves next to no residual, whatever its strength
 HIDDEN = (*(e for e in EFFECTS if e != "static_friction"), "sheath_friction")
 OF_A_SESSION = "sensor_bias"  # the zeros of sensors are set anew for each session anyway
@@ -56,13 +56,13 @@ class CasePlan:
         kind: of the case.
         names: of the hidden effects, wrong numbers or disturbances.
         target: wanted ratio of residual to noise, for each of them [-]; of kind "session" to the
-            reproducibility, of kind "remainder" to what the small effects leave. Of kind "drawn" it
+            reproducibility, of kind "remainder" to the small effects' residual. Of kind "drawn" it
             is that of the second effect, and the strength of the first is drawn.
         noise: standard deviation over the range of each measured column [-].
         exclude: effects to take out of the catalogue when diagnosing.
         seed: of every random draw.
         rig: that the case is of.
-        small: names of what leaves the remainder.
+        small: names of the effects that leave the remainder.
         bends: whether the sheath's bend differs between the recordings.
     """
 

@@ -14,9 +14,9 @@ from experiments.hidden_effects.strengths import PERTURBATION, Trial, rms, simul
 from tendon_mj.lab.recordings import Session
 from tendon_mj.typing import FloatArray
 
-REPRODUCIBILITY = (3.0, 5.0)  # what differs between sessions, rms in effect [noise]
+REPRODUCIBILITY = (3.0, 5.0)  # difference between sessions, rms in effect [noise]
 LARGEST = 2.0  # standard deviations
-UNSEEN_FRICTION = 0.1  # standard deviation of a friction that is itself what is hidden [-]
+UNSEEN_FRICTION = 0.1  # standard deviation of a friction that is itself hidden [-]
 GUESS = math.log(2.0)  # by which a stated spread is wrong at most, either way
 BENDS = 1.2  # largest change of the sheath's bend [rad]
 
@@ -55,7 +55,7 @@ class RigState:
         """True values in this recording of the model's parameters, where they differ from others.
 
         Args:
-            reference: with what is hidden, in no particular recording.
+            reference: with the hidden effects, in no particular recording.
         """
         own, stated = self.set_anew(reference), reference.description
         sheath = {

@@ -28,7 +28,7 @@ def of_kind(judged: Sequence[JudgedCase], kind: str) -> list[JudgedCase]:
 def share(
     quantity: str, wanted: str, cases: Sequence[JudgedCase], right: Callable[[JudgedCase], float]
 ) -> Row:
-    """Mean of what ``right`` says of each case, a share [-]."""
+    """Mean of ``right`` over the cases, a share [-]."""
     mean = f"{100.0 * np.mean([float(right(j)) for j in cases]):.1f} %" if cases else "–"
     return quantity, wanted, mean, len(cases)
 

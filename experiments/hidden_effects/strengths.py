@@ -125,7 +125,7 @@ def rms(residual: FloatArray) -> float:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Trial(Generic[R]):
-    """Training recordings of a rig without what is hidden.
+    """Training recordings of a rig without the hidden effects.
 
     Attributes:
         references: the rig in the bend of each recording.
@@ -196,7 +196,7 @@ class Trial(Generic[R]):
         return columns
 
     def ratio(self, change: Callable[[R], R]) -> float:
-        """Rms of what a change of the references leaves after calibration [noise]."""
+        """Rms left by a change of the references after calibration [noise]."""
         return rms(self.uncalibrated(self.residuals(change)))
 
 
@@ -206,7 +206,7 @@ class Strengths(Generic[R]):
 
     Attributes:
         hidden, small: as in `CaseDraw`, with the strength found for each.
-        unit: what the plan's target is a multiple of [noise].
+        unit: of the plan's target [noise].
     """
 
     hidden: tuple[tuple[HiddenEffect[R], FoundStrength], ...]
@@ -225,9 +225,9 @@ def find_strengths(
 
     Args:
         plan, draw: the case.
-        trial: its training recordings without what is hidden.
-        unit: what the plan's target is a multiple of [noise].
-        rng: of the ratios of small effects; with these, the unit is what they and noise leave.
+        trial: its training recordings without the hidden effects.
+        unit: of the plan's target [noise].
+        rng: of the ratios of small effects; with these, the unit is the rms of them and noise.
     """
     small = tuple((one, _find(trial, one, rng.uniform(*SMALL))) for one in draw.small)
     if small:

@@ -77,7 +77,7 @@ class JudgedCase:
 
     @property
     def _rivals(self) -> dict[str, list[str]]:
-        """Name of the verdict → what the data cannot tell from it, over all groups that have it."""
+        """Name in the verdict → names that the data cannot distinguish from it."""
         groups = [] if self.result is None else self.result.get("indistinguishable") or []
         return {
             name: list(dict.fromkeys(r for g in groups if name in g for r in g if r != name))
@@ -95,7 +95,7 @@ class JudgedCase:
 
     @property
     def confident(self) -> bool:
-        """Whether something is named, and what comes first, be it a number, is in no tie."""
+        """Whether something is named, and the first name, be it a number, is in no tie."""
         return bool(self.named) and not self._tied(self.named[0])
 
     @property
@@ -119,7 +119,7 @@ class JudgedCase:
 
     @property
     def false_names(self) -> list[str]:
-        """All that is named and neither hidden nor tied with what is hidden.
+        """Names that are neither hidden nor tied with a hidden one.
 
         The rivals of a name that has more of them than a tie may have count as named.
         """
@@ -205,7 +205,7 @@ class JudgedCase:
 
 
 class Run(NamedTuple):
-    """Content of run.json: duration [s], and what went wrong, empty where nothing did."""
+    """Content of run.json: duration [s], and the error or ""."""
 
     seconds: float | None
     error: str
@@ -262,7 +262,7 @@ def read_result(path: Path) -> dict[str, Any] | None:
 
 
 def read_json(path: Path) -> dict[str, Any] | None:
-    """The object in a JSON file, without what is null; None where there is no file.
+    """The object in a JSON file, without null entries; None where there is no file.
 
     Raises:
         InvalidValueError: it is no JSON (NaN and Infinity are none), or no object.
@@ -281,7 +281,7 @@ def read_json(path: Path) -> dict[str, Any] | None:
 
 
 def _no_number(constant: str) -> NoReturn:
-    raise ValueError(f"{constant} is no number; null is what is missing")
+    raise ValueError(f"{constant} is not a number; write null for a missing one")
 
 
 def _refuse(where: str, wanted: str, value: object) -> NoReturn:

@@ -30,7 +30,7 @@ class Cost:
         step: time step [s].
         elements: n, guides, elements or grid intervals; 0 for the closed form.
         error: largest of T_in or T_out over its range [-].
-        inertia: what carries mass in this run.
+        inertia: the parts with mass in this run.
     """
 
     route: str

@@ -34,7 +34,7 @@ class Discretisation(NamedTuple):
     Args:
         step: time step [s].
         elements: n, guides, elements or grid intervals; 0 for the closed form.
-        inertia: what carries mass.
+        inertia: the parts with mass.
         run: gives T_in and T_out [N] every ``SAMPLE_TIME``.
     """
 

@@ -178,9 +178,9 @@ def draw_refinement(refinement: Refinement) -> Figure:
             "errors of sheath and plugin level off at finite strain, ξ/L and T/EA of 1e-3, which "
             "the closed form neglects. Squares: at EA = "
             f"{STIFFENING * refinement.tendon.axial_stiffness / 1e3:g} kN, T_0 and all tensions "
-            "kept, they converge. The error of the elements levels off at their inertia. The order is "
-            "that of the points before a curve levels off. Elements in MuJoCo are left out: their "
-            "step is proportional to 1/n, and their inertia would dominate.",
+            "kept, they converge. The error of the elements levels off at their inertia. The order "
+            "is that of the points before a curve levels off. Elements in MuJoCo are left out: "
+            "their step is proportional to 1/n, and their inertia would dominate.",
         )
     return figure
 

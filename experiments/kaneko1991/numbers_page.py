@@ -94,8 +94,8 @@ def _departure(departure: Departure) -> str:
         f"F_c moves T_out at the same ξ_in by {departure.travel_pulling:+.3f} N pulling and "
         f"{departure.travel_loosening:+.3f} N loosening, at the same T_in by "
         f"{departure.tension_pulling:+.3f} N and {departure.tension_loosening:+.3f} N, on every "
-        f"point of the branches. The lower flat from slack: {without} mm without, {with_friction} mm with "
-        "F_c."
+        f"point of the branches. The lower flat from slack: {without} mm without, "
+        f"{with_friction} mm with F_c."
     )
 
 

@@ -21,7 +21,7 @@ _POINTS = "points"
 
 @dataclass(frozen=True)
 class Case:
-    """One recording, and what was said of it.
+    """One recording, and its reports.
 
     Attributes:
         fault: its kind; empty where there is none.
@@ -112,7 +112,7 @@ def _result(cases: Sequence[Case]) -> dict[str, object]:
 
 
 def table(cases: Sequence[Case]) -> str:
-    """Table in Markdown: kind of fault, how many were named, and what the diagnoses said."""
+    """Table in Markdown: kind of fault, number named, and verdicts."""
     rows = [
         "| fault | named at its place | verdicts | effects of the rig named |",
         "|---|---|---|---|",

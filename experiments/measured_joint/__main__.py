@@ -1,4 +1,4 @@
-"""`python -m experiments.measured_joint`: what a frictionless model of a measured joint lacks."""
+"""`python -m experiments.measured_joint`: effects missing in a model of a measured joint."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def draw_angles(study: Study) -> Figure:
 
 
 def draw_tensions(study: Study) -> Figure:
-    """Draw the tensions over the command; what they were before is left out."""
+    """Draw the tensions over the command, without the start."""
     with print_style():
         figure, panels = _panels(study)
         for axes, given, one in panels:
@@ -104,7 +104,7 @@ def _degrees(recording: Recording, column: str) -> list[float]:
 
 
 def draw_held_out(study: Study) -> Figure:
-    """Draw every held-out error of the angle, with what was asked."""
+    """Draw every held-out error of the angle, with the limit."""
     with print_style():
         names = ["diagnosis", *study.errors]
         figure = new_figure(9.0, 0.36 * len(names) + 1.9)

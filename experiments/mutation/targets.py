@@ -1,4 +1,4 @@
-"""What is mutated, and the tests that have to notice."""
+"""Targets of mutation, and the tests that have to notice."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ SENSORS = {"output": COLUMNS[1:], "both": COLUMNS}
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """What is hidden, and what was recorded.
+    """The hidden effects, and the recordings.
 
     Attributes:
         hidden: name of the effect or parameter. motion: of the drive. sensors: which were read.

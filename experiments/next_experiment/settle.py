@@ -1,4 +1,4 @@
-"""What the diagnosis says of a case, and what it says with one more recording."""
+"""Diagnosis of a case, before and after one more recording."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ class After:
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What came of a case.
+    """Result of a case.
 
     Attributes:
         case: it. ratio: of the residual that was hidden to the noise [-].
         verdict, effects, ties: of the first diagnosis.
-        tie: whether it ties, with the hidden effect among what ties.
+        tie: whether it ties, the hidden effect being one of the tied.
         sentence: of the suggestion. differences: see `tendon_mj.lab.experiment_design.Difference`.
         seconds: that the search took.
         suggested: with the suggested experiment; None where none was suggested.

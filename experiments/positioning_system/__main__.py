@@ -1,4 +1,4 @@
-"""`python -m experiments.positioning_system`: what a frictionless carriage lacks."""
+"""`python -m experiments.positioning_system`: the missing friction of a carriage."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tendon_mj.cli import Output, progress_bar
 def positioning_system(
     data: Path | None = None, out: Path = Path("out/positioning_system")
 ) -> None:
-    """Find what a carriage without friction lacks, from three descriptions of one file.
+    """Find the missing friction of a carriage, from three descriptions of one file.
 
     The force drives it; the reference drives it through the servo; the measured motion drives it.
     Beside each: the published model, and mujoco.sysid. Takes about 10 min on two cores.

@@ -18,7 +18,7 @@ from tendon_mj.typing import FloatArray
 
 HELD_OUT = 0.25  # last share of the recording, which `diagnose` and `fit_with_sysid` do not fit
 TOLD = "sysid, told the structure"
-# What it is told, and the ranges of the numbers.
+# Known numbers, and the ranges of the uncertain ones.
 STRUCTURE = {
     "screw.damping": Uncertain(100.0, 0.0, 1000.0),
     "screw.frictionloss": Uncertain(10.0, 0.0, 100.0),
@@ -52,7 +52,7 @@ class Study:
 
     Attributes:
         measurement: the file.
-        described: description → what was found.
+        described: description → result.
     """
 
     measurement: Measurement

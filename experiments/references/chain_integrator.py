@@ -276,7 +276,7 @@ def linear_enough(system: ElementSystem, pulled: float, input_mean: float) -> bo
 
 @numba.njit(cache=True)
 def revise_directions(system: ElementSystem) -> bool:
-    """Stop what would slide backwards, release what exceeds its limit; return whether any was."""
+    """Stop elements that would slide backwards, release those beyond their limit; return if any."""
     changed = False
     for i in range(system.elements.size):
         element = system.elements[i]

@@ -27,7 +27,7 @@ left, g:
 
     τ = EA (ℓ/s − 1) = (τ_0 e + k (g − y))/(e − a k g),   e = 1/(1 + a τ_0),
 
-y what ℓ itself has lost because its output end moved. a = 0 is infinitesimal strain.
+y the loss of ℓ itself because its output end moved. a = 0 is infinitesimal strain.
 
 Equations: docs/theory.md, section 5.
 """
@@ -276,8 +276,8 @@ def spring_tension(
 def linearise_springs(chain: EffectChain, drum: float) -> None:
     """Set the tensions of all springs at the end of a step, and their derivatives [N/m].
 
-    ``drum`` is the displacement of the drum [m]. Retardation acts on what the elements pass; mount,
-    drum and output move too slowly to matter.
+    ``drum`` is the displacement of the drum [m]. Retardation acts on the tendon that elements pass;
+    mount, drum and output move too slowly to matter.
     """
     material, nodes, springs = chain.material, chain.nodes, chain.springs
     n, free = chain.elements.size, chain.carriages.size == 0
@@ -453,7 +453,7 @@ def solve_increments(nodes: RecordArray, springs: RecordArray) -> None:
 
 @numba.njit(cache=True)
 def revise_directions(chain: EffectChain) -> bool:
-    """Stop what would slide backwards, release what exceeds its limit; return whether any was."""
+    """Stop elements that would slide backwards, release those beyond their limit; return if any."""
     changed = False
     for i in range(chain.elements.size):
         element = chain.elements[i]

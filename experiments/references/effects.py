@@ -64,7 +64,7 @@ class Effects:
         extra_bend: φ_x, bend of the whole sheath besides the chain's own [rad].
         retardation_time: τ_r of T = EA (ε + τ_r dε/dt) between elements [s], ≥ 0: the loss in the
             tendon that ends its own ringing where it has mass.
-        axial_stiffness: EA [N], > 0: what strain a tension is, for finite strain and for
+        axial_stiffness: EA [N], > 0: strain per tension, for finite strain and for
             stiffening. inf: strain is infinitesimal, nothing stiffens.
 
     Raises:

@@ -254,7 +254,7 @@ def quasi_static(
     """Give a chain equal masses and dampings for which inertia is small at ``time_scale``.
 
     The lowest frequency of the chain without friction, input end free, becomes
-    ω_1 = 2π · slowness / time_scale, and c_i = 2 ζ m_i ω_1. What inertia and damping leave in
+    ω_1 = 2π · slowness / time_scale, and c_i = 2 ζ m_i ω_1. The residue of inertia and damping in
     T_out was measured against the continuum at λ = 1 and ζ = 0.1: up to 0.12/slowness of its range
     with ξ_in prescribed, up to 4/slowness with T_in prescribed (in a loosening, when the front
     reaches the output).

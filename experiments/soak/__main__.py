@@ -1,4 +1,4 @@
-"""`python -m experiments.soak`: long trials of what docs/guarantees.md promises."""
+"""`python -m experiments.soak`: long trials of the promises of docs/guarantees.md."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def soak(
 
 
 def _long_jobs(folder: Path) -> dict[str, tuple[list[str], str]]:
-    """Modules and their arguments, and what a finished part of each leaves in its folder."""
+    """Modules, their arguments, and the file of a finished part of each."""
     recording, rig, suite = str(example_recording()), example_rig(), folder / "cases"
     train, held_out = str(rig / "triangles.csv"), str(rig / "sines.csv")
     about = ["--description", str(rig / "rig.toml"), "--no-sysid"]

@@ -1,4 +1,4 @@
-"""Commands killed at random moments: what they leave is whole, and the next run does it all."""
+"""Commands killed at random moments: files are whole, and the next run completes the work."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _ORPHANS = 0.5  # in which the workers of a killed run see that they are alone [
 
 @dataclass
 class KilledRuns:
-    """What killed runs left.
+    """Result of killed runs.
 
     Attributes:
         kills: number of runs that were killed before they ended.

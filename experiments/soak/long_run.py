@@ -1,4 +1,4 @@
-"""A simulation of very many steps: what is conserved, what memory it takes, whether it resumes."""
+"""A simulation of very many steps: conservation, memory, and resumption."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _COMPARED = 20  # bursts for which what was resumed goes on beside the run
 
 @dataclass
 class LongRun:
-    """What a long simulation showed.
+    """Result of a long simulation.
 
     Attributes:
         model: its name.

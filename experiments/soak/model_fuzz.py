@@ -138,7 +138,7 @@ def trials(seed: int, count: int) -> Iterator[tuple[str, str]]:
 
 
 def _refused(message: str) -> tuple[str, str]:
-    """Who refused a model, and what is missing in a refusal of the plugin's: the instance."""
+    """Who refused a model, and whether the plugin's refusal lacks the instance."""
     if "engine error" not in message or "tendon_mj" not in message:  # its messages come by this
         return "refused by MuJoCo", ""
     named = "instance '" in message

@@ -27,7 +27,7 @@ _ZERO = wp.constant(wp.float64(0.0))
 _ONE = wp.constant(wp.float64(1.0))
 _HOLDS_ANYTHING = wp.constant(wp.float64(230.0))  # see `holding_ratios`
 _FOLLOWS = wp.constant(wp.float64(0.2))  # see the plugin's `input_force`
-_ROUNDED_LENGTH = wp.constant(wp.float64(1e-7))  # relative, of what single precision holds
+_ROUNDED_LENGTH = wp.constant(wp.float64(1e-7))  # relative, rounding of single precision
 _ROUNDED_PRODUCT = wp.constant(wp.float64(1e-6))
 _STIFF, _SOFTEST = wp.constant(wp.float64(1e6)), wp.constant(wp.float64(1e2))  # see `driven`
 
@@ -69,7 +69,7 @@ def _commit(t: Tendons, s: Sheath, now: wp.float32) -> None:
 
 @wp.func
 def _let_guides_yield(b: Motion, t: Tendons, s: Sheath, ea: wp.float64) -> None:
-    """Let the guides of a driven tendon yield by what makes a step resolve its stretches."""
+    """Let the guides of a driven tendon yield, so that a step resolves its segments."""
     w = s.world
     h = wp.float64(b.timestep[w % b.timestep.shape[0]])
     for j in range(s.guides + 1):
@@ -342,7 +342,7 @@ def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
 def apply(b: Motion, t: Tendons, driven: bool, qfrc: wp.array2d[wp.float32]) -> None:
     """Add the forces of the sheaths that are driven, or of the others; threads (dofs, worlds).
 
-    A thread adds up what acts on its degree of freedom, always in the same order.
+    A thread adds up the forces on its degree of freedom, always in the same order.
     """
     dof, w = wp.tid()
     total = wp.float64(0.0)

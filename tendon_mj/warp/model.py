@@ -47,7 +47,7 @@ _SPRING_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value
 _DAMPER_OFF = mujoco.mjtDisableBit.mjDSBL_DAMPER.value
 _put_model = inspect.unwrap(mjw.put_model)  # without our refusal of plugins
 _ACTUATION_OFF = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
-_SIZES = {  # array of the data → what the model has for its length
+_SIZES = {  # array of the data → size in the model
     "qpos": "nq",
     "qvel": "nv",
     "act": "na",

@@ -4,8 +4,8 @@ The same as `tendon_mj.plugin.sheath_plugin.path`, without pulleys. Where the in
 site, elements and points come in the reverse of their order.
 
 Sites and geoms are placed anew, in double precision: a stretch between two of one body would else
-change by what single precision leaves of their places. Tangent points are MuJoCo Warp's; a geom and
-a straight line share what these are wrong by.
+change by the rounding of their places to single precision. Tangent points are MuJoCo Warp's; a geom
+and a straight line share their error.
 """
 
 import warp as wp

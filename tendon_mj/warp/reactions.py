@@ -92,10 +92,10 @@ def _add_once(
     body: int,
     wrench: wp.spatial_vector,
 ) -> None:
-    """Add a wrench, unless the sum is what was written when it was added last."""
+    """Add a wrench, unless the sum stands there from the last call."""
     value = total[w, body]
     before = written[w, body]
-    summed = value + wrench  # in a pair, `value` would be what stands there when it is used
+    summed = value + wrench  # `value` alone would be read when it is used
     same = bool(True)
     changes = bool(False)
     for i in range(6):

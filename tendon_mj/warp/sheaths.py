@@ -74,7 +74,7 @@ class Sheaths:
 
         Args:
             parameter: one of ``parameters``.
-            values: a number; (worlds, sheaths) or what broadcasts to that in two dimensions; with
+            values: a number; (worlds, sheaths) or two dimensions that broadcast to it; with
                 ``sheath`` (worlds,).
             sheath: name of the one whose it is; all without.
 

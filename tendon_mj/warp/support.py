@@ -89,7 +89,7 @@ def check_supported(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> 
         sheaths: each by name.
 
     Raises:
-        NoPluginsError: names it, where it is, and what to do instead.
+        NoPluginsError: names it, its place, and a remedy.
     """
     for servo in servos(model):
         _refuse(f"servo {servo!r}", "put its law into your policy or into the control")
@@ -103,7 +103,7 @@ def check_supported(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> 
         if sensor_kind(model, sensor) == "friction_work":
             _refuse(f"{name} of friction_work", "remove it")
         if model.sensor_type[sensor] in (FORCE, TORQUE) and model.sensor_history[sensor, 0] > 0:
-            _refuse(f"{name} with a history", "delay what it shows yourself")
+            _refuse(f"{name} with a history", "delay its reading yourself")
     check_sheaths(model, sheaths)
 
 
@@ -115,7 +115,7 @@ def check_options(options: Any, constrained: bool = False) -> None:
         constrained: whether equalities or limits pull a tendon.
 
     Raises:
-        NoPluginsError: names the option, and what to do instead.
+        NoPluginsError: names the option, and a remedy.
     """
     integrator = mujoco.mjtIntegrator(int(options.integrator))
     if integrator not in _INTEGRATORS:
@@ -136,7 +136,7 @@ def check_sheaths(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> No
     """Refuse unsupported features of sheaths, in the model or by their live parameters.
 
     Raises:
-        NoPluginsError: names it, where it is, and what to do instead.
+        NoPluginsError: names it, its place, and a remedy.
     """
     for name, sheath in sheaths.items():
         _check_sheath(model, f"sheath {name!r}: ", sheath)

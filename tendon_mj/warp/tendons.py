@@ -20,7 +20,7 @@ wp.set_module_options({"enable_backward": False})
 class Tendons:
     """State and work space of the sheaths; (segments, worlds), (guides, worlds) and so on."""
 
-    # what each sheath is, (sheaths,); −1 for what there is none of
+    # description of each sheath, (sheaths,); −1: none
     tendon: wp.array[wp.int32]
     first_segment: wp.array[wp.int32]
     first_guide: wp.array[wp.int32]
@@ -83,7 +83,7 @@ class Tendons:
     near_body: wp.array2d[wp.int32]
     far_body: wp.array2d[wp.int32]
     # work space of the solver
-    kept: wp.array2d[wp.float64]  # s before the flow of this step, with what was wound and shifted
+    kept: wp.array2d[wp.float64]  # s before the flow of this step, after winding and shifts
     prefix: wp.array2d[wp.float64]  # τ* of the tendon cut behind a segment
     static_ratio: wp.array2d[wp.float64]  # e^{μ_s φ}
     dynamic_ratio: wp.array2d[wp.float64]  # e^{μ_d φ}
@@ -140,7 +140,7 @@ def slope_of(t: Tendons, s: Sheath, j: int, tau: wp.float64, holds: wp.float64) 
 
 @wp.func
 def tension_of(t: Tendons, s: Sheath, j: int) -> wp.float64:
-    """τ of a segment that keeps what it has; 0 when slack, inf where nothing can yield."""
+    """τ of a segment at its present length s; 0 when slack, inf where nothing can yield."""
     row, w = s.segment + j, s.world
     softness = t.kept[row, w] + t.give[row, w]
     if softness <= wp.float64(0.0):

@@ -23,7 +23,7 @@ COMMITTED: Final = (
 )
 _STIFF = 1e6  # EA of a driven tendon where none is given [N]
 
-# (rows, type, names) of what has a row each and a column for each world
+# (rows, type, names) of arrays with a column for each world
 _BY_WORLD = (
     ("sheaths", wp.bool, "started has_trial"),
     ("sheaths", wp.float32, "trial_time"),
@@ -39,7 +39,7 @@ _BY_WORLD = (
     ("arcs", wp.bool, "touched trial_touches"),
     ("arcs", wp.vec3d, "near_tangent far_tangent trial_near trial_far"),
 )
-# and of what users read, a row for each world
+# and of arrays for users, a row for each world
 _RESULTS = (
     ("segments", wp.float32, "tension_out"),
     ("sheaths", wp.float32, "input_tension output_tension"),
@@ -84,7 +84,7 @@ def _array(values: Any, kind: Any) -> Any:
 
 
 def _describe(tendons: Any, simulated: dict[str, Simulated], reels: Sequence[int]) -> None:
-    """Say what each sheath is."""
+    """Set the description of each sheath."""
     guides = np.array([len(sheath.guides) for sheath in simulated.values()])
     arcs, arc_guides = state_field(simulated, "arcs"), state_field(simulated, "arc_guides")
     for name, kind, values in (

@@ -1,4 +1,4 @@
-"""What MuJoCo Warp cannot simulate is refused by name, with what to do instead."""
+"""Models that MuJoCo Warp cannot simulate are refused by name, with a remedy."""
 
 import mujoco
 import pytest

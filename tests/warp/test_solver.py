@@ -1,4 +1,4 @@
-"""The flow solver on Warp gives what the plugin's own gives, on random tendons."""
+"""The flow solver on Warp agrees with the plugin's, on random tendons."""
 
 import numpy as np
 import pytest

@@ -166,7 +166,7 @@ def test_what_is_put_there_and_got_back_has_not_changed():
         data.ctrl[:] = row
         mujoco.mj_step(model, data)
     tw.get_data_into(again, model, tw.put_data(model, data, 2), 1)
-    found, expected = (simulated_sheaths(model, each) for each in (again, data))
+    result, expected = (simulated_sheaths(model, each) for each in (again, data))
     for name, sheath in expected.items():
         for part, field in (
             ("segments", "stored"),
@@ -175,7 +175,7 @@ def test_what_is_put_there_and_got_back_has_not_changed():
             *(("state", name) for name in COMMITTED),
             ("state", "law"),
         ):
-            assert (getattr(found[name], part)[field] == getattr(sheath, part)[field]).all()
+            assert (getattr(result[name], part)[field] == getattr(sheath, part)[field]).all()
 
 
 def test_data_of_another_model_are_refused_by_what_would_use_them(model, on_device):

@@ -97,7 +97,7 @@ if __name__ == "__main__":
 
 
 def drive_history(time: FloatArray, drive: FloatArray, span: float) -> FloatArray:
-    """(samples, features): the drive, its rate, its past, and what plays make of it.
+    """(samples, features): the drive, its rate, its past, and its plays.
 
     Args:
         time: samples [s].

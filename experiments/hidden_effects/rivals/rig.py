@@ -20,7 +20,7 @@ from tendon_mj.typing import FloatArray
 Values = Mapping[str, float]
 
 FAILED = 1e3  # residual of a failed simulation [noise]
-RANGE = 8.0  # spreads to either side of what was set anew
+RANGE = 8.0  # spreads to either side of a session's parameter
 
 
 class Rig:
@@ -60,7 +60,7 @@ class Rig:
 
     @property
     def uncertain(self) -> list[Term]:
-        """Terms of what the recordings call uncertain."""
+        """Terms of the uncertain parameters."""
         return [
             Term((name,), "", u.value, u.low, u.high, (u.high - u.low) / 20.0)
             for name, u in self.recordings[0].uncertain.items()
@@ -68,7 +68,7 @@ class Rig:
 
     @property
     def sessions(self) -> list[Term]:
-        """Terms of what was set anew for each recording."""
+        """Terms of the session parameters of each recording."""
         return [
             Term(
                 targets=(f"{name} @ {recording.name}",),

@@ -1,4 +1,4 @@
-"""`mujoco.sysid` alone: what is uncertain is fitted in the model as it is, and nothing is named.
+"""`mujoco.sysid` alone: uncertain parameters are fitted in the model, and nothing is named.
 
 `python -m experiments.hidden_effects.rivals.sysid --help`. It knows nothing of sessions: what was
 set anew for a training recording has the value that is stated. In a held-out recording it is

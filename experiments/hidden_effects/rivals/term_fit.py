@@ -1,4 +1,4 @@
-"""Least squares of terms to recordings, with what was set anew for each."""
+"""Least squares of terms to recordings, with the session parameters of each."""
 
 from __future__ import annotations
 
@@ -62,13 +62,13 @@ def written(
 def fit_terms(
     rig: Rig, terms: Sequence[Term], start: Sequence[float] | FloatArray, fixed: Values
 ) -> TermFit:
-    """Minimise the squared residuals, and those of what was set anew from what is stated.
+    """Minimise the squared residuals, with those of session parameters from their stated means.
 
     Args:
         rig: data.
         terms: to fit, those of sessions among them.
         start: (p,) values to begin from [their units].
-        fixed: parameter → value of what is fitted no more.
+        fixed: parameter → value, not fitted any more.
     """
     if not terms:
         return TermFit((), np.empty(0), rig.residuals([fixed])[0], np.empty((rig.owner.size, 0)))
@@ -147,7 +147,7 @@ class _Solver:
 def predict(recordings: Sequence[Recording], parameters: Values) -> FloatArray:
     """(m,) residuals of held-out recordings [noise], with the model's own step.
 
-    What was set anew for each of them is fitted to it, as a diagnosis does.
+    Session parameters are fitted to each of them, as a diagnosis does.
     """
     rig = Rig(recordings, 1.0)
     shared = {name: value for name, value in parameters.items() if " @ " not in name}

@@ -267,7 +267,7 @@ def compare_bench(bench: Bench | None = None, progress: Progress = silent) -> Co
 
     Args:
         bench: its parameters; default: those of the package's model.
-        progress: called with what is being done, how much is done, and of how much.
+        progress: called with the stage, the number done and the total.
 
     Raises:
         TendonError: a simulation became unstable.

@@ -354,7 +354,7 @@ def measure_models(
     Args:
         models: MJCF files, to every tendon of which friction is added.
         rounds: of every measurement, ≥ 1.
-        progress: called with what is being done, how much is done, and of how much.
+        progress: called with the stage, the number done and the total.
 
     Raises:
         InvalidValueError: no rounds, two models of one name, or one that nothing drives.

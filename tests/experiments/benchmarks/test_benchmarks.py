@@ -73,14 +73,14 @@ def test_each_of_several_benches_moves_as_one_alone():
     models = [build_bench(Bench()).compile(), several_benches(lambda: build_bench(Bench()), 3)]
     models[1] = models[1].compile()
     assert len(sheaths(models[1])) == 3
-    found = []
+    results = []
     for model in models:
         data = mujoco.MjData(model)
         for control in 1e-3 * np.sin(np.linspace(0.0, 6.0, 300)):
             data.ctrl[:] = control
             mujoco.mj_step(model, data)
-        found.append(data.qpos.reshape(-1, 2).copy())
-    np.testing.assert_allclose(found[1], np.tile(found[0], (3, 1)), rtol=1e-9)
+        results.append(data.qpos.reshape(-1, 2).copy())
+    np.testing.assert_allclose(results[1], np.tile(results[0], (3, 1)), rtol=1e-9)
 
 
 def test_scalings_have_a_cost_for_each_count():
@@ -224,11 +224,11 @@ def test_the_cost_comes_with_the_agreement():
 
 def coulomb(pulled, start, force):
     """T_out behind one force, whatever the tension."""
-    now, found = start, []
+    now, result = start, []
     for tension in pulled:
         now = min(max(now, tension - force), tension + force)
-        found.append(now)
-    return np.array(found)
+        result.append(now)
+    return np.array(result)
 
 
 def test_the_motor_s_tension_is_between_half_and_twice_the_mean():
@@ -238,15 +238,15 @@ def test_the_motor_s_tension_is_between_half_and_twice_the_mean():
 
 
 def test_without_friction_all_of_the_tension_arrives():
-    found = output_tension(motor_bench(BENCH, friction=0.0), PULLED)
-    np.testing.assert_allclose(found, PULLED, rtol=1e-12)
+    result = output_tension(motor_bench(BENCH, friction=0.0), PULLED)
+    np.testing.assert_allclose(result, PULLED, rtol=1e-12)
 
 
 def test_a_stiff_frictionloss_is_one_force_whatever_the_tension():
-    found = output_tension(motor_bench(BENCH, frictionloss=FORCE, stiff=True), PULLED)
+    result = output_tension(motor_bench(BENCH, frictionloss=FORCE, stiff=True), PULLED)
     expected = coulomb(PULLED, BENCH.pretension, FORCE)
-    assert np.quantile(np.abs(found - expected), 0.95) < 0.02 * FORCE
-    assert np.abs(found - PULLED).max() == pytest.approx(FORCE, rel=1e-6)
+    assert np.quantile(np.abs(result - expected), 0.95) < 0.02 * FORCE
+    assert np.abs(result - PULLED).max() == pytest.approx(FORCE, rel=1e-6)
 
 
 def test_the_capstan_law_deviates_from_itself_by_nothing():
@@ -256,11 +256,11 @@ def test_the_capstan_law_deviates_from_itself_by_nothing():
 
 
 def test_the_sheath_follows_the_capstan_law_and_frictionloss_does_not():
-    found = compare_frictionloss(BENCH, rounds=1)
-    assert found.force == pytest.approx(BENCH.pretension * (1.0 - math.exp(-BENCH.exponent)))
-    assert found.sheath_error.largest < 0.002
+    result = compare_frictionloss(BENCH, rounds=1)
+    assert result.force == pytest.approx(BENCH.pretension * (1.0 - math.exp(-BENCH.exponent)))
+    assert result.sheath_error.largest < 0.002
     # T_in − F where F is right at half of T_in: (1 + e^{−λ})/2 over e^{−λ}
     ratio = 0.5 * (1.0 + math.exp(BENCH.exponent))
-    assert found.error.at_most == pytest.approx(ratio - 1.0, abs=0.01)
-    assert found.error.largest >= found.error.rms > 0.1
-    assert found.default_error.largest > found.error.largest
+    assert result.error.at_most == pytest.approx(ratio - 1.0, abs=0.01)
+    assert result.error.largest >= result.error.rms > 0.1
+    assert result.default_error.largest > result.error.largest

@@ -45,11 +45,11 @@ def written(folder, name, header=HEADER, rows=ROWS):
     ],
 )
 def test_a_name_says_pose_load_and_rate(tmp_path, name, pose, pitch, roll, load, rate, group):
-    found = read_recording(written(tmp_path, name))
-    assert (found.name, found.pose, found.rate, found.group) == (name, pose, rate, group)
-    assert found.load_share == pytest.approx(load)
-    assert np.degrees([found.pitch, found.roll]) == pytest.approx([pitch, roll])
-    np.testing.assert_allclose(found.load, [0.0, 0.05, 0.1])
+    result = read_recording(written(tmp_path, name))
+    assert (result.name, result.pose, result.rate, result.group) == (name, pose, rate, group)
+    assert result.load_share == pytest.approx(load)
+    assert np.degrees([result.pitch, result.roll]) == pytest.approx([pitch, roll])
+    np.testing.assert_allclose(result.load, [0.0, 0.05, 0.1])
 
 
 def test_what_is_not_of_the_rig_is_refused(tmp_path):

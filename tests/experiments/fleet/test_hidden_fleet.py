@@ -89,11 +89,11 @@ def test_the_score_counts_what_was_found_named_and_dated():
         rig("e", verdict="differs"),
         rig("f"),
     ]
-    found = score(key, rigs)
-    assert [found[k] for k in ("found", "named", "named_first", "within_a_recording")] == [
+    result = score(key, rigs)
+    assert [result[k] for k in ("found", "named", "named_first", "within_a_recording")] == [
         2,
         2,
         1,
         2,
     ]
-    assert found["false_alarms"] == ["d", "e"]
+    assert result["false_alarms"] == ["d", "e"]

@@ -17,7 +17,7 @@ from tests.refusals import refusing
 
 
 def solve(case):
-    """What a tool could say."""
+    """Result that a tool could give."""
     return {"verdict": "nothing", "effects": [], "samples": len(case.train[0].time)}
 
 
@@ -100,7 +100,7 @@ def test_a_case_whose_model_or_recording_changed_is_solved_again(tmp_path, capsy
 
 
 def recorded_again(case):
-    """What a tool would say while somebody records again."""
+    """Result of a tool while somebody records again."""
     table = Path(case.train[0].beside, "train_1.csv")
     table.write_text("\n".join(table.read_text("utf-8").splitlines()[:300]) + "\n")
     return solve(case)

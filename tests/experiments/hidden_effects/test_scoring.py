@@ -156,22 +156,22 @@ def test_a_verdict_that_lists_everything_contains_nothing():
         {"effects": list(CATALOGUE)},
         {"effects": ["creep"], "indistinguishable": [list(CATALOGUE)]},
     ):
-        found = figures(judged(PAIR, **listed))
-        assert found["two effects: both named"] == "0.0 %"
-        assert found["two effects: something named that is not there"] == "100.0 %"
+        result = figures(judged(PAIR, **listed))
+        assert result["two effects: both named"] == "0.0 %"
+        assert result["two effects: something named that is not there"] == "100.0 %"
     assert not judged(effects=list(CATALOGUE)).contains
     ties = [["creep", "stiffening", "backlash"], ["sensor_delay", "sensor_lag"]]
-    found = figures(judged(PAIR, effects=["creep", "sensor_delay"], indistinguishable=ties))
-    assert found["two effects: both named"] == "100.0 %"
-    assert found["two effects: something named that is not there"] == "0.0 %"
+    result = figures(judged(PAIR, effects=["creep", "sensor_delay"], indistinguishable=ties))
+    assert result["two effects: both named"] == "100.0 %"
+    assert result["two effects: something named that is not there"] == "0.0 %"
 
 
 def test_a_number_falsely_called_wrong_is_a_false_name_and_no_abstention():
     wrong = {"verdict": "parameter", "effects": ["friction"], "parameters": {}}
     assert figures(judged(NOTHING, **wrong))["nothing hidden: false name"] == "100.0 %"
-    found = figures(judged(**wrong))
-    assert found["one effect: something named that is not there"] == "100.0 %"
-    assert found["one effect: abstained"] == "0.0 %"
+    result = figures(judged(**wrong))
+    assert result["one effect: something named that is not there"] == "100.0 %"
+    assert result["one effect: abstained"] == "0.0 %"
     assert judged({"kind": "outside"}, **wrong).confident
     another = {"kind": "parameter", "hidden": ["pretension"]}
     quantity = "wrong parameter: something named that is not there"
@@ -190,19 +190,21 @@ def test_a_case_without_a_result_is_right_in_no_figure():
     wanted = {q: figure for q, wanted, figure, count in rows if wanted.startswith("≥") and count}
     assert len(wanted) == 7
     assert set(wanted.values()) == {"0.0 %"}
-    found = {quantity: figure for quantity, _, figure, _ in rows}
-    assert found["cases without a result, which count as failed"] == "7"
-    assert found["failed"] == "87.5 %"
+    by_name = {quantity: figure for quantity, _, figure, _ in rows}
+    assert by_name["cases without a result, which count as failed"] == "7"
+    assert by_name["failed"] == "87.5 %"
 
 
 def test_what_a_tool_states_of_itself_says_so_and_what_it_does_not_is_a_dash():
     case = JudgedCase("case", KEY, {**RESULT, "gap": None, "parameters": None}, None)
-    found = {quantity: figure for quantity, figure in figures(case).items() if "stated" in quantity}
-    assert set(found.values()) == {"–"}
-    assert len(found) == 3
+    by_name = {
+        quantity: figure for quantity, figure in figures(case).items() if "stated" in quantity
+    }
+    assert set(by_name.values()) == {"–"}
+    assert len(by_name) == 3
     stated = {"held_out": {"after": 1.2, "reducible_closed": 0.9}}
-    found = figures(judged(gap=stated))
-    assert found["error left on held-out data, as stated, median / worst decile [noise]"] == (
+    by_name = figures(judged(gap=stated))
+    assert by_name["error left on held-out data, as stated, median / worst decile [noise]"] == (
         "1.20 / 1.20"
     )
 
@@ -248,8 +250,8 @@ def read(folder, result=None, run=None):
 def test_any_tool_s_results_are_scored_and_a_case_without_one_failed(tmp_path):
     write_keys(tmp_path, "a", "b")
     write(tmp_path, "a", {"verdict": "named", "effects": ["creep"]})
-    found, missing = judge(tmp_path, tmp_path)
-    assert (found.name, found.hit, found.closed, found.left) == ("a", 1.0, None, None)
+    result, missing = judge(tmp_path, tmp_path)
+    assert (result.name, result.hit, result.closed, result.left) == ("a", 1.0, None, None)
     assert (missing.name, missing.missing, missing.verdict) == ("b", True, "failed")
 
 

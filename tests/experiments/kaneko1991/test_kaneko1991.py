@@ -39,9 +39,9 @@ def test_a_loop_of_the_closed_form_shows_the_numbers_of_the_formulas():
     _, load = tension_sine(1.0, 15.0, 20.0, 2.25, 800)
     for tendon in (TENDON, dataclasses.replace(TENDON, constant_friction=0.5)):
         exact = routes.closed_form(tendon, load, "tension")
-        found = dataclasses.astuple(measure_loop(tendon, exact, exact, 200))
+        result = dataclasses.astuple(measure_loop(tendon, exact, exact, 200))
         wanted = dataclasses.astuple(predict_loop(tendon, float(exact.output_tension.max())))
-        assert found == pytest.approx(wanted, rel=1e-9)
+        assert result == pytest.approx(wanted, rel=1e-9)
 
 
 def test_branches_lie_outside_the_backlash():
@@ -56,8 +56,8 @@ def test_branches_lie_outside_the_backlash():
 
 
 def test_figure_4a_has_the_slopes_of_the_apparent_stiffness():
-    found = simulate_figure_4a()
-    assert set(found.traces) == {
+    result = simulate_figure_4a()
+    assert set(result.traces) == {
         "closed form",
         "continuum",
         "elements",
@@ -65,30 +65,30 @@ def test_figure_4a_has_the_slopes_of_the_apparent_stiffness():
         "plugin in MuJoCo",
         "elements in MuJoCo",
     }
-    assert found.slope_error < 0.005
-    assert found.largest < 0.005
+    assert result.slope_error < 0.005
+    assert result.largest < 0.005
     for route in ("closed form", "continuum", "elements"):
-        assert found.nonlinearity[route] < 1e-6
+        assert result.nonlinearity[route] < 1e-6
     # Hooke's line knows no finite strain; take the strain away and the rest is on it
-    assert found.nonlinearity["plugin in MuJoCo"] < 0.002
-    assert found.nonlinearity["plugin in MuJoCo, EA × 10000"] < 1e-6
+    assert result.nonlinearity["plugin in MuJoCo"] < 0.002
+    assert result.nonlinearity["plugin in MuJoCo, EA × 10000"] < 1e-6
 
 
 def test_routes_agree_within_half_a_percent():
-    found = compare_routes(histories=2)
-    assert found.largest < 0.005
-    assert 0.0 < found.largest_input < 0.01
-    assert set(found.difference) >= {"outer loop", "minor loops", "2 random histories"}
+    result = compare_routes(histories=2)
+    assert result.largest < 0.005
+    assert 0.0 < result.largest_input < 0.01
+    assert set(result.difference) >= {"outer loop", "minor loops", "2 random histories"}
 
 
 def test_routes_converge_to_the_closed_form():
-    found = refine()
-    assert found.order["continuum"] == pytest.approx(2.0, abs=0.1)
+    result = refine()
+    assert result.order["continuum"] == pytest.approx(2.0, abs=0.1)
     for name in ("sheath alone, EA × 100", "plugin in MuJoCo, EA × 100", "elements"):
-        assert found.order[name] == pytest.approx(2.0, abs=0.25)
+        assert result.order[name] == pytest.approx(2.0, abs=0.25)
     # at the strain of a real tendon finite strain remains, and nothing is said about an order
-    assert "plugin in MuJoCo" not in found.order
-    assert found.error["plugin in MuJoCo"].max() < 0.005
+    assert "plugin in MuJoCo" not in result.order
+    assert result.error["plugin in MuJoCo"].max() < 0.005
 
 
 def test_random_histories_repeat_and_have_a_range():
@@ -129,8 +129,8 @@ def test_without_inertia_static_friction_holds_back_one_guide_at_most():
     exact = routes.closed_form(sticky.without_static_excess(), load, "tension")
     shifts = []
     for guides in (8, 32, 128):
-        found = routes.sheath_alone(sticky, load, "tension", guides)
-        shifts.append(np.abs(found.output_tension - exact.output_tension).max())
+        result = routes.sheath_alone(sticky, load, "tension", guides)
+        shifts.append(np.abs(result.output_tension - exact.output_tension).max())
         one = np.expm1(0.2 * np.pi / guides) * exact.output_tension.max()
         assert 0.0 < shifts[-1] <= one
     assert shifts[0] > 2.0 * shifts[1] > 4.0 * shifts[2]

@@ -46,10 +46,10 @@ def test_a_folder_is_read_in_the_order_of_the_bend(tmp_path):
     for angle in (120, 0, 60):
         path = tmp_path / f"bend_{angle:03d}deg.csv"
         path.write_text(HEADER + "0.0,0.0,0.0,5.0,5.0\n0.1,0.1,0.0,5.1,4.9\n", "utf-8")
-    found = read_folder(tmp_path)
-    assert [degrees(r) for r in found] == [0, 60, 120]
-    assert bend(found[2]) == pytest.approx(2.0 * math.pi / 3.0)
-    for recording in found:
+    result = read_folder(tmp_path)
+    assert [degrees(r) for r in result] == [0, 60, 120]
+    assert bend(result[2]) == pytest.approx(2.0 * math.pi / 3.0)
+    for recording in result:
         assert set(recording.measured) == set(COLUMNS)
         assert set(REELS) < set(recording.drive.values())
         assert all(not np.any(recording.columns[f"{reel}_m"]) for reel in REELS)
@@ -216,11 +216,11 @@ FEW = tuple(n for n in CAPSTAN if n.name in FOUND)
 
 
 def test_a_direct_fit_finds_planted_numbers_and_predicts_other_bends():
-    found = fit_directly(FEW, rig((0, 120, 240)), 0, starts=8, refined=2)
-    assert found.values["μ"] == pytest.approx(FRICTION, rel=0.05)
-    assert found.values["EA"] == pytest.approx(900.0, rel=0.05)
+    result = fit_directly(FEW, rig((0, 120, 240)), 0, starts=8, refined=2)
+    assert result.values["μ"] == pytest.approx(FRICTION, rel=0.05)
+    assert result.values["EA"] == pytest.approx(900.0, rel=0.05)
     (unseen,) = rig((60,), seed=1)
-    assert error(unseen, found(unseen)).rms[ANGLE] < 0.01
+    assert error(unseen, result(unseen)).rms[ANGLE] < 0.01
 
 
 def test_numbers_of_one_parameter_add_up_and_may_grow_with_the_bend():
@@ -248,11 +248,11 @@ def test_the_command_finds_planted_friction_and_writes_everything(tmp_path, monk
     measured_joint(tmp_path, tmp_path / "out")
     result = json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))
     for split in (BETWEEN, BEYOND):
-        (found,) = result["diagnoses"][split]
-        assert found["diagnosis"]["effects"] == ["sheath_friction"]
-        friction = found["diagnosis"]["parameters"]["sheath_1.friction"]["value"]
+        (results,) = result["diagnoses"][split]
+        assert results["diagnosis"]["effects"] == ["sheath_friction"]
+        friction = results["diagnosis"]["parameters"]["sheath_1.friction"]["value"]
         assert friction == pytest.approx(FRICTION, rel=0.05)
-        assert all(r["after"][ANGLE] < 0.5 * r["before"][ANGLE] for r in found["held_out"])
+        assert all(r["after"][ANGLE] < 0.5 * r["before"][ANGLE] for r in results["held_out"])
     (left_out,) = result["held_out"]["nearest curves"][LEFT_OUT]
     assert left_out["bend_deg"] == 0
     page = (tmp_path / "out" / "table.md").read_text("utf-8")

@@ -185,8 +185,8 @@ def test_displacement_drive_agrees(history, lam):
 
 @pytest.mark.parametrize("history", HISTORIES)
 def test_tension_drive_agrees(history):
-    found = largest_difference(0.5, HISTORIES[history], "input_tension", slowness=1000.0)
-    assert found < 0.005
+    result = largest_difference(0.5, HISTORIES[history], "input_tension", slowness=1000.0)
+    assert result < 0.005
 
 
 def test_difference_shrinks_with_refinement():

@@ -1,4 +1,4 @@
-"""Largest axial stiffness that a step carries: its closed form, and what lies beyond it."""
+"""Largest axial stiffness that a step carries: its closed form, and instability beyond it."""
 
 import mujoco
 import numpy as np

@@ -90,8 +90,8 @@ def test_over_pulleys_the_most_bent_branch_counts():
     over = '<geom geom="drum" sidesite="side"/>'
     more = f'<spatial>{a}{b}<pulley divisor="2"/>{a}{over}{b}<pulley divisor="2"/>{b}{a}</spatial>'
     model = drum((0.3, -0.05), (0.3, 0.05), more=more)
-    found, _ = bends(model, tendons=(0, 2))
-    assert found[1] == found[0] > np.pi
+    result, _ = bends(model, tendons=(0, 2))
+    assert result[1] == result[0] > np.pi
 
 
 def test_poses_reach_the_ends_of_every_range_and_no_further():
@@ -132,10 +132,10 @@ ARM = """
 def test_a_joint_bends_its_tendon_by_as_much_as_it_turns(joint, most):
     model = mujoco.MjModel.from_xml_string(ARM.format(joint=joint))
     poses = sampled_poses(model)
-    found = [bends(model, qpos)[0][0] for qpos in poses]
-    assert found[0] == pytest.approx(0.0, abs=1e-12)
-    assert max(found) == pytest.approx(most, rel=0.1, abs=1e-7)
-    assert max(found) <= most + 1e-7
+    results = [bends(model, qpos)[0][0] for qpos in poses]
+    assert results[0] == pytest.approx(0.0, abs=1e-12)
+    assert max(results) == pytest.approx(most, rel=0.1, abs=1e-7)
+    assert max(results) <= most + 1e-7
     turned = poses[:, -4:]
     if poses.shape[1] >= 4:
         np.testing.assert_allclose(np.linalg.norm(turned, axis=1), 1.0)
