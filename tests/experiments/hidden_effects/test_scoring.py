@@ -285,7 +285,7 @@ INTERVAL = {"value": 1.0, "low": 0.0, "high": 2.0}
     ("result", "message"),
     [
         ("{", "cannot be read as JSON .* write it again"),
-        ('{"verdict": "unknown", "seconds": NaN}', "NaN is no number"),
+        ('{"verdict": "unknown", "seconds": NaN}', "NaN is not a number"),
         ("[" * 100_000, "cannot be read as JSON"),
         ("[]", r"must be an object, such as .*, got \[\]"),
         ({}, "verdict: must be one of 'named', .*, got nothing"),
