@@ -27,7 +27,10 @@ SETTLING_TIME = 0.5  # before the recording, with the reel at 0 [s]
 # At 1e-3, μ_s > μ_d makes single elements chatter, a discretisation error of the order 1/ELEMENTS.
 MASS = 1e-5
 RETARDATION = 1e-4  # damps the ringing of a tendon whose mass is the effect [s]
-MASS, ARM = 0.1, 0.01  # of the tip, and of its centre of mass about the hinge [kg], [m]
+TIP_MASS, TIP_ARM = (
+    0.1,
+    0.01,
+)  # of the joint's tip, and of its centre of mass about the hinge [kg], [m]
 COARSE_STEP = 1e-3  # of the search for a strength, and of the model [s]
 # MuJoCo's errors are of first order in the step, whatever the integrator, where friction remembers.
 # Of a recording's, 2.5e-4 s makes a joint's damping seem 0.7 % less, 6.25e-5 s 0.2 % [s].
@@ -213,8 +216,8 @@ class ReferenceJoint:
         spec.option.gravity = [0.0, 0.0, -self.gravity]
         arm = np.cross(spec.joint("joint").axis, [0.0, 0.0, 1.0])
         body = spec.body("joint")
-        body.mass = MASS
-        body.ipos = ARM * arm / np.linalg.norm(arm)
+        body.mass = TIP_MASS
+        body.ipos = TIP_ARM * arm / np.linalg.norm(arm)
         return spec
 
     def write_model(self, folder: Path) -> str:
