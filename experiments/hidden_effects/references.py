@@ -27,10 +27,8 @@ SETTLING_TIME = 0.5  # before the recording, with the reel at 0 [s]
 # At 1e-3, μ_s > μ_d makes single elements chatter, a discretisation error of the order 1/ELEMENTS.
 MASS = 1e-5
 RETARDATION = 1e-4  # damps the ringing of a tendon whose mass is the effect [s]
-TIP_MASS, TIP_ARM = (
-    0.1,
-    0.01,
-)  # of the joint's tip, and of its centre of mass about the hinge [kg], [m]
+TIP_MASS = 0.1  # of the joint's tip [kg]
+TIP_ARM = 0.01  # of the tip's centre of mass about the hinge [m]
 COARSE_STEP = 1e-3  # of the search for a strength, and of the model [s]
 # MuJoCo's errors are of first order in the step, whatever the integrator, where friction remembers.
 # Of a recording's, 2.5e-4 s makes a joint's damping seem 0.7 % less, 6.25e-5 s 0.2 % [s].
