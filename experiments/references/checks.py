@@ -14,6 +14,16 @@ from tendon_mj.typing import FloatArray
 MOST_STEPS = 1e12  # days of computing; beyond 2^63 they could not even be counted
 
 
+def _range(above: float, least: float, infinite: bool = False) -> str:
+    """Words for the valid range of a number."""
+    end = " (inf allowed)" if infinite else " and finite"
+    if above > -math.inf:
+        return f"> {above:g}{end}"
+    if least > -math.inf:
+        return f">= {least:g}{end}"
+    return "a number or inf" if infinite else "finite"
+
+
 def number(
     name: str,
     value: float,
@@ -27,13 +37,9 @@ def number(
         given = float(value)
     except (TypeError, ValueError) as error:
         raise InvalidValueError(f"{name} is {value!r}; it must be one number") from error
-    wanted = "finite" if not infinite else "a number or inf"
-    if above > -math.inf:
-        wanted = f"> {above:g}" + (" (inf allowed)" if infinite else " and finite")
-    elif least > -math.inf:
-        wanted = f">= {least:g}" + (" (inf allowed)" if infinite else " and finite")
     finite = math.isfinite(given) or (infinite and given == math.inf)
     if not finite or given <= above or given < least:
+        wanted = _range(above, least, infinite)
         raise InvalidValueError(f"{name} is {given:g}; it must be {wanted}")
     return given
 
@@ -59,11 +65,7 @@ def vector(
     bad = ~np.isfinite(given) | (given <= above) | (given < least)
     if bad.any():
         at = int(np.argmax(bad))
-        wanted = "finite"
-        if above > -math.inf:
-            wanted = f"> {above:g} and finite"
-        elif least > -math.inf:
-            wanted = f">= {least:g} and finite"
+        wanted = _range(above, least)
         raise InvalidValueError(f"{name}[{at}] is {given[at]:g}; every value must be {wanted}")
     given.flags.writeable = False
     return given
