@@ -184,7 +184,7 @@ def solve_suite(
             f"{out}: outcomes would be read as files of the cases; give another"
         )
     if not folders:
-        raise RecordingError(f"{suite}: no folder in it has a case.json, so it is no suite")
+        raise RecordingError(f"{suite}: no folder in it has a case.json, which a suite has")
     names = list(folders)[:cases] if cases else list(folders)
     on = Workers(processes=processes, workers=workers, scheduler=scheduler)
     store = SolvedCases(out, {name: folders[name] for name in names}, again)

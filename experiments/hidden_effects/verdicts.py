@@ -262,10 +262,10 @@ def read_result(path: Path) -> dict[str, Any] | None:
 
 
 def read_json(path: Path) -> dict[str, Any] | None:
-    """The object in a JSON file, without null entries; None where there is no file.
+    """The object in a JSON file, without null entries; None without a file.
 
     Raises:
-        InvalidValueError: it is no JSON (NaN and Infinity are none), or no object.
+        InvalidValueError: not JSON (nor are NaN and Infinity), or not an object.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"), parse_constant=_no_number)

@@ -106,7 +106,7 @@ def _see_finished(out: Path, finished: str, done: dict[Path, int], result: Kille
 
 
 def whole(path: Path) -> bool:
-    """Whether a file is no half of one; what a killed run was writing has a name with a dot first.
+    """Whether a file is whole; a file that a killed run was writing begins with a dot.
 
     A recording's table and description are two files, and either may be missing.
     """

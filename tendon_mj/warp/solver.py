@@ -178,7 +178,7 @@ def try_pattern(t: Tendons, s: Sheath) -> int:
         elif not _solve_run(t, s, first, last):
             return UNSOLVED
         tau = t.tension[s.segment + last, w]
-        # a slack segment between guides that hold is no contradiction where the input is given
+        # a slack segment between guides that hold does not contradict where the input is given
         slack = s.given and tau == wp.float64(0.0)
         if not ((wp.float64(0.0) < tau and tau < wp.float64(1e300)) or slack):
             return UNSOLVED

@@ -35,7 +35,7 @@ def late():
 
 
 def curved():
-    """A cable of stated stiffness, whose own spring is no line."""
+    """A cable of stated stiffness, whose own spring is curved."""
     spec = mujoco.MjSpec.from_string(fingers_xml(kinds=("cable",), axial_stiffness=200.0))
     spec.tendon("cable").stiffness = [400, 50, 0]
     return spec.compile()
