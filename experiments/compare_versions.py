@@ -57,9 +57,7 @@ class _Version:
                 [python, "-c", _WORKER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
             )
         except OSError as error:
-            raise InvalidValueError(
-                f"{python}: is not a Python interpreter that runs ({error})"
-            ) from error
+            raise InvalidValueError(f"{python}: not a Python interpreter ({error})") from error
         if self._ask() != "ready":
             raise InvalidValueError(f"{python}: has no tendon_mj installed")
 
