@@ -1,4 +1,4 @@
-"""What the commands of experiments share: errors as one line, measured data, written results."""
+"""Shared by the commands of experiments: errors in a line, measured data, written results."""
 
 from __future__ import annotations
 

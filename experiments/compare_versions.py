@@ -57,7 +57,7 @@ class _Version:
                 [python, "-c", _WORKER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
             )
         except OSError as error:
-            raise InvalidValueError(f"{python}: is no Python that can be run ({error})") from error
+            raise InvalidValueError(f"{python}: not a Python interpreter ({error})") from error
         if self._ask() != "ready":
             raise InvalidValueError(f"{python}: has no tendon_mj installed")
 
@@ -102,7 +102,7 @@ def compare_versions(
         raise InvalidValueError(f"rounds = {rounds} and steps = {steps}: both must be 1 or more")
     output = Output(out)
     this, other = _Version(Path(sys.executable)), _Version(other_python)
-    found = {}
+    by_name = {}
     with progress_bar() as progress:
         for model in models:
             times = np.empty((rounds, 2))
@@ -114,17 +114,17 @@ def compare_versions(
             ratios = times[:, 0] / times[:, 1]
             low, median, high = np.quantile(ratios, (0.25, 0.5, 0.75))
             name = model.parent.name if model.stem == "scene" else model.stem
-            found[name] = {
+            by_name[name] = {
                 "ratio": float(median),
                 "ratio_of_the_least": float(times[:, 0].min() / times[:, 1].min()),
                 "quartiles": [float(low), float(high)],
                 "step": float(np.median(times[:, 0])),
                 "other_step": float(np.median(times[:, 1])),
             }
-            console.print(f"{name}: {json.dumps(found[name])}", soft_wrap=True)
+            console.print(f"{name}: {json.dumps(by_name[name])}", soft_wrap=True)
     for version in (this, other):
         version.close()
-    output.result(found)
+    output.result(by_name)
     output.close()
 
 

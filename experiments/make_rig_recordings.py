@@ -23,9 +23,9 @@ from tendon_mj.typing import FloatArray
 LENGTH, BEND, AXIAL_STIFFNESS = 0.6, np.pi, 4000.0  # of the cable in its sheath [m], [rad], [N]
 PULLEY, SPOOL = 0.015, 0.010  # radii [m]
 SPRING, DAMPING, INERTIA = 0.3, 0.01, 0.00035766  # of the lever [N m/rad], [N m s/rad], [kg m²]
-# what a description guesses
+# guesses of a description
 STATED_FRICTION, STATED_PRETENSION = 0.12, 15.0
-# what is true of it
+# true values
 FRICTION, PRETENSION = 0.10, 15.6  # [-], [N]
 MOUNT = 6e-5  # the cause: yield of the bracket per tension [m/N]
 ELEMENTS = 48

@@ -31,7 +31,7 @@ _REFINEMENT = 16
 _MOVES = 0.01  # travel over which a joint counts as moving, over that of the joint that moves most
 _PULLS = 0.01  # tension beyond which a tendon counts as pulled, over that of the strongest
 _CONVERGED = 0.01  # rms by which stock MuJoCo's angle may differ between the steps, over its travel
-_COLUMNS = {  # of the table, by what they show
+_COLUMNS = {  # of the table, by quantity
     "angle": "angle",
     "output_tension": "T_out",
     "friction_work": "friction work",
@@ -90,7 +90,7 @@ def rms(x: FloatArray) -> FloatArray:
 def differences(
     coarse: Run, fine: Run, joints: NDArray[np.intp], travel: FloatArray
 ) -> dict[str, list[float]]:
-    """How far the coarse run is from the fine one, over what the fine one does.
+    """Deviation of the coarse run from the fine one, over the fine one's range.
 
     Angles are over what the joint travels without friction, as one that friction holds travels next
     to nothing; ``angle_over_own_travel`` is over that.
@@ -156,13 +156,13 @@ def step_convergence(
         seed: of the controls.
     """
     output = Output(out)
-    found: dict[str, object] = {}
+    result: dict[str, object] = {}
     with progress_bar() as progress:
         for path in models:
-            found[path.stem] = _converge(
+            result[path.stem] = _converge(
                 path, friction, stiffness, duration, amplitude, seed, progress
             )
-    output.result(found)
+    output.result(result)
     output.close()
 
 

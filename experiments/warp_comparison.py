@@ -158,7 +158,7 @@ def _controls(model: mujoco.MjModel, steps: int, amplitude: float, seed: int) ->
 
 
 def _sheaths_apart(pair: Pair, steps: int, seed: int) -> tuple[FloatArray, FloatArray, float, int]:
-    """The plugin's tensions [N], what Warp's differ by, the same of joints, steps not solved."""
+    """The plugin's tensions [N], Warp's deviation, the same of joints, steps not solved."""
     model, data = pair.model, mujoco.MjData(pair.model)
     m, d = sheathed_warp.put_model(model), sheathed_warp.make_data(model)
     sheaths = sheathed_warp.sheaths_of(d)

@@ -16,9 +16,7 @@ import numpy as np
 
 from tendon_mj import theory
 from tendon_mj.attach import add_friction, view_sheath
-from tendon_mj.lab.verification import Spread, StepCost
-from tendon_mj.lab.verification.mujoco_tendon import mujoco_tendon_bench
-from tendon_mj.lab.verification.step_cost import run_along, step_times
+from tendon_mj.lab.verification import Spread, StepCost, mujoco_tendon_bench, run_along, step_times
 from tendon_mj.models import Bench
 from tendon_mj.typing import FloatArray
 
@@ -127,23 +125,23 @@ def output_tension(spec: mujoco.MjSpec, pulled: FloatArray) -> FloatArray:
     model = spec.compile()
     data = mujoco.MjData(model)
     view = view_sheath(model, data, "tendon") if model.nplugin else None
-    found = np.empty(len(pulled))
+    result = np.empty(len(pulled))
     for k, tension in enumerate(pulled):
         data.ctrl[0] = tension
         mujoco.mj_step(model, data)
-        found[k] = view.output_tension if view else tension - data.efc_force[0]
-    return found
+        result[k] = view.output_tension if view else tension - data.efc_force[0]
+    return result
 
 
-def deviation(pulled: FloatArray, found: FloatArray, bench: Bench) -> Deviation:
+def deviation(pulled: FloatArray, output: FloatArray, bench: Bench) -> Deviation:
     """Deviation of a T_out from the capstan law for the history of T_in.
 
     Args:
         pulled: (steps,) T_in [N].
-        found: (steps,) T_out [N].
+        output: (steps,) T_out [N].
         bench: its λ, and T_0 as the tension before.
     """
-    off = found / theory.output_tension(pulled, bench.exponent, bench.pretension) - 1.0
+    off = output / theory.output_tension(pulled, bench.exponent, bench.pretension) - 1.0
     return Deviation(
         largest=float(np.abs(off).max()),
         rms=float(np.sqrt(np.mean(off**2))),

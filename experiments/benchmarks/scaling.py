@@ -1,19 +1,27 @@
-"""Cost of a step over the number of guides and over the number of sheaths, on the bench."""
+"""Cost of a step over guides and over sheaths, and part by part, on the bench."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from tendon_mj.lab.progress import Progress, silent
-from tendon_mj.lab.verification import StepCost
-from tendon_mj.lab.verification.mujoco_tendon import mujoco_tendon_bench, without_tension_sensors
-from tendon_mj.lab.verification.step_cost import TimedRun, run_along, step_cost
+from tendon_mj.lab.verification import (
+    Spread,
+    StepCost,
+    TimedRun,
+    mujoco_tendon_bench,
+    run_along,
+    step_cost,
+    step_times,
+    without_tension_sensors,
+)
 from tendon_mj.models import Bench, build_bench
+from tendon_mj.plugin import NAME
 from tendon_mj.typing import FloatArray
 
 GUIDES = (4, 8, 16, 32, 64, 128, 256, 512)
@@ -25,6 +33,10 @@ SLOW, FAST = 0.5, 2.0  # of the reel, for the guides [Hz]
 _STIFF, _HEAVY = 100.0, 25.0
 _TRAVEL = 1e-3  # of the reel [m]; less by _STIFF on the stiff bench
 _SHEATH_STEPS = 500
+# MuJoCo's own, in its wheel; an instance that no body has does nothing when it is called
+EMPTY_PLUGIN = "mujoco.elasticity.cable"
+_COPIES = 100  # of an instance that costs too little to be timed alone
+_STEPS = 4000  # so many that the caches, cold after another model, do not count
 
 
 @dataclass(frozen=True)
@@ -43,7 +55,7 @@ class Scaling:
 
     @property
     def added(self) -> FloatArray:
-        """(k, 3) lower quartile, median and upper quartile of what is added to a step [s]."""
+        """(k, 3) lower quartile, median and upper quartile of the added cost [s]."""
         spreads = [cost.added for cost in self.costs]
         return np.array([[s.low, s.median, s.high] for s in spreads])
 
@@ -63,7 +75,7 @@ class GuideScaling:
     Attributes:
         slow, fast: the reel goes to and fro, and all guides slide both ways; exponents from 16
             guides on.
-        marginal: exponent of what the guides beyond the first add in the slow motion, which leaves
+        marginal: exponent of the cost of the guides beyond the first in slow motion, which leaves
             out the fixed cost of a sheath.
     """
 
@@ -116,7 +128,7 @@ def guide_scaling(
         bench: its parameters but for the guides.
         guides: their numbers, rising.
         rounds: of which each times both models.
-        progress: called with what is being done, how much is done, and of how much.
+        progress: called with the stage, the number done and the total.
     """
     fitted = [k for k, n in enumerate(guides) if n >= FITTED_GUIDES]
     numbers = [guides[k] for k in fitted]
@@ -160,7 +172,7 @@ def sheath_scaling(
         bench: that every sheath is a copy of.
         sheaths: their numbers, rising.
         rounds: of which each times both models.
-        progress: called with what is being done, how much is done, and of how much.
+        progress: called with the stage, the number done and the total.
     """
     wave = _TRAVEL * np.sin(np.linspace(0.0, 2.0 * np.pi, _SHEATH_STEPS))
     builders: tuple[Callable[[], mujoco.MjSpec], ...] = (
@@ -175,3 +187,116 @@ def sheath_scaling(
     progress("sheaths", len(sheaths), len(sheaths))
     medians = [cost.added.median for cost in costs]
     return Scaling(tuple(sheaths), tuple(costs), exponent(sheaths, medians))
+
+
+@dataclass(frozen=True)
+class CostParts:
+    """Cost that each part adds to a step, on top of those before it.
+
+    Attributes:
+        empty_plugin: an instance of a plugin of MuJoCo's that does nothing; None where MuJoCo came
+            without it [s].
+        idle_instance: an instance of this plugin that finds nothing to do, beyond the above [s].
+        first_guide: a sheath of one guide at rest, beyond the above [s].
+        more_guides: the bench's other guides, at rest [s].
+        sliding: that the tendon slides to and fro [s].
+        sensors: the bench's three sensors with a number each [s].
+        total: of all of these but the sensors [s].
+    """
+
+    empty_plugin: Spread | None
+    idle_instance: Spread
+    first_guide: Spread
+    more_guides: Spread
+    sliding: Spread
+    sensors: Spread
+    total: Spread
+
+    def result(self) -> dict[str, object]:
+        """Plain numbers for `result.json`."""
+        return {
+            f"{field.name}_s": result.result() if result else None
+            for field in dataclasses.fields(self)
+            for result in (getattr(self, field.name),)
+        }
+
+
+def with_instances(
+    spec: mujoco.MjSpec, plugin: str, config: dict[str, str], count: int
+) -> mujoco.MjSpec:
+    """A model with so many more instances of a plugin."""
+    spec.activate_plugin(plugin)
+    for k in range(count):
+        added = spec.add_plugin(name=f"instance{k}", plugin_name=plugin, active=True)
+        added.config = config
+    return spec
+
+
+def has_empty_plugin() -> bool:
+    """Whether MuJoCo came with ``EMPTY_PLUGIN``."""
+    try:
+        _with_empty_plugins(Bench(guides=1)).compile()
+    except ValueError:
+        return False
+    return True
+
+
+def _with_empty_plugins(bench: Bench) -> mujoco.MjSpec:
+    nothing = {"twist": "0", "bend": "0"}
+    return with_instances(mujoco_tendon_bench(bench), EMPTY_PLUGIN, nothing, _COPIES)
+
+
+def _with_idle_instances(bench: Bench) -> mujoco.MjSpec:
+    """A sheath, and instances that would show something of it to sensors which are not there."""
+    shown = {"tendon": "tendon", "sensor": "unsolved"}
+    return with_instances(without_tension_sensors(build_bench(bench)), NAME, shown, _COPIES)
+
+
+def cost_parts(bench: Bench, *, rounds: int = 7) -> CostParts:
+    """Time models that have one part more each, all in every round.
+
+    Args:
+        bench: its parameters.
+        rounds: of which each times every model.
+    """
+    one = dataclasses.replace(bench, guides=1)
+    rest = np.zeros(_STEPS)
+    motion = _TRAVEL * np.sin(np.linspace(0.0, 4.0 * np.pi, _STEPS))
+
+    def sheathed(which: Bench) -> mujoco.MjSpec:
+        return without_tension_sensors(build_bench(which))
+
+    models: dict[str, tuple[Callable[[Bench], mujoco.MjSpec], Bench, FloatArray]] = {
+        "plain": (mujoco_tendon_bench, bench, rest),
+        "plain one": (mujoco_tendon_bench, one, rest),
+        "idle": (_with_idle_instances, bench, rest),
+        "one": (sheathed, one, rest),
+        "rest": (sheathed, bench, rest),
+        "sliding": (sheathed, bench, motion),
+        "sensors": (build_bench, bench, motion),
+    }
+    if has_empty_plugin():
+        models["empty"] = (_with_empty_plugins, bench, rest)
+    runs = [run_along(build(which), wave) for build, which, wave in models.values()]
+    return parts_of(dict(zip(models, step_times(runs, rounds).T, strict=True)))
+
+
+def parts_of(spent: Mapping[str, FloatArray]) -> CostParts:
+    """Parts from the (rounds,) times of a step of each model [s]; see `cost_parts`."""
+    empty = (
+        (spent["empty"] - spent["plain"]) / _COPIES
+        if "empty" in spent
+        else np.zeros_like(spent["plain"])
+    )
+    idle = (spent["idle"] - spent["rest"]) / _COPIES
+    first = spent["one"] - spent["plain one"]
+    at_rest = spent["rest"] - spent["plain"]
+    return CostParts(
+        empty_plugin=Spread.of(empty) if "empty" in spent else None,
+        idle_instance=Spread.of(idle - empty),
+        first_guide=Spread.of(first - idle),
+        more_guides=Spread.of(at_rest - first),
+        sliding=Spread.of(spent["sliding"] - spent["rest"]),
+        sensors=Spread.of(spent["sensors"] - spent["sliding"]),
+        total=Spread.of(spent["sliding"] - spent["plain"]),
+    )

@@ -7,10 +7,8 @@ from pathlib import Path
 
 from experiments.cable_tool.figures import draw_figures
 from experiments.cable_tool.recording import read_folder
-from experiments.cable_tool.result import result
+from experiments.cable_tool.report import result, summary, table
 from experiments.cable_tool.study import run_study
-from experiments.cable_tool.summary import summary
-from experiments.cable_tool.table import table
 from experiments.command import measured_data, run_experiment, write_study
 from tendon_mj.cli import Output, progress_bar
 
@@ -32,8 +30,8 @@ def cable_tool(
     recordings = read_folder(data or measured_data("cable_tool"))
     output = Output(out)
     with progress_bar() as progress:
-        found = run_study(recordings, resamples, progress)
-    write_study(output, draw_figures(found), result(found), table(found), summary(found))
+        study = run_study(recordings, resamples, progress)
+    write_study(output, draw_figures(study), result(study), table(study), summary(study))
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ CHOSEN = "sheath and constant friction"
 
 
 class Predicts(Protocol):
-    """What a fit gives: a prediction of the load from a recording's input side."""
+    """Prediction of the load from a recording's input side."""
 
     def load(self, recording: ToolRecording) -> FloatArray:
         """Load at the output [N m]."""

@@ -28,7 +28,7 @@ class HeldOut:
 
     Attributes:
         name, group: of the recording.
-        left_out: value of what was left out of the fit, such as ``80%``.
+        left_out: value that was left out of the fit, such as ``80%``.
         torque: error of the load over the whole recording [N m].
         torque_sliding: the same where the output slides [N m].
         torque_variation: the same with its mean apart [N m].
@@ -59,10 +59,10 @@ def cross_validate(
         candidate: that is fitted anew for every fold.
         recordings: all of them.
         left_out: a name in `LEFT_OUT`.
-        progress: called with what is being done, how much is done and how much there is.
+        progress: called with the stage, the number done and the total.
 
     Raises:
-        InvalidValueError: the recordings have fewer than two values of what is to be left out.
+        InvalidValueError: fewer than two values to leave out.
     """
     value = LEFT_OUT[left_out]
     folds = sorted({value(r) for r in recordings})
@@ -74,9 +74,9 @@ def cross_validate(
     for done, fold in enumerate(folds):
         progress(f"{candidate.name}: {left_out}", done, len(folds))
         known = [r for r in recordings if value(r) != fold]
-        found = candidate.fit(known)
+        result = candidate.fit(known)
         errors += [
-            _held_out(found, recording, known, fold)
+            _held_out(result, recording, known, fold)
             for recording in recordings
             if value(recording) == fold
         ]
@@ -90,16 +90,16 @@ def root_mean_square(error: FloatArray) -> float:
 
 
 def _held_out(
-    found: Predicts, recording: ToolRecording, known: Sequence[ToolRecording], fold: str
+    predicts: Predicts, recording: ToolRecording, known: Sequence[ToolRecording], fold: str
 ) -> HeldOut:
-    error = found.load(recording) - recording.load
+    error = predicts.load(recording) - recording.load
     angle = zeroed = None
-    if isinstance(found, Tool):
-        off = found.angle(recording) - recording.output_angle
+    if isinstance(predicts, Tool):
+        off = predicts.angle(recording) - recording.output_angle
         angle = float(np.std(off))
         same = [r for r in known if r.pose == recording.pose]
         if same:
-            zero = np.mean([np.mean(found.angle(r) - r.output_angle) for r in same])
+            zero = np.mean([np.mean(predicts.angle(r) - r.output_angle) for r in same])
             zeroed = root_mean_square(off - float(zero))
     return HeldOut(
         recording.name,

@@ -1,4 +1,4 @@
-"""What of the friction grows with the load, by wrist pose: λ, radius ratio, and the constants.
+"""Friction that grows with the load, by wrist pose: λ, radius ratio, and the constants.
 
 In mid-stroke, T_in = a± x + b± by direction. A capstan gives a₋ = ϱ e^{+λ} when closing and
 a₊ = ϱ e^{−λ} when opening, with ϱ the ratio of the spools' radii: λ = ½ ln(a₋/a₊), ϱ = √(a₋ a₊).
@@ -13,8 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.cable_tool.recording import ToolRecording
-from experiments.cable_tool.strokes import MID_STROKE
+from experiments.cable_tool.recording import MID_STROKE, ToolRecording
 from tendon_mj.typing import FloatArray
 
 _RESAMPLES = 400
@@ -79,7 +78,7 @@ def load_share(recordings: Sequence[ToolRecording], pose: str) -> LoadShare:
 
 def _interval(both: Sequence[_Strokes]) -> tuple[float, float]:
     rng = np.random.default_rng(0)
-    found = []
+    results = []
     for _ in range(_RESAMPLES):
         slopes = []
         for strokes in both:
@@ -88,8 +87,8 @@ def _interval(both: Sequence[_Strokes]) -> tuple[float, float]:
                 break  # one load alone has no slope
             slopes.append(strokes.line(chosen)[0])
         if len(slopes) == 2 and min(slopes) > 0.0:
-            found.append(0.5 * math.log(slopes[0] / slopes[1]))
-    low, high = np.quantile(found, _QUANTILES)
+            results.append(0.5 * math.log(slopes[0] / slopes[1]))
+    low, high = np.quantile(results, _QUANTILES)
     return float(low), float(high)
 
 

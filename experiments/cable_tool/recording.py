@@ -1,17 +1,23 @@
-"""Recordings of the tool: columns, wrist pose and load, and how a folder of them is read."""
+"""Recordings of the tool: columns, wrist pose and load, and strokes."""
 
 from __future__ import annotations
 
 import math
 import re
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
-from experiments.cable_tool.strokes import Strokes, find_strokes
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.compilation import checked
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings import read_table
 from tendon_mj.typing import FloatArray
 
+MID_STROKE = 0.26  # within this of the middle of the range the output slides both ways [rad]
+ENCODER_NOISE = 1e-3  # a reversal is seen when the input has come back by twice this [rad]
 COLUMNS = ("time_s", "input_rad", "input_torque_Nm", "output_rad", "output_torque_Nm")
 _NAMES = (
     re.compile(r"tool_L4_(?P<rate>[^_]+)_load(?P<load>\d+)"),
@@ -20,6 +26,55 @@ _NAMES = (
 )
 _MIDDLE = 3  # N of the straight wrist
 _PITCH, _ROLL = math.radians(30.0), math.radians(45.0)  # of one step of N: −60…60°, −90…90°
+
+
+@dataclass(frozen=True)
+class Strokes:
+    """Strokes of one recording; everything is of the input side and independent of rate.
+
+    Attributes:
+        direction: −1 closing (input angle falls), +1 opening; 0 before anything has moved.
+        travel: of the input since its last reversal [rad].
+        excursion: input angle from the middle of its range [rad].
+    """
+
+    direction: FloatArray
+    travel: FloatArray
+    excursion: FloatArray
+
+    @cached_property
+    def middle(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Samples in mid-stroke, closing and opening."""
+        near = np.abs(self.excursion) < MID_STROKE
+        closing, opening = (np.flatnonzero(near & (self.direction == s)) for s in (-1.0, 1.0))
+        return closing, opening
+
+
+def find_strokes(angle: FloatArray) -> Strokes:
+    """Strokes of a series of input angles [rad].
+
+    The motion before the recording is taken to be that of the recording itself, which covers
+    whole periods, so that the first stroke has a reversal before it. The middle of the range is
+    that of the percentiles 0.5 and 99.5, as one recording holds a disturbance that leaves it.
+    """
+    direction, travel = _follow(np.concatenate([angle, angle]), ENCODER_NOISE)
+    low, high = np.percentile(angle, [0.5, 99.5])
+    n = len(angle)
+    return Strokes(direction[n:], travel[n:], angle - 0.5 * (low + high))
+
+
+@checked
+def _follow(angle: FloatArray, noise: float) -> tuple[FloatArray, FloatArray]:
+    """Direction and travel of the play operator of half-width ``noise`` on ``angle``."""
+    direction, travel = np.zeros(angle.size), np.zeros(angle.size)
+    now, start, sense = angle[0], angle[0], 0.0
+    for i in range(angle.size):
+        moved = min(max(now, angle[i] - noise), angle[i] + noise)
+        if (moved - now) * sense < 0.0 or (sense == 0.0 and moved != now):
+            sense, start = np.sign(moved - now), now
+        now = moved
+        direction[i], travel[i] = sense, abs(now - start)
+    return direction, travel
 
 
 @dataclass(frozen=True)
@@ -64,15 +119,15 @@ def read_recording(path: Path) -> ToolRecording:
     """Read one file; pose, load and rate are taken from its name.
 
     Raises:
-        RecordingError: a name or a header that is not of this rig, or what no table may hold.
+        RecordingError: a name or a header that is not of this rig, or an invalid table.
     """
-    found = next((m for m in (n.fullmatch(path.stem) for n in _NAMES) if m), None)
-    if found is None:
+    result = next((m for m in (n.fullmatch(path.stem) for n in _NAMES) if m), None)
+    if result is None:
         raise RecordingError(
             f"{path}: the name is none of tool_L4_RATE_loadPERCENT, pitchN_yawN_loadPERCENT, "
             "rollN_yawN_loadPERCENT"
         )
-    given = found.groupdict()
+    given = result.groupdict()
     table = read_table(path)
     if tuple(table) != COLUMNS:
         raise RecordingError(f"{path}, row 1: columns are {tuple(table)}, not {COLUMNS}")

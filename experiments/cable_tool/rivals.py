@@ -33,7 +33,7 @@ class Regression:
 
 def fit_regression(recordings: Sequence[ToolRecording]) -> Regression:
     """Fit the four numbers where the output slides, as the transitions are none of its concern."""
-    found = []
+    results = []
     for sense in (-1.0, 1.0):
         chosen = [sliding(r) & (r.strokes.direction == sense) for r in recordings]
         torque = np.concatenate(
@@ -41,8 +41,8 @@ def fit_regression(recordings: Sequence[ToolRecording]) -> Regression:
         )
         load = np.concatenate([r.load[c] for r, c in zip(recordings, chosen, strict=True)])
         slope, offset = np.polyfit(torque, load, 1)
-        found.append((float(slope), float(offset)))
-    return Regression(*found)
+        results.append((float(slope), float(offset)))
+    return Regression(*results)
 
 
 @dataclass(frozen=True)
@@ -57,8 +57,8 @@ class SteadyLoad:
 
     def load(self, recording: ToolRecording) -> FloatArray:
         """Load at the output, from the input side [N m]."""
-        found: FloatArray = _steady_columns(recording) @ np.array(self.numbers)
-        return found
+        result: FloatArray = _steady_columns(recording) @ np.array(self.numbers)
+        return result
 
 
 def fit_steady_load(recordings: Sequence[ToolRecording]) -> SteadyLoad:
@@ -70,8 +70,8 @@ def fit_steady_load(recordings: Sequence[ToolRecording]) -> SteadyLoad:
 
 def sliding(recording: ToolRecording) -> np.ndarray:
     """Whether the output slides at each sample: the input has travelled ``SLIDING``."""
-    found: np.ndarray = recording.strokes.travel > SLIDING
-    return found
+    result: np.ndarray = recording.strokes.travel > SLIDING
+    return result
 
 
 def _steady_columns(recording: ToolRecording) -> FloatArray:

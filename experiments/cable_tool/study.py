@@ -12,9 +12,8 @@ from experiments.cable_tool.candidates import CANDIDATES, CHOSEN
 from experiments.cable_tool.cross_validation import LEFT_OUT, HeldOut, cross_validate
 from experiments.cable_tool.fit import fit_tool
 from experiments.cable_tool.load_share import LoadShare, load_share
-from experiments.cable_tool.rate import RateRatio, rate_ratios
 from experiments.cable_tool.recording import ToolRecording
-from experiments.cable_tool.tool import Tool
+from experiments.cable_tool.tool import RateRatio, Tool, rate_ratios
 from tendon_mj.lab.progress import Progress, silent
 
 _QUANTILES = (0.025, 0.975)
@@ -28,7 +27,7 @@ class Study:
         recordings: on which they rest.
         tool: fitted to all of them.
         intervals: 95 % interval of every number of the tool, recordings resampled within poses.
-        held_out: candidate → what was left out (`LEFT_OUT`) → errors.
+        held_out: candidate → split (`LEFT_OUT`) → errors.
         load_shares: of every wrist pose.
         rates: pairs of recordings at different rates.
     """
@@ -46,8 +45,8 @@ class Study:
 
     def errors(self, candidate: str, left_out: str, *groups: str) -> list[HeldOut]:
         """Errors of a candidate on some groups of recordings; on all, if none is named."""
-        found = self.held_out[candidate][left_out]
-        return [one for one in found if not groups or one.group in groups]
+        result = self.held_out[candidate][left_out]
+        return [one for one in result if not groups or one.group in groups]
 
 
 def run_study(
@@ -58,7 +57,7 @@ def run_study(
     Args:
         recordings: of the rig, with several loads and poses.
         resamples: fits from which the intervals come.
-        progress: called with what is being done, how much is done and how much there is.
+        progress: called with the stage, the number done and the total.
     """
     held_out = {
         candidate.name: {

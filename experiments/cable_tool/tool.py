@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from experiments.cable_tool.recording import ToolRecording
+from experiments.cable_tool.recording import MID_STROKE, ToolRecording
 from experiments.cable_tool.transmission import predict_load
 from tendon_mj.errors import RecordingError
 from tendon_mj.typing import FloatArray
@@ -22,7 +22,7 @@ class Tool:
 
     Attributes:
         friction_exponent: λ of the straight wrist, load-proportional (sheath) friction [-].
-        wrist_friction: what a pitched wrist adds to λ [1/rad].
+        wrist_friction: addition of a pitched wrist to λ [1/rad].
         closing_offset: b_c, input torque when closing without load: constant friction and zero of
             the cells [N m].
         load_difference: by how much the load is larger when closing than when opening, from the
@@ -113,10 +113,55 @@ class Tool:
             load / ratio + self.opening(recording),
         )
         share = np.clip(2.0 * (drive - opening) / (closing - opening) - 1.0, -1.0, 1.0)
-        found: FloatArray = load + 0.25 * share * (self.closing_offset - self.opening(recording))
-        return found
+        result: FloatArray = load + 0.25 * share * (self.closing_offset - self.opening(recording))
+        return result
 
     def replaced(self, numbers: Mapping[str, float | None]) -> Tool:
         """The same tool with other numbers, by their names."""
         given: dict[str, Any] = dict(numbers)
         return dataclasses.replace(self, **given)
+
+
+@dataclass(frozen=True)
+class RateRatio:
+    """Friction of two recordings of one load and pose.
+
+    Attributes:
+        load_share: of full load [-].
+        slow, fast: half the width of the torque loop in mid-stroke [N m].
+        speeds: peak input speeds, slow and fast [rad/s].
+    """
+
+    load_share: float
+    slow: float
+    fast: float
+    speeds: tuple[float, float]
+
+    @property
+    def change(self) -> float:
+        """Share by which the faster sine's friction is larger [-]."""
+        return self.fast / self.slow - 1.0
+
+
+def rate_ratios(recordings: Sequence[ToolRecording]) -> list[RateRatio]:
+    """Every pair of recordings of one load and pose with different rates."""
+    results = []
+    for slow in recordings:
+        for fast in recordings:
+            same = slow.pose == fast.pose and slow.load_share == fast.load_share
+            if same and _speed(slow) < 0.8 * _speed(fast):
+                widths = [_half_width(r) for r in (slow, fast)]
+                speeds = (_speed(slow), _speed(fast))
+                results.append(RateRatio(slow.load_share, widths[0], widths[1], speeds))
+    return results
+
+
+def _half_width(recording: ToolRecording) -> float:
+    closing, opening = Tool(stiffness=0.0).mid_stroke(recording)
+    return 0.5 * (closing - opening)
+
+
+def _speed(recording: ToolRecording) -> float:
+    middle = np.abs(recording.strokes.excursion) < MID_STROKE
+    speed = np.gradient(recording.input_angle, recording.time)
+    return float(np.median(np.abs(speed[middle])))

@@ -1,1 +1,1 @@
-"""What Dask costs a sweep, and what is lost when workers and clients are killed."""
+"""Cost of Dask in a sweep, and losses when workers and clients are killed."""

@@ -93,20 +93,20 @@ def kill_clients(folder: Path, settings: Settings, scheduler: str) -> None:
 
 
 def counted(folder: Path, tasks: int) -> dict[str, object]:
-    """What is there, and how often it was computed."""
-    found = ParquetParts(folder / "results").read()["task"].tolist()
+    """Finished parts, and how often each was computed."""
+    result = ParquetParts(folder / "results").read()["task"].tolist()
     completed = Counter(map(int, (folder / "completed").read_text().split()))
     return {
         "tasks": tasks,
-        "lost": sorted(set(range(tasks)) - set(found)),
-        "twice in the table": [task for task, count in Counter(found).items() if count > 1],
+        "lost": sorted(set(range(tasks)) - set(result)),
+        "twice in the table": [task for task, count in Counter(result).items() if count > 1],
         "computed more than once": sum(completed.values()) - tasks,
         "most often": max(completed.values()),
     }
 
 
 def main(settings: Settings) -> None:
-    """Try both, and print what came of it."""
+    """Try both, and print the results."""
     said: dict[str, object] = {"kills": settings.kills, "workers": _WORKERS}
     with local_cluster(_WORKERS) as scheduler:
         for trial in (kill_workers, kill_clients):

@@ -39,12 +39,12 @@ class Settings:
 
 @dataclass(frozen=True)
 class Overhead:
-    """What a sweep took.
+    """Times of a sweep.
 
     Attributes:
         wall: of the sweep once the workers were there [s].
         tasks: number of them.
-        computing: sum of what tasks took in their workers [s].
+        computing: sum of the tasks' times in their workers [s].
         overhead: part of the workers' time in which they did no task [-].
         client_share: part of all processor time that client and scheduler took [-].
         memory: of client and scheduler, and of the largest worker, over time [(s, MB, MB)].

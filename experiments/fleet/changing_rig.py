@@ -1,4 +1,4 @@
-"""What may change in a rig of a hidden fleet, and how much."""
+"""Changes of a rig in a hidden fleet, and their sizes."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Literal
 
 import numpy as np
 
-from experiments.hidden_effects.references.bench import ReferenceBench
-from experiments.hidden_effects.references.sensor import Sensor
+from experiments.hidden_effects.excitation import Sensor
+from experiments.hidden_effects.references import ReferenceBench
 from tendon_mj.errors import InvalidValueError
 
 Course = Literal["step", "ramp"]
@@ -66,7 +66,7 @@ def _sensor(attribute: str) -> Callable[[ReferenceBench, float], ReferenceBench]
     return apply
 
 
-# Sizes are some five to fifteen times what differs from day to day (`make_fleet`).
+# Sizes are some five to fifteen times the differences from day to day (`make_fleet`).
 KINDS: dict[str, Kind] = {
     "friction": Kind("sheath.friction", (0.15, 0.5), _factor("friction"), ramp=True),
     "pretension": Kind("sheath.pretension", (-0.2, -0.08), _factor("pretension"), ramp=True),
@@ -87,7 +87,7 @@ KINDS: dict[str, Kind] = {
 
 @dataclass(frozen=True)
 class RigChange:
-    """What changes in one rig: its kind, its size, its course, and the recording it begins at."""
+    """Change of one rig: its kind, its size, its course, and the recording it begins at."""
 
     kind: str
     size: float

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from experiments.command import run_experiment
 from experiments.fleet.changing_rig import FEWEST_RECORDINGS, KINDS, RigChange, draw_change
-from experiments.hidden_effects.references import excitation
-from experiments.hidden_effects.references.bench import COLUMNS, ReferenceBench
-from experiments.hidden_effects.suite.noisy_recording import noisy_recording
+from experiments.hidden_effects import excitation
+from experiments.hidden_effects.case import noisy_recording
+from experiments.hidden_effects.references import COLUMNS, ReferenceBench
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.recordings import Uncertain, write_recording
 from tendon_mj.lab.tasks import Workers, run_tasks
@@ -78,7 +78,7 @@ class _Written:
 
     Args:
         folder: of the fleet.
-        of: what the rigs are made of; a folder has those of one.
+        of: composition of the rigs; a folder has those of one.
 
     Raises:
         InvalidValueError: the folder has rigs of other settings.

@@ -1,4 +1,4 @@
-"""Scores what was found of a hidden fleet; `python -m experiments.fleet.score_fleet --help`."""
+"""Scores the findings on a hidden fleet; `python -m experiments.fleet.score_fleet --help`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ALIKE = {"sheath.friction": "sheath.drawn_bend"}  # of which the data determine 
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """What to compare.
+    """Inputs of the comparison.
 
     Attributes:
         key: file of `make_fleet`.
@@ -29,30 +29,14 @@ class Settings:
 
 
 def score(key: dict[str, Any], rigs: list[dict[str, Any]]) -> dict[str, Any]:
-    """Count what was found, named and dated, and false alarms.
+    """Count changes found, named and dated, and false alarms.
 
     Args:
-        key: rig → what changed in it.
+        key: rig → its change.
         rigs: of result.json.
     """
-    found = {rig["rig"]: rig for rig in rigs}
-    rows = {}
-    for name, true in key.items():
-        changed = found[name]["changed"]
-        rows[name] = {"kind": true["kind"], "course": true["course"], "found": changed is not None}
-        if changed is None:
-            continue
-        named = [changed["parameter"], *(rival["parameter"] for rival in changed["rivals"])]
-        dates = [datetime.fromisoformat(date) for date in found[name]["dates"]]
-        place = dates.index(datetime.fromisoformat(changed["since"]))
-        rows[name] |= {
-            "named_first": named[0] == true["parameter"],
-            "named": true["parameter"] in named or ALIKE.get(true["parameter"]) in named,
-            "as": named,
-            "recordings_late": place - dates.index(datetime.fromisoformat(true["since"])),
-            "true": [true["since"], true["size"]],
-            "said": [changed["since"], changed["before"], changed["after"]],
-        }
+    results = {rig["rig"]: rig for rig in rigs}
+    rows = {name: _row(true, results[name]) for name, true in key.items()}
     return {
         "rigs": len(rigs),
         "changed": len(key),
@@ -69,6 +53,25 @@ def score(key: dict[str, Any], rigs: list[dict[str, Any]]) -> dict[str, Any]:
         ),
         "failed": sorted(rig["rig"] for rig in rigs if rig["verdict"] == "failed"),
         "rows": rows,
+    }
+
+
+def _row(true: dict[str, Any], rig: dict[str, Any]) -> dict[str, Any]:
+    """A change beside the one that was reported."""
+    changed = rig["changed"]
+    row = {"kind": true["kind"], "course": true["course"], "found": changed is not None}
+    if changed is None:
+        return row
+    named = [changed["parameter"], *(rival["parameter"] for rival in changed["rivals"])]
+    dates = [datetime.fromisoformat(date) for date in rig["dates"]]
+    place = dates.index(datetime.fromisoformat(changed["since"]))
+    return row | {
+        "named_first": named[0] == true["parameter"],
+        "named": true["parameter"] in named or ALIKE.get(true["parameter"]) in named,
+        "as": named,
+        "recordings_late": place - dates.index(datetime.fromisoformat(true["since"])),
+        "true": [true["since"], true["size"]],
+        "said": [changed["since"], changed["before"], changed["after"]],
     }
 
 

@@ -7,9 +7,8 @@ from pathlib import Path
 
 from experiments.command import run_experiment
 from experiments.force_servo.figures import draw_figures
-from experiments.force_servo.result import result
+from experiments.force_servo.report import result, summary
 from experiments.force_servo.study import run_study
-from experiments.force_servo.summary import summary
 from tendon_mj.cli import Output, console, progress_bar
 
 
@@ -24,11 +23,11 @@ def force_servo(out: Path = Path("out/force_servo")) -> None:
     """
     output = Output(out)
     with progress_bar() as progress:
-        found = run_study(progress=progress)
-    for name, figure in draw_figures(found):
+        study = run_study(progress=progress)
+    for name, figure in draw_figures(study):
         output.figure(name, figure)
-    output.result(result(found))
-    for line in summary(found):
+    output.result(result(study))
+    for line in summary(study):
         console.print(line, soft_wrap=True)
     output.close()
 

@@ -117,14 +117,14 @@ def limit_cycles(bench: Bench, servo: Servo, progress: Progress = silent) -> Lim
     for name, values in VARIED.items():
         for value in values:
             cases.append((name, _changed(middle, name, value)))
-    found = []
+    results = []
     for k, (name, case) in enumerate(cases):
         progress("limit cycles", k, len(cases))
-        found.append(limit_cycle(case, servo, name))
+        results.append(limit_cycle(case, servo, name))
     progress("limit cycles", len(cases), len(cases))
-    backlash = np.array([c.backlash for c in found])
-    amplitude = np.array([c.amplitude for c in found])
+    backlash = np.array([c.backlash for c in results])
+    amplitude = np.array([c.amplitude for c in results])
     factor, intercept = np.polyfit(backlash, amplitude, 1)
     residual = amplitude - factor * backlash - intercept
     r_squared = 1.0 - float(np.sum(residual**2) / np.sum((amplitude - amplitude.mean()) ** 2))
-    return LimitCycles(tuple(found), float(factor), float(intercept), r_squared)
+    return LimitCycles(tuple(results), float(factor), float(intercept), r_squared)

@@ -21,7 +21,7 @@ from tendon_mj.typing import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class Servo:
-    """Motor and its servo; see `tendon_mj.add_servo` for the defaults of what is None.
+    """Motor and its servo; None takes the default of `tendon_mj.add_servo`.
 
     Attributes:
         inertia: J_m [kg m²].

@@ -34,13 +34,13 @@ class Staircase:
 
     def overshoots(self, response: ServoResponse) -> FloatArray:
         """Overshoot of each of the six steps over its height [-]."""
-        found = []
+        results = []
         for k in range(1, len(LEVELS)):
             height = LEVELS[k] - LEVELS[k - 1]
             tension = response.part(k * self.time, (k + 1) * self.time).output_tension
             goal = self.bench.pretension + LEVELS[k]
-            found.append(max(0.0, float(np.max((tension - goal) / height))))
-        return np.array(found)
+            results.append(max(0.0, float(np.max((tension - goal) / height))))
+        return np.array(results)
 
 
 def simulate_staircase(bench: Bench, servo: Servo, time: float = 4.0) -> Staircase:

@@ -56,7 +56,7 @@ def run_study(
     Args:
         bench: parameters.
         servo: with the gains of the paper; None takes those.
-        progress: called with what is being done, how much is done and how much there is.
+        progress: called with the stage, the number done and the total.
     """
     servo = servo or Servo()
     parts = 5

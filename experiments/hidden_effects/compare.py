@@ -10,10 +10,8 @@ import sys
 from pathlib import Path
 
 from experiments.command import run_experiment
-from experiments.hidden_effects.scoring.rates import Row
-from experiments.hidden_effects.scoring.suite_statistics import ANY_TOOL, table
-from experiments.hidden_effects.scoring.tables import markdown
-from experiments.hidden_effects.scoring.verdicts import judge
+from experiments.hidden_effects.statistics import ANY_TOOL, Row, markdown, table
+from experiments.hidden_effects.verdicts import JudgedCase, judge
 from tendon_mj.errors import InvalidValueError
 
 
@@ -31,20 +29,15 @@ def compare(
     if not verdicts:
         raise InvalidValueError("--verdicts names no folder; give one for each tool")
     tools = [{j.name: j for j in judge(folder, keys)} for folder in verdicts]
-    cases = [n for n in tools[0] if not (partial and any(tool[n].missing for tool in tools))]
+    cases = _compared(tools) if partial else list(tools[0])
     if not cases:
         raise InvalidValueError(
             "there is no case on which each of the tools has a result; without --partial, those"
             " without one count as failed"
         )
     tables = [{row[0]: row for row in table([tool[name] for name in cases])} for tool in tools]
-    rows = []
-    for quantity, wanted, _, _ in max(tables, key=len).values():
-        found = [of_tool.get(quantity) for of_tool in tables]
-        counted = max(row[3] for row in found if row is not None)
-        if counted or quantity in ANY_TOOL:
-            rows.append([quantity, wanted, *(_figure(row, counted) for row in found), counted])
-    text = markdown(["quantity", "wanted", *(folder.name for folder in verdicts), "cases"], rows)
+    header = ["quantity", "wanted", *(folder.name for folder in verdicts), "cases"]
+    text = markdown(header, _rows(tables))
     if partial:
         of = f"{len(cases)} of {len(tools[0])} cases"
         text += f"\nScored are the {of} on which each tool has a result (--partial).\n"
@@ -53,6 +46,22 @@ def compare(
     if out is not None:
         out.write_text(text, encoding="utf-8")
     print(text)
+
+
+def _compared(tools: list[dict[str, JudgedCase]]) -> list[str]:
+    """Cases on which each of the tools has a result."""
+    return [name for name in tools[0] if not any(tool[name].missing for tool in tools)]
+
+
+def _rows(tables: list[dict[str, Row]]) -> list[list[object]]:
+    """Rows of the quantities that some tool has."""
+    rows: list[list[object]] = []
+    for quantity, wanted, _, _ in max(tables, key=len).values():
+        of_tools = [of_tool.get(quantity) for of_tool in tables]
+        counted = max(row[3] for row in of_tools if row is not None)
+        if counted or quantity in ANY_TOOL:
+            rows.append([quantity, wanted, *(_figure(row, counted) for row in of_tools), counted])
+    return rows
 
 
 _OF_MISSING = (

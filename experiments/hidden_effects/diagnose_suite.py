@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.command import run_experiment
-from experiments.hidden_effects.suite.case_folder import Case, solve_suite
+from experiments.hidden_effects.case_folder import Case, solve_suite
 from tendon_mj.lab.diagnosis import diagnose
 from tendon_mj.lab.replay import Simulator
 

@@ -10,10 +10,9 @@ from typing import Any, NamedTuple
 
 import tyro
 
-from experiments.hidden_effects.suite.case import make_case
-from experiments.hidden_effects.suite.case_folder import SOURCES
-from experiments.hidden_effects.suite.case_plan import CasePlan, Kind
-from experiments.hidden_effects.suite.plan_suite import KINDS, plan_suite
+from experiments.hidden_effects.case import make_case
+from experiments.hidden_effects.case_folder import SOURCES
+from experiments.hidden_effects.plan import KINDS, CasePlan, Kind, plan_suite
 from tendon_mj.lab.tasks import Workers, run_tasks, versions
 from tendon_mj.whole_file import whole_file
 
@@ -77,10 +76,10 @@ class MadeCases:
 
     def done(self) -> set[str]:
         """Names of the cases that were made after the same plan by the same code, and are there."""
-        found = {p.stem: p for p in self._keys.glob("case_*.json") if p.stem in self._plans}
+        by_name = {p.stem: p for p in self._keys.glob("case_*.json") if p.stem in self._plans}
         return {
             name
-            for name, path in found.items()
+            for name, path in by_name.items()
             if json.loads(path.read_text(encoding="utf-8"))["plan"] == self._plan(name)
             and (self._suite.out / name / "case.json").exists()
         }

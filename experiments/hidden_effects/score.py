@@ -5,20 +5,21 @@ from __future__ import annotations
 import json
 import sys
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from experiments.command import run_experiment
-from experiments.hidden_effects.scoring.judged_case import JudgedCase
-from experiments.hidden_effects.scoring.suite_statistics import (
+from experiments.hidden_effects.statistics import (
     ANY_TOOL,
     confidence,
     confusion,
+    markdown,
     table,
+    write_csv,
 )
-from experiments.hidden_effects.scoring.tables import markdown, write_csv
-from experiments.hidden_effects.scoring.verdicts import judge
+from experiments.hidden_effects.verdicts import JudgedCase, judge
 from tendon_mj.errors import InvalidValueError
 
 
@@ -33,16 +34,7 @@ def score(
         out: folder for score.json, score.md, confusion.csv and misses.csv.
         partial: leave out the cases without a result, which else count as failed.
     """
-    if not verdicts or len(verdicts) != len(keys):
-        raise InvalidValueError(
-            f"--verdicts names {len(verdicts)} folders and --keys {len(keys)}; give one of keys for"
-            " each of verdicts, in the same order"
-        )
-    every = [
-        replace(case, name=f"{folder.name}/{case.name}")
-        for folder, key in zip(verdicts, keys, strict=True)
-        for case in judge(folder, key)
-    ]
+    every = _judge_all(verdicts, keys)
     judged = [j for j in every if not (partial and j.missing)]
     out.mkdir(parents=True, exist_ok=True)
     rows = [row for row in table(judged) if row[3] or row[0] in ANY_TOOL]
@@ -62,6 +54,19 @@ def score(
     write_csv(out / "confusion.csv", ["hidden", *columns], _matrix_rows(columns, matrix))
     write_csv(out / "misses.csv", MISS, misses)
     print(text)
+
+
+def _judge_all(verdicts: tuple[Path, ...], keys: tuple[Path, ...]) -> list[JudgedCase]:
+    if not verdicts or len(verdicts) != len(keys):
+        raise InvalidValueError(
+            f"--verdicts names {len(verdicts)} folders and --keys {len(keys)}; give one of keys for"
+            " each of verdicts, in the same order"
+        )
+    return [
+        replace(case, name=f"{folder.name}/{case.name}")
+        for folder, key in zip(verdicts, keys, strict=True)
+        for case in judge(folder, key)
+    ]
 
 
 MISS = [
@@ -87,21 +92,26 @@ def _of_missing(missing: list[str], cases: int, partial: bool) -> str:
 
 
 def _right(j: JudgedCase) -> bool:
-    if j.result is None:
-        return False
-    if j.kind == "nothing":
-        return j.verdict == "nothing missing"
-    if j.kind == "outside":
-        return j.verdict == "unknown" or (j.named_effect and not j.confident)
-    if j.kind == "parameter":
-        return not j.effects and not j.false_names
-    if j.kind == "drawn":
-        return j.first and not j.false_names
-    if j.kind == "too_high":
-        return j.right_number
-    if j.kind in ("session", "remainder"):
-        return not j.false_names and (j.leads > 0.0 or not j.hidden)
+    return j.result is not None and _RIGHT.get(j.kind, _names_all)(j)
+
+
+def _names_all(j: JudgedCase) -> bool:
     return j.contains and not j.false_names and (j.closed is None or j.closed >= 0.8)
+
+
+def _leads(j: JudgedCase) -> bool:
+    return not j.false_names and (j.leads > 0.0 or not j.hidden)
+
+
+_RIGHT: dict[str, Callable[[JudgedCase], bool]] = {
+    "nothing": lambda j: j.verdict == "nothing missing",
+    "outside": lambda j: j.verdict == "unknown" or (j.named_effect and not j.confident),
+    "parameter": lambda j: not j.effects and not j.false_names,
+    "drawn": lambda j: j.first and not j.false_names,
+    "too_high": lambda j: j.right_number,
+    "session": _leads,
+    "remainder": _leads,
+}
 
 
 def _miss(j: JudgedCase) -> list[Any]:

@@ -13,10 +13,10 @@ import numpy as np
 import tyro
 from rich.console import Console
 
-from experiments.hidden_effects.effects.bench_effects import EFFECTS
-from experiments.hidden_effects.references import excitation
-from experiments.hidden_effects.references.bench import ReferenceBench
-from experiments.hidden_effects.suite.noisy_recording import noisy_recording
+from experiments.hidden_effects import excitation
+from experiments.hidden_effects.case import noisy_recording
+from experiments.hidden_effects.hidden import EFFECTS
+from experiments.hidden_effects.references import ReferenceBench
 from tendon_mj.cli import progress_bar
 from tendon_mj.lab.diagnosis import diagnose
 from tendon_mj.lab.recordings import Recording
@@ -58,8 +58,8 @@ def main(effect: str = "viscous_friction", exclude: tuple[str, ...] = (), seed: 
     train = recordings(effect, seed)
     began = time.perf_counter()
     with progress_bar() as progress:
-        found = diagnose(train, exclude=exclude, progress=progress)
-    Console().print(found.sentence, soft_wrap=True)
+        diagnosis = diagnose(train, exclude=exclude, progress=progress)
+    Console().print(diagnosis.sentence, soft_wrap=True)
     Console().print(f"{time.perf_counter() - began:.1f} s")
 
 

@@ -26,17 +26,17 @@ def kaneko1991(out: Path = Path("out/kaneko1991"), histories: int = 100) -> None
     check_histories(histories)
     output = Output(out)
     with progress_bar() as progress:
-        found = reproduce(histories, progress)
-    for name, figure in draw_figures(found):
+        reproduction = reproduce(histories, progress)
+    for name, figure in draw_figures(reproduction):
         output.figure(name, figure)
     page = out / "numbers.md"
-    page.write_text(numbers_page(found), encoding="utf-8")
+    page.write_text(numbers_page(reproduction), encoding="utf-8")
     output.add(page)
-    output.result(result(found))
+    output.result(result(reproduction))
     console.print(
-        f"routes differ by at most {found.agreement.largest:.2%} of range in T_out and "
-        f"{found.agreement.largest_input:.2%} in T_in; slopes of Fig. 4 (a) within "
-        f"{found.figure_4a.slope_error:.2%} of K_ap",
+        f"routes differ by at most {reproduction.agreement.largest:.2%} of range in T_out and "
+        f"{reproduction.agreement.largest_input:.2%} in T_in; slopes of Fig. 4 (a) within "
+        f"{reproduction.figure_4a.slope_error:.2%} of K_ap",
         soft_wrap=True,
     )
     output.close()

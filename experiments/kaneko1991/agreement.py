@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.kaneko1991 import mujoco_routes, routes
-from experiments.kaneko1991.histories import (
+from experiments.kaneko1991.loop import (
     LEG_TIME,
     TURNING_POINTS,
     displacement_history,

@@ -46,7 +46,7 @@ class Chain:
         pretension: T_0 [N].
         mass: of the tendon, shared evenly [kg].
         damping: Σ c_i of the tendon, shared evenly [N s/m].
-        output_stiffness: k_se of what holds the output end [N/m]; inf: fixed.
+        output_stiffness: k_se of the output end [N/m]; inf: fixed.
         timestep: [s]; None takes half of ``longest_timestep``.
 
     Raises:

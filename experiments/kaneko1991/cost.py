@@ -11,7 +11,7 @@ import numpy as np
 from experiments.kaneko1991 import routes
 from experiments.kaneko1991.agreement import TENDON
 from experiments.kaneko1991.discretisations import SAMPLE_TIME, Discretisation, discretisations
-from experiments.kaneko1991.histories import TURNING_POINTS, displacement_history
+from experiments.kaneko1991.loop import TURNING_POINTS, displacement_history
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.typing import FloatArray
@@ -30,7 +30,7 @@ class Cost:
         step: time step [s].
         elements: n, guides, elements or grid intervals; 0 for the closed form.
         error: largest of T_in or T_out over its range [-].
-        inertia: what carries mass in this run.
+        inertia: the parts with mass in this run.
     """
 
     route: str
@@ -53,11 +53,11 @@ def measure_costs(progress: Progress = silent) -> tuple[Cost, ...]:
     exact = routes.closed_form(TENDON, travel, "displacement")
     tensions = (exact.input_tension, exact.output_tension)
     by_route = discretisations(time, travel)
-    found = []
+    results = []
     for name, choices in by_route.items():
-        found.append(_first_within_target(name, choices, tensions, float(time[-1])))
-        progress("wall time by route", len(found), len(by_route))
-    return tuple(found)
+        results.append(_first_within_target(name, choices, tensions, float(time[-1])))
+        progress("wall time by route", len(results), len(by_route))
+    return tuple(results)
 
 
 def _first_within_target(

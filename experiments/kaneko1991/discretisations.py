@@ -15,7 +15,7 @@ from experiments import references
 from experiments.kaneko1991 import mujoco_routes, routes
 from experiments.kaneko1991.agreement import TENDON
 from experiments.kaneko1991.chain import Chain, build_chain
-from experiments.kaneko1991.histories import LEG_TIME
+from experiments.kaneko1991.loop import LEG_TIME
 from experiments.kaneko1991.routes import Trace
 from tendon_mj.lab.replay import rollout_named_sensors
 from tendon_mj.typing import FloatArray
@@ -34,7 +34,7 @@ class Discretisation(NamedTuple):
     Args:
         step: time step [s].
         elements: n, guides, elements or grid intervals; 0 for the closed form.
-        inertia: what carries mass.
+        inertia: the parts with mass.
         run: gives T_in and T_out [N] every ``SAMPLE_TIME``.
     """
 
@@ -128,7 +128,7 @@ def _rollout(
     reel, every = np.interp(fine, time, travel), round(SAMPLE_TIME / step)
 
     def tensions() -> tuple[FloatArray, FloatArray]:
-        found = rollout_named_sensors(model, reel)
-        return found["input_tension"][::every], found["output_tension"][::every]
+        result = rollout_named_sensors(model, reel)
+        return result["input_tension"][::every], result["output_tension"][::every]
 
     return tensions

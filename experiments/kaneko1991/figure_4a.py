@@ -10,12 +10,12 @@ import numpy as np
 
 from experiments import references
 from experiments.kaneko1991 import mujoco_routes, routes
-from experiments.kaneko1991.histories import tension_sine
 from experiments.kaneko1991.loop import (
     LoopMeasures,
     largest_difference,
     measure_loop,
     predict_loop,
+    tension_sine,
 )
 from experiments.kaneko1991.paper_tendon import PaperTendon
 from experiments.kaneko1991.routes import Trace
@@ -60,10 +60,10 @@ class Figure4a:
 
     def slope_errors(self, route: str) -> tuple[float, float]:
         """Relative errors of the slope against K_ap, pulling and loosening [-]."""
-        found = self.measured[route]
+        result = self.measured[route]
         return (
-            found.slope_pulling / self.predicted.slope_pulling - 1.0,
-            found.slope_loosening / self.predicted.slope_loosening - 1.0,
+            result.slope_pulling / self.predicted.slope_pulling - 1.0,
+            result.slope_loosening / self.predicted.slope_loosening - 1.0,
         )
 
     @property

@@ -13,7 +13,7 @@ import numpy as np
 
 from experiments.kaneko1991 import mujoco_routes, routes
 from experiments.kaneko1991.figure_4a import AMPLITUDE
-from experiments.kaneko1991.histories import tension_sine
+from experiments.kaneko1991.loop import tension_sine
 from experiments.kaneko1991.paper_tendon import PaperTendon
 from experiments.kaneko1991.routes import Trace
 from tendon_mj.lab.progress import Progress, silent

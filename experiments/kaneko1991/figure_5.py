@@ -30,12 +30,12 @@ from experiments.kaneko1991.figure_4a import (
     SLOWNESS,
     quasi_static_mass,
 )
-from experiments.kaneko1991.histories import tension_sine
 from experiments.kaneko1991.loop import (
     LoopMeasures,
     largest_difference,
     measure_loop,
     predict_loop,
+    tension_sine,
 )
 from experiments.kaneko1991.paper_tendon import PaperTendon
 from experiments.kaneko1991.routes import Trace
@@ -108,14 +108,14 @@ def simulate_figure_5(progress: Progress = silent) -> Figure5:
     skip = SAMPLES // 4
     traces, measured, predicted, largest = [], [], [], []
     for done, tendon in enumerate(tendons):
-        found = _run_routes(tendon)
-        exact = found["closed form"]
-        traces.append(found)
+        result = _run_routes(tendon)
+        exact = result["closed form"]
+        traces.append(result)
         measured.append(
-            {name: measure_loop(tendon, trace, exact, skip) for name, trace in found.items()}
+            {name: measure_loop(tendon, trace, exact, skip) for name, trace in result.items()}
         )
         predicted.append(predict_loop(tendon, float(exact.output_tension.max())))
-        largest.append(largest_difference(found, skip))
+        largest.append(largest_difference(result, skip))
         progress("Fig. 5", done + 1, len(tendons))
     travel = np.linspace(0.05e-3, 6e-3, 240)
     return Figure5(
@@ -126,7 +126,7 @@ def simulate_figure_5(progress: Progress = silent) -> Figure5:
         (largest[0], largest[1]),
         travel,
         _widening(tendons, travel),
-        measure_departure(tendons, [found["closed form"] for found in traces]),
+        measure_departure(tendons, [result["closed form"] for result in traces]),
     )
 
 

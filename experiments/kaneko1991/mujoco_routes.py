@@ -85,10 +85,10 @@ def plugin(
     stride = 1 if timestep is None else max(1, round(gap / timestep))
     fine = time[0] + gap / stride * np.arange((len(time) - 1) * stride + 1)
     reel = np.apply_along_axis(lambda row: np.interp(fine, time, row), -1, displacement)
-    found = rollout_named_sensors(
+    result = rollout_named_sensors(
         plugin_model(tendon, guides, gap / stride, carriage), reel, threads
     )
-    near, far = (found[f"{end}_tension"][..., ::stride] for end in ("input", "output"))
+    near, far = (result[f"{end}_tension"][..., ::stride] for end in ("input", "output"))
     return Trace(near, far, displacement)
 
 
@@ -123,6 +123,6 @@ def mujoco_elements(
     )
     model = build_chain(chain, drive).compile()
     fine = np.arange(time[0], time[-1] + chain.step, chain.step)
-    found = rollout_named_sensors(model, np.interp(fine, time, history))
+    result = rollout_named_sensors(model, np.interp(fine, time, history))
     names = ("input_tension", "output_tension", "input_displacement")
-    return Trace(*(np.interp(time, fine, found[name]) for name in names))
+    return Trace(*(np.interp(time, fine, result[name]) for name in names))

@@ -14,15 +14,15 @@ from experiments.kaneko1991.paper_tendon import REASONS
 from experiments.kaneko1991.reproduction import Reproduction
 
 
-def numbers_page(found: Reproduction) -> str:
+def numbers_page(reproduction: Reproduction) -> str:
     """Text of the page."""
     lines = ["# The paper's figures in numbers", "Chosen, since the paper does not say:", ""]
     lines += [f"- {name}: {reason}" for name, reason in REASONS.items()]
-    lines += ["", *_agreement(found.agreement)]
-    lines += ["", *_figure_4a(found.figure_4a)]
-    lines += ["", *_figure_5(found.figure_5)]
-    lines += ["", *_figure_4bc(found.figure_4bc)]
-    lines += ["", *_costs(found.costs)]
+    lines += ["", *_agreement(reproduction.agreement)]
+    lines += ["", *_figure_4a(reproduction.figure_4a)]
+    lines += ["", *_figure_5(reproduction.figure_5)]
+    lines += ["", *_figure_4bc(reproduction.figure_4bc)]
+    lines += ["", *_costs(reproduction.costs)]
     return "\n".join(lines) + "\n"
 
 
@@ -31,10 +31,10 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     return lines + ["| " + " | ".join(row) + " |" for row in rows]
 
 
-def _agreement(found: Agreement) -> list[str]:
+def _agreement(agreement: Agreement) -> list[str]:
     rows = (
-        (name, f"{table.max():.2%}", f"{found.input_difference[name].max():.2%}")
-        for name, table in found.difference.items()
+        (name, f"{table.max():.2%}", f"{agreement.input_difference[name].max():.2%}")
+        for name, table in agreement.difference.items()
     )
     return [
         "## Largest difference between two routes, over the range",
@@ -59,58 +59,58 @@ def _loops(predicted: LoopMeasures, measured: Mapping[str, LoopMeasures]) -> lis
     return _table((*head, "backlash [µm]"), rows)
 
 
-def _figure_4a(found: Figure4a) -> list[str]:
-    departures = ((name, f"{value:.1e}") for name, value in found.nonlinearity.items())
+def _figure_4a(data: Figure4a) -> list[str]:
+    departures = ((name, f"{value:.1e}") for name, value in data.nonlinearity.items())
     return [
         "## Fig. 4 (a)",
-        found.tendon.caption() + ".",
+        data.tendon.caption() + ".",
         "",
-        *_loops(found.predicted, found.measured),
+        *_loops(data.predicted, data.measured),
         "",
-        f"Largest difference of T_out between routes: {found.largest:.2%} of range.",
+        f"Largest difference of T_out between routes: {data.largest:.2%} of range.",
         "",
         *_table(("without friction", "departure from Hooke's law, over the range"), departures),
     ]
 
 
-def _figure_5(found: Figure5) -> list[str]:
+def _figure_5(data: Figure5) -> list[str]:
     lines = []
     for tendon, predicted, measured, largest in zip(
-        found.tendons, found.predicted, found.measured, found.largest, strict=True
+        data.tendons, data.predicted, data.measured, data.largest, strict=True
     ):
         lines += [f"## Fig. 5, F_c = {tendon.constant_friction:g} N", tendon.caption() + ".", ""]
         lines += _loops(predicted, measured)
         lines += ["", f"Largest difference of T_out between routes: {largest:.2%} of range.", ""]
-    return [*lines, _departure(found.departure)]
+    return [*lines, _departure(data.departure)]
 
 
-def _departure(found: Departure) -> str:
+def _departure(departure: Departure) -> str:
     flats = (
         " … ".join(f"{1e3 * end:.2f}" for end in flat)
-        for flat in (found.lower_flat, found.lower_flat_with)
+        for flat in (departure.lower_flat, departure.lower_flat_with)
     )
     without, with_friction = flats
     return (
-        f"F_c moves T_out at the same ξ_in by {found.travel_pulling:+.3f} N pulling and "
-        f"{found.travel_loosening:+.3f} N loosening, at the same T_in by "
-        f"{found.tension_pulling:+.3f} N and {found.tension_loosening:+.3f} N, on every point of "
-        f"the branches. The lower flat from slack: {without} mm without, {with_friction} mm with "
-        "F_c."
+        f"F_c moves T_out at the same ξ_in by {departure.travel_pulling:+.3f} N pulling and "
+        f"{departure.travel_loosening:+.3f} N loosening, at the same T_in by "
+        f"{departure.tension_pulling:+.3f} N and {departure.tension_loosening:+.3f} N, on every "
+        f"point of the branches. The lower flat from slack: {without} mm without, "
+        f"{with_friction} mm with F_c."
     )
 
 
-def _figure_4bc(found: Figure4bc) -> list[str]:
-    switches = " and ".join(f"{phase:.3f}" for phase in found.switches)
+def _figure_4bc(data: Figure4bc) -> list[str]:
+    switches = " and ".join(f"{phase:.3f}" for phase in data.switches)
     head = ("elements", "Hz", "mean", "least", "most", "phase", "rms", "steps h [µs]", "drag")
-    guides = zip(found.guides, found.quasi_static, found.quasi_static_phase, strict=True)
+    guides = zip(data.guides, data.quasi_static, data.quasi_static_phase, strict=True)
     return [
         "## Fig. 4 (b), (c): shift by static friction, over the range",
         "",
-        *_table(head, map(_shift, found.shifts)),
+        *_table(head, map(_shift, data.shifts)),
         "",
         "Largest in each of three periods, and where, by the time step:",
         "",
-        *_table(("elements", "Hz", "h [µs]", "shift", "phase"), _by_step(found.shifts)),
+        *_table(("elements", "Hz", "h [µs]", "shift", "phase"), _by_step(data.shifts)),
         "",
         f"No inertia, the closed form's T_out switching at phases {switches}:",
         "",
@@ -121,27 +121,27 @@ def _figure_4bc(found: Figure4bc) -> list[str]:
     ]
 
 
-def _shift(found: Shift) -> tuple[str, ...]:
+def _shift(shift: Shift) -> tuple[str, ...]:
     return (
-        found.dynamics.name,
-        f"{found.frequency:g}",
-        f"{found.largest.mean():.1%}",
-        f"{found.largest.min():.1%}",
-        f"{found.largest.max():.1%}",
-        f"{found.phase.min():.3f} … {found.phase.max():.3f}",
-        f"{found.rms.mean():.2%}",
-        ", ".join(f"{1e6 * step:g}" for step in found.dynamics.steps),
-        f"{found.drag:.1%}",
+        shift.dynamics.name,
+        f"{shift.frequency:g}",
+        f"{shift.largest.mean():.1%}",
+        f"{shift.largest.min():.1%}",
+        f"{shift.largest.max():.1%}",
+        f"{shift.phase.min():.3f} … {shift.phase.max():.3f}",
+        f"{shift.rms.mean():.2%}",
+        ", ".join(f"{1e6 * step:g}" for step in shift.dynamics.steps),
+        f"{shift.drag:.1%}",
     )
 
 
 def _by_step(shifts: Iterable[Shift]) -> Iterable[tuple[str, ...]]:
-    for found in shifts:
-        by_step = zip(found.dynamics.steps, found.largest, found.phase, strict=True)
+    for result in shifts:
+        by_step = zip(result.dynamics.steps, result.largest, result.phase, strict=True)
         for step, largest, phase in by_step:
             yield (
-                found.dynamics.name,
-                f"{found.frequency:g}",
+                result.dynamics.name,
+                f"{result.frequency:g}",
                 f"{1e6 * step:g}",
                 ", ".join(f"{value:.1%}" for value in largest),
                 ", ".join(f"{value:.3f}" for value in phase),

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.kaneko1991 import mujoco_routes, routes
-from experiments.kaneko1991.histories import LEG_TIME, TURNING_POINTS, displacement_history
+from experiments.kaneko1991.loop import LEG_TIME, TURNING_POINTS, displacement_history
 from experiments.kaneko1991.paper_tendon import PaperTendon
 from experiments.kaneko1991.routes import Trace
 from tendon_mj.lab.progress import Progress, silent

@@ -39,7 +39,7 @@ def reproduce(histories: int = 100, progress: Progress = silent) -> Reproduction
 
     Args:
         histories: random histories that the routes are compared on, ≥ 0.
-        progress: called with what is being done, how much is done and how much there is.
+        progress: called with the stage, the number done and the total.
 
     Raises:
         InvalidValueError: fewer than 0 histories.

@@ -21,7 +21,7 @@ _POINTS = "points"
 
 @dataclass(frozen=True)
 class Case:
-    """One recording, and what was said of it.
+    """One recording, and its reports.
 
     Attributes:
         fault: its kind; empty where there is none.
@@ -57,9 +57,9 @@ def check_faulty(fault: str, rig: str, seed: int, folder: Path, *, find: bool = 
     named = any(made.named_by(warning) for warning in warnings)
     if not find:
         return Case(fault, rig, motion, warnings, named)
-    found = diagnose([made.recording])
-    effects = tuple(e for e in found.effects if not e.startswith("sensor_"))
-    return Case(fault, rig, motion, warnings, named, found.verdict, effects)
+    diagnosis = diagnose([made.recording])
+    effects = tuple(e for e in diagnosis.effects if not e.startswith("sensor_"))
+    return Case(fault, rig, motion, warnings, named, diagnosis.verdict, effects)
 
 
 def check_clean(rig: str, motion: str, seed: int, folder: Path) -> Case:
@@ -112,7 +112,7 @@ def _result(cases: Sequence[Case]) -> dict[str, object]:
 
 
 def table(cases: Sequence[Case]) -> str:
-    """Table in Markdown: kind of fault, how many were named, and what the diagnoses said."""
+    """Table in Markdown: kind of fault, number named, and verdicts."""
     rows = [
         "| fault | named at its place | verdicts | effects of the rig named |",
         "|---|---|---|---|",
@@ -140,14 +140,18 @@ def summary(cases: Sequence[Case]) -> list[str]:
         " of",
         f"{len(wrong)} of {len(diagnosed)} diagnoses name an effect of the rig in place of a fault",
     ]
-    lines += [
-        f"missed: {case.fault}, {case.rig}, {case.motion}" for case in with_fault if not case.named
-    ]
-    lines += [
-        f"{case.fault}, {case.rig}, {case.motion}: {', '.join(case.effects)}" for case in wrong
-    ]
-    lines += [w.sentence for case in without for w in case.warnings]
-    return lines
+    missed = [case for case in with_fault if not case.named]
+    lines += [f"missed: {_place(case)}" for case in missed]
+    lines += [f"{_place(case)}: {', '.join(case.effects)}" for case in wrong]
+    return lines + _sentences(without)
+
+
+def _sentences(cases: Sequence[Case]) -> list[str]:
+    return [warning.sentence for case in cases for warning in case.warnings]
+
+
+def _place(case: Case) -> str:
+    return f"{case.fault}, {case.rig}, {case.motion}"
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Faults of loggers, each put into one column of a recording, with what a check has to name."""
+"""Faults of loggers, each put into one column of a recording, and their expected warnings."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _HEADER = 2  # row of the first sample
 
 @dataclass(frozen=True)
 class Fault:
-    """A recording with a fault, and what has to be named.
+    """A recording with a fault, and the expected warning.
 
     Attributes:
         recording: with the fault.
@@ -85,7 +85,7 @@ def encoder_reset(recording: Recording, random: np.random.Generator) -> Fault:
 
 
 def drive_reset(recording: Recording, random: np.random.Generator) -> Fault:
-    """The encoder of what drives loses its zero."""
+    """The encoder of the drive loses its zero."""
     column, row = next(iter(recording.drive)), _some_row(recording, random)
     size = random.uniform(0.2, 0.6) * random.choice([-1, 1]) * np.ptp(recording.columns[column])
     return _step(recording, column, row, size)
@@ -212,7 +212,7 @@ def other_scale(recording: Recording, random: np.random.Generator) -> Fault:
 
 
 def held_drive(recording: Recording, random: np.random.Generator) -> Fault:
-    """What drives is read two to five times as often as it is updated; stairs do not show it."""
+    """The drive is read two to five times as often as it is updated; stairs do not show it."""
     column = next(iter(recording.drive))
     times = int(random.integers(2, 6))
     rows = np.arange(recording.time.size) // times * times

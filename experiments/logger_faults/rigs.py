@@ -51,13 +51,13 @@ MUSCLE = """<mujoco><extension><plugin plugin="tendon_mj.sheath">
 
 @dataclass(frozen=True)
 class Rig:
-    """A model, how it is driven, and what is measured.
+    """A model, its drive, and its measurements.
 
     Attributes:
         model: a name, or the text of an MJCF file.
         drive: column → (actuator, middle, amplitude) [control].
         measured: column → sensor.
-        uncertain: parameter → what a description says of it.
+        uncertain: parameter → its description.
         known: parameter → value in its description.
         settle: as in a description [s].
     """

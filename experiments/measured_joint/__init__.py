@@ -1,1 +1,1 @@
-"""Measured antagonistic joint behind a bent sheath: what its frictionless model lacks."""
+"""Measured antagonistic joint behind a bent sheath: effects that its frictionless model lacks."""

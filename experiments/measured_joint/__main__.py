@@ -1,4 +1,4 @@
-"""`python -m experiments.measured_joint`: what a frictionless model of a measured joint lacks."""
+"""`python -m experiments.measured_joint`: effects missing in a model of a measured joint."""
 
 from __future__ import annotations
 
@@ -8,11 +8,9 @@ from pathlib import Path
 from experiments.command import measured_data, run_experiment, write_study
 from experiments.measured_joint.figures import draw_figures
 from experiments.measured_joint.recording import read_folder
-from experiments.measured_joint.result import result
+from experiments.measured_joint.report import result, summary, table
 from experiments.measured_joint.splits import BETWEEN, BEYOND
 from experiments.measured_joint.study import run_study
-from experiments.measured_joint.summary import summary
-from experiments.measured_joint.table import table
 from tendon_mj.cli import Output, progress_bar
 
 
@@ -33,11 +31,11 @@ def measured_joint(
     recordings = read_folder(data or measured_data("tendon_sheath_joint"))
     output = Output(out)
     with progress_bar() as progress:
-        found = run_study(recordings, seeds, progress)
+        study = run_study(recordings, seeds, progress)
     for split in (BETWEEN, BEYOND):
-        (diagnosed,) = found.diagnoses[split]
+        (diagnosed,) = study.diagnoses[split]
         output.add(diagnosed.found.write_model(out / f"{split}.xml"))
-    write_study(output, draw_figures(found), result(found), table(found), summary(found))
+    write_study(output, draw_figures(study), result(study), table(study), summary(study))
 
 
 if __name__ == "__main__":

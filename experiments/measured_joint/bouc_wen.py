@@ -31,10 +31,10 @@ _GENERATIONS, _POPULATION = 60, 12  # per searched number
 
 def fit_bouc_wen(train: Sequence[Recording], seed: int = 0) -> Predict:
     """Fit the numbers of each measured column."""
-    found = {column: _fit(train, column, seed) for column in COLUMNS}
+    by_name = {column: _fit(train, column, seed) for column in COLUMNS}
 
     def predict(recording: Recording) -> Series:
-        return {c: _features(recording, shape) @ linear for c, (shape, linear) in found.items()}
+        return {c: _features(recording, shape) @ linear for c, (shape, linear) in by_name.items()}
 
     return predict
 

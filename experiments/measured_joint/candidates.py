@@ -1,4 +1,4 @@
-"""What is compared: the joint's model with one law of friction or another, and models without."""
+"""Candidates: the joint's model with one law of friction or another, and models without."""
 
 from __future__ import annotations
 

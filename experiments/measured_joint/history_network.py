@@ -78,7 +78,7 @@ def _train(inputs: FloatArray, aim: FloatArray, random: np.random.Generator) -> 
         return value + 0.5 * _DECAY * float(weights @ weights), slope + _DECAY * weights
 
     start = random.normal(0.0, 0.3, size)
-    found: FloatArray = minimize(
+    result: FloatArray = minimize(
         cost, start, jac=True, method="L-BFGS-B", options={"maxiter": _ITERATIONS}
     ).x
-    return found
+    return result

@@ -27,12 +27,12 @@ def read_bend(path: Path) -> Recording:
     """Read one file; the bend is taken from its name.
 
     Raises:
-        RecordingError: another name than bend_NNNdeg, or what no recording may hold.
+        RecordingError: another name than bend_NNNdeg, or an invalid recording.
     """
-    found = _NAME.fullmatch(path.stem)
-    if found is None:
+    result = _NAME.fullmatch(path.stem)
+    if result is None:
         raise RecordingError(f"{path}: the name is not bend_NNNdeg.csv, NNN the bend in degrees")
-    return describe(read_recording(path, DESCRIPTION), math.radians(int(found[1])))
+    return describe(read_recording(path, DESCRIPTION), math.radians(int(result[1])))
 
 
 def read_folder(folder: Path) -> list[Recording]:
@@ -51,7 +51,7 @@ def read_folder(folder: Path) -> list[Recording]:
 
 
 def describe(recording: Recording, angle: float) -> Recording:
-    """The recording with its bend [rad] among what is known, and reels that stand still."""
+    """The recording with its bend [rad] as a known parameter, and reels that stand still."""
     still = {f"{reel}_m": np.zeros_like(recording.time) for reel in REELS}
     return replace(
         recording,

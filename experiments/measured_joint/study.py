@@ -43,7 +43,7 @@ class Study:
     Attributes:
         recordings: on which they rest.
         diagnoses: split → diagnoses, one for every bend that is left out.
-        errors: candidate → split → errors on what was held out.
+        errors: candidate → split → held-out errors.
     """
 
     recordings: tuple[Recording, ...]
@@ -51,7 +51,7 @@ class Study:
     errors: Mapping[str, Mapping[str, list[Error]]]
 
     def diagnosed_errors(self, split: str, *, after: bool = True) -> list[Error]:
-        """Errors of the model after a diagnosis, or before, on what was held out."""
+        """Held-out errors of the model after a diagnosis, or before."""
         return [one.errors[after] for each in self.diagnoses[split] for one in each.shown]
 
 
@@ -66,8 +66,8 @@ def run_study(
     Args:
         recordings: of the rig, with the bends that are given and others.
         seeds: fits of every candidate in which something is random, for bends beyond the given.
-        progress: called with what is being done, how much is done and how much there is.
-        candidates: what is compared.
+        progress: called with the stage, the number done and the total.
+        candidates: to compare.
     """
     splits = make_splits(recordings)
     diagnoses = {
@@ -84,8 +84,8 @@ def run_study(
 
 
 def _diagnose(split: Split, progress: Progress) -> Diagnosed:
-    found = diagnose(split.train, split.held_out, WoundIn, progress=progress)
-    return Diagnosed(found, tuple(Shown(*one) for one in found.simulate()))
+    diagnosis = diagnose(split.train, split.held_out, WoundIn, progress=progress)
+    return Diagnosed(diagnosis, tuple(Shown(*one) for one in diagnosis.simulate()))
 
 
 def _predict(

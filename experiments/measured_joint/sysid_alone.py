@@ -14,9 +14,9 @@ _FRICTION: Mapping[str, Uncertain] = {"sheath_*.friction": Uncertain(0.1, 0.0, 1
 
 
 def fit_as_described(train: Sequence[Recording], seed: int = 0) -> Predict:
-    """Fit what the recordings call uncertain; the sheath has no friction."""
-    found = fit_with_sysid(train, train, simulator=WoundIn)
-    values = {name: value for name, (value, _, _) in found.values.items()}
+    """Fit the uncertain parameters; the sheath has no friction."""
+    result = fit_with_sysid(train, train, simulator=WoundIn)
+    values = {name: value for name, (value, _, _) in result.values.items()}
 
     def predict(recording: Recording) -> Series:
         return WoundIn([recording])([values])[0][0]
@@ -25,7 +25,7 @@ def fit_as_described(train: Sequence[Recording], seed: int = 0) -> Predict:
 
 
 def fit_told_of_friction(train: Sequence[Recording], seed: int = 0) -> Predict:
-    """The same with the sheath's friction among what is uncertain."""
+    """The same with the sheath's friction as one of them."""
     return fit_as_described(
         [replace(r, uncertain={**r.uncertain, **_FRICTION}) for r in train], seed
     )

@@ -1,4 +1,4 @@
-"""What is mutated, and the tests that have to notice."""
+"""Targets of mutation, and the tests that have to notice."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+_ROOT: Final = Path(__file__).parents[2]
 _PYTEST: Final = "python -m pytest -x -q -p no:cacheprovider -p experiments.mutation.first_failure"
-# Before the tests, in which every warning is an error: those of what this process cannot keep.
+# Compiles before the tests, in which every warning is an error, also one of an unwritable cache.
 _COMPILE: Final = "python -m tendon_mj.compilation"
 
 
@@ -26,61 +27,24 @@ class Target:
     timeout: float
 
 
-def _modules(folder: str, *names: str) -> tuple[Path, ...]:
-    """Files of a folder of the package."""
-    return tuple(Path("tendon_mj", folder, f"{name}.py") for name in names)
+def _modules(folder: str) -> tuple[Path, ...]:
+    """Modules of a folder of the package, without its face."""
+    files = sorted((_ROOT / "tendon_mj" / folder).rglob("*.py"))
+    return tuple(file.relative_to(_ROOT) for file in files if file.name != "__init__.py")
 
 
 TARGETS: Final = {
     "sheath": Target(
-        modules=_modules(
-            "sheath",
-            "law",
-            "segment_law",
-            "tension_solver",
-            "tension_by_slip_pattern",
-            "tension_by_sweep",
-            "tension_with_drag",
-            "flow_by_newton",
-        ),
+        modules=_modules("sheath"),
         tests=f"{_PYTEST} -p experiments.mutation.without_engine tests/sheath",
         timeout=600.0,
     ),
     "engine": Target(
-        modules=_modules(
-            "engine/sheath_plugin",
-            "driven",
-            "evaluate",
-            "forces",
-            "holding_ratios",
-            "input_force",
-            "sliding_resistance",
-            "spools",
-            "state",
-            "strain_law",
-            "trial",
-        ),
+        modules=_modules("plugin"),
         tests=f"{_COMPILE} && {_PYTEST} tests/plugin tests/guarantees/test_laws.py",
         timeout=1200.0,
     ),
     "diagnosis": Target(
-        modules=(
-            *_modules("diagnosis", "proof", "verdict"),
-            *_modules(
-                "diagnosis/model_selection",
-                "backtracking",
-                "comparison",
-                "confidence",
-                "context",
-                "cross_validation",
-                "forward_selection",
-                "screening",
-                "select",
-                "swap",
-                "thresholds",
-            ),
-        ),
-        tests=f"{_PYTEST} tests/lab/diagnosis",
-        timeout=600.0,
+        modules=_modules("lab/diagnosis"), tests=f"{_PYTEST} tests/lab/diagnosis", timeout=600.0
     ),
 }

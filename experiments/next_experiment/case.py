@@ -7,11 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.hidden_effects.effects.bench_effects import EFFECTS
-from experiments.hidden_effects.effects.hidden_effect import HiddenEffect
-from experiments.hidden_effects.effects.wrong_numbers import PARAMETERS
-from experiments.hidden_effects.references.bench import COLUMNS, ReferenceBench
-from experiments.hidden_effects.suite.strength_search import calibration_projector, find_strength
+from experiments.hidden_effects.hidden import EFFECTS, PARAMETERS, HiddenEffect
+from experiments.hidden_effects.references import COLUMNS, ReferenceBench
+from experiments.hidden_effects.strengths import calibration_projector, find_strength
 from experiments.next_experiment.rig import (
     FRICTION,
     KNOWN,
@@ -36,7 +34,7 @@ SENSORS = {"output": COLUMNS[1:], "both": COLUMNS}
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """What is hidden, and what was recorded.
+    """The hidden effects, and the recordings.
 
     Attributes:
         hidden: name of the effect or parameter. motion: of the drive. sensors: which were read.
@@ -93,7 +91,7 @@ def make(case: Case) -> HiddenRig:
 
     stiffer = dataclasses.replace(sound, friction=PERTURBATION * sound.friction)
     left = calibration_projector([residual(stiffer)] if calibrates else [])
-    found = find_strength(
+    result = find_strength(
         lambda strength: float(
             np.sqrt(np.mean(left(residual(hidden.apply(sound, strength))) ** 2))
         ),
@@ -102,12 +100,12 @@ def make(case: Case) -> HiddenRig:
         hidden.high,
         hidden.start,
     )
-    truth = hidden.apply(sound, found.strength)
+    truth = hidden.apply(sound, result.strength)
     made = [
         record(truth, name, drive, described, random)
         for name, drive in zip(("slow", "held_out"), drives, strict=True)
     ]
-    return HiddenRig(truth=truth, ratio=found.ratio, train=made[0], held_out=made[1])
+    return HiddenRig(truth=truth, ratio=result.ratio, train=made[0], held_out=made[1])
 
 
 def _drawn(

@@ -1,4 +1,4 @@
-"""The rig that hides an effect: the reference of the bench, and what can be done with it."""
+"""The rig that hides an effect: the reference of the bench, and the experiments it allows."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.hidden_effects.references.bench import COLUMNS, ReferenceBench
+from experiments.hidden_effects.references import COLUMNS, ReferenceBench
 from tendon_mj.lab.experiment_design import DriveBounds, ExperimentBounds
 from tendon_mj.lab.recordings import Measured, Recording, Uncertain
 from tendon_mj.typing import FloatArray
@@ -31,7 +31,7 @@ LOWEST, HIGHEST = 1.0, 150.0  # reading that a user allows [N]
 
 @dataclass(frozen=True, kw_only=True)
 class Description:
-    """What the recordings of a rig say.
+    """Statements of a rig's recordings.
 
     Attributes:
         sensors: measured columns.
@@ -45,7 +45,7 @@ class Description:
 
     @property
     def bounds(self) -> ExperimentBounds:
-        """What the user can do: no state is set whose value is itself in doubt."""
+        """Experiments open to the user: no state is set whose value is itself in doubt."""
         return ExperimentBounds(
             drive={DRIVE: DriveBounds(-1.0e-3, 1.3e-3, 12e-3, 1.0)},
             states={n: s for n, s in STATES.items() if n == BEND or n in self.known},

@@ -1,4 +1,4 @@
-"""What the diagnosis says of a case, and what it says with one more recording."""
+"""Diagnosis of a case, before and after one more recording."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ class After:
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What came of a case.
+    """Result of a case.
 
     Attributes:
         case: it. ratio: of the residual that was hidden to the noise [-].
         verdict, effects, ties: of the first diagnosis.
-        tie: whether it ties, with the hidden effect among what ties.
+        tie: whether it ties, the hidden effect being one of the tied.
         sentence: of the suggestion. differences: see `tendon_mj.lab.experiment_design.Difference`.
         seconds: that the search took.
         suggested: with the suggested experiment; None where none was suggested.
@@ -75,25 +75,25 @@ class Outcome:
 def settle(case: Case) -> Outcome:
     """Diagnose a case; where it ties, run the suggested experiment and random ones."""
     rig = make(case)
-    found = diagnose([rig.train], [rig.held_out], simulator)
-    tie = any(case.hidden in group for group in found.indistinguishable)
+    diagnosis = diagnose([rig.train], [rig.held_out], simulator)
+    tie = any(case.hidden in group for group in diagnosis.indistinguishable)
     first = Outcome(
         case=case,
         ratio=rig.ratio,
-        verdict=found.verdict,
-        effects=found.effects,
-        ties=found.indistinguishable,
+        verdict=diagnosis.verdict,
+        effects=diagnosis.effects,
+        ties=diagnosis.indistinguishable,
         tie=tie,
     )
-    return _follow_up(first, rig, found) if tie else first
+    return _follow_up(first, rig, diagnosis) if tie else first
 
 
-def _follow_up(first: Outcome, rig: HiddenRig, found: Diagnosis) -> Outcome:
+def _follow_up(first: Outcome, rig: HiddenRig, diagnosis: Diagnosis) -> Outcome:
     described = Description(
         sensors=tuple(rig.train.measured), known=rig.train.known, uncertain=rig.train.uncertain
     )
     begun = time.perf_counter()
-    suggestion = suggest_experiment(found, described.bounds, simulator)
+    suggestion = suggest_experiment(diagnosis, described.bounds, simulator)
     seconds = time.perf_counter() - begun
     random = first.case.random
     suggested = None
@@ -134,7 +134,7 @@ def _after(
 
 def _diagnosed(hidden: str, rig: HiddenRig, experiment: Experiment, recorded: Recording) -> After:
     try:
-        found = diagnose([rig.train, recorded], [rig.held_out], simulator)
+        diagnosis = diagnose([rig.train, recorded], [rig.held_out], simulator)
     except TendonError as error:
         return After(
             experiment=experiment.words,
@@ -143,11 +143,13 @@ def _diagnosed(hidden: str, rig: HiddenRig, experiment: Experiment, recorded: Re
             ties=[],
             settled=False,
         )
-    first = found.findings[0] if found.findings else None
+    first = diagnosis.findings[0] if diagnosis.findings else None
     return After(
         experiment=experiment.words,
-        verdict=found.verdict,
-        effects=found.effects,
-        ties=found.indistinguishable,
-        settled=first is not None and first.identifier == hidden and not found.indistinguishable,
+        verdict=diagnosis.verdict,
+        effects=diagnosis.effects,
+        ties=diagnosis.indistinguishable,
+        settled=first is not None
+        and first.identifier == hidden
+        and not diagnosis.indistinguishable,
     )

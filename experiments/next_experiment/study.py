@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from experiments.hidden_effects.suite.case_folder import SOURCES
+from experiments.hidden_effects.case_folder import SOURCES
 from experiments.next_experiment.case import Case
 from experiments.next_experiment.settle import settle
 from tendon_mj.lab.tasks import Workers, run_tasks, versions
@@ -16,7 +16,7 @@ from tendon_mj.whole_file import whole_file
 
 
 class Settled(NamedTuple):
-    """What came of a case, and the same in a line."""
+    """Result of a case, and a summary line."""
 
     result: dict[str, Any]
     line: str
@@ -44,7 +44,7 @@ class SettledCases:
         }
 
     def write(self, key: str, result: Settled) -> None:
-        """Keep what came of a case."""
+        """Write the result of a case."""
         about = {**result.result, "of": versions(SOURCES)}
         text = json.dumps(about, indent=1, ensure_ascii=False)
         with whole_file(self._folder / f"{key}.json") as made:

@@ -1,1 +1,1 @@
-"""What a carriage on a ball screw lacks: friction, from three descriptions of one file."""
+"""A carriage on a ball screw: its missing friction, from three descriptions of one file."""

@@ -1,4 +1,4 @@
-"""`python -m experiments.positioning_system`: what a frictionless carriage lacks."""
+"""`python -m experiments.positioning_system`: the missing friction of a carriage."""
 
 from __future__ import annotations
 
@@ -8,17 +8,15 @@ from pathlib import Path
 from experiments.command import measured_data, run_experiment, write_study
 from experiments.positioning_system.figures import draw_figures
 from experiments.positioning_system.measurement import read_measurement
-from experiments.positioning_system.result import result
+from experiments.positioning_system.report import result, summary, table
 from experiments.positioning_system.study import run_study
-from experiments.positioning_system.summary import summary
-from experiments.positioning_system.table import table
 from tendon_mj.cli import Output, progress_bar
 
 
 def positioning_system(
     data: Path | None = None, out: Path = Path("out/positioning_system")
 ) -> None:
-    """Find what a carriage without friction lacks, from three descriptions of one file.
+    """Find the missing friction of a carriage, from three descriptions of one file.
 
     The force drives it; the reference drives it through the servo; the measured motion drives it.
     Beside each: the published model, and mujoco.sysid. Takes about 10 min on two cores.
@@ -31,8 +29,8 @@ def positioning_system(
     measurement = read_measurement(data or measured_data("positioning_system/emps.csv"))
     output = Output(out)
     with progress_bar() as progress:
-        found = run_study(measurement, progress)
-    write_study(output, draw_figures(found), result(found), table(found), summary(found))
+        study = run_study(measurement, progress)
+    write_study(output, draw_figures(study), result(study), table(study), summary(study))
 
 
 if __name__ == "__main__":

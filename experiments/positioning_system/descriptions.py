@@ -1,4 +1,4 @@
-"""Three descriptions of the file: what drives the carriage, and what was measured."""
+"""Three descriptions of the file: drive of the carriage, and measurements."""
 
 from __future__ import annotations
 

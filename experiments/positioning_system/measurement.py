@@ -66,7 +66,7 @@ def read_measurement(path: Path) -> Measurement:
     """Read the file.
 
     Raises:
-        RecordingError: a header that is not this file's, or what no table may hold.
+        RecordingError: a header that is not this file's, or an invalid table.
     """
     table = read_table(path)
     if tuple(table) != COLUMNS:

@@ -14,7 +14,7 @@ FORCE_GAIN: Final = 35.15  # [N/V]
 SERVO_STIFFNESS: Final = POSITION_GAIN * VELOCITY_GAIN * FORCE_GAIN  # [N/m]
 SERVO_DAMPING: Final = VELOCITY_GAIN * FORCE_GAIN  # [N s/m]
 
-# What was asked: values within this of the published ones, and held-out errors within this factor
+# Limits: values within this of the published ones, and held-out errors within this factor
 # of the published model's.
 WITHIN: Final = 0.10
 ERROR_RATIO: Final = 1.2

@@ -18,7 +18,7 @@ from tendon_mj.typing import FloatArray
 
 HELD_OUT = 0.25  # last share of the recording, which `diagnose` and `fit_with_sysid` do not fit
 TOLD = "sysid, told the structure"
-# What it is told, and the ranges of the numbers.
+# Known numbers, and the ranges of the uncertain ones.
 STRUCTURE = {
     "screw.damping": Uncertain(100.0, 0.0, 1000.0),
     "screw.frictionloss": Uncertain(10.0, 0.0, 100.0),
@@ -52,7 +52,7 @@ class Study:
 
     Attributes:
         measurement: the file.
-        described: description → what was found.
+        described: description → result.
     """
 
     measurement: Measurement
@@ -68,7 +68,7 @@ def run_study(measurement: Measurement, progress: Progress = silent) -> Study:
 
 
 def _study(recording: Recording, progress: Progress) -> Described:
-    found = diagnose([recording], progress=progress)
+    diagnosis = diagnose([recording], progress=progress)
     sysid = None
     if sysid_is_there():
         told = replace(recording, uncertain={**recording.uncertain, **STRUCTURE})
@@ -77,8 +77,8 @@ def _study(recording: Recording, progress: Progress) -> Described:
             fit_with_sysid([told], progress=progress),
         )
     models: dict[str, Mapping[str, float]] = {
-        "before": {name: found.before[name] for name in found.calibrated},
-        "after": found.fitted,
+        "before": {name: diagnosis.before[name] for name in diagnosis.calibrated},
+        "after": diagnosis.fitted,
         "published": published.PARAMETERS,
     }
     if sysid:
@@ -96,4 +96,4 @@ def _study(recording: Recording, progress: Progress) -> Described:
         model: {c: float(np.sqrt(np.mean(r[held_out] ** 2))) for c, r in columns.items()}
         for model, columns in residuals.items()
     }
-    return Described(recording, found, errors, residuals, sysid)
+    return Described(recording, diagnosis, errors, residuals, sysid)

@@ -4,18 +4,18 @@ They share no code with `tendon_mj.theory` and `tendon_mj.sheath`, and with each
 checks only. Equations: docs/theory.md, sections 2 and 5.
 """
 
-from experiments.references.chains import quasi_static as quasi_static
-from experiments.references.chains import uniform_chain as uniform_chain
+from experiments.references.chain_run import ChainRun as ChainRun
+from experiments.references.chain_run import ChainState as ChainState
+from experiments.references.chain_run import EnergyBalance as EnergyBalance
+from experiments.references.chain_run import simulate_chain as simulate_chain
 from experiments.references.continuum import Continuum as Continuum
 from experiments.references.continuum import ContinuumRun as ContinuumRun
 from experiments.references.continuum import continuum as continuum
 from experiments.references.continuum import simulate_continuum as simulate_continuum
-from experiments.references.effect_run import EffectRun as EffectRun
-from experiments.references.effect_run import simulate_effects as simulate_effects
 from experiments.references.effects import Carriage as Carriage
+from experiments.references.effects import EffectRun as EffectRun
 from experiments.references.effects import Effects as Effects
+from experiments.references.effects import simulate_effects as simulate_effects
 from experiments.references.elements import ElementChain as ElementChain
-from experiments.references.energy import EnergyBalance as EnergyBalance
-from experiments.references.run import ChainRun as ChainRun
-from experiments.references.run import ChainState as ChainState
-from experiments.references.run import simulate_chain as simulate_chain
+from experiments.references.elements import quasi_static as quasi_static
+from experiments.references.elements import uniform_chain as uniform_chain

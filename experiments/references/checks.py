@@ -1,14 +1,27 @@
-"""Argument checks: each message names the argument, its value and the valid range."""
+"""Argument checks and input histories; a message names the argument, its value and the range."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.typing import FloatArray
+
+MOST_STEPS = 1e12  # days of computing; beyond 2^63 they could not even be counted
+
+
+def _range(above: float, least: float, infinite: bool = False) -> str:
+    """Words for the valid range of a number."""
+    end = " (inf allowed)" if infinite else " and finite"
+    if above > -math.inf:
+        return f"> {above:g}{end}"
+    if least > -math.inf:
+        return f">= {least:g}{end}"
+    return "a number or inf" if infinite else "finite"
 
 
 def number(
@@ -24,13 +37,9 @@ def number(
         given = float(value)
     except (TypeError, ValueError) as error:
         raise InvalidValueError(f"{name} is {value!r}; it must be one number") from error
-    wanted = "finite" if not infinite else "a number or inf"
-    if above > -math.inf:
-        wanted = f"> {above:g}" + (" (inf allowed)" if infinite else " and finite")
-    elif least > -math.inf:
-        wanted = f">= {least:g}" + (" (inf allowed)" if infinite else " and finite")
     finite = math.isfinite(given) or (infinite and given == math.inf)
     if not finite or given <= above or given < least:
+        wanted = _range(above, least, infinite)
         raise InvalidValueError(f"{name} is {given:g}; it must be {wanted}")
     return given
 
@@ -56,11 +65,7 @@ def vector(
     bad = ~np.isfinite(given) | (given <= above) | (given < least)
     if bad.any():
         at = int(np.argmax(bad))
-        wanted = "finite"
-        if above > -math.inf:
-            wanted = f"> {above:g} and finite"
-        elif least > -math.inf:
-            wanted = f">= {least:g} and finite"
+        wanted = _range(above, least)
         raise InvalidValueError(f"{name}[{at}] is {given[at]:g}; every value must be {wanted}")
     given.flags.writeable = False
     return given
@@ -93,3 +98,41 @@ def series(*stiffness: float) -> float:
     """Stiffness of springs in series [N/m]; eq. (15): 1/k_se = 1/k_e + 1/k_s."""
     compliance = sum(1.0 / k for k in stiffness)
     return math.inf if compliance == 0.0 else 1.0 / compliance
+
+
+class History(NamedTuple):
+    """Input over time, linear between instants; Numba compiles it.
+
+    Attributes:
+        time: instants, rising [s]. Shape (samples,).
+        value: input there, a displacement [m] or a tension [N]. Shape (samples,).
+        steps: number of steps between two instants [–]. Shape (samples − 1,).
+    """
+
+    time: FloatArray
+    value: FloatArray
+    steps: npt.NDArray[np.int64]
+
+
+def step_counts(instants: FloatArray, longest: float) -> npt.NDArray[np.int64]:
+    """Steps between two ``instants`` [s] each, none longer than ``longest`` [s].
+
+    Raises:
+        InvalidValueError: instants that are too few or do not rise, or too many steps.
+    """
+    intervals = np.diff(instants)
+    if instants.size < 2 or intervals.min() <= 0.0:
+        raise InvalidValueError(
+            f"time has {instants.size} instants"
+            + (f" and a smallest interval of {intervals.min():g} s" if intervals.size else "")
+            + "; it must have at least 2 and rise strictly"
+        )
+    with np.errstate(over="ignore"):
+        counts = np.maximum(np.ceil(intervals / longest * (1.0 - 1e-9)), 1.0)
+        total = counts.sum()
+    if total > MOST_STEPS:
+        raise InvalidValueError(
+            f"time_step is {longest:g} s, which makes {total:.3g} steps; there may be at most "
+            f"{MOST_STEPS:g}"
+        )
+    return counts.astype(np.int64)

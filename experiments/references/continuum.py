@@ -7,7 +7,8 @@ old one and holds its tension elsewhere, θ(x) the bend angle from the input to 
     ξ_in = ξ_out + ∫_0^L (T − T_0)/EA dx,   T_out − T_0 = k_se ξ_out            eqs. (6), (15)
 
 eqs. (5), (6), (15) of the paper, here for any curvature and any history. The integral is the
-trapezoid's: T has a kink at each front, where Simpson's rule is of order 2 as well.
+trapezoid's: T has a kink at each front, where Simpson's rule is of order 2 as well. The inner loop
+is compiled by Numba: play at every grid point, Newton on the displacement.
 
 Equations: docs/theory.md, section 2.
 """
@@ -17,13 +18,88 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 import numpy.typing as npt
 
 from experiments.references.checks import drive, number, series, vector, whole
-from experiments.references.play_operator import march_play
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.typing import FloatArray
+
+
+@numba.njit(cache=True)
+def displacement(
+    tension: float,
+    pretension: float,
+    decay: FloatArray,
+    compliance: FloatArray,
+    profile: FloatArray,
+) -> tuple[float, float]:
+    """Return ξ_in that ``tension`` at the input brings about, and dξ_in/dT_in."""
+    total, slope = 0.0, 0.0
+    for j in range(profile.size):
+        low, high = tension * decay[j], tension / decay[j]
+        if profile[j] < low or (j == 0):
+            total += compliance[j] * (low - pretension)
+            slope += compliance[j] * decay[j]
+        elif profile[j] > high:
+            total += compliance[j] * (high - pretension)
+            slope += compliance[j] / decay[j]
+        else:
+            total += compliance[j] * (profile[j] - pretension)
+    return total, slope
+
+
+@numba.njit(cache=True)
+def tension_for(
+    wanted: float,
+    pretension: float,
+    decay: FloatArray,
+    compliance: FloatArray,
+    profile: FloatArray,
+) -> float:
+    """Return T_in ≥ 0 for which ξ_in is ``wanted``.
+
+    Away from the last T_in the function is piecewise linear and convex in the change, rising, so
+    that Newton's steps from the last T_in overshoot at most once and then meet the root from one
+    side, in at most as many steps as there are fronts.
+    """
+    slack, _slope = displacement(0.0, pretension, decay, compliance, profile)
+    if wanted <= slack:
+        return 0.0
+    tension = float(profile[0])
+    for _ in range(4 * profile.size):
+        reached, slope = displacement(tension, pretension, decay, compliance, profile)
+        change = max(-tension, (wanted - reached) / slope)
+        tension += change
+        if abs(change) <= 1e-13 * tension:
+            break
+    return tension
+
+
+@numba.njit(cache=True)
+def march_play(
+    history: FloatArray,
+    tension_driven: bool,
+    pretension: float,
+    decay: FloatArray,
+    compliance: FloatArray,
+    profile: FloatArray,
+    record: FloatArray,
+) -> None:
+    """Take ``profile`` through ``history``; rows of ``record``: T_in, T_out, ξ_in."""
+    for sample in range(history.size):
+        tension = history[sample]
+        if not tension_driven:
+            tension = tension_for(tension, pretension, decay, compliance, profile)
+        for j in range(profile.size):
+            profile[j] = min(max(profile[j], tension * decay[j]), tension / decay[j])
+        record[0, sample] = tension
+        record[1, sample] = profile[profile.size - 1]
+        reached = 0.0
+        for j in range(profile.size):
+            reached += compliance[j] * (profile[j] - pretension)
+        record[2, sample] = reached if tension_driven else history[sample]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

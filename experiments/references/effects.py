@@ -17,10 +17,27 @@ Equations: docs/theory.md, section 5.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
-from experiments.references.checks import number
+import numpy as np
+import numpy.typing as npt
+
+from experiments.references.checks import History, number, step_counts, vector
+from experiments.references.effect_integrator import (
+    CARRIAGE,
+    COLUMNS,
+    ELEMENT,
+    NODE,
+    SPRING,
+    EffectChain,
+    Friction,
+    Material,
+    march_effects,
+)
+from experiments.references.elements import ElementChain
 from tendon_mj.errors import InvalidValueError
+from tendon_mj.typing import FloatArray
 
 MEMORY = 0.02  # of the sliding speed that velocity weakening sees [s]
 _SIGNED = ("friction_gradient", "friction_drift", "extra_bend", "direction_asymmetry")
@@ -47,7 +64,7 @@ class Effects:
         extra_bend: φ_x, bend of the whole sheath besides the chain's own [rad].
         retardation_time: τ_r of T = EA (ε + τ_r dε/dt) between elements [s], ≥ 0: the loss in the
             tendon that ends its own ringing where it has mass.
-        axial_stiffness: EA [N], > 0: what strain a tension is, for finite strain and for
+        axial_stiffness: EA [N], > 0: strain per tension, for finite strain and for
             stiffening. inf: strain is infinitesimal, nothing stiffens.
 
     Raises:
@@ -113,3 +130,153 @@ class Carriage:
         number("mass", self.mass, least=0.0)
         number("stiffness", self.stiffness, above=0.0)
         number("damping", self.damping, least=0.0)
+
+
+TIME_STEP = 1.25e-4  # s; figures of its convergence in tests/experiments/references/test_effects.py
+
+
+@dataclass(frozen=True, eq=False)
+class EffectRun:
+    """Result of `simulate_effects`; histories have the shape of ``time``.
+
+    Args:
+        time: as given [s].
+        input_tension: T_in [N].
+        output_tension: T_out [N].
+        input_displacement: ξ_in as given [m].
+        output_displacement: ξ_out of the tendon's output end, toward the input [m].
+        input_work: done on the tendon at the drum so far [J], by the trapezoidal rule.
+        unsolved_steps: steps whose equations were not solved within the iterations allowed.
+    """
+
+    time: FloatArray
+    input_tension: FloatArray
+    output_tension: FloatArray
+    input_displacement: FloatArray
+    output_displacement: FloatArray
+    input_work: FloatArray
+    unsolved_steps: int
+
+
+def simulate_effects(
+    chain: ElementChain,
+    effects: Effects,
+    time: npt.ArrayLike,
+    input_displacement: npt.ArrayLike,
+    *,
+    carriages: Sequence[Carriage] = (),
+    preload: float | None = None,
+    time_step: float = TIME_STEP,
+) -> EffectRun:
+    """Integrate a chain with effects from rest under T_0; see `effect_integrator`.
+
+    Elements are fixed in the sheath and their displacement is the unstretched length that has
+    passed; likewise ξ_in is unstretched length wound in. With infinitesimal strain (the default of
+    ``effects.axial_stiffness``) that is no difference to `simulate_chain`.
+
+    Args:
+        chain: the elements, of the exponential law; its friction_force joins constant_friction.
+        effects: on top.
+        time: instants of the input [s], rising; friction drifts from 0 on. Shape (samples,), at
+            least 2.
+        input_displacement: ξ_in [m], linear between instants. A number or of ``time``'s shape.
+        carriages: from the tendon's output to the ground, in place of the chain's massless
+            environment and sensor springs.
+        preload: tension that the carriages' springs balance where they start [N]; None is T_0. If
+            it is not, the tendon was mounted too tight or too loose, and settles first.
+        time_step: longest step [s], > 0. Order 2, but for μ_s > μ_d.
+
+    Raises:
+        InvalidValueError: a history or a chain that does not fit.
+    """
+    instants = vector("time", time)
+    counts = step_counts(instants, number("time_step", time_step, above=0.0))
+    history = History(
+        instants, vector("input_displacement", input_displacement, instants.size), counts
+    )
+    if np.isinf(chain.input_stiffness) or chain.law != "exponential":
+        raise InvalidValueError(
+            f"input_stiffness is {chain.input_stiffness:g} and law is {chain.law!r}; effects need "
+            "a finite input_stiffness and the exponential law"
+        )
+    balanced = chain.pretension if preload is None else number("preload", preload)
+    record = np.zeros((instants.size, COLUMNS))
+    unsolved = march_effects(
+        _chain_at_rest(chain, effects, carriages, float(balanced)), history, record
+    )
+    columns = np.ascontiguousarray(record.T)
+    return EffectRun(
+        time=instants,
+        input_tension=columns[0],
+        output_tension=columns[1],
+        input_displacement=history.value,
+        output_displacement=columns[3],
+        input_work=columns[4],
+        unsolved_steps=int(unsolved),
+    )
+
+
+def _chain_at_rest(
+    chain: ElementChain, effects: Effects, carriages: Sequence[Carriage], preload: float
+) -> EffectChain:
+    """Chain, effects and carriages at rest under T_0, as the compiled functions take them."""
+    n = chain.n
+    nodes = np.zeros(n + len(carriages), dtype=NODE)
+    nodes["mass"][:n] = chain.mass + effects.tendon_mass / n
+    nodes["mass"][n:] = [c.mass for c in carriages]
+    nodes["damping"][:n] = chain.damping
+    elements = np.zeros(n, dtype=ELEMENT)
+    elements["angle"] = np.maximum(chain.bend_angle + effects.extra_bend / n, 0.0)
+    elements["static"] = chain.static_friction
+    elements["dynamic"] = chain.dynamic_friction
+    elements["constant"] = chain.friction_force + effects.constant_friction / n
+    springs = np.zeros(n + 1, dtype=SPRING)
+    springs["stiffness"] = np.concatenate(([chain.input_stiffness], chain.stiffness))
+    springs["tension"] = springs["previous_tension"] = chain.pretension
+    springs["creep_strain"] = springs["next_creep_strain"] = effects.creep * chain.pretension
+    behind = np.zeros(len(carriages), dtype=CARRIAGE)
+    behind["stiffness"] = [c.stiffness for c in carriages]
+    behind["damping"] = [c.damping for c in carriages]
+    return EffectChain(
+        material=_material(chain, effects),
+        friction=_friction(chain, effects),
+        preload=preload,
+        mount_compliance=float(effects.sheath_compliance),
+        output_compliance=float(1.0 / chain.output_stiffness),
+        backlash=float(effects.backlash),
+        nodes=nodes,
+        elements=elements,
+        springs=springs,
+        carriages=behind,
+    )
+
+
+def _material(chain: ElementChain, effects: Effects) -> Material:
+    compliance = 1.0 / effects.axial_stiffness
+    elastic = _elastic_strain(chain.pretension, effects.stiffening * compliance)
+    return Material(
+        pretension=float(chain.pretension),
+        compliance=float(compliance),
+        initial_strain=float(elastic + effects.creep * chain.pretension),
+        stiffening=float(effects.stiffening),
+        creep=float(effects.creep),
+        creep_time=float(effects.creep_time),
+        retardation_time=float(effects.retardation_time),
+    )
+
+
+def _friction(chain: ElementChain, effects: Effects) -> Friction:
+    return Friction(
+        viscous=float(effects.viscous_friction / chain.n),
+        asymmetry=float(effects.direction_asymmetry),
+        gradient=float(effects.friction_gradient),
+        drift=float(effects.friction_drift),
+        stribeck_friction=float(effects.stribeck_friction),
+        stribeck_velocity=float(effects.stribeck_velocity),
+        memory=MEMORY,
+    )
+
+
+def _elastic_strain(tension: float, stiffening: float) -> float:
+    """EA ε for which EA ε (1 + κ ε) is ``tension`` [N]; ``stiffening`` is κ/EA [1/N]."""
+    return 2.0 * tension / (1.0 + math.sqrt(1.0 + 4.0 * stiffening * tension))

@@ -1,1 +1,1 @@
-"""Long trials of what docs/guarantees.md promises: hostile input, long runs, lives of models."""
+"""Long trials of the promises of docs/guarantees.md: hostile input, long runs, lives of models."""

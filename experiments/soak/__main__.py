@@ -1,4 +1,4 @@
-"""`python -m experiments.soak`: long trials of what docs/guarantees.md promises."""
+"""`python -m experiments.soak`: long trials of the promises of docs/guarantees.md."""
 
 from __future__ import annotations
 
@@ -56,9 +56,9 @@ def soak(
         }
         for name, trials in batches.items():
             began = time.perf_counter()
-            found = run_batches(f"experiments.soak.{name}", trials, seed, progress=progress)
-            result[name] = found.result() | {"seconds": time.perf_counter() - began}
-            console.print(f"{name}: {_said(found)}", soft_wrap=True)
+            results = run_batches(f"experiments.soak.{name}", trials, seed, progress=progress)
+            result[name] = results.result() | {"seconds": time.perf_counter() - began}
+            console.print(f"{name}: {_said(results)}", soft_wrap=True)
         for name, steps in (("bench", bench_steps), ("finger", finger_steps)):
             run = long_run(name, steps, progress)
             result[f"long_run_{name}"] = asdict(run)
@@ -87,7 +87,7 @@ def soak(
 
 
 def _long_jobs(folder: Path) -> dict[str, tuple[list[str], str]]:
-    """Modules and their arguments, and what a finished part of each leaves in its folder."""
+    """Modules, their arguments, and the file of a finished part of each."""
     recording, rig, suite = str(example_recording()), example_rig(), folder / "cases"
     train, held_out = str(rig / "triangles.csv"), str(rig / "sines.csv")
     about = ["--description", str(rig / "rig.toml"), "--no-sysid"]
@@ -103,13 +103,13 @@ def _long_jobs(folder: Path) -> dict[str, tuple[list[str], str]]:
     }
 
 
-def _said(found: Outcomes) -> str:
-    counts = ", ".join(f"{number} {outcome}" for outcome, number in found.counts.items())
-    broken = [*found.violations, *found.crashes]
+def _said(outcomes: Outcomes) -> str:
+    counts = ", ".join(f"{number} {outcome}" for outcome, number in outcomes.counts.items())
+    broken = [*outcomes.violations, *outcomes.crashes]
     return (
-        f"{counts}; {len(found.violations)} broken promises, {len(found.crashes)} crashes"
-        f"{''.join(f'; {what}' for what in broken[:5])}; {found.most_memory:.0f} MiB at most, "
-        f"{found.most_growth:.1f} MiB more at most after the second half of a batch"
+        f"{counts}; {len(outcomes.violations)} broken promises, {len(outcomes.crashes)} crashes"
+        f"{''.join(f'; {what}' for what in broken[:5])}; {outcomes.most_memory:.0f} MiB at most, "
+        f"{outcomes.most_growth:.1f} MiB more at most after the second half of a batch"
     )
 
 

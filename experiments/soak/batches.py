@@ -19,7 +19,7 @@ _LONGEST = 900.0  # [s] that a batch may take
 
 @dataclass
 class Outcomes:
-    """What became of trials.
+    """Results of trials.
 
     Attributes:
         counts: number of trials by outcome.
@@ -48,7 +48,7 @@ class Outcomes:
 def run_batches(
     module: str, trials: int, seed: int = 0, size: int = 500, progress: Progress = silent
 ) -> Outcomes:
-    """Run ``python -m <module>`` for batches of trials, and add up what it reports.
+    """Run ``python -m <module>`` for batches of trials, and add up its reports.
 
     Args:
         module: that calls `report_batch`.

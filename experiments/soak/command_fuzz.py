@@ -81,7 +81,7 @@ _WORDS = (
 
 
 def trials(seed: int, count: int) -> Iterator[tuple[str, str]]:
-    """Type commands, and look at how they end and at what they leave."""
+    """Type commands, and check their endings and their files."""
     warnings.simplefilter("ignore")
     draw = random.Random(seed)
     signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGINT))
@@ -141,7 +141,7 @@ def _mistyped(words: list[str], draw: random.Random) -> list[str]:
 
 
 def _run(typed: Sequence[str], moment: float) -> tuple[str, str]:
-    """How a command ended, interrupted after a moment [s], and what was wrong with that."""
+    """Ending of a command that is interrupted after a moment [s], and its faults."""
     out, err = io.StringIO(), io.StringIO()
     signal.signal(signal.SIGINT, signal.default_int_handler)  # as a process begins
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):

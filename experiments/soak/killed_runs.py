@@ -1,4 +1,4 @@
-"""Commands killed at random moments: what they leave is whole, and the next run does it all."""
+"""Commands killed at random moments: files are whole, and the next run completes the work."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _ORPHANS = 0.5  # in which the workers of a killed run see that they are alone [
 
 @dataclass
 class KilledRuns:
-    """What killed runs left.
+    """Result of killed runs.
 
     Attributes:
         kills: number of runs that were killed before they ended.
@@ -61,18 +61,18 @@ def killed_runs(
             may write again; where it is given, the runs begin with an empty folder.
         progress: is told of every run.
     """
-    found, draw = KilledRuns(), random.Random(seed)
+    result, draw = KilledRuns(), random.Random(seed)
     whole_command = [sys.executable, "-m", *command, "--out", str(out)]
     began = time.perf_counter()
     first = subprocess.run(whole_command, capture_output=True, text=True)
     longest = time.perf_counter() - began
     if first.returncode != 0:
-        found.failed = first.stderr.strip() or f"status {first.returncode}"
-        return found
+        result.failed = first.stderr.strip() or f"status {first.returncode}"
+        return result
     if finished:
         shutil.rmtree(out)
     done: dict[Path, int] = {}
-    while found.kills < kills and found.ended < kills:
+    while result.kills < kills and result.ended < kills:
         with subprocess.Popen(
             whole_command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         ) as run:
@@ -81,32 +81,32 @@ def killed_runs(
             except subprocess.TimeoutExpired:
                 run.kill()
         ended = run.returncode >= 0  # a signal is negative
-        found.ended += ended
-        found.kills += not ended
+        result.ended += ended
+        result.kills += not ended
         time.sleep(_ORPHANS)
-        found.broken += [str(path) for path in sorted(out.rglob("*")) if not whole(path)]
-        _see_finished(out, finished, done, found)
+        result.broken += [str(path) for path in sorted(out.rglob("*")) if not whole(path)]
+        _see_finished(out, finished, done, result)
         if ended and finished:  # nothing is left to do
             shutil.rmtree(out)
             done.clear()
-        progress(f"kill {command[0]}", found.kills, kills)
+        progress(f"kill {command[0]}", result.kills, kills)
     last = subprocess.run(whole_command, capture_output=True, text=True)
-    _see_finished(out, finished, done, found)
+    _see_finished(out, finished, done, result)
     if last.returncode != 0 or not any(out.glob(finished or "result.json")):
-        found.failed = last.stderr.strip() or f"status {last.returncode}"
-    return found
+        result.failed = last.stderr.strip() or f"status {last.returncode}"
+    return result
 
 
-def _see_finished(out: Path, finished: str, done: dict[Path, int], found: KilledRuns) -> None:
+def _see_finished(out: Path, finished: str, done: dict[Path, int], result: KilledRuns) -> None:
     """Compare when finished parts were written with what ``done`` has, and add new ones to it."""
     for path in sorted(out.glob(finished)) if finished else []:
         written = path.stat().st_mtime_ns
         if done.setdefault(path, written) != written:
-            found.repeated.append(str(path))
+            result.repeated.append(str(path))
 
 
 def whole(path: Path) -> bool:
-    """Whether a file is no half of one; what a killed run was writing has a name with a dot first.
+    """Whether a file is whole; a file that a killed run was writing begins with a dot.
 
     A recording's table and description are two files, and either may be missing.
     """

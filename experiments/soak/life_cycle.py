@@ -65,13 +65,13 @@ def _in_processes(start: str, draw: random.Random) -> Iterator[str]:
 
 
 def _continued(model: mujoco.MjModel, data: mujoco.MjData, seed: int) -> tuple[FloatArray, str]:
-    """State after a step in this process, and what was not as it should be in a life here."""
+    """State after a step in this process, and the faults of a life here."""
     mujoco.mj_step(model, data)
     return data.plugin_state.copy(), _life(seed)
 
 
 def _life(seed: int) -> str:
-    """One model's life; what was not as it should be."""
+    """One model's life; returns its faults."""
     draw = random.Random(seed)
     spec = load_spec(draw.choice(_MODELS))
     model = spec.compile()

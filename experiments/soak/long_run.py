@@ -1,4 +1,4 @@
-"""A simulation of very many steps: what is conserved, what memory it takes, whether it resumes."""
+"""A simulation of very many steps: conservation, memory, and resumption."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _COMPARED = 20  # bursts for which what was resumed goes on beside the run
 
 @dataclass
 class LongRun:
-    """What a long simulation showed.
+    """Result of a long simulation.
 
     Attributes:
         model: its name.
@@ -113,9 +113,9 @@ def _state(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
 
 def _lengths(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
     """Unstretched length of every tendon, stored along it and wound [m]."""
-    found = []
+    results = []
     for name, sheath in sheaths(model).items():
         scalars, segments, *_ = sheath_arrays(model, data.plugin_state, name, sheath.state)
         wound = float(scalars["wound_in"].item()) + float(scalars["wound_out"].item())
-        found.append(float(segments["stored"].sum()) + wound)
-    return np.array(found)
+        results.append(float(segments["stored"].sum()) + wound)
+    return np.array(results)

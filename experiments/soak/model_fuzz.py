@@ -96,10 +96,10 @@ def _more(draw: random.Random) -> str:
 def _one(
     pattern: re.Pattern[str], text: str, draw: random.Random, new: Callable[[re.Match[str]], str]
 ) -> str:
-    found = list(pattern.finditer(text))
-    if not found:
+    result = list(pattern.finditer(text))
+    if not result:
         return text
-    match = draw.choice(found)
+    match = draw.choice(result)
     return text[: match.start()] + new(match) + text[match.end() :]
 
 
@@ -138,7 +138,7 @@ def trials(seed: int, count: int) -> Iterator[tuple[str, str]]:
 
 
 def _refused(message: str) -> tuple[str, str]:
-    """Who refused a model, and what is missing in a refusal of the plugin's: the instance."""
+    """Who refused a model, and whether the plugin's refusal lacks the instance."""
     if "engine error" not in message or "tendon_mj" not in message:  # its messages come by this
         return "refused by MuJoCo", ""
     named = "instance '" in message

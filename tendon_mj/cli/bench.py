@@ -1,28 +1,19 @@
-"""`tendon-mj bench`: what sheaths cost a step and a simulation."""
+"""`tendon-mj bench`: cost of a step with sheaths."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
-from experiments.benchmarks import Benchmark, run_benchmark
-from experiments.benchmarks.figures import CostSeries, cost_figure, scaling_figure
-from experiments.benchmarks.scaling import FAST, SLOW
 from tendon_mj.cli.given_files import given_files
 from tendon_mj.cli.output import Output, console, print_table, progress_bar
-from tendon_mj.lab.verification import ModelCost, Spread
+from tendon_mj.lab.verification import ModelCost, measure_models
+from tendon_mj.show import bars_figure
 
 _HEAD = ("model", "sheaths", "step [µs]", "without", "ratio", "quartiles", "state [kB]")
-_PARTS = {
-    "empty_plugin": "floor: an empty plugin",
-    "idle_instance": "+ an idle instance of this one",
-    "first_guide": "+ a sheath of one guide, at rest",
-    "more_guides": "+ the other guides, at rest",
-    "sliding": "+ sliding to and fro",
-    "sensors": "+ three sensors",
-}
 
 
 def bench(
@@ -30,12 +21,12 @@ def bench(
     out: Path = Path("out/bench"),
     rounds: int = 15,
 ) -> dict[str, object]:
-    """Measure what sheaths cost: on bench and finger, over guides, sheaths and threads.
+    """Measure the cost of a step with sheaths, on bench, finger and given models.
 
     Args:
         models: MJCF files; friction 0.1 is added to every tendon of each, and its step is compared
             with the same model's without.
-        out: folder for result.json and the pictures.
+        out: folder for result.json and the picture.
         rounds: of every measurement; each round times all that is compared, in turns.
 
     Example:
@@ -43,44 +34,39 @@ def bench(
     """
     output = Output(out, given=given_files(models=models))
     with progress_bar() as progress:
-        found = run_benchmark(models, rounds=rounds, progress=progress)
-    result = found.result()
-    slow, fast = found.guides.slow, found.guides.fast
-    scaled = [
-        CostSeries(label, one.counts, one.added, one.exponent)
-        for label, one in (
-            (f"reel at {SLOW:g} Hz", slow),
-            (f"reel at {FAST:g} Hz", fast),
-            ("benches", found.sheaths),
-        )
-    ]
-    output.figure("scaling", scaling_figure(scaled[:2], scaled[2]))
-    ratios = {name: _bars(model.cost.ratios) for name, model in found.models.items()}
-    parts = {label: _bars(spread) for label, spread in _parts(found).items()}
-    output.figure("cost", cost_figure(ratios, parts))
+        costs = measure_models(models, rounds=rounds, progress=progress)
+    spreads = {name: model.cost.ratios for name, model in costs.items()}
+    figure = bars_figure(
+        {name: (ratio.low, ratio.median, ratio.high) for name, ratio in spreads.items()},
+        "{:.2f} ×",
+        title="a step of each model",
+        label="cost with sheaths over cost without [–]",
+        reference=(1.0, "without sheaths"),
+    )
+    output.figure("cost", figure)
+    ratios = {name: ratio.median for name, ratio in spreads.items()}
+    result: dict[str, object] = {
+        "step_cost_ratio": ratios,
+        "models": {name: model.result() for name, model in costs.items()},
+        "cores": os.cpu_count(),
+    }
     output.result(result)
-    _print_summary(found)
-    output.close(_sentence(found))
-    return result
-
-
-def _sentence(found: Benchmark) -> str:
-    ratios = {name: model.cost.ratios.median for name, model in found.models.items()}
+    print_table(_HEAD, [_row(name, model) for name, model in costs.items()])
+    console.print("state: of the sheaths, in each simulation; result.json has all of an MjData")
+    for name, model in costs.items():
+        if model.unsensed:
+            ratio = model.unsensed.ratios
+            console.print(
+                f"{name} without the sensors of tension: {ratio.median:.2f} × "
+                f"({ratio.low:.2f} … {ratio.high:.2f})",
+                soft_wrap=True,
+            )
     least, most = (pick(ratios, key=ratios.__getitem__) for pick in (min, max))
-    return (
+    output.close(
         f"With sheaths a step takes {ratios[least]:.2f} ({least}) to {ratios[most]:.2f} ({most}) "
         "times as long as without."
     )
-
-
-def _bars(spread: Spread) -> tuple[float, float, float]:
-    return spread.low, spread.median, spread.high
-
-
-def _parts(found: Benchmark) -> dict[str, Spread]:
-    """Label → what the part adds; without the floor where MuJoCo came without an empty plugin."""
-    spreads = {label: getattr(found.parts, name) for name, label in _PARTS.items()}
-    return {label: spread for label, spread in spreads.items() if spread is not None}
+    return result
 
 
 def _row(name: str, model: ModelCost) -> tuple[str, ...]:
@@ -92,49 +78,5 @@ def _row(name: str, model: ModelCost) -> tuple[str, ...]:
         f"{cost.reference_step * 1e6:.2f}",
         f"{ratios.median:.2f}",
         f"{ratios.low:.2f} … {ratios.high:.2f}",
-        f"{model.memory.plugin_state / 1e3:.1f}",
+        f"{model.memory['plugin_state'] / 1e3:.1f}",
     )
-
-
-def _print_summary(found: Benchmark) -> None:
-    rows = [_row(name, model) for name, model in found.models.items()]
-    print_table(_HEAD, rows)
-    console.print("state: of the sheaths, in each simulation; result.json has all of an MjData")
-    for name, model in found.models.items():
-        if model.unsensed:
-            console.print(
-                f"{name} without the sensors of tension: {_ratio(model.unsensed.ratios)}",
-                soft_wrap=True,
-            )
-    for label, spread in _parts(found).items():
-        console.print(f"{label}: {spread.median * 1e9:.0f} ns ({_range(spread, 1e9, '.0f')})")
-    console.print(
-        f"added cost ∝ guides^{found.guides.slow.exponent:.2f} with the reel at {SLOW:g} Hz, "
-        f"^{found.guides.fast.exponent:.2f} at {FAST:g} Hz; "
-        f"∝ sheaths^{found.sheaths.exponent:.2f}",
-        soft_wrap=True,
-    )
-    for count, speedup in found.threads.items():
-        console.print(f"{count} threads: {_ratio(speedup)}, and the same to the bit")
-    callback, loss = found.callback, found.frictionloss
-    console.print(
-        f"a NumPy mjcb_passive adds {callback.callback.median * 1e6:.0f} µs: "
-        f"{_ratio(callback.ratio)} what the plugin adds, "
-        f"tensions alike within {callback.disagreement:.0e}",
-        soft_wrap=True,
-    )
-    console.print(
-        f"MuJoCo's frictionloss takes {_ratio(loss.over_sheath)} the step of a sheath; T_out is "
-        f"off the capstan law by up to {loss.error.largest:.0%} between half and twice the mean "
-        f"tension, with the default solver settings by {loss.default_error.largest:.0%}, a "
-        f"sheath's by {loss.sheath_error.largest:.2%}",
-        soft_wrap=True,
-    )
-
-
-def _ratio(spread: Spread) -> str:
-    return f"{spread.median:.2f} × ({_range(spread)})"
-
-
-def _range(spread: Spread, scale: float = 1.0, form: str = ".2f") -> str:
-    return f"{spread.low * scale:{form}} … {spread.high * scale:{form}}"

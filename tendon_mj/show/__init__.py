@@ -1,5 +1,6 @@
 """Figures, reports and clips: data in, pictures out. Nothing here steps a simulation."""
 
+from tendon_mj.show.figures.bars import bars_figure as bars_figure
 from tendon_mj.show.figures.bench import convergence_figure as convergence_figure
 from tendon_mj.show.figures.bench import loops_figure as loops_figure
 from tendon_mj.show.figures.bench import sweep_figure as sweep_figure

@@ -42,16 +42,6 @@ def history(name: str, value: FloatArray) -> FloatArray:
     return value
 
 
-def at_least(name: str, value: FloatArray, low: FloatArray, why: str) -> None:
-    """Refuse values below ``low`` (the same for each or broadcast)."""
-    value, low = np.broadcast_arrays(value, low)
-    wrong = ~(value >= low)
-    if wrong.any():
-        raise InvalidValueError(
-            f"{name} must be >= {float(low[wrong][0])!r} ({why}), got {float(value[wrong][0])!r}"
-        )
-
-
 def require(name: str, value: FloatArray, valid: ArrayLike, wanted: str) -> FloatArray:
     """Return ``value`` if ``valid`` throughout; the two broadcast."""
     array, good = np.broadcast_arrays(value, np.asarray(valid, dtype=np.bool_))

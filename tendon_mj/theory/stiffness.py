@@ -18,13 +18,8 @@ def friction_exponent(friction: ArrayLike, bend: ArrayLike, direction: ArrayLike
 
     λ = μ φ sgn ξ̇ with φ = L/R. Positive while pulling; rest counts as pulling, as in eq. (4).
 
-    Args:
-        friction: coefficient μ [–].
-        bend: total bend angle φ [rad].
-        direction: velocity of the tendon or any number with its sign.
-
-    Returns:
-        λ [–], in the shape the arguments broadcast to.
+    ``friction``: coefficient μ [–]; ``bend``: total bend angle φ [rad]; ``direction``: velocity of
+    the tendon or any number with its sign. Returns λ [–], in the shape the arguments broadcast to.
 
     Raises:
         InvalidValueError: friction or bend negative or not finite, direction not finite.
@@ -40,12 +35,8 @@ def friction_exponent(friction: ArrayLike, bend: ArrayLike, direction: ArrayLike
 def tendon_stiffness(axial_stiffness: ArrayLike, length: ArrayLike) -> FloatArray:
     """Stiffness of the tendon without friction, K_w = EA/L.
 
-    Args:
-        axial_stiffness: EA, force per unit strain [N].
-        length: L of the sheath [m].
-
-    Returns:
-        K_w [N/m], in the shape the arguments broadcast to.
+    ``axial_stiffness``: EA, force per unit strain [N]; ``length``: L of the sheath [m]. Returns K_w
+    [N/m], in the shape the arguments broadcast to.
 
     Raises:
         InvalidValueError: an argument that is not positive and finite.
@@ -61,13 +52,8 @@ def apparent_stiffness(lam: ArrayLike, axial_stiffness: ArrayLike, length: Array
 
     K_ap = K_w λ/(e^λ − 1), which tends to K_w for λ → 0.
 
-    Args:
-        lam: λ [–], signed.
-        axial_stiffness: EA [N].
-        length: L [m].
-
-    Returns:
-        K_ap [N/m], in the shape the arguments broadcast to.
+    ``lam``: λ [–], signed; ``axial_stiffness``: EA [N]; ``length``: L [m]. Returns K_ap [N/m], in
+    the shape the arguments broadcast to.
 
     Raises:
         InvalidValueError: lam not finite, another argument not positive and finite.
@@ -85,14 +71,8 @@ def equivalent_backlash(
     ξ_B = (T_0 L/EA)(e^λ − λ − 1)/λ, which tends to 0 for λ → 0 and has the sign of λ.
     The paper's transcript of (11) lacks the −λ; its own series (13) has it.
 
-    Args:
-        lam: λ [–], signed.
-        pretension: T_0 [N].
-        axial_stiffness: EA [N].
-        length: L [m].
-
-    Returns:
-        ξ_B [m], in the shape the arguments broadcast to.
+    ``lam``: λ [–], signed; ``pretension``: T_0 [N]; ``axial_stiffness``: EA [N]; ``length``: L [m].
+    Returns ξ_B [m], in the shape the arguments broadcast to.
 
     Raises:
         InvalidValueError: lam not finite, pretension negative, EA or L not positive.
@@ -111,14 +91,9 @@ def reversal_backlash(
     Δξ = (T* L/EA)(e^λ + e^{−λ} − 2)/λ = (T* L/EA) 4 sinh²(λ/2)/λ, which tends to 0 for λ → 0.
     A motion of exponent λ ends at T*; Δξ is paid out before T* changes (λ < 0: −Δξ is taken in).
 
-    Args:
-        lam: λ [–] of the motion that ends, signed.
-        tension: output tension T* at the reversal [N].
-        axial_stiffness: EA [N].
-        length: L [m].
-
-    Returns:
-        Δξ [m], in the shape the arguments broadcast to; odd in λ.
+    ``lam``: λ [–] of the motion that ends, signed; ``tension``: output tension T* at the reversal
+    [N]; ``axial_stiffness``: EA [N]; ``length``: L [m]. Returns Δξ [m], in the shape the arguments
+    broadcast to; odd in λ.
 
     Raises:
         InvalidValueError: lam not finite, tension negative, EA or L not positive.
@@ -136,11 +111,8 @@ def reversal_backlash(
 def series_stiffness(*stiffness: ArrayLike) -> FloatArray:
     """Stiffness of springs in a row, 1/k = Σ 1/k_i.
 
-    Args:
-        stiffness: each k_i [N/m]; ``inf`` for a rigid part.
-
-    Returns:
-        k [N/m], in the shape the arguments broadcast to; ``inf`` where all are rigid.
+    ``stiffness``: each k_i [N/m] (``inf`` for a rigid part). Returns k [N/m], in the shape the
+    arguments broadcast to; ``inf`` where all are rigid.
 
     Raises:
         InvalidValueError: a stiffness that is not positive.
@@ -165,15 +137,9 @@ def transmission_stiffness(
 
     1/K_t = 1/k_e + 1/k_s + 1/K_ap.
 
-    Args:
-        lam: λ [–], signed.
-        axial_stiffness: EA [N].
-        length: L [m].
-        environment_stiffness: k_e [N/m]; ``inf`` for a rigid one.
-        sensor_stiffness: k_s [N/m]; ``inf`` for a rigid one.
-
-    Returns:
-        K_t [N/m], in the shape the arguments broadcast to.
+    ``lam``: λ [–], signed; ``axial_stiffness``: EA [N]; ``length``: L [m];
+    ``environment_stiffness``: k_e [N/m] (``inf`` for a rigid one); ``sensor_stiffness``: k_s [N/m]
+    (``inf`` for a rigid one). Returns K_t [N/m], in the shape the arguments broadcast to.
 
     Raises:
         InvalidValueError: lam not finite, another argument not positive.

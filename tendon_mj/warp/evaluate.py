@@ -1,9 +1,8 @@
 """Kernels: tensions of every sheath of every world, and the forces on the degrees of freedom.
 
 An evaluation starts from the committed state. It leaves its result on trial, which the next
-evaluation commits once time has gone on: stepping needs no call of its own for that, and evaluating
-twice in a step does no harm. Where time has gone back the world was reset, and the tendon is laid
-anew.
+evaluation commits once time has gone on: stepping needs no separate call for that, and evaluating
+twice in a step does no harm. Where time has gone back the world was reset, and so is the tendon.
 """
 
 import warp as wp
@@ -19,9 +18,8 @@ from tendon_mj.warp.motion import (
     wound,
 )
 from tendon_mj.warp.path import Scene, trace_path
-from tendon_mj.warp.segment_law import held
 from tendon_mj.warp.solver import solve_flow
-from tendon_mj.warp.tendons import Sheath, Tendons, sheath_at
+from tendon_mj.warp.tendons import Sheath, Tendons, held, sheath_at
 
 wp.set_module_options({"enable_backward": False})
 
@@ -29,7 +27,7 @@ _ZERO = wp.constant(wp.float64(0.0))
 _ONE = wp.constant(wp.float64(1.0))
 _HOLDS_ANYTHING = wp.constant(wp.float64(230.0))  # see `holding_ratios`
 _FOLLOWS = wp.constant(wp.float64(0.2))  # see the plugin's `input_force`
-_ROUNDED_LENGTH = wp.constant(wp.float64(1e-7))  # relative, of what single precision holds
+_ROUNDED_LENGTH = wp.constant(wp.float64(1e-7))  # relative, rounding of single precision
 _ROUNDED_PRODUCT = wp.constant(wp.float64(1e-6))
 _STIFF, _SOFTEST = wp.constant(wp.float64(1e6)), wp.constant(wp.float64(1e2))  # see `driven`
 
@@ -64,14 +62,14 @@ def _commit(t: Tendons, s: Sheath, now: wp.float32) -> None:
         t.previous_slip[guide, w] = wp.where(flow != _ZERO, t.slip[guide, w], 0)
     for j in range(s.guides + 1):
         t.before[s.segment + j, w] = t.tension[s.segment + j, w]
-    if s.given:  # the input takes in or spares what its tension says
+    if s.given:  # the input's tension sets its length
         t.stored[s.segment, w] = held(t, s, 0, t.tension[s.segment, w])
     t.has_trial[k, w] = False
 
 
 @wp.func
 def _let_guides_yield(b: Motion, t: Tendons, s: Sheath, ea: wp.float64) -> None:
-    """Let the guides of a driven tendon yield by what makes a step resolve its stretches."""
+    """Let the guides of a driven tendon yield, so that a step resolves its segments."""
     w = s.world
     h = wp.float64(b.timestep[w % b.timestep.shape[0]])
     for j in range(s.guides + 1):
@@ -118,7 +116,7 @@ def _counted(b: Motion, t: Tendons, s: Sheath) -> wp.float64:
     k = s.index
     pull = -wp.float64(spring_force(b, t.tendon[k], s.world))
     if t.reel_joint[k] >= 0 or t.output_joint[k] >= 0 or t.reel[k] >= 0:
-        return pull  # of what is on the drum the spring knows nothing
+        return pull  # the spring does not count the tendon on the drum
     return wp.max(_ZERO, pull)
 
 
@@ -138,7 +136,7 @@ def _pull_nothing(t: Tendons, s: Sheath, now: wp.float32) -> None:
 def _lay(
     b: Motion, t: Tendons, s: Sheath, ea: wp.float64, tau: wp.float64, rest: wp.float64
 ) -> None:
-    """Lay the tendon along its path: under τ where that is given, else with the length it has."""
+    """Initialise the segments: under τ where that is given, else with the length it has."""
     k, w = s.index, s.world
     total = wp.float64(0.0)
     for j in range(s.guides + 1):
@@ -187,8 +185,8 @@ def _update_ratios(t: Tendons, s: Sheath, ea: wp.float64) -> None:
 
 
 @wp.func
-def _forget(t: Tendons, s: Sheath) -> None:
-    """Forget how the tendon lay."""
+def _reset(t: Tendons, s: Sheath) -> None:
+    """Reset the state of the tendon."""
     k, w = s.index, s.world
     t.started[k, w] = False
     t.has_trial[k, w] = False
@@ -205,18 +203,81 @@ def _forget(t: Tendons, s: Sheath) -> None:
 
 
 @wp.kernel
-def forget(t: Tendons, worlds: wp.array[wp.bool]) -> None:
-    """Forget how the tendons lay in some worlds; threads (sheaths, worlds)."""
+def reset_worlds(t: Tendons, worlds: wp.array[wp.bool]) -> None:
+    """Reset the tendons of some worlds; threads (sheaths, worlds)."""
     k, w = wp.tid()
     if worlds[w]:
-        _forget(t, sheath_at(t, k, w))
+        _reset(t, sheath_at(t, k, w))
 
 
 @wp.kernel
 def finish(time: wp.array[wp.float32], t: Tendons) -> None:
-    """Commit what a finished step left on trial; threads (sheaths, worlds)."""
+    """Commit the result of a finished step; threads (sheaths, worlds)."""
     k, w = wp.tid()
     _commit(t, sheath_at(t, k, w), time[w])
+
+
+@wp.func
+def _hold_none(t: Tendons, s: Sheath, now: wp.float32) -> None:
+    """Let a tendon whose own spring cannot pull have no tension."""
+    k, w = s.index, s.world
+    for j in range(s.guides + 1):
+        t.tension_out[w, s.segment + j] = wp.float32(0.0)
+    t.input_tension[w, k] = wp.float32(0.0)
+    t.output_tension[w, k] = wp.float32(0.0)
+    _pull_nothing(t, s, now)
+
+
+@wp.func
+def _keep(
+    t: Tendons,
+    s: Sheath,
+    tau: wp.float64,
+    rest: wp.float64,
+    wound_in: wp.float64,
+    wound_out: wp.float64,
+) -> None:
+    """Set the unstretched lengths before anything flows, and guess the tensions."""
+    k, w = s.index, s.world
+    for j in range(s.guides + 1):
+        t.kept[s.segment + j, w] = t.stored[s.segment + j, w]
+        t.tension[s.segment + j, w] = t.before[s.segment + j, w]
+    for i in range(s.guides):
+        t.kept[s.segment + i, w] += t.shift[s.guide + i, w]
+        t.kept[s.segment + i + 1, w] -= t.shift[s.guide + i, w]
+    if s.given:
+        t.tension[s.segment, w] = tau
+    else:
+        t.kept[s.segment, w] -= wound_in - t.wound_in[k, w]
+        t.kept[s.segment, w] += rest - t.spring_length[k, w]
+        t.kept[s.segment + s.guides, w] -= wound_out - t.wound_out[k, w]
+
+
+@wp.func
+def _publish(t: Tendons, s: Sheath, ea: wp.float64) -> bool:
+    """Write the tensions for users; return whether all are finite."""
+    k, w = s.index, s.world
+    bounded = bool(True)
+    for j in range(s.guides + 1):
+        tension = t.tension[s.segment + j, w]
+        t.tension_out[w, s.segment + j] = wp.float32(ea * tension)
+        bounded = bounded and wp.isfinite(tension)
+    t.input_tension[w, k] = t.tension_out[w, s.segment]
+    t.output_tension[w, k] = t.tension_out[w, s.segment + s.guides]
+    return bounded
+
+
+@wp.func
+def _set_forces(t: Tendons, s: Sheath, ea: wp.float64, counted: wp.float64) -> None:
+    """Set the forces of the spans and the torques of the spools; MuJoCo has ``counted`` EA."""
+    k, w = s.index, s.world
+    for j in range(s.guides + 1):
+        row = s.segment + j
+        t.pull[row, w] = ea * (t.tension[row, w] - counted)
+    first, final = t.tension[s.segment, w], t.tension[s.segment + s.guides, w]
+    half = wp.float64(0.5)
+    t.reel_torque[k, w] = t.reel_radius[k] * ea * first * (_ONE + half * first)
+    t.output_torque[k, w] = t.output_radius[k] * ea * final * (_ONE + half * final)
 
 
 @wp.kernel
@@ -228,10 +289,9 @@ def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
     s = sheath_at(t, k, w)
     now = b.time[w]
     if t.started[k, w] and now < t.trial_time[k, w]:
-        _forget(t, s)
+        _reset(t, s)
     _commit(t, s, now)
     trace_path(m, t, s)
-    last = s.segment + s.guides
     rest = wp.float64(0.0)
     pulls = bool(True)
     if t.own_spring[k]:
@@ -251,52 +311,26 @@ def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
             _let_guides_yield(b, t, s, ea)
         _lay(b, t, s, ea, tau, rest)
     if not pulls:
-        for j in range(s.guides + 1):
-            t.tension_out[w, s.segment + j] = wp.float32(0.0)
-        t.input_tension[w, k] = wp.float32(0.0)
-        t.output_tension[w, k] = wp.float32(0.0)
-        _pull_nothing(t, s, now)
+        _hold_none(t, s, now)
         return
     _update_ratios(t, s, ea)
     wound_in = wound(b, t.reel_joint[k], t.reel_radius[k], w) + reeled(b, t.reel[k], w)
     wound_out = wound(b, t.output_joint[k], t.output_radius[k], w)
-    for j in range(s.guides + 1):
-        t.kept[s.segment + j, w] = t.stored[s.segment + j, w]
-        t.tension[s.segment + j, w] = t.before[s.segment + j, w]
-    for i in range(s.guides):
-        t.kept[s.segment + i, w] += t.shift[s.guide + i, w]
-        t.kept[s.segment + i + 1, w] -= t.shift[s.guide + i, w]
-    if driven:
-        t.tension[s.segment, w] = tau
-    else:
-        t.kept[s.segment, w] -= wound_in - t.wound_in[k, w]
-        t.kept[s.segment, w] += rest - t.spring_length[k, w]
-        t.kept[last, w] -= wound_out - t.wound_out[k, w]
+    _keep(t, s, tau, rest, wound_in, wound_out)
     bounded = wp.isfinite(wound_in + wound_out)
     solved = bool(False)
     if bounded:
         solved = solve_flow(t, s)
     if not solved:
         t.unsolved[w, k] += 1
-    for j in range(s.guides + 1):
-        tension = t.tension[s.segment + j, w]
-        t.tension_out[w, s.segment + j] = wp.float32(ea * tension)
-        bounded = bounded and wp.isfinite(tension)
-    t.input_tension[w, k] = t.tension_out[w, s.segment]
-    t.output_tension[w, k] = t.tension_out[w, last]
+    bounded = _publish(t, s, ea) and bounded
     if not bounded:
         _pull_nothing(t, s, now)
         return
     counted = wp.float64(tau)
     if t.own_spring[k]:
         counted = _counted(b, t, s) / ea
-    for j in range(s.guides + 1):
-        row = s.segment + j
-        t.pull[row, w] = ea * (t.tension[row, w] - counted)
-    first, final = t.tension[s.segment, w], t.tension[last, w]
-    half = wp.float64(0.5)
-    t.reel_torque[k, w] = t.reel_radius[k] * ea * first * (_ONE + half * first)
-    t.output_torque[k, w] = t.output_radius[k] * ea * final * (_ONE + half * final)
+    _set_forces(t, s, ea, counted)
     t.trial_wound_in[k, w] = wound_in
     t.trial_wound_out[k, w] = wound_out
     t.trial_spring_length[k, w] = rest
@@ -308,7 +342,7 @@ def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
 def apply(b: Motion, t: Tendons, driven: bool, qfrc: wp.array2d[wp.float32]) -> None:
     """Add the forces of the sheaths that are driven, or of the others; threads (dofs, worlds).
 
-    A thread adds up what acts on its degree of freedom, always in the same order.
+    A thread adds up the forces on its degree of freedom, always in the same order.
     """
     dof, w = wp.tid()
     total = wp.float64(0.0)

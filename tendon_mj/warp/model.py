@@ -1,9 +1,9 @@
-"""Models with sheaths on MuJoCo Warp: what goes to the device, and the hooks that solve sheaths.
+"""Models with sheaths on MuJoCo Warp: transfer to the device, and the hooks that solve sheaths.
 
 MuJoCo Warp runs no plugins. A copy of the model goes there in which a reel is an actuator without
-force and a sheath's sensor one of the user's. The sheaths are solved by kernels of ours: those that
-are wound where passive forces are computed, and those that actuators drive as soon as these have
-their forces, both before accelerations are. Nothing of it waits for the device.
+force and a sheath's sensor one of the user's. The sheaths are solved by kernels of ours, which its
+callbacks launch: wound tendons where passive forces are computed, and driven ones as soon as the
+actuators have their forces, both before accelerations are. Nothing of it waits for the device.
 """
 
 from __future__ import annotations
@@ -19,17 +19,35 @@ import warp as wp
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.plugin import read_layout, set_integer, sheaths, unused_parameters
-from tendon_mj.warp.evaluate import finish, forget
-from tendon_mj.warp.hooks import evaluate, note, react, sheaths_laid_out, show
-from tendon_mj.warp.read_back import read_back
+from tendon_mj.warp.evaluate import apply, finish, reset_worlds, solve
+from tendon_mj.warp.motion import Motion
+from tendon_mj.warp.path import Scene
+from tendon_mj.warp.reactions import (
+    Cells,
+    Solved,
+    add_reactions,
+    fill_sensors,
+    measure,
+    note_constraints,
+)
 from tendon_mj.warp.sensors import force_sensors, sensors_of_sheaths, shown_numbers
 from tendon_mj.warp.sheaths import Sheaths
-from tendon_mj.warp.simulated import Simulated, layout_of, simulated_sheaths
-from tendon_mj.warp.support import check_options, check_sheaths, check_supported
+from tendon_mj.warp.support import (
+    Layout,
+    Simulated,
+    check_options,
+    check_sheaths,
+    check_supported,
+    layout_of,
+    simulated_sheaths,
+)
+from tendon_mj.warp.transfer import read_back
 
+_SPRING_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value
+_DAMPER_OFF = mujoco.mjtDisableBit.mjDSBL_DAMPER.value
 _put_model = inspect.unwrap(mjw.put_model)  # without our refusal of plugins
 _ACTUATION_OFF = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
-_SIZES = {  # array of the data → what the model has for its length
+_SIZES = {  # array of the data → size in the model
     "qpos": "nq",
     "qvel": "nv",
     "act": "na",
@@ -40,6 +58,91 @@ _SIZES = {  # array of the data → what the model has for its length
 }
 _OF_SPRING = "is that of the tendon's own spring: write tendon_lengthspring of the device's model"
 _LAST = mujoco.mjtStage.mjSTAGE_ACC.value
+
+
+def sheaths_of(data: Any) -> Sheaths:
+    """Sheaths of the worlds in data that `put_data` or `make_data` made.
+
+    Raises:
+        InvalidValueError: data made otherwise, which have none.
+    """
+    batch = getattr(data, "tendon_mj", None)
+    if not isinstance(batch, Sheaths):
+        raise InvalidValueError(
+            "these data have no sheaths: make them by tendon_mj.warp.make_data or put_data, of a "
+            "model that has some"
+        )
+    return batch
+
+
+def sheaths_laid_out(data: Any, layout: Layout) -> Sheaths:
+    """Sheaths of the worlds in data of the model that has this layout.
+
+    Raises:
+        InvalidValueError: data of another model, or without sheaths.
+    """
+    batch = sheaths_of(data)
+    if batch.layout != layout:
+        raise InvalidValueError(
+            f"these data have the sheaths of another model, {', '.join(batch.names)}: make them by "
+            "tendon_mj.warp.make_data or put_data of the model that put_model was given"
+        )
+    return batch
+
+
+def evaluate(m: Any, d: Any, layout: Layout, driven: bool) -> None:
+    """Solve the sheaths that are driven, or the others, and add their forces."""
+    batch = sheaths_laid_out(d, layout)
+    scene, motion = _filled(Scene, m, d), _filled(Motion, m.opt, m, d)
+    motion.spring = 0.0 if m.opt.disableflags & _SPRING_OFF else 1.0
+    motion.damper = 0.0 if m.opt.disableflags & _DAMPER_OFF else 1.0
+    device = d.qpos.device
+    inputs = [scene, motion, batch.tendons, driven]
+    wp.launch(solve, dim=(len(batch.names), d.nworld), inputs=inputs, device=device)
+    inputs = [motion, batch.tendons, driven, d.qfrc_passive]
+    wp.launch(apply, dim=(m.nv, d.nworld), inputs=inputs, device=device)
+
+
+def note(m: Any, d: Any, layout: Layout) -> None:
+    """Note the forces of constraints along tendons, once these are solved."""
+    batch = sheaths_laid_out(d, layout)
+    inputs = [_filled(Solved, m, d, d.efc), batch.tendons]
+    wp.launch(
+        note_constraints, dim=(len(batch.names), d.nworld), inputs=inputs, device=d.qpos.device
+    )
+
+
+def react(m: Any, d: Any, layout: Layout, behind: Any, cells: Any) -> None:
+    """Add the spans' reactions to `cfrc_ext` and `cfrc_int`; fill force and torque sensors.
+
+    Args:
+        m, d, layout: model and data on the device, and the layout of their sheaths.
+        behind: (bodies,), of `add_reactions`.
+        cells: numbers of the sensors of force and torque.
+    """
+    batch, device = sheaths_laid_out(d, layout), d.qpos.device
+    inputs = [batch.tendons, behind, m.body_rootid, d.subtree_com, d.wrap_xpos, *batch.written]
+    inputs += [d.cfrc_ext, d.cfrc_int]
+    wp.launch(add_reactions, dim=d.cfrc_int.shape[::-1], inputs=inputs, device=device)
+    inputs = [cells, _filled(Cells, m, d), d.sensordata]
+    wp.launch(fill_sensors, dim=(cells.shape[0], d.nworld), inputs=inputs, device=device)
+
+
+def show(d: Any, layout: Layout, shown: Any) -> None:
+    """Write the sensors of sheaths; ``shown`` as of `shown_numbers`."""
+    inputs = [sheaths_laid_out(d, layout).tendons, shown, d.sensordata]
+    wp.launch(measure, dim=(shown.shape[0], d.nworld), inputs=inputs, device=d.qpos.device)
+
+
+def _filled(struct: Any, *sources: Any) -> Any:
+    """A struct with each field from the first of the sources that has it."""
+    made = struct()
+    for name in struct.vars:
+        for source in sources:
+            if hasattr(source, name):
+                setattr(made, name, getattr(source, name))
+                break
+    return made
 
 
 def put_model(model: mujoco.MjModel, **options: Any) -> Any:
@@ -54,19 +157,19 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
         `make_data` of this package.
 
     Raises:
-        NoPluginsError: what is not supported is named, with what to do instead.
+        NoPluginsError: a feature that is not supported, by name and with a remedy.
     """
-    found = simulated_sheaths(_of_mujoco(model), mujoco.MjData(model))
-    if not found:
+    simulated = simulated_sheaths(_of_mujoco(model), mujoco.MjData(model))
+    if not simulated:
         return _put_model(model, **options)
-    check_supported(model, found)
-    put = _put_model(_without_plugins(model, found), **options)
-    put.tendon_mj = layout = layout_of(found)
-    driven = [bool(sheath.state["driven"]) for sheath in found.values()]
+    check_supported(model, simulated)
+    put = _put_model(_without_plugins(model, simulated), **options)
+    put.tendon_mj = layout = layout_of(simulated)
+    driven = [bool(sheath.state["driven"]) for sheath in simulated.values()]
     actuation_off = model.opt.disableflags & _ACTUATION_OFF
     late = model.nactuator > 0 and not actuation_off and any(driven)  # they need actuator forces
 
-    constrained = any(sheath.state["constrained"] for sheath in found.values())
+    constrained = any(sheath.state["constrained"] for sheath in simulated.values())
 
     def act_bias(m: Any, d: Any) -> None:
         check_options(m.opt, constrained)  # here too, as passive forces may all be off
@@ -86,7 +189,8 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
             evaluate(m, d, layout, True)
 
     put.callback.passive, put.callback.act_bias = passive, act_bias
-    shown, behind, cells = shown_numbers(model, found), _bodies_behind(model), force_sensors(model)
+    shown = shown_numbers(model, simulated)
+    behind, cells = _bodies_behind(model), force_sensors(model)
 
     def sensor(m: Any, d: Any, stage: int) -> None:
         if stage != _LAST:
@@ -119,16 +223,16 @@ def put_data(model: mujoco.MjModel, data: mujoco.MjData, nworld: int = 1, **size
         InvalidValueError: data of another model.
     """
     _check_data(_of_mujoco(model), data)
-    found = simulated_sheaths(model, data)
-    check_sheaths(model, found)
-    return _with_sheaths(mjw.put_data(model, data, nworld, **sizes), model, found)
+    simulated = simulated_sheaths(model, data)
+    check_sheaths(model, simulated)
+    return _with_sheaths(mjw.put_data(model, data, nworld, **sizes), model, simulated)
 
 
 def make_data(model: mujoco.MjModel, nworld: int = 1, **sizes: Any) -> Any:
     """Make data on the device as after a reset; arguments as of `put_data`."""
     _of_mujoco(model)
-    found = simulated_sheaths(model, mujoco.MjData(model))
-    return _with_sheaths(mjw.make_data(model, nworld, **sizes), model, found)
+    simulated = simulated_sheaths(model, mujoco.MjData(model))
+    return _with_sheaths(mjw.make_data(model, nworld, **sizes), model, simulated)
 
 
 def get_data_into(
@@ -152,16 +256,16 @@ def get_data_into(
         raise InvalidValueError(
             f"world_id = {world_id!r} must be a whole number from 0 to {data.nworld - 1}"
         )
-    mujoco.mj_forward(model, result)  # a tendon that was never laid has no state to be set
+    mujoco.mj_forward(model, result)  # an uninitialised tendon has no state to be set
     mjw.get_data_into(result, model, data, world_id)
-    found = simulated_sheaths(model, result)
-    if not found:
+    simulated = simulated_sheaths(model, result)
+    if not simulated:
         return
-    sheaths = sheaths_laid_out(data, layout_of(found))
+    sheaths = sheaths_laid_out(data, layout_of(simulated))
     dim = (len(sheaths.names), data.nworld)
     inputs = [data.time, sheaths.tendons]
     wp.launch(finish, dim=dim, inputs=inputs, device=data.qpos.device)
-    read_back(found, sheaths.tendons, world_id, result.time - model.opt.timestep)
+    read_back(simulated, sheaths.tendons, world_id, result.time - model.opt.timestep)
 
 
 def reset_data(model: Any, data: Any, reset: Any = None) -> None:
@@ -173,7 +277,7 @@ def reset_data(model: Any, data: Any, reset: Any = None) -> None:
         reset: (worlds,) Warp array of bool, which ones; all without.
 
     Raises:
-        InvalidValueError: ``reset`` is no such array; nothing is reset.
+        InvalidValueError: ``reset`` is not such an array; nothing is reset.
     """
     shape, kind = getattr(reset, "shape", None), getattr(reset, "dtype", type(reset).__name__)
     if reset is not None and (shape != (data.nworld,) or kind != wp.bool):
@@ -189,7 +293,7 @@ def reset_data(model: Any, data: Any, reset: Any = None) -> None:
     if reset is None:
         reset = wp.full(data.nworld, True, dtype=wp.bool, device=device)
     dim = (len(sheaths.names), data.nworld)
-    wp.launch(forget, dim=dim, inputs=[sheaths.tendons, reset], device=device)
+    wp.launch(reset_worlds, dim=dim, inputs=[sheaths.tendons, reset], device=device)
 
 
 def _of_mujoco(model: Any) -> mujoco.MjModel:
@@ -202,7 +306,7 @@ def _of_mujoco(model: Any) -> mujoco.MjModel:
 
 
 def _check_data(model: mujoco.MjModel, data: Any) -> None:
-    """Refuse what is no simulation of the model, on which MuJoCo would write past its arrays."""
+    """Refuse data of another model, where MuJoCo would write past the arrays."""
     if not isinstance(data, mujoco.MjData):
         raise InvalidValueError(f"{data!r} is given as data; give a mujoco.MjData of the model")
     for array, size in _SIZES.items():
@@ -214,20 +318,20 @@ def _check_data(model: mujoco.MjModel, data: Any) -> None:
             )
 
 
-def _with_sheaths(put: Any, model: mujoco.MjModel, found: dict[str, Simulated]) -> Any:
-    if found:
-        reels = [int(sheath.state["reel_actuator"]) for sheath in found.values()]
+def _with_sheaths(put: Any, model: mujoco.MjModel, simulated: dict[str, Simulated]) -> Any:
+    if simulated:
+        reels = [int(sheath.state["reel_actuator"]) for sheath in simulated.values()]
         addresses = [int(model.actuator_ctrladr[k]) if k >= 0 else -1 for k in reels]
         unused = {
             name: unused_parameters(model, instance.instance)
             for name, instance in sheaths(model).items()
         }
-        for name, sheath in found.items():
+        for name, sheath in simulated.items():
             if sheath.state["own_spring"]:
                 unused[name] |= dict.fromkeys(("pretension", "slack"), _OF_SPRING)
         with wp.ScopedDevice(put.qpos.device):
             put.tendon_mj = Sheaths(
-                found, unused, addresses, _beyond_spring(model), model.nbody, put.nworld
+                simulated, unused, addresses, _beyond_spring(model), model.nbody, put.nworld
             )
     return put
 
@@ -254,10 +358,10 @@ def _bodies_behind(model: mujoco.MjModel) -> Any:
     return wp.array(np.arange(model.nbody) + sizes, dtype=wp.int32)
 
 
-def _without_plugins(model: mujoco.MjModel, found: dict[str, Simulated]) -> mujoco.MjModel:
+def _without_plugins(model: mujoco.MjModel, simulated: dict[str, Simulated]) -> mujoco.MjModel:
     """A copy in which no actuator and no sensor is a sheath's, and nothing a plugin's."""
     plain = copy.copy(model)
-    reels = [k for sheath in found.values() if (k := int(sheath.state["reel_actuator"])) >= 0]
+    reels = [k for sheath in simulated.values() if (k := int(sheath.state["reel_actuator"])) >= 0]
     plain.actuator_gaintype[reels] = mujoco.mjtGain.mjGAIN_FIXED
     plain.actuator_biastype[reels] = mujoco.mjtBias.mjBIAS_NONE
     plain.actuator_gainprm[reels] = 0.0

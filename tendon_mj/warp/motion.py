@@ -1,4 +1,4 @@
-"""What of a model and its worlds turns tensions into forces, and controls into pulls."""
+"""From tensions to forces on the degrees of freedom, and from controls to pulls."""
 
 import warp as wp
 
@@ -12,7 +12,7 @@ _TENDON = wp.constant(3)  # mjtTrn
 
 @wp.struct
 class Motion:
-    """What of a model and its worlds turns tensions into forces, and controls into pulls."""
+    """Joints, actuators and options of a model, and the state of its worlds."""
 
     # of the model
     timestep: wp.array[wp.float32]

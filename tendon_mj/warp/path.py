@@ -4,8 +4,8 @@ The same as `tendon_mj.plugin.sheath_plugin.path`, without pulleys. Where the in
 site, elements and points come in the reverse of their order.
 
 Sites and geoms are placed anew, in double precision: a stretch between two of one body would else
-change by what single precision leaves of their places. Tangent points are MuJoCo Warp's; a geom and
-a straight line share what these are wrong by.
+change by the rounding of their places to single precision. Tangent points are MuJoCo Warp's; a geom
+and a straight line share their error.
 """
 
 import warp as wp
@@ -22,7 +22,7 @@ _ZERO = wp.constant(wp.float64(0.0))
 
 @wp.struct
 class Scene:
-    """What of a model's tendons and their geoms the path is made of."""
+    """The tendons of a model and their geoms, from which the path follows."""
 
     # of the model
     tendon_adr: wp.array[wp.int32]

@@ -1,9 +1,8 @@
-"""Kernels of the acceleration stage: what constraints pulled, and the reactions of the spans.
+"""Kernels of the acceleration stage: constraint forces, reactions of the spans, sensors.
 
-As the plugin's `reactions` and `input_force`. MuJoCo Warp counts one tension along each tendon in
-`cfrc_ext` and `cfrc_int`; every span adds the wrench of what friction makes of it. Both arrays may
-be there already from an earlier call, so what was written is kept: numbers that are the same have
-their wrench.
+As the plugin's. MuJoCo Warp counts one tension along each tendon in `cfrc_ext` and `cfrc_int`;
+every span adds the wrench of its difference. Both arrays may be there already from an earlier call,
+so the written numbers are kept: numbers that are the same have their wrench.
 """
 
 import warp as wp
@@ -18,11 +17,12 @@ _TENDON_LIMIT = wp.constant(4)  # mjtConstraint
 FORCE, TORQUE = 4, 5  # mjtSensor
 _FORCE = wp.constant(FORCE)
 _REAL = wp.constant(0)  # mjtDataType
+TENSION, ANGLE, SLIP, WOUND, UNSOLVED = range(5)
 
 
 @wp.struct
 class Solved:
-    """What of a model and its worlds tells the force of constraints along a tendon."""
+    """Constraints, and the tendons along which they pull."""
 
     eq_type: wp.array[wp.int32]
     eq_obj1id: wp.array[wp.int32]
@@ -92,10 +92,10 @@ def _add_once(
     body: int,
     wrench: wp.spatial_vector,
 ) -> None:
-    """Add a wrench, unless the sum is what was written when it was added last."""
+    """Add a wrench, unless the sum stands there from the last call."""
     value = total[w, body]
     before = written[w, body]
-    summed = value + wrench  # in a pair, `value` would be what stands there when it is used
+    summed = value + wrench  # `value` alone would be read when it is used
     same = bool(True)
     changes = bool(False)
     for i in range(6):
@@ -106,6 +106,11 @@ def _add_once(
     elif not same:
         total[w, body] = summed
         written[w, body] = summed
+
+
+@wp.func
+def _carries(behind: wp.array[wp.int32], body: int, other: int) -> bool:
+    return other > 0 and body <= other and other < behind[body]
 
 
 @wp.kernel
@@ -136,8 +141,8 @@ def add_reactions(
             force = pull * wp.normalize(q - p)
             on_near = _wrench(p, subtree_com[w, rootid[near]], force)
             on_far = _wrench(q, subtree_com[w, rootid[far]], -force)
-            carries_near = near > 0 and body <= near and near < behind[body]
-            carries_far = far > 0 and body <= far and far < behind[body]
+            carries_near = _carries(behind, body, near)
+            carries_far = _carries(behind, body, far)
             if not (carries_near and carries_far and rootid[near] == rootid[far]):
                 if carries_near:
                     inner -= on_near
@@ -185,3 +190,23 @@ def fill_sensors(sensors: wp.array[wp.int32], m: Cells, sensordata: wp.array2d[w
     for i in range(3):
         shown = wp.where(limited, wp.clamp(value[i], -cutoff, cutoff), value[i])
         sensordata[w, m.sensor_adr[sensor] + i] = shown
+
+
+@wp.kernel
+def measure(t: Tendons, shown: wp.array2d[wp.int32], sensordata: wp.array2d[wp.float32]) -> None:
+    """Write each number that a sensor shows, see `shown_numbers`; threads (numbers, worlds)."""
+    k, w = wp.tid()
+    quantity, row = shown[k, 0], shown[k, 1]
+    value = wp.float32(0.0)
+    if quantity == TENSION:
+        value = t.tension_out[w, row]
+    elif quantity == ANGLE:
+        value = wp.float32(t.angle[row, w])
+    elif quantity == SLIP:
+        if t.flow[row, w] != wp.float64(0.0):
+            value = wp.float32(t.slip[row, w])
+    elif quantity == WOUND:
+        value = wp.float32(t.trial_wound_in[row, w])
+    else:
+        value = wp.float32(t.unsolved[w, row])
+    sensordata[w, shown[k, 2]] = value

@@ -1,4 +1,4 @@
-"""Sensors of sheaths: which numbers of `sensordata` are theirs, and what they show."""
+"""Sensors of sheaths: their numbers in `sensordata`, and the quantities that they show."""
 
 from __future__ import annotations
 
@@ -11,29 +11,28 @@ import warp as wp
 
 from tendon_mj.errors import NoPluginsError
 from tendon_mj.plugin import C, sensor_kind, sheaths
-from tendon_mj.warp.measure import ANGLE, SLIP, TENSION, UNSOLVED, WOUND
-from tendon_mj.warp.reactions import FORCE, TORQUE
-from tendon_mj.warp.simulated import Simulated
+from tendon_mj.warp.reactions import ANGLE, FORCE, SLIP, TENSION, TORQUE, UNSOLVED, WOUND
+from tendon_mj.warp.support import Simulated
 
 
 def sensors_of_sheaths(model: mujoco.MjModel) -> dict[int, str]:
     """Sensors that show something of a sheath, with the kind; empty for both ends' tensions."""
     own = {instance.state for instance in sheaths(model).values()}
-    found = {}
+    sensors = {}
     for sensor in np.flatnonzero(model.sensor_plugin >= 0).tolist():
         kind = sensor_kind(model, sensor)
         if kind or int(model.plugin_stateadr[model.sensor_plugin[sensor]]) in own:
-            found[sensor] = kind
-    return found
+            sensors[sensor] = kind
+    return sensors
 
 
 def force_sensors(model: mujoco.MjModel) -> Any:
     """Warp array of the sensors of force and torque."""
-    found = np.flatnonzero(np.isin(model.sensor_type, (FORCE, TORQUE)))
-    return wp.array(found.astype(np.int32), dtype=wp.int32)
+    sensors = np.flatnonzero(np.isin(model.sensor_type, (FORCE, TORQUE)))
+    return wp.array(sensors.astype(np.int32), dtype=wp.int32)
 
 
-def shown_numbers(model: mujoco.MjModel, found: Mapping[str, Simulated]) -> Any:
+def shown_numbers(model: mujoco.MjModel, simulated: Mapping[str, Simulated]) -> Any:
     """(numbers, 3) Warp array of every number that sensors of sheaths show.
 
     Its columns are the quantity, its row in the arrays of `Tendons`, and its address in
@@ -41,13 +40,13 @@ def shown_numbers(model: mujoco.MjModel, found: Mapping[str, Simulated]) -> Any:
 
     Args:
         model: with sheaths.
-        found: each by name.
+        simulated: each by name.
     """
-    guides = np.array([len(sheath.guides) for sheath in found.values()])
+    guides = np.array([len(sheath.guides) for sheath in simulated.values()])
     first_guide = np.cumsum(guides) - guides
     rows: list[tuple[int, int, int]] = []
     for sensor, kind in sensors_of_sheaths(model).items():
-        k = _shown(model, sensor, found)
+        k = _shown(model, sensor, simulated)
         segment, guide, n = int(first_guide[k]) + k, int(first_guide[k]), int(guides[k])
         shown = _quantities(kind, k, segment, guide, n)
         start, width = int(model.sensor_adr[sensor]), int(model.sensor_dim[sensor])
@@ -69,7 +68,7 @@ def _quantities(kind: str, k: int, segment: int, guide: int, n: int) -> Iterator
         yield (WOUND if kind == "reel_displacement" else UNSOLVED), k
 
 
-def _shown(model: mujoco.MjModel, sensor: int, found: Mapping[str, Simulated]) -> int:
+def _shown(model: mujoco.MjModel, sensor: int, simulated: Mapping[str, Simulated]) -> int:
     """Index of the sheath that a sensor shows.
 
     Raises:
@@ -79,7 +78,7 @@ def _shown(model: mujoco.MjModel, sensor: int, found: Mapping[str, Simulated]) -
     for k, own in enumerate(sheaths(model).values()):
         if own.state == int(model.plugin_stateadr[instance]):
             return k
-    tendons = [int(sheath.state["tendon"]) for sheath in found.values()]
+    tendons = [int(sheath.state["tendon"]) for sheath in simulated.values()]
     if model.sensor_objtype[sensor] == mujoco.mjtObj.mjOBJ_TENDON:
         return tendons.index(int(model.sensor_objid[sensor]))
     written = (C.mj_getPluginConfig(model._address, instance, b"tendon") or b"").decode()

@@ -1,4 +1,4 @@
-"""The sheaths of all worlds of one `mujoco_warp.Data`, as their user sees them."""
+"""User's view of the sheaths of all worlds of one `mujoco_warp.Data`."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError, UnusedKeyError
 from tendon_mj.sheath import check_range
-from tendon_mj.warp.allocate import allocate
-from tendon_mj.warp.simulated import Simulated, layout_of
-from tendon_mj.warp.support import PARAMETERS
+from tendon_mj.warp.support import PARAMETERS, Simulated, layout_of
+from tendon_mj.warp.transfer import allocate
 
 
 class Sheaths:
@@ -23,7 +22,7 @@ class Sheaths:
         names: of the sheaths, in the order of the other axis.
         layout: where each one's numbers are; that of the model whose sheaths they are.
         nworld: number of worlds.
-        parameters: name to (worlds, sheaths) float32, what each world has of its own.
+        parameters: name to (worlds, sheaths) float32, of each world.
         input_tension, output_tension: (worlds, sheaths) float32, of the latest evaluation [N].
         tension: (worlds, segments) float32, along all tendons, input side first [N].
         segments: name of each sheath to its segments in ``tension``.
@@ -32,7 +31,7 @@ class Sheaths:
 
     def __init__(
         self,
-        found: dict[str, Simulated],
+        simulated: dict[str, Simulated],
         unused: Mapping[str, Mapping[str, str]],
         reels: list[int],
         beyond: list[float],
@@ -42,18 +41,18 @@ class Sheaths:
         """Put sheaths on the device as they are in a simulation of MuJoCo's.
 
         Args:
-            found: each by name.
+            simulated: each by name.
             unused: by name of a sheath its parameters that have no use, and why.
             reels: address of the control of each one's reel, −1 without one.
             beyond: of `allocate`.
             nbody: number of bodies.
             nworld: number of worlds, all alike.
         """
-        self.names = tuple(found)
+        self.names = tuple(simulated)
         self._unused = unused
-        self.layout = layout_of(found)
+        self.layout = layout_of(simulated)
         self.nworld = nworld
-        self.tendons: Any = allocate(found, reels, beyond, nworld)
+        self.tendons: Any = allocate(simulated, reels, beyond, nworld)
         self.written = [  # cfrc_ext and cfrc_int with the sheaths' reactions
             wp.full((nworld, nbody), wp.spatial_vector(*[np.nan] * 6), dtype=wp.spatial_vector)
             for _ in range(2)
@@ -63,7 +62,7 @@ class Sheaths:
         self.output_tension = self.tendons.output_tension
         self.tension = self.tendons.tension_out
         self.unsolved = self.tendons.unsolved
-        ends = np.cumsum([0, *(len(sheath.segments) for sheath in found.values())])
+        ends = np.cumsum([0, *(len(sheath.segments) for sheath in simulated.values())])
         self.segments = {
             name: slice(int(ends[k]), int(ends[k + 1])) for k, name in enumerate(self.names)
         }
@@ -75,29 +74,21 @@ class Sheaths:
 
         Args:
             parameter: one of ``parameters``.
-            values: a number; (worlds, sheaths) or what broadcasts to that in two dimensions; with
+            values: a number; (worlds, sheaths) or two dimensions that broadcast to it; with
                 ``sheath`` (worlds,).
             sheath: name of the one whose it is; all without.
 
         Raises:
-            InvalidValueError: no numbers, one outside its range, or an array of another shape; one
-                of one dimension is refused unless ``sheath`` says whose it is.
+            InvalidValueError: not numeric, outside its range, or of another shape; an array of one
+                dimension needs ``sheath``.
             UnknownNameError: no such parameter or sheath.
             UnusedKeyError: a parameter that the sheath has no use for, and why.
         """
-        if parameter not in self.parameters:
-            raise UnknownNameError("parameter", parameter, self.parameters, "tendon_mj.warp")
-        if sheath is not None and sheath not in self.names:
-            raise UnknownNameError("sheath", sheath, self.names)
-        for name in self.names if sheath is None else (sheath,):
-            why = self._unused[name].get(parameter)
-            if why:
-                others = "; set that of each other sheath by its name" if sheath is None else ""
-                raise UnusedKeyError(f"{name}.{parameter} {why}{others}")
+        self._check_use(parameter, sheath)
         try:
             given = np.asarray(values, float)
         except (TypeError, ValueError):
-            raise InvalidValueError(f"{parameter}: {values!r} are no numbers") from None
+            raise InvalidValueError(f"{parameter}: {values!r} is not numeric") from None
         for value in (given.min(), given.max()) if given.size else ():
             check_range(parameter, float(value), "tendon_mj.warp")
         table = self.parameters[parameter].numpy()
@@ -113,3 +104,14 @@ class Sheaths:
                 + ("; give values[:, None] for one a world" if sheath is None else "")
             ) from None
         wp.copy(self.parameters[parameter], wp.array(table, dtype=wp.float32))
+
+    def _check_use(self, parameter: str, sheath: str | None) -> None:
+        if parameter not in self.parameters:
+            raise UnknownNameError("parameter", parameter, self.parameters, "tendon_mj.warp")
+        if sheath is not None and sheath not in self.names:
+            raise UnknownNameError("sheath", sheath, self.names)
+        for name in self.names if sheath is None else (sheath,):
+            why = self._unused[name].get(parameter)
+            if why:
+                others = "; set that of each other sheath by its name" if sheath is None else ""
+                raise UnusedKeyError(f"{name}.{parameter} {why}{others}")

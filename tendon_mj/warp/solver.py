@@ -1,17 +1,189 @@
 """Solver of one time step: tensions of the segments and flow of tendon over each guide.
 
-The same as `tendon_mj.sheath.tension_solver`, without drag.
+While the guides that slide are known, each run of them is one scalar equation; where that fails,
+`sweep` solves the whole tendon. The same as in `tendon_mj.sheath`, without drag, where the method
+is explained; the tests hold one against the other.
 """
 
 import warp as wp
 
-from tendon_mj.warp.slip_pattern import guess_from_motion, try_pattern
 from tendon_mj.warp.sweep import sweep
-from tendon_mj.warp.tendons import Sheath, Tendons
+from tendon_mj.warp.tendons import Sheath, Tendons, held, highest, lowest, slope_of, tension_of
 
 wp.set_module_options({"enable_backward": False})
 
+_STEPS = wp.constant(30)
+_TOLERANCE = wp.constant(wp.float64(4e-15))
+UNSOLVED = wp.constant(-1)
 _PASSES = wp.constant(16)
+
+
+@wp.func
+def _is_frictionless(t: Tendons, s: Sheath, i: int) -> bool:
+    row, w = s.guide + i, s.world
+    one = wp.float64(1.0)
+    free = t.input_ratio[row, w] == one and t.output_ratio[row, w] == one
+    return free and t.constant[row, w] == wp.float64(0.0)
+
+
+@wp.func
+def _gain(t: Tendons, s: Sheath, i: int) -> wp.float64:
+    """Growth of τ behind guide i, which slides, per growth before it."""
+    row, w = s.guide + i, s.world
+    if t.slip[row, w] > 0:
+        return wp.float64(1.0) / t.input_ratio[row, w]
+    return t.output_ratio[row, w]
+
+
+@wp.func
+def _behind(t: Tendons, s: Sheath, i: int, tau: wp.float64) -> wp.float64:
+    """τ behind guide i, which slides, from τ before it."""
+    row, w = s.guide + i, s.world
+    if t.slip[row, w] > 0:
+        return (tau - t.constant[row, w]) * _gain(t, s, i)
+    return _gain(t, s, i) * tau + t.constant[row, w]
+
+
+@wp.func
+def _finish_run(t: Tendons, s: Sheath, first: int, last: int, head: wp.float64) -> bool:
+    """Tensions and flows of the run once the tension of its first segment is known."""
+    w = s.world
+    passed = wp.float64(0.0)
+    tau = wp.float64(head)
+    for k in range(first, last + 1):
+        if not tau > wp.float64(0.0):
+            return False
+        t.tension[s.segment + k, w] = tau
+        if k < last:
+            passed += held(t, s, k, tau) - t.kept[s.segment + k, w]
+            t.flow[s.guide + k, w] = passed
+            tau = _behind(t, s, k, tau)
+    return True
+
+
+@wp.func
+def _solve_run(t: Tendons, s: Sheath, first: int, last: int) -> bool:
+    """Tensions and flows of a run of sliding guides, from segment ``first`` to segment ``last``."""
+    head = wp.float64(t.tension[s.segment + first, s.world])
+    if not head > wp.float64(0.0):
+        head = wp.float64(1e-6)
+    for _ in range(_STEPS):
+        missing = wp.float64(0.0)
+        slope = wp.float64(0.0)
+        curvature = wp.float64(0.0)
+        gain = wp.float64(1.0)
+        tau = wp.float64(head)
+        for k in range(first, last + 1):
+            holds = held(t, s, k, tau)
+            falls = slope_of(t, s, k, tau, holds)
+            missing += holds - t.kept[s.segment + k, s.world]
+            slope += gain * falls
+            curvature -= gain * gain * wp.float64(2.0) * falls / (wp.float64(1.0) + tau)
+            if k < last:
+                tau = _behind(t, s, k, tau)
+                gain *= _gain(t, s, k)
+        step = -missing / slope
+        step /= wp.float64(1.0) + wp.float64(0.5) * step * curvature / slope
+        head += step
+        # the order of the error that Halley's method leaves
+        if wp.abs(step * step * step) <= wp.float64(1e-17):
+            return _finish_run(t, s, first, last, head)
+    return False
+
+
+@wp.func
+def _follow_input(t: Tendons, s: Sheath, last: int) -> bool:
+    """Tensions and flows of the run from the input, whose tension is given, to segment ``last``."""
+    w = s.world
+    tau = wp.float64(t.tension[s.segment, w])
+    for k in range(last):
+        tau = _behind(t, s, k, tau)
+        if not tau >= wp.float64(0.0):
+            return False
+        t.tension[s.segment + k + 1, w] = tau
+    passed = wp.float64(0.0)
+    for back in range(last):
+        k = last - 1 - back
+        row = s.segment + k + 1
+        passed += t.kept[row, w] - held(t, s, k + 1, t.tension[row, w])
+        t.flow[s.guide + k, w] = passed
+    return True
+
+
+@wp.func
+def guess_from_motion(t: Tendons, s: Sheath) -> None:
+    """Let every guide slide as the motion takes the tendon over it, where the input is given."""
+    w = s.world
+    passed = wp.float64(0.0)
+    for back in range(s.guides):
+        k = s.guides - 1 - back
+        row, guide = s.segment + k + 1, s.guide + k
+        tau = t.tension[row, w]
+        passed += t.kept[row, w] - held(t, s, k + 1, tau)
+        ratio = wp.max(t.input_ratio[guide, w], t.output_ratio[guide, w])
+        yields = t.length[row, w] + t.give[row, w]
+        if wp.abs(passed) > wp.float64(4.0) * (ratio - wp.float64(1.0)) * tau * yields:
+            t.slip[guide, w] = wp.where(passed > wp.float64(0.0), 1, -1)
+
+
+@wp.func
+def _correct(t: Tendons, s: Sheath) -> int:
+    """Count and correct the guides whose slip the solution denies by more than rounding."""
+    w = s.world
+    changed = int(0)
+    for i in range(s.guides):
+        row = s.guide + i
+        flow = t.flow[row, w]
+        slip = t.slip[row, w]
+        left, right = t.tension[s.segment + i, w], t.tension[s.segment + i + 1, w]
+        if slip == 0:
+            t.flow[row, w] = wp.float64(0.0)
+            if left > highest(t, s, i, right) + _TOLERANCE:
+                t.slip[row, w] = 1
+                changed += 1
+            elif left < lowest(t, s, i, right) - _TOLERANCE:
+                t.slip[row, w] = -1
+                changed += 1
+        elif flow * wp.float64(slip) < wp.float64(0.0):
+            if _is_frictionless(t, s, i):
+                t.slip[row, w] = -slip  # nothing rubs: either direction will do
+            elif wp.abs(flow) < _TOLERANCE * t.length[s.segment + i, w]:
+                t.flow[row, w] = wp.float64(0.0)
+            else:
+                t.slip[row, w] = 0
+                changed += 1
+    return changed
+
+
+@wp.func
+def try_pattern(t: Tendons, s: Sheath) -> int:
+    """Solve with the guides' slip as the pattern, and correct it where the solution denies it.
+
+    Returns:
+        How many guides changed (0: solved), or UNSOLVED where a tension would not be positive.
+    """
+    w = s.world
+    first = int(0)
+    while first <= s.guides:
+        last = int(first)
+        while last < s.guides:
+            if t.slip[s.guide + last, w] == 0:
+                break
+            last += 1
+        if s.given and first == 0:
+            if not _follow_input(t, s, last):
+                return UNSOLVED
+        elif last == first:
+            t.tension[s.segment + first, w] = tension_of(t, s, first)
+        elif not _solve_run(t, s, first, last):
+            return UNSOLVED
+        tau = t.tension[s.segment + last, w]
+        # a slack segment between guides that hold does not contradict where the input is given
+        slack = s.given and tau == wp.float64(0.0)
+        if not ((wp.float64(0.0) < tau and tau < wp.float64(1e300)) or slack):
+            return UNSOLVED
+        first = last + 1
+    return _correct(t, s)
 
 
 @wp.func

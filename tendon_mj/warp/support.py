@@ -1,19 +1,22 @@
-"""What of a model with sheaths MuJoCo Warp can simulate; all else is refused by name."""
+"""The sheaths of a simulation of MuJoCo, and the features that MuJoCo Warp can simulate.
+
+A feature that is not supported is refused by name.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import mujoco
 import numpy as np
 
 from tendon_mj.errors import NoPluginsError
-from tendon_mj.plugin import sensor_kind, servos
-from tendon_mj.sheath import LAW
+from tendon_mj.plugin import sensor_kind, servos, sheath_arrays, sheaths
+from tendon_mj.sheath import ARC, LAW
 from tendon_mj.warp.reactions import FORCE, TORQUE
-from tendon_mj.warp.simulated import Simulated
 
+Layout = tuple[tuple[str | int, ...], ...]
 # live parameters that each world has of its own, by the names that the plugin has for them
 PARAMETERS: Final = (
     "axial_stiffness",
@@ -24,7 +27,7 @@ PARAMETERS: Final = (
     "extra_bend",
     "slack",
 )
-_SCALES = {found.scale for found in LAW.values()}  # of no effect by themselves
+_SCALES = {parameter.scale for parameter in LAW.values()}  # of no effect by themselves
 # parameters of effects that no world has
 WITHOUT_PORT: Final = tuple(effect for effect in LAW if effect not in {*PARAMETERS, *_SCALES})
 _INTEGRATORS = (
@@ -37,15 +40,56 @@ _SENSORS_OFF = mujoco.mjtDisableBit.mjDSBL_SENSOR.value
 _PASSIVE_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value | mujoco.mjtDisableBit.mjDSBL_DAMPER.value
 
 
+class Simulated(NamedTuple):
+    """State of one sheath; records with the fields that `tendon_mj.sheath.records` has."""
+
+    state: Any  # scalars of the plugin, with its parameters in `law`
+    segments: Any  # (n+1,)
+    guides: Any  # (n,)
+    arcs: Any  # (arcs,)
+
+
+def simulated_sheaths(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, Simulated]:
+    """Every sheath of a simulation by name."""
+    simulated = {}
+    plugin_state = data.plugin_state
+    begin = plugin_state.__array_interface__["data"][0]
+    for name, instance in sheaths(model).items():
+        state, segments, guides, path = sheath_arrays(model, plugin_state, name, instance.state)
+        behind = (path.__array_interface__["data"][0] - begin) // 8 + path.size
+        count = int(state["arcs"])
+        arcs = plugin_state[behind : behind + count * ARC.itemsize // 8].view(ARC)
+        simulated[name] = Simulated(state, segments, guides, arcs)
+    return simulated
+
+
+def layout_of(simulated: dict[str, Simulated]) -> Layout:
+    """Layout of each sheath, by which kernels find its numbers; another model has another."""
+    whole = ("tendon", "driven", "reel_actuator", "reel_joint", "output_joint", "input_at_last")
+    return tuple(
+        (
+            name,
+            *(int(sheath.state[field]) for field in whole),
+            *(len(part) for part in (sheath.segments, sheath.guides, sheath.arcs)),
+        )
+        for name, sheath in simulated.items()
+    )
+
+
+def state_field(simulated: dict[str, Simulated], field: str) -> np.ndarray[Any, Any]:
+    """A scalar of each sheath."""
+    return np.array([float(sheath.state[field]) for sheath in simulated.values()])
+
+
 def check_supported(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> None:
-    """Refuse what is not supported on MuJoCo Warp.
+    """Refuse a model with features that are not supported.
 
     Args:
         model: with sheaths.
         sheaths: each by name.
 
     Raises:
-        NoPluginsError: names it, where it is, and what to do instead.
+        NoPluginsError: names it, its place, and a remedy.
     """
     for servo in servos(model):
         _refuse(f"servo {servo!r}", "put its law into your policy or into the control")
@@ -59,7 +103,7 @@ def check_supported(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> 
         if sensor_kind(model, sensor) == "friction_work":
             _refuse(f"{name} of friction_work", "remove it")
         if model.sensor_type[sensor] in (FORCE, TORQUE) and model.sensor_history[sensor, 0] > 0:
-            _refuse(f"{name} with a history", "delay what it shows yourself")
+            _refuse(f"{name} with a history", "delay its reading yourself")
     check_sheaths(model, sheaths)
 
 
@@ -71,7 +115,7 @@ def check_options(options: Any, constrained: bool = False) -> None:
         constrained: whether equalities or limits pull a tendon.
 
     Raises:
-        NoPluginsError: names the option, and what to do instead.
+        NoPluginsError: names the option, and a remedy.
     """
     integrator = mujoco.mjtIntegrator(int(options.integrator))
     if integrator not in _INTEGRATORS:
@@ -89,17 +133,16 @@ def check_options(options: Any, constrained: bool = False) -> None:
 
 
 def check_sheaths(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> None:
-    """Refuse what of sheaths is not supported, in the model or by their live parameters.
+    """Refuse unsupported features of sheaths, in the model or by their live parameters.
 
     Raises:
-        NoPluginsError: names it, where it is, and what to do instead.
+        NoPluginsError: names it, its place, and a remedy.
     """
     for name, sheath in sheaths.items():
         _check_sheath(model, f"sheath {name!r}: ", sheath)
 
 
 def _check_sheath(model: mujoco.MjModel, where: str, sheath: Simulated) -> None:
-    """Refuse what of one sheath is not supported."""
     state = sheath.state
     tendon = int(state["tendon"])
     for effect in WITHOUT_PORT:
@@ -123,8 +166,8 @@ def _check_sheath(model: mujoco.MjModel, where: str, sheath: Simulated) -> None:
         _refuse(f"{where}a polynomial damping of its actuator", "give it a linear one")
 
 
-def _refuse(what: str, remedy: str) -> None:
+def _refuse(feature: str, remedy: str) -> None:
     raise NoPluginsError(
-        f"{what}: tendon_mj.warp does not support this; {remedy}, or simulate the model with "
+        f"{feature}: tendon_mj.warp does not support this; {remedy}, or simulate the model with "
         "mujoco.mj_step, or many at once with mujoco.rollout"
     )

@@ -1,13 +1,12 @@
-"""The flow problem solved exactly by one sweep along the tendon: slow at worst, never wrong.
+"""The flow problem solved by one sweep along the tendon: exact, O(n²) in the worst case.
 
-The same as `tendon_mj.sheath.tension_by_sweep`, which says how it works; the tests hold one against
-the other.
+The same as in `tendon_mj.sheath`, where the method is explained; the tests hold one against the
+other.
 """
 
 import warp as wp
 
-from tendon_mj.warp.segment_law import held, highest, lowest, slope_of, tension_of
-from tendon_mj.warp.tendons import Sheath, Tendons
+from tendon_mj.warp.tendons import Sheath, Tendons, held, highest, lowest, slope_of, tension_of
 
 wp.set_module_options({"enable_backward": False})
 
@@ -23,7 +22,7 @@ _ITERATIONS = wp.constant(200)
 def _missing(
     t: Tendons, s: Sheath, j: int, at: wp.float64, first: int
 ) -> tuple[wp.float64, wp.float64]:
-    """G_j(τ) [m] and its slope: what segments ``first`` to j lack when j is at τ.
+    """G_j(τ) [m] and its slope: missing length of segments ``first`` to j when j is at τ.
 
     Where the input is given, segments at the most or least that it allows them take from it what
     they lack: nothing is asked of j then, though rounding puts τ's bound beyond their tension.
@@ -191,12 +190,12 @@ def _sense(flow: wp.float64) -> int:
 
 @wp.func
 def _flow_at(t: Tendons, s: Sheath, j: int, beyond: wp.float64) -> wp.float64:
-    """Length that passes guide j towards the input, ``beyond`` being what passes the next one."""
+    """Length that passes guide j towards the input, ``beyond`` being the flow over the next one."""
     row, w = s.segment + j, s.world
     right = t.tension[row + 1, w]
     passed = t.kept[row + 1, w] + beyond - held(t, s, j + 1, right)
     high, low = highest(t, s, j, right), lowest(t, s, j, right)
-    if right == wp.float64(0.0):  # slack: it keeps what it holds, unless a neighbour needs it
+    if right == wp.float64(0.0):  # slack: it keeps its length, unless a neighbour needs it
         if t.prefix[row, w] > high * (wp.float64(1.0) + _TOUCHING):
             passed, _ = _missing(t, s, j, high, 0)
         else:
@@ -212,7 +211,7 @@ def _flow_at(t: Tendons, s: Sheath, j: int, beyond: wp.float64) -> wp.float64:
 
 @wp.func
 def _holds(t: Tendons, s: Sheath) -> bool:
-    """Whether every segment ends with what its tension says, a slack one with at least that."""
+    """Whether every segment ends with the length of its tension, a slack one with at least that."""
     w = s.world
     first = wp.where(s.given, 1, 0)
     passed = wp.float64(0.0)

@@ -1,8 +1,11 @@
-"""All sheathed tendons of all worlds at one moment, as arrays on the device.
+"""All sheathed tendons of all worlds at one moment, as arrays on the device; law of a segment.
 
 A tendon's n+1 segments lie in a row, and so do its n guides; guide i sits between segments i and
 i+1. Rows come first and worlds second, so that threads of neighbouring worlds read neighbouring
-numbers. As in `tendon_mj.sheath.records` tensions are normalised, τ = T/EA.
+numbers. As in `tendon_mj.sheath` tensions are normalised, τ = T/EA, and a segment of a purely
+elastic tendon holds the unstretched length
+
+    s(τ) = (ℓ − g τ) / (1 + τ).
 
 Lengths, tensions and flows are in double precision: the strain of a tendon is a difference of
 lengths, of 1e-4 and less, which single precision would round by a thousandth.
@@ -17,7 +20,7 @@ wp.set_module_options({"enable_backward": False})
 class Tendons:
     """State and work space of the sheaths; (segments, worlds), (guides, worlds) and so on."""
 
-    # what each sheath is, (sheaths,); −1 for what there is none of
+    # description of each sheath, (sheaths,); −1: none
     tendon: wp.array[wp.int32]
     first_segment: wp.array[wp.int32]
     first_guide: wp.array[wp.int32]
@@ -80,7 +83,7 @@ class Tendons:
     near_body: wp.array2d[wp.int32]
     far_body: wp.array2d[wp.int32]
     # work space of the solver
-    kept: wp.array2d[wp.float64]  # s before the flow of this step, with what was wound and shifted
+    kept: wp.array2d[wp.float64]  # s before the flow of this step, after winding and shifts
     prefix: wp.array2d[wp.float64]  # τ* of the tendon cut behind a segment
     static_ratio: wp.array2d[wp.float64]  # e^{μ_s φ}
     dynamic_ratio: wp.array2d[wp.float64]  # e^{μ_d φ}
@@ -120,3 +123,44 @@ def sheath_at(t: Tendons, index: int, world: int) -> Sheath:
     s.guides = t.guides[index]
     s.given = t.driven[index]
     return s
+
+
+@wp.func
+def held(t: Tendons, s: Sheath, j: int, tau: wp.float64) -> wp.float64:
+    """Unstretched length s_j(τ) [m]."""
+    row, w = s.segment + j, s.world
+    return (t.length[row, w] - t.give[row, w] * tau) / (wp.float64(1.0) + tau)
+
+
+@wp.func
+def slope_of(t: Tendons, s: Sheath, j: int, tau: wp.float64, holds: wp.float64) -> wp.float64:
+    """Slope ds/dτ < 0 of s_j where it is ``holds``."""
+    return -(t.give[s.segment + j, s.world] + holds) / (wp.float64(1.0) + tau)
+
+
+@wp.func
+def tension_of(t: Tendons, s: Sheath, j: int) -> wp.float64:
+    """τ of a segment at its present length s; 0 when slack, inf where nothing can yield."""
+    row, w = s.segment + j, s.world
+    softness = t.kept[row, w] + t.give[row, w]
+    if softness <= wp.float64(0.0):
+        return wp.float64(wp.inf)
+    return wp.max(wp.float64(0.0), (t.length[row, w] - t.kept[row, w]) / softness)
+
+
+@wp.func
+def highest(t: Tendons, s: Sheath, i: int, right: wp.float64) -> wp.float64:
+    """Largest τ that guide i holds on its input side against ``right``."""
+    row, w = s.guide + i, s.world
+    return t.input_ratio[row, w] * right + t.constant[row, w]
+
+
+@wp.func
+def lowest(t: Tendons, s: Sheath, i: int, right: wp.float64) -> wp.float64:
+    """Smallest τ that guide i holds on its input side against ``right``."""
+    row, w = s.guide + i, s.world
+    constant = t.constant[row, w]
+    # the rounding of a difference must not make a slack segment taut
+    if right > constant * wp.float64(1.0 + 1e-12):
+        return (right - constant) / t.output_ratio[row, w]
+    return wp.float64(0.0)

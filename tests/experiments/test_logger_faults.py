@@ -44,17 +44,17 @@ def test_a_sound_recording_is_warned_of_nothing(rig: str, motion: str, tmp_path:
 def test_a_diagnosis_names_no_effect_in_the_place_of_a_fault(
     fault: str, verdict: str, tmp_path: Path
 ) -> None:
-    """What a fit can see through, it does; else the fault is the reason why nothing is named."""
+    """A fit sees through some faults; else the fault is the reason why nothing is named."""
     made, _ = faulty(fault, "reel", SEED, tmp_path)
-    found = diagnose([made.recording])
-    assert found.verdict == verdict
-    assert not found.findings
-    assert not found.closest
-    (warning,) = [w for w in found.checks if made.named_by(w)]
+    diagnosis = diagnose([made.recording])
+    assert diagnosis.verdict == verdict
+    assert not diagnosis.findings
+    assert not diagnosis.closest
+    (warning,) = [w for w in diagnosis.checks if made.named_by(w)]
     assert warning.blocks == (verdict == "unknown")
-    assert (warning.sentence in found.sentence) == warning.blocks
-    assert any(warning.sentence in said for said in found.warnings)
-    assert warning.result() in found.result()["checks"]
+    assert (warning.sentence in diagnosis.sentence) == warning.blocks
+    assert any(warning.sentence in said for said in diagnosis.warnings)
+    assert warning.result() in diagnosis.result()["checks"]
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from experiments.hidden_effects.references.bench import ReferenceBench
+from experiments.hidden_effects.references import ReferenceBench
 from experiments.next_experiment.case import Case, make
 from experiments.next_experiment.rig import (
     DRIVE,

@@ -10,6 +10,7 @@ from experiments.step_convergence import controls, differences, simulate, step_c
 from tendon_mj import add_friction
 from tendon_mj.errors import InvalidValueError
 from tests.attach.finger import FINGER
+from tests.refusals import refusing
 
 TENDONS = ["flexor"]
 ARM = FINGER.format(more="").replace(
@@ -27,8 +28,8 @@ def runs():
 
 def test_the_same_run_differs_by_nothing(runs):
     travel = np.ptp(runs[0].qpos, axis=0)
-    for found in differences(runs[0], runs[1], np.array([0, 1]), travel).values():
-        assert found == [0.0] * len(found)
+    for result in differences(runs[0], runs[1], np.array([0, 1]), travel).values():
+        assert result == [0.0] * len(result)
 
 
 def test_a_finer_run_is_nearer_to_the_finest(runs):
@@ -53,13 +54,13 @@ def test_result_has_a_row_for_each_stiffness(tmp_path):
     path = tmp_path / "arm.xml"
     path.write_text(ARM)
     step_convergence((path,), out=tmp_path / "out", stiffness=(1e4, 1e5), duration=0.1)
-    found = json.loads((tmp_path / "out" / "result.json").read_text())["arm"]
-    assert [row["axial_stiffness"] for row in found["rows"]] == [None, 1e4, 1e5]
-    assert not any(row["unstable"] for row in found["rows"])
+    result = json.loads((tmp_path / "out" / "result.json").read_text())["arm"]
+    assert [row["axial_stiffness"] for row in result["rows"]] == [None, 1e4, 1e5]
+    assert not any(row["unstable"] for row in result["rows"])
 
 
 def test_a_model_without_a_driven_tendon_is_refused(tmp_path):
     path = tmp_path / "arm.xml"
     path.write_text(ARM.replace('<motor name="pull" tendon="flexor"/>', ""))
-    with pytest.raises(InvalidValueError, match="no actuator"):
+    with refusing(InvalidValueError, "no actuator"):
         step_convergence((path,), out=tmp_path / "out")

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from matplotlib import pyplot
 
-from experiments.benchmarks.figures import CostSeries, cost_figure, scaling_figure
 from tendon_mj import theory
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings import Measured, Recording
@@ -157,25 +156,3 @@ def test_a_recording_that_measured_nothing_is_refused():
 def test_a_column_is_labelled_with_the_unit_in_which_it_is_read(column, largest, label):
     series = np.array([0.0, -largest, np.nan])
     assert column_label(column, drawn_unit(column, series[:2])) == label
-
-
-def test_the_scaling_shows_medians_in_microseconds_and_leaves_out_what_noise_exceeds():
-    counts, medians = (4, 8, 16), np.array([-1e-7, 2e-6, 4e-6])
-    added = np.stack([0.9 * medians, medians, 1.1 * medians], axis=-1)
-    figure = scaling_figure(
-        [CostSeries("slow", counts, added, 1.0)], CostSeries("benches", counts, added, 1.0)
-    )
-    line = figure.axes[0].get_lines()[0]
-    np.testing.assert_allclose(line.get_ydata(), [np.nan, 2.0, 4.0])
-    assert "added to a step [µs]" in figure.axes[0].get_ylabel()
-    assert all("[–]" in axes.get_xlabel() for axes in figure.axes)
-
-
-def test_the_costs_have_a_bar_each_that_says_its_value():
-    figure = cost_figure(
-        {"bench": (1.2, 1.3, 1.4)}, {"floor": (4e-8, 5e-8, 6e-8), "+ one": (1e-7, 2e-7, 3e-7)}
-    )
-    left, right = figure.axes[:2]
-    assert [text.get_text() for text in left.texts] == ["1.30 ×"]
-    assert [text.get_text() for text in right.texts] == ["50 ns", "200 ns"]
-    assert [label.get_text() for label in right.get_yticklabels()] == ["floor", "+ one"]

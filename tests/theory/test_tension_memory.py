@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from tendon_mj.errors import InvalidValueError
 from tendon_mj.theory import TensionMemory, output_tension
 
 PRETENSION = 20.0
@@ -86,12 +85,3 @@ def test_before_any_motion_the_tension_is_uniform():
 def test_sliding_depth_is_half_the_log_of_the_reversal():
     assert remember([40.0]).sliding_depth == pytest.approx(np.log(2.0))
     assert remember([40.0, 30.0]).sliding_depth == pytest.approx(np.log(4 / 3) / 2)
-
-
-def test_a_value_out_of_range_is_named():
-    with pytest.raises(InvalidValueError, match=r"pretension must be finite and > 0, got 0\.0"):
-        TensionMemory(0.0)
-    with pytest.raises(InvalidValueError, match=r"turning_points must be .*, got -3\.0"):
-        TensionMemory(PRETENSION).after(-3.0)
-    with pytest.raises(InvalidValueError, match="angle must be"):
-        TensionMemory(PRETENSION).tension(-1.0)

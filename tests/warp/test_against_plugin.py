@@ -1,4 +1,4 @@
-"""What a simulation on Warp shows is what the plugin's shows, to single precision."""
+"""A simulation on Warp agrees with the plugin's to single precision."""
 
 import mujoco
 import numpy as np

@@ -1,4 +1,4 @@
-"""What MuJoCo Warp cannot simulate is refused by name, with what to do instead."""
+"""Models that MuJoCo Warp cannot simulate are refused by name, with a remedy."""
 
 import mujoco
 import pytest
@@ -7,6 +7,7 @@ from tendon_mj import Parameters
 from tendon_mj.errors import InvalidValueError, NoPluginsError
 from tests.plugin import servos
 from tests.plugin.test_driven import arm
+from tests.refusals import refusing
 from tests.warp.models import fingers, fingers_xml, mjw, tw
 
 wp = pytest.importorskip("warp")
@@ -34,7 +35,7 @@ def late():
 
 
 def curved():
-    """A cable of stated stiffness, whose own spring is no line."""
+    """A cable of stated stiffness, whose own spring is curved."""
     spec = mujoco.MjSpec.from_string(fingers_xml(kinds=("cable",), axial_stiffness=200.0))
     spec.tendon("cable").stiffness = [400, 50, 0]
     return spec.compile()
@@ -89,16 +90,16 @@ def test_so_are_options_that_are_set_on_the_device():
     model = fingers(kinds=("drum",))
     m, d = tw.put_model(model), tw.make_data(model)
     m.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
-    with pytest.raises(NoPluginsError, match="integrator RK4"):
+    with refusing(NoPluginsError, "integrator RK4"):
         mjw.forward(m, d)
     m = tw.put_model(model)
     m.opt.run_rne_postconstraint = True
     without_sensors(m)
-    with pytest.raises(NoPluginsError, match="run_rne_postconstraint without sensors"):
+    with refusing(NoPluginsError, "run_rne_postconstraint without sensors"):
         mjw.forward(m, d)
     m = tw.put_model(model)
     m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
-    with pytest.raises(InvalidValueError, match="flag actuation"):
+    with refusing(InvalidValueError, "flag actuation"):
         mjw.forward(m, d)
 
 
@@ -107,7 +108,7 @@ def test_so_is_switching_passive_forces_off_there(make):
     model = make()
     m, d = tw.put_model(model), tw.make_data(model)
     disabled(m)
-    with pytest.raises(NoPluginsError, match="springs and dampers both"):
+    with refusing(NoPluginsError, "springs and dampers both"):
         mjw.step(m, d)
 
 
@@ -118,10 +119,10 @@ def test_worlds_to_reset_are_one_bool_each(worlds, kind):
     model = reel()
     m, d = tw.put_model(model), tw.make_data(model, 3)
     mjw.step(m, d)
-    with pytest.raises(InvalidValueError, match="reset must be a Warp array of 3 bool"):
+    with refusing(InvalidValueError, "reset must be a Warp array of 3 bool"):
         tw.reset_data(m, d, wp.array(worlds, dtype=kind))
     assert (d.time.numpy() > 0.0).all()
-    with pytest.raises(InvalidValueError, match="reset must be a Warp array of 3 bool"):
+    with refusing(InvalidValueError, "reset must be a Warp array of 3 bool"):
         tw.reset_data(m, d, [True, False, True])
-    with pytest.raises(InvalidValueError, match=r"world_id = 1\.0 must be a whole number"):
+    with refusing(InvalidValueError, "world_id = 1.0 must be a whole number"):
         tw.get_data_into(mujoco.MjData(model), model, d, 1.0)

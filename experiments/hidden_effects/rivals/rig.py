@@ -1,13 +1,16 @@
-"""Recordings, what simulates them, and the terms that every fit of them has."""
+"""Recordings, simulators, shared terms and the command line of the rivals."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.command import run_experiment
+from experiments.hidden_effects.case_folder import Solve, solve_suite
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.diagnosis import SystemDescription, Term
 from tendon_mj.lab.recordings import Recording
@@ -17,7 +20,7 @@ from tendon_mj.typing import FloatArray
 Values = Mapping[str, float]
 
 FAILED = 1e3  # residual of a failed simulation [noise]
-RANGE = 8.0  # spreads to either side of what was set anew
+RANGE = 8.0  # spreads to either side of a session's parameter
 
 
 class Rig:
@@ -57,7 +60,7 @@ class Rig:
 
     @property
     def uncertain(self) -> list[Term]:
-        """Terms of what the recordings call uncertain."""
+        """Terms of the uncertain parameters."""
         return [
             Term((name,), "", u.value, u.low, u.high, (u.high - u.low) / 20.0)
             for name, u in self.recordings[0].uncertain.items()
@@ -65,7 +68,7 @@ class Rig:
 
     @property
     def sessions(self) -> list[Term]:
-        """Terms of what was set anew for each recording."""
+        """Terms of the session parameters of each recording."""
         return [
             Term(
                 targets=(f"{name} @ {recording.name}",),
@@ -109,3 +112,23 @@ def noise(recording: Recording, column: str) -> float:
     if stated is None:
         raise RecordingError(f"recording {recording.name!r}, column {column!r}: states no noise")
     return stated
+
+
+def run_rival(solve: Solve, name: str) -> int:
+    """Run a rival as ``python -m experiments.hidden_effects.rivals.<name>``; return its status."""
+
+    def run(
+        *, suite: Path, out: Path, cases: int = 0, processes: int = 1, again: bool = False
+    ) -> None:
+        """Run a rival on a suite of hidden cases.
+
+        Args:
+            suite: folder of cases.
+            out: folder for a folder per case with result.json and run.json (seconds, error).
+            cases: the first so many only; 0 is all.
+            processes: number of worker processes.
+            again: run also on cases that already have a result.
+        """
+        solve_suite(solve, suite, out, cases=cases, again=again, processes=processes)
+
+    return run_experiment(run, f"hidden_effects.rivals.{name}")

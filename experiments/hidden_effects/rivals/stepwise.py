@@ -19,11 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from experiments.hidden_effects.rivals.command import run_rival
-from experiments.hidden_effects.rivals.held_out_error import errors, predict
-from experiments.hidden_effects.rivals.rig import Rig
-from experiments.hidden_effects.rivals.term_fit import TermFit, fit_terms, written
-from experiments.hidden_effects.suite.case_folder import Case
+from experiments.hidden_effects.case_folder import Case
+from experiments.hidden_effects.rivals.rig import Rig, run_rival
+from experiments.hidden_effects.rivals.term_fit import TermFit, errors, fit_terms, predict, written
 from tendon_mj.lab.diagnosis import CATALOGUE, Candidate, Term
 from tendon_mj.typing import FloatArray
 
@@ -61,10 +59,10 @@ class Stepwise:
         best: Model = ((), fit_terms(self.rig, self.calibrated, start, {}))
         while len(best[0]) < MOST:
             larger = [self._fit((*best[0], c), values) for c, values in self._promising(best)]
-            found = min(larger, key=self.bic, default=best)
-            if self.bic(found) >= self.bic(best):
+            result = min(larger, key=self.bic, default=best)
+            if self.bic(result) >= self.bic(best):
                 break
-            best = self._drop(found)
+            best = self._drop(result)
         return best
 
     def _fit(self, effects: tuple[Candidate, ...], start: FloatArray) -> Model:
@@ -121,14 +119,14 @@ def _intervals(model: Model, base: dict[str, float]) -> dict[str, dict[str, floa
     variance = fit.cost / fit.residual.size * np.diag(np.linalg.pinv(normal))
     scaled = [term.scaled(float(v)) for term, v in zip(fit.terms, fit.values, strict=True)]
     named = frozenset(t for effect in effects for t in effect.targets)
-    found: dict[str, dict[str, float]] = {}
+    result: dict[str, dict[str, float]] = {}
     for k, term in enumerate(fit.terms):
         half = CONFIDENCE * math.sqrt(variance[k])
         ends = [term.natural(scaled[k] + shift) for shift in (0.0, -half, half)]
         for target in named.intersection(term.targets):
             value, *span = (_write(fit, k, end, base)[target] for end in ends)
-            found[target] = {"value": value, "low": min(span), "high": max(span)}
-    return found
+            result[target] = {"value": value, "low": min(span), "high": max(span)}
+    return result
 
 
 def _write(fit: TermFit, index: int, value: float, base: dict[str, float]) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""`mujoco.sysid` alone: what is uncertain is fitted in the model as it is, and nothing is named.
+"""`mujoco.sysid` alone: uncertain parameters are fitted in the model, and nothing is named.
 
 `python -m experiments.hidden_effects.rivals.sysid --help`. It knows nothing of sessions: what was
 set anew for a training recording has the value that is stated. In a held-out recording it is
@@ -11,9 +11,9 @@ import sys
 from functools import partial
 from typing import Any
 
-from experiments.hidden_effects.rivals.command import run_rival
-from experiments.hidden_effects.rivals.held_out_error import errors, predict
-from experiments.hidden_effects.suite.case_folder import Case
+from experiments.hidden_effects.case_folder import Case
+from experiments.hidden_effects.rivals.rig import run_rival
+from experiments.hidden_effects.rivals.term_fit import errors, predict
 from tendon_mj.lab.diagnosis import fit_with_sysid
 from tendon_mj.lab.replay import Simulator
 

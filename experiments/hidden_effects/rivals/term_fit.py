@@ -1,15 +1,17 @@
-"""Least squares of terms to recordings, with what was set anew for each."""
+"""Least squares of terms to recordings, with the session parameters of each."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from experiments.hidden_effects.rivals.rig import Rig, Values
+from experiments.hidden_effects.rivals.rig import Rig, Values, noise
 from tendon_mj.lab.diagnosis import Term
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.typing import FloatArray
 
 DIFFERENCE = 1e-2  # of a term's scale, for the Jacobian
@@ -60,13 +62,13 @@ def written(
 def fit_terms(
     rig: Rig, terms: Sequence[Term], start: Sequence[float] | FloatArray, fixed: Values
 ) -> TermFit:
-    """Minimise the squared residuals, and those of what was set anew from what is stated.
+    """Minimise the squared residuals, with those of session parameters from their stated means.
 
     Args:
         rig: data.
         terms: to fit, those of sessions among them.
         start: (p,) values to begin from [their units].
-        fixed: parameter → value of what is fitted no more.
+        fixed: parameter → value, not fitted any more.
     """
     if not terms:
         return TermFit((), np.empty(0), rig.residuals([fixed])[0], np.empty((rig.owner.size, 0)))
@@ -74,7 +76,7 @@ def fit_terms(
     low, high = solver.bounds
     margin = MARGIN * (high - low)
     scaled = [term.scaled(float(value)) for term, value in zip(terms, start, strict=True)]
-    found = least_squares(
+    result = least_squares(
         solver.residual,
         np.clip(scaled, low + margin, high - margin),
         jac=solver.jacobian,
@@ -85,7 +87,7 @@ def fit_terms(
     )
     size = rig.owner.size
     return TermFit(
-        tuple(terms), solver.natural(found.x), found.fun[:size].copy(), found.jac[:size].copy()
+        tuple(terms), solver.natural(result.x), result.fun[:size].copy(), result.jac[:size].copy()
     )
 
 
@@ -140,3 +142,40 @@ class _Solver:
         if self._last[0] != key:
             self._last = key, self.rig.residuals([self._parameters(point)])[0]
         return self._last[1]
+
+
+def predict(recordings: Sequence[Recording], parameters: Values) -> FloatArray:
+    """(m,) residuals of held-out recordings [noise], with the model's own step.
+
+    Session parameters are fitted to each of them, as a diagnosis does.
+    """
+    rig = Rig(recordings, 1.0)
+    shared = {name: value for name, value in parameters.items() if " @ " not in name}
+    terms = rig.sessions
+    return fit_terms(rig, terms, [term.inert for term in terms], shared).residual
+
+
+def errors(recordings: Sequence[Recording], residual: FloatArray) -> dict[str, Any]:
+    """``gap`` of a result: rms over all signals [noise], and of each in its own unit.
+
+    Args:
+        recordings: that were held out.
+        residual: (m,) by recording, column and sample [noise].
+    """
+    squares: dict[str, list[FloatArray]] = {}
+    first = 0
+    for recording in recordings:
+        for column in recording.measured:
+            own = residual[first : first + recording.time.size] * noise(recording, column)
+            squares.setdefault(column, []).append(own**2)
+            first += recording.time.size
+    return {
+        "held_out": {
+            "unit": "noise",
+            "after": float(np.sqrt(np.mean(residual**2))),
+            "signals": {
+                column: {"after": float(np.sqrt(np.mean(np.concatenate(parts))))}
+                for column, parts in squares.items()
+            },
+        }
+    }

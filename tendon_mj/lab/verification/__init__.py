@@ -1,17 +1,30 @@
 """Verification: the bench in MuJoCo against the closed form, and the cost of a step."""
 
+from tendon_mj.lab.verification.comparison import SWING as SWING
+from tendon_mj.lab.verification.comparison import BenchReadings as BenchReadings
 from tendon_mj.lab.verification.comparison import Comparison as Comparison
+from tendon_mj.lab.verification.comparison import FirstMotion as FirstMotion
 from tendon_mj.lab.verification.comparison import LargestErrors as LargestErrors
 from tendon_mj.lab.verification.comparison import compare_bench as compare_bench
-from tendon_mj.lab.verification.comparison import slow_loop as slow_loop
-from tendon_mj.lab.verification.controls import smooth_controls as smooth_controls
-from tendon_mj.lab.verification.first_motion import SWING as SWING
-from tendon_mj.lab.verification.first_motion import BenchReadings as BenchReadings
-from tendon_mj.lab.verification.first_motion import FirstMotion as FirstMotion
-from tendon_mj.lab.verification.first_motion import first_motion as first_motion
-from tendon_mj.lab.verification.first_motion import run_bench as run_bench
-from tendon_mj.lab.verification.foreign_model import ModelCost as ModelCost
-from tendon_mj.lab.verification.step_cost import StepCost as StepCost
-from tendon_mj.lab.verification.step_cost import bench_step_cost as bench_step_cost
-from tendon_mj.lab.verification.step_cost import finger_step_cost as finger_step_cost
-from tendon_mj.lab.verification.timing import Spread as Spread
+from tendon_mj.lab.verification.comparison import run_bench as run_bench
+from tendon_mj.lab.verification.costs import ModelCost as ModelCost
+from tendon_mj.lab.verification.costs import Spread as Spread
+from tendon_mj.lab.verification.costs import StepCost as StepCost
+from tendon_mj.lab.verification.costs import TimedRun as TimedRun
+from tendon_mj.lab.verification.costs import bench_step_cost as bench_step_cost
+from tendon_mj.lab.verification.costs import finger_step_cost as finger_step_cost
+from tendon_mj.lab.verification.costs import measure_models as measure_models
+from tendon_mj.lab.verification.costs import memory_of as memory_of
+from tendon_mj.lab.verification.costs import prepare_model as prepare_model
+from tendon_mj.lab.verification.costs import processor_time as processor_time
+from tendon_mj.lab.verification.costs import run_along as run_along
+from tendon_mj.lab.verification.costs import smooth_controls as smooth_controls
+from tendon_mj.lab.verification.costs import step_cost as step_cost
+from tendon_mj.lab.verification.costs import step_times as step_times
+from tendon_mj.lab.verification.costs import thread_speedups as thread_speedups
+from tendon_mj.lab.verification.costs import times_in_turns as times_in_turns
+from tendon_mj.lab.verification.mujoco_models import mujoco_tendon_bench as mujoco_tendon_bench
+from tendon_mj.lab.verification.mujoco_models import mujoco_tendon_finger as mujoco_tendon_finger
+from tendon_mj.lab.verification.mujoco_models import (
+    without_tension_sensors as without_tension_sensors,
+)

@@ -8,15 +8,16 @@ from pathlib import Path
 import pytest
 
 from experiments.command import run_experiment
+from experiments.hidden_effects.case_folder import solve_suite
 from experiments.hidden_effects.diagnose_suite import diagnose_suite
-from experiments.hidden_effects.rivals.command import run_rival
-from experiments.hidden_effects.suite.case_folder import solve_suite
+from experiments.hidden_effects.rivals.rig import run_rival
 from tendon_mj.errors import InvalidValueError, RecordingError
 from tendon_mj.models import example_recording, model_path
+from tests.refusals import refusing
 
 
 def solve(case):
-    """What a tool could say."""
+    """Result that a tool could give."""
     return {"verdict": "nothing", "effects": [], "samples": len(case.train[0].time)}
 
 
@@ -99,7 +100,7 @@ def test_a_case_whose_model_or_recording_changed_is_solved_again(tmp_path, capsy
 
 
 def recorded_again(case):
-    """What a tool would say while somebody records again."""
+    """Result of a tool while somebody records again."""
     table = Path(case.train[0].beside, "train_1.csv")
     table.write_text("\n".join(table.read_text("utf-8").splitlines()[:300]) + "\n")
     return solve(case)
@@ -116,12 +117,12 @@ def test_a_case_that_changes_while_it_is_solved_is_solved_again(tmp_path, capsys
 def test_outcomes_go_beside_the_suite_and_cases_are_counted_from_the_first(tmp_path):
     write_case(tmp_path / "suite" / "case_1")
     for out, cases, said in (("suite", 0, "would be read as files"), ("out", -1, "cases = -1")):
-        with pytest.raises(InvalidValueError, match=said):
+        with refusing(InvalidValueError, said):
             solve_suite(solve, tmp_path / "suite", tmp_path / out, cases=cases, again=False)
 
 
 def test_what_is_no_suite_is_refused(tmp_path):
-    with pytest.raises(RecordingError, match="no folder in it has a case"):
+    with refusing(RecordingError, "no folder in it has a case"):
         solve_suite(solve, tmp_path / "none", tmp_path / "out", cases=0, again=False)
 
 

@@ -7,11 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from experiments.hidden_effects.case import make_case
 from experiments.hidden_effects.diagnose_suite import diagnose_suite
-from experiments.hidden_effects.scoring.judged_case import JudgedCase
-from experiments.hidden_effects.scoring.verdicts import judge
-from experiments.hidden_effects.suite.case import make_case
-from experiments.hidden_effects.suite.case_plan import CasePlan, Kind
+from experiments.hidden_effects.plan import CasePlan, Kind
+from experiments.hidden_effects.verdicts import JudgedCase, judge
 
 SEED = 900  # not used for tuning
 
@@ -53,8 +52,8 @@ def judged(name: str, root: Path) -> JudgedCase:
     diagnose_suite(suite=root / "cases", out=root / "verdicts", processes=1)
     (root / "keys").mkdir()
     (root / "keys" / "keys.json").write_text(json.dumps({"cases": {name: made}}))
-    (found,) = judge(root / "verdicts", root / "keys")
-    return found
+    (result,) = judge(root / "verdicts", root / "keys")
+    return result
 
 
 @pytest.mark.long
@@ -67,19 +66,19 @@ LONG = [pytest.param(name, marks=pytest.mark.long) for name in ("constant", "del
 
 @pytest.mark.parametrize("name", ["viscous", "backlash", *LONG])
 def test_one_effect_is_named_first_and_measured(name: str, tmp_path: Path) -> None:
-    found = judged(name, tmp_path)
-    assert found.hit > 0.0
-    assert found.extra == []
-    assert found.closed is not None
-    assert found.closed > 0.8
-    assert all(error < 0.2 for _, error, _ in found.errors())
+    result = judged(name, tmp_path)
+    assert result.hit > 0.0
+    assert result.extra == []
+    assert result.closed is not None
+    assert result.closed > 0.8
+    assert all(error < 0.2 for _, error, _ in result.errors())
 
 
 def test_a_wrong_parameter_is_no_missing_effect(tmp_path: Path) -> None:
-    found = judged("wrong_parameter", tmp_path)
-    assert found.verdict == "parameter"
-    assert found.result is not None
-    findings = found.result["findings"]
+    result = judged("wrong_parameter", tmp_path)
+    assert result.verdict == "parameter"
+    assert result.result is not None
+    findings = result.result["findings"]
     assert "axial_stiffness" in {f["identifier"] for f in findings}.union(
         *(f["rivals"] for f in findings)
     )
@@ -92,6 +91,6 @@ def test_with_nothing_hidden_nothing_is_named(name: str, tmp_path: Path) -> None
 
 @pytest.mark.long
 def test_outside_the_catalogue_no_effect_is_confident(tmp_path: Path) -> None:
-    found = judged("outside", tmp_path)
-    assert found.verdict != "failed"
-    assert not found.confident
+    result = judged("outside", tmp_path)
+    assert result.verdict != "failed"
+    assert not result.confident

@@ -7,12 +7,12 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from experiments.hidden_effects.references.excitation import LOWEST, loops
+from experiments.hidden_effects.case_folder import Case, solve_suite
+from experiments.hidden_effects.excitation import LOWEST, loops
 from experiments.hidden_effects.rivals import black_box, stepwise
-from experiments.hidden_effects.rivals.drive_history import drive_history
+from experiments.hidden_effects.rivals.black_box import drive_history
 from experiments.hidden_effects.rivals.term_fit import fit_terms
-from experiments.hidden_effects.scoring.verdicts import judge
-from experiments.hidden_effects.suite.case_folder import Case, solve_suite
+from experiments.hidden_effects.verdicts import judge
 from tendon_mj.lab.diagnosis import Term
 from tendon_mj.lab.recordings import Measured, Recording, Uncertain, write_recording
 from tendon_mj.lab.replay import replay_recording

@@ -1,12 +1,18 @@
-"""Laws of the score: what counts as a hit, a false name, a number rightly called wrong."""
+"""Scores and verdict files on made-up verdicts whose figures are known."""
 
+import json
 import math
 
 import pytest
 
-from experiments.hidden_effects.scoring.judged_case import JudgedCase
-from experiments.hidden_effects.scoring.suite_statistics import confusion, table
+from experiments.command import run_experiment
+from experiments.hidden_effects.compare import compare
+from experiments.hidden_effects.score import score
+from experiments.hidden_effects.statistics import confusion, table
+from experiments.hidden_effects.verdicts import JudgedCase, judge
+from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.lab.diagnosis import CATALOGUE
+from tests.refusals import refusing
 
 KEY = {
     "kind": "effect",
@@ -150,22 +156,22 @@ def test_a_verdict_that_lists_everything_contains_nothing():
         {"effects": list(CATALOGUE)},
         {"effects": ["creep"], "indistinguishable": [list(CATALOGUE)]},
     ):
-        found = figures(judged(PAIR, **listed))
-        assert found["two effects: both named"] == "0.0 %"
-        assert found["two effects: something named that is not there"] == "100.0 %"
+        result = figures(judged(PAIR, **listed))
+        assert result["two effects: both named"] == "0.0 %"
+        assert result["two effects: something named that is not there"] == "100.0 %"
     assert not judged(effects=list(CATALOGUE)).contains
     ties = [["creep", "stiffening", "backlash"], ["sensor_delay", "sensor_lag"]]
-    found = figures(judged(PAIR, effects=["creep", "sensor_delay"], indistinguishable=ties))
-    assert found["two effects: both named"] == "100.0 %"
-    assert found["two effects: something named that is not there"] == "0.0 %"
+    result = figures(judged(PAIR, effects=["creep", "sensor_delay"], indistinguishable=ties))
+    assert result["two effects: both named"] == "100.0 %"
+    assert result["two effects: something named that is not there"] == "0.0 %"
 
 
 def test_a_number_falsely_called_wrong_is_a_false_name_and_no_abstention():
     wrong = {"verdict": "parameter", "effects": ["friction"], "parameters": {}}
     assert figures(judged(NOTHING, **wrong))["nothing hidden: false name"] == "100.0 %"
-    found = figures(judged(**wrong))
-    assert found["one effect: something named that is not there"] == "100.0 %"
-    assert found["one effect: abstained"] == "0.0 %"
+    result = figures(judged(**wrong))
+    assert result["one effect: something named that is not there"] == "100.0 %"
+    assert result["one effect: abstained"] == "0.0 %"
     assert judged({"kind": "outside"}, **wrong).confident
     another = {"kind": "parameter", "hidden": ["pretension"]}
     quantity = "wrong parameter: something named that is not there"
@@ -184,19 +190,21 @@ def test_a_case_without_a_result_is_right_in_no_figure():
     wanted = {q: figure for q, wanted, figure, count in rows if wanted.startswith("≥") and count}
     assert len(wanted) == 7
     assert set(wanted.values()) == {"0.0 %"}
-    found = {quantity: figure for quantity, _, figure, _ in rows}
-    assert found["cases without a result, which count as failed"] == "7"
-    assert found["failed"] == "87.5 %"
+    by_name = {quantity: figure for quantity, _, figure, _ in rows}
+    assert by_name["cases without a result, which count as failed"] == "7"
+    assert by_name["failed"] == "87.5 %"
 
 
 def test_what_a_tool_states_of_itself_says_so_and_what_it_does_not_is_a_dash():
     case = JudgedCase("case", KEY, {**RESULT, "gap": None, "parameters": None}, None)
-    found = {quantity: figure for quantity, figure in figures(case).items() if "stated" in quantity}
-    assert set(found.values()) == {"–"}
-    assert len(found) == 3
+    by_name = {
+        quantity: figure for quantity, figure in figures(case).items() if "stated" in quantity
+    }
+    assert set(by_name.values()) == {"–"}
+    assert len(by_name) == 3
     stated = {"held_out": {"after": 1.2, "reducible_closed": 0.9}}
-    found = figures(judged(gap=stated))
-    assert found["error left on held-out data, as stated, median / worst decile [noise]"] == (
+    by_name = figures(judged(gap=stated))
+    assert by_name["error left on held-out data, as stated, median / worst decile [noise]"] == (
         "1.20 / 1.20"
     )
 
@@ -205,3 +213,203 @@ def test_of_a_tool_that_only_predicts_no_rate_of_names_is_stated():
     rows = {row[0]: row[2] for row in table([judged(verdict="prediction only", effects=[])])}
     assert not any("effect" in quantity for quantity in rows)
     assert "failed" in rows
+
+
+WRITTEN = {
+    "kind": "effect",
+    "hidden": ["creep"],
+    "target": 5.0,
+    "reached": True,
+    "noise": 0.002,
+    "parameters": {"sheath.creep": 0.2},
+}
+RIGHT = {"verdict": "named", "effects": ["creep"], "seconds": 2.0}
+
+
+def write_keys(folder, *cases, **key):
+    folder.mkdir(exist_ok=True)
+    (folder / "keys.json").write_text(json.dumps({"cases": {c: {**WRITTEN, **key} for c in cases}}))
+
+
+def write(folder, case, result=None, run=None):
+    (folder / case).mkdir(parents=True, exist_ok=True)
+    for name, content in (("result", result), ("run", run)):
+        if content is not None:
+            text = content if isinstance(content, str) else json.dumps(content)
+            (folder / case / f"{name}.json").write_text(text)
+
+
+def read(folder, result=None, run=None):
+    """The one case of a suite."""
+    write_keys(folder, "a")
+    write(folder, "a", result, run)
+    (case,) = judge(folder, folder)
+    return case
+
+
+def test_any_tool_s_results_are_scored_and_a_case_without_one_failed(tmp_path):
+    write_keys(tmp_path, "a", "b")
+    write(tmp_path, "a", {"verdict": "named", "effects": ["creep"]})
+    result, missing = judge(tmp_path, tmp_path)
+    assert (result.name, result.hit, result.closed, result.left) == ("a", 1.0, None, None)
+    assert (missing.name, missing.missing, missing.verdict) == ("b", True, "failed")
+
+
+def test_a_suite_without_any_verdict_is_refused(tmp_path):
+    write_keys(tmp_path, "a", "b")
+    with refusing(TendonError, "no verdict on any of the 2 cases"):
+        judge(tmp_path, tmp_path)
+    with refusing(InvalidValueError, "--keys is the folder of keys"):
+        judge(tmp_path, tmp_path / "none")
+
+
+def test_what_may_be_missing_may_be_null(tmp_path):
+    others = ("indistinguishable", "parameters", "confidence", "gap", "seconds")
+    case = read(tmp_path, {"verdict": "named", "effects": ["creep"], **dict.fromkeys(others)})
+    assert (case.hit, case.errors(), case.left, case.seconds) == (1.0, [], None, None)
+    case = read(tmp_path, {**RIGHT, "gap": {"held_out": None}}, {"seconds": None, "error": None})
+    assert (case.left, case.seconds) == (None, 2.0)
+
+
+def test_seconds_are_of_either_file_and_an_error_is_a_failure(tmp_path):
+    assert read(tmp_path, RIGHT, {"error": ""}).seconds == 2.0
+    assert read(tmp_path, RIGHT, {"seconds": 3.0, "error": ""}).seconds == 3.0
+    failed = read(tmp_path, "{ half of a fi", {"seconds": 3.0, "error": "diverged"})
+    assert (failed.verdict, failed.missing, failed.seconds) == ("failed", False, 3.0)
+
+
+INTERVAL = {"value": 1.0, "low": 0.0, "high": 2.0}
+
+
+@pytest.mark.parametrize(
+    ("result", "message"),
+    [
+        ("{", "cannot be read as JSON .* write it again"),
+        ('{"verdict": "unknown", "seconds": NaN}', "NaN is not a number"),
+        ("[" * 100_000, "cannot be read as JSON"),
+        ("[]", r"must be an object, such as .*, got \[\]"),
+        ({}, "verdict: must be one of 'named', .*, got nothing"),
+        ({"verdict": ["named"]}, r"verdict: must be one of .*, got \['named'\]"),
+        ({"verdict": "namd"}, "unknown verdict 'namd'; did you mean 'named'"),
+        ({"verdict": "named", "effects": []}, "names nothing; where nothing can be named"),
+        ({"verdict": "named", "effects": "backlash"}, "effects: must be a list of .* 'backlash'$"),
+        ({"verdict": "named", "effects": [1]}, "effects: must be a list of identifiers"),
+        ({"verdict": "named", "effects": ["back_lash"]}, "did you mean 'backlash'"),
+        ({**RIGHT, "indistinguishable": "creep"}, "indistinguishable: must be a list of groups"),
+        ({**RIGHT, "indistinguishable": ["creep"]}, r"indistinguishable\[0\]: must be a list"),
+        ({**RIGHT, "indistinguishable": [["creep", "creeb"]]}, "did you mean 'creep'"),
+        ({**RIGHT, "parameters": [1.0]}, "parameters: must be an object"),
+        ({**RIGHT, "parameters": {"a.b": 1.0}}, "parameters, a.b: must be an object, got 1.0"),
+        ({**RIGHT, "parameters": {"a.b": {"value": 1.0, "low": 0.0}}}, "'a.b' lacks high"),
+        ({**RIGHT, "parameters": {"a.b": {**INTERVAL, "low": "0"}}}, "low: must be a finite"),
+        ({**RIGHT, "parameters": {"a.b": {**INTERVAL, "low": 3.0}}}, "low: must be at most high"),
+        (
+            {**RIGHT, "confidence": 97},
+            "confidence: must be a finite number and ≥ 0 and ≤ 1, got 97",
+        ),
+        ({**RIGHT, "seconds": "2 s"}, "seconds: must be a finite number and ≥ 0, got '2 s'"),
+        ({**RIGHT, "seconds": True}, "seconds: must be a finite number"),
+        ('{"verdict": "unknown", "seconds": 1e999}', "seconds: must be a finite number"),
+        ({**RIGHT, "gap": 1.0}, "gap: must be an object"),
+        ({**RIGHT, "gap": {"held_out": {"after": -1.0}}}, "gap.held_out, after: must be"),
+    ],
+)
+def test_a_result_that_is_not_one_is_refused_with_its_file(result, message, tmp_path):
+    with pytest.raises((InvalidValueError, UnknownNameError), match=message) as refused:
+        read(tmp_path, result)
+    assert str(tmp_path / "a" / "result.json") in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_run_that_is_not_one_is_refused_with_its_file(tmp_path):
+    with refusing(InvalidValueError, "run.json, error: must be a text"):
+        read(tmp_path, RIGHT, {"error": True})
+    with refusing(InvalidValueError, "run.json, seconds: must be"):
+        read(tmp_path, RIGHT, {"seconds": "long"})
+
+
+def command(tool, tmp_path, *arguments):
+    """Exit status of a command on folders in a temporary one."""
+    paths = [a if a.startswith("--") else str(tmp_path / a) for a in arguments]
+    return run_experiment(tool, f"hidden_effects.{tool.__name__}", paths)
+
+
+@pytest.mark.parametrize("tool", [score, compare])
+def test_a_command_refuses_what_it_cannot_read_in_one_line(tool, tmp_path, capsys):
+    write_keys(tmp_path / "keys", "a")
+    write(tmp_path / "tool", "a", "{")
+    assert command(tool, tmp_path, "--verdicts", "tool", "--keys", "keys", "--out", "out") == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"python -m experiments.hidden_effects.{tool.__name__}: ")
+    assert error.count("\n") == 1
+
+
+def test_verdicts_without_keys_are_refused(tmp_path, capsys):
+    arguments = ("--verdicts", "one", "two", "--keys", "keys", "--out", "out")
+    assert command(score, tmp_path, *arguments) == 2
+    assert "--verdicts names 2 folders and --keys 1" in capsys.readouterr().err
+
+
+def test_a_score_counts_and_tells_the_cases_without_a_result(tmp_path):
+    write_keys(tmp_path / "keys", "a", "b", "c", "d")
+    write(tmp_path / "tool", "a", RIGHT)
+    arguments = ("--verdicts", "tool", "--keys", "keys", "--out", "out")
+    first = "one effect, residual ≥ 5 noise: first (tie: half)"
+
+    def figure(quantity):
+        return json.loads((tmp_path / "out" / "score.json").read_text("utf-8"))[quantity]
+
+    assert command(score, tmp_path, *arguments) == 0
+    text = (tmp_path / "out" / "score.md").read_text("utf-8")
+    assert "Cases without a result: 3 of 4 (tool/b, tool/c, tool/d)" in text
+    assert figure(first) == {"wanted": "≥ 97 %", "figure": "25.0 %", "cases": 4}
+    assert figure("cases without a result, which count as failed")["figure"] == "3"
+    assert command(score, tmp_path, *arguments, "--partial") == 0
+    text = (tmp_path / "out" / "score.md").read_text("utf-8")
+    assert "Scored are the 1 of 4 cases with a result" in text
+    assert figure(first)["figure"] == "100.0 %"
+
+
+def test_a_right_verdict_without_an_error_on_held_out_data_is_no_miss(tmp_path):
+    write_keys(tmp_path / "keys", "a")
+    write(tmp_path / "tool", "a", {"verdict": "named", "effects": ["creep"]})
+    assert command(score, tmp_path, "--verdicts", "tool", "--keys", "keys", "--out", "out") == 0
+    assert len((tmp_path / "out" / "misses.csv").read_text("utf-8").splitlines()) == 1
+    text = (tmp_path / "out" / "score.md").read_text("utf-8")
+    assert "| seconds per diagnosis, as stated, median / longest |  | – | 0 |" in text
+    assert "nan" not in text
+
+
+def test_a_failed_case_is_a_miss_of_whatever_kind(tmp_path):
+    write_keys(tmp_path / "keys", "a", "b", kind="outside")
+    write(tmp_path / "tool", "a", run={"error": "diverged"})
+    assert command(score, tmp_path, "--verdicts", "tool", "--keys", "keys", "--out", "out") == 0
+    lines = (tmp_path / "out" / "misses.csv").read_text("utf-8").splitlines()
+    assert [line.split(",")[6] for line in lines[1:]] == ["failed", "no result"]
+
+
+def test_a_case_that_one_tool_lacks_counts_for_the_others(tmp_path, capsys):
+    write_keys(tmp_path / "keys", "a", "b", "c", "d")
+    for case in "abcd":
+        write(tmp_path / "whole", case, {**RIGHT, "gap": {"held_out": {"after": 1.5}}})
+    write(tmp_path / "picked", "a", {**RIGHT, "gap": {"held_out": {"after": 1.0}}})
+    arguments = ("--verdicts", "whole", "picked", "--keys", "keys")
+    assert command(compare, tmp_path, *arguments) == 0
+    text = capsys.readouterr().out
+    assert "first (tie: half) | ≥ 97 % | 100.0 % | 25.0 % | 4 |" in text
+    assert "worst decile [noise] |  | 1.50 / 1.50 | 1.00 / 1.00 (of 1) | 4 |" in text
+    assert "cases without a result, which count as failed | 0 | 0 | 3 | 4 |" in text
+    assert command(compare, tmp_path, *arguments, "--partial") == 0
+    text = capsys.readouterr().out
+    assert "first (tie: half) | ≥ 97 % | 100.0 % | 100.0 % | 1 |" in text
+    assert "Scored are the 1 of 4 cases on which each tool has a result" in text
+
+
+def test_tools_without_a_case_in_common_have_nothing_in_part(tmp_path, capsys):
+    write_keys(tmp_path / "keys", "a", "b")
+    write(tmp_path / "one", "a", RIGHT)
+    write(tmp_path / "two", "b", RIGHT)
+    arguments = ("--verdicts", "one", "two", "--keys", "keys")
+    assert command(compare, tmp_path, *arguments, "--partial") == 2
+    assert "no case on which each of the tools has a result" in capsys.readouterr().err
+    assert command(compare, tmp_path, *arguments) == 0

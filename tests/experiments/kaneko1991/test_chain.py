@@ -11,6 +11,7 @@ from experiments.kaneko1991.chain import Chain, build_chain
 from tendon_mj import theory
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.replay import rollout_named_sensors
+from tests.refusals import refusing
 
 SLOW = Chain(elements=16, friction=0.1, mass=10.0, damping=100.0)
 
@@ -24,24 +25,24 @@ def follow(chain, duration, history, drive="tension"):
 @pytest.mark.parametrize("n", [1, 5])
 def test_ratio_is_that_of_the_capstan_whatever_the_number_of_elements(n):
     chain = dataclasses.replace(SLOW, elements=n, mass=1.0, damping=50.0, friction=0.2)
-    time, found = follow(chain, 2.0, lambda t: np.interp(t, [0, 1, 2], [20, 80, 8]))
-    ratio = found["output_tension"] / found["input_tension"]
+    time, result = follow(chain, 2.0, lambda t: np.interp(t, [0, 1, 2], [20, 80, 8]))
+    ratio = result["output_tension"] / result["input_tension"]
     assert ratio[(time > 0.8) & (time < 1.0)] == pytest.approx(np.exp(-0.2 * np.pi), rel=0.01)
     assert ratio[time > 1.9] == pytest.approx(np.exp(0.2 * np.pi), rel=0.02)
 
 
 def test_slow_chain_is_the_closed_form():
-    time, found = follow(SLOW, 25.0, lambda t: 20.0 + 15.0 * np.sin(2 * np.pi * 0.08 * t))
+    time, result = follow(SLOW, 25.0, lambda t: 20.0 + 15.0 * np.sin(2 * np.pi * 0.08 * t))
     stride = len(time) // 500
     load = 20.0 + 15.0 * np.sin(2 * np.pi * 0.08 * time[::stride])
     exact = theory.output_tension(load, 0.1 * np.pi, 20.0)
-    gap = np.abs(found["output_tension"][::stride] - exact).max()
+    gap = np.abs(result["output_tension"][::stride] - exact).max()
     assert gap < 0.005 * np.ptp(exact)
 
 
 def test_heavy_chain_is_that_of_the_reference():
     chain = dataclasses.replace(SLOW, mass=3.0, damping=50.0)
-    time, found = follow(chain, 2.5, lambda t: 20.0 + 15.0 * np.sin(2 * np.pi * 2.0 * t))
+    time, result = follow(chain, 2.5, lambda t: 20.0 + 15.0 * np.sin(2 * np.pi * 2.0 * t))
     other = references.uniform_chain(
         chain.elements,
         length=chain.length,
@@ -55,7 +56,7 @@ def test_heavy_chain_is_that_of_the_reference():
     load = 20.0 + 15.0 * np.sin(2 * np.pi * 2.0 * time)
     exact = references.simulate_chain(other, time, input_tension=load).output_tension
     quiet = theory.output_tension(load, 0.1 * np.pi, 20.0)
-    gap = np.abs(found["output_tension"] - exact).max()
+    gap = np.abs(result["output_tension"] - exact).max()
     assert gap < 0.01 * np.ptp(exact)
     assert gap < 0.3 * np.abs(quiet - exact).max()  # it is inertia and damping that they share
 
@@ -63,8 +64,8 @@ def test_heavy_chain_is_that_of_the_reference():
 def test_frictionless_chain_rings_at_its_lowest_mode():
     chain = dataclasses.replace(SLOW, elements=24, friction=0.0, mass=1.0, damping=0.0)
     period = 4.0 * np.sqrt(chain.mass * chain.length / chain.axial_stiffness)
-    time, found = follow(chain, 10.0 * period, lambda t: np.full_like(t, 20.5))
-    swing = found["input_displacement"] - found["input_displacement"].mean()
+    time, result = follow(chain, 10.0 * period, lambda t: np.full_like(t, 20.5))
+    swing = result["input_displacement"] - result["input_displacement"].mean()
     rising = time[1:][(swing[:-1] < 0.0) & (swing[1:] >= 0.0)]
     assert (rising[-1] - rising[0]) / (len(rising) - 1) == pytest.approx(period, rel=0.01)
 
@@ -92,26 +93,26 @@ def test_winding_in_and_pulling_are_one():
 
 def test_sprung_output_gives_way():
     chain = dataclasses.replace(SLOW, output_stiffness=8e3, mass=1.0, damping=20.0)
-    _, found = follow(chain, 4.0, lambda t: 20.0 + 5.0 * t)
-    given = chain.output_stiffness * found["output_displacement"][-1]
-    assert found["output_tension"][-1] - 20.0 == pytest.approx(given, rel=0.01)
+    _, result = follow(chain, 4.0, lambda t: 20.0 + 5.0 * t)
+    given = chain.output_stiffness * result["output_displacement"][-1]
+    assert result["output_tension"][-1] - 20.0 == pytest.approx(given, rel=0.01)
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         ({"elements": 0}, "elements = 0 must be ≥ 1"),
-        ({"mass": 0.0}, r"mass = 0 \[kg\]"),
-        ({"damping": -1.0}, r"damping = -1 \[N s/m\]"),
-        ({"timestep": 1.0}, "timestep = 1 .*unstable"),
+        ({"mass": 0.0}, "mass = 0 [kg]"),
+        ({"damping": -1.0}, "damping = -1 [N s/m]"),
+        ({"timestep": 1.0}, "timestep = 1 … unstable"),
         ({"mass": np.nan}, "mass = nan"),
     ],
 )
 def test_a_value_out_of_range_is_named(change, message):
-    with pytest.raises(InvalidValueError, match=message):
+    with refusing(InvalidValueError, message):
         Chain(**change)
 
 
 def test_friction_is_checked_like_any_sheath():
-    with pytest.raises(InvalidValueError, match="friction"):
+    with refusing(InvalidValueError, "friction"):
         build_chain(Chain(friction=-0.1))

@@ -21,6 +21,7 @@ from tendon_mj.errors import RecordingError
 from tendon_mj.lab.diagnosis import CATALOGUE, diagnose
 from tendon_mj.lab.replay import Simulator
 from tests.experiments.positioning_system.synthetic import synthetic
+from tests.refusals import refusing
 
 FEW = ("joint_damping", "joint_friction", "sensor_gain")
 TRUTH = {**published.PARAMETERS, "gravity.x": 0.0}
@@ -42,9 +43,9 @@ def test_what_does_not_repeat_from_cycle_to_cycle_is_the_noise() -> None:
     random, time = np.random.default_rng(1), np.arange(0.0, 12.0, 1e-3)
     cycle = np.sin(np.pi * time)
     noisy = (cycle + random.normal(0.0, noise, time.size) for noise in (0.02, 0.3))
-    found = Measurement(time, cycle, *noisy).reproducibility()
-    assert found == pytest.approx((0.02, 0.3), rel=0.05)
-    with pytest.raises(RecordingError, match="less than twice"):
+    result = Measurement(time, cycle, *noisy).reproducibility()
+    assert result == pytest.approx((0.02, 0.3), rel=0.05)
+    with refusing(RecordingError, "less than twice"):
         Measurement(time, time, time, time).reproducibility()
 
 
@@ -59,7 +60,7 @@ def test_the_truth_explains_one_motion_however_it_is_described(measurement: Meas
 
 def test_a_file_of_another_rig_is_refused(tmp_path: Path) -> None:
     (tmp_path / "other.csv").write_text("time_s,position_m\n0,0\n1,1\n")
-    with pytest.raises(RecordingError, match="columns are"):
+    with refusing(RecordingError, "columns are"):
         read_measurement(tmp_path / "other.csv")
 
 
@@ -74,12 +75,14 @@ def test_friction_and_damping_are_named_and_everything_is_written(
     monkeypatch.setattr(study, "describe", lambda measurement: only)
     positioning_system(tmp_path, tmp_path / "out")
     result = json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))
-    found = result["described"]["motion"]["diagnosis"]
-    assert {"joint_damping", "joint_friction"} <= set(found["effects"])
-    assert found["verdict"] in ("named", "partly")
+    results = result["described"]["motion"]["diagnosis"]
+    assert {"joint_damping", "joint_friction"} <= set(results["effects"])
+    assert results["verdict"] in ("named", "partly")
     for parameter in ("screw.damping", "screw.frictionloss"):
         told = published.PARAMETERS[parameter]
-        assert found["parameters"][parameter]["value"] == pytest.approx(told, rel=published.WITHIN)
+        assert results["parameters"][parameter]["value"] == pytest.approx(
+            told, rel=published.WITHIN
+        )
     assert NAMES["motion"] in (tmp_path / "out" / "table.md").read_text("utf-8")
     for name in ("friction", "residual"):
         assert (tmp_path / "out" / f"{name}.png").stat().st_size > 10_000

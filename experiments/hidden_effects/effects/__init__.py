@@ -1,1 +1,0 @@
-"""Effects, wrong numbers and disturbances that can be hidden in a reference."""

@@ -1,1 +1,0 @@
-"""Comparison of verdicts with keys: judged cases, rates, tables."""

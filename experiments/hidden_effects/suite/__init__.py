@@ -1,1 +1,0 @@
-"""Making of hidden cases: plans, draws, strengths, recordings and keys."""

@@ -1,0 +1,388 @@
+"""Cost of a step with sheaths over one of the same model without.
+
+A machine's speed drifts, so models are timed in turns: every round times all that is compared, and
+a ratio or a difference is that of one round.
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from tendon_mj.attach import add_friction
+from tendon_mj.errors import EngineError, InvalidValueError, TendonError, TendonWarning
+from tendon_mj.lab.finger import Trajectory, prepare_finger, tap
+from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.lab.replay import full_state, rollout_sensors, suppress_mujoco_log
+from tendon_mj.lab.verification.mujoco_models import (
+    mujoco_tendon_bench,
+    mujoco_tendon_finger,
+    without_tension_sensors,
+)
+from tendon_mj.models import Bench, Finger, build_bench, build_finger, load_spec, model_path
+from tendon_mj.plugin import sheaths
+from tendon_mj.typing import FloatArray
+
+FRICTION = 0.1  # μ of the sheaths that a given model gets
+_FINE = 1e-6  # resolution that a clock of processor time must have [s]
+_TRAVEL = 1e-3  # of the bench's reel [m]
+_BENCH_STEPS = 8000
+_STEPS = 500  # of a given model
+_WAVES = 3  # sines in the control of an actuator
+_FREQUENCIES = (0.2, 1.5)  # their range [Hz]
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Median, lower quartile and upper quartile of several rounds."""
+
+    median: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, values: FloatArray) -> Spread:
+        """Spread over the rounds, (rounds,)."""
+        low, median, high = np.quantile(values, (0.25, 0.5, 0.75))
+        return cls(float(median), float(low), float(high))
+
+    def result(self) -> dict[str, object]:
+        """Plain numbers for `result.json`."""
+        return {"median": self.median, "quartiles": [self.low, self.high]}
+
+
+@dataclass(frozen=True)
+class StepCost:
+    """Processor time of a step, in rounds that each time both models.
+
+    Attributes:
+        steps: (rounds,) with sheaths [s].
+        reference_steps: (rounds,) of the same model without [s].
+    """
+
+    steps: FloatArray
+    reference_steps: FloatArray
+
+    @property
+    def step(self) -> float:
+        """Median with sheaths [s]."""
+        return float(np.median(self.steps))
+
+    @property
+    def reference_step(self) -> float:
+        """Median without sheaths [s]."""
+        return float(np.median(self.reference_steps))
+
+    @property
+    def ratios(self) -> Spread:
+        """Cost of a step over that of the reference, of each round [-]."""
+        return Spread.of(self.steps / self.reference_steps)
+
+    @property
+    def ratio(self) -> float:
+        """Median of the ratios [-]."""
+        return self.ratios.median
+
+    @property
+    def added(self) -> Spread:
+        """Cost that the sheaths add to a step, of each round [s]."""
+        return Spread.of(self.steps - self.reference_steps)
+
+    def result(self) -> dict[str, object]:
+        """Plain numbers for `result.json`."""
+        return {
+            "ratio": self.ratio,
+            "quartiles": self.ratios.result()["quartiles"],
+            "step_s": self.step,
+            "reference_step_s": self.reference_step,
+            "added_s": self.added.result(),
+            "rounds": len(self.steps),
+        }
+
+
+class TimedRun(NamedTuple):
+    """A model, the data that it starts from, and its (steps, nu) controls."""
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    controls: FloatArray
+
+    def from_now(self) -> Callable[[], object]:
+        """Function that steps the model through its controls from its data's present state."""
+        start = full_state(self.model, self.data)[None]
+        return partial(rollout_sensors, self.model, [self.data], start, self.controls[None])
+
+
+def run_along(spec: mujoco.MjSpec, wave: FloatArray) -> TimedRun:
+    """A run in which every actuator of a model follows ``wave``, (steps,)."""
+    model = spec.compile()
+    return TimedRun(model, mujoco.MjData(model), np.tile(wave[:, None], (1, model.nu)))
+
+
+def processor_time() -> float:
+    """Processor time of the calling thread [s], which other processes do not lengthen.
+
+    Wall time where the system counts it only in ticks of its scheduler.
+    """
+    fine = time.get_clock_info("thread_time").resolution <= _FINE
+    return time.thread_time() if fine else time.perf_counter()
+
+
+def times_in_turns(
+    tasks: Sequence[Callable[[], object]],
+    rounds: int,
+    clock: Callable[[], float] = time.perf_counter,
+) -> FloatArray:
+    """(rounds, tasks) times [s]; every round runs each task once, in order."""
+    spent = np.empty((rounds, len(tasks)))
+    for times in spent:
+        for k, task in enumerate(tasks):
+            before = clock()
+            task()
+            times[k] = clock() - before
+    return spent
+
+
+def step_times(runs: Sequence[TimedRun], rounds: int) -> FloatArray:
+    """(rounds, runs) processor time of a step [s]; every round makes each run once."""
+    spent = times_in_turns([run.from_now() for run in runs], rounds, processor_time)
+    return spent / [len(run.controls) for run in runs]
+
+
+def step_cost(run: TimedRun, reference: TimedRun, *, rounds: int = 7) -> StepCost:
+    """Time two runs in turns, and divide by their steps."""
+    return StepCost(*step_times((run, reference), rounds).T)
+
+
+def bench_step_cost(bench: Bench, *, rounds: int = 7) -> StepCost:
+    """Step cost of the bench while its reel goes to and fro, so that the tendon slides."""
+    wave = _TRAVEL * np.sin(np.linspace(0.0, 4.0 * np.pi, _BENCH_STEPS))
+    specs = (without_tension_sensors(build_bench(bench)), mujoco_tendon_bench(bench))
+    return step_cost(*(run_along(spec, wave) for spec in specs), rounds=rounds)
+
+
+def finger_step_cost(
+    trajectory: Trajectory,
+    finger: Finger | None = None,
+    *,
+    friction: float | None = None,
+    rounds: int = 7,
+) -> StepCost:
+    """Step cost of the finger along a trajectory, with μ of its sheaths or ``friction`` [-]."""
+    finger = finger or Finger()
+    model = without_tension_sensors(build_finger(finger)).compile()
+    adjusted, controls = prepare_finger(trajectory, model, finger, friction=friction)
+    reference = mujoco_tendon_finger(finger).compile()
+    free, same_controls = prepare_finger(trajectory, reference, finger)
+    return step_cost(
+        TimedRun(adjusted.model, adjusted.data, controls),
+        TimedRun(free.model, free.data, same_controls),
+        rounds=rounds,
+    )
+
+
+def thread_speedups(
+    bench: Bench,
+    threads: Sequence[int] = (2,),
+    *,
+    rounds: int = 5,
+    runs: int = 8,
+    steps: int = 6000,
+) -> dict[int, Spread]:
+    """Speedup of the same rollouts by so many threads over one, in turns [-].
+
+    Raises:
+        EngineError: two numbers of threads do not agree bit by bit.
+    """
+    model = build_bench(bench).compile()
+    pool = [mujoco.MjData(model) for _ in range(max(threads))]
+    start = np.tile(full_state(model, pool[0]), (runs, 1))
+    wave = _TRAVEL * np.sin(np.linspace(0.0, 4.0 * np.pi, steps))
+    # each run another amplitude, so that an exchange of two would show
+    control = np.linspace(1.0, 0.5, runs)[:, None, None] * wave[None, :, None]
+    readings: dict[int, FloatArray] = {}
+
+    def roll(count: int) -> None:
+        readings[count] = rollout_sensors(model, pool[:count], start, control)
+
+    spent = times_in_turns([partial(roll, count) for count in (1, *threads)], rounds)
+    for count in threads:
+        if not np.array_equal(readings[1], readings[count]):
+            raise EngineError(f"rollouts differ between one thread and {count}")
+    return {n: Spread.of(spent[:, 0] / spent[:, k + 1]) for k, n in enumerate(threads)}
+
+
+def smooth_controls(
+    model: mujoco.MjModel, steps: int, seed: int = 0, amplitude: float = 1.0
+) -> FloatArray:
+    """(steps, nu) sums of sines within the control ranges; ±1 where an actuator has none.
+
+    Args:
+        model: compiled.
+        steps: of the model's own length.
+        seed: of frequencies and phases.
+        amplitude: over half the range, around its middle.
+    """
+    random = np.random.default_rng(seed)
+    instants = model.opt.timestep * np.arange(steps)
+    shape = (model.nu, _WAVES)
+    phase, rate = random.uniform(0.0, 2.0 * np.pi, shape), random.uniform(*_FREQUENCIES, shape)
+    share = np.sin(2.0 * np.pi * rate * instants[:, None, None] + phase).mean(axis=-1)
+    limited = model.actuator_ctrllimited.astype(bool)
+    low, high = model.actuator_ctrlrange.T
+    centre = np.where(limited, 0.5 * (low + high), 0.0)
+    half = np.where(limited, 0.5 * (high - low), 1.0)
+    return np.asarray(centre + half * amplitude * share)
+
+
+def memory_of(model: mujoco.MjModel) -> dict[str, int]:
+    """Memory of one simulation [bytes]: state of the sheaths, buffer with it, arena, rollout state.
+
+    ``total`` is buffer and arena, which MuJoCo reserves for contacts, constraints and the stack;
+    ``state`` is one of kind FULLPHYSICS, from which rollouts start.
+    """
+    data = mujoco.MjData(model)
+    number = np.dtype(np.float64).itemsize
+    return {
+        "plugin_state": number * int(model.npluginstate),
+        "buffer": int(data.nbuffer),
+        "arena": int(data.narena),
+        "total": int(data.nbuffer) + int(data.narena),
+        "state": number * mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS),
+    }
+
+
+@dataclass(frozen=True)
+class ModelCost:
+    """Cost of friction in a model.
+
+    Attributes:
+        cost: of a step with sheaths, over one without.
+        unsensed: the same without sensors of tension; None where `cost` has none either.
+        sheaths: in the model.
+        memory, reference_memory: of a simulation with sheaths, and without; see `memory_of`.
+    """
+
+    cost: StepCost
+    unsensed: StepCost | None
+    sheaths: int
+    memory: dict[str, int]
+    reference_memory: dict[str, int]
+
+    def result(self) -> dict[str, object]:
+        """Plain numbers for `result.json`."""
+        return {
+            **self.cost.result(),
+            "without_tension_sensors": self.unsensed.result() if self.unsensed else None,
+            "sheaths": self.sheaths,
+            "memory_bytes": self.memory,
+            "reference_memory_bytes": self.reference_memory,
+        }
+
+
+class PreparedModel(NamedTuple):
+    """A given model without friction, with it, and with it but without the sensors of tension."""
+
+    plain: TimedRun
+    sheathed: TimedRun
+    unsensed: TimedRun
+
+    def cost(self, rounds: int = 7) -> ModelCost:
+        """Time the three runs in turns."""
+        plain, sheathed, unsensed = step_times(self, rounds).T
+        return ModelCost(
+            cost=StepCost(sheathed, plain),
+            unsensed=StepCost(unsensed, plain),
+            sheaths=len(sheaths(self.sheathed.model)),
+            memory=memory_of(self.sheathed.model),
+            reference_memory=memory_of(self.plain.model),
+        )
+
+
+def prepare_model(name: str, steps: int = _STEPS) -> PreparedModel:
+    """Give every tendon of an MJCF file friction, and drive it for so many steps with and without.
+
+    Raises:
+        UnknownNameError: no such file.
+        InvalidValueError: the model has no actuator, or no tendon that can have a sheath.
+        TendonError: MuJoCo cannot read or compile it, or a run became unstable.
+    """
+    path = model_path(name)
+
+    def run(sensors: Sequence[str] | None, controls: FloatArray | None = None) -> TimedRun:
+        spec = load_spec(str(path))
+        try:
+            if sensors is not None:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore", TendonWarning)  # of tendons that are left out
+                    add_friction(spec, "*", friction=FRICTION, sensors=sensors)
+            model = spec.compile()
+        except ValueError as error:  # MuJoCo's, and those of a model that cannot have friction
+            raise TendonError(f"{path}: {error}") from error
+        if model.nu == 0:
+            raise InvalidValueError(f"{path}: it has no actuator, so that nothing would move")
+        wave = smooth_controls(model, steps) if controls is None else controls
+        made = TimedRun(model, mujoco.MjData(model), wave)
+        with suppress_mujoco_log():
+            made.from_now()()
+        if made.data.warning.number.any() or not np.isfinite(made.data.qpos).all():
+            kind = "without friction" if sensors is None else f"with friction {FRICTION:g}"
+            raise TendonError(
+                f"{path}: the simulation became unstable, {kind}, within {steps} steps of "
+                f"{model.opt.timestep:g} s"
+            )
+        return made
+
+    plain = run(None)
+    both = (run(("input_tension", "output_tension"), plain.controls), run((), plain.controls))
+    return PreparedModel(plain, *both)
+
+
+def measure_models(
+    models: Sequence[str] = (), *, rounds: int = 15, progress: Progress = silent
+) -> dict[str, ModelCost]:
+    """Cost of the package's bench, its tapping finger, and given models with friction, by name.
+
+    Args:
+        models: MJCF files, to every tendon of which friction is added.
+        rounds: of every measurement, ≥ 1.
+        progress: called with the stage, the number done and the total.
+
+    Raises:
+        InvalidValueError: no rounds, two models of one name, or one that nothing drives.
+        TendonError: a model that cannot be read, cannot have friction, or becomes unstable.
+    """
+    if rounds < 1:
+        raise InvalidValueError(f"rounds = {rounds} must be 1 or more")
+    prepared = [prepare_model(name) for name in models]
+    stems = [model_path(name).stem for name in models]
+    for name, count in Counter(["bench", "finger", *stems]).items():
+        if count > 1:
+            raise InvalidValueError(
+                f"{count} models are called {name!r}: result.json goes by the names of the files"
+            )
+    bench, finger, total = Bench(), Finger(), len(models) + 2
+    progress("models", 0, total)
+    cost = bench_step_cost(bench, rounds=rounds)
+    costs = {"bench": _model_cost(cost, build_bench(bench), mujoco_tendon_bench(bench))}
+    progress("models", 1, total)
+    cost = finger_step_cost(tap(), finger, rounds=rounds)
+    costs["finger"] = _model_cost(cost, build_finger(finger), mujoco_tendon_finger(finger))
+    for stem, model in zip(stems, prepared, strict=True):
+        progress("models", len(costs), total)
+        costs[stem] = model.cost(rounds)
+    progress("models", total, total)
+    return costs
+
+
+def _model_cost(cost: StepCost, spec: mujoco.MjSpec, reference: mujoco.MjSpec) -> ModelCost:
+    model, plain = without_tension_sensors(spec).compile(), reference.compile()
+    return ModelCost(cost, None, len(sheaths(model)), memory_of(model), memory_of(plain))

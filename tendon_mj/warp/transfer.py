@@ -1,0 +1,194 @@
+"""Device arrays of the sheaths of all worlds, to and from a simulation of MuJoCo."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+import warp as wp
+from numpy.typing import ArrayLike, NDArray
+
+from tendon_mj.warp.support import PARAMETERS, WITHOUT_PORT, Simulated, state_field
+from tendon_mj.warp.tendons import Tendons
+
+# committed numbers of a sheath, by the names that the plugin has for them
+COMMITTED: Final = (
+    "wound_in",
+    "wound_out",
+    "spring_length",
+    "spring_product",
+    "constraint_force",
+)
+_STIFF = 1e6  # EA of a driven tendon where none is given [N]
+
+# (rows, type, names) of arrays with a column for each world
+_BY_WORLD = (
+    ("sheaths", wp.bool, "started has_trial"),
+    ("sheaths", wp.float32, "trial_time"),
+    ("sheaths", wp.float64, "wound_in wound_out trial_wound_in trial_wound_out"),
+    ("sheaths", wp.float64, "reel_torque output_torque spring_length spring_product"),
+    ("sheaths", wp.float64, "trial_spring_length constraint_force solved_force"),
+    ("segments", wp.float64, "stored before tension length give kept prefix pull"),
+    ("segments", wp.int32, "point near_body far_body"),
+    ("guides", wp.float64, "shift flow angle constant static_ratio dynamic_ratio"),
+    ("guides", wp.float64, "input_ratio output_ratio"),
+    ("guides", wp.int32, "previous_slip slip"),
+    ("guides", wp.bool, "is_on_arc"),
+    ("arcs", wp.bool, "touched trial_touches"),
+    ("arcs", wp.vec3d, "near_tangent far_tangent trial_near trial_far"),
+)
+# and of arrays for users, a row for each world
+_RESULTS = (
+    ("segments", wp.float32, "tension_out"),
+    ("sheaths", wp.float32, "input_tension output_tension"),
+    ("sheaths", wp.int32, "unsolved"),
+)
+_NUMPY = {wp.bool: np.bool_, wp.int32: np.int32, wp.float32: np.float32}
+
+
+def allocate(
+    simulated: dict[str, Simulated], reels: Sequence[int], beyond: ArrayLike, nworld: int
+) -> Any:
+    """Sheaths of all worlds, each as it is in the simulation.
+
+    Args:
+        simulated: each sheath by name.
+        reels: address of the control of each one's reel, −1 without one.
+        beyond: by how much each one's length exceeds the rest length of its own spring [m].
+        nworld: number of worlds.
+    """
+    tendons = Tendons()
+    _describe(tendons, simulated, reels)
+    tendons.beyond_spring = _array(beyond, wp.float64)
+    counts = {
+        "segments": sum(len(sheath.segments) for sheath in simulated.values()),
+        "guides": sum(len(sheath.guides) for sheath in simulated.values()),
+        "arcs": sum(len(sheath.arcs) for sheath in simulated.values()),
+        "sheaths": len(simulated),
+    }
+    for rows, kind, names in _BY_WORLD:
+        for name in names.split():
+            setattr(tendons, name, wp.zeros((counts[rows], nworld), dtype=kind))
+    for rows, kind, names in _RESULTS:
+        for name in names.split():
+            setattr(tendons, name, wp.zeros((nworld, counts[rows]), dtype=kind))
+    _fill_parameters(tendons, simulated, nworld)
+    _fill_state(tendons, simulated, nworld)
+    return tendons
+
+
+def _array(values: Any, kind: Any) -> Any:
+    return wp.array(np.asarray(values).astype(_NUMPY.get(kind, np.float64)), dtype=kind)
+
+
+def _describe(tendons: Any, simulated: dict[str, Simulated], reels: Sequence[int]) -> None:
+    """Set the description of each sheath."""
+    guides = np.array([len(sheath.guides) for sheath in simulated.values()])
+    arcs, arc_guides = state_field(simulated, "arcs"), state_field(simulated, "arc_guides")
+    for name, kind, values in (
+        ("tendon", wp.int32, state_field(simulated, "tendon")),
+        ("guides", wp.int32, guides),
+        ("first_guide", wp.int32, np.cumsum(guides) - guides),
+        ("first_segment", wp.int32, np.cumsum(guides + 1) - guides - 1),
+        ("first_arc", wp.int32, np.cumsum(arcs) - arcs),
+        ("arc_guides", wp.int32, arc_guides),
+        ("inner_guides", wp.int32, state_field(simulated, "inner_guides")),
+        ("sharing", wp.float64, np.maximum(1.0, guides - arcs * arc_guides)),
+        ("step", wp.int32, np.where(state_field(simulated, "input_at_last"), -1, 1)),
+        ("driven", wp.bool, state_field(simulated, "driven")),
+        ("constrained", wp.bool, state_field(simulated, "constrained")),
+        ("own_spring", wp.bool, state_field(simulated, "own_spring")),
+        ("reel", wp.int32, reels),
+        ("reel_joint", wp.int32, state_field(simulated, "reel_joint")),
+        ("reel_radius", wp.float64, state_field(simulated, "reel_radius")),
+        ("output_joint", wp.int32, state_field(simulated, "output_joint")),
+        ("output_radius", wp.float64, state_field(simulated, "output_radius")),
+    ):
+        setattr(tendons, name, _array(values, kind))
+
+
+def _fill_parameters(tendons: Any, simulated: dict[str, Simulated], nworld: int) -> None:
+    """Give every world the parameters of the simulation."""
+    for name in PARAMETERS:
+        values = np.array([float(sheath.state["law"][name]) for sheath in simulated.values()])
+        if name == "axial_stiffness":
+            values[values == 0.0] = _STIFF
+        setattr(tendons, name, _array(np.tile(values, (nworld, 1)), wp.float32))
+
+
+def _fill_state(tendons: Any, simulated: dict[str, Simulated], nworld: int) -> None:
+    """Give every world the committed state of the simulation."""
+
+    def put(name: str, kind: Any, rows: NDArray[Any]) -> None:
+        columns = np.repeat(rows[:, None], nworld, axis=1)
+        setattr(tendons, name, _array(columns, kind))
+
+    for name in COMMITTED:
+        put(name, wp.float64, state_field(simulated, name))
+    put("started", wp.bool, state_field(simulated, "started"))
+    for name, field in (
+        ("stored", "stored"),
+        ("before", "previous_tension"),
+        ("give", "support_compliance"),
+    ):
+        rows = [np.ravel(sheath.segments[field]) for sheath in simulated.values()]
+        put(name, wp.float64, np.concatenate(rows))
+    slips = [np.ravel(sheath.guides["previous_slip"]) for sheath in simulated.values()]
+    put("previous_slip", wp.int32, np.concatenate(slips))
+    arcs = np.concatenate([sheath.arcs for sheath in simulated.values()])
+    if len(arcs):
+        put("touched", wp.bool, arcs["touches"])
+        for name, end in (("near_tangent", "1"), ("far_tangent", "2")):
+            points = np.stack([arcs[axis + end] for axis in "xyz"], axis=-1)
+            put(name, wp.vec3d, points)
+
+
+def read_back(simulated: dict[str, Simulated], tendons: Any, world: int, last: float) -> None:
+    """Write parameters and committed state of a world, as `allocate` takes them.
+
+    Args:
+        simulated: sheaths of the simulation by name, in the order that they have on the device.
+        tendons: on the device.
+        world: number of it.
+        last: when its last step began [s].
+    """
+
+    @functools.cache  # an array is copied from the device once
+    def column(name: str) -> Any:
+        return getattr(tendons, name).numpy()[:, world]
+
+    parameters = {name: getattr(tendons, name).numpy()[world] for name in PARAMETERS}
+    segment, guide, arc = 0, 0, 0
+    for k, sheath in enumerate(simulated.values()):
+        law = sheath.state["law"]
+        for name, values in parameters.items():
+            # of those that are as they were, all digits
+            if np.float32(law[name]) != values[k] and not _is_default(name, law[name]):
+                law[name] = values[k]
+        for name in WITHOUT_PORT:
+            law[name] = 0.0
+        for name in (*COMMITTED, "started"):
+            sheath.state[name] = column(name)[k]
+        sheath.state["commit_time"], sheath.state["has_trial"] = last, 0.0
+        sheath.state["unsolved"] = tendons.unsolved.numpy()[world, k]
+        here = slice(segment, segment := segment + len(sheath.segments))
+        for field, name in (
+            ("stored", "stored"),
+            ("previous_tension", "before"),
+            ("support_compliance", "give"),
+        ):
+            sheath.segments[field] = column(name)[here]
+        here = slice(guide, guide := guide + len(sheath.guides))
+        sheath.guides["previous_slip"] = column("previous_slip")[here]
+        here = slice(arc, arc := arc + len(sheath.arcs))
+        if len(sheath.arcs):
+            sheath.arcs["touches"] = column("touched")[here]
+            for end, name in (("1", "near_tangent"), ("2", "far_tangent")):
+                for axis, values in zip("xyz", column(name)[here].T, strict=True):
+                    sheath.arcs[axis + end] = values
+
+
+def _is_default(name: str, value: float) -> bool:
+    return name == "axial_stiffness" and value == 0.0

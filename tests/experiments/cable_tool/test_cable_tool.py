@@ -1,0 +1,236 @@
+"""The cable tool: recordings, transmission, fit, and the command."""
+
+import dataclasses
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import experiments.cable_tool.__main__ as program
+from experiments.cable_tool.__main__ import cable_tool
+from experiments.cable_tool.candidates import CANDIDATES, CHOSEN
+from experiments.cable_tool.cross_validation import cross_validate, root_mean_square
+from experiments.cable_tool.fit import fit_tool
+from experiments.cable_tool.load_share import load_share
+from experiments.cable_tool.recording import COLUMNS, find_strokes, read_folder, read_recording
+from experiments.cable_tool.report import TORQUE_ASKED
+from experiments.cable_tool.tool import rate_ratios
+from experiments.cable_tool.transmission import predict_load
+from experiments.command import run_experiment
+from tendon_mj import theory
+from tendon_mj.errors import InvalidValueError, RecordingError
+from tests.experiments.cable_tool.synthetic import TOOL, made_up, suite
+from tests.refusals import refusing
+
+HEADER = ",".join(COLUMNS)
+ROWS = "\n".join(f"{t},{t},{0.1 * t},{-t},{-0.05 * t}" for t in (0.0, 1.0, 2.0))
+
+
+def written(folder, name, header=HEADER, rows=ROWS):
+    path = folder / f"{name}.csv"
+    path.write_text(f"{header}\n{rows}\n")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "pose", "pitch", "roll", "load", "rate", "group"),
+    [
+        ("tool_L4_0.1Hz_load010", "straight", 0, 0, 0.1, "0.1Hz", "straight"),
+        ("tool_L4_f2_load100", "straight", 0, 0, 1.0, "f2", "straight"),
+        ("pitch1_yaw0_load20", "pitch1", -60, 0, 0.2, "", "pitch"),
+        ("pitch4_yaw0_load20", "pitch4", 30, 0, 0.2, "", "pitch"),
+        ("roll5_yaw0_load80", "roll5", 0, 90, 0.8, "", "roll"),
+    ],
+)
+def test_a_name_says_pose_load_and_rate(tmp_path, name, pose, pitch, roll, load, rate, group):
+    result = read_recording(written(tmp_path, name))
+    assert (result.name, result.pose, result.rate, result.group) == (name, pose, rate, group)
+    assert result.load_share == pytest.approx(load)
+    assert np.degrees([result.pitch, result.roll]) == pytest.approx([pitch, roll])
+    np.testing.assert_allclose(result.load, [0.0, 0.05, 0.1])
+
+
+def test_what_is_not_of_the_rig_is_refused(tmp_path):
+    with refusing(RecordingError, "pitchN_yawN_loadPERCENT"):
+        read_recording(written(tmp_path, "other"))
+    with refusing(RecordingError, "row 1"):
+        read_recording(written(tmp_path, "roll1_yaw0_load40", header="a,b"))
+    rows = "0,nan,0,0,0\n" + "\n".join(f"{k},0,0,0,0" for k in range(1, 5))
+    with refusing(RecordingError, "row 2 … nan"):
+        read_recording(written(tmp_path, "roll1_yaw0_load40", rows=rows))
+    with refusing(RecordingError, "no CSV file"):
+        read_folder(tmp_path / "empty")
+
+
+NEVER = 1e6  # a take-up so long that the cable never comes to slide [rad]
+
+
+def test_without_constants_it_is_the_play_operator_of_the_theory():
+    recording = made_up(0.06)
+    tension = 0.08 + 0.03 * np.sin(recording.time)
+    recording = dataclasses.replace(recording, input_torque=tension)
+    load = predict_load(recording, 0.3, 0.0, 0.0, 0.0, NEVER)
+    expected = theory.output_tension(tension, 0.3, load[0])
+    np.testing.assert_allclose(load, expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("take_up", [0.05, 0.3, NEVER])
+def test_the_load_stays_between_the_lines(take_up):
+    recording = made_up(0.06)
+    load = predict_load(recording, 0.4, 0.03, -0.05, 0.01, take_up)
+    drive = recording.input_torque + 0.01 * recording.strokes.excursion
+    assert np.all(load >= (drive - 0.03) * np.exp(-0.4) - 1e-12)
+    assert np.all(load <= (drive + 0.05) * np.exp(0.4) + 1e-12)
+
+
+def test_far_from_a_reversal_it_is_on_the_line_of_the_direction():
+    recording = made_up(0.06)
+    strokes = recording.strokes
+    load = predict_load(recording, 0.4, 0.03, -0.05, 0.0, 0.1)
+    far = (strokes.travel > 0.4) & (strokes.direction < 0.0) & (strokes.excursion > -0.48)
+    line = (recording.input_torque - 0.03) * np.exp(-0.4)
+    np.testing.assert_allclose(load[far], line[far], atol=1e-6)
+
+
+def test_the_prediction_does_not_depend_on_the_rate():
+    slow, fast = made_up(0.06, seconds_per_period=12.0), made_up(0.06)
+    assert len(slow.time) == len(fast.time)
+    arguments = (0.4, 0.03, -0.05, 0.01, 0.2)
+    np.testing.assert_allclose(predict_load(slow, *arguments), predict_load(fast, *arguments))
+
+
+def test_strokes_are_found_through_the_noise_of_an_encoder():
+    phase = np.linspace(0.0, 4.0 * np.pi, 2000)
+    angle = 0.5 * np.cos(phase) + 4e-4 * np.sign(np.sin(1e3 * phase))
+    strokes = find_strokes(angle)
+    assert np.count_nonzero(np.diff(strokes.direction)) in (3, 4)
+    assert strokes.travel.max() == pytest.approx(1.0, abs=0.01)
+    assert np.all(strokes.direction[50:450] == -1.0)
+
+
+PLANTED = {
+    "friction_exponent": 0.02,
+    "wrist_friction": 0.02,
+    "closing_offset": 0.002,
+    "load_difference": 0.002,
+    "stiffness": 0.002,
+    "angle_ratio": 0.005,
+    "compliance": 0.05,
+}
+
+
+@pytest.fixture(scope="module")
+def recordings():
+    return suite()
+
+
+@pytest.fixture(scope="module")
+def fitted(recordings):
+    return fit_tool(recordings)
+
+
+@pytest.mark.parametrize(("name", "within"), PLANTED.items())
+def test_planted_numbers_come_back(fitted, name, within):
+    assert getattr(fitted, name) == pytest.approx(getattr(TOOL, name), abs=within)
+
+
+def test_the_opening_offset_of_each_recording_is_told_by_its_input_side(recordings, fitted):
+    for recording in recordings:
+        planted = -0.055 if recording.roll else -0.045 - 0.004 * recording.pitch / (np.pi / 6)
+        assert fitted.opening(recording) == pytest.approx(planted, abs=0.002)
+
+
+def test_the_measured_output_has_no_part_in_a_prediction(recordings, fitted):
+    for recording in recordings:
+        blind = dataclasses.replace(
+            recording, load=np.full_like(recording.load, np.nan), output_angle=recording.time * 0.0
+        )
+        np.testing.assert_array_equal(fitted.load(blind), fitted.load(recording))
+        np.testing.assert_array_equal(fitted.angle(blind), fitted.angle(recording))
+
+
+def test_a_load_and_a_pose_that_were_left_out_are_predicted(recordings):
+    chosen = next(c for c in CANDIDATES if c.name == CHOSEN)
+    for left_out in ("load", "pose"):
+        errors = cross_validate(chosen, recordings, left_out)
+        assert {one.name for one in errors} == {r.name for r in recordings}
+        assert max(one.torque for one in errors) < 2.5e-3
+        assert max(one.angle for one in errors if one.angle is not None) < np.radians(0.25)
+
+
+def test_constant_friction_alone_does_not_explain_sheath_friction(recordings):
+    constant = next(c for c in CANDIDATES if "λ = 0" in c.name).fit(recordings)
+    errors = [root_mean_square(constant.load(r) - r.load) for r in recordings]
+    assert np.mean(errors) > 5e-3
+
+
+def test_without_sheath_friction_none_is_found():
+    plain = TOOL.replaced({"friction_exponent": 0.0, "wrist_friction": 0.0})
+    recordings = suite(plain)
+    assert fit_tool(recordings).friction_exponent == pytest.approx(0.0, abs=0.02)
+    assert load_share(recordings, "straight").exponent == pytest.approx(0.0, abs=0.01)
+
+
+def test_the_load_share_of_a_pose_is_what_was_planted(recordings):
+    share = load_share(recordings, "straight")
+    assert share.exponent == pytest.approx(TOOL.friction_exponent, abs=0.01)
+    assert share.radius_ratio == pytest.approx(1.0, abs=0.01)
+    assert share.constant_friction == pytest.approx(0.038, abs=0.001)
+    bent = load_share(recordings, "pitch5")
+    assert bent.exponent == pytest.approx(0.42 + 0.05 * np.pi / 3, abs=0.01)
+
+
+def test_friction_that_does_not_depend_on_rate_has_no_rate_ratio():
+    slow = made_up(0.06, seconds_per_period=12.0)
+    (pair,) = rate_ratios([slow, made_up(0.06)])
+    assert pair.speeds[1] == pytest.approx(3.0 * pair.speeds[0], rel=0.05)
+    assert abs(pair.change) < 0.01
+
+
+def test_one_load_cannot_be_left_out():
+    with refusing(InvalidValueError, "takes two"):
+        cross_validate(CANDIDATES[0], [made_up(0.06)], "load")
+
+
+def test_everything_is_written(tmp_path, monkeypatch):
+    monkeypatch.setattr(program, "read_folder", lambda folder: suite())
+    cable_tool(tmp_path, tmp_path / "out", resamples=2)
+    result = json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))
+    assert len(result["numbers"]) == 8
+    assert set(result["held_out"]) == {candidate.name for candidate in CANDIDATES}
+    assert result["held_out"][CHOSEN]["pose"]["groups"]["pitch"]["torque"]["mean"] < 3e-3
+    assert len(result["held_out"][CHOSEN]["load"]["recordings"]) == len(suite())
+    assert {share["pose"] for share in result["load_share"]} == {r.pose for r in suite()}
+    page = (tmp_path / "out" / "table.md").read_text("utf-8")
+    assert "published neural network" in page
+    assert "nan" not in page
+    for name in ("sheath_friction", "prediction", "held_out", "residual"):
+        assert (tmp_path / "out" / f"{name}.png").stat().st_size > 10_000
+
+
+def test_missing_data_are_told_in_one_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.delenv("TENDON_MJ_DATA", raising=False)
+    assert run_experiment(cable_tool, "cable_tool", ["--out", str(tmp_path / "out")]) == 2
+    assert "set TENDON_MJ_DATA" in capsys.readouterr().err
+    monkeypatch.setenv("TENDON_MJ_DATA", str(tmp_path))
+    assert run_experiment(cable_tool, "cable_tool", ["--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert "holds no CSV file" in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.long
+def test_loads_and_poses_left_out_of_the_measured_data_meet_what_was_asked():
+    folder = Path(os.environ.get("TENDON_MJ_DATA", "")) / "cable_tool"
+    if "TENDON_MJ_DATA" not in os.environ or not folder.is_dir():
+        pytest.skip("TENDON_MJ_DATA names no folder with cable_tool (see docs/data.md)")
+    recordings = read_folder(folder)
+    chosen = next(c for c in CANDIDATES if c.name == CHOSEN)
+    for left_out, groups in (("load", ("straight",)), ("pose", ("pitch", "roll"))):
+        errors = cross_validate(chosen, recordings, left_out)
+        for group in groups:
+            mine = [one.torque for one in errors if one.group == group]
+            assert np.mean(mine) < TORQUE_ASKED, group

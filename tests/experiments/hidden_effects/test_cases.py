@@ -1,0 +1,202 @@
+"""Laws of hidden cases: recordings do not reveal the key and hold just what it says."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from experiments.hidden_effects.case import make_case
+from experiments.hidden_effects.excitation import Sensor
+from experiments.hidden_effects.hidden import with_imitators
+from experiments.hidden_effects.plan import HIDDEN, REAL_KINDS, SINGLE_EFFECTS, CasePlan, plan_suite
+from experiments.hidden_effects.strengths import calibration_projector, find_strength
+from tendon_mj.lab.recordings import read_recording
+from tendon_mj.lab.replay import Simulator, replay_recording
+from tendon_mj.models import load_model
+
+NOTHING = CasePlan(kind="nothing", names=(), target=0.0, noise=0.01, exclude=(), seed=(7, 1))
+LAG = dataclasses.replace(NOTHING, kind="effect", names=("sensor_lag",), target=5.0)
+QUIET = CasePlan(
+    kind="session", names=(), target=0.0, noise=0.01, exclude=(), seed=(7, 1), bends=True
+)
+ASYMMETRIC = dataclasses.replace(
+    QUIET, names=("direction_asymmetry",), target=5.0, noise=0.001, bends=False
+)
+REMAINDER = dataclasses.replace(
+    ASYMMETRIC, kind="remainder", small=("sensor_drift", "sensor_hum"), exclude=("sensor_drift",)
+)
+TOO_HIGH = dataclasses.replace(
+    QUIET, kind="too_high", names=("constant_friction",), target=5.0, bends=False
+)
+
+
+def test_a_suite_holds_every_effect_at_every_strength_once():
+    suite = plan_suite(3, ("effect",), (2.0, 5.0), (0.01,), 1, 0, 0)
+    assert sorted((p.names[0], p.target) for p in suite) == sorted(
+        (e, s) for e in SINGLE_EFFECTS for s in (2.0, 5.0)
+    )
+    assert len({p.seed for p in suite}) == len(suite)
+
+
+def reality(*kinds):
+    return plan_suite(3, kinds, (2.0, 5.0), (0.01, 0.002), 1, 8, 0)
+
+
+def test_effects_are_hidden_among_sessions_and_above_remainders_once_each():
+    for kind, least in (("session", set(HIDDEN) - {"sensor_bias"}), ("remainder", set(HIDDEN))):
+        names = [p.names[0] for p in reality(kind) if p.names and p.rig == "bench"]
+        assert sorted(names) == sorted(least)
+
+
+def test_sessions_hide_nothing_that_they_set_anew_and_some_hide_nothing():
+    plans = reality("session")
+    assert all("sensor_bias" not in p.names for p in plans)
+    assert sum(not p.names for p in plans) == 2
+    assert 0 < sum(p.bends for p in plans) < len(plans)
+
+
+def test_what_leaves_a_remainder_can_neither_be_named_nor_imitate_what_is_hidden():
+    for plan in reality("remainder"):
+        assert len(set(plan.small)) == 2
+        for name in (*plan.names, *plan.small):
+            others = {*plan.names, *plan.small} - {name}
+            assert not with_imitators(name) & others
+        assert plan.names[0] not in plan.exclude
+
+
+@pytest.mark.parametrize("kind", REAL_KINDS)
+def test_the_old_kinds_are_planned_as_if_there_were_no_others(kind):
+    old = plan_suite(3, ("effect", "pair"), (5.0,), (0.01,), 1, 0, 4)
+    both = plan_suite(3, ("effect", "pair", kind), (5.0,), (0.01,), 1, 0, 4)
+    content = [
+        {(p.names, p.target, p.noise) for p in plans if p.kind == "pair"} for plans in (old, both)
+    ]
+    assert content[0] == content[1]
+
+
+def test_calibration_removes_the_projection_on_its_sensitivities_and_nothing_else():
+    rng = np.random.default_rng(0)
+    along, other = rng.normal(size=(2, 50))
+    left = calibration_projector([along])
+    assert left(3.0 * along) == pytest.approx(np.zeros(50), abs=1e-12)
+    assert left(other) @ along == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("power", [0.5, 1.0, 3.0])
+def test_the_search_finds_a_strength_or_says_that_the_range_ends(power):
+    result = find_strength(lambda s: 7.0 * s**power, 2.0, 1e-4, 10.0, 1.0)
+    assert result.reached
+    assert 7.0 * result.strength**power == pytest.approx(2.0, rel=0.1)
+    assert not find_strength(lambda s: 7.0 * s**power, 2.0, 1e-4, 0.01, 0.001).reached
+
+
+def test_lag_and_delay_shift_a_ramp_by_their_time():
+    time = np.linspace(0.0, 1.0, 1001)
+    for sensor in (Sensor(lag=0.02), Sensor(delay=0.02)):
+        late = sensor.read(time, 5.0 * time, time)[500:]
+        assert late == pytest.approx(5.0 * (time[500:] - 0.02), abs=1e-6)
+
+
+@pytest.fixture(scope="module", params=[NOTHING, LAG], ids=["nothing", "sensor_lag"])
+def case(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("case")
+    return request.param, make_case(request.param, folder), folder
+
+
+def recordings(folder):
+    return [read_recording(path) for path in sorted(folder.glob("*.csv"))]
+
+
+def test_the_six_recordings_of_a_case_do_not_reveal_its_key(case):
+    plan, key, folder = case
+    assert len(recordings(folder)) == 6
+    assert json.loads((folder / "case.json").read_text()) == {"exclude": []}
+    for name in plan.names:
+        assert all(name not in path.read_text() for path in folder.iterdir())
+    assert key["least_tension_N"] > 0.0
+
+
+def test_the_strength_is_the_one_asked_for(case):
+    plan, key, _ = case
+    assert key["ratio"] == pytest.approx([plan.target] * len(plan.names), rel=0.1)
+
+
+def test_the_same_seed_gives_the_same_case(case, tmp_path):
+    plan, key, folder = case
+    assert make_case(plan, tmp_path) == key
+    assert recordings(tmp_path) == recordings(folder)
+
+
+def test_with_nothing_hidden_the_bench_explains_the_reference_down_to_the_noise(tmp_path):
+    key = make_case(NOTHING, tmp_path)
+    for recording in recordings(tmp_path):
+        simulated = replay_recording(recording, parameters=key["calibrated"])
+        for column, measured in recording.measured.items():
+            error = simulated.columns[column] - recording.columns[column]
+            assert np.sqrt(np.mean(error**2)) < 1.1 * measured.noise
+
+
+def explained(recording, parameters):
+    """Whether a simulation with these parameters leaves no more than noise."""
+    simulated = replay_recording(recording, parameters=parameters)
+    errors = [
+        (simulated.columns[column] - recording.columns[column]) / measured.noise
+        for column, measured in recording.measured.items()
+    ]
+    return np.sqrt(np.mean(np.square(errors))) < 1.1
+
+
+@pytest.fixture(scope="module")
+def quiet(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("quiet")
+    return make_case(QUIET, folder), recordings(folder)
+
+
+def test_sessions_are_explained_by_what_each_has_of_its_own_and_not_without(quiet):
+    key, made = quiet
+    shared = key["calibrated"]
+    assert all(explained(r, {**shared, **key["sessions"][r.name]}) for r in made)
+    assert not all(explained(r, shared) for r in made)
+
+
+def test_recordings_of_sessions_state_the_spread_of_zeros_and_pretension_and_know_the_bend(quiet):
+    key, made = quiet
+    wanted = {"sheath.pretension", "input_tension.offset", "output_tension.offset"}
+    for recording in made:
+        assert recording.session.keys() == wanted
+        own = key["sessions"][recording.name]
+        assert recording.known["sheath.extra_bend"] == own["sheath.extra_bend"]
+        for name, stated in recording.session.items():
+            assert abs(own[name] - stated.value) < 5.0 * stated.spread  # guesses, by a factor of 2
+    assert len({r.known["sheath.extra_bend"] for r in made}) == len(made)
+
+
+def test_among_sessions_the_strength_is_a_multiple_of_how_much_they_differ(tmp_path):
+    key = make_case(ASYMMETRIC, tmp_path)
+    assert key["ratio"] == pytest.approx([5.0 * key["unit"]], rel=0.1)
+    assert key["unit"] > max(1.0, key["left"])
+
+
+def test_above_a_remainder_the_strength_is_a_multiple_of_what_remains(tmp_path):
+    key = make_case(REMAINDER, tmp_path)
+    assert key["ratio"] == pytest.approx([5.0 * key["unit"]], rel=0.1)
+    assert key["unit"] >= max(1.0, *key["small"].values())
+    assert key["small"].keys() == set(REMAINDER.small)
+
+
+def test_a_number_too_high_is_in_the_model_and_the_true_one_explains_the_recordings(tmp_path):
+    key = make_case(TOO_HIGH, tmp_path)
+    ((name, true),) = key["parameters"].items()
+    first, *_ = made = recordings(tmp_path)
+    assert Simulator(made).parameters[name].value == key["model"][name] > true
+    assert all(explained(r, {**key["calibrated"], name: true}) for r in made)
+    assert not explained(first, key["calibrated"])
+
+
+def test_the_model_of_a_case_lies_beside_its_recordings_and_says_nothing_of_the_key(tmp_path):
+    make_case(TOO_HIGH, tmp_path / "here")
+    text = (tmp_path / "here" / "model.xml").read_text()
+    assert "<!--" not in text
+    moved = (tmp_path / "here").rename(tmp_path / "there")
+    assert load_model(recordings(moved)[0].model).nu > 0

@@ -1,0 +1,273 @@
+"""The measured joint: recordings, rivals, splits and the study."""
+
+import json
+import math
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+
+import experiments.measured_joint.__main__ as program
+from experiments.command import run_experiment
+from experiments.measured_joint import bouc_wen, history_network, study
+from experiments.measured_joint.__main__ import measured_joint
+from experiments.measured_joint.bouc_wen import fit_bouc_wen
+from experiments.measured_joint.candidates import CANDIDATES
+from experiments.measured_joint.copied_curves import fit_continued_curves, fit_copied_curves
+from experiments.measured_joint.direct_fit import fit_directly
+from experiments.measured_joint.history_network import fit_history_network
+from experiments.measured_joint.joint_model import CAPSTAN, Number, values_in
+from experiments.measured_joint.prandtl_ishlinskii import fit_prandtl_ishlinskii, play
+from experiments.measured_joint.prediction import error
+from experiments.measured_joint.recording import (
+    ANGLE,
+    COLUMNS,
+    COMMAND,
+    REELS,
+    TENSIONS,
+    bend,
+    bound_zeros,
+    degrees,
+    read_folder,
+)
+from experiments.measured_joint.splits import BETWEEN, BEYOND, LEFT_OUT, make_splits
+from experiments.measured_joint.wound_in import WoundIn
+from tendon_mj import CATALOGUE, diagnose
+from tendon_mj.errors import RecordingError
+from tendon_mj.lab.recordings import Uncertain
+from tests.experiments.measured_joint.synthetic import FRICTION, PLANTED, UNCERTAIN, blank, rig
+from tests.refusals import refusing
+
+HEADER = "time_s,command_rad,joint_rad,tension_1_N,tension_2_N\n"
+
+
+def test_a_folder_is_read_in_the_order_of_the_bend(tmp_path):
+    for angle in (120, 0, 60):
+        path = tmp_path / f"bend_{angle:03d}deg.csv"
+        path.write_text(HEADER + "0.0,0.0,0.0,5.0,5.0\n0.1,0.1,0.0,5.1,4.9\n", "utf-8")
+    result = read_folder(tmp_path)
+    assert [degrees(r) for r in result] == [0, 60, 120]
+    assert bend(result[2]) == pytest.approx(2.0 * math.pi / 3.0)
+    for recording in result:
+        assert set(recording.measured) == set(COLUMNS)
+        assert set(REELS) < set(recording.drive.values())
+        assert all(not np.any(recording.columns[f"{reel}_m"]) for reel in REELS)
+
+
+def test_other_names_are_refused(tmp_path):
+    (tmp_path / "straight.csv").write_text(HEADER, "utf-8")
+    with refusing(RecordingError, "bend_NNNdeg"):
+        read_folder(tmp_path)
+
+
+def test_nothing_that_is_predicted_is_given():
+    splits = make_splits([blank(b, 4) for b in (0, 60, 120, 180, 240)])
+    for parts in splits.values():
+        for split in parts:
+            assert not {r.name for r in split.train} & {r.name for r in split.held_out}
+    (between,), (beyond,) = splits[BETWEEN], splits[BEYOND]
+    assert [degrees(r) for r in between.held_out] == [60, 180]
+    assert [degrees(r) for r in beyond.held_out] == [180, 240]
+    assert sorted(degrees(s.held_out[0]) for s in splits[LEFT_OUT]) == [0, 60, 120, 180, 240]
+
+
+@pytest.mark.parametrize("bends", [(0, 60, 240), (0, 120, 240)])
+def test_missing_bends_are_told(bends):
+    with refusing(RecordingError, "of other bends are needed"):
+        make_splits([blank(b, 4) for b in bends])
+
+
+def test_no_zero_of_a_load_cell_is_above_its_lowest_reading():
+    zero = {"input_tension_1.offset": Uncertain(0.0, -2.0, 2.0)}
+    given, unseen = (replace(blank(b, 4), uncertain={**UNCERTAIN, **zero}) for b in (0, 60))
+    given = replace(given, columns={**given.columns, "tension_1_N": np.array([5.0, 0.7, 6, 5])})
+    for bounded in bound_zeros([given, unseen], [given]):
+        assert bounded.uncertain["input_tension_1.offset"] == Uncertain(0.0, -2.0, 0.7)
+        assert bounded.uncertain.keys() == given.uncertain.keys()
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {},
+        {"sheath_1.friction": 0.0, "sheath_2.friction": 0.6},
+        {"sheath_1.axial_stiffness": 200.0, "sheath_2.axial_stiffness": 200.0},
+        {"sheath_1.sheath_compliance": 1e-3},
+        {"sheath_1.creep": 0.5, "sheath_1.creep_time": 1.0},
+        {"input_tension_1.offset": 1.0, "input_tension_2.scale": 0.9},
+    ],
+)
+def test_the_first_sample_reads_what_was_recorded(changed):
+    recordings = [blank(b, 8) for b in (0, 240)]
+    (answers,) = WoundIn(recordings)([{**PLANTED, **changed}])
+    for recording, series in zip(recordings, answers, strict=True):
+        for column in TENSIONS:
+            assert series[column][0] == pytest.approx(recording.columns[column][0], abs=0.05)
+
+
+def test_friction_holds_tension_back_so_that_less_tendon_is_wound_in():
+    simulator = WoundIn([blank(180, 8)])
+    wound = simulator._wind_in(
+        [{**PLANTED, **{f"sheath_{k}.friction": mu for k in (1, 2)}} for mu in (0.0, 0.2, 0.4)]
+    )
+    assert np.all(np.diff(wound[:, 0], axis=0) < 0.0)
+
+
+def test_without_friction_the_tendon_is_a_spring():
+    stiffness = PLANTED["sheath_1.axial_stiffness"]
+    plain = {**PLANTED, "sheath_1.friction": 0.0, "sheath_2.friction": 0.0}
+    (wound,) = WoundIn([blank(120, 8)])._wind_in([plain])
+    # L = 1 m, pretension 0.2 N: what was S long carries 5 N
+    unstretched = 1.0 / (1.0 + 0.2 / stiffness)
+    assert wound[0] == pytest.approx(unstretched - 1.0 / (1.0 + 5.0 / stiffness), rel=1e-3)
+
+
+def test_the_same_in_longer_steps():
+    simulator = WoundIn([blank(120)])
+    fine, coarse = (s([PLANTED])[0][0] for s in (simulator, simulator.in_steps(2.0)))
+    assert np.abs(fine["joint_rad"] - coarse["joint_rad"]).max() < np.radians(0.5)
+    assert len(REELS) == len(TENSIONS)
+
+
+BENDS = (0, 120, 240)
+
+
+def made(degrees, law, samples=240):
+    """A recording all of whose columns follow a law of the command and the bend."""
+    recording = blank(degrees, samples)
+    series = law(recording.columns[COMMAND], bend(recording))
+    return replace(recording, columns={**recording.columns, **dict.fromkeys(COLUMNS, series)})
+
+
+def worst(predict, recording):
+    return max(error(recording, predict(recording)).rms.values())
+
+
+def play_law(command, angle):
+    return (1.0 - 0.1 * angle) * play(command, 0.3) + 0.2 * command + 0.05 * angle
+
+
+@pytest.mark.parametrize("fit", [fit_copied_curves, fit_continued_curves])
+def test_copied_curves_are_exact_where_curves_are_linear_in_the_bend(fit):
+    predict = fit([made(b, play_law) for b in BENDS])
+    for place in (0, 60, 120, 200):
+        assert worst(predict, made(place, play_law)) < 1e-12
+
+
+def test_beyond_the_given_bends_the_nearest_curve_is_kept_or_the_line_continued():
+    given = [made(b, play_law) for b in (0, 120)]
+    beyond = made(240, play_law)
+    assert fit_copied_curves(given)(beyond)[COLUMNS[0]] == pytest.approx(
+        given[1].columns[COLUMNS[0]]
+    )
+    assert worst(fit_continued_curves(given), beyond) < 1e-12
+
+
+def test_play_follows_within_its_threshold_and_knows_no_rate():
+    series = np.random.default_rng(0).normal(size=200).cumsum()
+    played = play(series, 0.7)
+    assert np.abs(played - series).max() <= 0.7 + 1e-12
+    stretched = np.interp(np.linspace(0, 199, 996), np.arange(200), series)
+    assert play(stretched, 0.7)[::5] == pytest.approx(played)
+
+
+def test_prandtl_ishlinskii_finds_plays_between_its_own():
+    predict = fit_prandtl_ishlinskii([made(b, play_law) for b in BENDS])
+    assert worst(predict, made(60, play_law)) < 0.02
+
+
+def test_the_hysteretic_variable_saturates_where_its_rate_vanishes():
+    command = np.linspace(0.0, 20.0, 400)
+    z = bouc_wen._hysteresis(command, 1.5, 0.5, 2.0)
+    assert z[-1] == pytest.approx((1.0 / 2.0) ** 0.5, rel=1e-3)
+    assert np.all(np.diff(z) >= -1e-12)
+
+
+def test_bouc_wen_finds_itself(monkeypatch):
+    monkeypatch.setattr(bouc_wen, "_GENERATIONS", 15)
+
+    def law(command, angle):
+        scaled = command / np.radians(60.0)
+        return 0.2 * scaled + (1.0 - 0.1 * angle) * bouc_wen._hysteresis(scaled, 3.0, 1.0, 1.0)
+
+    predict = fit_bouc_wen([made(b, law) for b in BENDS])
+    assert worst(predict, made(60, law)) < 0.02
+
+
+def test_the_network_learns_a_loop_of_which_the_command_alone_says_nothing(monkeypatch):
+    monkeypatch.setattr(history_network, "_MEMBERS", 2)
+    given = [made(b, play_law) for b in BENDS]
+    unseen = made(60, play_law)
+    spread = float(np.std(unseen.columns[COLUMNS[0]]))
+    assert worst(fit_history_network(given), unseen) < 0.25 * spread
+
+
+def test_seeds_repeat(monkeypatch):
+    monkeypatch.setattr(history_network, "_MEMBERS", 1)
+    given = [made(b, play_law, 60) for b in (0, 240)]
+    first, again, other = (fit_history_network(given, s)(given[0]) for s in (1, 1, 2))
+    assert np.array_equal(first[COLUMNS[0]], again[COLUMNS[0]])
+    assert not np.array_equal(first[COLUMNS[0]], other[COLUMNS[0]])
+
+
+FOUND = ("spool's radius", "EA", "hinge's dry friction", "μ")
+FEW = tuple(n for n in CAPSTAN if n.name in FOUND)
+
+
+def test_a_direct_fit_finds_planted_numbers_and_predicts_other_bends():
+    result = fit_directly(FEW, rig((0, 120, 240)), 0, starts=8, refined=2)
+    assert result.values["μ"] == pytest.approx(FRICTION, rel=0.05)
+    assert result.values["EA"] == pytest.approx(900.0, rel=0.05)
+    (unseen,) = rig((60,), seed=1)
+    assert error(unseen, result(unseen)).rms[ANGLE] < 0.01
+
+
+def test_numbers_of_one_parameter_add_up_and_may_grow_with_the_bend():
+    base = Number("F", ("joint.frictionloss",), 0.0, 0.1)
+    growing = Number("F per rad", ("joint.frictionloss",), 0.0, 0.1, per_bend=True)
+    values = values_in((base, growing), (0.5, 0.2), [blank(0, 4), blank(180, 4)])
+    assert values["joint.frictionloss @ bend_000deg"] == pytest.approx(0.05)
+    assert values["joint.frictionloss @ bend_180deg"] == pytest.approx(0.05 + 0.02 * np.pi)
+
+
+def first_of_each(recordings):
+    return {name: parts[:1] for name, parts in make_splits(recordings).items()}
+
+
+def test_the_command_finds_planted_friction_and_writes_everything(tmp_path, monkeypatch):
+    recordings = rig((0, 60, 120, 180, 240), samples=50)
+    quick = tuple(c for c in CANDIDATES if c.name in ("Prandtl–Ishlinskii", "nearest curves"))
+    catalogue = [CATALOGUE["sheath_friction"]]
+    monkeypatch.setattr(study, "diagnose", partial(diagnose, catalogue=catalogue))
+    monkeypatch.setattr(
+        study.run_study, "__defaults__", (*study.run_study.__defaults__[:-1], quick)
+    )
+    monkeypatch.setattr(study, "make_splits", first_of_each)
+    monkeypatch.setattr(program, "read_folder", lambda folder: recordings)
+    measured_joint(tmp_path, tmp_path / "out")
+    result = json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))
+    for split in (BETWEEN, BEYOND):
+        (results,) = result["diagnoses"][split]
+        assert results["diagnosis"]["effects"] == ["sheath_friction"]
+        friction = results["diagnosis"]["parameters"]["sheath_1.friction"]["value"]
+        assert friction == pytest.approx(FRICTION, rel=0.05)
+        assert all(r["after"][ANGLE] < 0.5 * r["before"][ANGLE] for r in results["held_out"])
+    (left_out,) = result["held_out"]["nearest curves"][LEFT_OUT]
+    assert left_out["bend_deg"] == 0
+    page = (tmp_path / "out" / "table.md").read_text("utf-8")
+    assert "nan" not in page
+    for name in ("angle", "tension", "held_out"):
+        assert (tmp_path / "out" / f"{name}.png").stat().st_size > 10_000
+
+
+def test_missing_data_are_told_in_one_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.delenv("TENDON_MJ_DATA", raising=False)
+    assert run_experiment(measured_joint, "measured_joint", ["--out", str(tmp_path / "out")]) == 2
+    assert "set TENDON_MJ_DATA" in capsys.readouterr().err
+    monkeypatch.setenv("TENDON_MJ_DATA", str(tmp_path))
+    assert run_experiment(measured_joint, "measured_joint", ["--out", str(tmp_path / "out")]) == 2
+    error_line = capsys.readouterr().err
+    assert "holds no CSV file" in error_line
+    assert error_line.count("\n") == 1
+    assert not (tmp_path / "out").exists()

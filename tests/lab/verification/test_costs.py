@@ -1,0 +1,207 @@
+"""The models whose steps are timed are the ones that they stand for."""
+
+import dataclasses
+import time
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
+from tendon_mj.lab.finger import prepare_finger, tap
+from tendon_mj.lab.replay import full_state, rollout_sensors
+from tendon_mj.lab.verification import (
+    Spread,
+    StepCost,
+    bench_step_cost,
+    finger_step_cost,
+    measure_models,
+    memory_of,
+    mujoco_tendon_bench,
+    mujoco_tendon_finger,
+    prepare_model,
+    smooth_controls,
+    thread_speedups,
+    times_in_turns,
+    without_tension_sensors,
+)
+from tendon_mj.models import JOINTS, Bench, Finger, build_bench, build_finger
+from tendon_mj.plugin import sheaths
+
+ARM = """
+<mujoco>
+  <worldbody>
+    <site name="a" pos="0 0 0.05"/>
+    <body pos="0.1 0 0">
+      <joint name="elbow" axis="0 1 0" range="-60 60" damping="0.05"/>
+      <geom size="0.02" fromto="0 0 0 0.2 0 0" type="capsule"/>
+      <site name="b" pos="0.02 0 0.03"/><site name="c" pos="0.1 0 0.03"/>
+    </body>
+  </worldbody>
+  <tendon>
+    <spatial name="flexor"><site site="a"/><site site="b"/><site site="c"/></spatial>
+    <spatial><site site="a"/><site site="b"/><site site="c"/></spatial>
+  </tendon>
+  <actuator>{}</actuator>
+</mujoco>
+"""
+MUSCLE = '<muscle tendon="flexor" force="20" ctrllimited="true" ctrlrange="0 1"/>'
+MOTOR = '<motor name="m" joint="elbow"/>'
+
+
+def tapping_angles(spec, finger):
+    """(steps, 3) joint angles of three taps [rad]."""
+    prepared, controls = prepare_finger(tap(), spec.compile(), finger)
+    model, data = prepared.model, prepared.data
+    readings = rollout_sensors(model, [data], full_state(model, data)[None], controls[None])[0]
+    return readings[:, [int(model.sensor(f"{joint}_angle").adr[0]) for joint in JOINTS]]
+
+
+def test_without_friction_the_finger_moves_as_with_mujocos_own_tendons():
+    finger = Finger(friction=0.0)
+    ours = tapping_angles(build_finger(finger), finger)
+    reference = tapping_angles(mujoco_tendon_finger(finger), finger)
+    # what is wound in stretches no more: a tenth of the tendon, which MuJoCo's spring neglects
+    np.testing.assert_allclose(ours, reference, atol=np.radians(1.0))
+
+
+def test_the_finger_moves_alike_without_its_tension_sensors():
+    finger = Finger()
+    bare = without_tension_sensors(build_finger(finger))
+    np.testing.assert_array_equal(
+        tapping_angles(bare, finger), tapping_angles(build_finger(finger), finger)
+    )
+
+
+def test_without_friction_the_bench_is_as_stiff_as_with_mujocos_own_tendon():
+    bench = Bench(friction=0.0)
+    pulled = []
+    for spec in (build_bench(bench), mujoco_tendon_bench(bench)):
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        data.joint("environment").qpos = -1e-4
+        mujoco.mj_forward(model, data)
+        pulled.append(data.qfrc_passive.copy())
+    # the plugin's spring is EA/L at the pretension, MuJoCo's EA/S: T_0/EA apart
+    rel = 2.0 * bench.pretension / bench.axial_stiffness
+    np.testing.assert_allclose(pulled[0], pulled[1], rtol=rel, atol=1e-6)
+
+
+def test_a_model_with_mujocos_own_tendons_has_no_plugin():
+    for spec in (mujoco_tendon_bench(Bench()), mujoco_tendon_finger(Finger())):
+        model = spec.compile()
+        assert model.nplugin == 0
+        assert (model.tendon_stiffness > 0.0).any()
+
+
+def test_a_step_cost_is_positive_and_its_ratio_that_of_the_times():
+    cost = bench_step_cost(Bench(guides=4), rounds=1)
+    assert cost.step > 0.0
+    assert cost.reference_step > 0.0
+    cost = StepCost(np.array([3e-6, 5e-6, 4e-6]), np.array([2e-6, 2e-6, 1e-6]))
+    assert cost.ratio == pytest.approx(2.5)
+    assert cost.added.median == pytest.approx(3e-6)
+    short = dataclasses.replace(tap(), time=tap().time / 10.0)
+    assert finger_step_cost(short, friction=0.3, rounds=1).ratio > 0.0
+
+
+def test_tasks_are_timed_in_turns():
+    order = []
+    spent = times_in_turns(
+        [lambda: order.append("slow") or time.sleep(0.02), lambda: order.append("fast")], rounds=3
+    )
+    assert order == ["slow", "fast"] * 3
+    assert spent.shape == (3, 2)
+    assert (spent[:, 0] >= 0.02).all()
+
+
+def test_a_spread_is_the_median_between_its_quartiles():
+    assert Spread.of(np.array([4.0, 0.0, 3.0, 1.0, 2.0])) == Spread(2.0, 1.0, 3.0)
+
+
+def test_the_sheaths_state_is_a_part_of_the_memory():
+    model = build_bench(Bench()).compile()
+    memory, without = memory_of(model), memory_of(mujoco_tendon_bench(Bench()).compile())
+    assert memory["plugin_state"] == mujoco.MjData(model).plugin_state.nbytes
+    assert without["plugin_state"] == 0
+    for part in ("buffer", "state"):
+        assert memory[part] - without[part] >= memory["plugin_state"]
+    assert memory["total"] == memory["buffer"] + memory["arena"]
+
+
+def test_rollouts_are_compared_for_each_number_of_threads():
+    speedups = thread_speedups(Bench(guides=4), (2, 3), rounds=1, runs=4, steps=200)
+    assert set(speedups) == {2, 3}  # the same as on one thread to the bit, or it had refused
+    assert min(speedup.median for speedup in speedups.values()) > 0.0
+
+
+@pytest.fixture
+def arm(tmp_path):
+    path = tmp_path / "arm.xml"
+    path.write_text(ARM.format(MUSCLE + MOTOR))
+    return path
+
+
+def test_each_driven_tendon_gets_a_sheath_and_nothing_else_changes(arm):
+    model = prepare_model(str(arm), steps=50)
+    assert len(sheaths(model.sheathed.model)) == 1  # nothing pulls the other tendon
+    assert not sheaths(model.plain.model)
+    assert list(sheaths(model.sheathed.model)) == list(sheaths(model.unsensed.model))
+    assert model.unsensed.model.nsensordata < model.sheathed.model.nsensordata
+    np.testing.assert_array_equal(model.plain.controls, model.sheathed.controls)
+
+
+def test_controls_are_smooth_and_within_their_ranges(arm):
+    model = prepare_model(str(arm)).plain.model
+    controls = smooth_controls(model, 2000)
+    assert controls.shape == (2000, 2)
+    assert controls[:, 0].min() >= 0.0
+    assert controls.max() <= 1.0
+    assert controls.min() >= -1.0
+    assert (controls.std(axis=0) > 0.05).all()
+    assert np.abs(np.diff(controls, axis=0)).max() < 10.0 * model.opt.timestep
+    np.testing.assert_array_equal(controls, smooth_controls(model, 2000))
+
+
+def test_the_cost_has_both_memories(arm):
+    cost = prepare_model(str(arm), steps=50).cost(rounds=1)
+    assert (cost.sheaths, cost.cost.ratio > 0.0) == (1, True)
+    assert cost.memory["plugin_state"] > 0 == cost.reference_memory["plugin_state"]
+    assert cost.result()["without_tension_sensors"]["ratio"] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("text", "error", "fact"),
+    [
+        (ARM.format(""), InvalidValueError, "no actuator"),
+        (ARM.format(MOTOR), TendonError, "none of the tendons"),
+        (ARM.format(MOTOR).replace('site="b"', 'site="d"'), TendonError, "arm.xml"),
+        ("no XML", TendonError, "arm.xml"),
+        (
+            ARM.format(MUSCLE + MOTOR.replace("/>", ' gear="1e15"/>')).replace("0.05", "0"),
+            TendonError,
+            "unstable",
+        ),
+    ],
+)
+def test_a_model_that_cannot_be_compared_is_refused(arm, text, error, fact):
+    arm.write_text(text)
+    with pytest.raises(error) as refused:
+        prepare_model(str(arm))
+    assert fact in str(refused.value)
+
+
+def test_a_measurement_that_cannot_be_made_is_refused_before_anything_is_timed(arm, tmp_path):
+    reported = []
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "arm.xml").write_text(arm.read_text())
+    for models, rounds, error, fact in (
+        (["nowhere.xml"], 1, UnknownNameError, "nowhere.xml"),
+        ([str(arm), str(other / "arm.xml")], 1, InvalidValueError, "2 models are called 'arm'"),
+        ([], 0, InvalidValueError, "rounds = 0"),
+    ):
+        with pytest.raises(error) as refused:
+            measure_models(models, rounds=rounds, progress=lambda *done: reported.append(done))
+        assert fact in str(refused.value)
+    assert not reported

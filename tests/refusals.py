@@ -1,0 +1,16 @@
+"""A refusal is asserted by its class and by facts in its message, not by its sentence."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+
+@contextmanager
+def refusing(kind: type[Exception] | tuple[type[Exception], ...], *facts: str) -> Iterator[None]:
+    """Expect an exception of a kind whose message has these facts; " … " separates several."""
+    with pytest.raises(kind) as refused:
+        yield
+    parts = [part for fact in facts for part in fact.split(" … ")]
+    missing = [part for part in parts if part not in str(refused.value)]
+    assert not missing, f"{missing} not in: {refused.value}"
