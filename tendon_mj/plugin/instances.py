@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.plugin.abi.checks import Draft
 from tendon_mj.plugin.abi.library import C
-from tendon_mj.plugin.abi.model_in_compilation import Draft
 from tendon_mj.plugin.servo_plugin.state import view as servo_view
 from tendon_mj.plugin.servo_plugin.validate import SERVO
-from tendon_mj.plugin.sheath_plugin.binding.own_config import own_config
+from tendon_mj.plugin.sheath_plugin.names import own_config
 from tendon_mj.plugin.sheath_plugin.state import STATE, View, size
 from tendon_mj.plugin.sheath_plugin.state import view as sheath_view
-from tendon_mj.plugin.sheath_plugin.validation.sheath import NAME
+from tendon_mj.plugin.sheath_plugin.validate import NAME
 from tendon_mj.sheath import GUIDE, SEGMENT
 
 

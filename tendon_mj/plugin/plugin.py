@@ -13,19 +13,24 @@ import mujoco
 
 from tendon_mj.compilation import announced
 from tendon_mj.errors import EngineError
-from tendon_mj.plugin.abi.checks import Check
-from tendon_mj.plugin.abi.layout import Layout, read_layout, verify, verify_state
+from tendon_mj.plugin.abi.checks import Check, Draft
+from tendon_mj.plugin.abi.layout import (
+    Layout,
+    SceneLayout,
+    read_layout,
+    read_scene_layout,
+    verify,
+    verify_scene,
+    verify_state,
+)
 from tendon_mj.plugin.abi.library import PATH, C
-from tendon_mj.plugin.abi.model_in_compilation import Draft
-from tendon_mj.plugin.abi.scene_layout import SceneLayout, read_scene_layout, verify_scene
-from tendon_mj.plugin.other_engines import guard_engines
-from tendon_mj.plugin.pickles import register_pickles
+from tendon_mj.plugin.elsewhere import guard_engines, register_pickles
 from tendon_mj.plugin.servo_plugin import callbacks as servo_callbacks
 from tendon_mj.plugin.servo_plugin import validate as servo_validate
 from tendon_mj.plugin.servo_plugin.state import ATTRIBUTES as SERVO_ATTRIBUTES
+from tendon_mj.plugin.sheath_plugin import validate
 from tendon_mj.plugin.sheath_plugin.attributes import ATTRIBUTES
 from tendon_mj.plugin.sheath_plugin.callbacks import Callbacks, make_callbacks
-from tendon_mj.plugin.sheath_plugin.validation import sheath as validate
 from tendon_mj.plugin.sheath_plugin.visualize import make_visualize
 
 _ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
@@ -59,7 +64,7 @@ class _Plugin(ctypes.Structure):
 
 
 def _verify_struct() -> None:
-    """Hold our `mjpPlugin` against the header that MuJoCo ships.
+    """Compare `_Plugin` with the header that MuJoCo ships.
 
     Raises:
         EngineError: the fields or their order differ.
@@ -85,8 +90,8 @@ class Definition(NamedTuple):
     """Definition of a plugin.
 
     Attributes:
-        name: by which MJCF asks for it.
-        attributes: that its configuration may have.
+        name: in MJCF.
+        attributes: of its configuration.
         capabilities: sum of `mjtPluginCapabilityBit`.
         state_size: checks an instance, returns how many numbers of state it needs, one at least.
         complete: checks an instance once the model is complete.
@@ -128,7 +133,7 @@ DEFINITIONS = (
 
 NAMES = tuple(definition.name for definition in DEFINITIONS)
 
-# Made, not stepped: MuJoCo hands the plugin its state directly then, and no offset is trusted yet.
+# Not stepped: MuJoCo hands the plugin its state directly, before the offsets are verified.
 _SMALLEST = f"""
 <mujoco>
   <extension>
@@ -147,7 +152,7 @@ _SMALLEST = f"""
 
 
 def _raise_refusals(model: Draft) -> None:
-    """Say what was refused when MuJoCo asked for the sizes of states."""
+    """Raise the first refusal of those that were a state of size 0."""
     sizes = {definition.name: definition.state_size for definition in DEFINITIONS}
     for k in filter(model.is_refused, range(model.fields.nplugin)):
         if model.plugin(k) in sizes:
@@ -156,7 +161,7 @@ def _raise_refusals(model: Draft) -> None:
 
 
 def _complete(plugin: Definition) -> Callable[[int, int], int]:
-    """The check of `init`, with what was refused before it."""
+    """The check of `init`, after the refusals of `nstate`."""
 
     @functools.wraps(plugin.complete)
     def complete(address: int, instance: int) -> int:

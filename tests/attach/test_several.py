@@ -18,7 +18,7 @@ from tendon_mj import (
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import sheaths
 from tests.attach.finger import LIMP, finger
-from tests.plugin.models import unsigned
+from tests.plugin.rigs import unsigned
 
 WAYS = {
     "one list": ["flexor", "extensor"],

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendon_mj.plugin.abi.arctangent import arctangent
+from tendon_mj.plugin.sheath_plugin.path import arctangent
 
 DIRECTIONS = np.concatenate(
     [

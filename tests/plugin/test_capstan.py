@@ -6,7 +6,7 @@ import pytest
 
 from tendon_mj.models import Bench, build_bench
 from tendon_mj.theory import output_tension
-from tests.plugin.models import arm, fixed_sheaths, run
+from tests.plugin.rigs import arm, fixed_sheaths, run
 
 GUIDES = [1, 2, 5, 16, 64]
 

@@ -7,7 +7,7 @@ import sys
 import mujoco
 import pytest
 
-from tendon_mj.plugin.sheath_plugin.validation import sheath as validate
+from tendon_mj.plugin.sheath_plugin import validate
 from tests.plugin.test_refusals import LAW, compiled, instance
 from tests.plugin.test_servo_refusals import compiled as servo
 

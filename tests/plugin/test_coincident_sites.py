@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import add_friction
-from tests.plugin.models import unpacked
+from tests.plugin.rigs import unpacked
 
 SLIDER = """
 <mujoco>

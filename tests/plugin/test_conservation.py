@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tests.plugin.models import arm, fixed_sheaths, started, tendon_total
+from tests.plugin.rigs import arm, fixed_sheaths, started, tendon_total
 
 STEPS = 100_000
 

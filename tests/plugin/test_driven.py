@@ -9,7 +9,7 @@ import pytest
 from mujoco import rollout
 
 from tendon_mj.attach import add_friction
-from tests.plugin.models import sheath_view
+from tests.plugin.rigs import sheath_view
 
 MODELS = os.environ.get("TENDON_MJ_MODELS", "")
 _FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS

@@ -5,8 +5,20 @@ import numpy as np
 import pytest
 from mujoco import rollout
 
-from tests.plugin.drives import ALL, EA, EFFECTS, PRETENSION, Drives
-from tests.plugin.models import arm, restore, run, snapshot, started, tendon_total, unpacked
+from tests.plugin.rigs import (
+    ALL,
+    EA,
+    EFFECTS,
+    PRETENSION,
+    Drives,
+    arm,
+    restore,
+    run,
+    snapshot,
+    started,
+    tendon_total,
+    unpacked,
+)
 
 INTEGRATORS = ["Euler", "implicitfast", "RK4"]
 ARM = ALL | {"stribeck_velocity": 0.2, "friction_gradient": 1.0, "backlash": 1e-3} | {

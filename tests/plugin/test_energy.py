@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tests.plugin.models import arm, elastic_energy, started, unpacked
+from tests.plugin.rigs import arm, elastic_energy, started, unpacked
 
 EA = 500.0
 

@@ -13,8 +13,7 @@ import pytest
 from tendon_mj import add_friction, view_sheath
 from tendon_mj.plugin import sheaths
 from tests.plugin.drawn_spans import span_gradients
-from tests.plugin.given_models import GIVEN, random_pose, sheathed, stock
-from tests.plugin.models import sheath_view
+from tests.plugin.rigs import GIVEN, random_pose, sheath_view, sheathed, stock
 from tests.plugin.test_driven import ACTUATORS, SPRING, arm
 
 POSES = 5

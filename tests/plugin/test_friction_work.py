@@ -6,8 +6,7 @@ import pytest
 
 from tendon_mj import view_sheath
 from tendon_mj.plugin import sheaths
-from tests.plugin.given_models import GIVEN, sheathed
-from tests.plugin.models import sheath_view
+from tests.plugin.rigs import GIVEN, sheath_view, sheathed
 from tests.plugin.test_driven import ACTUATORS, SPRING, arm, controls
 
 SECONDS = 2.0

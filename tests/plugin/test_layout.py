@@ -6,7 +6,7 @@ import pytest
 from tendon_mj.errors import EngineError
 from tendon_mj.plugin import plugin, read_layout
 from tendon_mj.plugin.abi import layout as layouts
-from tendon_mj.plugin.abi.layout import verify
+from tendon_mj.plugin.abi.layout import read_scene_layout, verify, verify_scene
 
 LAYOUT = read_layout()
 
@@ -33,7 +33,7 @@ def test_a_field_that_is_gone_is_refused_by_name(monkeypatch):
 
     mirrors = {"mjModel": Bare, "mjData": layouts.mirror("mjData")}
     monkeypatch.setattr(layouts, "mirror", lambda name: mirrors[name])
-    with pytest.raises(EngineError, match=r"has no mjModel\.nsensor, which tendon-mj reads"):
+    with pytest.raises(EngineError, match=r"has no mjModel\.nsensor, which tendon-mj uses"):
         read_layout()
 
 
@@ -52,3 +52,28 @@ def test_a_plugin_structure_of_another_shape_is_refused(monkeypatch):
 
 def test_registering_twice_changes_nothing():
     assert plugin.register() is plugin.register()
+
+
+SCENE = read_scene_layout()
+
+
+def test_its_scene_is_as_described():
+    verify_scene(SCENE)
+
+
+@pytest.mark.parametrize("field", [f for f in SCENE._fields if f != "v_flags"])
+@pytest.mark.parametrize("shift", [4, -4])
+def test_a_wrong_offset_of_a_scene_is_refused_by_name(field, shift):
+    wrong = SCENE._replace(**{field: getattr(SCENE, field) + shift})
+    with pytest.raises(EngineError, match=f"{mujoco.__version__}: .* is not where its description"):
+        verify_scene(wrong)
+
+
+def test_a_field_of_a_scene_that_is_gone_is_refused_by_name(monkeypatch):
+    whole = layouts.mirror
+    monkeypatch.setattr(
+        layouts, "mirror", lambda name: object if name == "mjvScene" else whole(name)
+    )
+    monkeypatch.setattr(layouts.ctypes, "sizeof", lambda kind: 1)
+    with pytest.raises(EngineError, match=r"has no mjvScene\.maxgeom, which tendon-mj uses"):
+        read_scene_layout()

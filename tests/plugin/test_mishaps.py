@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.attach import add_friction, add_sites, add_tendon
-from tests.plugin.models import (
+from tests.plugin.rigs import (
     arm,
     fixed_sheaths,
     run,

@@ -10,8 +10,8 @@ import mujoco
 import pytest
 
 from tendon_mj.plugin import NAME, SERVO
-from tendon_mj.plugin.other_engines import guard_engines
-from tests.plugin.models import arm
+from tendon_mj.plugin.elsewhere import guard_engines
+from tests.plugin.rigs import arm
 
 ENGINES = {"mujoco.mjx": "MJX", "mujoco_warp": "MuJoCo Warp"}
 ENGINE = "def put_model(m, device=None, **more):\n    return m.nq\n"

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tendon_mj.plugin import sheaths
-from tendon_mj.plugin.sheath_plugin.binding.own_names import Affixes, around_tendon
+from tendon_mj.plugin.sheath_plugin.names import Affixes, around_tendon
 from tendon_mj.plugin.sheath_plugin.state import view
 
 AFFIX = st.text("ab", max_size=2)

@@ -3,9 +3,7 @@
 import mujoco
 import numpy as np
 
-from tests.plugin.foreign_states import driven, reeled
-from tests.plugin.models import unpacked
-from tests.plugin.servos import hand
+from tests.plugin.rigs import driven, hand, reeled, unpacked
 
 OFF = mujoco.mjtDisableBit.mjDSBL_SPRING | mujoco.mjtDisableBit.mjDSBL_DAMPER
 

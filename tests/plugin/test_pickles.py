@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.plugin import pickles
-from tests.plugin.models import arm, run, snapshot, started
+from tests.plugin.rigs import arm, run, snapshot, started
 
 LOAD = """
 import pickle, sys
@@ -24,7 +24,7 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
 import worker
 if __name__ == "__main__":
-    from tests.plugin.models import arm, started
+    from tests.plugin.rigs import arm, started
     model = arm()
     data = started(model, 6, 2.0)
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:

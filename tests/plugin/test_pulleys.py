@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tests.plugin.models import sheath_view
+from tests.plugin.rigs import sheath_view
 
 PULLEYS = """<mujoco><option timestep="0.001" gravity="0 0 0"/>{extension}<worldbody>
   <site name="a" pos="-0.2 0 0"/><site name="b" pos="0 0 0.05"/><site name="k" pos="0.1 0 0"/>

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tests.plugin.models import arm, arm_xml, run, snapshot, started
+from tests.plugin.rigs import arm, arm_xml, run, snapshot, started
 
 
 def assert_alike(model, other):

@@ -9,9 +9,9 @@ import pytest
 
 from tendon_mj import view_sheath
 from tendon_mj.plugin import read_layout, sheaths
-from tendon_mj.plugin.sheath_plugin.binding.seal import model_signature
+from tendon_mj.plugin.sheath_plugin.signature import model_signature
 from tendon_mj.plugin.sheath_plugin.state import BOUND_BEGIN, BOUND_SIZE, view
-from tests.plugin.foreign_states import DRIVEN, MODELS, driven
+from tests.plugin.rigs import DRIVEN, MODELS, driven
 
 LAYOUT = read_layout()
 TWINS = """

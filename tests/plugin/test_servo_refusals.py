@@ -6,7 +6,7 @@ import pytest
 
 from tendon_mj import Parameters, add_servo
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
-from tests.plugin.servos import hand
+from tests.plugin.rigs import hand
 
 MODEL = """
 <mujoco>

@@ -6,10 +6,10 @@ import pytest
 
 from tendon_mj import add_friction, add_sites, add_tendon
 from tendon_mj.plugin import read_layout
-from tendon_mj.plugin.sheath_plugin.binding import signature as sg
+from tendon_mj.plugin.sheath_plugin import signature as sg
+from tendon_mj.plugin.sheath_plugin.state import STATE
 
 LAYOUT = read_layout()
-NOTHING = {"joints": (-1.0, -1.0), "actuator": -1.0, "sensors": (0.0, -1.0)}
 
 
 def rig(tendons=("one", "two"), friction=0.1, **more):
@@ -30,11 +30,14 @@ def configured(model):
     return sg.config_signature(LAYOUT, model._address, 0)
 
 
-def bound(model, tendon=0.0, **indices):
-    state = NOTHING | indices
-    return sg.sheath_signature(
-        LAYOUT, model._address, 0, tendon, state["joints"], state["actuator"], state["sensors"]
-    )
+def bound(model, tendon=0.0, joints=(-1.0, -1.0), actuator=-1.0, sensors=(0.0, -1.0)):
+    state = np.zeros(model.npluginstate * 8, np.uint8)
+    fields = state[: STATE.itemsize].view(STATE)
+    fields["tendon"], fields["reel_actuator"] = tendon, actuator
+    fields["reel_joint"], fields["output_joint"] = joints
+    fields["first_sensor"], fields["last_sensor"] = sensors
+    fields["first_actuator"] = fields["last_actuator"] = -1.0
+    return sg.binding_signature(LAYOUT, model._address, 0, state.ctypes.data)
 
 
 def test_models_that_say_the_same_have_the_same():

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from mujoco import rollout
 
-from tests.plugin.models import arm, restore, run, snapshot, started, unpacked
+from tests.plugin.rigs import arm, restore, run, snapshot, started, unpacked
 
 INTEGRATORS = ["Euler", "implicitfast", "implicit", "RK4"]
 DAMPINGS = [0.0, 1.0]

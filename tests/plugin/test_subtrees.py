@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tests.plugin.models import arm_xml
+from tests.plugin.rigs import arm_xml
 
 
 def moving(xml):

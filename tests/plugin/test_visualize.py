@@ -8,7 +8,7 @@ from matplotlib import colormaps
 import tendon_mj
 from tendon_mj.errors import EngineError, InvalidValueError
 from tendon_mj.plugin import TENSION_SCALE
-from tendon_mj.plugin.sheath_plugin.colours import SHADED, SLIPPING, VIRIDIS
+from tendon_mj.plugin.sheath_plugin.visualize import SHADED, SLIPPING, VIRIDIS
 from tendon_mj.show.render.gl import make_context
 
 LOW, HIGH = 0.0, 42.0

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tests.plugin.models import sheath_view
+from tests.plugin.rigs import sheath_view
 
 RADIUS = 0.03
 MAJOR = int(mujoco.__version__.split(".")[0])

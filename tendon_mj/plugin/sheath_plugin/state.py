@@ -129,14 +129,14 @@ _arcs_at = records_pointer(ARC)
 
 
 def size(guides: int, arcs: int = 0) -> int:
-    """Numbers that a sheath with so many guides and arcs keeps."""
+    """Numbers of state of a sheath."""
     tables = _SEGMENT_COUNT * (guides + 1) + _GUIDE_COUNT * guides
     return _COUNT + tables + 3 * (guides + 2) + _ARC_COUNT * arcs
 
 
 @compiled
 def fits(address: int, state_size: int) -> bool:
-    """Whether the guides and arcs that a state says it has fit into so many numbers."""
+    """Whether the guides and arcs of a state fit into its numbers."""
     state = state_at(address)
     n, arcs = state.guides, state.arcs
     if not (0.0 <= n <= state_size and 0.0 <= arcs <= state_size):
@@ -160,7 +160,7 @@ def path_counts(state: State) -> tuple[float, float, float, float, float, float]
 
 @compiled
 def clear_step(address: int, state_size: int) -> None:
-    """Forget how the tendon lay: parameters and what the sheath is attached to stay."""
+    """Reset all but the parameters and what the sheath is attached to."""
     doubles(address + 8 * _COUNT, state_size - _COUNT)[:] = 0.0
     state = state_at(address)
     state.started = state.wound_in = state.wound_out = state.commit_time = 0.0
@@ -198,7 +198,7 @@ def parameters_at(address: int) -> FloatArray:
 
 @compiled
 def keep_ratio_law(address: int) -> bool:
-    """Note the law as that of the guides' ratios; return whether it already was."""
+    """Store the law as that of the guides' ratios; return whether it already was."""
     law, kept = doubles(address, _LAW_COUNT), doubles(address + 8 * _RATIO_LAW, _LAW_COUNT)
     same = True
     for k in range(_LAW_COUNT):
@@ -208,8 +208,35 @@ def keep_ratio_law(address: int) -> bool:
     return same
 
 
+@compiled
+def is_wound(state: State) -> bool:
+    """Whether a reel or a joint winds the tendon."""
+    return state.reel_joint >= 0.0 or state.output_joint >= 0.0 or state.reel_actuator >= 0.0
+
+
+@compiled
+def input_strain(state: State) -> float:
+    """τ that the force of this evaluation gives the first segment; 0 where it pushes."""
+    return max(0.0, -state.input_force) / state.law.axial_stiffness
+
+
+@compiled
+def counted_strain(state: State) -> float:
+    """τ of MuJoCo's own pull along the whole tendon, which the sheath's forces replace.
+
+    A force that pushes passes a sheath, but for that of a spring whose tendon is wound: MuJoCo's
+    spring does not count the tendon on the drum.
+    """
+    if state.driven != 0.0:
+        return input_strain(state)
+    if state.own_spring == 0.0:
+        return 0.0
+    pull = -state.input_force
+    return pull / state.law.axial_stiffness if is_wound(state) or pull > 0.0 else 0.0
+
+
 class SensorState:
-    """State of an instance that shows something of sheaths; behind it lies which ones."""
+    """State of an instance with `sensor`; behind it lie the instances of the sheaths shown."""
 
     seal: float  # of all that follows
     first_sheath: float  # instance of the model's first sheath, −1 without one
@@ -225,18 +252,13 @@ sensor_state_at: Callable[[int], SensorState] = record_at(_SENSOR_STATE)
 
 
 def sensor_size(sensors: int) -> int:
-    """Numbers that an instance keeps whose sensors show so many sheaths."""
+    """Numbers of state of an instance with sensors."""
     return _SENSOR_COUNT + sensors
 
 
 @compiled
 def shown_at(address: int, state_size: int) -> FloatArray:
-    """Sheath that an instance shows, or, of each sensor of the model, that it shows; −1 for none.
-
-    Args:
-        address: of the instance's state.
-        state_size: how many numbers it has.
-    """
+    """Sheath that an instance shows, or that each sensor of the model shows; −1 for none."""
     return doubles(address + 8 * _SENSOR_COUNT, state_size - _SENSOR_COUNT)
 
 

@@ -1,10 +1,10 @@
-"""Binding of a state to the model that it is used with, and the proof that it still is.
+"""Binding of a sheath's state to the model that it is used with, and the proof that it still is.
 
 A state outlives its model and may hold anything: `mj_setState`, `mujoco.rollout` and
-`MjSpec.recompile` write it without asking the plugin. Nothing in it is used as an index before the
-two signatures that it carries are found to be those of this model. Where only that of the binding
-differs, the indices are found anew and the tendon stays; where that of the configuration does, or
-the numbers are none of ours, the state begins as after a reset.
+`MjSpec.recompile` write it without asking the plugin. Nothing in it is used as an index before its
+two signatures are found to be those of this model. Where only that of the binding differs, the
+indices are resolved again and the tendon stays; where that of the configuration does, or the
+numbers are none of ours, the state begins as after a reset.
 """
 
 from __future__ import annotations
@@ -13,31 +13,30 @@ import mujoco
 
 from tendon_mj.compilation import apart, compiled
 from tendon_mj.plugin.abi.layout import Layout
-from tendon_mj.plugin.abi.memory import byte, doubles, integer, pointer, size
+from tendon_mj.plugin.abi.memory import doubles, integer, pointer, size
 from tendon_mj.plugin.sheath_plugin import attributes as at
-from tendon_mj.plugin.sheath_plugin.binding.own_names import resolve
-from tendon_mj.plugin.sheath_plugin.binding.seal import (
-    is_sealed,
-    renew_signature,
-    seal_sheath,
-)
-from tendon_mj.plugin.sheath_plugin.binding.signature import (
-    NONE,
-    binding_signature,
-    config_signature,
-    is_signature,
-)
 from tendon_mj.plugin.sheath_plugin.input_force import (
     acts_on,
     has_spring,
     is_constrained,
     note_spring,
 )
-from tendon_mj.plugin.sheath_plugin.path.branches import count_wraps, mark_branches
+from tendon_mj.plugin.sheath_plugin.names import resolve
+from tendon_mj.plugin.sheath_plugin.path import count_wraps, mark_branches
+from tendon_mj.plugin.sheath_plugin.signature import (
+    NONE,
+    binding_signature,
+    config_signature,
+    is_sealed,
+    is_signature,
+    renew_signature,
+    seal_sheath,
+)
 from tendon_mj.plugin.sheath_plugin.state import (
     State,
     clear_step,
     fits,
+    is_wound,
     parameters_at,
     path_counts,
     state_at,
@@ -46,7 +45,7 @@ from tendon_mj.plugin.sheath_plugin.state import (
 )
 
 _JOINT, _TENDON = mujoco.mjtObj.mjOBJ_JOINT.value, mujoco.mjtObj.mjOBJ_TENDON.value
-_MOST = 2.0**53  # up to which every whole number is one
+_MOST = 2.0**53  # up to which doubles hold every whole number
 
 
 @compiled
@@ -64,14 +63,13 @@ def range_of(owners: int, count: int, instance: int) -> tuple[int, int]:
 def _count_guides(layout: Layout, m: int, instance: int, state: State) -> None:
     """Count what the path of the tendon has."""
     tendon = int(state.tendon)
-    inner = at.number_at(at.text_at(layout, m, instance, at.INNER_GUIDES))
-    each = at.number_at(at.text_at(layout, m, instance, at.ARC_GUIDES))
-    state.inner_guides, state.arc_guides = inner, max(1.0, each)
-    state.input_at_last = at.input_end_at(at.text_at(layout, m, instance, at.INPUT_END))
+    state.inner_guides = at.number(layout, m, instance, at.INNER_GUIDES)
+    state.arc_guides = max(1.0, at.number(layout, m, instance, at.ARC_GUIDES))
+    state.input_at_last = at.is_input_at_last(layout, m, instance)
     state.arcs, state.pulleys = count_wraps(layout, m, tendon)
     elements = integer(pointer(m + layout.m_tendon_num), tendon)
     sites = elements - state.arcs - state.pulleys - 2 * (1 + state.pulleys)  # within branches
-    state.guides = inner + sites + state.arcs * state.arc_guides + state.pulleys
+    state.guides = state.inner_guides + sites + state.arcs * state.arc_guides + state.pulleys
 
 
 @compiled
@@ -80,9 +78,9 @@ def _bind_drive(layout: Layout, m: int, instance: int, state: State) -> None:
     tendon = int(state.tendon)
     state.first_actuator, state.last_actuator = -1.0, -1.0
     state.driven, state.leads, state.constrained = 0.0, 0.0, 0.0
-    cable = at.is_cable_spring(at.text_at(layout, m, instance, at.SPRING))
+    cable = at.is_cable_spring(layout, m, instance)
     state.own_spring = cable
-    if cable or _is_spooled(state):
+    if cable or is_wound(state):
         return
     for actuator in range(size(m + layout.m_nactuator)):
         if acts_on(layout, m, actuator, tendon):
@@ -97,12 +95,6 @@ def _bind_drive(layout: Layout, m: int, instance: int, state: State) -> None:
 
 
 @compiled
-def _is_spooled(state: State) -> bool:
-    """Whether a reel or a joint winds the tendon."""
-    return state.reel_joint >= 0.0 or state.output_joint >= 0.0 or state.reel_actuator >= 0.0
-
-
-@compiled
 def _is_pulled(layout: Layout, m: int, instance: int, tendon: int) -> bool:
     """Whether a spring pulls a tendon, or an equality or a limit one of no stated length."""
     return has_spring(layout, m, tendon) or (
@@ -113,15 +105,14 @@ def _is_pulled(layout: Layout, m: int, instance: int, tendon: int) -> bool:
 @apart
 def _is_led(layout: Layout, m: int, instance: int) -> bool:
     """Whether a sheath before this one is driven too."""
-    slots, reels = pointer(m + layout.m_plugin), pointer(m + layout.m_actuator_plugin)
-    actuators = size(m + layout.m_nactuator)
+    reels, actuators = pointer(m + layout.m_actuator_plugin), size(m + layout.m_nactuator)
     for other in range(instance):
-        if integer(slots, other) != integer(slots, instance) or at.is_sensor(layout, m, other):
+        if not at.is_sheath(layout, m, other, instance):
             continue
-        spooled = at.is_cable_spring(at.text_at(layout, m, other, at.SPRING))
-        spooled |= byte(at.text_at(layout, m, other, at.REEL_JOINT), 0) != 0
-        spooled |= byte(at.text_at(layout, m, other, at.OUTPUT_JOINT), 0) != 0
-        if spooled or range_of(reels, actuators, other)[1] >= 0:
+        wound = at.is_cable_spring(layout, m, other)
+        wound |= at.is_given(layout, m, other, at.REEL_JOINT)
+        wound |= at.is_given(layout, m, other, at.OUTPUT_JOINT)
+        if wound or range_of(reels, actuators, other)[1] >= 0:
             continue
         tendon = resolve(layout, m, other, at.TENDON, _TENDON)
         if _is_pulled(layout, m, other, tendon):
@@ -136,11 +127,7 @@ def _is_led(layout: Layout, m: int, instance: int) -> bool:
 def _bind(layout: Layout, m: int, instance: int, address: int, keep: bool) -> None:
     """Find what a sheath is attached to, and sign it.
 
-    Args:
-        layout, m: where things are, `mjModel`.
-        instance: the sheath's.
-        address: of its state.
-        keep: the tendon as it lies, where the path has as many guides and arcs as before.
+    With ``keep`` the tendon stays as it lies, where the path has as many guides and arcs as before.
     """
     state = state_at(address)
     before = path_counts(state)
@@ -161,8 +148,8 @@ def _bind(layout: Layout, m: int, instance: int, address: int, keep: bool) -> No
         state.guides, state.arcs = 0.0, 0.0
         return
     _bind_drive(layout, m, instance, state)
-    stated = byte(at.text_at(layout, m, instance, at.AXIAL_STIFFNESS), 0) != 0
-    if not stated and state.driven == 0.0 and state.own_spring == 0.0:
+    given = at.is_given(layout, m, instance, at.AXIAL_STIFFNESS)
+    if not given and state.driven == 0.0 and state.own_spring == 0.0:
         state.law.axial_stiffness = 0.0  # it was driven, and what drove it is gone
     if not keep or path_counts(state) != before or was_driven != state.driven:
         clear_step(address, state_size)
@@ -173,13 +160,11 @@ def _bind(layout: Layout, m: int, instance: int, address: int, keep: bool) -> No
 
 @apart
 def reset_sheath(layout: Layout, m: int, address: int, instance: int) -> None:
-    """Write the configured parameters; the tendon is laid at the first evaluation."""
+    """Write the configured parameters; the segments are initialised at the first evaluation."""
     doubles(address, state_size_of(layout, m, instance))[:] = 0.0
     values = parameters_at(address)
     for parameter in range(len(values)):
-        values[parameter] = at.number_at(
-            at.text_at(layout, m, instance, at.FIRST_PARAMETER + parameter)
-        )
+        values[parameter] = at.number(layout, m, instance, at.FIRST_PARAMETER + parameter)
     _bind(layout, m, instance, address, False)
     state = state_at(address)
     if state.own_spring != 0.0 and state.sheath_signature != NONE:
@@ -208,7 +193,7 @@ def is_bound(layout: Layout, m: int, d: int, instance: int) -> bool:
 
 @compiled
 def _count(number: float) -> float:
-    """A count that a state had, 0 where it is none."""
+    """A count that a state had, 0 where the number is not one."""
     return number if 0.0 <= number < _MOST and number == float(int(number)) else 0.0
 
 

@@ -1,16 +1,19 @@
-"""Evaluation of a servo within a time step: torque of its motor, and memory of the step."""
+"""Control law of the servo: τ = G_t r ΔT − G_v θ̇, with observer, feed-forward and limits.
+
+ΔT is the reference less the tension that the sensor or the observer shows, and what the
+feed-forward adds for the backlash and for the rate of the reference. Equations: docs/servo.md; K_ap
+is equation (18) of docs/theory.md, which `theory.stiffness` has too: neither imports the other, so
+that their agreement is evidence.
+"""
 
 from __future__ import annotations
 
 import math
 
 from tendon_mj.compilation import compiled
-from tendon_mj.plugin.abi.control import control
 from tendon_mj.plugin.abi.layout import Layout
-from tendon_mj.plugin.abi.memory import double, doubles, integer, pointer
-from tendon_mj.plugin.abi.runge_kutta import RK4, is_stage
-from tendon_mj.plugin.servo_plugin.control_law import backlash_ahead, limited, play, stiffness_ahead
-from tendon_mj.plugin.servo_plugin.motor_load import known_torque
+from tendon_mj.plugin.abi.library import RK4, control, is_stage
+from tendon_mj.plugin.abi.memory import byte, double, doubles, integer, pointer, size
 from tendon_mj.plugin.servo_plugin.state import (
     Commands,
     Memory,
@@ -24,6 +27,113 @@ from tendon_mj.plugin.sheath_plugin.state import State as Sheath
 from tendon_mj.plugin.sheath_plugin.state import state_at as sheath_at
 from tendon_mj.plugin.sheath_plugin.state import unpack
 from tendon_mj.sheath import Guides, Segments
+
+_STRAIGHT = 1e-6  # friction exponents below this are none
+
+
+@compiled
+def play(estimate: float, input_tension: float, exponent: float) -> float:
+    """T̂_out ← clip(T̂_out, T_in e^{−λ}, T_in e^{λ}), the sheath seen from its input end [N]."""
+    low, high = input_tension * math.exp(-exponent), input_tension * math.exp(exponent)
+    return min(max(estimate, low), high)
+
+
+@compiled
+def stiffness_ahead(exponent: float, sense: float, tendon: float, output: float) -> float:
+    """K_t(±λ) [N/m] of a tendon that slides, 1/K_t = 1/k_se + 1/K_ap, K_ap = K_w λ/(e^λ − 1).
+
+    Args:
+        exponent: |λ|.
+        sense: its sign, +1 pulling.
+        tendon: K_w = EA/L [N/m].
+        output: k_se [N/m]; 0: not known, taken as rigid.
+    """
+    lam = sense * exponent
+    apparent = tendon
+    if exponent > _STRAIGHT:
+        apparent = tendon * lam / math.expm1(lam)
+    return apparent if output == 0.0 else 1.0 / (1.0 / output + 1.0 / apparent)
+
+
+@compiled
+def backlash_ahead(
+    exponent: float, sense: float, tendon: float, input_tension: float, output_tension: float
+) -> float:
+    """Travel of the input that is left until the output follows in direction ``sense`` [m].
+
+    The tendon once slid the other way; over the friction angle d from the input it slides this
+    way already, e^{2sd} = e^{sλ} (T_in/T_out). What is left is the integral of the difference to a
+    tendon that slides all along:
+    Δξ = s (T_out (e^{sλ} + e^{−s(λ−d)} − 2) − T_in (1 − e^{−sd}))/(K_w λ),
+    from the whole reversal backlash for d = 0 to nothing for d = λ.
+
+    Args:
+        exponent: λ ≥ 0.
+        sense: s, +1 pulling.
+        tendon: K_w = EA/L [N/m].
+        input_tension, output_tension: T_in and T_out [N].
+    """
+    if not (exponent > _STRAIGHT and input_tension > 0.0 and output_tension > 0.0):
+        return 0.0
+    slid = 0.5 * (exponent + sense * math.log(input_tension / output_tension))
+    slid = min(max(slid, 0.0), exponent)
+    stretched = output_tension * (
+        math.expm1(sense * exponent) + math.expm1(-sense * (exponent - slid))
+    )
+    return sense * (stretched + input_tension * math.expm1(-sense * slid)) / (tendon * exponent)
+
+
+@compiled
+def limited(
+    torque: float, load: float, speed: float, inertia: float, h: float, top: float
+) -> float:
+    """Torque that, with ``load``, will not carry the motor beyond ``top`` (0: none) in a step."""
+    if top == 0.0:
+        return torque
+    low, high = inertia * (-top - speed) / h, inertia * (top - speed) / h
+    return min(max(torque + load, low), high) - load
+
+
+@compiled
+def _of_actuators(layout: Layout, m: int, d: int, dof: int, own: int) -> float:
+    """Torque of the other actuators on a degree of freedom, each within its range of forces.
+
+    MuJoCo has not summed them up yet. Those that a plugin drives come in the order of the plugins'
+    instances, so that of a later one is still 0.
+    """
+    forces, moments = pointer(d + layout.d_actuator_force), pointer(d + layout.d_actuator_moment)
+    columns = pointer(d + layout.d_moment_colind)
+    total = 0.0
+    for actuator in range(size(m + layout.m_nactuator)):
+        if actuator == own:
+            continue
+        first = integer(pointer(m + layout.m_actuator_outadr), actuator)
+        for row in range(first, first + integer(pointer(m + layout.m_actuator_outnum), actuator)):
+            force = double(forces, row)
+            if byte(pointer(m + layout.m_actuator_forcelimited), actuator):
+                limits = doubles(pointer(m + layout.m_actuator_forcerange) + 16 * actuator, 2)
+                force = min(max(force, limits[0]), limits[1])
+            start = integer(pointer(d + layout.d_moment_rowadr), row)
+            for k in range(start, start + integer(pointer(d + layout.d_moment_rownnz), row)):
+                if integer(columns, k) == dof:
+                    total += double(moments, k) * force
+    return total
+
+
+@compiled
+def known_torque(layout: Layout, m: int, d: int, dof: int, own: int) -> float:
+    """Torque on a degree of freedom but for actuator ``own`` and constraints [N m].
+
+    Springs, dampers, gravity, the tendon on its spool, what the user applies, other actuators.
+    Forces of contacts, limits and dry friction follow later in the step, from all of this.
+    """
+    return (
+        double(pointer(d + layout.d_qfrc_passive), dof)
+        + double(pointer(d + layout.d_qfrc_applied), dof)
+        - double(pointer(d + layout.d_qfrc_bias), dof)
+        + _of_actuators(layout, m, d, dof, own)
+    )
+
 
 _EARLY = 1e-6  # share of a time step by which a time counts as reached
 _MOVED = 0.01  # share by which the output has to move for a backlash to be crossed

@@ -1,4 +1,4 @@
-"""The strain law of the tendon: Hooke's, with damping, stiffening and creep where asked for.
+"""The strain law of the tendon: Hooke's, with damping, stiffening and creep where they are set.
 
     T = EA ε_e (1 + κ ε_e) + c dε_e/dt,   ε = ε_e + ε_c,   τ_c dε_c/dt = χ T/EA − ε_c
 

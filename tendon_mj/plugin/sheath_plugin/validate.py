@@ -1,4 +1,4 @@
-"""Checks of a sheath's configuration, once, while MuJoCo compiles the model.
+"""Checks of the configurations of sheaths and of their sensors, while MuJoCo compiles the model.
 
 This is the plugin's only Python, and it never runs in a step.
 """
@@ -12,45 +12,103 @@ from collections.abc import Mapping, Sequence
 import mujoco
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.plugin.abi.checks import Draft, find, read_number
 from tendon_mj.plugin.abi.library import C
-from tendon_mj.plugin.abi.model_in_compilation import Draft, find, read_number
-from tendon_mj.plugin.sheath_plugin.attributes import ATTRIBUTES, INPUT_ENDS, SPRINGS
-from tendon_mj.plugin.sheath_plugin.binding.own_config import check_own_names, own_config
-from tendon_mj.plugin.sheath_plugin.binding.sheath_of_tendon import by_tendon
-from tendon_mj.plugin.sheath_plugin.binding.sleep import check_awake, sleeps
-from tendon_mj.plugin.sheath_plugin.path.checks import (
-    UNDRAWN,
-    check_counts,
-    kinds_on,
-    misplaced_input,
-    unsuited,
+from tendon_mj.plugin.sheath_plugin.attributes import (
+    ATTRIBUTES,
+    ENDS,
+    INPUT_ENDS,
+    KINDS,
+    SPRINGS,
+    is_one_number,
+    width,
+)
+from tendon_mj.plugin.sheath_plugin.names import (
+    by_tendon,
+    check_own_names,
+    own_config,
+    sheath_on,
+    sheaths_of,
 )
 from tendon_mj.plugin.sheath_plugin.state import PARAMETERS, sensor_size, size
-from tendon_mj.plugin.sheath_plugin.tension_scale import check_tension_scale
-from tendon_mj.plugin.sheath_plugin.validation.drive import (
+from tendon_mj.plugin.sheath_plugin.validate_tendon import (
     DRIVE,
+    UNDRAWN,
     check_alone,
+    check_awake,
+    check_counts,
     check_drive,
     check_reels,
+    kinds_on,
+    misplaced_input,
     read_drive,
+    sleeps,
+    unsuited,
 )
-from tendon_mj.plugin.sheath_plugin.validation.sensor import (
-    check_objects,
-    check_sensor,
-    reading_width,
-)
+from tendon_mj.plugin.sheath_plugin.visualize import check_tension_scale
 from tendon_mj.sheath import LAW, check_range, check_scales, check_static
 
 NAME = "tendon_mj.sheath"
 _OBJ, _JNT = mujoco.mjtObj, mujoco.mjtJoint
 _COUNT = re.compile(r"[0-9]+")
-_MOST = (
-    2**24
-)  # numbers of state of all sheaths: 128 MiB in each mjData, a third of a million guides
-# What all but the first check of an instance reads.
+# numbers of state of all sheaths: 128 MiB in each mjData, a third of a million guides
+_MOST = 2**24
+# Attributes that all but the first check of an instance read.
 _PLACE = ("tendon", "sensor", "guides", "arc_guides", "inner_guides")
 _COMPLETE = (*_PLACE, "input_end", *DRIVE, *UNDRAWN)
-SPOOL_ATTRIBUTES = ("tendon", "reel_joint", "sensor")  # what a servo asks about
+SPOOL_ATTRIBUTES = ("tendon", "reel_joint", "sensor")  # which a servo reads
+
+
+def _check_sensor(
+    config: Mapping[str, str], sheaths: Mapping[str, Sequence[int]], where: str
+) -> None:
+    """Check the configuration of an instance with `sensor`; ``sheaths`` are those of each tendon.
+
+    Raises:
+        InvalidValueError, UnknownNameError: what is wrong, where, and the nearest valid choice.
+    """
+    kind, tendon = config["sensor"], config["tendon"]
+    if kind not in KINDS:
+        raise UnknownNameError("sensor", kind, KINDS, where)
+    extra = [k for k, v in config.items() if v and k not in ("sensor", "tendon", "instance")]
+    if extra:
+        raise InvalidValueError(f"{where}: a sensor takes no {extra[0]}; the sheath has it")
+    if tendon and tendon not in sheaths:
+        raise UnknownNameError("sheathed tendon", tendon, sheaths, where)
+    if not tendon and not is_one_number(kind):
+        raise InvalidValueError(
+            f"{where}: tendon is missing, on whose sheath the size of a sensor of {kind} depends"
+        )
+
+
+def _check_objects(model: Draft, instance: int, config: Mapping[str, str]) -> None:
+    """Check that each sensor of an instance shows the sheath on one tendon; the model is complete.
+
+    Raises:
+        InvalidValueError: a sensor without a tendon, or with two.
+        UnknownNameError: its tendon has no sheath.
+    """
+    owners, types = model.ints("sensor_plugin"), model.ints("sensor_objtype")
+    objects = model.ints("sensor_objid")
+    mine = [k for k in range(int(model.fields.nsensor)) if owners[k] == instance]
+    sheathed = [] if config["tendon"] else list(sheaths_of(model, NAME))
+    for sensor in mine:
+        where = f"{model.where(instance)}: sensor {model.name(_OBJ.mjOBJ_SENSOR, sensor)!r}"
+        on_tendon = types[sensor] == _OBJ.mjOBJ_TENDON.value
+        tendon = model.name(_OBJ.mjOBJ_TENDON, objects[sensor]) if on_tendon else ""
+        if config["tendon"]:
+            if types[sensor] != _OBJ.mjOBJ_UNKNOWN.value and tendon != config["tendon"]:
+                raise InvalidValueError(
+                    f"{where} has another object than tendon {config['tendon']!r}, which its "
+                    "configuration names; remove one of them"
+                )
+        elif not on_tendon:
+            raise InvalidValueError(
+                f'{where} shows {config["sensor"]} of no tendon: give it objtype="tendon" and '
+                "the tendon's name as objname, or its configuration the attribute tendon"
+            )
+        elif tendon not in sheathed:
+            raise UnknownNameError("sheathed tendon", tendon, sheathed, where)
 
 
 def _read_number(config: dict[str, str], name: str, where: str) -> float | None:
@@ -94,8 +152,8 @@ def _count(config: dict[str, str], name: str, default: int, where: str) -> int:
 def _capacity(model: Draft, config: dict[str, str], where: str) -> tuple[int, int]:
     """Numbers of guides and of arcs to allocate.
 
-    MuJoCo asks before it has told its tendons which points they run through, so without `guides`
-    all points of the model that other tendons need not have are counted.
+    MuJoCo asks before the model has the paths of its tendons, so without `guides` all points of the
+    model that other tendons need not have are counted.
     """
     points = max(0, int(model.fields.nwrap) - int(model.fields.ntendon) - 1)
     each = _count(config, "arc_guides", 1, where)
@@ -112,11 +170,11 @@ def _find_spool(model: Draft, name: str, where: str) -> None:
     joints = int(model.fields.njnt)
     joint = find(model, _OBJ.mjOBJ_JOINT, joints, "joint", name, where)
     if model.ints("jnt_type")[joint] not in (_JNT.mjJNT_HINGE.value, _JNT.mjJNT_SLIDE.value):
-        raise InvalidValueError(f"{where} {name!r} is no hinge or slide")
+        raise InvalidValueError(f"{where} {name!r} is not a hinge or slide")
 
 
 def state_size(address: int, instance: int) -> int:
-    """Number of numbers of state that an instance needs; the first of all has all checked.
+    """Numbers of state of an instance; with the first instance all are checked.
 
     Raises:
         InvalidValueError, UnknownNameError: what is wrong, where, and the nearest valid choice.
@@ -145,7 +203,7 @@ def _check_instance(
         find(model, _OBJ.mjOBJ_TENDON, tendons, "tendon", config["tendon"], where)
     rivals = [k for k in sheaths.get(config["tendon"], ()) if k != instance]
     if config["sensor"]:
-        check_sensor(config, sheaths, where)
+        _check_sensor(config, sheaths, where)
         return
     if rivals:
         raise InvalidValueError(
@@ -178,26 +236,27 @@ def _check_size(model: Draft, configs: Mapping[int, dict[str, str]]) -> None:
             if configs[largest][name]
         )
         raise InvalidValueError(
-            f"{model.where(largest)}: {given or 'its path'} makes room for {guides[largest][0]}"
-            f" guides, and all sheaths would keep {total} numbers of state, more than {_MOST};"
-            " give `guides`, or fewer"
+            f"{model.where(largest)}: {given or 'its path'} allocates {guides[largest][0]} guides,"
+            f" and all sheaths {total} numbers of state, more than {_MOST}; give `guides`, or fewer"
         )
 
 
 def reading_size(address: int, instance: int, sensor: int) -> int:
-    """Size of a sensor's reading; 0 where the sheaths were refused, which `init` will say."""
+    """Numbers of a sensor on an instance; 0 where the sheaths were refused, which `init` raises."""
     model = Draft(address, _PLACE)
     if model.is_refused(model.first(instance)):
         return 0
-
-    def guides(sheath: int) -> int:
-        return _capacity(model, model.config(sheath), model.where(sheath))[0]
-
-    return reading_width(model, instance, NAME, guides)
+    config = own_config(model, instance)
+    if not config["sensor"]:
+        return ENDS
+    sheath = None if is_one_number(config["sensor"]) else sheath_on(model, config["tendon"], NAME)
+    if sheath is None:
+        return 1
+    return width(config["sensor"], _capacity(model, model.config(sheath), model.where(sheath))[0])
 
 
 def check_tendon(address: int, instance: int) -> int:
-    """Check, at the first instance, that all act on what they can, now that the model is complete.
+    """Check all instances of a complete model, with the first one.
 
     Raises:
         InvalidValueError: what is wrong with a tendon, a reel or the tension scale.
@@ -216,7 +275,7 @@ def _check_complete(model: Draft, instance: int, reels: Sequence[int]) -> None:
     """Check that a sheath can act on its tendon, and that a sensor has a sheath."""
     config = own_config(model, instance)
     check_reels(model, instance, config, reels)
-    check_objects(model, instance, config, NAME)
+    _check_objects(model, instance, config)
     if config["sensor"]:
         return
     where, name = model.where(instance), config["tendon"]

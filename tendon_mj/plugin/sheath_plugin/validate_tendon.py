@@ -1,17 +1,32 @@
-"""What moves the tendon of a sheath, while MuJoCo compiles the model: read, and checked."""
+"""Checks of a sheath's tendon while MuJoCo compiles the model: its drive, path and bodies.
+
+MuJoCo neither computes the path of a tendon whose bodies sleep, nor wakes them for a plugin's
+forces: a sheath would act with the path of the moment when they fell asleep, or not at all. Sheaths
+on bodies that may fall asleep are refused.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import ctypes
+import itertools
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final, NamedTuple
 
 import mujoco
 
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.plugin.abi.model_in_compilation import Draft
-from tendon_mj.plugin.sheath_plugin.binding.own_config import own_config
+from tendon_mj.plugin.abi.checks import Draft
+from tendon_mj.plugin.abi.layout import mirror
+from tendon_mj.plugin.abi.library import C
+from tendon_mj.plugin.sheath_plugin.names import own_config
 
-_OBJ = mujoco.mjtObj
+_OBJ, _WRAP, _POLICY = mujoco.mjtObj, mujoco.mjtWrap, mujoco.mjtSleepPolicy
+_JOINT, _SITE, _PULLEY = (
+    k.value for k in (_WRAP.mjWRAP_JOINT, _WRAP.mjWRAP_SITE, _WRAP.mjWRAP_PULLEY)
+)
+_GEOMS = (_WRAP.mjWRAP_SPHERE.value, _WRAP.mjWRAP_CYLINDER.value)
+_NEVER = (_POLICY.mjSLEEP_NEVER.value, _POLICY.mjSLEEP_AUTO_NEVER.value)
+UNDRAWN = ("extra_bend", "constant_friction")  # friction that is not where the path bends
 _JOINTS = ("reel_joint", "output_joint")
 # Parameters that a sheath whose input tension is given has no use for.
 _LENGTHS = ("pretension", "slack")
@@ -48,6 +63,13 @@ class Drive(NamedTuple):
         """Whether MuJoCo's forces along the tendon give the input tension."""
         pulled = any(self.spring) or bool(self.pullers) or self.is_constrained
         return pulled and not (self.is_wound or self.is_cable)
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether its own spring is positive and linear from one rest length on."""
+        shortest, longest = self.spring_range
+        is_plain = self.spring[0] > 0.0 and not any(self.spring[1:])
+        return is_plain and longest > 0.0 and not 0.0 < shortest < longest
 
 
 def read_drive(model: Draft, config: Mapping[str, str], tendon: int, reels: Sequence[int]) -> Drive:
@@ -93,18 +115,14 @@ def check_drive(config: Mapping[str, str], drive: Drive, where: str, tendon: str
     Raises:
         InvalidValueError: one that is missing, or has no meaning.
     """
-    if not drive.is_given and not config["axial_stiffness"] and not drive.is_cable:
+    given = bool(config["axial_stiffness"])
+    if not (given or drive.is_given or drive.is_cable):
         raise InvalidValueError(
             f"{where}: axial_stiffness is missing (its unit is N); only a tendon that an actuator, "
             "a spring of its own, an equality or a limit pulls on does without"
         )
-    shortest, longest = drive.spring_range
-    is_plain = drive.spring[0] > 0.0 and not any(drive.spring[1:])
-    if (
-        drive.is_cable
-        and not config["axial_stiffness"]
-        and not (is_plain and longest > 0.0 and not 0.0 < shortest < longest)
-    ):
+    if drive.is_cable and not (given or drive.is_linear):
+        shortest, longest = drive.spring_range
         raise InvalidValueError(
             f"{where}: spring = cable, and tendon {tendon!r} has the stiffness "
             f"{' '.join(f'{k:g}' for k in drive.spring)} and springlength {shortest:g} "
@@ -184,4 +202,98 @@ def check_reels(
             raise InvalidValueError(
                 f"{model.where(instance)}: reel {names} acts on tendon {acts_on!r}, the sheath "
                 f"on {config['tendon']!r}"
+            )
+
+
+def kinds_on(model: Draft, tendon: int) -> list[int]:
+    """Kinds of the elements on a tendon's path, as `mjtWrap` has them."""
+    start, count = model.ints("tendon_adr")[tendon], model.ints("tendon_num")[tendon]
+    return list(model.ints("wrap_type")[start : start + count])
+
+
+def unsuited(kinds: Sequence[int], driven: bool) -> str:
+    """Why a tendon with such elements on its path cannot run in a sheath; empty if it can."""
+    if _JOINT in kinds:
+        return "is a fixed tendon; only a spatial one runs in a sheath"
+    if _PULLEY in kinds and not driven:
+        return (
+            "branches at a pulley, which only a tendon that an actuator pulls on may; give each "
+            "branch a tendon of its own"
+        )
+    if _PULLEY in (kinds[0], kinds[-1]) or any(
+        kind == following == _PULLEY for kind, following in itertools.pairwise(kinds)
+    ):
+        return "has a pulley without a branch before and behind it"
+    return ""
+
+
+def misplaced_input(model: Draft, tendon: int, input_end: str) -> str:
+    """Why a tendon cannot have its input at this end; empty if it can."""
+    kinds = kinds_on(model, tendon)
+    if input_end != "last" or _PULLEY not in kinds:
+        return ""
+    element = model.ints("tendon_adr")[tendon] + kinds.index(_PULLEY) - 1
+    site = model.name(_OBJ.mjOBJ_SITE, model.ints("wrap_objid")[element])
+    return (
+        f"branches at a pulley, behind its site {site!r}, and every branch has its input where it "
+        "begins: leave out input_end = last and draw each branch from its input on, or give each "
+        "a tendon of its own"
+    )
+
+
+def check_counts(config: dict[str, str], kinds: Sequence[int], where: str, tendon: str) -> None:
+    """Check that the counts, where they are given, are those of the path."""
+    arcs, pulleys = sum(k in _GEOMS for k in kinds), kinds.count(_PULLEY)
+    on_arcs = arcs * int(config["arc_guides"] or 1)
+    sites = len(kinds) - arcs - pulleys - 2 * (1 + pulleys)
+    guides = sites + on_arcs + pulleys + int(config["inner_guides"] or 0)
+    if config["guides"] and int(config["guides"]) != guides:
+        raise InvalidValueError(
+            f"{where}: guides = {config['guides']}, but tendon {tendon!r} runs over {guides} "
+            "between its ends; remove the attribute or correct it"
+        )
+    if arcs and guides == on_arcs + pulleys:
+        for name in (k for k in UNDRAWN if config[k] and float(config[k]) != 0.0):
+            raise InvalidValueError(
+                f"{where}: {name} = {config[name]} is shared by guides at sites, as the tendon may "
+                f"leave a geom, and tendon {tendon!r} has none: give inner_guides"
+            )
+    if arcs and config["guides"] and not config["arc_guides"]:
+        raise InvalidValueError(
+            f"{where}: tendon {tendon!r} wraps around geoms: beside guides, arc_guides has to be "
+            "given too, the number of guides on each of them"
+        )
+
+
+def sleeps(model: Draft) -> bool:
+    """Whether a model lets bodies fall asleep."""
+    option = mirror("mjModel").opt.offset + mirror("mjOption").enableflags.offset
+    flags = ctypes.c_int.from_address(model.address + option).value
+    return bool(flags & mujoco.mjtEnableBit.mjENBL_SLEEP.value)
+
+
+def check_awake(model: Draft, tendon: int, spools: Iterable[str], where: str) -> None:
+    """Refuse a tendon with a body on its path or a joint of a spool that may fall asleep.
+
+    Raises:
+        InvalidValueError: names the tendon, the body and the remedy.
+    """
+    bodies = []
+    for name in filter(None, spools):
+        joint = C.mj_name2id(model.address, _OBJ.mjOBJ_JOINT.value, name.encode())
+        bodies.append(model.ints("jnt_bodyid")[joint])
+    start, count = model.ints("tendon_adr")[tendon], model.ints("tendon_num")[tendon]
+    for k in range(start, start + count):
+        kind, element = model.ints("wrap_type")[k], model.ints("wrap_objid")[k]
+        if kind == _SITE:
+            bodies.append(model.ints("site_bodyid")[element])
+        elif kind in _GEOMS:
+            bodies.append(model.ints("geom_bodyid")[element])
+    for body in bodies:
+        tree = model.ints("body_treeid")[body]
+        if tree >= 0 and model.ints("tree_sleep_policy")[tree] not in _NEVER:
+            root = model.name(_OBJ.mjOBJ_BODY, model.ints("body_rootid")[body])
+            raise InvalidValueError(
+                f"{where}: tendon {model.name(_OBJ.mjOBJ_TENDON, tendon)!r} moves body {root!r}, "
+                'which may fall asleep while the tendon pulls; give that body sleep="never"'
             )

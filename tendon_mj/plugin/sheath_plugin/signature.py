@@ -1,16 +1,22 @@
-"""Signatures: numbers by which a state is known to belong to the model that it is used with.
+"""Signatures and seals: numbers that show that a state belongs to the model that it is used with.
 
 `mjData.plugin_state` outlives its model: `MjSpec.recompile` hands an instance's numbers on to the
 instance of the same name and size, `mj_setState` to whatever is at the same address. A state keeps
 the two signatures that it was written with. Where that of the *configuration* differs, its
-parameters are no longer what the model says; where that of the *binding* differs, its indices are
-no longer those of its tendon, joints, actuator and sensors, and must not be used.
+parameters are no longer the model's; where that of the *binding* differs, its indices are no longer
+those of its tendon, joints, actuator and sensors, and must not be used.
 
 A signature is made of h = Σ_k (w_k ⊕ w_k/2³²) c^k mod 2⁶⁴ over the words w_k of each text, of which
 52 bits become a whole number from 2⁵² to 2⁵³. Within words and between texts bits are mixed: two
 changes of the highest bits, such as those of signs, would cancel otherwise, as would one at the end
-of a text and one at the beginning of the next. It depends on what a model says, not on where it
-lies in memory.
+of a text and one at the beginning of the next. It depends on a model's content, not on its place in
+memory.
+
+To compute both for each state takes a fifth of a sheath's cost in a step. The first sheath of a
+model therefore computes, whenever it is evaluated, one signature of all that those of sheaths and
+sensors are made of. The others, evaluated after it, compare with that: a state is *sealed* with
+this number, that of its instance, and the words that bind it. Where the seal is broken, the two
+signatures decide. Indices are compared with the model's sizes each time, whatever the seal.
 """
 
 from __future__ import annotations
@@ -20,10 +26,19 @@ import mujoco
 from tendon_mj.compilation import apart, compiled
 from tendon_mj.plugin.abi.layout import Layout
 from tendon_mj.plugin.abi.library import mj_id2name
-from tendon_mj.plugin.abi.memory import byte, integer, pointer, size, word
-from tendon_mj.plugin.abi.wrapping_arithmetic import plus, times
+from tendon_mj.plugin.abi.memory import byte, integer, plus, pointer, size, times, word
+from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
 from tendon_mj.plugin.sheath_plugin.input_force import has_spring, is_constrained
-from tendon_mj.plugin.sheath_plugin.state import fits, path_counts, state_at
+from tendon_mj.plugin.sheath_plugin.state import (
+    BOUND_BEGIN,
+    BOUND_SIZE,
+    State,
+    fits,
+    path_counts,
+    state_at,
+    state_of,
+    state_size_of,
+)
 
 _OBJ = mujoco.mjtObj
 _JOINT, _TENDON = _OBJ.mjOBJ_JOINT.value, _OBJ.mjOBJ_TENDON.value
@@ -36,7 +51,7 @@ _MIXER = -4417276706812531889
 _BITS = (1 << 52) - 1
 _HALF = (1 << 32) - 1
 _LEAST = 1 << 52  # from which every double, up to twice that, is a whole number
-NONE = 0.0  # of what does not belong to the model at all; no signature
+NONE = 0.0  # of a state that does not belong to the model
 
 
 @compiled
@@ -143,31 +158,13 @@ def _owns(owners: int, index: float, count: int, instance: int) -> bool:
 
 
 @compiled
-def sheath_signature(
-    layout: Layout,
-    m: int,
-    instance: int,
-    tendon: float,
-    joints: tuple[float, float],
-    actuator: float,
-    sensors: tuple[float, float],
-) -> float:
-    """Signature of what a sheath is bound to; `NONE` where an index cannot be one of this model.
-
-    Args:
-        layout: offsets.
-        m: the model.
-        instance: the sheath's.
-        tendon: index as the state has it, whatever that may be; so are the following.
-        joints: of the reel and of the output, −1 for none.
-        actuator: of the reel, −1 for none.
-        sensors: first and last on the sheath's own instance, (0, −1) for none.
-    """
-    count = size(m + layout.m_ntendon)
-    if not 0.0 <= tendon < count:
+def _attached(layout: Layout, m: int, instance: int, state: State) -> float:
+    """Signature of a sheath's tendon, joints, reel and sensors, `NONE` for an index of none."""
+    tendon, sensors = state.tendon, (state.first_sensor, state.last_sensor)
+    if not 0.0 <= tendon < size(m + layout.m_ntendon):
         return NONE
     actuators, shown = pointer(m + layout.m_actuator_plugin), pointer(m + layout.m_sensor_plugin)
-    if not _owns(actuators, actuator, size(m + layout.m_nactuator), instance):
+    if not _owns(actuators, state.reel_actuator, size(m + layout.m_nactuator), instance):
         return NONE
     if sensors[1] != -1.0:
         total = size(m + layout.m_nsensor)
@@ -176,7 +173,7 @@ def sheath_signature(
                 return NONE
     h = mixed(_sizes(layout, m, instance), hashed_name(m, _TENDON, int(tendon)))
     h = mixed(h, integer(pointer(m + layout.m_tendon_num), int(tendon)))
-    for joint in joints:
+    for joint in (state.reel_joint, state.output_joint):
         named = 0
         if joint != -1.0:
             if not 0.0 <= joint < size(m + layout.m_njnt):
@@ -194,23 +191,12 @@ def _with_index(h: int, index: float, count: int) -> int:
 
 @apart
 def binding_signature(layout: Layout, m: int, instance: int, address: int) -> float:
-    """Signature of all that the state of a sheath is bound to, `NONE` where that cannot be.
+    """Signature of all that the state of a sheath is bound to, whatever it holds, or `NONE`.
 
-    Beside what ``sheath_signature`` looks at these are the counts of what is on the path, and what
-    acts on tendons as a whole.
-
-    Args:
-        layout: offsets.
-        m: the model.
-        instance: the sheath's.
-        address: of its state, whatever that may hold.
+    This is what it is attached to, the counts on its path, and what acts on tendons as a whole.
     """
-    state = state_at(address)
-    joints = state.reel_joint, state.output_joint
-    sensors = state.first_sensor, state.last_sensor
-    actuator, actuators = state.reel_actuator, size(m + layout.m_nactuator)
-    number = sheath_signature(layout, m, instance, state.tendon, joints, actuator, sensors)
-    state_size = integer(pointer(m + layout.m_plugin_statenum), instance)
+    state, actuators = state_at(address), size(m + layout.m_nactuator)
+    number, state_size = _attached(layout, m, instance, state), state_size_of(layout, m, instance)
     if number == NONE or not fits(address, state_size):
         return NONE
     h, tendon = int(number), int(state.tendon)
@@ -223,7 +209,7 @@ def binding_signature(layout: Layout, m: int, instance: int, address: int) -> fl
     h = mixed(h, hashed(pointer(m + layout.m_wrap_type) + 4 * first, path))
     if state.pulleys > 0.0:  # which branch feeds which follows from the sites
         h = mixed(h, hashed(pointer(m + layout.m_wrap_objid) + 4 * first, path))
-    if joints[0] == -1.0 and joints[1] == -1.0 and actuator == -1.0:
+    if state.reel_joint == -1.0 and state.output_joint == -1.0 and state.reel_actuator == -1.0:
         ends = state.first_actuator, state.last_actuator
         for end in ends:
             if not -1.0 <= end < actuators:
@@ -246,15 +232,7 @@ def pair_signature(layout: Layout, m: int, instance: int, other: int) -> float:
 
 @compiled
 def servo_signature(layout: Layout, m: int, instance: int, sheath: int, actuator: float) -> float:
-    """Signature of what a servo is bound to, as of a sheath.
-
-    Args:
-        layout: offsets.
-        m: the model.
-        instance: the servo's.
-        sheath: instance of its sheath, −1 for none.
-        actuator: index as the state has it.
-    """
+    """Signature of a servo's sheath, −1 for none, and actuator, or `NONE`."""
     actuators = pointer(m + layout.m_actuator_plugin)
     if not _owns(actuators, actuator, size(m + layout.m_nactuator), instance):
         return NONE
@@ -262,3 +240,121 @@ def servo_signature(layout: Layout, m: int, instance: int, sheath: int, actuator
     if sheath >= 0:
         h = mixed(h, hashed_name(m, _PLUGIN, sheath))
     return as_number(h)
+
+
+@apart
+def model_signature(layout: Layout, m: int) -> float:
+    """Signature of all that the binding signatures of a model's sheaths and sensors depend on."""
+    tendons, joints = size(m + layout.m_ntendon), size(m + layout.m_njnt)
+    actuators, sensors = size(m + layout.m_nactuator), size(m + layout.m_nsensor)
+    equalities = size(m + layout.m_neq)
+    instances, elements = size(m + layout.m_nplugin), size(m + layout.m_nwrap)
+    h = joints
+    for start, count in (
+        (m + layout.m_plugin, 4 * instances),
+        (m + layout.m_plugin_statenum, 4 * instances),
+        (m + layout.m_plugin_stateadr, 4 * instances),
+        (m + layout.m_plugin_attradr, 4 * instances),
+        (m + layout.m_plugin_attr, size(m + layout.m_npluginattr)),
+        (m + layout.m_tendon_adr, 4 * tendons),
+        (m + layout.m_tendon_num, 4 * tendons),
+        (m + layout.m_wrap_type, 4 * elements),
+        (m + layout.m_wrap_objid, 4 * elements),
+        (m + layout.m_tendon_limited, tendons),
+        (m + layout.m_eq_type, 4 * equalities),
+        (m + layout.m_eq_obj1id, 4 * equalities),
+        (m + layout.m_eq_obj2id, 4 * equalities),
+        (m + layout.m_actuator_trntype, 4 * actuators),
+        (m + layout.m_actuator_trnid, 8 * actuators),
+        (m + layout.m_actuator_plugin, 4 * actuators),
+        (m + layout.m_sensor_plugin, 4 * sensors),
+        (m + layout.m_sensor_objtype, 4 * sensors),
+        (m + layout.m_sensor_objid, 4 * sensors),
+        (m + layout.m_sensor_dim, 4 * sensors),
+    ):
+        h = mixed(h, hashed(pointer(start), count))
+    names = pointer(m + layout.m_names)
+    first = integer(pointer(m + layout.m_name_tendonadr), 0)
+    h = mixed(h, hashed(names + first, size(m + layout.m_nnames) - first))
+    if joints > 0:  # but for the last their names lie in a row
+        starts = pointer(m + layout.m_name_jntadr)
+        first, last = integer(starts, 0), integer(starts, joints - 1)
+        h = mixed(h, hashed(names + first, last - first))
+        h = mixed(h, hashed_name(m, _JOINT, joints - 1))
+    for tendon in range(tendons):
+        h = mixed(h, int(has_spring(layout, m, tendon)))
+    return as_number(h)
+
+
+@compiled
+def signature_by(layout: Layout, m: int, d: int, first: float, instance: int) -> float:
+    """Model signature that the first sheath keeps, `NONE` where ``first`` is not that."""
+    if not (
+        0.0 <= first < size(m + layout.m_nplugin) and is_sheath(layout, m, int(first), instance)
+    ):
+        return NONE
+    state = state_at(state_of(layout, m, d, int(first)))
+    return state.model_signature if state.first_sheath == first else NONE
+
+
+@compiled
+def _sheath_seal(layout: Layout, m: int, d: int, instance: int) -> float:
+    """Seal of a sheath's state as it is now, `NONE` where it cannot have one."""
+    address = state_of(layout, m, d, instance)
+    first = state_at(address).first_sheath
+    signature = signature_by(layout, m, d, first, instance)
+    if first > instance or not is_signature(signature):
+        return NONE
+    h = mixed(hashed(address + BOUND_BEGIN, BOUND_SIZE), int(signature))
+    return as_number(mixed(h, instance))
+
+
+@compiled
+def _is_index(number: float, count: int) -> bool:
+    """Whether a number is −1 or an index below ``count``."""
+    return -1.0 <= number < count
+
+
+@compiled
+def _has_indices(layout: Layout, m: int, address: int) -> bool:
+    """Whether the indices in a sheath's state are in range."""
+    state = state_at(address)
+    joints, actuators = size(m + layout.m_njnt), size(m + layout.m_nactuator)
+    return (
+        0.0 <= state.tendon < size(m + layout.m_ntendon)
+        and _is_index(state.reel_joint, joints)
+        and _is_index(state.output_joint, joints)
+        and _is_index(state.reel_actuator, actuators)
+        and _is_index(state.first_actuator, actuators)
+        and _is_index(state.last_actuator, actuators)
+    )
+
+
+@compiled
+def is_sealed(layout: Layout, m: int, d: int, instance: int) -> bool:
+    """Whether the seal of a sheath is unbroken and its indices are in range."""
+    address = state_of(layout, m, d, instance)
+    seal = _sheath_seal(layout, m, d, instance)
+    if seal == NONE or seal != state_at(address).seal:
+        return False
+    return fits(address, state_size_of(layout, m, instance)) and _has_indices(layout, m, address)
+
+
+@compiled
+def renew_signature(layout: Layout, m: int, d: int, instance: int) -> None:
+    """Compute the model's signature again, if the sheath is its first."""
+    state = state_at(state_of(layout, m, d, instance))
+    if state.first_sheath == instance:
+        state.model_signature = model_signature(layout, m)
+
+
+@apart
+def seal_sheath(layout: Layout, m: int, d: int, instance: int) -> None:
+    """Seal the state of a sheath that is proven to be bound."""
+    state = state_at(state_of(layout, m, d, instance))
+    first = 0
+    while not is_sheath(layout, m, first, instance):
+        first += 1
+    state.first_sheath = first
+    renew_signature(layout, m, d, instance)
+    state.seal = _sheath_seal(layout, m, d, instance)

@@ -1,9 +1,14 @@
-"""A sheath that MuJoCo drives: its input tension is given, friction decides what arrives.
+"""The two ways to move a tendon: spools wind it, or MuJoCo's forces give its input tension.
 
-The input tension is T_in = max(0, −f) with f of `input_force`; a force that pushes passes the
-sheath unrubbed. Each branch has a friction state of its own. A branch behind a pulley starts with
-T_in over its divisor; one that begins at the site where an earlier one ended takes over what
-arrived there, and draws its tendon through that one: what comes in at its beginning, times its
+**Wound.** With backlash b the drum follows its drive once that has crossed the gap, and holds
+itself in it. Where the drive is a joint, the flank by which it winds is a spring, as stiff as the
+joint's inertia allows at this time step: the drive bears the contact force, and the drum yields
+where that is more than the tendon's pull. No tendon is wound without work of the drive.
+
+**Driven.** The input tension is T_in = max(0, −f) with f of `input_force`; a force that pushes
+passes the sheath unrubbed. Each branch has a friction state of its own. A branch behind a pulley
+starts with T_in over its divisor; one that begins at the site where an earlier one ended takes over
+what arrived there, and draws its tendon through that one: what comes in at its beginning, times its
 tension over that of the other, leaves the other's end.
 
 A stretch j of tendon that its guides hold is a spring EA/ℓ_j on the inertia that it meets, 1/a_j
@@ -16,6 +21,8 @@ instead of holding, and make energy. Guides therefore yield to a stretch by g_j 
 and its stiffness EA/(ℓ_j + g_j) is what the step resolves in the pose of the first evaluation: the
 guides give way by what the inertia moves in a step under the friction that holds it. A stiffer
 cable thus converges to an inextensible one. Where none is given EA is 1 MN.
+
+Equations: docs/theory.md, sections 7 and 8.
 """
 
 from __future__ import annotations
@@ -23,12 +30,91 @@ from __future__ import annotations
 from tendon_mj.compilation import apart, compiled
 from tendon_mj.plugin.abi.layout import Layout
 from tendon_mj.plugin.abi.library import mj_freeStack, mj_markStack, mj_stackAllocNum
-from tendon_mj.plugin.abi.memory import coordinates, pointer, size
+from tendon_mj.plugin.abi.memory import coordinates, double, integer, pointer, size
 from tendon_mj.plugin.sheath_plugin.forces import pull_segment
-from tendon_mj.plugin.sheath_plugin.input_force import input_strain
-from tendon_mj.plugin.sheath_plugin.state import State
-from tendon_mj.plugin.sheath_plugin.strain_law import reset_to_linear
-from tendon_mj.sheath import Guides, Segments, held, solve_flow, strain_at
+from tendon_mj.plugin.sheath_plugin.state import State, input_strain
+from tendon_mj.plugin.sheath_plugin.strain import reset_to_linear, rest_strain, spool_torque
+from tendon_mj.sheath import Guides, Segments, convected, held, solve_flow, strain_at
+
+_RIGIDITY = 0.25  # of the flank: (ωh)² of the drive on it; explicit steps are stable below 4
+
+
+@compiled
+def wound_by(layout: Layout, m: int, d: int, joint: float, radius: float) -> float:
+    """Tendon that a spool on a joint has wound in since `qpos0` [m]; 0 without a joint."""
+    if joint < 0.0:
+        return 0.0
+    adr = integer(pointer(m + layout.m_jnt_qposadr), int(joint))
+    angle = double(pointer(d + layout.d_qpos), adr) - double(pointer(m + layout.m_qpos0), adr)
+    return radius * angle
+
+
+@compiled
+def flank_stiffness(layout: Layout, m: int, state: State, elapsed: float) -> float:
+    """Stiffness of the contact between drive and drum [N/m]; inf without a joint to stop."""
+    if state.law.backlash == 0.0 or state.reel_joint < 0.0:
+        return float("inf")
+    dof = integer(pointer(m + layout.m_jnt_dofadr), int(state.reel_joint))
+    mobility = double(pointer(m + layout.m_dof_invweight0), dof) * state.reel_radius**2
+    return _RIGIDITY / (mobility * elapsed * elapsed)
+
+
+@compiled
+def on_drum(state: State, segments: Segments, drive: float, flank: float) -> float:
+    """Tendon on the drum when its drive stands at ``drive`` [m]."""
+    if state.law.backlash == 0.0:
+        return drive
+    half = 0.5 * state.law.backlash
+    before = max(0.0, segments[0].previous_tension)
+    pull = state.law.axial_stiffness * convected(before, state.law.stiffening)
+    return min(max(state.wound_in, drive - half - pull / flank), drive + half)
+
+
+@compiled
+def torque_on_drive(state: State, segments: Segments, ahead: float, flank: float) -> float:
+    """Torque by which the tendon turns the reel's joint back [N m].
+
+    The drive is ``ahead`` of the drum [m]; ``flank`` is the stiffness of their contact [N/m].
+    """
+    if state.reel_joint < 0.0:
+        return 0.0
+    torque = spool_torque(state, segments, 0, state.reel_radius)
+    if state.law.backlash == 0.0:
+        return torque
+    pressed = state.reel_radius * flank * max(0.0, ahead - 0.5 * state.law.backlash)
+    return min(abs(torque), abs(pressed)) * (1.0 if torque > 0.0 else -1.0)
+
+
+@apart
+def lay_wound(layout: Layout, m: int, d: int, state: State, segments: Segments) -> None:
+    """Initialise the segments: the tendon lies evenly along its first path.
+
+    Its unstretched length is fixed by the pretension in the reference pose `qpos0`, as MuJoCo fixes
+    a spring length: S = (L(qpos0) + s)/(1 + ε_0) with a slack of s, and the tendon has crept as
+    much as it will under it.
+    """
+    reference = double(pointer(m + layout.m_tendon_length0), int(state.tendon)) + state.law.slack
+    strain, creep = rest_strain(state.law)
+    unstretched = reference / (1.0 + strain + creep)
+    if state.own_spring != 0.0:  # which may be another since the reset
+        rest = double(pointer(m + layout.m_tendon_lengthspring), 2 * int(state.tendon) + 1)
+        unstretched += rest - state.spring_length
+        state.spring_length = rest
+    state.wound_in = wound_by(layout, m, d, state.reel_joint, state.reel_radius)
+    state.wound_out = wound_by(layout, m, d, state.output_joint, state.output_radius)
+    unstretched -= state.wound_in + state.wound_out
+    total = sum(segments["length"])
+    strain = total / unstretched - 1.0 - creep
+    for j in range(len(segments)):
+        segment = segments[j]
+        segment.stored = segment.length * unstretched / total
+        segment.strain, segment.creep_strain = strain, creep
+        segment.previous_tension = strain * (1.0 + state.law.stiffening * max(0.0, strain))
+    reset_to_linear(segments)
+    state.strain_kept = 1.0  # so that the strains just written count
+    state.laid_pretension = state.law.pretension
+    state.started = 1.0
+
 
 CHOSEN_STIFFNESS = 1e6  # EA where none is given, and beyond which nothing would change [N]
 _SOFTEST = 1e2  # EA to which guides yield at most [N]
@@ -39,14 +125,9 @@ _PASSES = 3  # over branches that feed one another; they differ by the tendon's 
 def let_guides_yield(
     layout: Layout, m: int, d: int, state: State, segments: Segments, h: float
 ) -> None:
-    """Let the guides yield by what makes a step of h resolve the stretches between them.
+    """Let the guides yield by what makes a step of h [s] resolve the stretches between them.
 
     Where no axial stiffness is given it is chosen.
-
-    Args:
-        layout, m, d: where things are, `mjModel`, `mjData`.
-        state, segments: of the sheath.
-        h: time step [s].
     """
     if not state.law.axial_stiffness > 0.0:
         state.law.axial_stiffness = CHOSEN_STIFFNESS
@@ -69,8 +150,8 @@ def let_guides_yield(
 
 
 @compiled
-def lay_at_rest(state: State, segments: Segments) -> None:
-    """Lay the tendon along its path under the input tension, before anything rubs."""
+def lay_driven(state: State, segments: Segments) -> None:
+    """Initialise the segments under the input tension, before anything rubs."""
     reset_to_linear(segments)
     for j in range(len(segments)):
         tau = input_strain(state) / segments[j].divisor
@@ -94,7 +175,7 @@ def _input(state: State, segments: Segments, guides: Guides, first: int) -> floa
 
 @compiled
 def _drawn_through(segments: Segments, guides: Guides, last: int) -> float:
-    """Tendon that the branches fed by the one that ends with segment ``last`` draw from it [m]."""
+    """Tendon that its fed branches draw from the branch that ends with segment ``last`` [m]."""
     drawn, begin = 0.0, last + 1
     for i in range(last + 1, len(guides) + 1):
         if i < len(guides) and guides[i].is_pulley == 0.0:
