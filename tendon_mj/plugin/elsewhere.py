@@ -55,12 +55,7 @@ def register_pickles(names: tuple[str, ...]) -> None:
 
 
 def load(kind: Any, plugins: Mapping[int, str], state: bytes) -> Any:
-    """Make a model or data from a pickle.
-
-    Args:
-        kind: `MjModel` or `MjData`.
-        plugins: as of ``plugins_of`` where the pickle was made.
-        state: MuJoCo's own pickle.
+    """Make an `MjModel` or `MjData` from MuJoCo's own pickle of it and the plugins that it had.
 
     Raises:
         EngineError: this process has other plugins in the slots.
@@ -99,8 +94,7 @@ class _Finder(MetaPathFinder):
     ) -> ModuleSpec | None:
         if fullname not in _ENGINES:
             return None
-        others = (finder for finder in sys.meta_path if finder is not self)
-        specs = (finder.find_spec(fullname, path, target) for finder in others)
+        specs = (f.find_spec(fullname, path, target) for f in sys.meta_path if f is not self)
         spec = next((spec for spec in specs if spec), None)
         if spec and spec.loader:
             execute = spec.loader.exec_module

@@ -36,6 +36,12 @@ from tendon_mj.plugin.sheath_plugin.visualize import make_visualize
 _ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
 
 
+_FUNCTIONS = (
+    "nstate nsensordata init destroy copy reset compute advance visualize actuator_act_dot"
+    " sdf_distance sdf_gradient sdf_staticdistance sdf_attribute sdf_aabb"
+)
+
+
 class _Plugin(ctypes.Structure):
     """`mjpPlugin` of mjplugin.h."""
 
@@ -45,21 +51,7 @@ class _Plugin(ctypes.Structure):
         ("attributes", ctypes.POINTER(ctypes.c_char_p)),
         ("capabilityflags", ctypes.c_int),
         ("needstage", ctypes.c_int),
-        ("nstate", ctypes.c_void_p),
-        ("nsensordata", ctypes.c_void_p),
-        ("init", ctypes.c_void_p),
-        ("destroy", ctypes.c_void_p),
-        ("copy", ctypes.c_void_p),
-        ("reset", ctypes.c_void_p),
-        ("compute", ctypes.c_void_p),
-        ("advance", ctypes.c_void_p),
-        ("visualize", ctypes.c_void_p),
-        ("actuator_act_dot", ctypes.c_void_p),
-        ("sdf_distance", ctypes.c_void_p),
-        ("sdf_gradient", ctypes.c_void_p),
-        ("sdf_staticdistance", ctypes.c_void_p),
-        ("sdf_attribute", ctypes.c_void_p),
-        ("sdf_aabb", ctypes.c_void_p),
+        *((name, ctypes.c_void_p) for name in _FUNCTIONS.split()),
     )
 
 

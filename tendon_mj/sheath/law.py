@@ -2,8 +2,9 @@
 
 A field of a dataclass carries its description: symbol, unit, range and one line of text. Messages,
 docstrings, tables and the order in which compiled code stores the values are derived from the
-fields. A parameter is added here, and where its equation is; `tests/plugin/test_attribute_tables.py`
-writes its row in docs/plugin.md. Equations: docs/theory.md, sections 4 and 7.
+fields. A parameter is added here, and where its equation is; its row in docs/plugin.md is then
+written by `python -m tests.plugin.test_attribute_tables`. Equations: docs/theory.md, sections 4
+and 7.
 """
 
 from __future__ import annotations

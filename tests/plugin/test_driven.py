@@ -9,7 +9,7 @@ import pytest
 from mujoco import rollout
 
 from tendon_mj.attach import add_friction
-from tests.plugin.rigs import sheath_view
+from tests.plugin.rigs import refused, sheath_view
 
 MODELS = os.environ.get("TENDON_MJ_MODELS", "")
 _FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
@@ -244,29 +244,22 @@ def test_a_copy_a_resumed_run_and_threads_are_bit_exact():
 
 
 @pytest.mark.parametrize(
-    ("extra", "said"),
-    [
-        ("pretension", "pretension = 5 has no meaning"),
-        ("viscous_friction", "viscous_friction = 5 has no meaning"),
-        ("tendon_mass", "tendon_mass = 5 has no meaning"),
-        ("backlash", "backlash = 5 has no meaning"),
-        ("sheath_compliance", "sheath_compliance = 5 has no meaning"),
-    ],
+    "extra", ["pretension", "viscous_friction", "tendon_mass", "backlash", "sheath_compliance"]
 )
-def test_what_belongs_to_a_reel_is_refused(extra, said):
-    with pytest.raises(ValueError, match=said):
+def test_what_belongs_to_a_reel_is_refused(extra):
+    with refused("instance 's'", f"{extra} = 5"):
         arm(ACTUATORS["motor"], 0.3, extra=f'<config key="{extra}" value="5"/>')
 
 
 def test_a_tendon_that_nothing_pulls_on_needs_a_stiffness():
-    with pytest.raises(ValueError, match="axial_stiffness is missing"):
+    with refused("instance 's'", "axial_stiffness"):
         arm(friction=0.3)
 
 
 def test_a_motor_beside_a_reel_is_refused():
     extra = '<config key="axial_stiffness" value="1e4"/>'
     reel = '<plugin name="r" plugin="tendon_mj.sheath" instance="s" tendon="t"/>'
-    with pytest.raises(ValueError, match="past the reel"):
+    with refused("instance 's'", "'m'", "reel"):
         arm('<motor name="m" tendon="t"/>' + reel, 0.3, extra=extra)
 
 

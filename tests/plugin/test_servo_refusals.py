@@ -6,7 +6,7 @@ import pytest
 
 from tendon_mj import Parameters, add_servo
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
-from tests.plugin.rigs import hand
+from tests.plugin.rigs import hand, refused
 
 MODEL = """
 <mujoco>
@@ -41,36 +41,37 @@ def compiled(target='joint="motor"', armature='armature=".1"', **values):
     )
 
 
+MOTOR = 'joint="motor"'
 CASES = [
-    ({"tendon": "flexer"}, r"unknown tendon 'flexer'; did you mean 'flexor'"),
-    ({"tendon": None}, r"unknown tendon ''"),
-    ({"tendon": "bare"}, r"unknown sheathed tendon 'bare'.*'flexor', 'idle'"),
-    ({"tendon": "idle"}, r"sheath on tendon 'idle' has no reel_joint"),
-    ({"tension_gain": None}, r"tension_gain is missing"),
-    ({"velocity_gain": None}, r"velocity_gain is missing \(its unit is N m s/rad\)"),
-    ({"tension_gain": "-7"}, r"tension_gain = -7 \[-\] must be finite and > 0"),
-    ({"velocity_gain": "-1"}, r"velocity_gain = -1 \[N m s/rad\] must be finite and ≥ 0"),
-    ({"loosening_tension_gain": "0"}, r"loosening_tension_gain = 0 \[-\] must be finite and > 0"),
-    ({"velocity_gain": "slow"}, r"velocity_gain = 'slow' is not a number"),
-    ({"torque_limit": "inf"}, r"torque_limit = inf \[N m\] must be finite"),
-    ({"speed_limit": "-1"}, r"speed_limit = -1 \[rad/s\] must be finite and ≥ 0"),
-    ({"period": "-0.01"}, r"period = -0\.01 \[s\] must be finite"),
-    ({"delay": "nan"}, r"delay = nan \[s\] must be finite"),
-    ({"motor_inertia": "0"}, r"motor_inertia = 0 \[kg m²\] must be finite and > 0"),
-    ({"observer_friction": "-1"}, r"observer_friction = -1 \[-\] must be finite"),
-    ({"feedback": "senser"}, r"unknown feedback 'senser'; did you mean 'sensor'"),
-    ({"backdrive": "yes"}, r"unknown backdrive 'yes' .*'false', 'true'"),
-    ({"armature": ""}, r"motor_inertia \[kg m²\] is missing, and joint 'motor' has no armature"),
-    ({"target": 'joint="other"'}, r"'pull' drives joint 'other', but .* by joint 'motor'"),
-    ({"target": 'site="a"'}, r"'pull' drives no joint, but"),
-    ({"target": 'joint="motor" gear="2"'}, r"gear = 2; it must be 1"),
-    ({"target": 'joint="motor" forcerange="-1 1"'}, r"forcerange, .*; use torque_limit"),
+    ({"tendon": "flexer"}, "unknown tendon 'flexer'", "'flexor'"),
+    ({"tendon": None}, "unknown tendon ''"),
+    ({"tendon": "bare"}, "'bare'", "'flexor', 'idle'"),
+    ({"tendon": "idle"}, "'idle'", "reel_joint"),
+    ({"tension_gain": None}, "tension_gain is missing"),
+    ({"velocity_gain": None}, "velocity_gain is missing", "N m s/rad"),
+    ({"tension_gain": "-7"}, "tension_gain = -7 [-]", "> 0"),
+    ({"velocity_gain": "-1"}, "velocity_gain = -1 [N m s/rad]", "≥ 0"),
+    ({"loosening_tension_gain": "0"}, "loosening_tension_gain = 0 [-]", "> 0"),
+    ({"velocity_gain": "slow"}, "velocity_gain = 'slow'"),
+    ({"torque_limit": "inf"}, "torque_limit = inf [N m]"),
+    ({"speed_limit": "-1"}, "speed_limit = -1 [rad/s]", "≥ 0"),
+    ({"period": "-0.01"}, "period = -0.01 [s]"),
+    ({"delay": "nan"}, "delay = nan [s]"),
+    ({"motor_inertia": "0"}, "motor_inertia = 0 [kg m²]", "> 0"),
+    ({"observer_friction": "-1"}, "observer_friction = -1 [-]"),
+    ({"feedback": "senser"}, "feedback 'senser'", "'sensor'"),
+    ({"backdrive": "yes"}, "backdrive 'yes'", "'false', 'true'"),
+    ({"armature": ""}, "motor_inertia [kg m²]", "joint 'motor'"),
+    ({"target": 'joint="other"'}, "'pull'", "joint 'other'", "joint 'motor'"),
+    ({"target": 'site="a"'}, "'pull' drives no joint"),
+    ({"target": f'{MOTOR} gear="2"'}, "gear = 2"),
+    ({"target": f'{MOTOR} forcerange="-1 1"'}, "forcerange", "torque_limit"),
 ]
 
 
-@pytest.mark.parametrize(("values", "pattern"), CASES, ids=[str(v) for v, _ in CASES])
-def test_a_bad_servo_is_named_with_what_is_wrong(values, pattern):
-    with pytest.raises(ValueError, match=r"plugin tendon_mj\.servo: .*" + pattern):
+@pytest.mark.parametrize(("values", "facts"), [(v, f) for v, *f in CASES], ids=str)
+def test_a_bad_servo_is_named_with_place_and_value(values, facts):
+    with refused("plugin tendon_mj.servo: ", *facts):
         compiled(**values)
     data = mujoco.MjData(compiled())  # the process is as good as before
     mujoco.mj_step(compiled(), data)
@@ -78,7 +79,7 @@ def test_a_bad_servo_is_named_with_what_is_wrong(values, pattern):
 
 
 def test_an_unknown_attribute():
-    with pytest.raises(ValueError, match=r"unrecognized attribute.*gian"):
+    with refused("attribute", "gian"):
         compiled(gian="1")
 
 
@@ -86,15 +87,13 @@ def test_python_refuses_the_same_before_anything_is_added():
     spec = hand()
     before = len(spec.actuators)
     gains = {"tension_gain": 1.0, "velocity_gain": 1.0}
-    with pytest.raises(UnknownNameError, match="did you mean 'tendon'"):
+    with refused("'tendno'", "'tendon'", by=UnknownNameError):
         add_servo(spec, "tendno", name="second", **gains)
-    with pytest.raises(InvalidValueError, match="tension_gain = -1"):
+    with refused("tension_gain = -1", by=InvalidValueError):
         add_servo(spec, "tendon", name="second", **(gains | {"tension_gain": -1.0}))
-    with pytest.raises(UnknownNameError, match="unknown feedback"):
+    with refused("feedback", "'guess'", by=UnknownNameError):
         add_servo(spec, "tendon", name="second", feedback="guess", **gains)
-    with pytest.raises(
-        InvalidValueError, match="'servo' cannot be the name of a plugin instance: empty or taken"
-    ):
+    with refused("'servo'", by=InvalidValueError):
         add_servo(spec, "tendon", **gains)
     assert len(spec.actuators) == before
     spec.compile()

@@ -4,6 +4,7 @@ import mujoco
 import pytest
 
 from tendon_mj import add_friction
+from tests.plugin.rigs import refused
 
 XML = """
 <mujoco>
@@ -28,9 +29,7 @@ def compiled(flag, policy):
 
 @pytest.mark.parametrize("policy", ["allowed", "auto", "init"])
 def test_a_body_that_may_fall_asleep_is_refused_with_the_remedy(policy):
-    with pytest.raises(
-        (ValueError, mujoco.FatalError), match=r"tendon 'flexor' moves body 'link'.*sleep=\"never\""
-    ):
+    with refused("'flexor'", "'link'", 'sleep="never"', by=(ValueError, mujoco.FatalError)):
         mujoco.MjData(compiled("enable", policy))
 
 

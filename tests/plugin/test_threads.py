@@ -3,8 +3,6 @@
 import sys
 import threading
 
-import mujoco
-
 from tests.plugin.test_refusals import LAW, compiled, instance
 
 THREADS, TIMES = 4, 50
@@ -35,24 +33,3 @@ def test_each_thread_is_told_of_its_own_model():
     for thread, errors in enumerate(told):
         assert len(errors) == TIMES
         assert all(f"instance 'bad{thread}': unknown tendon 'none{thread}'" in e for e in errors)
-
-
-def test_sound_models_compile_beside_each_other():
-    failures = []
-
-    def compile_repeatedly(tendon):
-        try:
-            for _ in range(20):
-                model = compiled(instance(tendon, **(LAW | {"tendon": tendon})))
-                mujoco.mj_step(model, mujoco.MjData(model))
-        except Exception as error:
-            failures.append(error)
-
-    threads = [
-        threading.Thread(target=compile_repeatedly, args=(k,)) for k in ("flexor", "extensor")
-    ]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert not failures

@@ -1,6 +1,6 @@
 """The running MuJoCo library: its C functions, for Python and for compiled code, and its rules.
 
-`control`, `is_stage` and `warn` do what MuJoCo does, or see what it is doing, from compiled code.
+`control`, `is_stage` and `warn` repeat or read in compiled code what MuJoCo does.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ from tendon_mj.plugin.abi.memory import (
 def _find() -> Path:
     folder = Path(mujoco.__file__).parent
     for pattern in ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll"):
-        for found in sorted(folder.glob(pattern)):
-            return found
+        for library in sorted(folder.glob(pattern)):
+            return library
     raise EngineError(f"no MuJoCo library in {folder}: is the mujoco package complete?")
 
 

@@ -21,9 +21,9 @@ def word(typing_context: Any, address: Any) -> Any:
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         kind = context.get_value_type(signature.return_type)
-        found = builder.load(builder.inttoptr(arguments[0], kind.as_pointer()))
-        found.align = 1
-        return found
+        value = builder.load(builder.inttoptr(arguments[0], kind.as_pointer()))
+        value.align = 1
+        return value
 
     return numba.int64(address), build
 

@@ -62,7 +62,7 @@ def backlash_ahead(
     """Travel of the input that is left until the output follows in direction ``sense`` [m].
 
     The tendon once slid the other way; over the friction angle d from the input it slides this
-    way already, e^{2sd} = e^{sλ} (T_in/T_out). What is left is the integral of the difference to a
+    way already, e^{2sd} = e^{sλ} (T_in/T_out). The rest is the integral of the difference to a
     tendon that slides all along:
     Δξ = s (T_out (e^{sλ} + e^{−s(λ−d)} − 2) − T_in (1 − e^{−sd}))/(K_w λ),
     from the whole reversal backlash for d = 0 to nothing for d = λ.
@@ -124,7 +124,7 @@ def _of_actuators(layout: Layout, m: int, d: int, dof: int, own: int) -> float:
 def known_torque(layout: Layout, m: int, d: int, dof: int, own: int) -> float:
     """Torque on a degree of freedom but for actuator ``own`` and constraints [N m].
 
-    Springs, dampers, gravity, the tendon on its spool, what the user applies, other actuators.
+    Springs, dampers, gravity, the tendon on its spool, applied forces, other actuators.
     Forces of contacts, limits and dry friction follow later in the step, from all of this.
     """
     return (

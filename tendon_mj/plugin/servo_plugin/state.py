@@ -1,7 +1,7 @@
 """Gains of a servo, and its state in `mjData.plugin_state`: memory, commands on their way.
 
-As for the sheath there is a *committed* state, from which every evaluation starts, and what the
-last evaluation leaves on *trial* for `advance`. A ring of commands follows the scalars.
+As for the sheath there is a *committed* state, from which every evaluation starts, and one on
+*trial*, which the last evaluation leaves for `advance`. A ring of commands follows the scalars.
 """
 
 from __future__ import annotations
@@ -141,12 +141,12 @@ class Memory:
 
 
 class State:
-    """Scalars of a servo; indices are −1 for what there is none of, flags 0 or 1."""
+    """Scalars of a servo; indices are −1 for none, flags 0 or 1."""
 
     gains: LiveGains
-    # what it is attached to
+    # elements that it is attached to
     config_signature: float  # of its attributes and of its sheath's
-    servo_signature: float  # of what the following are bound to, 0 where that failed
+    servo_signature: float  # of the model that the following index, 0 where that failed
     instance: float  # of the sheath, −1 for none
     sheath: float  # where the sheath's state begins in plugin_state
     actuator: float

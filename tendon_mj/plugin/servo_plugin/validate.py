@@ -83,7 +83,7 @@ def state_size(address: int, instance: int) -> int:
     """Check an instance and return how many numbers of state it needs.
 
     Raises:
-        InvalidValueError, UnknownNameError: what is wrong, where, and the nearest valid choice.
+        InvalidValueError, UnknownNameError: name the place, the value and the nearest valid one.
     """
     model = Draft(address, sv.ATTRIBUTES)
     where, config = model.where(instance), own_config(model, instance)
@@ -115,7 +115,7 @@ def check_joint(address: int, instance: int) -> int:
     """Check, at the first servo, that each drives its tendon's motor; the model is complete.
 
     Raises:
-        InvalidValueError: what is wrong with an actuator or joint.
+        InvalidValueError: names the actuator or joint.
     """
     model = Draft(address, sv.ATTRIBUTES)
     if model.is_first(instance):

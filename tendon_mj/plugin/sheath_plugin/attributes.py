@@ -133,9 +133,15 @@ def text_at(layout: Layout, m: int, instance: int, attribute: int) -> int:
 
 
 @compiled
+def is_given(layout: Layout, m: int, instance: int, attribute: int) -> bool:
+    """Whether an attribute is written."""
+    return byte(text_at(layout, m, instance, attribute), 0) != 0
+
+
+@compiled
 def is_sensor(layout: Layout, m: int, instance: int) -> bool:
     """Whether an instance has sensors of sheaths, and is not a sheath itself."""
-    return byte(text_at(layout, m, instance, SENSOR), 0) != 0
+    return is_given(layout, m, instance, SENSOR)
 
 
 @compiled
@@ -179,12 +185,6 @@ def is_input_at_last(layout: Layout, m: int, instance: int) -> bool:
 def is_cable_spring(layout: Layout, m: int, instance: int) -> bool:
     """Whether the tendon's own spring is the cable's elasticity."""
     return index_of(text_at(layout, m, instance, SPRING), _SPRING_NAMES) == 1
-
-
-@compiled
-def is_given(layout: Layout, m: int, instance: int, attribute: int) -> bool:
-    """Whether an attribute is written."""
-    return byte(text_at(layout, m, instance, attribute), 0) != 0
 
 
 @compiled

@@ -61,7 +61,7 @@ def range_of(owners: int, count: int, instance: int) -> tuple[int, int]:
 
 @compiled
 def _count_guides(layout: Layout, m: int, instance: int, state: State) -> None:
-    """Count what the path of the tendon has."""
+    """Count the guides, arcs and pulleys of the path."""
     tendon = int(state.tendon)
     state.inner_guides = at.number(layout, m, instance, at.INNER_GUIDES)
     state.arc_guides = max(1.0, at.number(layout, m, instance, at.ARC_GUIDES))
@@ -74,7 +74,7 @@ def _count_guides(layout: Layout, m: int, instance: int, state: State) -> None:
 
 @compiled
 def _bind_drive(layout: Layout, m: int, instance: int, state: State) -> None:
-    """Find what pulls along the tendon, for a sheath without a reel or spools."""
+    """Find the forces along the tendon, for a sheath without a reel or spools."""
     tendon = int(state.tendon)
     state.first_actuator, state.last_actuator = -1.0, -1.0
     state.driven, state.leads, state.constrained = 0.0, 0.0, 0.0
@@ -125,7 +125,7 @@ def _is_led(layout: Layout, m: int, instance: int) -> bool:
 
 @apart
 def _bind(layout: Layout, m: int, instance: int, address: int, keep: bool) -> None:
-    """Find what a sheath is attached to, and sign it.
+    """Resolve the elements that a sheath is attached to, and sign it.
 
     With ``keep`` the tendon stays as it lies, where the path has as many guides and arcs as before.
     """

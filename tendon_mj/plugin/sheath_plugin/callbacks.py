@@ -86,8 +86,8 @@ def make_callbacks(layout: Layout) -> Callbacks:
     """Bind the functions to the offsets of the running MuJoCo.
 
     The offsets are closed over, so the compiler sees constants and keeps one compilation on disk
-    for each set of them. What is inlined is optimised anew in each function that it is inlined
-    into, which takes most of the time, so nothing stands between these functions and `evaluate`.
+    for each set of them. Inlined code is optimised again in each function that it is inlined into,
+    which takes most of the time, so nothing stands between these functions and `evaluate`.
     """
     void, ptr, i32 = types.void, types.intp, types.int32
 
@@ -107,7 +107,7 @@ def make_callbacks(layout: Layout) -> Callbacks:
             ensure_bound(layout, m, d, instance)
         ):
             address = state_of(layout, m, d, instance)
-            # one that is driven needs what all actuators do, which is not there yet
+            # one that is driven needs the forces of all actuators, which are not there yet
             state = state_at(address)
             if not late or state.driven == 0.0:
                 before = state.unsolved

@@ -125,7 +125,7 @@ _PASSES = 3  # over branches that feed one another; they differ by the tendon's 
 def let_guides_yield(
     layout: Layout, m: int, d: int, state: State, segments: Segments, h: float
 ) -> None:
-    """Let the guides yield by what makes a step of h [s] resolve the stretches between them.
+    """Let the guides yield so far that a step of h [s] resolves the stretches between them.
 
     Where no axial stiffness is given it is chosen.
     """
@@ -191,7 +191,7 @@ def _drawn_through(segments: Segments, guides: Guides, last: int) -> float:
 
 @compiled
 def _solve_in_order(state: State, segments: Segments, guides: Guides) -> bool:
-    """Solve the branches in the order of the path, with what flows over pulleys as it is."""
+    """Solve the branches in the order of the path, for the given flows over pulleys."""
     first, solved, last = 0, True, len(guides)
     for i in range(last + 1):
         if i < last and guides[i].is_pulley == 0.0:
@@ -232,7 +232,7 @@ def solve_branches(state: State, segments: Segments, guides: Guides) -> bool:
 
 @compiled
 def refill_inputs(segments: Segments, guides: Guides) -> None:
-    """Let tendon in at the input: each branch's first segment holds what its tension says."""
+    """Let tendon in at the input: each branch's first segment holds the length of its tension."""
     for j in range(len(segments)):
         if j == 0 or guides[j - 1].is_pulley != 0.0:
             segments[j].stored = held(segments, j, segments[j].trial_tension)[0]

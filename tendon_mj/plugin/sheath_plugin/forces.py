@@ -1,4 +1,4 @@
-"""Forces of the tendon on bodies and spools, and what MuJoCo's force sensors show of them.
+"""Forces of the tendon on bodies and spools, and their share in MuJoCo's force sensors.
 
 A straight span of length ℓ under tension T pulls its two ends together, which is −T J with
 J = ∂ℓ/∂q. With u its direction and `mjData.cdof` the spatial velocity (ω, v) of dof i about c, the
@@ -282,7 +282,7 @@ def _fill_sensor(layout: Layout, m: int, d: int, sensor: int) -> None:
 
 @compiled
 def _shows_this_step(layout: Layout, m: int, d: int, sensor: int) -> bool:
-    """Whether a sensor shows what was computed now, and not what its history holds."""
+    """Whether a sensor shows the present step, and not its history."""
     if integer(pointer(m + layout.m_sensor_history), 2 * sensor) <= 0:
         return True
     if double(pointer(m + layout.m_sensor_delay), sensor) > 0.0:

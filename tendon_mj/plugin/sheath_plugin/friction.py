@@ -1,4 +1,4 @@
-"""Friction at the guides: the ratios of tensions that they hold, and what sliding itself takes.
+"""Friction at the guides: the ratios of tensions that they hold, and the resistance of sliding.
 
     μ_i = μ max(0, 1 + γ u_i) max(0, 1 + β t) (1 ± α) + Δμ e^{−v_i/v_s},   φ_i + φ_x/n ≥ 0
 

@@ -127,27 +127,27 @@ def _index(m: int, kind: int, own: int, end: int, start: int, text: int) -> int:
         name[end + k] = byte(text, k)
     for k in range(last - start):
         name[end + count + k] = byte(own, start + k)
-    found = mj_name2id(m, kind, name.ctypes.data)
+    index = mj_name2id(m, kind, name.ctypes.data)
     name[0] = 0  # used after the call, so that it is not freed before
-    return found
+    return index
 
 
 @apart
 def _affixes(layout: Layout, m: int, own: int, written: int, tendon: int) -> tuple[int, int]:
-    """Where the prefix of a name ends and its suffix starts, as `prefix_and_suffix` says it."""
+    """Where the prefix of a name ends and its suffix starts, as `prefix_and_suffix` has it."""
     last, inner = _length(own), _length(written)
-    found, first, end_found, start_found = False, True, 0, last
+    exists, first, prefix_end, suffix_start = False, True, 0, last
     if inner > 0:
         for end in range(last - inner + 1):
             if not _same(own, end, written, 0, inner):
                 continue
-            exists = _index(m, _TENDON, own, end, end + inner, tendon) >= 0
-            if first or (exists and not found):
-                end_found, start_found = end, end + inner
+            fits = _index(m, _TENDON, own, end, end + inner, tendon) >= 0
+            if first or (fits and not exists):
+                prefix_end, suffix_start = end, end + inner
                 first = False
-            found |= exists
+            exists |= fits
     if not first or _index(m, _TENDON, own, 0, last, tendon) >= 0:
-        return end_found, start_found
+        return prefix_end, suffix_start
     return _shared(layout, m, own, tendon)
 
 
@@ -155,22 +155,22 @@ def _affixes(layout: Layout, m: int, own: int, written: int, tendon: int) -> tup
 def _shared(layout: Layout, m: int, own: int, tendon: int) -> tuple[int, int]:
     """As `_affixes`, by the first that `around_tendon` gives."""
     last, inner = _length(own), _length(tendon)
-    end_found, start_found = last, last
+    prefix_end, suffix_start = last, last
     for index in range(size(m + layout.m_ntendon) if inner > 0 else 0):
         name = mj_id2name(m, _TENDON, index)
         count = _length(name)
         for end in range(min(last, count - inner + 1)):
             start = last - (count - end - inner)  # where the suffix would begin
-            better = end < start and (end, start) < (end_found, start_found)
+            better = end < start and (end, start) < (prefix_end, suffix_start)
             if (
                 better
                 and _same(name, end, tendon, 0, inner)
                 and _same(name, end + inner, own, start, last - start)
             ):
-                end_found, start_found = end, start
+                prefix_end, suffix_start = end, start
             if byte(own, end) != byte(name, end):
                 break
-    return (0, last) if end_found == last else (end_found, start_found)
+    return (0, last) if prefix_end == last else (prefix_end, suffix_start)
 
 
 @apart
@@ -268,8 +268,8 @@ def _ambiguous(model: Draft, instance: int, tendons: Iterable[str]) -> InvalidVa
     meant = " or ".join(repr(name) for name in tendons)
     return InvalidValueError(
         f"{model.where(instance)}: its tendon may be {meant}, as `attach` renames an instance and "
-        'not what it names; say what the instance was called before, <config key="instance" '
-        'value="…"/>, or what it is called now if the tendon is meant to the letter'
+        'not the names in it; write its name before `attach`, <config key="instance" '
+        'value="…"/>, or its present one if the tendon is meant to the letter'
     )
 
 

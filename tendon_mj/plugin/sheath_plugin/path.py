@@ -17,7 +17,7 @@ SHORTEST = 1e-9  # two points on one spot still have a segment between them [m]
 _NARROW = 0.41421356237309503  # tan(π/8)
 _WIDE = 2.414213562373095  # tan(3π/8)
 _EIGHTH, _QUARTER, _HALF = 0.7853981633974483, 1.5707963267948966, 3.141592653589793  # of a turn
-# what rounding cuts off these
+# their rounding errors
 _EIGHTH_REST, _QUARTER_REST, _HALF_REST = (
     3.061616997868383e-17,
     6.123233995736766e-17,
@@ -44,8 +44,8 @@ def _series(z: float) -> float:
 def arctangent(y: float, x: float) -> float:
     """Angle of the direction (x, y) with y ≥ 0, from 0 to π [rad]; 0 where both are 0.
 
-    A call of the C library's atan2 for every bend that moves is a seventh of what a sheath costs in
-    a step. Of two lengths the greater divides, after a rotation by π/4 where that leaves less:
+    A call of the C library's atan2 for every bend that moves is a seventh of a sheath's cost in a
+    step. Of two lengths the greater divides, after a rotation by π/4 where that leaves less:
 
         atan2(y, x) = π/4 k + atan t,   |t| ≤ tan(π/8)
 
@@ -240,18 +240,18 @@ def _fed_by(layout: Layout, m: int, address: int, begins: int) -> int:
     kinds, objects = pointer(m + layout.m_wrap_type), pointer(m + layout.m_wrap_objid)
     element = integer(pointer(m + layout.m_tendon_adr), int(state.tendon))
     site, j = integer(objects, begins), int(state.inner_guides)
-    found = -1
+    last = -1
     while element < begins - 1:
         kind = integer(kinds, element)
         ends = kind == SITE and integer(kinds, element + 1) == PULLEY
-        if ends and found < 0 and integer(objects, element) == site:
-            found = j
+        if ends and last < 0 and integer(objects, element) == site:
+            last = j
         if kind == PULLEY:
             j += 1
-            element += 1  # the site that begins a branch is no guide
+            element += 1  # the site that begins a branch is not a guide
         elif kind != SITE:
             j += int(state.arc_guides)
         elif element > integer(pointer(m + layout.m_tendon_adr), int(state.tendon)) and not ends:
             j += 1
         element += 1
-    return found
+    return last

@@ -99,7 +99,7 @@ def hashed(text: int, count: int) -> int:
 
 @compiled
 def hashed_name(m: int, kind: int, index: int) -> int:
-    """h of an element's name, 0 for what has none."""
+    """h of an element's name, 0 without one."""
     name = mj_id2name(m, kind, index)
     if name == 0:
         return 0
@@ -141,7 +141,7 @@ def config_signature(layout: Layout, m: int, instance: int) -> float:
 
 @compiled
 def _sizes(layout: Layout, m: int, instance: int) -> int:
-    """h of an instance's number and of how many there are of what indices count."""
+    """h of an instance's number and of the sizes that bound indices."""
     h = mixed(instance, size(m + layout.m_nplugin))
     h = mixed(h, size(m + layout.m_ntendon))
     h = mixed(h, size(m + layout.m_njnt))
@@ -193,7 +193,7 @@ def _with_index(h: int, index: float, count: int) -> int:
 def binding_signature(layout: Layout, m: int, instance: int, address: int) -> float:
     """Signature of all that the state of a sheath is bound to, whatever it holds, or `NONE`.
 
-    This is what it is attached to, the counts on its path, and what acts on tendons as a whole.
+    That is the elements it is attached to, the counts on its path, and the forces on tendons.
     """
     state, actuators = state_at(address), size(m + layout.m_nactuator)
     number, state_size = _attached(layout, m, instance, state), state_size_of(layout, m, instance)

@@ -3,7 +3,7 @@
 Everything is there, so copying, saving, resetting and threads need nothing from us. One record of
 scalars comes first, then the n+1 segments, the n guides, the points of the path, and the arcs.
 
-The *committed* state is what the last finished step left; every evaluation starts from it and
+The *committed* state is that of the last finished step; every evaluation starts from it and
 leaves its result on *trial*; only `advance` makes the trial the committed state.
 """
 
@@ -53,14 +53,14 @@ class LiveLaw(Law):
 
 
 class State:
-    """Scalars of a sheath; indices are −1 for what there is none of, flags 0 or 1."""
+    """Scalars of a sheath; indices are −1 for none, flags 0 or 1."""
 
     law: LiveLaw
     reel_radius: float  # [m]
     output_radius: float  # [m]
-    # what the sheath is attached to
+    # elements that the sheath is attached to
     config_signature: float  # of the attributes that the parameters were read from
-    sheath_signature: float  # of what the following are bound to, 0 where that failed
+    sheath_signature: float  # of the model that the following index, 0 where that failed
     tendon: float
     guides: float  # number of guides, with one for each pulley
     arcs: float  # number of geoms that the tendon may wrap around
@@ -80,7 +80,7 @@ class State:
     first_sensor: float
     last_sensor: float
     first_sheath: float  # instance of the model's first sheath
-    model_signature: float  # which that one has, of what all sheaths are bound to
+    model_signature: float  # of all that sheaths are bound to, in the first one
     seal: float  # of the words from `config_signature` to `first_sheath`
     input_force: float  # by which MuJoCo acts along the tendon [N], pulling where negative
     applied: float  # whether the last evaluation applied its forces
@@ -97,7 +97,7 @@ class State:
     constraint_force: float  # of equalities and limits of the tendon [N], pulling where negative
     commit_time: float  # [s]
     unsolved: float  # evaluations without a solution
-    rebound: float  # times that the state was found to be another model's, or none
+    rebound: float  # times that the state was another model's, or none's
     laid_pretension: float  # under which the tendon was laid [N]
     ratios_vary: float  # whether the ratios were computed for one moment only
     strain_kept: float  # whether the strain law of the step before was another than Hooke's
@@ -276,7 +276,7 @@ def state_size_of(layout: Layout, m: int, instance: int) -> int:
 
 
 class View(NamedTuple):
-    """A sheath's state for Python, sharing memory with `mjData.plugin_state`.
+    """A sheath's state for Python, sharing memory with the numbers that it was read from.
 
     Attributes:
         state: record with the fields of ``State``.
@@ -291,15 +291,17 @@ class View(NamedTuple):
     path: FloatArray
 
 
-def view(plugin_state: FloatArray, start: int) -> View:
-    """View of the sheath whose state begins at ``plugin_state[start]``."""
+def view(plugin_states: FloatArray, start: int) -> View:
+    """View of the sheath whose state begins at ``start``; axes before the last come first."""
 
     def take(dtype: np.dtype[Any], count: int) -> Any:
         nonlocal start
         begin, start = start, start + count * dtype.itemsize // 8
-        return plugin_state[begin:start].view((np.record, dtype))
+        return plugin_states[..., begin:start].view((np.record, dtype))
 
-    state = take(STATE, 1)[0]
-    n = int(state.guides)
+    scalars = take(STATE, 1)
+    state = scalars[0] if plugin_states.ndim == 1 else scalars[..., 0]
+    n = int(scalars["guides"].flat[0])
     segments, guides = take(SEGMENT, n + 1), take(GUIDE, n)
-    return View(state, segments, guides, plugin_state[start : start + 3 * (n + 2)].reshape(-1, 3))
+    path = plugin_states[..., start : start + 3 * (n + 2)]
+    return View(state, segments, guides, path.reshape(*path.shape[:-1], n + 2, 3))

@@ -65,7 +65,7 @@ def _check_sensor(
     """Check the configuration of an instance with `sensor`; ``sheaths`` are those of each tendon.
 
     Raises:
-        InvalidValueError, UnknownNameError: what is wrong, where, and the nearest valid choice.
+        InvalidValueError, UnknownNameError: name the place, the value and the nearest valid one.
     """
     kind, tendon = config["sensor"], config["tendon"]
     if kind not in KINDS:
@@ -177,7 +177,7 @@ def state_size(address: int, instance: int) -> int:
     """Numbers of state of an instance; with the first instance all are checked.
 
     Raises:
-        InvalidValueError, UnknownNameError: what is wrong, where, and the nearest valid choice.
+        InvalidValueError, UnknownNameError: name the place, the value and the nearest valid one.
     """
     model = Draft(address, ATTRIBUTES)
     if model.is_first(instance):
@@ -259,7 +259,7 @@ def check_tendon(address: int, instance: int) -> int:
     """Check all instances of a complete model, with the first one.
 
     Raises:
-        InvalidValueError: what is wrong with a tendon, a reel or the tension scale.
+        InvalidValueError: names a tendon, a reel or the tension scale.
     """
     model = Draft(address, _COMPLETE)
     if model.is_first(instance):

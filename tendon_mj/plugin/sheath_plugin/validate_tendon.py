@@ -40,7 +40,7 @@ DRIVE: Final = (*_JOINTS, "spring", "axial_stiffness", *_OF_A_REEL)
 
 
 class Drive(NamedTuple):
-    """What moves a tendon.
+    """Drive of a tendon.
 
     Attributes:
         is_wound: whether a reel or a joint winds it in.
@@ -73,7 +73,7 @@ class Drive(NamedTuple):
 
 
 def read_drive(model: Draft, config: Mapping[str, str], tendon: int, reels: Sequence[int]) -> Drive:
-    """What moves a tendon whose sheath has these reels."""
+    """Drive of a tendon whose sheath has these reels."""
     higher = model.doubles("tendon_stiffnesspoly")[2 * tendon : 2 * tendon + 2]
     return Drive(
         is_wound=bool(reels) or any(config[joint] for joint in _JOINTS),
@@ -110,7 +110,7 @@ def unused_parameters(model: mujoco.MjModel, instance: int) -> dict[str, str]:
 
 
 def check_drive(config: Mapping[str, str], drive: Drive, where: str, tendon: str) -> None:
-    """Check that the parameters go with what moves the tendon.
+    """Check that the parameters go with the tendon's drive.
 
     Raises:
         InvalidValueError: one that is missing, or has no meaning.
@@ -164,7 +164,7 @@ def check_alone(model: Draft, drive: Drive, where: str, tendon: str) -> None:
 
 
 def _on_tendon(model: Draft, tendon: int) -> list[int]:
-    """Actuators that act on a tendon; what a servo may drive, its own plugin checks."""
+    """Actuators that act on a tendon but servos, which their own plugin checks."""
     kinds, targets = model.ints("actuator_trntype"), model.ints("actuator_trnid")
     owners = model.ints("actuator_plugin")
     return [
