@@ -71,7 +71,7 @@ def _verify_struct() -> None:
         for part in code.split(";")
         if part.strip()
     ]
-    ours = [name for name, _ in _Plugin._fields_]
+    ours = [field[0] for field in _Plugin._fields_]
     if declared != ours:
         raise EngineError(
             f"mujoco {mujoco.__version__} declares mjpPlugin as {declared}, not as {ours}"
@@ -79,27 +79,16 @@ def _verify_struct() -> None:
 
 
 class Definition(NamedTuple):
-    """Definition of a plugin.
+    """Definition of a plugin."""
 
-    Attributes:
-        name: in MJCF.
-        attributes: of its configuration.
-        capabilities: sum of `mjtPluginCapabilityBit`.
-        state_size: checks an instance, returns how many numbers of state it needs, one at least.
-        complete: checks an instance once the model is complete.
-        callbacks: makes the functions that run in a step.
-        sensor_size: returns how many numbers a sensor shows.
-        visualize: makes the function that draws into a scene.
-    """
-
-    name: str
-    attributes: tuple[str, ...]
-    capabilities: int
-    state_size: Callable[[int, int], int]
-    complete: Callable[[int, int], int]
-    callbacks: Callable[[Layout], Callbacks]
-    sensor_size: Callable[[int, int, int], int] | None = None
-    visualize: Callable[[Layout, SceneLayout], Any] | None = None
+    name: str  # in MJCF
+    attributes: tuple[str, ...]  # of its configuration
+    capabilities: int  # sum of `mjtPluginCapabilityBit`
+    state_size: Callable[[int, int], int]  # checks an instance, returns its numbers of state, ≥ 1
+    complete: Callable[[int, int], int]  # checks an instance once the model is complete
+    callbacks: Callable[[Layout], Callbacks]  # makes the functions that run in a step
+    sensor_size: Callable[[int, int, int], int] | None = None  # numbers of a sensor
+    visualize: Callable[[Layout, SceneLayout], Any] | None = None  # makes the function that draws
 
 
 DEFINITIONS = (
@@ -158,7 +147,7 @@ def _complete(plugin: Definition) -> Callable[[int, int], int]:
     @functools.wraps(plugin.complete)
     def complete(address: int, instance: int) -> int:
         model = Draft(address, ())
-        if model.is_first(instance):
+        if model.first(instance) == instance:
             _raise_refusals(model)
         return plugin.complete(address, instance)
 

@@ -9,6 +9,7 @@ import pytest
 
 from tendon_mj import add_friction, add_sensor, remove_friction, view_sheath
 from tendon_mj.plugin import sheaths
+from tests.plugin.rigs import refused
 
 TENDONS = ("one", "two", "three")
 KINDS = ("input_tension", "output_tension", "unsolved")
@@ -197,33 +198,33 @@ def test_a_tendon_is_said_by_the_object_or_by_the_configuration(sensor):
 
 
 @pytest.mark.parametrize(
-    ("sensor", "message"),
+    ("sensor", "facts"),
     [
         (
             plugin_sensor("", sensor="input_tension"),
-            "'shown' shows input_tension of no tendon: give it objtype",
+            ["'shown'", "input_tension", "objtype"],
         ),
         (
             plugin_sensor('objtype="site" objname="a"', sensor="input_tension"),
-            "'shown' shows input_tension of no tendon",
+            ["'shown'", "input_tension"],
         ),
         (
             plugin_sensor('objtype="tendon" objname="bare"', sensor="input_tension"),
-            r"unknown sheathed tendon 'bare'.*'flexor'",
+            ["'bare'", "'flexor'"],
         ),
         (
             plugin_sensor(
                 'objtype="tendon" objname="bare"', sensor="input_tension", tendon="flexor"
             ),
-            "'shown' has another object than tendon 'flexor'",
+            ["'shown'", "'flexor'"],
         ),
-        (plugin_sensor(FLEXOR, sensor="slip"), "a sensor of slip .*tendon is missing"),
+        (plugin_sensor(FLEXOR, sensor="slip"), ["slip", "tendon is missing"]),
         (
             '<plugin plugin="tendon_mj.sheath" instance="sheath" objtype="tendon" objname="bare"/>',
-            "has another object than tendon 'flexor'",
+            ["sensor ''", "'flexor'"],
         ),
     ],
 )
-def test_a_sensor_of_no_tendon_or_of_two_is_refused(sensor, message):
-    with pytest.raises(ValueError, match=message):
+def test_a_sensor_of_no_tendon_or_of_two_is_refused(sensor, facts):
+    with refused(*facts):
         mujoco.MjModel.from_xml_string(mjcf(sensor))

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import Parameters, add_servo
-from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
+from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tests.plugin.rigs import hand, refused
 
 MODEL = """
@@ -100,25 +100,24 @@ def test_python_refuses_the_same_before_anything_is_added():
 
 
 @pytest.mark.parametrize(
-    ("wrong", "pattern"),
+    ("wrong", "facts"),
     [
-        ({"backdrive": "maybe"}, "backdrive = 'maybe' must be True or False"),
-        ({"backdrive": 1}, "backdrive = 1 must be True or False"),
-        ({"tension_gain": "7"}, r"tension_gain = '7' is not a number \[-\]"),
-        ({"velocity_gain": True}, r"velocity_gain = True is not a number \[N m s/rad\]"),
-        ({"delay": [0.1, 0.2]}, r"delay = \[0.1, 0.2\] is not a number \[s\]"),
-        ({"period": np.array([0.1, 0.2])}, "period = .* is not one number"),
-        ({"delay": 10**400}, r"delay is beyond the range of a float \[s\]"),
-        ({"speed_limit": np.float32(-1.0)}, r"speed_limit = -1 \[rad/s\] must be finite and ≥ 0"),
-        ({"feedback": 3}, "unknown feedback '3'"),
+        ({"backdrive": "maybe"}, ["backdrive = 'maybe'"]),
+        ({"backdrive": 1}, ["backdrive = 1"]),
+        ({"tension_gain": "7"}, ["tension_gain = '7'", "[-]"]),
+        ({"velocity_gain": True}, ["velocity_gain = True", "[N m s/rad]"]),
+        ({"delay": [0.1, 0.2]}, ["delay = [0.1, 0.2]", "[s]"]),
+        ({"period": np.array([0.1, 0.2])}, ["period"]),
+        ({"delay": 10**400}, ["delay", "[s]"]),
+        ({"speed_limit": np.float32(-1.0)}, ["speed_limit = -1 [rad/s]", "≥ 0"]),
+        ({"feedback": 3}, ["feedback '3'"]),
     ],
     ids=str,
 )
-def test_python_refuses_what_is_no_number_or_no_switch(wrong, pattern):
+def test_python_refuses_values_that_are_not_numbers_or_switches(wrong, facts):
     gains = {"tension_gain": 1.0, "velocity_gain": 1.0} | wrong
-    with pytest.raises(ValueError, match=r"servo 'second': .*" + pattern) as caught:
+    with refused("servo 'second': ", *facts, by=(InvalidValueError, UnknownNameError)):
         add_servo(hand(), "tendon", name="second", **gains)
-    assert isinstance(caught.value, TendonError)
 
 
 CLOCKS = {
@@ -132,9 +131,9 @@ CLOCKS = {
 
 def largest(**clock):
     """Velocity gain that the refusal names."""
-    with pytest.raises(ValueError, match="makes the motor swing up") as refused:
+    with pytest.raises(ValueError, match="velocity_gain = ") as refusal:
         hand(velocity_gain=1e6, **clock).compile()
-    return float(str(refused.value).rpartition("< ")[2])
+    return float(str(refusal.value).rpartition("< ")[2])
 
 
 def swing(share, most, **clock):
@@ -160,7 +159,7 @@ def test_damping_that_is_not_implicit_is_refused_from_where_it_swings_up(clock):
 
 def test_loosening_has_the_same_bound_and_implicit_damping_none():
     most = largest(period=0.004)
-    with pytest.raises(ValueError, match="loosening_velocity_gain = "):
+    with refused("loosening_velocity_gain = "):
         hand(period=0.004, loosening_velocity_gain=1.01 * most).compile()
     hand(velocity_gain=1e6).compile()
 
@@ -169,7 +168,7 @@ def test_two_actuators_cannot_share_a_servo():
     spec = hand()
     second = spec.add_actuator(name="second", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="motor")
     second.plugin = spec.actuator("servo").plugin
-    with pytest.raises(ValueError, match="2 actuators share it; a servo drives one motor"):
+    with refused("plugin tendon_mj.servo", "2 actuators"):
         spec.compile()
 
 
@@ -189,11 +188,11 @@ def test_an_instance_that_no_actuator_uses_does_nothing():
 def test_a_motor_has_one_servo():
     spec = hand()
     add_servo(spec, "tendon", name="second", tension_gain=7.0, velocity_gain=1.0)
-    with pytest.raises(ValueError, match="already has servo"):
+    with refused("'tendon'", "already has servo"):
         spec.compile()
 
 
 @pytest.mark.parametrize("delay", [1e4, 1e7, 1e12])
 def test_a_delay_has_to_fit_into_memory(delay):
-    with pytest.raises(ValueError, match="samples to remember"):
+    with refused("delay = ", "samples"):
         hand(delay=delay).compile()

@@ -86,19 +86,13 @@ class Draft:
         return [k for k in range(self.fields.nplugin) if slots[k] == slots[instance]]
 
     def first(self, instance: int) -> int:
-        """First instance of the same plugin."""
-        slots = self.ints("plugin")
-        return next(k for k in range(instance + 1) if slots[k] == slots[instance])
-
-    def is_first(self, instance: int) -> bool:
-        """Whether no instance of the same plugin comes before this one.
+        """First instance of the same plugin.
 
         MuJoCo asks about every instance in turn. A check that looks at all of them when it is asked
         about the first looks at each once, and has nothing to keep from one call to the next.
         """
         slots = self.ints("plugin")
-        # backwards, so that all calls together pass every instance about once
-        return all(slots[k] != slots[instance] for k in range(instance - 1, -1, -1))
+        return next(k for k in range(instance + 1) if slots[k] == slots[instance])
 
     def is_refused(self, instance: int) -> bool:
         """Whether an instance was refused when MuJoCo asked for the size of its state."""

@@ -118,7 +118,7 @@ def check_joint(address: int, instance: int) -> int:
         InvalidValueError: names the actuator or joint.
     """
     model = Draft(address, sv.ATTRIBUTES)
-    if model.is_first(instance):
+    if model.first(instance) == instance:
         actuators = model.actuators()
         servos: dict[str, list[int]] = {}  # that have an actuator, of each tendon
         instances = model.siblings(instance)

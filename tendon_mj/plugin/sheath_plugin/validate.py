@@ -180,7 +180,7 @@ def state_size(address: int, instance: int) -> int:
         InvalidValueError, UnknownNameError: name the place, the value and the nearest valid one.
     """
     model = Draft(address, ATTRIBUTES)
-    if model.is_first(instance):
+    if model.first(instance) == instance:
         configs = {k: own_config(model, k) for k in model.siblings(instance)}
         sheaths = by_tendon(configs)
         for k, config in configs.items():
@@ -262,7 +262,7 @@ def check_tendon(address: int, instance: int) -> int:
         InvalidValueError: names a tendon, a reel or the tension scale.
     """
     model = Draft(address, _COMPLETE)
-    if model.is_first(instance):
+    if model.first(instance) == instance:
         check_tension_scale(model)
         reels = model.actuators()
         check_own_names(model, model.siblings(instance))

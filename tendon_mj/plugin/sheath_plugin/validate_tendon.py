@@ -40,23 +40,14 @@ DRIVE: Final = (*_JOINTS, "spring", "axial_stiffness", *_OF_A_REEL)
 
 
 class Drive(NamedTuple):
-    """Drive of a tendon.
+    """Drive of a tendon."""
 
-    Attributes:
-        is_wound: whether a reel or a joint winds it in.
-        is_cable: whether its own spring is the cable's elasticity.
-        spring: coefficients of its own spring, lowest order first.
-        spring_range: lengths between which that is slack [m].
-        pullers: actuators that pull on it as a whole.
-        is_constrained: whether an equality or a limit pulls it, and its length is not stated.
-    """
-
-    is_wound: bool
-    is_cable: bool
-    spring: tuple[float, ...]
-    spring_range: tuple[float, float]
-    pullers: list[int]
-    is_constrained: bool
+    is_wound: bool  # by a reel or a joint
+    is_cable: bool  # whether its own spring is the cable's elasticity
+    spring: tuple[float, ...]  # coefficients of its own spring, lowest order first
+    spring_range: tuple[float, float]  # lengths between which that is slack [m]
+    pullers: list[int]  # actuators that pull on it as a whole
+    is_constrained: bool  # whether an equality or a limit pulls it, and its length is not stated
 
     @property
     def is_given(self) -> bool:
