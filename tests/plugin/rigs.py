@@ -252,6 +252,11 @@ EFFECTS = {name: {name: value} for name, value in ALL.items()} | {
 del EFFECTS["stribeck_velocity"], EFFECTS["creep_time"]
 
 
+ALL_ON_ARM = ALL | {"stribeck_velocity": 0.2, "friction_gradient": 1.0, "backlash": 1e-3} | {
+    "sheath_compliance": 1e-4, "tendon_mass": 0.02, "viscous_friction": 0.5, "creep_time": 0.02,
+}  # fmt: skip
+
+
 class Drives:
     """A bent sheath; a slide at each end winds tendon in, 1 m a metre, and stays where it is put.
 

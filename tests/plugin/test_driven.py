@@ -1,17 +1,12 @@
 """A sheath on a tendon that MuJoCo's own actuators and springs pull on."""
 
-import os
-from pathlib import Path
-
 import mujoco
 import numpy as np
 import pytest
 from mujoco import rollout
 
-from tendon_mj.attach import add_friction
-from tests.plugin.rigs import refused, sheath_view
+from tests.plugin.rigs import GIVEN, refused, sheath_view, sheathed, stock
 
-MODELS = os.environ.get("TENDON_MJ_MODELS", "")
 _FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 
 ACTUATORS = {
@@ -264,23 +259,12 @@ def test_a_motor_beside_a_reel_is_refused():
 
 
 @pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")  # of muscles over two sites
-@pytest.mark.skipif(not MODELS, reason="TENDON_MJ_MODELS names no folder")
-@pytest.mark.parametrize("name", ["arm26", "myoelbow", "aero_hand", "myohand"])
+@pytest.mark.parametrize("name", GIVEN)
 @pytest.mark.parametrize("friction", [0.0, 0.1])
 def test_models_of_others(name, friction):
-    path = str(Path(MODELS) / f"{name}.xml")
-    stock = mujoco.MjModel.from_xml_path(path)
-    model = on_every_driven_tendon(path, friction)
-    inputs = controls(stock, 2.0)
-    expected, found = run(stock, inputs)[0], run(model, inputs)[0]
+    plain, model = stock(name), sheathed(name, friction=friction)
+    inputs = controls(plain, 2.0)
+    expected, found = run(plain, inputs)[0], run(model, inputs)[0]
     assert np.isfinite(found).all()
     difference = np.abs(found - expected).max()
     assert difference == 0.0 if friction == 0.0 else difference > 1e-3
-
-
-def on_every_driven_tendon(path, friction):
-    """A model with a sheath on each tendon that an actuator pulls on."""
-    spec = mujoco.MjSpec.from_file(path)
-    on_tendon = mujoco.mjtTrn.mjTRN_TENDON
-    tendons = sorted({a.target for a in spec.actuators if a.trntype == on_tendon})
-    return add_friction(spec, tendons, friction=friction).compile()

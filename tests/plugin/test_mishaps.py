@@ -173,20 +173,6 @@ def test_data_made_and_run_in_many_threads_at_once_agree():
         np.testing.assert_array_equal(end, ends[0])
 
 
-def test_models_compiled_and_refused_in_many_threads_at_once():
-    def one(k):
-        friction = -1.0 - k if k % 2 else 0.1
-        try:
-            return float(arm(friction=friction).npluginstate)
-        except ValueError as error:
-            return str(error)
-
-    with ThreadPoolExecutor(8) as pool:
-        results = list(pool.map(one, range(32)))
-    assert {type(r) for r in results[::2]} == {float}
-    assert all("friction = -" in r for r in results[1::2])
-
-
 def bend_angles(points):
     spec = mujoco.MjSpec()
     add_tendon(spec, "t", add_sites(spec, "p", points))

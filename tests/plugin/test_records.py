@@ -5,7 +5,7 @@ from numba import carray
 
 from tendon_mj.compilation import compiled
 from tendon_mj.plugin.abi.memory import record_at, records_pointer
-from tendon_mj.sheath import LAW, SEGMENT, Law, record_type
+from tendon_mj.sheath import SEGMENT, record_type
 
 
 class Pair:
@@ -22,13 +22,6 @@ def test_fields_follow_one_another_without_gaps():
     assert record_type(Inner).names == ("one", "two")
     assert record_type(Pair).itemsize == 3 * 8
     assert record_type(Pair).fields["inner"][1] == 8
-
-
-def test_a_law_s_record_has_its_parameters_in_order():
-    class Live(Law):
-        static_friction: float
-
-    assert record_type(Live).names == tuple(LAW)
 
 
 def test_what_compiled_code_writes_is_in_the_array():

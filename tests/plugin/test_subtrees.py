@@ -30,31 +30,6 @@ def test_a_sensor_of_a_subtree_shows_its_velocity(kind):
     assert np.abs(shown).max() > 0.0
 
 
-def test_a_state_of_a_model_without_the_sensor_does_not_blind_it():
-    source, moved = moving(arm_xml(views=("input_tension",)))
-    xml = arm_xml(views=("input_tension",))
-    model = mujoco.MjModel.from_xml_string(
-        xml.replace("</sensor>", '<subtreelinvel name="seen" body="upper"/></sensor>', 1)
-    )
-    full = mujoco.mjtState.mjSTATE_FULLPHYSICS
-    state = np.empty(mujoco.mj_stateSize(source, full))
-    mujoco.mj_getState(source, moved, state, full)
-    data = mujoco.MjData(model)
-    mujoco.mj_setState(model, data, state, full)
-    mujoco.mj_forward(model, data)
-    shown = data.sensor("seen").data.copy()
-    mujoco.mj_subtreeVel(model, data)
-    np.testing.assert_array_equal(shown, data.subtree_linvel[model.body("upper").id])
-    assert np.abs(shown).max() > 0.0
-
-
-def test_a_sensor_of_the_user_finds_the_velocities():
-    model, data = moving(with_sensor('<user name="seen" dim="1" needstage="vel"/>'))
-    found = data.subtree_linvel.copy()
-    mujoco.mj_subtreeVel(model, data)
-    np.testing.assert_array_equal(found, data.subtree_linvel)
-
-
 def test_whoever_asks_for_them_gets_them():
     model, data = moving(with_sensor(""))
     mujoco.mj_subtreeVel(model, data)
