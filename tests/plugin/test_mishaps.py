@@ -1,5 +1,7 @@
-"""Failures while a simulation runs are counted and survived."""
+"""Failures while a simulation runs are counted and survived; models compile in many threads."""
 
+import sys
+import threading
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 
@@ -18,6 +20,8 @@ from tests.plugin.rigs import (
     unpacked,
     warnings_of_ours,
 )
+from tests.plugin.test_refusals import LAW as FLEXOR
+from tests.plugin.test_refusals import compiled, instance
 
 
 @pytest.fixture(autouse=True)
@@ -239,3 +243,33 @@ def test_a_muscle_s_length_range_is_found_without_a_warning():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         spec.compile()
+
+
+THREADS, TIMES = 4, 50
+
+
+def test_each_thread_is_told_of_its_own_model():
+    told = [[] for _ in range(THREADS)]
+    start = threading.Barrier(THREADS)
+
+    def compile_repeatedly(thread):
+        start.wait()
+        for _ in range(TIMES):
+            try:
+                compiled(instance(f"bad{thread}", **(FLEXOR | {"tendon": f"none{thread}"})))
+            except ValueError as error:
+                told[thread].append(str(error))
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        threads = [threading.Thread(target=compile_repeatedly, args=(k,)) for k in range(THREADS)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    finally:
+        sys.setswitchinterval(interval)
+    for thread, errors in enumerate(told):
+        assert len(errors) == TIMES
+        assert all(f"instance 'bad{thread}': unknown tendon 'none{thread}'" in e for e in errors)

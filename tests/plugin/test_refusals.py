@@ -1,10 +1,16 @@
 """Refusals when a model is compiled; each message has the place, the value and a remedy."""
 
+import ctypes
+import gc
+import sys
+
 import mujoco
 import numpy as np
 import pytest
 
+from tendon_mj import add_friction
 from tests.plugin.rigs import refused
+from tests.plugin.test_servo_refusals import compiled as servo
 
 HAND = """
 <mujoco>
@@ -162,3 +168,113 @@ def test_a_sheath_without_guides_or_name_is_no_mistake():
 def test_a_reel_on_another_tendon():
     reel = '<plugin name="r" plugin="tendon_mj.sheath" instance="bad" tendon="extensor"/>'
     check_refused([WHERE, "'r'", "'extensor'", "'flexor'"], instance("bad", **LAW), actuators=reel)
+
+
+@pytest.mark.parametrize("name", ["%s%n", "é" * 3000, "%" * 3000])
+def test_a_message_arrives_whatever_is_in_it(name):
+    with refused(f"instance '{name[:100]}"):
+        compiled(instance(name, **(LAW | {"tendon": "none"})))
+
+
+def test_a_mistake_in_a_sheath_is_told_before_what_follows_from_it_in_a_servo():
+    servo_of = instance("v", tendon="flexor", tension_gain="7", velocity_gain="2")
+    servos = f'</plugin><plugin plugin="tendon_mj.servo">{servo_of}</plugin>'
+    pull = '<plugin plugin="tendon_mj.servo" instance="v" joint="knuckle"/>'
+    spool = {"reel_joint": "knukle", "reel_radius": "0.01"}
+    with refused("sheath instance 's': reel_joint", "'knukle'"):
+        compiled(
+            servos + '<plugin plugin="tendon_mj.sheath">' + instance("s", **LAW, **spool),
+            actuators=pull,
+        )
+
+
+class _Heap(ctypes.Structure):
+    """`struct mallinfo2` of glibc: ten numbers."""
+
+    _fields_ = (("numbers", ctypes.c_size_t * 10),)
+
+
+def _allocated():
+    """Bytes that the process holds: mapped by themselves, and in use on the heap."""
+    mallinfo2 = ctypes.CDLL(None).mallinfo2
+    mallinfo2.restype = _Heap
+    gc.collect()
+    numbers = mallinfo2().numbers
+    return numbers[4] + numbers[7]
+
+
+# The first and last instance of a model are MuJoCo's own: one has begun when ours is refused.
+_PID = """</plugin><plugin plugin="mujoco.pid"><instance name="p"><config key="kp" value="1"/>
+  </instance></plugin><plugin plugin="tendon_mj.sheath">"""
+_DRIVEN = """<plugin plugin="mujoco.pid" instance="p" joint="knuckle"/>
+  <plugin plugin="mujoco.pid" joint="knuckle"><config key="kp" value="1"/></plugin>"""
+
+
+def _spoiled():
+    """A model whose tendon, once compiled, is given what its sheath cannot be on."""
+    model = compiled(instance("s", **LAW, reel_joint="knuckle", reel_radius="0.01"))
+    model.tendon_stiffness[0] = 5.0
+    return model
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only glibc tells what it holds")
+@pytest.mark.parametrize(
+    "refusal",
+    [
+        lambda: compiled(instance("bad", **(LAW | {"friction": "-1"}))),
+        lambda: compiled(
+            instance("good", **LAW),
+            instance("bad", **(LAW | {"tendon": "extensor", "guides": "x"})),
+        ),
+        lambda: compiled(instance("bad", **(LAW | {"tendon": "forked", "pretension": "1"}))),
+        lambda: compiled(_PID, instance("bad", **(LAW | {"tendon": "forked"})), actuators=_DRIVEN),
+        lambda: servo(tension_gain="-1"),
+        lambda: servo(target='site="a"'),
+        lambda: mujoco.MjData(_spoiled()),
+    ],
+    ids=["configuration", "second", "tendon", "beside MuJoCo's", "servo", "joint", "data"],
+)
+def test_a_refusal_leaves_nothing_behind(refusal):
+    def grown():
+        before = _allocated()
+        for _ in range(50):
+            with refused("plugin tendon_mj", by=(ValueError, mujoco.FatalError)):
+                refusal()
+        return _allocated() - before
+
+    assert min(grown() for _ in range(3)) < 50 * 16  # other things are kept once
+
+
+XML = """
+<mujoco>
+  <option gravity="0 0 0"><flag sleep="{flag}"/></option>
+  <worldbody>
+    <site name="a"/><site name="g" pos=".2 0 0"/>
+    <body name="link" sleep="{policy}">
+      <joint type="slide" axis="1 0 0" damping="1"/><geom size=".1" contype="0" conaffinity="0"/>
+      <site name="b" pos=".3 .2 0"/>
+    </body>
+  </worldbody>
+  <tendon><spatial name="flexor"><site site="a"/><site site="g"/><site site="b"/></spatial></tendon>
+</mujoco>
+"""
+
+
+def asleep(flag, policy):
+    spec = mujoco.MjSpec.from_string(XML.format(flag=flag, policy=policy))
+    law = {"friction": 0.1, "axial_stiffness": 1e3, "pretension": 1.0}
+    return add_friction(spec, "flexor", **law).compile()
+
+
+@pytest.mark.parametrize("policy", ["allowed", "auto", "init"])
+def test_a_body_that_may_fall_asleep_is_refused_with_the_remedy(policy):
+    with refused("'flexor'", "'link'", 'sleep="never"', by=(ValueError, mujoco.FatalError)):
+        mujoco.MjData(asleep("enable", policy))
+
+
+@pytest.mark.parametrize(("flag", "policy"), [("enable", "never"), ("disable", "allowed")])
+def test_one_that_stays_awake_is_not(flag, policy):
+    model = asleep(flag, policy)
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 50)
+    assert data.sensor("input_tension").data[0] > 0.0

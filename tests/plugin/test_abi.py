@@ -1,12 +1,17 @@
-"""A MuJoCo whose structures are not as described is refused before any of its memory is touched."""
+"""A MuJoCo with other structures is refused before any of its memory is touched."""
 
 import mujoco
+import numpy as np
 import pytest
+from numba import carray
 
+from tendon_mj.compilation import compiled
 from tendon_mj.errors import EngineError
 from tendon_mj.plugin import plugin, read_layout
 from tendon_mj.plugin.abi import layout as layouts
 from tendon_mj.plugin.abi.layout import read_scene_layout, verify, verify_scene
+from tendon_mj.plugin.abi.memory import record_at, records_pointer
+from tendon_mj.sheath import SEGMENT, record_type
 from tests.plugin.rigs import refused
 
 LAYOUT = read_layout()
@@ -77,3 +82,35 @@ def test_a_field_of_a_scene_that_is_gone_is_refused_by_name(monkeypatch):
     )
     with refused("mjvScene.maxgeom", by=EngineError):
         read_scene_layout()
+
+
+class Pair:
+    law: float
+    inner: "Inner"
+
+
+class Inner:
+    one: float
+    two: float
+
+
+def test_fields_follow_one_another_without_gaps():
+    assert record_type(Inner).names == ("one", "two")
+    assert record_type(Pair).itemsize == 3 * 8
+    assert record_type(Pair).fields["inner"][1] == 8
+
+
+def test_what_compiled_code_writes_is_in_the_array():
+    pair_at, segments_at = record_at(record_type(Pair)), records_pointer(SEGMENT)
+
+    @compiled
+    def write(pair, segments, count):
+        pair_at(pair).inner.two = 7.0
+        for j in range(count):
+            carray(segments_at(segments), count)[j].tension = j
+
+    pair, segments = np.zeros(3), np.zeros(4, SEGMENT)
+    write(pair.ctypes.data, segments.ctypes.data, 4)
+    np.testing.assert_array_equal(pair, [0.0, 0.0, 7.0])
+    np.testing.assert_array_equal(segments["tension"], np.arange(4.0))
+    assert not segments["length"].any()
