@@ -151,16 +151,6 @@ def started(model, seed=None, speed=1.0):
 
 
 @contextlib.contextmanager
-def refused(*facts, by=ValueError):
-    """The block is refused by an error whose message has each of the facts."""
-    with pytest.raises(by) as caught:
-        yield
-    message = str(caught.value)
-    missing = [fact for fact in facts if str(fact) not in message]
-    assert not missing, f"{missing} not in {message!r}"
-
-
-@contextlib.contextmanager
 def warnings_of_ours():
     """Messages of our warnings that MuJoCo is given; its own are left out."""
     messages, before = [], mujoco.get_mju_user_warning()

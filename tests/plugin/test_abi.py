@@ -12,7 +12,7 @@ from tendon_mj.plugin.abi import layout as layouts
 from tendon_mj.plugin.abi.layout import read_scene_layout, verify, verify_scene
 from tendon_mj.plugin.abi.memory import record_at, records_pointer
 from tendon_mj.sheath import SEGMENT, record_type
-from tests.plugin.rigs import refused
+from tests.refusal import refused
 
 LAYOUT = read_layout()
 

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from mujoco import rollout
 
-from tests.plugin.rigs import GIVEN, refused, sheath_view, sheathed, stock
+from tests.plugin.rigs import GIVEN, sheath_view, sheathed, stock
+from tests.refusal import refused
 
 _FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 

@@ -10,7 +10,8 @@ from tendon_mj import Spool, add_friction, remove_friction, view_sheath
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError
 from tendon_mj.lab.verification import smooth_controls
 from tendon_mj.plugin import sheaths
-from tests.plugin.rigs import refused, restore, sheath_view, snapshot
+from tests.plugin.rigs import restore, sheath_view, snapshot
+from tests.refusal import refused
 
 ARM = """
 <mujoco><option timestep="0.001" integrator="{integrator}"/>

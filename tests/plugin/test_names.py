@@ -10,7 +10,7 @@ from tendon_mj import Parameters, add_friction, add_sensor, add_servo, view_shea
 from tendon_mj.plugin import servos, sheaths
 from tendon_mj.plugin.sheath_plugin.names import Affixes, around_tendon
 from tendon_mj.plugin.sheath_plugin.state import view
-from tests.plugin.rigs import refused
+from tests.refusal import refused
 
 AFFIX = st.text("ab", max_size=2)
 FEW = st.text("ab", min_size=1, max_size=6)  # so that many fit by chance

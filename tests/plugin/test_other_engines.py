@@ -11,7 +11,8 @@ import pytest
 
 from tendon_mj.plugin import NAME, SERVO
 from tendon_mj.plugin.elsewhere import guard_engines
-from tests.plugin.rigs import arm, refused
+from tests.plugin.rigs import arm
+from tests.refusal import refused
 
 ENGINES = {"mujoco.mjx": "MJX", "mujoco_warp": "MuJoCo Warp"}
 ENGINE = "def put_model(m, device=None, **more):\n    return m.nq\n"

@@ -6,7 +6,7 @@ import pytest
 
 from tendon_mj import Parameters, add_friction, view_sheath
 from tendon_mj.errors import InvalidValueError
-from tests.plugin.rigs import refused
+from tests.refusal import refused
 
 ARM = """<mujoco><option timestep=".001" integrator="{integrator}" gravity="0 0 0"/><worldbody>
   <site name="a" pos="-.1 0 .02"/><site name="b" pos="-.03 0 .03"/>

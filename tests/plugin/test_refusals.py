@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from tendon_mj import add_friction
-from tests.plugin.rigs import refused
 from tests.plugin.test_servo_refusals import compiled as servo
+from tests.refusal import refused
 
 HAND = """
 <mujoco>

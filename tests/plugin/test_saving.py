@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from tendon_mj.plugin import elsewhere
-from tests.plugin.rigs import arm, arm_xml, refused, run, snapshot, started
+from tests.plugin.rigs import arm, arm_xml, run, snapshot, started
+from tests.refusal import refused
 
 
 def assert_alike(model, other):

@@ -9,7 +9,7 @@ import pytest
 
 from tendon_mj import add_friction, add_sensor, remove_friction, view_sheath
 from tendon_mj.plugin import sheaths
-from tests.plugin.rigs import refused
+from tests.refusal import refused
 
 TENDONS = ("one", "two", "three")
 KINDS = ("input_tension", "output_tension", "unsolved")

@@ -6,7 +6,8 @@ import pytest
 
 from tendon_mj import Parameters, add_servo
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tests.plugin.rigs import hand, refused
+from tests.plugin.rigs import hand
+from tests.refusal import refused
 
 MODEL = """
 <mujoco>

@@ -10,7 +10,7 @@ from tendon_mj.errors import EngineError, InvalidValueError
 from tendon_mj.plugin import TENSION_SCALE
 from tendon_mj.plugin.sheath_plugin.visualize import SHADED, SLIPPING, VIRIDIS
 from tendon_mj.show.render.gl import make_context
-from tests.plugin.rigs import refused
+from tests.refusal import refused
 
 LOW, HIGH = 0.0, 42.0
 TENDON = mujoco.mjtObj.mjOBJ_TENDON.value

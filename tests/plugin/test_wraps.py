@@ -4,7 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from tests.plugin.rigs import refused, sheath_view
+from tests.plugin.rigs import sheath_view
+from tests.refusal import refused
 
 RADIUS = 0.03
 MAJOR = int(mujoco.__version__.split(".")[0])

@@ -7,7 +7,7 @@ import pytest
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.sheath import Law, drive_displacement, drive_tension
-from tests.plugin.rigs import refused
+from tests.refusal import refused
 
 LAW = Law(axial_stiffness=20e3, friction=0.2, pretension=30.0)
 RIG = {"length": 0.5, "bend": 2.0, "output_stiffness": 5e3}

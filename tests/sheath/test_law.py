@@ -8,7 +8,7 @@ import pytest
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.sheath import LAW as PARAMETERS
 from tendon_mj.sheath import Law, check_range
-from tests.plugin.rigs import refused
+from tests.refusal import refused
 
 LAW = Law(axial_stiffness=20e3, friction=0.15)
 
