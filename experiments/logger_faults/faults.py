@@ -220,6 +220,66 @@ def held_drive(recording: Recording, random: np.random.Generator) -> Fault:
     return Fault(made, frozenset({"repeated"}), column, None)
 
 
+def dropouts(recording: Recording, random: np.random.Generator) -> Fault:
+    """A reading is 0, or another fixed value, for one to four samples, three to eight times."""
+    column = random.choice([*recording.measured])
+    series = recording.columns[column].copy()
+    value = random.choice([0.0, series.min() - 0.1 * np.ptp(series)])
+    away = np.abs(series - value) > 0.3 * np.ptp(series)
+    places = 20 * random.permutation(np.arange(1, series.size // 20 - 1))
+    starts = [k for k in places.tolist() if away[k - 4 : k + 8].all()][: random.integers(3, 9)]
+    for start in starts:
+        series[start : start + random.integers(1, 5)] = value
+    return Fault(
+        _changed(recording, column, series), frozenset({"spike"}), column, min(starts) + _HEADER
+    )
+
+
+def edge_glitch(recording: Recording, random: np.random.Generator) -> Fault:
+    """The first or the last reading is none of the rig's."""
+    column, row = random.choice([*recording.measured]), int(random.choice([0, -1]))
+    series = recording.columns[column].copy()
+    series[row] += random.uniform(1.0, 20.0) * np.ptp(series) * random.choice([-1, 1])
+    row = row % series.size + _HEADER
+    return Fault(_changed(recording, column, series), frozenset({"spike"}), column, row)
+
+
+def hang(recording: Recording, random: np.random.Generator) -> Fault:
+    """A reading repeats exactly for 15 to 40 samples while the rig moves."""
+    column, rows = random.choice([*recording.measured]), int(random.integers(15, 41))
+    series = recording.columns[column].copy()
+    moved = np.ptp(np.lib.stride_tricks.sliding_window_view(series[20:-20], rows), axis=1)
+    far = np.flatnonzero(moved > 15.0 * noise_levels(recording)[column])
+    row = 20 + int(random.choice(far))
+    series[row : row + rows] = series[row]
+    made = _changed(recording, column, series)
+    return Fault(made, frozenset({"frozen", "repeated"}), column, row + _HEADER)
+
+
+def three_tares(recording: Recording, random: np.random.Generator) -> Fault:
+    """A load cell is set to zero three times."""
+    column = random.choice(_unit(recording, "_N"))
+    series, rows = recording.columns[column].copy(), []
+    for share in (0.25, 0.5, 0.75):
+        row = int((share + random.uniform(-0.05, 0.05)) * series.size)
+        series[row:] -= series[row] - random.choice([0.0, 0.3]) * np.ptp(series)
+        rows.append(row)
+    made = _changed(recording, column, series)
+    return Fault(made, frozenset({"zero_step"}), column, None)
+
+
+def other_drive_scale(recording: Recording, random: np.random.Generator) -> Fault:
+    """The drive is logged in another scale midway, while it is away from 0."""
+    column = next(iter(recording.drive))
+    series = recording.columns[column].copy()
+    away = np.abs(series) > 0.5 * np.abs(series).max()
+    middle = np.abs(np.arange(series.size) / series.size - 0.5) < 0.25
+    row = int(random.choice(np.flatnonzero(away & middle)))
+    series[row:] *= random.choice([random.uniform(0.4, 0.75), random.uniform(1.4, 2.5)])
+    made = _changed(recording, column, series)
+    return Fault(made, frozenset({"scale_change"}), column, row + _HEADER)
+
+
 FAULTS: Mapping[str, Callable[[Recording, np.random.Generator], Fault]] = {
     made.__name__.replace("_", " "): made
     for made in (
@@ -239,5 +299,10 @@ FAULTS: Mapping[str, Callable[[Recording, np.random.Generator], Fault]] = {
         turn,
         counter,
         other_scale,
+        dropouts,
+        edge_glitch,
+        hang,
+        three_tares,
+        other_drive_scale,
     )
 }

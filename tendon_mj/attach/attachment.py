@@ -15,17 +15,26 @@ from tendon_mj.attach.elasticity import constraints_on, has_spring, own_elastici
 from tendon_mj.attach.friction import add_friction
 from tendon_mj.attach.idlers import Idler, idlers
 from tendon_mj.attach.sheath_design import idle_reason
-from tendon_mj.attach.sheathed import actuators_by_tendon, sheaths_by_tendon
+from tendon_mj.attach.sheathed import actuators_by_tendon, force_on_tendon, sheaths_by_tendon
 from tendon_mj.attach.stiffness_limit import Pull, stiffness_limits, worst_pull
-from tendon_mj.attach.tendon_bend import bend_at, sampled_poses, unswept_joints
+from tendon_mj.attach.tendon_bend import (
+    bend_at,
+    extreme_poses,
+    leading_joints,
+    sampled_poses,
+    unswept_joints,
+)
 from tendon_mj.attach.tendon_choice import choose_tendons
-from tendon_mj.attach.tendon_path import end_sites
+from tendon_mj.attach.tendon_path import crossed_joints, end_sites, path_of
 from tendon_mj.attach.write import write_sheaths
 from tendon_mj.errors import TendonError, TendonWarning
 from tendon_mj.typing import FloatArray
 
-_FREE = mujoco.mjtJoint.mjJNT_FREE.value
 _LOOPS = (mujoco.mjtEq.mjEQ_CONNECT.value, mujoco.mjtEq.mjEQ_WELD.value)
+_UNRANGED = (
+    "no ctrlrange or forcerange keeps {} from pushing, which no cable can: a force above 0 passes "
+    "the sheath without friction; give a ctrlrange in which the actuator only pulls"
+)
 
 
 class Row(NamedTuple):
@@ -34,7 +43,8 @@ class Row(NamedTuple):
     Attributes:
         tendon: its name.
         bend: total at `qpos0`, with what is not drawn [rad].
-        least_bend, most_bend: over poses that the joints allow, see `sampled_poses` [rad].
+        least_bend, most_bend: over poses that the joints allow, see `sampled_poses` and
+            `extreme_poses` [rad].
         slid_bend, most_slid_bend: the same over guides that do not turn with the tendon [rad].
         idlers: sentences of those that do.
         friction: μ.
@@ -92,7 +102,7 @@ class Attached(NamedTuple):
     Attributes:
         path: of the file.
         rows: of the tendons that were asked for.
-        said: what `add_friction` and `write_sheaths` warned of.
+        said: what `add_friction` and `write_sheaths` warned of, and which motors may push.
         limits: of the poses in which bends were looked at, in sentences.
     """
 
@@ -160,12 +170,19 @@ def attach_friction(
     except ValueError as error:  # MuJoCo's
         raise TendonError(f"{source}: {error}") from error
     pulling, sheaths = actuators_by_tendon(spec), sheaths_by_tendon(spec)
-    after, poses = spec.compile(), sampled_poses(before)
-    ids = [one.element.id for one in asked]
+    after, ids = spec.compile(), [one.element.id for one in asked]
+    crossed = [
+        {joint.id for joint in crossed_joints(one.element)}
+        if path_of(one.element).is_spatial
+        else set()
+        for one in asked
+    ]
     rolling = [idler for idler in idlers(before) if idler.tendon in ids]
+    wheels = {idler.geom for idler in rolling}
+    poses = _poses(before, ids, crossed, wheels)
     bends = _bends(before, ids, poses)
-    slid = _bends(before, ids, poses, {idler.geom for idler in rolling}) if rolling else bends
-    rows = []
+    slid = _bends(before, ids, poses, wheels) if rolling else bends
+    rows, unranged = [], []
     for k, (one, limit) in enumerate(zip(asked, stiffness_limits(before, ids), strict=True)):
         name = one.name
         sheath = sheaths.get(name)
@@ -180,6 +197,9 @@ def attach_friction(
             stiffness = own_elasticity(one.element, name, lambda: after)[0]
         is_driven = not moved and "pretension" not in config
         on_it = pulling.get(name, [])
+        if sheath and is_driven:
+            motors = [a for a in on_it if force_on_tendon(a, one.element) is None]
+            unranged += [f"{a.name or f'actuator {a.id}'} on {name}" for a in motors]
         idle = idle_reason(
             one.element,
             config,
@@ -197,7 +217,7 @@ def attach_friction(
                 idlers=tuple(
                     _idler(before, idler, name, 1.0 - np.exp(-mu * (bend - slid_bend).max()))
                     for idler in rolling
-                    if idler.tendon == ids[k]
+                    if idler.tendon == ids[k] and mu > 0.0
                 ),
                 friction=mu,
                 axial_stiffness=float(stiffness) if stiffness else None,
@@ -217,12 +237,14 @@ def attach_friction(
                 acts=bool(sheath) and not idle,
             )
         )
-    said = (str(w.message) for w in caught if issubclass(w.category, TendonWarning))
+    said = [str(w.message) for w in caught if issubclass(w.category, TendonWarning)]
+    if unranged:  # no warning, as it is the usual motor, right as long as its commands pull
+        said.append(_UNRANGED.format(", ".join(unranged)))
     return Attached(
         path,
         tuple(rows),
         tuple(one.removeprefix("add_friction: ") for one in said),
-        _limits(before, ids),
+        _limits(before, set().union(*crossed)),
     )
 
 
@@ -261,21 +283,26 @@ def _bends(
     return np.array([bend_at(model, data, qpos, tendons, without) for qpos in poses])
 
 
-def _limits(model: mujoco.MjModel, tendons: list[int]) -> tuple[str, ...]:
-    """Joints that are not swept, though they move one of the tendons, and loops that are torn."""
-    data = mujoco.MjData(model)
-    mujoco.mj_fwdPosition(model, data)
-    still = []
-    for joint in unswept_joints(model):
-        first = int(model.jnt_dofadr[joint])
-        for dof in range(first, first + (3 if model.jnt_type[joint] == _FREE else 1)):
-            data.qvel[:] = 0.0
-            data.qvel[dof] = 1.0
-            mujoco.mj_fwdVelocity(model, data)
-            if data.ten_velocity[tendons].any():
-                still.append(model.joint(joint).name or f"joint {joint}")
-                break
-    sentences = [f"held as in qpos0, as they have no range: {', '.join(still)}"] if still else []
+def _poses(
+    model: mujoco.MjModel, tendons: list[int], crossed: list[set[int]], wheels: set[int]
+) -> FloatArray:
+    """Sampled poses, and those in which each tendon bends most and least, also without wheels."""
+    poses = sampled_poses(model)
+    found = [poses]
+    for without in [set(), wheels] if wheels else [set()]:
+        columns = _bends(model, tendons, poses, without).T
+        for tendon, joints, bends in zip(tendons, crossed, columns, strict=True):
+            found.append(extreme_poses(model, tendon, joints, poses, bends, without))
+    return np.concatenate(found)
+
+
+def _limits(model: mujoco.MjModel, crossed: set[int]) -> tuple[str, ...]:
+    """Joints that are not swept, though a tendon crosses them, and loops that are torn."""
+    held = [
+        model.joint(joint).name or f"joint {joint}"
+        for joint in sorted(leading_joints(model, crossed).intersection(unswept_joints(model)))
+    ]
+    sentences = [f"held as in qpos0, as they have no range: {', '.join(held)}"] if held else []
     if (np.isin(model.eq_type, _LOOPS) & (model.eq_active0 != 0)).any():
         sentences.append("the poses do not keep connect and weld constraints: bends may be less")
     return tuple(sentences)

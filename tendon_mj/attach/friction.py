@@ -306,7 +306,9 @@ def _of_pushes(
 ) -> list[str]:
     """Warning of the driven tendons that an actuator can push, and of those that it cannot pull."""
     forces = {
-        one.tendon_name: [force_on_tendon(a, one.tendon) for a in pulling[one.tendon_name]]
+        one.tendon_name: [
+            force_on_tendon(a, one.tendon) or (-math.inf, 0.0) for a in pulling[one.tendon_name]
+        ]
         for one in driven
     }
     pushed = [name for name, ranges in forces.items() if max(high for _, high in ranges) > 0.0]

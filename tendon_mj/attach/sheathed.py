@@ -52,11 +52,14 @@ def actuators_by_tendon(spec: mujoco.MjSpec) -> dict[str, list[mujoco.MjsActuato
     return found
 
 
-def force_on_tendon(actuator: mujoco.MjsActuator, tendon: mujoco.MjsTendon) -> tuple[float, float]:
+def force_on_tendon(
+    actuator: mujoco.MjsActuator, tendon: mujoco.MjsTendon
+) -> tuple[float, float] | None:
     """Least and largest force of an actuator on its tendon that its ranges allow [N].
 
-    A pull is below 0, a push above. A servo without a range can do both; a motor without one is
-    taken to pull, and so is an actuator whose force is not a polynomial, such as a muscle.
+    A pull is below 0, a push above. A servo without a range can do both; an actuator whose force is
+    not a polynomial, such as a muscle, is taken to pull. None of a motor without a range, which
+    says nothing of whether it is to push.
     """
     gain, bias = list(actuator.gainprm[:3]), list(actuator.biasprm[:3])
     is_linear = actuator.gaintype in (_GAIN.mjGAIN_FIXED, _GAIN.mjGAIN_AFFINE)
@@ -78,4 +81,5 @@ def force_on_tendon(actuator: mujoco.MjsActuator, tendon: mujoco.MjsTendon) -> t
     force = np.sort(gear * force) if gear else np.zeros(2)
     if is_limited(tendon.actfrclimited, tendon.actfrcrange):
         force = force.clip(*tendon.actfrcrange)
-    return (float(force[0]), float(force[1])) if is_stated else (-math.inf, 0.0)
+    is_stated = is_stated or bool(force[1] <= 0.0)
+    return (float(force[0]), float(force[1])) if is_stated else None

@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 from tendon_mj.typing import FloatArray
 
 _POSES = 100  # in which all joints are anywhere, and in as many more at an end
+_FITTEST, _GENERATIONS = 60, 30  # of a search: poses in which it begins, and rounds
 _JOINT = mujoco.mjtJoint
+_SCALAR = (_JOINT.mjJNT_HINGE.value, _JOINT.mjJNT_SLIDE.value)
+_FREE = _JOINT.mjJNT_FREE.value
 _COUPLING = mujoco.mjtEq.mjEQ_JOINT.value
 _PULLEY = -2  # in `mjData.wrap_obj`
 # of the path's extent: points nearer than this are one, as both tangent points inside a geom are
@@ -78,8 +81,8 @@ def branch_bend(
             chord = along
             continue
         if before is not None and int(objects[k]) not in without:
-            sine = float(np.linalg.norm(np.cross(before, along)))
-            angle = float(np.arctan2(sine, before @ along))
+            chords = np.linalg.norm(along - before), np.linalg.norm(along + before)
+            angle = 2.0 * float(np.arctan2(*chords))
             beyond_half = chord is not None and before @ chord < 0.0
             total += 2.0 * np.pi - angle if beyond_half else angle
         before, chord = along, None
@@ -106,18 +109,106 @@ def sampled_poses(model: mujoco.MjModel) -> FloatArray:
         together[:_POSES, where] = anywhere
         together[_POSES:, where] = ends[rng.integers(len(ends), size=_POSES)]
     poses = np.concatenate([alone, together]) if len(alone) > 1 else np.array(alone)
-    for constraint in np.flatnonzero((model.eq_type == _COUPLING) & (model.eq_active0 != 0)):
-        follows, leads = (int(ids[constraint]) for ids in (model.eq_obj1id, model.eq_obj2id))
+    return _coupled(model, poses)
+
+
+def extreme_poses(
+    model: mujoco.MjModel,
+    tendon: int,
+    joints: Collection[int],
+    poses: FloatArray,
+    bends: FloatArray,
+    without: Collection[int] = (),
+) -> FloatArray:
+    """Poses of the most and of the least bend of a tendon, bred from others by evolution.
+
+    Args:
+        model: compiled.
+        tendon: id of a spatial tendon.
+        joints: ids of those that it crosses.
+        poses: in which the search begins, see `sampled_poses`.
+        bends: of the tendon in them [rad].
+        without: ids of geoms whose bend does not count.
+
+    Returns:
+        (2, nq), or (0, nq) where no ball joint is among them: of hinges and slides samples find
+        the extremes.
+    """
+    from scipy.optimize import differential_evolution  # of the extra `lab`, as its command is
+
+    data, dofs, ends = mujoco.MjData(model), np.zeros(0, int), np.zeros((0, 2))
+    balls: list[tuple[slice, float]] = []
+    for joint in sorted(leading_joints(model, joints)):
+        kind, first = model.jnt_type[joint], int(model.jnt_dofadr[joint])
+        low, high = model.jnt_range[joint] if model.jnt_limited[joint] else (-np.pi, np.pi)
+        if kind not in _SCALAR:
+            balls.append((slice(len(dofs), len(dofs) + 3), high))
+            dofs = np.append(dofs, first + 3 * int(kind == _FREE) + np.arange(3))
+            ends = np.append(ends, [[-high, high]] * 3, axis=0)
+        elif _is_swept(model, joint):
+            start = model.qpos0[model.jnt_qposadr[joint]] if model.jnt_limited[joint] else 0.0
+            dofs = np.append(dofs, first)
+            ends = np.append(ends, [[low - start, high - start]], axis=0)
+    if not balls:
+        return np.zeros((0, model.nq))
+
+    def pose(turns: FloatArray) -> FloatArray:
+        qpos, travel, turns = model.qpos0.copy(), np.zeros(model.nv), turns.copy()
+        for three, most in balls:
+            turns[three] *= min(1.0, most / max(float(np.linalg.norm(turns[three])), most))
+        travel[dofs] = turns
+        mujoco.mj_integratePos(model, qpos, travel, 1.0)
+        return _coupled(model, qpos[None]).ravel()
+
+    travels = np.zeros((len(poses), model.nv))
+    for travel, qpos in zip(travels, poses, strict=True):
+        mujoco.mj_differentiatePos(model, travel, 1.0, model.qpos0, qpos)
+    return np.array(
+        [
+            pose(
+                differential_evolution(
+                    lambda turns, sign=sign: (
+                        sign * bend_at(model, data, pose(turns), [tendon], without)[0]
+                    ),
+                    ends,
+                    init=travels[np.argsort(sign * bends)[:_FITTEST]][:, dofs],
+                    maxiter=_GENERATIONS,
+                    mutation=(0.5, 1.0),
+                    polish=False,
+                    tol=1e-3,
+                    rng=0,
+                ).x
+            )
+            for sign in (-1.0, 1.0)
+        ]
+    )
+
+
+def leading_joints(model: mujoco.MjModel, joints: Collection[int]) -> set[int]:
+    """Ids of joints, those that an equality couples to another replaced by the other."""
+    leads = {follows: lead for follows, lead, _ in _couplings(model)}
+    return {leads.get(joint, joint) for joint in joints} - {-1}
+
+
+def _couplings(model: mujoco.MjModel) -> list[tuple[int, int, FloatArray]]:
+    """Joint that follows, joint that leads or −1, and polynomial of each active equality."""
+    active = np.flatnonzero((model.eq_type == _COUPLING) & (model.eq_active0 != 0))
+    ids = zip(model.eq_obj1id[active], model.eq_obj2id[active], strict=True)
+    return [(int(a), int(b), model.eq_data[k, :5]) for (a, b), k in zip(ids, active, strict=True)]
+
+
+def _coupled(model: mujoco.MjModel, poses: FloatArray) -> FloatArray:
+    """Poses, changed so that joints that an equality couples to another follow it."""
+    for follows, leads, polynomial in _couplings(model):
         at, lead = model.jnt_qposadr[follows], model.jnt_qposadr[leads]
         travel = poses[:, lead] - model.qpos0[lead] if leads >= 0 else 0.0
-        polynomial = model.eq_data[constraint, :5]
         poses[:, at] = model.qpos0[at] + np.polynomial.polynomial.polyval(travel, polynomial)
     return poses
 
 
 def unswept_joints(model: mujoco.MjModel) -> list[int]:
     """Ids of slides without a range and of free joints, the position of which has none."""
-    is_free = model.jnt_type == _JOINT.mjJNT_FREE.value
+    is_free = model.jnt_type == _FREE
     return [joint for joint in range(model.njnt) if is_free[joint] or not _is_swept(model, joint)]
 
 
@@ -134,13 +225,13 @@ def _sweep(
     kind, at = model.jnt_type[joint], int(model.jnt_qposadr[joint])
     low, high = model.jnt_range[joint]
     is_limited = bool(model.jnt_limited[joint])
-    if kind in (_JOINT.mjJNT_HINGE.value, _JOINT.mjJNT_SLIDE.value):
+    if kind in _SCALAR:
         ends = np.array([low, high])
         if not is_limited:
             low, high = model.qpos0[at] + np.array([-np.pi, np.pi])
             ends = model.qpos0[at] + np.pi * np.array([-0.5, 0.5, 1.0])
         return slice(at, at + 1), ends[:, None], rng.uniform(low, high, (_POSES, 1))
-    at += 3 * int(kind == _JOINT.mjJNT_FREE.value)
+    at += 3 * int(kind == _FREE)
     where = slice(at, at + 4)
     largest = float(high) if is_limited else np.pi
     axes = rng.normal(size=(_POSES, 3))

@@ -106,6 +106,8 @@ def _sentence(rows: Sequence[Row]) -> str:
     slipping = [row for row in sheathed if row.acts and row.most_slid_bend > 0.0]
     if not slipping:
         return f"{count}; no joint feels sliding friction in the poses that were looked at."
+    if not any(row.friction for row in slipping):
+        return f"{count}; friction = 0: none of them loses a share of its tension."
     most = min(slipping, key=lambda row: row.least_transmission)
     return (
         f"{count}; {most.tendon} loses most by friction, {1.0 - most.transmission:.0%} of its "

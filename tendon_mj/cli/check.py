@@ -16,7 +16,7 @@ from tendon_mj.cli.output import Output, console, print_warnings, progress_bar
 from tendon_mj.cli.values_of import ValuesOf, applied
 from tendon_mj.errors import RecordingError, TendonWarning
 from tendon_mj.lab.data_check import Checked, check_recording
-from tendon_mj.lab.recordings import Recording, read_recording
+from tendon_mj.lab.recordings import Recording, read_recording, tables_in
 from tendon_mj.lab.replay import Misfit, column_unit, quantity, replay_error
 from tendon_mj.models import load_model
 from tendon_mj.show import replay_figure
@@ -35,8 +35,8 @@ def check(
     """Draw recordings over their model before anything is fitted, and warn of what looks wrong.
 
     Args:
-        recordings: CSVs (or Parquet, MCAP), each with its TOML beside it unless --description
-            names one.
+        recordings: CSVs (or Parquet, MCAP), or folders of them, each with its TOML beside it
+            unless --description names one.
         out: folder for result.json and a picture of each recording.
         description: TOML that says what the columns of all recordings are.
         model: to simulate instead of the recordings' own: a name or an MJCF file.
@@ -48,6 +48,7 @@ def check(
     Example:
         tendon-mj check pull.csv
     """
+    recordings = tuple(table for path in recordings for table in tables_in(path))
     output = Output(out, given=given_files(recordings, description, [model]))
     if not recordings:
         raise RecordingError("check needs at least one recording")

@@ -233,6 +233,48 @@ def test_a_tendon_that_is_not_in_the_text_is_refused_with_the_remedy(hand, tmp_p
         '<attach model="hand" prefix="left_"/></frame></worldbody></mujoco>'
     )
     with pytest.raises(TendonError, match=r"'left_flexor' is not in the text.*MjSpec\.to_xml"):
-        attach_friction(
-            load_spec(str(parent)), parent, "*flexor", tmp_path / "new.xml", friction=0.1
-        )
+        attached_to(parent, "*flexor", tmp_path / "new.xml", friction=0.1)
+
+
+# the rope passes the slide's body square to its axis: it moves the rope only away from qpos0
+SQUARE = """
+<mujoco><worldbody><site name="a" pos="-.1 0 0"/>
+  <body><joint name="shift" type="slide" axis="0 0 1"{range}/><geom size=".01"/>
+    <site name="b"/></body><site name="c" pos=".1 0 0"/></worldbody>
+  <tendon><spatial name="rope"><site site="a"/><site site="b"/><site site="c"/></spatial></tendon>
+  <actuator><motor name="{name}" tendon="rope" {ends}/></actuator></mujoco>"""
+
+
+def square(tmp_path, joint="", name="pull", ends='ctrlrange="-9 0"', friction=0.1):
+    (tmp_path / "square.xml").write_text(SQUARE.format(range=joint, name=name, ends=ends))
+    return attached_to(tmp_path / "square.xml", "rope", tmp_path / "n.xml", friction=friction)
+
+
+def test_a_slide_without_range_that_moves_the_tendon_away_from_qpos0_only_is_named(tmp_path):
+    assert square(tmp_path, ' range="-.1 .1"').limits == ()
+    assert square(tmp_path).limits == ("held as in qpos0, as they have no range: shift",)
+
+
+@pytest.mark.parametrize(
+    ("ends", "said"),
+    [
+        ("", True),
+        ('gear="-2"', True),
+        ('ctrlrange="-9 0"', False),
+        ('gear="-1" ctrlrange="0 9"', False),
+        ('forcerange="-9 0"', False),
+    ],
+)
+def test_a_motor_that_no_range_keeps_from_pushing_is_named_without_a_warning(tmp_path, ends, said):
+    found = square(tmp_path, name="m", ends=ends).said
+    assert len(found) == said
+    assert not said or "forcerange keeps m on rope from pushing" in found[0]
+
+
+def test_without_friction_nothing_is_said_to_be_lost(tmp_path):
+    (tmp_path / "m.xml").write_text(SQUARE.format(range=' range=".01 .1"', name="m", ends=""))
+    given = ["attach", str(tmp_path / "m.xml"), "--tendon", "rope", "--friction", "0"]
+    with console.capture() as capture:
+        assert main([*given, "--out", str(tmp_path / "n.xml")]) == 0
+    assert "friction = 0: none of them loses" in capture.get().splitlines()[-1]
+    assert "%" not in capture.get()

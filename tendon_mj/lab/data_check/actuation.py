@@ -9,11 +9,12 @@ import mujoco
 import numpy as np
 
 from tendon_mj.lab.data_check.warning import DataWarning
-from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.replay import Adjustable, Schedule
+from tendon_mj.lab.recordings import Recording, noise_levels
+from tendon_mj.lab.replay import Adjustable, Schedule, column_unit, quantity
 from tendon_mj.plugin import sensor_kind
 from tendon_mj.typing import FloatArray
 
+_APART = 3.0  # noises, rms, by which a column and the joint that another prescribes differ
 _NEAR = 1e-6  # of a control range: a control this near to an end is at it
 _MOST = 0.01  # of the samples that may be at an end
 _PULL = 1.05  # times the largest pull, above which a tension is beyond it
@@ -35,6 +36,36 @@ def actuation_warnings(schedule: Schedule, adjustable: Adjustable) -> list[DataW
         *_lets_go(schedule, adjustable),
         *_cannot_pull(schedule.recording, adjustable.model),
     ]
+
+
+def prescribed_warnings(
+    schedule: Schedule, simulated: Recording, model: mujoco.MjModel
+) -> list[DataWarning]:
+    """Warn of a joint that one column prescribes and another measures, where the two differ."""
+    found, recording = [], schedule.recording
+    prescribed, noise = (
+        {joint: column for column, joint in schedule.joints},
+        noise_levels(recording),
+    )
+    for column, measured in recording.measured.items():
+        sensor = model.sensor(measured.sensor).id
+        joint = int(model.sensor_objid[sensor])
+        of_joint = model.sensor_type[sensor] == mujoco.mjtSensor.mjSENS_JOINTPOS.value
+        off = float(np.sqrt(np.mean((recording.columns[column] - simulated.columns[column]) ** 2)))
+        if of_joint and joint in prescribed and off > _APART * noise[column]:
+            found.append(
+                DataWarning(
+                    "prescribed",
+                    f"{recording.name}, [measured] {recording.written(column)!r}",
+                    f"is off by {quantity(off, column_unit(column))} rms from joint"
+                    f" {model.joint(joint).name!r}, which [drive]"
+                    f" {recording.written(prescribed[joint])!r} prescribes: the two columns differ,"
+                    " and no friction can make that up",
+                    "this residual is no test of the model: check unit, sign and zero of both"
+                    " columns, and leave this one out of [measured]",
+                )
+            )
+    return found
 
 
 def _saturated(schedule: Schedule, adjustable: Adjustable) -> list[DataWarning]:

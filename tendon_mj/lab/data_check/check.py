@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import mujoco
 
 from tendon_mj.errors import TendonError
-from tendon_mj.lab.data_check.actuation import actuation_warnings
+from tendon_mj.lab.data_check.actuation import actuation_warnings, prescribed_warnings
 from tendon_mj.lab.data_check.jumps import jump_warnings
 from tendon_mj.lab.data_check.play import play_warnings, stated_play
 from tendon_mj.lab.data_check.readings import degree_warnings, drive_warnings, reading_warnings
@@ -45,7 +45,7 @@ _FOLLOWS = {
     "repeated": {"frozen"},
     "coarse": {"frozen"},
     "below_zero": {"start"},
-    "spike": {"below_zero"},
+    "spike": {"below_zero", "range_end", "repeated"},
     "sign": {"below_zero"},
     "nothing_moves": {"below_zero"},
     "unit": {"below_zero", "coarse"},
@@ -108,8 +108,8 @@ def check_recording(
     degrees = degree_warnings(recording, simulated, replay)
     if not recording.quasi_static:  # whose rows are too few, and all jumps
         found += jump_warnings(recording, None if still or degrees else simulated, replay)
-        found += converter_warnings(recording, simulated)
     found += [
+        *converter_warnings(recording, simulated),
         *spike_warnings(recording, simulated),
         *still,
         *actuation_warnings(schedule, adjustable),
@@ -121,6 +121,7 @@ def check_recording(
     if simulated is not None and not still and not lost and not degrees:
         found += reading_warnings(recording, simulated)
         found += slack_warnings(recording, simulated, adjustable)
+        found += prescribed_warnings(schedule, simulated, adjustable.model)
     return Checked(recording, simulated, _without_consequences(found))
 
 

@@ -24,7 +24,7 @@ _SIDE = 8  # samples to either side of a jump, through which lines are laid
 _CLEAR = 8.0  # standard errors of a jump at least
 _WITHIN = 0.6  # of it between two samples
 _USUAL, _BEYOND = 99.0, 2.0  # percentile of other changes of the slope, times which it is at least
-_MOST = 2  # jumps of a column: more are how the rig moves
+_MOST = 5  # jumps of a column: more are how the rig moves
 _LONG = 100  # samples before and after a jump, over which it stays
 _AROUND = 3  # samples, within which something else explains it
 _MOVES, _STEP = 90.0, 3.0  # percentile of the drive's changes, times which it steps
@@ -200,17 +200,42 @@ def _drive_warning(
     large |= bends > _STEP * np.percentile(bends, _USUAL)
     intervals = np.diff(recording.time)
     rows = np.flatnonzero(large & (intervals < _STEP * np.median(intervals))) + 1
-    if not rows.size:
+    noise = noise_levels(recording)
+    if not rows.size or not noise:
         return None
-    off = {row: _unanswered(recording, simulated, row) for row in rows.tolist()}
-    silent = [row for row, (left, answer) in off.items() if answer < _BETTER * left]
-    for row in sorted(silent, key=lambda r: -off[r][0])[:_TRIES]:
+    errors = np.array(
+        [(recording.columns[c] - simulated.columns[c]) / level for c, level in noise.items()]
+    )
+    worsens = {row: _worsens(errors, row) for row in rows.tolist()}
+    likely = sorted((row for row in worsens if worsens[row] > 0.0), key=lambda r: -worsens[r])
+    for row in likely[:_TRIES]:
         size = float(changes[row - 1] - _median_around(changes)[row - 1])
-        mended = replay(_shifted(recording, column, row, -size))
-        before = _errors(recording, simulated, row)
-        if mended is not None and _errors(recording, mended, row) < _BETTER**2 * before:
+        straight = float(series[row]) - size
+        scale = float(series[row]) / straight if straight else 1.0
+        left = [_column_errors(recording, simulated, row)]
+        for mended in (series - size, series / scale if scale > 0.0 else series):
+            shown = replay(_changed(recording, column, np.append(series[:row], mended[row:])))
+            failed = np.full(len(noise), np.inf)
+            left.append(failed if shown is None else _column_errors(recording, shown, row))
+        best = min(left[1:], key=np.sum)
+        agrees = _AGREES**2 * (series.size - row)
+        if best.sum() < _BETTER**2 * left[0].sum() and (best < np.maximum(left[0], agrees)).all():
+            if best is left[2]:
+                return _other_scale(recording, place, row, scale)
             return _lost_zero(recording, column, place, row, size)
     return None
+
+
+def _other_scale(recording: Recording, place: str, row: int, scale: float) -> DataWarning:
+    return DataWarning(
+        "scale_change",
+        place,
+        f"reads {plain(scale)} times as much from row {recording.row(row)}"
+        f" ({_at(recording, row)}) on, where nothing else changes",
+        f"an amplifier that was switched, or another unit: divide it by {plain(scale)} from that"
+        " row on, or end the recording before it",
+        blocks=True,
+    )
 
 
 def _lost_zero(recording: Recording, column: str, place: str, row: int, size: float) -> DataWarning:
@@ -226,15 +251,17 @@ def _lost_zero(recording: Recording, column: str, place: str, row: int, size: fl
     )
 
 
-def _unanswered(recording: Recording, simulated: Recording, row: int) -> tuple[float, float]:
-    """By how much readings change beyond the model's about a sample, and at all [noise²]."""
-    first, last = max(0, row - 1), min(row + _SIDE, recording.time.size - 1)
-    off = answer = 0.0
-    for column, level in noise_levels(recording).items():
-        read, shown = (r.columns[column] / level for r in (recording, simulated))
-        off += float((read[last] - read[first] - shown[last] + shown[first]) ** 2)
-        answer += float((read[last] - read[first]) ** 2)
-    return off, answer
+def _worsens(errors: FloatArray, row: int) -> float:
+    """By how much likelier (columns, n) errors are larger from a sample on than all alike, in logs.
+
+    -inf where they are not clearly larger.
+    """
+    off = errors - np.median(errors[:, :row], axis=1, keepdims=True)
+    before, after, whole = (np.mean(part**2) for part in (off[:, :row], off[:, row:], off))
+    if before == 0.0 or after < before / _BETTER:
+        return -np.inf
+    share = row / off.shape[1]
+    return float(np.log(whole) - share * np.log(before) - (1.0 - share) * np.log(after))
 
 
 def _reading_warning(
@@ -266,15 +293,7 @@ def _reading_warning(
     more = f", and {len(alone) - 1} times more" if len(alone) > 1 else ""
     where = f"before row {recording.row(jump.row)} ({_at(recording, jump.row)}){more}"
     if scale is not None:
-        return DataWarning(
-            "scale_change",
-            place,
-            f"reads {plain(scale)} times as much from row {recording.row(jump.row)}"
-            f" ({_at(recording, jump.row)}) on, where nothing else changes",
-            f"an amplifier that was switched, or another unit: divide it by {plain(scale)} from"
-            " that row on, or end the recording before it",
-            blocks=True,
-        )
+        return _other_scale(recording, place, jump.row, scale)
     changes = np.diff(read)
     sudden = abs(float((changes - _median_around(changes))[jump.row - 1]))
     if sudden < _SUDDEN * abs(jump.size) - _HIDDEN * noise_levels(recording)[column]:
@@ -449,8 +468,13 @@ def _changed(recording: Recording, column: str, series: FloatArray) -> Recording
 
 def _errors(recording: Recording, simulated: Recording, row: int = 0) -> float:
     """Sum of squares from a sample on, of what the columns are off beyond their offset before."""
-    noise, total = noise_levels(recording), 0.0
-    for column, level in noise.items():
+    return float(np.sum(_column_errors(recording, simulated, row)))
+
+
+def _column_errors(recording: Recording, simulated: Recording, row: int) -> FloatArray:
+    """The same of each measured column."""
+    errors = []
+    for column, level in noise_levels(recording).items():
         off = (recording.columns[column] - simulated.columns[column]) / level
-        total += float(np.sum((off[row:] - np.median(off[: row or None])) ** 2))
-    return total
+        errors.append(float(np.sum((off[row:] - np.median(off[: row or None])) ** 2)))
+    return np.array(errors)

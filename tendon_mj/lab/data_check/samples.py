@@ -13,6 +13,7 @@ from tendon_mj.lab.data_check.warning import DataWarning
 from tendon_mj.lab.recordings import (
     Recording,
     held_values,
+    is_noisy,
     noise_levels,
     range_ends,
     resolution,
@@ -25,19 +26,24 @@ from tendon_mj.typing import FloatArray
 _AROUND = 2  # samples on either side: an excursion of so many at most is a spike
 _SPIKE = 0.5  # of the usual range, that a spike is off by at least
 _NOISES = 12.0  # times the median deviation from the neighbours, likewise
+_LONGEST_DROPOUT, _ONLY = 5, 0.8  # samples; share of those at a value that are dropouts
+_USUAL, _LARGE = 80.0, 4.0  # percentile of a column's changes, times which it drops out at least
 _TURN, _NEARLY = 2.0 * np.pi, 0.15  # of an encoder [rad], and by what share a jump may differ
 _SMOOTH = 0.1  # of a turn, by which other samples differ at most, in the median
 _ABOUT = 3.0  # times as much or as little, an excursion of the model is the same
 _SOON = 10  # samples from an excursion of the model, within which the rig makes its own
 _BEYOND, _LEVEL = 3.0, 20  # noises beyond all readings; samples and noises that are level there
-_PART = 0.1  # of the model's range, that a column with an end has at least
+_PART = (
+    0.1  # of the model's range, that a column with an end has at least; of a column's, a dropout
+)
 _BARELY = 1.3  # noises, by which a level reading varies at most
 _LONGEST_DRIVE = 5  # samples for which a drive is held: longer ones are rests
 _VISIBLE = 2.5e-3  # of a column's range: what a diagnosis can see of it, where no noise is stated
 _SLACK = 0.02  # of a tension's range, below which a cable is slack
 _BELOW, _FEW = 5.0, 3  # noises below 0, and samples there, at least
-_HELD = 10  # equal samples at least
-_MEANWHILE = 0.25  # of its range, by which the model moves on in that time
+_ALIKE = 4  # rests at an end of a range, at least
+_HELD, _HELD_AT_REST = 10, 4  # equal samples, or rests, at least
+_MEANWHILE, _MEANWHILE_OF_NOISY = 0.25, 0.02  # of its range, by which the model moves on then
 _OUTER = 1.0  # percent of the samples at either end that do not count for the usual range
 
 
@@ -88,7 +94,7 @@ def spike_warnings(recording: Recording, simulated: Recording | None) -> list[Da
     """
     if recording.quasi_static:  # what differs between rests is a move
         return []
-    found = []
+    found, noise = [], noise_levels(recording)
     off = {c: _off(recording.columns[c]) for c in (*recording.drive, *recording.measured)}
     shown = {} if simulated is None else {c: _off(simulated.columns[c]) for c in recording.measured}
     follows = np.zeros(recording.time.size, bool)
@@ -100,24 +106,29 @@ def spike_warnings(recording: Recording, simulated: Recording | None) -> list[Da
                 continue  # reported already
             series = recording.columns[column]
             excursion = np.abs(off[column])
+            if table == "drive":  # a command that begins with a step, or ends with one
+                excursion[[0, -1]] = 0.0
             limit = max(_SPIKE * usual_range(series), _NOISES * float(np.median(excursion)))
             known = follows
             if table == "measured" and column in shown:
                 known = follows | _near(np.abs(shown[column]) > limit / _ABOUT)
-            spikes = np.flatnonzero((excursion > limit) & ~known)
+            lost = table == "measured" and _dropouts(series, noise[column], simulated, column)
+            spikes = np.flatnonzero(((excursion > limit) | lost) & ~known)
             if not spikes.size:
                 continue
             worst = int(spikes[np.argmax(excursion[spikes])])
             unit = column_unit(column)
-            others = f", the largest of {spikes.size}" if spikes.size > 1 else ""
+            first = f"the largest of {spikes.size}, the first in row {recording.row(spikes[0])},"
+            others = f", {first}" if spikes.size > 1 else ","
             found.append(
                 DataWarning(
                     "spike",
                     f"{recording.name}, [{table}] {recording.written(column)!r}",
-                    f"reads {quantity(series[worst], unit)} in row {recording.row(worst)}{others},"
+                    f"reads {quantity(series[worst], unit)} in row {recording.row(worst)}{others}"
                     f" between {quantity(series[max(0, worst - 1)], unit)} and"
                     f" {quantity(series[min(worst + 1, series.size - 1)], unit)}",
                     "a glitch of the logger: leave the row out",
+                    blocks=True,
                 )
             )
     return found
@@ -126,6 +137,34 @@ def spike_warnings(recording: Recording, simulated: Recording | None) -> list[Da
 def _off(series: FloatArray) -> FloatArray:
     """(n,) of each sample, its distance from the median of it and its neighbours."""
     return series - _median_around(series)
+
+
+def _dropouts(
+    series: FloatArray, noise: float, simulated: Recording | None, column: str
+) -> NDArray[np.bool_]:
+    """(n,) samples at 0 or another fixed value to which a reading goes and from which it returns.
+
+    A value is fixed where a noisy reading has it for several samples, or often, and nowhere else.
+    """
+    starts = np.flatnonzero(np.diff(series, prepend=np.nan) != 0.0)
+    lengths = np.diff(np.append(starts, series.size))
+    before = np.append(np.nan, series[starts[1:] - 1])
+    after = np.append(series[starts[1:]], np.nan)
+    there = series[starts] - before, after - series[starts]
+    usual = float(np.percentile(np.abs(np.diff(series)), _USUAL))
+    limit = max(_NOISES * noise, _LARGE * usual, _PART * usual_range(series))
+    returns = (np.minimum(*np.abs(there)) > limit) & (there[0] * there[1] < 0.0)
+    returns &= lengths <= _LONGEST_DROPOUT
+    lost = np.zeros(series.size, bool)
+    for value in np.unique(series[starts[returns]]):
+        own = returns & (series[starts] == value)
+        count = int(lengths[own].sum())
+        if (value == 0.0 or count > 2) and count > _ONLY * np.count_nonzero(series == value):
+            lost[np.repeat(own, lengths)] = True
+    if simulated is not None and lost.any():
+        shown = simulated.columns[column]
+        lost &= ~_near(np.abs(shown - _median_around(shown, _LONGEST_DROPOUT)) > limit / _ABOUT)
+    return lost
 
 
 def _near(samples: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -148,25 +187,33 @@ def converter_warnings(recording: Recording, simulated: Recording | None) -> lis
         simulated: the model under the same drive, if it can be simulated.
     """
     found: list[DataWarning | None] = []
+    at_rest = recording.quasi_static  # whose values repeat, and change by moves
     for column in recording.drive:
-        if column not in recording.hold:
+        if column not in recording.hold and not at_rest:
             found.append(_held(recording, "drive", column, simulated))
     for column in recording.measured:
         shown = None if simulated is None else simulated.columns[column]
         found.append(_range_end(recording, column, shown))
-        found.append(_held(recording, "measured", column, simulated))
-        found.append(_coarse(recording, column))
+        if not at_rest:
+            found.append(_held(recording, "measured", column, simulated))
+            found.append(_coarse(recording, column))
     return [warning for warning in found if warning]
 
 
 def _range_end(recording: Recording, column: str, shown: FloatArray | None) -> DataWarning | None:
     series, unit = recording.columns[column], column_unit(column)
     ends = [e for e in range_ends(series, recording.measured[column].noise) if np.isfinite(e)]
+    if recording.quasi_static:  # whose moves are as noise
+        ends = (
+            [] if shown is None else _ends_at_rest(series, shown, noise_levels(recording)[column])
+        )
     if shown is not None and unit == "N":  # a cable that is let off ends at 0 too
         slack = _SLACK * usual_range(shown)
         ends = [e for e in ends if e != 0.0 or float(np.median(shown[series == e])) > slack]
     if not ends:
-        return None if shown is None else _flat_end(recording, column, shown)
+        if shown is None or recording.quasi_static:
+            return None
+        return _flat_end(recording, column, shown)
     at_end = np.isin(series, ends)
     first = int(np.argmax(at_end))
     values = " and ".join(quantity(end, unit) for end in ends)
@@ -179,9 +226,18 @@ def _range_end(recording: Recording, column: str, shown: FloatArray | None) -> D
         f"{recording.name}, [measured] {recording.written(column)!r}",
         f"ends at {values}: {int(at_end.sum())} samples are there exactly, the first in row"
         f" {recording.row(first)} ({recording.time[first]:.6g} s){beyond}",
-        "the end of an amplifier's or a converter's range: record again with a wider one; a"
-        " diagnosis cuts the model's reading off there too",
+        "the end of an amplifier's or a converter's range: record again with a wider one"
+        + ("" if recording.quasi_static else "; a diagnosis cuts the model off there too"),
+        blocks=recording.quasi_static,
     )
+
+
+def _ends_at_rest(series: FloatArray, shown: FloatArray, noise: float) -> list[float]:
+    """Ends at which several rests read the same to the last digit, and the model does not."""
+    least = max(_PART * float(np.ptp(shown)), _BEYOND * noise)
+    ends = float(series.min()), float(series.max())
+    there = {end: shown[series == end] for end in ends if np.ptp(series) > 0.0}
+    return [e for e, model in there.items() if model.size >= _ALIKE and np.ptp(model) > least]
 
 
 def _flat_end(recording: Recording, column: str, shown: FloatArray) -> DataWarning | None:
@@ -314,6 +370,8 @@ def slack_warnings(
 def frozen(recording: Recording, column: str, shown: FloatArray) -> DataWarning | None:
     """Warn of readings that are equal to the last digit for long, while the model moves on.
 
+    Noise never is: of a noisy column, the model has to move on by little.
+
     Args:
         recording: that has the column.
         column: measured.
@@ -321,14 +379,21 @@ def frozen(recording: Recording, column: str, shown: FloatArray) -> DataWarning 
     """
     read = recording.columns[column]
     ends = np.flatnonzero(np.diff(read, prepend=np.nan, append=np.nan) != 0.0)
-    limit, worst, place = _MEANWHILE * float(np.ptp(shown)), 0.0, (0, 0)
+    noisy = not recording.quasi_static and is_noisy(read)
+    held = _HELD_AT_REST if recording.quasi_static else _HELD
+    level, unit = noise_levels(recording)[column], column_unit(column)
+    share = _MEANWHILE_OF_NOISY if noisy else _MEANWHILE
+    limit = max(share * float(np.ptp(shown)), _BEYOND * level)
+    worst, place = 0.0, (0, 0)
     for start, end in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
-        if end - start >= _HELD and np.ptp(shown[start:end]) > max(limit, worst):
+        slack = (
+            read[start] == 0.0 and unit == "N" and np.abs(shown[start:end]).min() < _BEYOND * level
+        )
+        if end - start >= held and not slack and np.ptp(shown[start:end]) > max(limit, worst):
             worst, place = float(np.ptp(shown[start:end])), (start, end)
     if worst == 0.0:
         return None
     start, end = place
-    unit = column_unit(column)
     return DataWarning(
         "frozen",
         f"{recording.name}, [measured] {recording.written(column)!r}",
@@ -336,12 +401,13 @@ def frozen(recording: Recording, column: str, shown: FloatArray) -> DataWarning 
         f" {recording.row(end - 1)}, {recording.time[end - 1] - recording.time[start]:.3g} s, in"
         f" which the model moves by {quantity(worst, unit)}",
         "if the sensor or its bus hung there, leave these rows out",
+        blocks=noisy,  # else a cable that sticks may be as still
     )
 
 
-def _median_around(series: FloatArray) -> FloatArray:
+def _median_around(series: FloatArray, around: int = _AROUND) -> FloatArray:
     """(n,) median of each sample and its neighbours."""
-    padded = np.pad(series, _AROUND, mode="edge")
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * _AROUND + 1)
+    padded = np.pad(series, around, mode="reflect")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * around + 1)
     median: FloatArray = np.median(windows, axis=1)
     return median

@@ -1,6 +1,7 @@
 """Recordings: a table of measured columns with a description of what they are."""
 
 from tendon_mj.lab.recordings.converter import held_values as held_values
+from tendon_mj.lab.recordings.converter import is_noisy as is_noisy
 from tendon_mj.lab.recordings.converter import range_ends as range_ends
 from tendon_mj.lab.recordings.converter import resolution as resolution
 from tendon_mj.lab.recordings.converter import white_noise as white_noise
@@ -23,6 +24,7 @@ from tendon_mj.lab.recordings.table_checks import in_si as in_si
 from tendon_mj.lab.recordings.table_file import read_columns as read_columns
 from tendon_mj.lab.recordings.table_file import read_table as read_table
 from tendon_mj.lab.recordings.table_file import table_beside as table_beside
+from tendon_mj.lab.recordings.table_file import tables_in as tables_in
 from tendon_mj.lab.recordings.text_file import read_text as read_text
 from tendon_mj.lab.recordings.toml_text import read_toml as read_toml
 from tendon_mj.lab.recordings.units import UNITS as UNITS

@@ -21,6 +21,7 @@ from tendon_mj.lab.recordings.units import claimed_unit, proposed_name, si_name,
 from tendon_mj.typing import FloatArray
 
 _SPARSE = 0.6  # share of complete rows below which a row is a message: half are, of 100 and 50 Hz
+_DAY = 86400.0  # [s]
 _SINCE_1970 = 1e8  # [s]: a date, and not a stopwatch
 _DATE = re.compile(r"\d{4}-\d\d-\d\d")
 _CLOCK = re.compile(r"(.*[\W_])?(time|t|stamp|timestamp|zeit)([\W_].*)?", re.IGNORECASE)
@@ -98,6 +99,8 @@ def assemble(
     for column, there in zip(columns, filled, strict=True):
         source = sources[column].column
         faults += _size_faults(numbers[column], rows, source, where)
+        fault = sources[column].period_fault(numbers[column][there])
+        faults += [f"{where}, column {source!r}: {fault}"] if fault else []
         if not there.all() and not (sparse and there.any()):
             gap = "empty cell or nan; leave out rows that have a gap"
             faults.append(at(where, rows[~there], source, gap))
@@ -105,6 +108,12 @@ def assemble(
     if back.size:
         before, after = map(time.shown, stamps[back[0] : back[0] + 2])
         step = f"{after} does not come after {before} of the row before"
+        dropped = float(stamps[back[0]] - stamps[back[0] + 1]) * time.scale * si_name(clock)[1]
+        if 0.5 * _DAY < dropped < 1.5 * _DAY:
+            step += (
+                "; a time of day begins again at midnight: write times with their date, such as"
+                " 2026-03-02T23:59:59, or add 24 h from that row on"
+            )
         faults.append(at(where, rows[back + 1], of_clock, step))
     if faults:
         raise _refusal(faults)
@@ -148,14 +157,17 @@ def _sources(
         else:
             sources[column], fault = _in_its_unit(column, source)
             faults += [f"{here}: {fault}"] if fault else []
-    used = {source.column for source in mapped.values()}
+    used = {source.column: column for column, source in mapped.items()}
     for place, name in enumerate(table.names, start=1):
         needed = described is None or name in described
         if name in mapped or (name in used and not needed):
             continue
         here, first = f"{header}, column {place}", table.names.index(name) + 1
         fault = name_fault(name, elements=elements)
-        if fault and needed:
+        if fault and described and name in used:
+            table_of = f"{toml}, [{described[name]}] {name!r}"
+            faults.append(f"{table_of}: write {used[name]!r}, as [columns] names it")
+        elif fault and needed:
             known = any(" (SI: " in said for said in faults)  # the units that there are, once
             faults.append(f"{here}: {fault.partition(' (SI: ')[0] if known else fault}")
         elif first != place and (needed or name in used):
@@ -202,7 +214,12 @@ def _suggestion(
         dates = (n for n in table.names if _DATE.match(table.sample.get(n, "")))
         name = next((n for n in table.names if _CLOCK.fullmatch(n)), next(dates, "…"))
         entries.append((_clock_name(name, table.sample.get(name, "")), name))
-    entries += [(proposed_name(c), c) for c in described if c in table.names and c not in sources]
+    mapped = {source.column for source in layout.columns.values()}
+    entries += [
+        (proposed_name(c), c)
+        for c in described
+        if c in table.names and c not in sources and c not in mapped
+    ]
     rest = [n for n in table.names if n not in (*described, *TIMES, *(e[1] for e in entries))]
     missing = [c for c in described if c not in (*table.names, *layout.columns, *TIMES)]
     near = {column: get_close_matches(column, rest, 1, 0.5) for column in missing}

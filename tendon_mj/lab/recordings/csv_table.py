@@ -16,6 +16,7 @@ import pandas as pd
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings.table_checks import Cells, OpenTable, and_more
 from tendon_mj.lab.recordings.text_file import LARGEST, check_file, read_text
+from tendon_mj.lab.recordings.units import proposed_name, unit_factors
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 
@@ -73,6 +74,16 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
             f' description, above its tables: header = ["time_s", …], names of all {len(first)}'
             " columns"
         )
+    units = [cell.strip("[]() ") for cell in below]
+    if not header and not no_names and len(below) == len(first) and _are_units(units):
+        named = ", ".join(
+            n if n.endswith(f"_{u}") else proposed_name(f"{n}_{u}")
+            for n, u in zip(names, units, strict=True)
+        )
+        raise RecordingError(
+            f"{path}, row {len(lines) + 1}: holds units ({', '.join(below)}) and no values; delete"
+            f" the row and name the columns with their units, such as {named}"
+        )
     sample = dict(zip(names, first if no_names else below, strict=False))
 
     def read(wanted: Mapping[str, bool], clock: str) -> tuple[Cells, list[str]]:
@@ -116,6 +127,13 @@ def _cells(line: str, separator: str) -> list[str]:
         return line.split()
     rows = csv.reader([line], delimiter=separator, skipinitialspace=True)
     return [cell.strip() for row in rows for cell in row]
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    """Whether cells are units, or words of which one is."""
+    return any(f"_{cell}" in unit_factors() for cell in cells) and not any(
+        cell and _DATUM.fullmatch(cell) for cell in cells
+    )
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from tendon_mj.lab.recordings.table_checks import TIMES
 from tendon_mj.lab.recordings.units import si_name, unit_factors
 from tendon_mj.typing import FloatArray
 
+_OVER = 1.01  # of its period, that a counter with noise covers at most
 _LEAST_SPREAD = 1e-12  # of the value that it is about
 
 
@@ -119,6 +120,16 @@ class Source:
         if self.factor != 1.0 or self.offset:
             numbers = self.factor * numbers + self.offset
         return numbers * self.ratio(column) if self.unit else numbers
+
+    def period_fault(self, numbers: FloatArray) -> str:
+        """That numbers of the file are further apart than their period; empty if not."""
+        if not (self.period and numbers.size) or np.ptp(numbers) <= _OVER * self.period:
+            return ""
+        return (
+            f"goes from {numbers.min():.6g} to {numbers.max():.6g}, further than period ="
+            f" {self.period:g}; give the number after which the counter begins again, or leave"
+            " period out"
+        )
 
     def ratio(self, column: str) -> float:
         """The unit over that in which the name of a column ends."""

@@ -59,9 +59,13 @@ def read_mcap(
                 f"{path}: [columns] {column!r} names a column of a table; of a log write"
                 " { topic = …, field = … }"
             )
+    read = _read_series(path, topics)
+    faults = {c: topics[c].period_fault(values) for c, (_, values) in read.items()}
+    if said := [f"{path}, [columns] {c!r}: {fault}" for c, fault in faults.items() if fault]:
+        raise RecordingError("\n".join(said))
     series = {
         column: (times, topics[column].converted(values, column))
-        for column, (times, values) in _read_series(path, topics).items()
+        for column, (times, values) in read.items()
     }
     table, _ = at_common_times(series, TIME, 1e-9, str(path), held)
     check_table(table, str(path))

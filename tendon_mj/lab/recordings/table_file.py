@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from tendon_mj.errors import RecordingError
@@ -61,23 +62,53 @@ _OTHERS = {  # suffix → format, and how to convert it
         'in Python: from nptdms import TdmsFile; TdmsFile.read("{name}").as_dataframe().to_csv('
         '"{stem}.csv", index=False)',
     ),
+    ".ulg": ("a log of PX4", "pip install pyulog; ulog2csv {name}, which writes a CSV per topic"),
+    ".mf4": (
+        "a measurement file (MDF)",
+        'in Python: from asammdf import MDF; MDF("{name}").to_dataframe().to_csv("{stem}.csv")',
+    ),
+    ".c3d": (
+        "motion capture (C3D)",
+        'in Python: import ezc3d, pandas; log = ezc3d.c3d("{name}"); pandas.DataFrame('
+        'log["data"]["analogs"][0].T, columns=log["parameters"]["ANALOG"]["LABELS"]["value"])'
+        '.to_csv("{stem}.csv"), of which the first column is time × log["header"]["analogs"]'
+        '["frame_rate"]',
+    ),
+    ".sto": (
+        "a file of OpenSim",
+        'in Python: from pathlib import Path; Path("{stem}.csv").write_text(Path("{name}")'
+        '.read_text().split("endheader")[1].lstrip())',
+    ),
     ".gz": ("compressed", "gunzip {name}"),
     ".zip": ("compressed", "unpack it"),
 }
 _ALIKE = {
     ".hdf5": ".h5", ".hdf": ".h5", ".nc": ".h5", ".sqlite": ".db3", ".db": ".db3", ".p": ".pkl",
     ".pickle": ".pkl", ".joblib": ".pkl", ".xls": ".xlsx", ".ods": ".xlsx", ".arrow": ".feather",
-    ".ndjson": ".jsonl",
+    ".ndjson": ".jsonl", ".mdf": ".mf4", ".mot": ".sto",
+}  # fmt: skip
+_FIRST_BYTES = {  # of a file that may be named as a CSV → its suffix
+    b"PK\x03\x04": ".xlsx", b"\xd0\xcf\x11\xe0": ".xlsx", b"PAR1": ".parquet",
+    b"\x89MCAP": ".mcap", b"\x89HDF": ".h5", b"MATLAB": ".mat", b"SQLite": ".db3",
+    b"\x1f\x8b": ".gz", b"ULog": ".ulg", b"MDF ": ".mf4", b"ARROW1": ".feather",
 }  # fmt: skip
 
 
 def check_format(path: Path) -> None:
-    """Refuse a file of a format that is not read, with how to convert it.
+    """Refuse a file of a format that is not read, or of one that its name hides.
 
     Raises:
-        RecordingError: names the format.
+        RecordingError: names the format, and how to convert it.
     """
     suffix = path.suffix.lower()
+    if suffix in (".csv", *_AS_CSV) and path.is_file():
+        with suppress(OSError), path.open("rb") as file:
+            first = file.read(8)
+            suffix = next((s for b, s in _FIRST_BYTES.items() if first.startswith(b)), suffix)
+        if suffix in FORMATS[1:]:
+            raise RecordingError(
+                f"{path}: holds {suffix[1:].upper()} and no text; rename it to {path.stem}{suffix}"
+            )
     if suffix in (*FORMATS, *_AS_CSV):
         return
     name, way_out = _OTHERS.get(_ALIKE.get(suffix, suffix), (f"{suffix or 'no'} file", ""))
@@ -117,6 +148,16 @@ def read_columns(
     else:
         table = open_csv(path, layout.header if layout else ())
     return assemble(table, str(path), layout, described, held=held, elements=elements, toml=toml)
+
+
+def tables_in(path: Path) -> list[Path]:
+    """The tables in a folder; the path alone where it is none, or the stem of a recording."""
+    if not path.is_dir() or (path.name not in ("", "..") and table_beside(path)[0].is_file()):
+        return [path]
+    found = sorted(p for p in path.iterdir() if p.suffix.lower() in FORMATS and p.is_file())
+    if not found:
+        raise RecordingError(f"{path}: a folder without a table ({', '.join(FORMATS)})")
+    return found
 
 
 def table_beside(path: Path, formats: Sequence[str] = FORMATS) -> tuple[Path, Path]:

@@ -195,6 +195,37 @@ def test_a_spike_is_told_with_its_row_and_not_taken_for_a_unit(pull: Recording) 
     assert "reads 4 kN in row 102, between" in found["spike"]
 
 
+@pytest.mark.parametrize(("column", "row"), [("out_N", 0), ("in_N", -1)])
+def test_a_glitch_in_the_first_or_last_row_is_a_spike(
+    pull: Recording, column: str, row: int
+) -> None:
+    read = pull.columns[column].copy()
+    read[row] += 3.0 * np.ptp(read)
+    found = said(changed(pull, **{column: read}))
+    assert set(found) == {"spike"}
+    assert f"in row {row % read.size + 2}, between" in found["spike"]
+
+
+@pytest.mark.parametrize("size", [1, 4])
+def test_readings_that_drop_to_one_value_are_told_with_their_rows(
+    pull: Recording, size: int
+) -> None:
+    out = pull.columns["out_N"].copy()
+    low = float(np.median(out)) - 0.3 * np.ptp(out)  # within the range, as of a bus that repeats it
+    rows = [k for k in range(20, 180, 10) if out[k] > np.median(out)]
+    for row in rows:
+        out[row : row + size] = low
+    found = said(changed(pull, out_N=out))
+    assert set(found) == {"spike"}
+    assert f"the largest of {size * len(rows)}, the first in row {rows[0] + 2}" in found["spike"]
+
+
+def test_a_command_that_begins_or_ends_with_a_step_is_no_spike(pull: Recording) -> None:
+    held = np.full(pull.time.size, 1e-3)
+    held[[0, -1]] = 0.0
+    assert "spike" not in said(changed(pull, reel_m=held))
+
+
 def test_a_step_of_the_drive_is_no_spike(pull: Recording) -> None:
     stepped = np.where(np.sin(5.0 * pull.time) > 0.0, 1e-3, -1e-3)
     assert "spike" not in said(changed(pull, reel_m=stepped))
@@ -223,6 +254,16 @@ def test_readings_that_freeze_while_the_model_moves_on_are_told_with_their_rows(
     found = said(changed(pull, out_N=out))
     assert set(found) == {"frozen"}
     assert "from row 62 to 111" in found["frozen"]
+
+
+def test_a_short_hang_of_a_noisy_reading_is_told(pull: Recording) -> None:
+    out = pull.columns["out_N"].copy()
+    moved = np.ptp(np.lib.stride_tricks.sliding_window_view(out, 15), axis=1)
+    row = int(np.argsort(moved)[moved.size // 2])
+    out[row : row + 15] = out[row]
+    found = said(changed(pull, out_N=out))
+    assert set(found) == {"frozen"}
+    assert f"from row {row + 2} to {row + 16}" in found["frozen"]
 
 
 def test_an_encoder_with_coarse_steps_is_not_frozen(pull: Recording) -> None:
@@ -374,6 +415,16 @@ def test_rests_are_warned_of_only_where_they_are_too_close(pull: Recording) -> N
     shown = replay_recording(made, parameters={"sheath.friction": 0.2})
     let_off = replace(made, columns=shown.columns)  # from the last point of each stair at once
     assert said(let_off) == {}
+    read = shown.columns["in_N"].copy()
+    top = float(np.percentile(read, 60.0))
+    assert (
+        "[measured] 'in_N': ends at"
+        in said(changed(let_off, in_N=np.minimum(read, top)))["range_end"]
+    )
+    read[40:46] = read[40]
+    (hung,) = check_recording(changed(let_off, in_N=read)).warnings
+    assert hung.identifier == "frozen"
+    assert "from row 42 to 47" in hung.value
     moving = replace(let_off, settling_time=None)
     assert {warning.identifier for warning in timing_warnings(moving)} == {"times_in_ms"}
     (warning,) = timing_warnings(replace(let_off, settling_time=15.0))
@@ -448,3 +499,25 @@ def test_a_play_that_is_only_possible_is_told_too_and_a_prescribed_joint_has_no_
         recording = wrist(way, model)
         uncertain = replace(recording, uncertain={**recording.uncertain, **possible})
         assert {w.identifier for w in check_recording(uncertain, model).warnings} == told
+
+
+@pytest.mark.parametrize("scale", [1.0, 5.0])
+def test_a_prescribed_joint_that_is_measured_otherwise_is_told(scale: float) -> None:
+    model = build("prescribed").compile()
+    recording = wrist("prescribed", model)
+    spec = build("prescribed")
+    spec.add_sensor(
+        name="own",
+        type=mujoco.mjtSensor.mjSENS_JOINTPOS,
+        objname=recording.driven[0][1],
+        objtype=mujoco.mjtObj.mjOBJ_JOINT,
+    )
+    prescribed = recording.columns[next(iter(recording.drive))]
+    random = np.random.default_rng(1).normal(0.0, 1e-3, prescribed.size)
+    both = replace(
+        recording,
+        columns={**recording.columns, "own_rad": scale * prescribed + random},
+        measured={**recording.measured, "own_rad": Measured("own")},
+    )
+    found = said(both, model=spec.compile())
+    assert set(found) == ({"prescribed"} if scale > 1.0 else set())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
+import subprocess
 import sys
 from pathlib import Path
 
@@ -472,6 +473,87 @@ def test_a_folder_that_is_there_is_not_said_to_be_missing(tmp_path: Path) -> Non
     (tmp_path / "bag").mkdir()  # as of rosbag2
     with pytest.raises(RecordingError, match=r"bag: cannot be read"):
         read_recording(tmp_path / "bag")
+
+
+@pytest.mark.parametrize("units", ["s,mm,N", "[s],[mm],[N]", "(s), (mm), (N)"])
+def test_a_row_of_units_is_refused_as_that_with_names_that_would_do(
+    tmp_path: Path, units: str
+) -> None:
+    with pytest.raises(RecordingError, match=r"row 2: holds units .*delete.*pull_N") as caught:
+        read(tmp_path, f"time,reel,pull_N\n{units}\n0.0,0.1,20\n0.1,0.2,21\n")
+    assert "time_s, reel_mm, pull_N" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("start", "said"),
+    [
+        (b"PK\x03\x04\x14\0", "a workbook; .*: save its sheet as CSV"),
+        (b"PAR1\x15\x04", "holds PARQUET .*rename it to r.parquet"),
+        (b"\x89MCAP0\r\n", "holds MCAP .*rename it to r.mcap"),
+        (b"\x89HDF\r\n", "an HDF5 file; .*h5py"),
+    ],
+)
+def test_a_file_named_csv_is_named_as_what_it_is(tmp_path: Path, start: bytes, said: str) -> None:
+    (tmp_path / "r.toml").write_text(TOML)
+    (tmp_path / "r.csv").write_bytes(start + bytes(range(256)))
+    with pytest.raises(RecordingError, match=said):
+        read_recording(tmp_path / "r.csv")
+
+
+def test_what_a_file_of_opensim_is_converted_with_makes_a_csv_that_is_read(tmp_path: Path) -> None:
+    table = csv(PLAIN).replace(",", "\t")
+    path = tmp_path / "r.sto"
+    path.write_text("Forces\nversion=1\ninDegrees=no\nendheader\n" + table)
+    path.with_suffix(".toml").write_text(TOML)
+    with pytest.raises(RecordingError, match="a file of OpenSim") as caught:
+        read_recording(path)
+    program = str(caught.value).partition("in Python: ")[2]
+    subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True)
+    is_plain(read_recording(tmp_path / "r.csv"))
+
+
+@pytest.mark.parametrize("numbers", [False, True])
+def test_times_of_day_over_midnight_are_refused_as_that(tmp_path: Path, numbers: bool) -> None:
+    seconds = [(86395 + k) % 86400 for k in range(10)]
+    clock = [f"{s // 3600:02}:{s // 60 % 60:02}:{s % 60:02}" for s in seconds]
+    table = csv({"time_s": seconds if numbers else clock, "reel_m": REEL[:10], "pull_N": PULL[:10]})
+    with pytest.raises(RecordingError, match=r"row 7, .*begins again at midnight.*with their date"):
+        read(tmp_path, table)
+
+
+@pytest.mark.parametrize("top", [4095, 5000])
+def test_a_period_below_the_counts_of_a_column_is_refused(tmp_path: Path, top: int) -> None:
+    counts = np.linspace(0.0, top, 60).round()
+    table = csv({"time_s": TIME, "reel_m": REEL, "raw": counts})
+    entry = '[columns]\npull_N = { column = "raw", factor = 0.001, period = 4096 }\n'
+    if top < 4096:
+        assert read(tmp_path, table, entry).columns["pull_N"].size == 60
+        return
+    with pytest.raises(RecordingError, match=r"'raw': goes from 0 to 5000, .*period = 4096"):
+        read(tmp_path, table, entry)
+
+
+def test_a_name_that_is_in_columns_already_is_not_advised_to_be_put_there(tmp_path: Path) -> None:
+    table = csv({"time_s": TIME, "reel_m": REEL, "pull": PULL})
+    toml = TOML.replace("pull_N", "pull") + '[columns]\npull_N = "pull"\n'
+    (tmp_path / "r.csv").write_text(table)
+    (tmp_path / "r.toml").write_text(toml)
+    with pytest.raises(RecordingError, match=r"write 'pull_N', as \[columns\] names it") as caught:
+        read_recording(tmp_path / "r.csv")
+    assert "add to" not in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_check_reads_the_recordings_of_a_folder(tmp_path: Path) -> None:
+    folder = tmp_path / "session"
+    folder.mkdir()
+    with pytest.raises(RecordingError, match="session: a folder without a table"):
+        check((folder,), out=tmp_path / "out")
+    for name in ("a.csv", "b.csv"):
+        (folder / name).write_text(csv(PLAIN))
+    (folder / "r.toml").write_text(TOML)
+    result = check((folder,), out=tmp_path / "out", description=folder / "r.toml")
+    assert [one["name"] for one in result["recordings"]] == ["a", "b"]  # type: ignore[attr-defined]
 
 
 class Bomb:

@@ -4,7 +4,14 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj.attach.tendon_bend import bend_at, branch_bend, sampled_poses, unswept_joints
+from tendon_mj.attach.tendon_bend import (
+    bend_at,
+    branch_bend,
+    extreme_poses,
+    leading_joints,
+    sampled_poses,
+    unswept_joints,
+)
 
 RADIUS = 0.1
 DRUM = """
@@ -168,3 +175,44 @@ def test_a_coupled_joint_follows():
     p, d = sampled_poses(model).T
     np.testing.assert_allclose(d, 0.1 + 0.5 * p + 0.2 * p**2)
     assert (p.min(), p.max()) == (0.0, 1.0)
+
+
+def test_balls_are_swept_until_the_tendon_bends_most_and_least():
+    text = ARM.format(joint='<joint type="ball" range="0 70"/>').replace(
+        '<site name="c" pos="1 0 0"/>',
+        '<site name="c" pos="1 .3 0"/><body pos="2 0 0"><joint type="ball" range="0 40"/>'
+        '<geom size=".01"/><site name="d"/><site name="e" pos="1 0 .2"/></body>',
+    )
+    model = mujoco.MjModel.from_xml_string(
+        text.replace('<site site="c"/>', "".join(f'<site site="{s}"/>' for s in "cde"))
+    )
+    poses = sampled_poses(model)
+    sampled = np.array([bends(model, qpos)[0][0] for qpos in poses])
+    most, least = extreme_poses(model, 0, {0, 1}, poses, sampled)
+    rng, dense = np.random.default_rng(1), []
+    for _ in range(10_000):
+        qpos = model.qpos0.copy()
+        for at, largest in ((0, 70), (4, 40)):
+            axis = rng.normal(size=3)
+            turn = np.deg2rad(largest) * rng.choice([1.0, rng.random()])
+            mujoco.mju_quatIntegrate(qpos[at : at + 4], axis / np.linalg.norm(axis), turn)
+        dense.append(bends(model, qpos)[0][0])
+    assert bends(model, most)[0][0] > max(dense) - 0.05
+    assert bends(model, least)[0][0] < min(dense) + 0.05
+    turns = 2.0 * np.arccos(np.abs(np.array([most, least])[:, ::4]))
+    assert (turns <= np.deg2rad([70, 40]) + 1e-6).all()
+
+
+def test_where_hinges_alone_move_the_tendon_samples_do():
+    model = mujoco.MjModel.from_xml_string(ARM.format(joint='<joint axis="0 0 1" range="-20 50"/>'))
+    poses = sampled_poses(model)
+    assert not len(extreme_poses(model, 0, {0}, poses, np.zeros(len(poses))))
+
+
+def test_what_leads_a_coupled_joint_stands_for_it():
+    joint = '<body><joint name="{}" axis="0 0 1"/><geom size=".01"/></body>'
+    model = mujoco.MjModel.from_xml_string(f"""
+    <mujoco><worldbody>{"".join(map(joint.format, ("lead", "follow", "still", "own")))}</worldbody>
+      <equality><joint joint1="follow" joint2="lead"/><joint joint1="still"/></equality>
+    </mujoco>""")
+    assert leading_joints(model, {1, 2, 3}) == {0, 3}
