@@ -49,7 +49,7 @@ REFUSED = {
     "sensor 'reel_force' with a history": late,
     "sheath 'cable': a polynomial stiffness": curved,
     "disabling sensors where a constraint": lambda: without_sensors(fingers(kinds=("limit",))),
-    "servo 'servo'": rigs.model,
+    "servo 'servo'": rigs.servo_model,
     "integrator RK4": lambda: fingers(kinds=("reel",), integrator="RK4"),
     "sheath 'reel': viscous_friction = 2 ": lambda: reel(viscous_friction=2.0),
     "sheath 'reel': creep = 0.1 ": lambda: reel(creep=0.1, creep_time=1.0),
