@@ -82,8 +82,8 @@ def test_without_friction_the_model_moves_as_mujocos_own(actuator, tendon):
     stock = arm(actuator, tendon=tendon)
     inputs = controls(stock)
     expected, _, _ = run(stock, inputs)
-    found, sensors, _ = run(arm(actuator, friction=0.0, tendon=tendon), inputs)
-    assert np.array_equal(found, expected)
+    actual, sensors, _ = run(arm(actuator, friction=0.0, tendon=tendon), inputs)
+    assert np.array_equal(actual, expected)
     assert np.array_equal(sensors[:, 0], sensors[:, 1])
 
 
@@ -138,9 +138,9 @@ def test_an_actuator_that_pushes_passes_the_sheath_unrubbed():
     push = '<motor tendon="t" ctrlrange="-5 5"/>'
     stock, rubbed = arm(push), arm(push, friction=0.6)
     inputs = np.full((400, 1), 3.0)
-    expected, found = run(stock, inputs), run(rubbed, inputs)
-    assert np.array_equal(expected[0], found[0])
-    assert not found[1].any()
+    expected, actual = run(stock, inputs), run(rubbed, inputs)
+    assert np.array_equal(expected[0], actual[0])
+    assert not actual[1].any()
 
 
 @pytest.mark.parametrize("flag", ["actuation", "spring", "damper"])
@@ -148,8 +148,8 @@ def test_what_is_disabled_does_not_pull(flag):
     option = f'timestep="0.001"><flag {flag}="disable"/></option><option'
     stock = arm(ACTUATORS["two"], tendon=SPRING, option=option)
     inputs = controls(stock, 0.3)
-    found, _, data = run(arm(ACTUATORS["two"], 0.0, SPRING, option=option), inputs)
-    assert np.array_equal(found, run(stock, inputs)[0])
+    actual, _, data = run(arm(ACTUATORS["two"], 0.0, SPRING, option=option), inputs)
+    assert np.array_equal(actual, run(stock, inputs)[0])
     if flag == "actuation":
         mujoco.mj_forward(data.model, data)
         pull = 60.0 * max(0.0, data.ten_length[0] - 0.3) + 0.4 * data.ten_velocity[0]
@@ -265,7 +265,7 @@ def test_a_motor_beside_a_reel_is_refused():
 def test_models_of_others(name, friction):
     plain, model = stock(name), sheathed(name, friction=friction)
     inputs = controls(plain, 2.0)
-    expected, found = run(plain, inputs)[0], run(model, inputs)[0]
-    assert np.isfinite(found).all()
-    difference = np.abs(found - expected).max()
+    expected, actual = run(plain, inputs)[0], run(model, inputs)[0]
+    assert np.isfinite(actual).all()
+    difference = np.abs(actual - expected).max()
     assert difference == 0.0 if friction == 0.0 else difference > 1e-3

@@ -58,8 +58,8 @@ def spans_and_whole(model, data):
     """−Σ T_j ∂ℓ_j/∂q and −Σ T_in ∂L/∂q over the sheaths, and the dofs on which both are smooth."""
     by_span, whole, rubbed = np.zeros(model.nv), np.zeros(model.nv), 0.0
     smooth = np.ones(model.nv, bool)
-    for name, found in sheaths(model).items():
-        tendon = model.tendon(found.tendon).id
+    for name, sheath in sheaths(model).items():
+        tendon = model.tendon(sheath.tendon).id
         view = view_sheath(model, data, name)
         rows, is_smooth = span_gradients(model, data, tendon, view.tension.size)
         whole_row = whole_length_gradient(model, data, tendon)

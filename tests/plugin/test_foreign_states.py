@@ -36,7 +36,7 @@ def model(request):
 
 
 def states(model, data):
-    return [view(data.plugin_state, found.state).state for found in sheaths(model).values()]
+    return [view(data.plugin_state, sheath.state).state for sheath in sheaths(model).values()]
 
 
 @pytest.mark.parametrize("fill", [0.0, np.nan, np.inf, -1.0, 1e300, 7.0])
@@ -68,12 +68,12 @@ def test_zeros_as_the_initial_state_of_a_rollout_are_a_fresh_sheath(model):
     data.plugin_state[:] = 0.0
     mujoco.mj_getState(model, data, empty, WHOLE)
     controls = np.full((2, 20, model.nu), 1e-3)
-    found, shown = rollout.rollout(
+    states, shown = rollout.rollout(
         model, mujoco.MjData(model), np.stack([start, empty]), controls, nstep=20
     )
     np.testing.assert_array_equal(shown[0], shown[1])
     bodies = 1 + model.nq + model.nv
-    np.testing.assert_array_equal(found[0, :, :bodies], found[1, :, :bodies])
+    np.testing.assert_array_equal(states[0, :, :bodies], states[1, :, :bodies])
 
 
 def test_a_state_that_was_not_evaluated_is_not_advanced_or_shown(model):

@@ -81,8 +81,8 @@ def motion(model, steps=1000):
 
 def check_alike(models, steps=1000, rel=1e-12):
     (one, first), (other, last) = (motion(model, steps) for model in models)
-    for expected, found in zip(one, other, strict=True):
-        np.testing.assert_allclose(found, expected, rtol=0.0, atol=rel * np.abs(expected).max())
+    for expected, actual in zip(one, other, strict=True):
+        np.testing.assert_allclose(actual, expected, rtol=0.0, atol=rel * np.abs(expected).max())
     views = [view_sheath(m, d, "t") for m, d in zip(models, (first, last), strict=True)]
     np.testing.assert_allclose(views[1].positions, views[0].positions, rtol=0.0, atol=1e-12)
     assert not any(view.unsolved for view in views)
@@ -251,15 +251,15 @@ def test_it_stays_the_last_site_of_an_attached_tendon():
         frame = parent.worldbody.add_frame(pos=[0.0, 8.0 * k, 0.0])
         parent.attach(arm("both", "last"), prefix=prefix, frame=frame)
     model, alone = parent.compile(), arm("both", "first").compile()
-    assert {found.tendon for found in sheaths(model).values()} == {"left_t", "right_t"}
+    assert {sheath.tendon for sheath in sheaths(model).values()} == {"left_t", "right_t"}
     controls, data, other = smooth_controls(alone, 500), mujoco.MjData(model), mujoco.MjData(alone)
     for row in controls:
         data.ctrl[:], other.ctrl[:] = np.tile(row, 2), row
         mujoco.mj_step(model, data)
         mujoco.mj_step(alone, other)
     for side in ("left_t", "right_t"):
-        found = view_sheath(model, data, side).tension
-        np.testing.assert_allclose(found, view_sheath(alone, other, "t").tension, rtol=SUMS)
+        tension = view_sheath(model, data, side).tension
+        np.testing.assert_allclose(tension, view_sheath(alone, other, "t").tension, rtol=SUMS)
 
 
 BRANCHED = """
@@ -288,7 +288,7 @@ def test_branches_are_refused_with_the_place_and_the_way_out():
         mujoco.MjModel.from_xml_string(text)
     with pytest.warns(TendonWarning, match="left as they are: 't': branches at a pulley"):
         add_friction(spec, "*", friction=0.1, input_end="last")
-    assert {found.tendon for found in sheaths(spec.compile()).values()} == {"u"}
+    assert {sheath.tendon for sheath in sheaths(spec.compile()).values()} == {"u"}
 
 
 @pytest.mark.parametrize("end", ["lsat", "Last", "1", 1, None, ["last"]])

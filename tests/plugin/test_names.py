@@ -49,9 +49,9 @@ def test_compiled_code_takes_the_tendon_that_python_takes(prefix, suffix, own, t
         return
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data)
-    ((_, found),) = sheaths(model).items()
-    bound = int(view(data.plugin_state, found.state).state.tendon)
-    assert tendons[bound] == found.tendon
+    ((_, sheath),) = sheaths(model).items()
+    bound = int(view(data.plugin_state, sheath.state).state.tendon)
+    assert tendons[bound] == sheath.tendon
 
 
 def compiled(own: str, affixes: Affixes, tendon: str, tendons: list[str]) -> mujoco.MjModel | None:
@@ -138,8 +138,8 @@ def test_it_acts_on_its_own_tendon_and_joints(prefix, suffix):
     spec = attached(finger(**SPOOL), prefix, suffix)
     for model in (spec.compile(), mujoco.MjModel.from_xml_string(spec.to_xml())):
         assert pulled(model) == {f"{prefix}{name}{suffix}" for name in ("knuckle", "motor")}
-        (found,) = sheaths(model).values()
-        assert found.tendon == f"{prefix}flexor{suffix}"
+        (sheath,) = sheaths(model).values()
+        assert sheath.tendon == f"{prefix}flexor{suffix}"
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
         assert data.sensor(f"{prefix}output_tension{suffix}").data[0] > 0.5

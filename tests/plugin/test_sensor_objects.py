@@ -9,6 +9,7 @@ import pytest
 
 from tendon_mj import add_friction, add_sensor, remove_friction, view_sheath
 from tendon_mj.plugin import sheaths
+from tests.plugin.rigs import restore, snapshot
 from tests.refusal import refused
 
 TENDONS = ("one", "two", "three")
@@ -80,10 +81,7 @@ def test_a_copy_and_a_state_show_the_same(spec):
     model, data = pulled(spec)
     other = copy.copy(data)
     fresh = mujoco.MjData(model)
-    whole = mujoco.mjtState.mjSTATE_INTEGRATION
-    state = np.empty(mujoco.mj_stateSize(model, whole))
-    mujoco.mj_getState(model, data, state, whole)
-    mujoco.mj_setState(model, fresh, state, whole)
+    restore(model, fresh, snapshot(model, data))
     for one in (data, other, fresh):
         mujoco.mj_forward(model, one)
         assert shows(model, one)

@@ -134,7 +134,7 @@ def stepped(model, steps=3):
 def test_one_sheath_signs_for_all_and_each_is_sealed(kind):
     model = MODELS[kind]()
     data = stepped(model)
-    states = [view(data.plugin_state, found.state).state for found in sheaths(model).values()]
+    states = [view(data.plugin_state, sheath.state).state for sheath in sheaths(model).values()]
     assert {state.first_sheath for state in states} == {min(s.first_sheath for s in states)}
     assert all(state.seal > 0.0 for state in states)
     assert [state.model_signature for state in states if state.model_signature] == [
@@ -144,14 +144,14 @@ def test_one_sheath_signs_for_all_and_each_is_sealed(kind):
 
 def stepped_after(model, data, change):
     """Whether a step after a change of the state leaves the words that bind as they were."""
-    starts = [found.state for found in sheaths(model).values()]
+    starts = [sheath.state for sheath in sheaths(model).values()]
     bound = [data.plugin_state[start:][BOUND].copy() for start in starts]
     mujoco.mj_step1(model, data)
     change(data.plugin_state, starts)
     mujoco.mj_step2(model, data)  # what is not the model's is neither shown nor advanced
     mujoco.mj_step(model, data)
-    found = [data.plugin_state[start:][BOUND] for start in starts]
-    return all(np.array_equal(*both) for both in zip(found, bound, strict=True))
+    actual = [data.plugin_state[start:][BOUND] for start in starts]
+    return all(np.array_equal(*both) for both in zip(actual, bound, strict=True))
 
 
 @pytest.mark.parametrize("word", range(BOUND.stop - BOUND.start))
@@ -186,7 +186,7 @@ def test_the_state_of_another_sheath_is_not_one_s_own():
     data = mujoco.MjData(model)
     data.ctrl[:] = (-1.0, -2.0)
     mujoco.mj_step(model, data)
-    first, second = (found.state for found in sheaths(model).values())
+    first, second = (sheath.state for sheath in sheaths(model).values())
     size = model.plugin_statenum[0]
 
     def change(state, starts):

@@ -121,6 +121,7 @@ def is_stage(layout: Layout, m: int, time: float, has_trial: float, trial_time: 
 
 _SIZE = 512  # bytes of a message, with the zero that ends it
 _PERCENT = 37
+_INNER, _FIRST = 128, 192  # of a letter's bytes in UTF-8, all but the first lie between these
 _buffer = local_doubles(_SIZE // 8)
 
 
@@ -140,6 +141,10 @@ def _append(message: int, used: int, text: int, limit: int) -> int:
             used += 1
         index += 1
         letter = byte(text, index)
+    if _INNER <= letter < _FIRST:  # no letter is cut in two, which no handler in Python survives
+        while used > 0 and _INNER <= byte(message, used - 1) < _FIRST:
+            used -= 1
+        used -= 1
     return used
 
 
