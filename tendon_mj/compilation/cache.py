@@ -1,8 +1,8 @@
-"""Cache of one function's machine code, in the form in which Numba asks for it.
+"""Machine code of a function, kept on disk in the form in which Numba asks for it.
 
-A file for each signature and machine, in the folder of the sources' digest: a checksum, the key
-that the file's name stands for, and the machine code. It is complete when it appears under its
-name, so that processes may read and write at the same time.
+There is a file for each signature and machine, in the folder of the sources' digest: a checksum,
+the key that the file's name stands for, and the machine code. It is complete when it appears under
+its name, so that processes may read and write at the same time.
 """
 
 from __future__ import annotations
@@ -10,11 +10,13 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import pickle
+import sys
 import tempfile
+import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import llvmlite.binding
 from numba import types
@@ -23,16 +25,102 @@ from numba.core.errors import NumbaWarning
 from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 
-from tendon_mj.compilation import folders, session, sources
+from tendon_mj.compilation import folders, sources
+
+try:
+    import fcntl
+except ImportError:  # Windows, where several processes may compile at once, each for itself
+    fcntl = None  # type: ignore[assignment]
 
 _CHECKSUM = 32  # bytes of SHA-256
+_PATIENCE = 600.0  # [s]; a process that holds the lock for longer has been stopped
+
+
+class _Session:
+    """A compilation that other processes wait for."""
+
+    lock: IO[bytes] | None = None
+    has_asked = False  # for the lock
+
+
+_session: _Session | None = None
+_has_said = False  # that this process compiles
+
+
+@contextlib.contextmanager
+def announced() -> Iterator[None]:
+    """Print a line on stderr if anything is compiled inside, and let other processes wait for it.
+
+    They wait only to load the result instead of compiling it as well.
+    """
+    global _session
+    outer, _session = _session, _Session()
+    try:
+        yield
+    finally:
+        if _session.lock is not None:
+            _session.lock.close()
+        _session = outer
+
+
+def _has_waited() -> bool:
+    """Wait, once in a session, for a process that compiles the same; whether more may be kept."""
+    if _session is None or _session.has_asked:
+        return False
+    _session.has_asked = True
+    folder = folders.writable()
+    if folder is None or fcntl is None:
+        return False
+    try:
+        _session.lock = (folder / "lock").open("wb")
+        _wait(_session.lock)
+    except OSError:  # a file system without locks
+        return False
+    return True
+
+
+def _wait(lock: IO[bytes]) -> None:
+    """Wait for a lock, which the system takes back from a process that dies."""
+    began, has_said = time.monotonic(), False
+    while time.monotonic() - began < _PATIENCE:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() - began > 1.0 and not has_said:
+                _say("waiting for another process that compiles its plugins")
+                has_said = True
+            time.sleep(0.2)
+        else:
+            return
+
+
+def _begin() -> None:
+    """Say, once in a process, that functions are compiled."""
+    global _has_said
+    if _session is None or _has_said:
+        return
+    _has_said = True
+    folder = folders.writable()
+    if folder is None:
+        _say(
+            "compiling its plugins, in every process (about two minutes): no cache folder can be"
+            " written; set NUMBA_CACHE_DIR"
+        )
+    else:
+        _say(f"compiling its plugins for this machine, once (about two minutes), into {folder}")
+
+
+def _say(text: str) -> None:
+    with contextlib.suppress(OSError, ValueError, AttributeError):  # closed, or none at all
+        print(f"tendon_mj: {text}", file=sys.stderr, flush=True)
 
 
 class Cache:
     """Machine code of a function, found again by later processes.
 
-    Numba's own cache (`numba.core.caching.Cache`) has these methods. A file that cannot be read or
-    written is never an error: the function is compiled, and the result is the same.
+    It has the methods that Numba calls of its own cache (`numba.core.caching.Cache`). A file that
+    cannot be read or written is never an error: the function is compiled, and the result is the
+    same.
 
     Args:
         function: in Python.
@@ -44,12 +132,6 @@ class Cache:
         self._function = function
         self._wrapped = wrapped
 
-    @property
-    def cache_path(self) -> str | None:
-        """Folder in which new machine code is kept, as Numba's statistics show it."""
-        candidate = folders.writable()
-        return str(candidate.folder) if candidate else None
-
     def load_overload(self, signature: Any, target: Any) -> Any:
         """Machine code for a signature, None where it has to be compiled."""
         if self._wrapped:
@@ -57,18 +139,17 @@ class Cache:
         else:
             rtsys.initialize(target)
         key = self._key(signature, target.codegen())
-        found = self._load(key, target)
-        if found is None and session.has_waited():
-            found = self._load(key, target)
-        if found is None:
-            session.begin()
-        return found
+        machine_code = self._load(key, target)
+        if machine_code is None and _has_waited():
+            machine_code = self._load(key, target)
+        if machine_code is None:
+            _begin()
+        return machine_code
 
     def save_overload(self, signature: Any, result: Any) -> None:
         """Keep what was compiled for a signature."""
-        session.advance()
-        candidate = folders.writable()
-        if candidate is None or not sources.are_as_imported():
+        folder = folders.writable()
+        if folder is None or not sources.are_as_imported():
             return
         if result.library.has_dynamic_globals or any(not x.can_cache for x in result.lifted):
             warnings.warn(
@@ -81,20 +162,7 @@ class Cache:
         reduced = result._reduce()
         body = dumps((key, reduced if self._wrapped else _unlinked(reduced)))
         with contextlib.suppress(OSError):  # a full disk, or a folder deleted in the meantime
-            _write(candidate.folder / self._name(key), hashlib.sha256(body).digest() + body)
-
-    def enable(self) -> None:
-        """Nothing: this cache is always on."""
-
-    def disable(self) -> None:
-        """Nothing: this cache is always on."""
-
-    def flush(self) -> None:
-        """Forget all signatures of this function."""
-        pattern = f"{self._stem()}-*.bin"
-        for file in [file for folder in folders.readable() for file in folder.glob(pattern)]:
-            with contextlib.suppress(OSError):
-                file.unlink()
+            _write(folder / self._name(key), hashlib.sha256(body).digest() + body)
 
     def _key(self, signature: Any, codegen: Any) -> tuple[Any, ...]:
         """All that distinguishes machine code of the same sources: types, machine, closure."""
@@ -102,13 +170,11 @@ class Cache:
         code = self._function.__code__.co_code
         return signature, codegen.magic_tuple(), hashlib.sha256(code + dumps(closure)).hexdigest()
 
-    def _stem(self) -> str:
+    def _name(self, key: tuple[Any, ...]) -> str:
         module = self._function.__module__.removeprefix("tendon_mj.")
         name = self._function.__qualname__.replace("<locals>.", "")
-        return f"{module}.{name}-{self._function.__code__.co_firstlineno}"
-
-    def _name(self, key: tuple[Any, ...]) -> str:
-        return f"{self._stem()}-{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.bin"
+        line = self._function.__code__.co_firstlineno
+        return f"{module}.{name}-{line}-{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.bin"
 
     def _load(self, key: tuple[Any, ...], target: Any) -> Any:
         if not sources.are_as_imported():
@@ -119,8 +185,8 @@ class Cache:
                 body = read[_CHECKSUM:]
                 if hashlib.sha256(body).digest() != read[:_CHECKSUM]:
                     continue  # cut off when the machine stopped
-                found, reduced = pickle.loads(body)
-                if found == key:
+                kept, reduced = pickle.loads(body)
+                if kept == key:
                     return CompileResult._rebuild(target, *reduced)
         return None
 
@@ -156,6 +222,5 @@ def _write(path: Path, content: bytes) -> None:
             Path(file.name).chmod(path.parent.stat().st_mode & 0o644)
             Path(file.name).replace(path)
         except BaseException:
-            with contextlib.suppress(OSError):
-                Path(file.name).unlink()
+            Path(file.name).unlink(missing_ok=True)
             raise

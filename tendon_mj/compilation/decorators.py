@@ -15,8 +15,7 @@ from numba import types
 from numba.core.ccallback import CFunc
 from numba.core.sigutils import normalize_signature
 
-from tendon_mj.compilation.cache import Cache
-from tendon_mj.compilation.session import announced
+from tendon_mj.compilation.cache import Cache, announced
 
 _F = TypeVar("_F", bound=Callable[..., object])
 _callbacks: list[Any] = []  # whose machine code stays where it is as long as they do
@@ -25,14 +24,14 @@ _callbacks: list[Any] = []  # whose machine code stays where it is as long as th
 def compiled(function: _F) -> _F:
     """Compile a function of numbers and arrays to machine code, kept on disk between runs.
 
-    What one compiled function calls is inlined: arrays and offsets would otherwise travel to every
-    callee as dozens of arguments, a fifth of the time that a sheath takes in a step.
+    Its callees are inlined: arrays and offsets would otherwise travel to every callee as dozens of
+    arguments, a fifth of the time that a sheath takes in a step.
     """
     return _kept(function, error_model="numpy", nogil=True, forceinline=True)
 
 
 def apart(function: _F) -> _F:
-    """Compile what most steps do without, and leave it out of line.
+    """Compile a function that most steps do without, and leave it out of line.
 
     The loops that every step runs through stay short then, and compiling them takes half as long.
     """
@@ -45,13 +44,9 @@ def checked(function: _F) -> _F:
 
 
 def callback(signature: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a function that C calls, at once and for one signature.
+    """Compile a function that C calls, at once and for one signature of `numba.cfunc`.
 
-    Args:
-        signature: its types, as `numba.cfunc` takes them.
-
-    Returns:
-        A decorator; what it returns has the function's ``address``.
+    The decorated function has its ``address``.
     """
 
     def compile_callback(function: Callable[..., Any]) -> Any:
@@ -64,15 +59,7 @@ def callback(signature: Any) -> Callable[[Callable[..., Any]], Any]:
 
 
 def by_symbol(symbol: str, signature: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a function that C calls, and compiled code by a symbol.
-
-    Args:
-        symbol: a name that no other function has.
-        signature: its types, as `numba.cfunc` takes them.
-
-    Returns:
-        A decorator; compiled functions call what it returns, and contain none of its code.
-    """
+    """Compile a function that compiled code calls by a symbol, and contains none of its code."""
 
     def compile_callback(function: Callable[..., Any]) -> Any:
         if numba.core.config.DISABLE_JIT:

@@ -21,98 +21,65 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 from tendon_mj.compilation.sources import AT_IMPORT, PACKAGE
 
-_KEPT = 4  # digests for which machine code is kept: branches between which one goes to and fro
+_BESIDE = PACKAGE / "__pycache__" / "machine_code"
+_KEPT = 4  # digests for which machine code is kept: branches between which one switches
 _DAY = 86400.0  # [s]; a folder in use is marked as used once a day
 _DIGEST = re.compile(r"[0-9a-f]{16}")
 
 
-class Candidate(NamedTuple):
-    """A folder that may hold machine code.
+def _user_cache() -> Path:
+    """The user's cache folder by the platform's convention.
 
-    Attributes:
-        base: the folder, which has one folder for each digest.
-        owner: a user other than this one and the administrator who is trusted there, −1 for none.
-        mode: permissions with which folders are made.
-        lasting: whether it outlives the next start of the machine.
+    Raises:
+        RuntimeError: the user has no home.
     """
-
-    base: Path
-    owner: int = -1
-    mode: int = 0o700
-    lasting: bool = True
-
-    @property
-    def folder(self) -> Path:
-        """The folder of the sources at hand."""
-        return self.base / (AT_IMPORT.digest if AT_IMPORT else "")
+    variable = {"win32": "LOCALAPPDATA", "darwin": ""}.get(sys.platform, "XDG_CACHE_HOME")
+    if Path(os.environ.get(variable, "")).is_absolute():
+        return Path(os.environ[variable])
+    below = {"win32": "AppData/Local", "darwin": "Library/Caches"}.get(sys.platform, ".cache")
+    return Path.home() / below
 
 
-def _user_cache() -> Path | None:
-    """The user's cache folder by the platform's convention, None for a user without a home."""
-    if sys.platform == "win32":
-        given, below_home = os.environ.get("LOCALAPPDATA", ""), "AppData/Local"
-    elif sys.platform == "darwin":
-        given, below_home = "", "Library/Caches"
-    else:
-        given, below_home = os.environ.get("XDG_CACHE_HOME", ""), ".cache"
-    if Path(given).is_absolute():
-        return Path(given)
-    home = Path("~").expanduser() if _has_home() else Path()
-    return home / below_home if home.is_absolute() else None
-
-
-def _has_home() -> bool:
-    try:
-        Path.home()
-    except RuntimeError:
-        return False
-    return True
-
-
-def _candidates() -> Iterator[Candidate]:
+def _candidates() -> Iterator[Path]:
     given = os.environ.get("NUMBA_CACHE_DIR", "")
     if given:
-        yield Candidate(Path(given).absolute() / "tendon_mj")
-    with contextlib.suppress(OSError):
-        # readable for all: an administrator may compile once for all users
-        yield Candidate(PACKAGE / "__pycache__" / "machine_code", PACKAGE.stat().st_uid, 0o755)
-    user = _user_cache()
-    if user:
-        yield Candidate(user / "tendon_mj")
+        yield Path(given).absolute() / "tendon_mj"
+    yield _BESIDE
+    with contextlib.suppress(RuntimeError):
+        yield _user_cache() / "tendon_mj"
     with contextlib.suppress(OSError):  # no folder for temporary files either
-        yield Candidate(Path(tempfile.gettempdir()) / f"tendon_mj-{_uid()}", lasting=False)
+        yield Path(tempfile.gettempdir()) / f"tendon_mj-{_uid()}"
 
 
 def _uid() -> int:
     return os.geteuid() if hasattr(os, "geteuid") else 0
 
 
-def is_trusted(folder: Path, owner: int = -1) -> bool:
-    """Whether pickles in a folder may be loaded.
+def _is_closed(status: os.stat_result) -> bool:
+    """Whether only its owner may write to a file or folder, who is trusted.
 
-    Args:
-        folder: itself no symbolic link.
-        owner: a user who is trusted besides this one and the administrator.
+    On Windows folders of a user are closed to other users by default.
     """
+    owners = {_uid(), 0, PACKAGE.stat().st_uid}
+    return not hasattr(os, "geteuid") or (status.st_uid in owners and not status.st_mode & 0o022)
+
+
+def is_trusted(folder: Path) -> bool:
+    """Whether pickles in a folder, which is not a symbolic link, may be loaded."""
     try:
         status = folder.lstat()
     except OSError:
         return False
-    if not stat.S_ISDIR(status.st_mode):
-        return False
-    if not hasattr(os, "geteuid"):
-        return True  # Windows: folders of a user are closed to other users by default
-    return status.st_uid in {_uid(), 0, owner} and not status.st_mode & 0o022
+    return stat.S_ISDIR(status.st_mode) and _is_closed(status)
 
 
 def read_trusted(path: Path) -> bytes:
     """Content of a file that only its owner may write, who is trusted.
 
-    The file that was opened is what is judged: whoever may rename folders above it, as in a shared
+    The opened file is checked: whoever may rename folders above it, as in a shared
     ``NUMBA_CACHE_DIR``, can put another folder in its place at any time.
 
     Raises:
@@ -120,16 +87,9 @@ def read_trusted(path: Path) -> bytes:
         OSError: it cannot be read.
     """
     with path.open("rb") as file:
-        status = os.fstat(file.fileno())
-        if hasattr(os, "geteuid"):
-            owners = {_uid(), 0, PACKAGE.stat().st_uid}
-            if status.st_uid not in owners or status.st_mode & 0o022:
-                raise PermissionError(f"{path} may have been written by somebody else")
+        if not _is_closed(os.fstat(file.fileno())):
+            raise PermissionError(f"{path} may have been written by somebody else")
         return file.read()
-
-
-def _is_trusted(candidate: Candidate) -> bool:
-    return all(is_trusted(f, candidate.owner) for f in (candidate.base, candidate.folder))
 
 
 @functools.cache
@@ -137,55 +97,59 @@ def readable() -> tuple[Path, ...]:
     """Folders with machine code of the sources at hand, the first candidate first."""
     if AT_IMPORT is None:
         return ()
-    found = tuple(c.folder for c in _candidates() if _is_trusted(c))
-    for folder in found:
+    folders = [c / AT_IMPORT.digest for c in _candidates() if is_trusted(c)]
+    trusted = tuple(folder for folder in folders if is_trusted(folder))
+    for folder in trusted:
         with contextlib.suppress(OSError):
             if folder.stat().st_mtime < time.time() - _DAY:
                 os.utime(folder)
-    return found
+    return trusted
 
 
 @functools.cache
-def writable() -> Candidate | None:
-    """First candidate that can be written, made where it is missing; None if none can.
+def writable() -> Path | None:
+    """Folder in the first candidate that can be written, made where it is missing; None without.
 
     Machine code of sources that have not been used for long is deleted there.
     """
     if AT_IMPORT is None:
         return None
     for candidate in _candidates():
-        if _is_made(candidate):
+        folder = candidate / AT_IMPORT.digest
+        if _is_made(folder):
             readable.cache_clear()
-            _delete_old(candidate)
-            return candidate
+            delete_old(folder)
+            return folder
     return None
 
 
-def _is_made(candidate: Candidate) -> bool:
+def _is_made(folder: Path) -> bool:
+    # beside the package readable for all: an administrator may compile once for all users
+    mode = 0o755 if folder.parent == _BESIDE else 0o700
     try:
-        candidate.base.parent.mkdir(parents=True, exist_ok=True)
-        for folder in (candidate.base, candidate.folder):
+        folder.parent.parent.mkdir(parents=True, exist_ok=True)
+        for made in (folder.parent, folder):
             with contextlib.suppress(FileExistsError):
-                folder.mkdir(mode=candidate.mode)
-        if not _is_trusted(candidate):
-            return False
-        tempfile.TemporaryFile(dir=candidate.folder).close()
+                made.mkdir(mode=mode)
+            if not is_trusted(made):
+                return False
+        tempfile.TemporaryFile(dir=folder).close()
     except OSError:
         return False
     return True
 
 
-def _delete_old(candidate: Candidate) -> None:
-    """Delete all but the folders used last.
+def delete_old(folder: Path) -> None:
+    """Delete all folders of digests beside one but those used last.
 
     A process that runs has loaded what it needs. One that compiles loses what it has saved, so that
     the next one compiles again; neither depends on a file for its result.
     """
     with contextlib.suppress(OSError):
         others = [
-            (folder.lstat().st_mtime, folder)
-            for folder in candidate.base.iterdir()
-            if _DIGEST.fullmatch(folder.name) and folder != candidate.folder
+            (other.lstat().st_mtime, other)
+            for other in folder.parent.iterdir()
+            if _DIGEST.fullmatch(other.name) and other != folder
         ]
-        for _, folder in sorted(others, reverse=True)[_KEPT - 1 :]:
-            shutil.rmtree(folder, ignore_errors=True)
+        for _, other in sorted(others, reverse=True)[_KEPT - 1 :]:
+            shutil.rmtree(other, ignore_errors=True)

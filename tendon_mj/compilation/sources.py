@@ -1,9 +1,9 @@
-"""Digest of all that machine code follows from: the code that is compiled, and its tools.
+"""Digest of all that machine code depends on: the code that is compiled, and its tools.
 
-Numba compares a cached function with the file that it stands in, but inlines functions from other
-files. Here one digest stands for the code of all of them: a change anywhere is a change everywhere.
-It is of the bytecode that Python runs, and not of the texts, which Python itself can fail to read
-anew: it compares the time of a file in seconds, and its size.
+Numba compares a cached function with its own file, but inlines functions from other files. Here one
+digest stands for the code of all of them: a change anywhere is a change everywhere. It is of the
+bytecode that Python runs, and not of the texts, which Python itself can fail to read again: it
+compares the time of a file in seconds, and its size.
 """
 
 from __future__ import annotations
@@ -24,19 +24,10 @@ TOOLS = ("llvmlite", "mujoco", "numba", "numpy")  # whose versions the machine c
 
 
 class Sources(NamedTuple):
-    """State of the sources at one moment.
+    """State of the sources at one moment."""
 
-    Attributes:
-        stamps: path, time of the last change [ns] and size of each file.
-        digest: of their code and of the versions of Python and ``TOOLS``, 16 hexadecimal digits.
-    """
-
-    stamps: tuple[tuple[str, int, int], ...]
-    digest: str
-
-
-def _files() -> list[Path]:
-    return sorted(path for name in COMPILED for path in (PACKAGE / name).rglob("*.py"))
+    stamps: tuple[tuple[str, int, int], ...]  # path, time of the last change [ns], size
+    digest: str  # of their code and of the versions of Python and ``TOOLS``
 
 
 def _stamp(path: str) -> tuple[str, int, int]:
@@ -58,24 +49,13 @@ def _code(path: Path) -> CodeType:
 
 
 def fingerprint(constant: Any) -> str:
-    """Text that is equal for equal code in every process, whatever its file and lines.
-
-    Args:
-        constant: code, or a constant of code.
-    """
+    """Text that is equal for equal code, or constants of code, whatever its file and lines."""
     if isinstance(constant, CodeType):
         parts = (
-            constant.co_code,
-            constant.co_names,
-            constant.co_varnames,
-            constant.co_freevars,
-            constant.co_cellvars,
-            constant.co_argcount,
-            constant.co_posonlyargcount,
-            constant.co_kwonlyargcount,
-            constant.co_flags,
+            "code names varnames freevars cellvars argcount posonlyargcount kwonlyargcount flags"
         )
-        return f"{parts} {[fingerprint(inner) for inner in constant.co_consts]}"
+        values = [getattr(constant, f"co_{part}") for part in parts.split()]
+        return f"{values} {[fingerprint(inner) for inner in constant.co_consts]}"
     if isinstance(constant, tuple):
         return f"({', '.join(map(fingerprint, constant))})"
     if isinstance(constant, frozenset):  # in another order in every process
@@ -87,10 +67,10 @@ def read() -> Sources:
     """Read the sources.
 
     Raises:
-        OSError: a file is gone, or the package was installed without its sources.
-        SyntaxError: a file is no Python.
+        OSError: a file is missing, or the package was installed without its sources.
+        SyntaxError: a file is not Python.
     """
-    files = _files()
+    files = sorted(path for name in COMPILED for path in (PACKAGE / name).rglob("*.py"))
     if not files:
         raise FileNotFoundError(f"no sources in {PACKAGE}")
     # before the code, so that a change while it is read is noticed

@@ -10,15 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.plugin.abi.checks import Draft
 from tendon_mj.plugin.abi.library import C
-from tendon_mj.plugin.abi.model_in_compilation import Draft
 from tendon_mj.plugin.servo_plugin.state import view as servo_view
 from tendon_mj.plugin.servo_plugin.validate import SERVO
-from tendon_mj.plugin.sheath_plugin.binding.own_config import own_config
+from tendon_mj.plugin.sheath_plugin.names import own_config
 from tendon_mj.plugin.sheath_plugin.state import STATE, View, size
 from tendon_mj.plugin.sheath_plugin.state import view as sheath_view
-from tendon_mj.plugin.sheath_plugin.validation.sheath import NAME
-from tendon_mj.sheath import GUIDE, SEGMENT
+from tendon_mj.plugin.sheath_plugin.validate import NAME
 
 
 class Instance(NamedTuple):
@@ -37,14 +36,14 @@ def _config(model: mujoco.MjModel, instance: int, attribute: str) -> str:
 def sheaths(model: mujoco.MjModel) -> dict[str, Instance]:
     """Every sheath of a model by name; an unnamed one goes by its tendon's name."""
     return {
-        mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, k) or found.tendon: found
-        for k, found in _instances(model, NAME)
+        mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, k) or sheath.tendon: sheath
+        for k, sheath in _instances(model, NAME)
         if not _config(model, k, "sensor")
     }
 
 
 def sensor_kind(model: mujoco.MjModel, sensor: int) -> str:
-    """Kind of a sheath's sensor, one of `KINDS`; empty for a sensor that is none of ours."""
+    """Kind of a sheath's sensor, one of `KINDS`; empty for any other sensor."""
     instance = int(model.sensor_plugin[sensor])
     if instance not in (k for k, _ in _instances(model, NAME)):
         return ""
@@ -54,12 +53,12 @@ def sensor_kind(model: mujoco.MjModel, sensor: int) -> str:
 def servos(model: mujoco.MjModel) -> dict[str, Instance]:
     """Every servo of a model by name; an unnamed one goes by its actuator's name."""
     named = {}
-    for k, found in _instances(model, SERVO):
+    for k, servo in _instances(model, SERVO):
         name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, k)
         for actuator in np.flatnonzero(model.actuator_plugin == k):
             name = name or model.actuator(int(actuator)).name
         if name:
-            named[name] = found
+            named[name] = servo
     return named
 
 
@@ -73,8 +72,8 @@ def _instances(model: mujoco.MjModel, plugin: str) -> Iterator[tuple[int, Instan
 def unsolved_evaluations(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, int]:
     """Evaluations without a solution since the reset, of every sheath by name."""
     return {
-        name: int(sheath_view(data.plugin_state, found.state).state.unsolved)
-        for name, found in sheaths(model).items()
+        name: int(sheath_view(data.plugin_state, sheath.state).state.unsolved)
+        for name, sheath in sheaths(model).items()
     }
 
 
@@ -104,8 +103,8 @@ def segment_tensions(
     known = sheaths(model)
     if sheath not in known:
         raise UnknownNameError("sheath", sheath, known)
-    found = sheath_view(data.plugin_state, known[sheath].state)
-    return found.path.copy(), found.state.law.axial_stiffness * found.segments["tension"]
+    state, segments, _, path = sheath_view(data.plugin_state, known[sheath].state)
+    return path.copy(), state.law.axial_stiffness * segments["tension"]
 
 
 def sheath_arrays(
@@ -120,7 +119,7 @@ def sheath_arrays(
         start: address of its first number in `mjData.plugin_state`, see `Instance`.
 
     Raises:
-        InvalidValueError: numbers that are no states of this model.
+        InvalidValueError: the numbers are not states of this model.
     """
     states = np.ascontiguousarray(plugin_states, np.float64)
     scalars: NDArray[np.void] = states[..., start : start + STATE.itemsize // 8].view(STATE)
@@ -132,13 +131,4 @@ def sheath_arrays(
         raise InvalidValueError(
             f"sheath {sheath!r}: these are no plugin states of this model, or none at all"
         )
-
-    def take(dtype: np.dtype[np.void], count: int) -> NDArray[np.void]:
-        nonlocal start
-        begin, start = start, start + count * dtype.itemsize // 8
-        return states[..., begin:start].view(dtype)
-
-    state = take(STATE, 1)[..., 0]
-    segments, guides = take(SEGMENT, n + 1), take(GUIDE, n)
-    path = states[..., start : start + 3 * (n + 2)]
-    return View(state, segments, guides, path.reshape(*path.shape[:-1], n + 2, 3))
+    return sheath_view(states, start)

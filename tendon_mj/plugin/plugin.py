@@ -13,22 +13,33 @@ import mujoco
 
 from tendon_mj.compilation import announced
 from tendon_mj.errors import EngineError
-from tendon_mj.plugin.abi.checks import Check
-from tendon_mj.plugin.abi.layout import Layout, read_layout, verify, verify_state
+from tendon_mj.plugin.abi.checks import Check, Draft
+from tendon_mj.plugin.abi.layout import (
+    Layout,
+    SceneLayout,
+    read_layout,
+    read_scene_layout,
+    verify,
+    verify_scene,
+    verify_state,
+)
 from tendon_mj.plugin.abi.library import PATH, C
-from tendon_mj.plugin.abi.model_in_compilation import Draft
-from tendon_mj.plugin.abi.scene_layout import SceneLayout, read_scene_layout, verify_scene
-from tendon_mj.plugin.other_engines import guard_engines
-from tendon_mj.plugin.pickles import register_pickles
+from tendon_mj.plugin.elsewhere import guard_engines, register_pickles
 from tendon_mj.plugin.servo_plugin import callbacks as servo_callbacks
 from tendon_mj.plugin.servo_plugin import validate as servo_validate
 from tendon_mj.plugin.servo_plugin.state import ATTRIBUTES as SERVO_ATTRIBUTES
+from tendon_mj.plugin.sheath_plugin import validate
 from tendon_mj.plugin.sheath_plugin.attributes import ATTRIBUTES
 from tendon_mj.plugin.sheath_plugin.callbacks import Callbacks, make_callbacks
-from tendon_mj.plugin.sheath_plugin.validation import sheath as validate
 from tendon_mj.plugin.sheath_plugin.visualize import make_visualize
 
 _ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
+
+
+_FUNCTIONS = (
+    "nstate nsensordata init destroy copy reset compute advance visualize actuator_act_dot"
+    " sdf_distance sdf_gradient sdf_staticdistance sdf_attribute sdf_aabb"
+)
 
 
 class _Plugin(ctypes.Structure):
@@ -40,26 +51,12 @@ class _Plugin(ctypes.Structure):
         ("attributes", ctypes.POINTER(ctypes.c_char_p)),
         ("capabilityflags", ctypes.c_int),
         ("needstage", ctypes.c_int),
-        ("nstate", ctypes.c_void_p),
-        ("nsensordata", ctypes.c_void_p),
-        ("init", ctypes.c_void_p),
-        ("destroy", ctypes.c_void_p),
-        ("copy", ctypes.c_void_p),
-        ("reset", ctypes.c_void_p),
-        ("compute", ctypes.c_void_p),
-        ("advance", ctypes.c_void_p),
-        ("visualize", ctypes.c_void_p),
-        ("actuator_act_dot", ctypes.c_void_p),
-        ("sdf_distance", ctypes.c_void_p),
-        ("sdf_gradient", ctypes.c_void_p),
-        ("sdf_staticdistance", ctypes.c_void_p),
-        ("sdf_attribute", ctypes.c_void_p),
-        ("sdf_aabb", ctypes.c_void_p),
+        *((name, ctypes.c_void_p) for name in _FUNCTIONS.split()),
     )
 
 
 def _verify_struct() -> None:
-    """Hold our `mjpPlugin` against the header that MuJoCo ships.
+    """Compare `_Plugin` with the header that MuJoCo ships.
 
     Raises:
         EngineError: the fields or their order differ.
@@ -74,7 +71,7 @@ def _verify_struct() -> None:
         for part in code.split(";")
         if part.strip()
     ]
-    ours = [name for name, _ in _Plugin._fields_]
+    ours = [field[0] for field in _Plugin._fields_]
     if declared != ours:
         raise EngineError(
             f"mujoco {mujoco.__version__} declares mjpPlugin as {declared}, not as {ours}"
@@ -82,27 +79,16 @@ def _verify_struct() -> None:
 
 
 class Definition(NamedTuple):
-    """Definition of a plugin.
+    """Definition of a plugin."""
 
-    Attributes:
-        name: by which MJCF asks for it.
-        attributes: that its configuration may have.
-        capabilities: sum of `mjtPluginCapabilityBit`.
-        state_size: checks an instance, returns how many numbers of state it needs, one at least.
-        complete: checks an instance once the model is complete.
-        callbacks: makes the functions that run in a step.
-        sensor_size: returns how many numbers a sensor shows.
-        visualize: makes the function that draws into a scene.
-    """
-
-    name: str
-    attributes: tuple[str, ...]
-    capabilities: int
-    state_size: Callable[[int, int], int]
-    complete: Callable[[int, int], int]
-    callbacks: Callable[[Layout], Callbacks]
-    sensor_size: Callable[[int, int, int], int] | None = None
-    visualize: Callable[[Layout, SceneLayout], Any] | None = None
+    name: str  # in MJCF
+    attributes: tuple[str, ...]  # of its configuration
+    capabilities: int  # sum of `mjtPluginCapabilityBit`
+    state_size: Callable[[int, int], int]  # checks an instance, returns its numbers of state, ≥ 1
+    complete: Callable[[int, int], int]  # checks an instance once the model is complete
+    callbacks: Callable[[Layout], Callbacks]  # makes the functions that run in a step
+    sensor_size: Callable[[int, int, int], int] | None = None  # numbers of a sensor
+    visualize: Callable[[Layout, SceneLayout], Any] | None = None  # makes the function that draws
 
 
 DEFINITIONS = (
@@ -128,7 +114,7 @@ DEFINITIONS = (
 
 NAMES = tuple(definition.name for definition in DEFINITIONS)
 
-# Made, not stepped: MuJoCo hands the plugin its state directly then, and no offset is trusted yet.
+# Not stepped: MuJoCo hands the plugin its state directly, before the offsets are verified.
 _SMALLEST = f"""
 <mujoco>
   <extension>
@@ -147,7 +133,7 @@ _SMALLEST = f"""
 
 
 def _raise_refusals(model: Draft) -> None:
-    """Say what was refused when MuJoCo asked for the sizes of states."""
+    """Raise the first refusal of those that were a state of size 0."""
     sizes = {definition.name: definition.state_size for definition in DEFINITIONS}
     for k in filter(model.is_refused, range(model.fields.nplugin)):
         if model.plugin(k) in sizes:
@@ -156,12 +142,12 @@ def _raise_refusals(model: Draft) -> None:
 
 
 def _complete(plugin: Definition) -> Callable[[int, int], int]:
-    """The check of `init`, with what was refused before it."""
+    """The check of `init`, after the refusals of `nstate`."""
 
     @functools.wraps(plugin.complete)
     def complete(address: int, instance: int) -> int:
         model = Draft(address, ())
-        if model.is_first(instance):
+        if model.first(instance) == instance:
             _raise_refusals(model)
         return plugin.complete(address, instance)
 

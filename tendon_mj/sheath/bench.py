@@ -74,8 +74,7 @@ def _initial_tendon(
     for name in (n for n in LAW if n not in _IMPLEMENTED):
         if getattr(law, name) != 0.0:
             raise InvalidValueError(
-                f"{name} = {getattr(law, name):g}: this bench knows neither time nor {name}; give "
-                "it to the plugin's sheath"
+                f"{name} = {getattr(law, name):g} has no effect on this bench; use the plugin"
             )
     segments, table = new_segments(guides + 1), new_guides(guides)
     strain = law.pretension / law.axial_stiffness

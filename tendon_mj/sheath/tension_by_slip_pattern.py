@@ -1,8 +1,8 @@
 """The flow problem when it is known which guides slide: one scalar equation per sliding run.
 
 Guides that slide in a row tie the tensions of their segments to each other, and the run as a whole
-conserves its tendon: one unknown, solved by Halley's method. What comes out says which guides
-were wrongly taken to slide or to rest; the next pass corrects them. From the pattern of the step
+conserves its tendon: one unknown, solved by Halley's method. The solution shows which guides were
+wrongly assumed to slide or to rest; the next pass corrects them. From the pattern of the step
 before this takes one or two passes, each linear in the guides.
 
 Where the input tension is given, the run that begins at the input has no unknown: its tensions
@@ -115,9 +115,9 @@ def guess_from_motion(segments: Segments, guides: Guides) -> None:
 
 @compiled
 def _correct(segments: Segments, guides: Guides) -> int:
-    """Count and correct the guides whose slip the solution denies by more than rounding.
+    """Count and correct the guides whose slip the solution contradicts by more than rounding.
 
-    A tendon at rest on the verge of sliding would otherwise change its mind at every step.
+    A tendon at rest on the verge of sliding would otherwise chatter.
     """
     changed = 0
     for i in range(len(guides)):
@@ -143,14 +143,10 @@ def _correct(segments: Segments, guides: Guides) -> int:
 
 @compiled
 def try_pattern(segments: Segments, guides: Guides, given: bool = False) -> int:
-    """Solve with the guides' slip as the pattern, and correct it where the solution denies it.
+    """Solve with the guides' slip as the pattern, and correct it where the solution contradicts it.
 
-    Args:
-        segments, guides: see ``records``.
-        given: whether the tension of the first segment is.
-
-    Returns:
-        How many guides changed (0: solved), or UNSOLVED where a tension would not be positive.
+    ``given``: whether the tension of the first segment is. Returns how many guides changed (0:
+    solved), or UNSOLVED where a tension would not be positive.
     """
     last_guide = len(guides)
     first = 0

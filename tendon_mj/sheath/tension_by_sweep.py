@@ -1,4 +1,4 @@
-"""The flow problem solved exactly by one sweep along the tendon: slow at worst, never wrong.
+"""The flow problem solved exactly by one sweep along the tendon, O(n²) in the worst case.
 
 Cut the tendon behind segment j and ask which tension τ*_j its last segment would take alone. The
 full tendon's tension there is τ_j = clip(τ*_j, lowest, highest), the two bounds being what guide j
@@ -7,8 +7,8 @@ missing length of the prefix, G_j(τ) = Σ_{k≤j} (s_k(τ_k) − stored_k), fal
 it is bracketed and cannot be missed. This is the argument by which fused regression problems are
 solved by dynamic programming, with friction bounds in the place of a fusion penalty.
 
-Where the input tension is given, the first segment takes any length at it, so that no τ*_j leaves
-what the guides before it allow against it.
+Where the input tension is given, the length of the first segment is not constrained, so that no
+τ*_j leaves the bounds of the guides before it.
 
 Equations: docs/theory.md, section 4.
 """
@@ -50,7 +50,7 @@ def _missing(
     """G_j(τ) [m] and its slope: what segments ``first`` to j lack when j is at τ.
 
     Where the input is given, segments at the most or least that it allows them take from it what
-    they lack: nothing is asked of j then, though rounding puts τ's bound beyond their tension.
+    they lack: j need not give any, though rounding puts τ's bound beyond their tension.
     """
     total, slope, gain = 0.0, 0.0, 1.0
     touching = ROUNDING * j if first > 0 else 0.0
@@ -92,7 +92,7 @@ def _prefix_tension(segments: Segments, guides: Guides, j: int) -> float:
         total += segments[k].stored
     if total <= 0.0:
         return np.inf
-    # not 0: only above it do the slack segments before this one spare tendon
+    # not 0: only above it do the slack segments before this one give tendon
     low = _SLACK / _gain(guides, j, 0)
     if _missing(segments, guides, j, low, 0)[0] <= 0.0:
         return 0.0
@@ -119,7 +119,7 @@ def _root(segments: Segments, guides: Guides, j: int, low: float, high: float, f
         if not low < step < high:
             step = 0.5 * (low + high)
         if abs(step - tau) <= 1e-15 * tau + rounding or step in (low, high):
-            # a bracket shut on a jump: the slack before it can spare any amount at `low`
+            # a bracket shut on a jump: the slack before it can give any amount at `low`
             return low if high - low <= 1e-14 * high + 2.0 * rounding else step
         tau = step
     return tau
@@ -159,7 +159,7 @@ def _fill_prefix_tensions(segments: Segments, guides: Guides, given: bool) -> No
 
 @compiled
 def _set_slack(segments: Segments, guides: Guides) -> bool:
-    """Lay a tendon longer than its path evenly along it, without tension; False for a taut one."""
+    """Spread a tendon longer than its path evenly along it; return False for a taut one."""
     path, total = 0.0, 0.0
     for k in range(len(segments)):
         path += segments[k].length / (1.0 + segments[k].strain_offset)
@@ -196,7 +196,7 @@ def _flow_at(segments: Segments, guides: Guides, j: int, beyond: float, rounded:
 
 @compiled
 def _holds(segments: Segments, guides: Guides, first: int) -> bool:
-    """Whether every segment ends with what its tension says, a slack one with at least that.
+    """Whether every segment ends with the length of its tension, a slack one with at least that.
 
     Where friction multiplies a tension that is no more than rounding, the whole tendon's counts.
     """
@@ -233,13 +233,9 @@ def _leave_finite(segments: Segments) -> None:
 def sweep(segments: Segments, guides: Guides, given: bool = False) -> bool:
     """Tensions, flows and slip of the whole tendon by the walk forward and back.
 
-    Args:
-        segments, guides: see ``records``.
-        given: whether the tension of the first segment is.
-
-    Returns:
-        False if no solution was found: no tendon is left between the ends, or tension-independent
-        friction keeps a stretch of it slack that its neighbours then ask too much of.
+    ``given``: whether the tension of the first segment is. Returns False without a solution: no
+    tendon is left between the ends, or tension-independent friction keeps a stretch slack from
+    which its neighbours then need too much.
     """
     if not given and _set_slack(segments, guides):
         return True

@@ -11,22 +11,57 @@ Equations: docs/theory.md, sections 4 and 7.
 from __future__ import annotations
 
 import math
+from typing import Any
 
-from tendon_mj.compilation import apart, compiled
-from tendon_mj.sheath.rare_solvers import rare_balance_dragged, rare_sweep
-from tendon_mj.sheath.records import ROUNDING, Guides, Segments
+import numba
+from numba import carray, from_dtype, types
+from numba.core import config
+
+from tendon_mj.compilation import apart, by_symbol, compiled
+from tendon_mj.sheath.records import GUIDE, ROUNDING, SEGMENT, Guides, Segments
 from tendon_mj.sheath.tension_by_slip_pattern import guess_from_motion, try_pattern
+from tendon_mj.sheath.tension_by_sweep import sweep
+from tendon_mj.sheath.tension_with_drag import balance_dragged
 
 # Pattern corrections before the sweep, which needs none, takes over: this and one a guide.
 _PASSES = 16
+
+# The solvers that most steps do without are called by a symbol. A compiled function contains the
+# code of those that it calls, and theirs, and is optimised with it: with these two that took a
+# third of the time in which the plugins compile.
+_SEGMENTS, _GUIDES = types.CPointer(from_dtype(SEGMENT)), types.CPointer(from_dtype(GUIDE))
+
+
+@by_symbol("tendon_mj.sweep", types.boolean(_SEGMENTS, _GUIDES, numba.intp, types.boolean))
+def _sweep(segments: Any, guides: Any, count: int, given: bool) -> bool:
+    return sweep(carray(segments, count + 1), carray(guides, count), given)
+
+
+@by_symbol("tendon_mj.balance_dragged", types.boolean(_SEGMENTS, _GUIDES, numba.intp))
+def _balance_dragged(segments: Any, guides: Any, count: int) -> bool:
+    return balance_dragged(carray(segments, count + 1), carray(guides, count))
+
+
+@compiled
+def _rare_sweep(segments: Any, guides: Any, given: bool) -> bool:
+    return _sweep(segments.ctypes, guides.ctypes, len(guides), given)
+
+
+@compiled
+def _rare_balance_dragged(segments: Any, guides: Any) -> bool:
+    return _balance_dragged(segments.ctypes, guides.ctypes, len(guides))
+
+
+if config.DISABLE_JIT:  # Python has no symbols
+    _rare_sweep, _rare_balance_dragged = sweep, balance_dragged
 
 
 @apart
 def _make_sluggish(segments: Segments, guides: Guides) -> bool:
     """Give the guides a drag that takes no more than rounding from any flow.
 
-    It says where tendon goes that is slack, which tension-independent friction leaves open. False
-    where there is no tendon.
+    It decides where slack tendon goes, which tension-independent friction leaves open. False where
+    there is no tendon.
     """
     total = 0.0
     for j in range(len(segments)):
@@ -46,11 +81,11 @@ def _balance(segments: Segments, guides: Guides, dragged: bool, given: bool) -> 
                 return True
             if changed < 0:
                 break
-        if rare_sweep(segments, guides, given):
+        if _rare_sweep(segments, guides, given):
             return True
         if given or not _make_sluggish(segments, guides):
             return False
-    return rare_balance_dragged(segments, guides)
+    return _rare_balance_dragged(segments, guides)
 
 
 @compiled
@@ -91,11 +126,11 @@ def solve_flow(
     Args:
         segments, guides: see ``records``; ``tension``, ``flow`` and ``slip`` receive the result.
         dragged: whether ``drag`` > 0 and ``momentum`` count; not where the input tension is given.
-        given: whether the tension of the first segment is; it takes or spares any length.
+        given: whether the tension of the first segment is, which may then have any length.
 
     Returns:
-        False where the result is not the solution. The flow is then the best that was found, or 0
-        where there is none.
+        False where the result is not the solution. The flow is then the best approximation, or 0
+        without any.
     """
     stiction = False
     for i in range(len(guides)):

@@ -1,19 +1,26 @@
 """The flow problem where sliding itself takes tension: viscous friction and the tendon's mass.
 
-The guide's law then holds with τ_i − b − D f in the place of what it held before,
+The guide's law then holds with τ_i − b − D f in the place of τ_i,
 
     slides to the input   τ_i = R_in τ_{i+1} + C + D f + b        f > 0
     slides to the output  τ_{i+1} = R_out τ_i + C − D f − b       f < 0
 
-and rests where both hold as ≥ with f = 0; R_in is ``input_ratio``, R_out ``output_ratio``. The
-flows are solved for with the slip of each guide as given (``flow_by_newton``), which is corrected
-as long as the solution contradicts it.
+and rests where both hold as ≥ with f = 0; R_in is ``input_ratio``, R_out ``output_ratio``.
 
-These corrections may cycle. With F⁺ and F⁻ for what the two laws lack, right side minus left in the
-first and left minus right in the second, the flows are the root of max(F⁻, min(F⁺, f)), and flow
-over a guide only ever makes its neighbours flow more. So slip to the input is corrected alone until
-it settles, then that to the output once, and so on: policy iteration for two obstacles (Bokanowski,
-Maroso and Zidani, SIAM J. Numer. Anal. 47(4), 3001–3026, 2009).
+**Flows for a given slip.** A guide that slides obeys p τ_i − q τ_{i+1} = c + D f: its equation has
+its own flow and its two neighbours', so Newton's method solves a tridiagonal system. Full steps may
+alternate between slack and taut. Each τ = max(0, τ̂) makes its guide's equation convex on the right
+side, where it pulls from, and concave on the left. So which left sides are slack is held until
+Newton's method has settled on which right sides are, then corrected, and so on. A pattern of slip
+may leave a segment less than no tendon. Its tension goes on along a tangent there, so that every
+pattern has a solution.
+
+**The slip** is corrected as long as the solution contradicts it. These corrections may cycle. With
+F⁺ and F⁻ for what the two laws lack, right side minus left in the first and left minus right in the
+second, the flows are the root of max(F⁻, min(F⁺, f)), and flow over a guide only ever makes its
+neighbours flow more. So slip to the input is corrected alone until it settles, then that to the
+output once, and so on: policy iteration for two obstacles (Bokanowski, Maroso and Zidani, SIAM J.
+Numer. Anal. 47(4), 3001–3026, 2009).
 
 They begin with the flows without drag, which are next to the solution where drag is little, or else
 at rest. A segment that the solution all but empties is on its tangent at first: those begin later
@@ -24,20 +31,208 @@ Equations: docs/theory.md, section 7.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from tendon_mj.compilation import apart, compiled
-from tendon_mj.sheath.flow_by_newton import (
-    TOLERANCE,
-    law,
-    solve_pattern,
-    spare,
-    stored_after,
-    tension_at,
-)
-from tendon_mj.sheath.records import Guides, Segments
+from tendon_mj.sheath.records import ROUNDING, Guides, Segments
 from tendon_mj.sheath.tension_by_slip_pattern import is_frictionless
 from tendon_mj.sheath.tension_by_sweep import sweep
+from tendon_mj.typing import FloatArray
+
+_STEPS = 40  # of Newton's method, of which a taut tendon needs about 4
+_FREE, _SLACK, _TAUT = -1.0, 0.0, 1.0  # a left side: as its tension is, or held slack or taut
+TOLERANCE = 8 * ROUNDING  # of a tension, within which a law is met
+
+
+@compiled
+def spare(segments: Segments, j: int, stored: float) -> float:
+    """Unstretched length that segment j may lose when it holds ``stored``, s + g/a [m].
+
+    An elastic support shortens the path as the tension rises, by more than the segment's own length
+    where it comes to that.
+    """
+    return stored + segments[j].support_compliance / segments[j].strain_slope
+
+
+@compiled
+def _pull(segments: Segments, j: int, stored: float, least: float) -> tuple[float, float]:
+    """τ̂ of segment j when it holds ``stored``, below 0 where it is slack, and dτ̂/ds < 0.
+
+    Where less is left of it than the part ``least`` of its length, τ̂ goes on along its tangent.
+    """
+    stretch = 1.0 + segments[j].strain_offset
+    lacking = max(least * segments[j].length - spare(segments, j, stored), 0.0)
+    stored += lacking
+    softness = segments[j].strain_slope * stored + segments[j].support_compliance
+    tau = (segments[j].length - stored * stretch) / softness
+    slope = -(stretch + segments[j].strain_slope * tau) / softness
+    return tau - slope * lacking, slope
+
+
+@compiled
+def tension_at(segments: Segments, j: int, stored: float, least: float) -> tuple[float, float]:
+    """τ of segment j when it holds ``stored``, and dτ/ds ≤ 0; 0 where slack."""
+    tau, slope = _pull(segments, j, stored, least)
+    return (tau, slope) if tau > 0.0 else (0.0, 0.0)
+
+
+@compiled
+def stored_after(segments: Segments, guides: Guides, j: int) -> float:
+    """Unstretched length of segment j once the flows at hand have passed [m]."""
+    stored = segments[j].stored
+    if j < len(guides):
+        stored += guides[j].flow
+    if j > 0:
+        stored -= guides[j - 1].flow
+    return stored
+
+
+@compiled
+def law(guides: Guides, i: int, slip: float) -> tuple[float, float, float]:
+    """Weights p, q and constant c of p τ_i − q τ_{i+1} = c + D f, the law of a sliding guide."""
+    if slip > 0.0:
+        return 1.0, guides[i].input_ratio, guides[i].constant_friction + guides[i].momentum
+    return guides[i].output_ratio, 1.0, guides[i].momentum - guides[i].constant_friction
+
+
+@compiled
+def _left_side(
+    segments: Segments, guides: Guides, j: int, least: float, held: float
+) -> tuple[float, float]:
+    """τ of segment j as the guide behind it feels it, and dτ/ds, where it is ``held`` or not."""
+    if held == _SLACK:
+        return 0.0, 0.0
+    tau, slope = _pull(segments, j, stored_after(segments, guides, j), least)
+    return (tau, slope) if held == _TAUT or tau > 0.0 else (0.0, 0.0)
+
+
+@compiled
+def _newton_step(
+    segments: Segments,
+    guides: Guides,
+    steps: FloatArray,
+    ratios: FloatArray,
+    held: FloatArray,
+    least: float,
+) -> float:
+    """Newton's step of all sliding guides; how far it goes, in strain, 0 where there is none to go.
+
+    What a law lacks by rounding alone is none: little drag would make much of it where it is slack.
+    What is left of a segment is known to the rounding of the flows beside it, by which no step
+    goes. The segments receive their tensions.
+    """
+    n, met = len(guides), True
+    segments[0].tension = tension_at(segments, 0, stored_after(segments, guides, 0), least)[0]
+    # of the guide before: right-hand side after forward elimination, 1 − ratio
+    before, loose = 0.0, 1.0
+    for i in range(n):
+        left, left_slope = _left_side(segments, guides, i, least, held[i])
+        right, right_slope = tension_at(
+            segments, i + 1, stored_after(segments, guides, i + 1), least
+        )
+        segments[i + 1].tension = right
+        if guides[i].slip == 0.0:
+            steps[i], ratios[i], loose = 0.0, 0.0, 1.0
+        else:
+            p, q, c = law(guides, i, guides[i].slip)
+            drag = guides[i].drag
+            missing = p * left - q * right - c - drag * guides[i].flow
+            rounding = ROUNDING * (p + q) * (1.0 + abs(left) + right)
+            met &= abs(missing) <= 8.0 * rounding
+            if abs(missing) <= rounding:
+                missing = 0.0
+            lower, upper = -p * left_slope, -q * right_slope
+            # what the row exceeds its neighbours by; a difference of pivots would round it away
+            excess = drag + lower * loose
+            pivot = excess + upper
+            steps[i], ratios[i] = (missing + lower * before) / pivot, upper / pivot
+            loose = excess / pivot
+        before = steps[i]
+    if met:
+        return 0.0
+    for i in range(n - 2, -1, -1):
+        steps[i] += ratios[i] * steps[i + 1]
+    return _most_strain(segments, guides, steps, least)
+
+
+@compiled
+def _most_strain(segments: Segments, guides: Guides, steps: FloatArray, least: float) -> float:
+    """Largest strain by which a step changes a segment, beyond the rounding of its flows."""
+    n, most = len(guides), 0.0
+    for j in range(n + 1):
+        change, flows = 0.0, 0.0
+        if j < n:
+            change, flows = steps[j], abs(guides[j].flow)
+        if j > 0:
+            change, flows = change - steps[j - 1], flows + abs(guides[j - 1].flow)
+        left = spare(segments, j, stored_after(segments, guides, j))
+        change = max(0.0, abs(change) - 2.0 * ROUNDING * flows)
+        moves = change / max(left, least * segments[j].length)
+        if not moves <= most:  # nor where it is no number
+            most = moves
+    return most
+
+
+@compiled
+def _set_tensions(segments: Segments, guides: Guides, least: float) -> bool:
+    """Set the tensions that belong to the flows; whether the same segments are slack as before."""
+    same = True
+    for j in range(len(segments)):
+        tau, _ = tension_at(segments, j, stored_after(segments, guides, j), least)
+        same &= (tau > 0.0) == (segments[j].tension > 0.0)
+        segments[j].tension = tau
+    return same
+
+
+@compiled
+def _hold(segments: Segments, guides: Guides, held: FloatArray, least: float) -> bool:
+    """Hold slack what the flows leave slack, and taut the rest; whether that was held before.
+
+    What is slack or taut by no more than rounding stays as it was.
+    """
+    same = True
+    for j in range(len(segments)):
+        tau, _ = _pull(segments, j, stored_after(segments, guides, j), least)
+        now = _TAUT if tau > 0.0 else _SLACK
+        if held[j] == _FREE or (held[j] != now and abs(tau) > TOLERANCE):
+            held[j], same = now, False
+    return same
+
+
+@compiled
+def solve_pattern(segments: Segments, guides: Guides, least: float) -> bool:
+    """Flows and tensions for the guides' slip as it is, from the flows at hand.
+
+    By full steps or, where those go to and fro, from rest and with what is slack held.
+    """
+    n = len(guides)
+    steps, ratios, held = np.empty(n), np.empty(n), np.full(n + 1, _FREE)
+    for i in range(n):
+        if guides[i].slip == 0.0:
+            guides[i].flow = 0.0
+    first = guides["flow"].copy()
+    for k in range(2 * _STEPS + 8 * n):
+        if k == _STEPS:
+            for i in range(n):
+                guides[i].flow = first[i]
+            _hold(segments, guides, held, least)
+        moves = _newton_step(segments, guides, steps, ratios, held, least)
+        if not math.isfinite(moves):
+            return False
+        same = moves == 0.0
+        if not same:
+            for i in range(n):
+                guides[i].flow += steps[i]
+            same = _set_tensions(segments, guides, least)
+        if same and k >= _STEPS:
+            same = _hold(segments, guides, held, least)
+        # the error that Newton's method leaves is of the square, where none becomes slack
+        if same and moves <= 1e-8:
+            return True
+    return False
+
 
 _PASSES = 16  # pattern corrections, and one a guide
 _LEAST = 1e-2  # part of a segment's length, held by which its tension goes on along the tangent

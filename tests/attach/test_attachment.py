@@ -13,7 +13,7 @@ from tendon_mj.cli import console, main
 from tendon_mj.errors import TendonError
 from tendon_mj.models import load_spec
 from tendon_mj.plugin import sheaths
-from tests.refusal import refused
+from tests.refusals import refusing
 
 HAND = """
 <mujoco>
@@ -90,7 +90,7 @@ def test_the_file_has_the_sheaths_and_every_other_number_as_written(hand, tmp_pa
 
 def test_friction_can_be_taken_off_a_written_model_again(hand, tmp_path):
     out = tmp_path / "new.xml"
-    with refused("'loose'", "stiffness", by=TendonError):
+    with refusing(TendonError, "'loose'", "stiffness"):
         attached_to(hand, ["flexor", "loose"], out, friction=0.15)
     attached_to(hand, "*", out, friction=0.15)
     again = remove_friction(mujoco.MjSpec.from_file(str(out)), "*").compile()
@@ -197,7 +197,7 @@ def test_no_file_that_the_model_is_made_of_is_written_over(spread, tmp_path):
     link = tmp_path / "link.xml"
     link.symlink_to(spread)
     for out in [*files, link]:
-        with refused(str(out), str(spread), by=TendonError):
+        with refusing(TendonError, str(out), str(spread)):
             attached_to(spread, "*", out, friction=0.1)
     assert files == {path: path.read_text() for path in spread.parent.rglob("*.*")}
 
@@ -206,13 +206,13 @@ def test_what_cannot_be_written_leaves_what_was_there(hand, tmp_path):
     out = tmp_path / "new.xml"
     out.write_text("mine")
     for place in (tmp_path, tmp_path / "nowhere" / "new.xml"):
-        with refused(str(place), by=TendonError):
+        with refusing(TendonError, str(place)):
             attached_to(hand, "flexor", place, friction=0.1)
-    with refused("'flexer'", by=TendonError):
+    with refusing(TendonError, "'flexer'"):
         attached_to(hand, ["flexer"], out, friction=0.1)
     spec = add_friction(mujoco.MjSpec.from_file(str(hand)), "flexor", friction=0.1)
     spec.body("world").add_site(name="more")
-    with refused(str(out), "mjModel", by=TendonError):
+    with refusing(TendonError, str(out), "mjModel"):
         write_sheaths(hand, spec, out)
     assert out.read_text() == "mine"
     assert hand.read_text() == HAND
@@ -227,7 +227,7 @@ def test_a_tendon_that_is_not_in_the_text_is_refused_with_the_remedy(hand, tmp_p
         '<mujoco><asset><model name="hand" file="hand.xml"/></asset><worldbody><frame>'
         '<attach model="hand" prefix="left_"/></frame></worldbody></mujoco>'
     )
-    with refused("'left_flexor'", "MjSpec.to_xml", by=TendonError):
+    with refusing(TendonError, "'left_flexor'", "MjSpec.to_xml"):
         attached_to(parent, "*flexor", tmp_path / "new.xml", friction=0.1)
 
 

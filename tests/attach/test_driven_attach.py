@@ -17,7 +17,7 @@ from tendon_mj.lab.replay import Adjustable
 from tendon_mj.models import load_spec
 from tendon_mj.plugin import sheaths
 from tests.attach.test_removal import assert_equal
-from tests.refusal import refused
+from tests.refusals import refusing
 
 ARM = """
 <mujoco>
@@ -81,7 +81,7 @@ def test_what_compiling_refuses_of_a_driven_tendon_is_refused_live_too(tendon, p
         lambda: setattr(view_sheath(model, data, tendon), parameter, 0.01),
         lambda: Adjustable(model).set({f"{tendon}_sheath.friction": 0.2, name: 0.01}),
     ):
-        with refused(name, why, by=InvalidValueError):
+        with refusing(InvalidValueError, name, why):
             call()
     np.testing.assert_array_equal(data.plugin_state, before)
 
@@ -227,13 +227,13 @@ def test_an_axial_stiffness_that_is_given_is_that_of_a_driven_tendon():
 def test_a_pretension_of_a_driven_tendon_is_refused(tendon):
     spec = arm()
     before = spec.to_xml()
-    with refused("'wrapped'", "'motor' and 'servo'", "pretension", by=InvalidValueError):
+    with refusing(InvalidValueError, "'wrapped'", "'motor' and 'servo'", "pretension"):
         add_friction(spec, tendon, friction=0.1, pretension=1.0)
     assert spec.to_xml() == before
 
 
 def test_what_is_wound_besides_takes_its_elasticity_as_before():
-    with refused("'wrapped'", "axial_stiffness", by=InvalidValueError):
+    with refusing(InvalidValueError, "'wrapped'", "axial_stiffness"):
         add_friction(arm(), "wrapped", friction=0.1, output_joint="elbow", output_radius=0.01)
     spec = add_friction(arm(), "stiff", friction=0.1, output_joint="elbow", output_radius=0.01)
     assert spec.plugin("sheath").config["spring"] == "cable"

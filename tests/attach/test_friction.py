@@ -8,7 +8,7 @@ from tendon_mj import Parameters, add_friction, add_sensor, remove_friction
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import KINDS, sheaths
 from tests.attach.finger import finger as rig
-from tests.refusal import refused
+from tests.refusals import refusing
 
 SUM = '<fixed name="sum"><joint joint="mcp" coef="1"/><joint joint="pip" coef="1"/></fixed>'
 
@@ -140,23 +140,23 @@ def test_a_reel_winds_in_what_its_control_says():
 def test_what_cannot_be_added_is_refused_and_leaves_the_model_as_it_was(given, facts):
     spec = finger()
     before = spec.to_xml()
-    with refused(*facts, by=(UnknownNameError, InvalidValueError)):
+    with refusing((UnknownNameError, InvalidValueError), *facts):
         add_friction(spec, **{"tendon": "flexor", "friction": 0.1, **given})
     assert spec.to_xml() == before
 
 
 def test_a_second_sheath_or_name_is_refused():
     spec = add_friction(finger(), "flexor", friction=0.1, name="one")
-    with refused("flexor", "sheath 'one'"):
+    with refusing(ValueError, "flexor", "sheath 'one'"):
         add_friction(spec, "flexor", friction=0.1)
-    with refused("'one'"):
+    with refusing(ValueError, "'one'"):
         add_friction(spec, "extensor", friction=0.1, name="one")
-    with refused("sheat", "'one'", by=UnknownNameError):
+    with refusing(UnknownNameError, "sheat", "'one'"):
         add_sensor(spec, "sheat", "slip")
 
 
 def test_a_tendon_without_stiffness_must_be_given_one():
-    with refused("flexor", "axial_stiffness [N] and pretension [N]"):
+    with refusing(ValueError, "flexor", "axial_stiffness [N] and pretension [N]"):
         add_friction(finger(k=0.0), "flexor", friction=0.1)
     given = {"axial_stiffness": 100.0, "pretension": 1.0}
     assert add_friction(finger(k=0.0), "flexor", friction=0.1, **given).compile().nplugin == 3
@@ -221,19 +221,19 @@ def test_a_spring_that_no_sheath_can_be_stays_and_drives_the_tendon(form):
 @pytest.mark.parametrize("more", [{"pretension": 1.0}, {"reel": "reel"}])
 @pytest.mark.parametrize("form", FORMS)
 def test_such_a_spring_is_not_replaced_in_silence(form, more):
-    with refused("flexor", form):
+    with refusing(ValueError, "flexor", form):
         add_friction(odd(form), "flexor", friction=0.1, **more)
 
 
 def test_parameters_of_another_model_are_refused():
     one = add_friction(finger(), "flexor", friction=0.1).compile()
     other = both(finger(), 0.1).compile()
-    with refused(f"({other.npluginstate},)", str(one.npluginstate), by=InvalidValueError):
+    with refusing(InvalidValueError, f"({other.npluginstate},)", str(one.npluginstate)):
         Parameters(one, mujoco.MjData(other))
 
 
 @pytest.mark.parametrize("spec", ["hand.xml", None, mujoco.MjModel.from_xml_string("<mujoco/>")])
 def test_only_a_spec_is_taken(spec):
     for call in (lambda: add_friction(spec, "t", friction=0.1), lambda: remove_friction(spec, "t")):
-        with refused("mujoco.MjSpec", type(spec).__name__, by=InvalidValueError):
+        with refusing(InvalidValueError, "mujoco.MjSpec", type(spec).__name__):
             call()

@@ -10,10 +10,10 @@ import pytest
 import tendon_mj
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import GAINS, OptionalGains
-from tendon_mj.plugin.servo_plugin.gains import Gains
+from tendon_mj.plugin.servo_plugin.state import Gains
 from tendon_mj.sheath import LAW, Law, OptionalParameters
 from tests.attach.test_friction import finger
-from tests.refusal import refused
+from tests.refusals import refusing
 
 TAKERS = [(tendon_mj.add_friction, LAW), (tendon_mj.add_servo, GAINS)]
 
@@ -39,13 +39,13 @@ def test_the_help_says_what_every_parameter_is_and_its_unit(function, known):
 
 def test_an_unknown_parameter_comes_with_the_nearest():
     spec = finger()
-    with refused("'backlsh'; did you mean 'backlash'", by=UnknownNameError):
+    with refusing(UnknownNameError, "'backlsh'; did you mean 'backlash'"):
         tendon_mj.add_friction(spec, "flexor", friction=0.1, backlsh=1e-3)
     assert not spec.plugins
 
 
 def test_a_parameter_without_a_value_is_refused_where_it_has_to_have_one():
-    with refused("creep = None"):
+    with refusing(ValueError, "creep = None"):
         tendon_mj.add_friction(finger(), "flexor", friction=0.1, creep=None)
     tendon_mj.add_friction(finger(), "flexor", friction=0.1, static_friction=None)
 
@@ -84,7 +84,7 @@ NOT_NUMBERS = [True, np.True_, "0.15", np.str_("0.15"), [0.1], np.array([0.1, 0.
 @pytest.mark.parametrize("value", [*NOT_NUMBERS, pytest.param(-(10**5000), id="too long to show")])
 def test_what_is_not_a_number_is_refused_by_one_rule(name, value):
     shown = repr(value) if np.ndim(value) or not isinstance(value, int) else ""
-    with refused(name, shown, by=InvalidValueError):
+    with refusing(InvalidValueError, name, shown):
         SETTERS[name](finger(), value)
 
 

@@ -9,7 +9,7 @@ from tendon_mj import Parameters, add_friction, add_sensor, load_model, view_she
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import KINDS, PARAMETERS, sheaths
 from tests.attach.finger import finger
-from tests.refusal import refused
+from tests.refusals import refusing
 
 SHOWN = [kind for kind in KINDS if kind != "reel_displacement"]
 FULL = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)
@@ -104,7 +104,7 @@ def test_a_parameter_is_live_and_its_own_in_each_simulation(model, states):
 def test_what_cannot_be_set_is_refused_and_changes_nothing(model, parameter, value, fact):
     data = mujoco.MjData(model)
     before, view = data.plugin_state.copy(), view_sheath(model, data, "flexor")
-    with refused(fact, by=(InvalidValueError, UnknownNameError)):
+    with refusing((InvalidValueError, UnknownNameError), fact):
         setattr(view, parameter, value)
     np.testing.assert_array_equal(data.plugin_state, before)
     assert not hasattr(view, "frictoin")
@@ -120,10 +120,10 @@ def test_other_sheaths_and_other_states_are_refused_by_name(model, states):
         (lambda: view_sheath(model, states[..., :-1], "flexor"), str(states[..., :-1].shape)),
         (lambda: view_sheath(one_sheath, mujoco.MjData(model), "flexor"), "another model"),
     ):
-        with refused(fact):
+        with refusing(ValueError, fact):
             call()
     for nothing in (np.full((2, model.npluginstate), np.nan), np.zeros(model.npluginstate)):
-        with refused("flexor_sheath", by=InvalidValueError):
+        with refusing(InvalidValueError, "flexor_sheath"):
             _ = view_sheath(model, nothing, "flexor").tension
 
 

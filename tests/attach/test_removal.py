@@ -8,7 +8,7 @@ from tendon_mj import add_friction, add_sensor, add_servo, remove_friction
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import sheaths
 from tests.attach.finger import FINGER, finger
-from tests.refusal import refused
+from tests.refusals import refusing
 
 INLINE = """
   <extension><plugin plugin="tendon_mj.sheath"><instance name="tube">
@@ -115,7 +115,7 @@ def test_what_has_no_sheath_is_refused_by_name_and_left_out_of_a_pattern():
         (["flexor", "extensor"], "'extensor'"),
         ("flexr", "did you mean 'flexor'"),
     ):
-        with refused(fact, by=(InvalidValueError, UnknownNameError)):
+        with refusing((InvalidValueError, UnknownNameError), fact):
             remove_friction(spec, tendon)
     assert len(sheaths(spec.compile())) == 1
     assert not sheaths(remove_friction(spec, "*").compile())
@@ -124,7 +124,7 @@ def test_what_has_no_sheath_is_refused_by_name_and_left_out_of_a_pattern():
 def test_what_a_servo_or_a_sensor_of_the_user_s_needs_is_not_taken_away():
     spec = add_friction(finger(), "flexor", friction=0.1, reel_joint="mcp", reel_radius=0.01)
     add_servo(spec, "flexor", tension_gain=1.0, velocity_gain=0.1, motor_inertia=1e-4)
-    with refused("servo", "'flexor'", by=InvalidValueError):
+    with refusing(InvalidValueError, "servo", "'flexor'"):
         remove_friction(spec, "flexor")
     assert len(sheaths(spec.compile())) == 1
     spec = add_friction(finger(), "flexor", friction=0.1, reel="reel")
@@ -132,6 +132,6 @@ def test_what_a_servo_or_a_sensor_of_the_user_s_needs_is_not_taken_away():
         name="wound", type=mujoco.mjtSensor.mjSENS_ACTUATORFRC,
         objtype=mujoco.mjtObj.mjOBJ_ACTUATOR, objname="reel",
     )  # fmt: skip
-    with refused("'wound'", "'reel'", by=InvalidValueError):
+    with refusing(InvalidValueError, "'wound'", "'reel'"):
         remove_friction(spec, "flexor")
     assert spec.compile().nu == 1

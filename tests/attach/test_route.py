@@ -8,7 +8,7 @@ from hypothesis import strategies as some
 
 from tendon_mj import add_sites, add_tendon, arc_points, bent_points
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tests.refusal import refused
+from tests.refusals import refusing
 
 vectors = some.tuples(*[some.floats(-1.0, 1.0)] * 3)
 
@@ -90,7 +90,7 @@ def test_sites_lie_on_their_body_and_the_tendon_runs_through_them_in_order():
 )
 def test_a_route_that_cannot_be_is_refused_by_name(call, fact):
     spec = hand()
-    with refused(fact, by=(UnknownNameError, InvalidValueError)):
+    with refusing((UnknownNameError, InvalidValueError), fact):
         call(spec)
     assert not spec.tendons
 
@@ -123,5 +123,5 @@ def test_one_bend_all_along_is_an_arc():
     ids=["turns by nothing", "ends before it begins", "beyond the end", "overlaps"],
 )
 def test_a_bend_that_cannot_be_is_refused(bends):
-    with refused(f"{bends[-1][0]:g} m", by=InvalidValueError):
+    with refusing(InvalidValueError, f"{bends[-1][0]:g} m"):
         bent_points(0.8, bends, guides=18)

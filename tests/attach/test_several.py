@@ -18,8 +18,8 @@ from tendon_mj import (
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import sheaths
 from tests.attach.finger import LIMP, finger
-from tests.plugin.models import unsigned
-from tests.refusal import refused
+from tests.plugin.rigs import unsigned
+from tests.refusals import refusing
 
 WAYS = {
     "one list": ["flexor", "extensor"],
@@ -88,7 +88,7 @@ def test_automatic_names_are_free_ones():
     names = [sensor.name for sensor in spec.sensors]
     assert len(set(names)) == len(names)
     assert spec.compile().nsensor == len(names) == 4 + 3 + 3 + 1
-    with refused("'output_tension'", by=InvalidValueError):
+    with refusing(InvalidValueError, "'output_tension'"):
         add_sensor(spec, "flexor_sheath", "slip", name="output_tension")
 
 
@@ -172,7 +172,7 @@ def test_a_refusal_leaves_the_model_as_it_was(tendon, more, fact):
     spec = finger(FIXED + LIMP + UNNAMED)
     spec.compile()
     before = spec.to_xml()
-    with refused(fact, by=(UnknownNameError, InvalidValueError)):
+    with refusing((UnknownNameError, InvalidValueError), fact):
         add_friction(spec, tendon, friction=0.1, **more)
     assert spec.to_xml() == before
 

@@ -12,7 +12,7 @@ from tendon_mj.attach.spool import kept_drives
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.plugin import sheaths
 from tests.attach.test_removal import assert_equal
-from tests.refusal import refused
+from tests.refusals import refusing
 
 STIFFNESS, RADIUS = 2e4, 0.01
 MOTORS = {
@@ -237,7 +237,7 @@ def test_a_servo_can_turn_it():
     spec = wound(rig(), 0.2, pretension=2.0, spool={"armature": 1e-4})
     add_servo(spec, "t", tension_gain=10.0, velocity_gain=0.02, motor_inertia=1e-4)
     spec.compile()
-    with refused("servo", "'t'", by=InvalidValueError):
+    with refusing(InvalidValueError, "servo", "'t'"):
         remove_friction(spec, "t")
 
 
@@ -262,7 +262,7 @@ def test_what_would_not_pull_as_before_is_refused_by_name_and_reason(case):
     spec = rig(actuators)
     before = spec.to_xml() if case != "no actuator" else None
     arguments = {"friction": 0.1, "axial_stiffness": 1e4, "spool": Spool(radius=0.01)} | given
-    with refused(*facts):
+    with refusing(ValueError, *facts):
         add_friction(spec, "t", **arguments)
     assert before is None or spec.to_xml() == before
 
@@ -271,7 +271,7 @@ def test_what_would_not_pull_as_before_is_refused_by_name_and_reason(case):
 def test_a_spring_beside_the_motor_is_refused(slack):
     spec = rig()
     spec.tendon("t").stiffness[0] = 50.0
-    with refused("'t'", "spring", by=InvalidValueError):
+    with refusing(InvalidValueError, "'t'", "spring"):
         wound(spec, slack=slack)
 
 
@@ -285,7 +285,7 @@ def test_a_spring_beside_the_motor_is_refused(slack):
     ],
 )
 def test_a_spool_checks_its_numbers(given, fact):
-    with refused(fact, by=InvalidValueError):
+    with refusing(InvalidValueError, fact):
         Spool(**given)
 
 
@@ -339,7 +339,7 @@ NEEDS = {
 def test_a_spool_that_more_hangs_on_is_not_taken_away(need):
     spec = wound(rig())
     NEEDS[need](spec)
-    with refused("'t_spool'", "'t'", need, by=InvalidValueError):
+    with refusing(InvalidValueError, "'t_spool'", "'t'", need):
         remove_friction(spec, "t")
     assert len(sheaths(spec.compile())) == 1
     assert kept_drives(spec, "t")

@@ -6,7 +6,7 @@ import pytest
 
 from tendon_mj import add_friction, largest_stiffness
 from tendon_mj.errors import UnknownNameError
-from tests.refusal import refused
+from tests.refusals import refusing
 
 ARM = 0.03  # of the tendon about the hinge [m]
 INERTIA = 1e-4  # of the link [kg m²]
@@ -81,5 +81,5 @@ def test_what_hangs_behind_a_pulley_is_another_stretch():
 
 
 def test_an_unknown_tendon_is_refused_with_the_nearest_name():
-    with refused("did you mean 'tendon'", by=UnknownNameError):
+    with refusing(UnknownNameError, "did you mean 'tendon'"):
         largest_stiffness(compiled(link()), "tendn")

@@ -11,7 +11,7 @@ import pytest
 from tendon_mj.attach import add_sensor
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.models import Bench, Joint, build_joint
-from tests.refusal import refused
+from tests.refusals import refusing
 
 BENDS = (0.0, 60.0, 120.0, 180.0, 240.0)
 SENSORS = (
@@ -167,5 +167,5 @@ REFUSED += [("pretension", -1.0), ("guides", 0), ("bend", np.inf), ("timestep", 
 @pytest.mark.parametrize("kind", [Joint, Bench])
 @pytest.mark.parametrize(("number", "value"), REFUSED)
 def test_numbers_out_of_range_are_refused_by_name(kind, number, value):
-    with refused(f"{number} = {value}", by=InvalidValueError):
+    with refusing(InvalidValueError, f"{number} = {value}"):
         kind(**{number: value})

@@ -8,7 +8,7 @@ from tendon_mj.cli import main
 from tendon_mj.errors import TendonError
 from tendon_mj.models import load_model
 from tendon_mj.plugin import sheaths
-from tests.refusal import refused
+from tests.refusals import refusing
 
 LINK = """<body pos=".1 0 -.02"><joint name="j" axis="0 1 0"/><geom size=".01"/>
 <site name="c" pos=".05 0 .03"/></body>"""
@@ -69,14 +69,14 @@ def test_what_mujoco_would_crash_over_is_refused_by_name(world, sensor, changes,
     for old, new in changes.items():
         text = text.replace(old, new)
     (tmp_path / "arm.xml").write_text(text)
-    with refused("arm.xml", "sensor 'e'", fact, by=TendonError):
+    with refusing(TendonError, "arm.xml", "sensor 'e'", fact):
         load_model(str(tmp_path / "arm.xml"))
 
 
 def test_text_that_only_mujoco_can_read_is_refused_beside_a_replicate(tmp_path):
     text = arm(BESIDE, "").replace("<mujoco>", '<mujoco model="a & b">')
     (tmp_path / "arm.xml").write_text(text)
-    with refused("arm.xml", "<replicate>", by=TendonError):
+    with refusing(TendonError, "arm.xml", "<replicate>"):
         load_model(str(tmp_path / "arm.xml"))
 
 
@@ -91,7 +91,7 @@ def test_it_is_found_behind_an_include_and_in_a_model_of_the_model(tmp_path):
         '<mujoco><asset><model name="c" file="child.xml"/></asset></mujoco>'
     )
     for name in ("child.xml", "main.xml"):
-        with refused("child.xml", "sensor 'e'", by=TendonError):
+        with refusing(TendonError, "child.xml", "sensor 'e'"):
             load_model(str(tmp_path / name))
 
 

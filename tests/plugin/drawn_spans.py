@@ -56,7 +56,7 @@ def pieces_of(model, data, tendon):
     first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
     kinds, objects = model.wrap_type[first : first + count], model.wrap_objid[first : first + count]
     points, touched = points_of(data, tendon)
-    found, segment, divisor, at, k = [], 0, 1.0, 0, 0
+    pieces, segment, divisor, at, k = [], 0, 1.0, 0, 0
     while k < count - 1:
         kind = kinds[k + 1]
         if kind == _WRAP.mjWRAP_PULLEY:
@@ -64,17 +64,17 @@ def pieces_of(model, data, tendon):
             segment, k, at = segment + 1, k + 2, at + 2
             continue
         if kind == _WRAP.mjWRAP_SITE:
-            found.append(Piece(segment, divisor, at, at + 1))
+            pieces.append(Piece(segment, divisor, at, at + 1))
             k, at = k + 1, at + 1
         elif touched[at + 1] == objects[k + 1]:
-            found += _around(model, data, kind, objects[k + 1], points, segment, divisor, at)
+            pieces += _around(model, data, kind, objects[k + 1], points, segment, divisor, at)
             segment, k, at = segment + 1, k + 2, at + 3
         else:
-            found.append(Piece(segment, divisor, at, at + 1))
+            pieces.append(Piece(segment, divisor, at, at + 1))
             segment, k, at = segment + 1, k + 2, at + 1
         if k < count - 1 and kinds[k + 1] != _WRAP.mjWRAP_PULLEY:
             segment += 1
-    return found
+    return pieces
 
 
 def _around(model, data, kind, geom, points, segment, divisor, at):

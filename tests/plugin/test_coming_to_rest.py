@@ -75,11 +75,11 @@ def test_it_comes_to_rest_where_a_finer_step_says(mass):
         model = carriage(mass, None, STEP / parts)
         data = mujoco.MjData(model)
         data.ctrl[0] = -6.0
-        found = []
+        positions = []
         for _ in range(500):
             mujoco.mj_step(model, data, parts)
-            found.append(data.qpos[0])
-        return np.array(found), view_sheath(model, data, "t").friction_work.sum()
+            positions.append(data.qpos[0])
+        return np.array(positions), view_sheath(model, data, "t").friction_work.sum()
 
     (own, rubbed), (fine, finely) = motion(1), motion(16)
     assert np.abs(own - fine).max() < 0.15 * np.ptp(fine)  # of the integrator

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tests.plugin.models import arm, elastic_energy, run, snapshot, started, unsigned
+from tests.plugin.rigs import arm, elastic_energy, run, snapshot, started, unsigned
 
 STRING = """
 <mujoco>
@@ -63,8 +63,8 @@ def test_no_damping_is_as_if_the_word_were_not_there():
     for integrator in ("Euler", "RK4"):
         without, zero = arm(integrator=integrator), arm(integrator=integrator, axial_damping=0.0)
         one, other = (run(m, started(m, 2, 2.0), 300) for m in (without, zero))
-        found, expected = snapshot(without, one), snapshot(zero, other)
-        np.testing.assert_array_equal(unsigned(found), unsigned(expected))
+        actual, expected = snapshot(without, one), snapshot(zero, other)
+        np.testing.assert_array_equal(unsigned(actual), unsigned(expected))
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -1,17 +1,13 @@
 """A sheath on a tendon that MuJoCo's own actuators and springs pull on."""
 
-import os
-from pathlib import Path
-
 import mujoco
 import numpy as np
 import pytest
 from mujoco import rollout
 
-from tendon_mj.attach import add_friction
-from tests.plugin.models import sheath_view
+from tests.plugin.rigs import GIVEN, sheath_view, sheathed, stock
+from tests.refusals import refusing
 
-MODELS = os.environ.get("TENDON_MJ_MODELS", "")
 _FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 
 ACTUATORS = {
@@ -86,8 +82,8 @@ def test_without_friction_the_model_moves_as_mujocos_own(actuator, tendon):
     stock = arm(actuator, tendon=tendon)
     inputs = controls(stock)
     expected, _, _ = run(stock, inputs)
-    found, sensors, _ = run(arm(actuator, friction=0.0, tendon=tendon), inputs)
-    assert np.array_equal(found, expected)
+    actual, sensors, _ = run(arm(actuator, friction=0.0, tendon=tendon), inputs)
+    assert np.array_equal(actual, expected)
     assert np.array_equal(sensors[:, 0], sensors[:, 1])
 
 
@@ -142,9 +138,9 @@ def test_an_actuator_that_pushes_passes_the_sheath_unrubbed():
     push = '<motor tendon="t" ctrlrange="-5 5"/>'
     stock, rubbed = arm(push), arm(push, friction=0.6)
     inputs = np.full((400, 1), 3.0)
-    expected, found = run(stock, inputs), run(rubbed, inputs)
-    assert np.array_equal(expected[0], found[0])
-    assert not found[1].any()
+    expected, actual = run(stock, inputs), run(rubbed, inputs)
+    assert np.array_equal(expected[0], actual[0])
+    assert not actual[1].any()
 
 
 @pytest.mark.parametrize("flag", ["actuation", "spring", "damper"])
@@ -152,8 +148,8 @@ def test_what_is_disabled_does_not_pull(flag):
     option = f'timestep="0.001"><flag {flag}="disable"/></option><option'
     stock = arm(ACTUATORS["two"], tendon=SPRING, option=option)
     inputs = controls(stock, 0.3)
-    found, _, data = run(arm(ACTUATORS["two"], 0.0, SPRING, option=option), inputs)
-    assert np.array_equal(found, run(stock, inputs)[0])
+    actual, _, data = run(arm(ACTUATORS["two"], 0.0, SPRING, option=option), inputs)
+    assert np.array_equal(actual, run(stock, inputs)[0])
     if flag == "actuation":
         mujoco.mj_forward(data.model, data)
         pull = 60.0 * max(0.0, data.ten_length[0] - 0.3) + 0.4 * data.ten_velocity[0]
@@ -244,50 +240,32 @@ def test_a_copy_a_resumed_run_and_threads_are_bit_exact():
 
 
 @pytest.mark.parametrize(
-    ("extra", "said"),
-    [
-        ("pretension", "pretension = 5 has no meaning"),
-        ("viscous_friction", "viscous_friction = 5 has no meaning"),
-        ("tendon_mass", "tendon_mass = 5 has no meaning"),
-        ("backlash", "backlash = 5 has no meaning"),
-        ("sheath_compliance", "sheath_compliance = 5 has no meaning"),
-    ],
+    "extra", ["pretension", "viscous_friction", "tendon_mass", "backlash", "sheath_compliance"]
 )
-def test_what_belongs_to_a_reel_is_refused(extra, said):
-    with pytest.raises(ValueError, match=said):
+def test_what_belongs_to_a_reel_is_refused(extra):
+    with refusing(ValueError, "instance 's'", f"{extra} = 5"):
         arm(ACTUATORS["motor"], 0.3, extra=f'<config key="{extra}" value="5"/>')
 
 
 def test_a_tendon_that_nothing_pulls_on_needs_a_stiffness():
-    with pytest.raises(ValueError, match="axial_stiffness is missing"):
+    with refusing(ValueError, "instance 's'", "axial_stiffness"):
         arm(friction=0.3)
 
 
 def test_a_motor_beside_a_reel_is_refused():
     extra = '<config key="axial_stiffness" value="1e4"/>'
     reel = '<plugin name="r" plugin="tendon_mj.sheath" instance="s" tendon="t"/>'
-    with pytest.raises(ValueError, match="past the reel"):
+    with refusing(ValueError, "instance 's'", "'m'", "reel"):
         arm('<motor name="m" tendon="t"/>' + reel, 0.3, extra=extra)
 
 
 @pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")  # of muscles over two sites
-@pytest.mark.skipif(not MODELS, reason="TENDON_MJ_MODELS names no folder")
-@pytest.mark.parametrize("name", ["arm26", "myoelbow", "aero_hand", "myohand"])
+@pytest.mark.parametrize("name", GIVEN)
 @pytest.mark.parametrize("friction", [0.0, 0.1])
 def test_models_of_others(name, friction):
-    path = str(Path(MODELS) / f"{name}.xml")
-    stock = mujoco.MjModel.from_xml_path(path)
-    model = on_every_driven_tendon(path, friction)
-    inputs = controls(stock, 2.0)
-    expected, found = run(stock, inputs)[0], run(model, inputs)[0]
-    assert np.isfinite(found).all()
-    difference = np.abs(found - expected).max()
+    plain, model = stock(name), sheathed(name, friction=friction)
+    inputs = controls(plain, 2.0)
+    expected, actual = run(plain, inputs)[0], run(model, inputs)[0]
+    assert np.isfinite(actual).all()
+    difference = np.abs(actual - expected).max()
     assert difference == 0.0 if friction == 0.0 else difference > 1e-3
-
-
-def on_every_driven_tendon(path, friction):
-    """A model with a sheath on each tendon that an actuator pulls on."""
-    spec = mujoco.MjSpec.from_file(path)
-    on_tendon = mujoco.mjtTrn.mjTRN_TENDON
-    tendons = sorted({a.target for a in spec.actuators if a.trntype == on_tendon})
-    return add_friction(spec, tendons, friction=friction).compile()

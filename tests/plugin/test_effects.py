@@ -5,8 +5,20 @@ import numpy as np
 import pytest
 
 from tendon_mj import Parameters
-from tests.plugin.drives import ALL, BEND, EA, EFFECTS, GUIDES, LENGTH, PRETENSION, Drives
-from tests.plugin.models import arm, run, snapshot, started
+from tests.plugin.rigs import (
+    ALL,
+    BEND,
+    EA,
+    EFFECTS,
+    GUIDES,
+    LENGTH,
+    PRETENSION,
+    Drives,
+    arm,
+    run,
+    snapshot,
+    started,
+)
 
 NONE = dict.fromkeys(ALL, 0.0) | {"static_friction": 0.2}
 SCALES = {"stribeck_velocity": 0.02, "creep_time": 0.05}

@@ -1,88 +1,29 @@
-"""Effects together: no energy from nothing, no state outside mjData, any history."""
+"""Effects together: no energy from nothing, any history; `test_state` has their state."""
 
 import mujoco
 import numpy as np
 import pytest
-from mujoco import rollout
 
-from tests.plugin.drives import ALL, EA, EFFECTS, PRETENSION, Drives
-from tests.plugin.models import arm, restore, run, snapshot, started, tendon_total, unpacked
+from tests.plugin.rigs import (
+    ALL,
+    ALL_ON_ARM,
+    EA,
+    EFFECTS,
+    PRETENSION,
+    Drives,
+    arm,
+    started,
+    tendon_total,
+    unpacked,
+)
 
 INTEGRATORS = ["Euler", "implicitfast", "RK4"]
-ARM = ALL | {"stribeck_velocity": 0.2, "friction_gradient": 1.0, "backlash": 1e-3} | {
-    "sheath_compliance": 1e-4, "tendon_mass": 0.02, "viscous_friction": 0.5, "creep_time": 0.02,
-}  # fmt: skip
-
-
-def busy(integrator="Euler", **values):
-    return arm(integrator=integrator, spools=True, timestep=0.001, **ARM | values)
-
-
-def same(model, one, other):
-    np.testing.assert_array_equal(snapshot(model, one), snapshot(model, other))
-    np.testing.assert_array_equal(one.sensordata, other.sensordata)
-    np.testing.assert_array_equal(one.qacc, other.qacc)
-
-
-@pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_a_restored_state_goes_on_bit_by_bit(integrator):
-    model = busy(integrator)
-    data = run(model, started(model, 5, 2.0), 137)
-    middle = snapshot(model, data)
-    run(model, data, 200)
-    other = run(model, started(model, 9, 1.0), 50)
-    restore(model, other, middle)
-    run(model, other, 200)
-    same(model, data, other)
-    copy = mujoco.MjData(model)
-    restore(model, copy, middle)
-    mujoco.mj_copyData(other, model, copy)
-    run(model, other, 200)
-    same(model, data, other)
-
-
-@pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_a_reset_forgets_everything(integrator):
-    model = busy(integrator)
-    data = started(model, 5, 2.0)
-    start = data.qvel.copy()
-    first = snapshot(model, run(model, data, 300))
-    mujoco.mj_resetData(model, data)
-    data.qvel[:] = start
-    np.testing.assert_array_equal(snapshot(model, run(model, data, 300)), first)
-
-
-@pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_looking_without_stepping_commits_nothing(integrator):
-    model = busy(integrator)
-    plain, watched = started(model, 5, 2.0), started(model, 5, 2.0)
-    for _ in range(200):
-        mujoco.mj_step(model, plain)
-        for _ in range(3):
-            mujoco.mj_forward(model, watched)
-        mujoco.mj_step(model, watched)
-    same(model, watched, plain)
-
-
-def test_a_rollout_is_the_same_in_one_thread_and_in_two():
-    model = busy("implicitfast")
-    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
-    starts = np.empty((8, mujoco.mj_stateSize(model, kind)))
-    for seed in range(8):
-        data = run(model, started(model, seed, 2.0), 10 * seed)
-        mujoco.mj_getState(model, data, starts[seed], kind)
-    one, two = (
-        rollout.rollout(model, [mujoco.MjData(model) for _ in range(n)], starts, nstep=150)
-        for n in (1, 2)
-    )
-    for a, b in zip(one, two, strict=True):
-        np.testing.assert_array_equal(a, b)
 
 
 @pytest.mark.parametrize("seed", range(30))
 def test_any_mixture_on_any_arm_is_solved_and_only_rubs(seed):
     rng = np.random.default_rng(seed)
-    law = {k: v for k, v in ARM.items() if rng.random() < 0.7 or k in ("stribeck_velocity",)}
+    law = {k: v for k, v in ALL_ON_ARM.items() if rng.random() < 0.7 or k in ("stribeck_velocity",)}
     if "creep" in law:
         law["creep_time"] = 0.02
     if rng.random() < 0.3:
@@ -206,7 +147,7 @@ def energy(model, data, law):
 @pytest.mark.parametrize("effect", ["stiffening", "creep", "tendon_mass", "viscous_friction"])
 def test_an_arm_on_a_frictionless_tendon_gains_less_with_every_halving(effect):
     law = {"friction": 0.0, "axial_stiffness": 500.0, "pretension": 8.0}
-    law |= {k: ARM[k] for k in EFFECTS[effect]}
+    law |= {k: ALL_ON_ARM[k] for k in EFFECTS[effect]}
     gains = []
     for timestep in (2e-4, 1e-4, 5e-5):
         model = arm(timestep=timestep, spools=True, **law)

@@ -13,8 +13,7 @@ import pytest
 from tendon_mj import add_friction, view_sheath
 from tendon_mj.plugin import sheaths
 from tests.plugin.drawn_spans import span_gradients
-from tests.plugin.given_models import GIVEN, random_pose, sheathed, stock
-from tests.plugin.models import sheath_view
+from tests.plugin.rigs import GIVEN, random_pose, sheath_view, sheathed, stock
 from tests.plugin.test_driven import ACTUATORS, SPRING, arm
 
 POSES = 5
@@ -59,8 +58,8 @@ def spans_and_whole(model, data):
     """−Σ T_j ∂ℓ_j/∂q and −Σ T_in ∂L/∂q over the sheaths, and the dofs on which both are smooth."""
     by_span, whole, rubbed = np.zeros(model.nv), np.zeros(model.nv), 0.0
     smooth = np.ones(model.nv, bool)
-    for name, found in sheaths(model).items():
-        tendon = model.tendon(found.tendon).id
+    for name, sheath in sheaths(model).items():
+        tendon = model.tendon(sheath.tendon).id
         view = view_sheath(model, data, name)
         rows, is_smooth = span_gradients(model, data, tendon, view.tension.size)
         whole_row = whole_length_gradient(model, data, tendon)

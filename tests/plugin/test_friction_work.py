@@ -6,8 +6,7 @@ import pytest
 
 from tendon_mj import view_sheath
 from tendon_mj.plugin import sheaths
-from tests.plugin.given_models import GIVEN, sheathed
-from tests.plugin.models import sheath_view
+from tests.plugin.rigs import GIVEN, segment_lengths, sheath_view, sheathed
 from tests.plugin.test_driven import ACTUATORS, SPRING, arm, controls
 
 SECONDS = 2.0
@@ -44,11 +43,6 @@ def test_friction_takes_work_at_every_guide_of_every_tendon(name, friction):
     assert unsolved <= 1e-3 * len(views) * round(SECONDS / model.opt.timestep)
 
 
-def lengths_of(model, data):
-    """Of the segments of a model's only tendon, over sites."""
-    return np.linalg.norm(np.diff(data.site_xpos[model.wrap_objid], axis=0), axis=1)
-
-
 def elastic_energy(stiffness, tension, lengths):
     """U = Σ EA/2 ε² s of the segments behind the first, which takes in any length."""
     strain = tension / stiffness
@@ -65,7 +59,7 @@ def balance(actuator, stiffness, step):
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     put_in = arrived = moved = 0.0
-    lengths, tension = lengths_of(model, data), view_sheath(model, data, "t").tension
+    lengths, tension = segment_lengths(model, data), view_sheath(model, data, "t").tension
     stored = elastic_energy(stiffness, tension, lengths)
     for row in controls(model, 1.0, seed=5):
         data.ctrl[:] = row
@@ -73,7 +67,7 @@ def balance(actuator, stiffness, step):
         mujoco.mj_kinematics(model, data)
         tension = view_sheath(model, data, "t").tension
         passed = sheath_view(model, data).guides["trial_flow"]
-        before, lengths = lengths, lengths_of(model, data)
+        before, lengths = lengths, segment_lengths(model, data)
         change = lengths - before  # the force of a step's pose acts until the next
         put_in += tension[0] * (passed[0] * (1.0 + tension[0] / stiffness) - change[0])
         arrived -= tension @ change

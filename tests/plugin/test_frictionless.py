@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tests.plugin.models import arm, plain_arm, run
+from tests.plugin.rigs import arm, plain_arm, run
 
 EA, T0 = 500.0, 8.0
 

@@ -5,7 +5,7 @@ import pytest
 
 from tendon_mj import add_friction, add_sites, add_tendon
 from tendon_mj.plugin import sheaths
-from tendon_mj.plugin.abi.model_in_compilation import Draft
+from tendon_mj.plugin.abi.checks import Draft
 
 
 def rig(count):

@@ -1,5 +1,7 @@
-"""Failures while a simulation runs are counted and survived."""
+"""Failures while a simulation runs are counted and survived; models compile in many threads."""
 
+import sys
+import threading
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 
@@ -8,7 +10,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.attach import add_friction, add_sites, add_tendon
-from tests.plugin.models import (
+from tests.plugin.rigs import (
     arm,
     fixed_sheaths,
     run,
@@ -18,6 +20,8 @@ from tests.plugin.models import (
     unpacked,
     warnings_of_ours,
 )
+from tests.plugin.test_refusals import LAW as FLEXOR
+from tests.plugin.test_refusals import compiled, instance
 
 
 @pytest.fixture(autouse=True)
@@ -173,20 +177,6 @@ def test_data_made_and_run_in_many_threads_at_once_agree():
         np.testing.assert_array_equal(end, ends[0])
 
 
-def test_models_compiled_and_refused_in_many_threads_at_once():
-    def one(k):
-        friction = -1.0 - k if k % 2 else 0.1
-        try:
-            return float(arm(friction=friction).npluginstate)
-        except ValueError as error:
-            return str(error)
-
-    with ThreadPoolExecutor(8) as pool:
-        results = list(pool.map(one, range(32)))
-    assert {type(r) for r in results[::2]} == {float}
-    assert all("friction = -" in r for r in results[1::2])
-
-
 def bend_angles(points):
     spec = mujoco.MjSpec()
     add_tendon(spec, "t", add_sites(spec, "p", points))
@@ -253,3 +243,33 @@ def test_a_muscle_s_length_range_is_found_without_a_warning():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         spec.compile()
+
+
+THREADS, TIMES = 4, 50
+
+
+def test_each_thread_is_told_of_its_own_model():
+    told = [[] for _ in range(THREADS)]
+    start = threading.Barrier(THREADS)
+
+    def compile_repeatedly(thread):
+        start.wait()
+        for _ in range(TIMES):
+            try:
+                compiled(instance(f"bad{thread}", **(FLEXOR | {"tendon": f"none{thread}"})))
+            except ValueError as error:
+                told[thread].append(str(error))
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        threads = [threading.Thread(target=compile_repeatedly, args=(k,)) for k in range(THREADS)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    finally:
+        sys.setswitchinterval(interval)
+    for thread, errors in enumerate(told):
+        assert len(errors) == TIMES
+        assert all(f"instance 'bad{thread}': unknown tendon 'none{thread}'" in e for e in errors)

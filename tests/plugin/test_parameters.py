@@ -7,7 +7,8 @@ import pytest
 from tendon_mj import Parameters
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import PARAMETERS
-from tests.plugin.models import arm, fixed_sheaths, restore, run, snapshot, started
+from tests.plugin.rigs import arm, fixed_sheaths, restore, run, snapshot, started
+from tests.refusals import refusing
 
 MU = "sheath.friction"
 
@@ -137,7 +138,7 @@ def test_an_unknown_name_comes_with_the_nearest():
 def test_what_is_no_number_is_refused_with_the_parameter(value):
     model = arm()
     parameters = Parameters(model, mujoco.MjData(model))
-    with pytest.raises(InvalidValueError, match=r"sheath\.friction: .* is no number"):
+    with refusing(InvalidValueError, "sheath.friction: "):
         parameters[MU] = value
     assert parameters[MU] == 0.2
 
@@ -153,7 +154,7 @@ def test_what_is_no_name_is_unknown(name):
 def test_an_array_that_would_round_or_hold_no_change_is_refused():
     model = arm()
     for data in (np.zeros(model.npluginstate, np.float32), [0.0] * model.npluginstate, None):
-        with pytest.raises(InvalidValueError, match="must be an MjData or an array of float64"):
+        with refusing(InvalidValueError, "MjData", "float64"):
             Parameters(model, data)
     fixed = mujoco.MjData(model).plugin_state.copy()
     fixed.setflags(write=False)
@@ -165,5 +166,5 @@ def test_an_array_that_would_round_or_hold_no_change_is_refused():
 def test_what_is_no_state_of_the_model_is_refused_as_a_view_does(garbage):
     """What is set there would be lost, since such a state is bound anew when it is stepped."""
     model = arm()
-    with pytest.raises(InvalidValueError, match="no plugin states of this model, or none at all"):
+    with refusing(InvalidValueError, "sheath"):
         Parameters(model, np.full(model.npluginstate, garbage))

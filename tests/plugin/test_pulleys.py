@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tests.plugin.models import sheath_view
+from tests.plugin.rigs import sheath_view
 
 PULLEYS = """<mujoco><option timestep="0.001" gravity="0 0 0"/>{extension}<worldbody>
   <site name="a" pos="-0.2 0 0"/><site name="b" pos="0 0 0.05"/><site name="k" pos="0.1 0 0"/>
@@ -55,18 +55,18 @@ def test_each_branch_has_a_friction_state_of_its_own(start):
     mujoco.mj_forward(model, data)
     state = sheath_view(model, data)
     stiffness = float(state.state.law.axial_stiffness)
-    found = stiffness * state.segments["tension"]
+    tension = stiffness * state.segments["tension"]
     angles, divided = state.guides["angle"], state.guides["is_pulley"]
     assert list(divided) == [0.0, 1.0, 0.0, 1.0, 0.0]
     # the first branch slides as the others draw their tendon through it; else it holds
-    first = found[1] if start == "k" else 12.0
+    first = tension[1] if start == "k" else 12.0
     if start == "k":
-        assert found[1] == pytest.approx(12.0 * np.exp(-0.3 * angles[0]))
-    assert found[0] == pytest.approx(12.0)
-    assert found[2] == pytest.approx(first / 2.0)
-    assert found[4] == pytest.approx(first / 4.0)
-    assert found[2] / found[3] == pytest.approx(np.exp(0.3 * angles[2]), rel=1e-9)
-    assert found[4] / found[5] == pytest.approx(np.exp(0.3 * angles[4]), rel=1e-9)
+        assert tension[1] == pytest.approx(12.0 * np.exp(-0.3 * angles[0]))
+    assert tension[0] == pytest.approx(12.0)
+    assert tension[2] == pytest.approx(first / 2.0)
+    assert tension[4] == pytest.approx(first / 4.0)
+    assert tension[2] / tension[3] == pytest.approx(np.exp(0.3 * angles[2]), rel=1e-9)
+    assert tension[4] / tension[5] == pytest.approx(np.exp(0.3 * angles[4]), rel=1e-9)
 
 
 def test_the_force_on_a_joint_is_that_of_its_branch():

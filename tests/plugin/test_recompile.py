@@ -10,7 +10,7 @@ import pytest
 from tendon_mj import Parameters, add_friction, add_tendon
 from tendon_mj.plugin import sheaths
 from tendon_mj.plugin.sheath_plugin.state import view
-from tests.plugin.test_attached import PLAIN, SPOOL
+from tests.plugin.test_names import PLAIN, SPOOL
 
 pytestmark = pytest.mark.filterwarnings("ignore:add_friction. friction can do nothing")
 

@@ -1,8 +1,16 @@
-"""Refusals when a model is compiled; each message says what is wrong, where, and a remedy."""
+"""Refusals when a model is compiled; each message has the place, the value and a remedy."""
+
+import ctypes
+import gc
+import sys
 
 import mujoco
 import numpy as np
 import pytest
+
+from tendon_mj import add_friction
+from tests.plugin.test_servo_refusals import compiled as servo
+from tests.refusals import refusing
 
 HAND = """
 <mujoco>
@@ -41,8 +49,8 @@ def compiled(*instances, sensors="", actuators=""):
     )
 
 
-def refused(pattern, *instances, **more):
-    with pytest.raises(ValueError, match=pattern):
+def check_refused(facts, *instances, **more):
+    with refusing(ValueError, *facts):
         compiled(*instances, **more)
     # the process and the plugin are as good as before
     model = compiled(instance("sound", **LAW))
@@ -51,126 +59,102 @@ def refused(pattern, *instances, **more):
     assert np.isfinite(data.plugin_state).all()
 
 
-WHERE = r"plugin tendon_mj\.sheath instance 'bad': "
+KNUCKLE = {"reel_joint": "knuckle", "reel_radius": "0.01"}
+WHERE = "plugin tendon_mj.sheath instance 'bad': "
 CASES = [
-    ({"tendon": "flexer"}, r"unknown tendon 'flexer'; did you mean 'flexor'\? .*'coupling'"),
-    ({"tendon": None}, r"unknown tendon ''"),
-    ({"friction": "-0.1"}, r"friction = -0\.1 \[-\] must be finite and ≥ 0"),
-    ({"friction": "nan"}, r"friction = nan \[-\] must be finite"),
-    ({"friction": "inf"}, r"friction = inf \[-\] must be finite"),
-    ({"friction": "1e999"}, r"friction = inf \[-\] must be finite"),
-    ({"pretension": "1e308"}, r"pretension = 1e\+308 \[N\] is no size .*, 0 to 1e\+30"),
-    ({"axial_stiffness": "1e-320"}, r"axial_stiffness = .* is no size .*, 1e-30 to 1e\+30"),
-    ({"friction": "low"}, r"friction = 'low' is not a number"),
-    ({"friction": "0.1 0.2"}, r"friction = '0\.1 0\.2' is not a number"),
-    ({"friction": None}, r"friction is missing \(its unit is -\)"),
-    ({"axial_stiffness": "0"}, r"axial_stiffness = 0 \[N\] must be finite and > 0"),
-    ({"axial_stiffness": "-5"}, r"axial_stiffness = -5 \[N\] must be finite and > 0"),
-    ({"axial_stiffness": None}, r"axial_stiffness is missing \(its unit is N\)"),
-    ({"pretension": "-1"}, r"pretension = -1 \[N\] must be finite and ≥ 0"),
-    ({"constant_friction": "-1"}, r"constant_friction = -1 \[N\] must be finite and ≥ 0"),
-    ({"axial_damping": "inf"}, r"axial_damping = inf \[N s\] must be finite and ≥ 0"),
-    ({"static_friction": "0.05"}, r"static_friction = 0\.05 must be ≥ friction = 0\.1"),
-    (
-        {"direction_asymmetry": "1"},
-        r"direction_asymmetry = 1 \[-\] must be finite and > -1 and < 1",
-    ),
-    ({"backlash": "-1e-3"}, r"backlash = -0\.001 \[m\] must be finite and ≥ 0"),
-    ({"friction_drift": "nan"}, r"friction_drift = nan \[1/s\] must be finite"),
-    ({"stribeck_friction": "0.1"}, r"stribeck_friction = 0\.1 needs stribeck_velocity > 0 \[m/s\]"),
-    ({"creep": "0.1", "creep_time": "0"}, r"creep = 0\.1 needs creep_time > 0 \[s\]"),
-    ({"tendon": "coupling"}, r"tendon 'coupling' is a fixed tendon; only a spatial one"),
-    (
-        {"tendon": "wrapped", "guides": "1"},
-        r"'wrapped' wraps around geoms: .* arc_guides has to be",
-    ),
-    ({"arc_guides": "0"}, r"arc_guides = 0 must be 1 or more"),
-    ({"inner_guides": "some"}, r"inner_guides = 'some' is not a count"),
-    (
-        {"arc_guides": "894783", "inner_guides": "154"},
-        r"arc_guides = 894783 inner_guides = 154 makes room for \d+ guides, .* more than 16777216",
-    ),
-    ({"guides": "999999"}, r"guides = 999999 makes room for 999999 guides"),
-    ({"tendon": "forked"}, r"tendon 'forked' branches at a pulley"),
-    (
-        {"tendon": "stiff", "reel_joint": "knuckle", "reel_radius": "0.01"},
-        r"tendon 'stiff' has a stiffness of its own, 40 0 0",
-    ),
-    ({"tendon": "stiff", "pretension": "3"}, r"pretension = 3 has no meaning where"),
-    ({"reel_joint": "knuckle"}, r"reel_joint and reel_radius go together"),
-    ({"reel_radius": "0.01"}, r"reel_joint and reel_radius go together"),
-    ({"output_joint": "knuckle"}, r"output_joint and output_radius go together"),
-    ({"reel_joint": "knukle", "reel_radius": "0.01"}, r"reel_joint: unknown joint 'knukle'; did y"),
-    ({"reel_joint": "socket", "reel_radius": "0.01"}, r"reel_joint 'socket' is no hinge or slide"),
-    ({"output_joint": "loose", "output_radius": "1"}, r"output_joint 'loose' is no hinge or slide"),
-    ({"reel_joint": "knuckle", "reel_radius": "0"}, r"reel_radius = 0 \[m\] must be finite and "),
-    ({"guides": "3"}, r"guides = 3, but tendon 'flexor' runs over 1 between its ends"),
-    ({"guides": "0"}, r"guides = 0, but tendon 'flexor' runs over 1 between its ends"),
-    ({"guides": "-1"}, r"guides = '-1' is not a count"),
-    ({"guides": "many"}, r"guides = 'many' is not a count"),
+    ({"tendon": "flexer"}, "unknown tendon 'flexer'", "'flexor'", "'coupling'"),
+    ({"tendon": None}, "unknown tendon ''"),
+    ({"friction": "-0.1"}, "friction = -0.1 [-]", "≥ 0"),
+    ({"friction": "nan"}, "friction = nan [-]"),
+    ({"friction": "inf"}, "friction = inf [-]"),
+    ({"friction": "1e999"}, "friction = inf [-]"),
+    ({"pretension": "1e308"}, "pretension = 1e+308 [N]", "0 to 1e+30"),
+    ({"axial_stiffness": "1e-320"}, "axial_stiffness = ", "1e-30 to 1e+30"),
+    ({"friction": "low"}, "friction = 'low'"),
+    ({"friction": "0.1 0.2"}, "friction = '0.1 0.2'"),
+    ({"friction": None}, "friction is missing"),
+    ({"axial_stiffness": "0"}, "axial_stiffness = 0 [N]", "> 0"),
+    ({"axial_stiffness": "-5"}, "axial_stiffness = -5 [N]", "> 0"),
+    ({"axial_stiffness": None}, "axial_stiffness is missing", "unit is N"),
+    ({"pretension": "-1"}, "pretension = -1 [N]", "≥ 0"),
+    ({"constant_friction": "-1"}, "constant_friction = -1 [N]", "≥ 0"),
+    ({"axial_damping": "inf"}, "axial_damping = inf [N s]", "≥ 0"),
+    ({"static_friction": "0.05"}, "static_friction = 0.05", "friction = 0.1"),
+    ({"direction_asymmetry": "1"}, "direction_asymmetry = 1 [-]", "> -1 and < 1"),
+    ({"backlash": "-1e-3"}, "backlash = -0.001 [m]", "≥ 0"),
+    ({"friction_drift": "nan"}, "friction_drift = nan [1/s]"),
+    ({"stribeck_friction": "0.1"}, "stribeck_friction = 0.1", "stribeck_velocity > 0 [m/s]"),
+    ({"creep": "0.1", "creep_time": "0"}, "creep = 0.1", "creep_time > 0 [s]"),
+    ({"tendon": "coupling"}, "tendon 'coupling'", "fixed tendon"),
+    ({"tendon": "wrapped", "guides": "1"}, "'wrapped'", "arc_guides"),
+    ({"arc_guides": "0"}, "arc_guides = 0"),
+    ({"inner_guides": "some"}, "inner_guides = 'some'"),
+    ({"arc_guides": "894783", "inner_guides": "154"}, "arc_guides = 894783 inner_guides = 154"),
+    ({"guides": "999999"}, "guides = 999999", "16777216"),
+    ({"tendon": "forked"}, "tendon 'forked'", "pulley"),
+    ({"tendon": "stiff", **KNUCKLE}, "tendon 'stiff'", "40 0 0"),
+    ({"tendon": "stiff", "pretension": "3"}, "pretension = 3", "'stiff'"),
+    ({"reel_joint": "knuckle"}, "reel_joint and reel_radius"),
+    ({"reel_radius": "0.01"}, "reel_joint and reel_radius"),
+    ({"output_joint": "knuckle"}, "output_joint and output_radius"),
+    ({"reel_joint": "knukle", "reel_radius": "0.01"}, "reel_joint: ", "'knukle'", "'knuckle'"),
+    ({"reel_joint": "socket", "reel_radius": "0.01"}, "reel_joint 'socket'", "hinge or slide"),
+    ({"output_joint": "loose", "output_radius": "1"}, "output_joint 'loose'", "hinge or slide"),
+    ({"reel_joint": "knuckle", "reel_radius": "0"}, "reel_radius = 0 [m]"),
+    ({"guides": "3"}, "guides = 3", "'flexor' runs over 1"),
+    ({"guides": "0"}, "guides = 0", "'flexor' runs over 1"),
+    ({"guides": "-1"}, "guides = '-1'"),
+    ({"guides": "many"}, "guides = 'many'"),
+    ({"guides": "²"}, "guides = '²'"),
+    # text that C and Python read differently, or that is not to the letter
+    ({"axial_stiffness": "1_000"}, "axial_stiffness = '1_000'"),
+    ({"friction": "٣"}, "friction = '٣'"),
+    ({"friction": " 0.1"}, "friction = ' 0.1'"),
+    ({"friction": "0x1p-3"}, "friction = '0x1p-3'"),
+    ({"tendon": " tendon "}, "unknown tendon ' tendon '"),
+    ({"tendon": "%s%n%d"}, "unknown tendon '%s%n%d'"),
 ]
 
 
-@pytest.mark.parametrize(("values", "pattern"), CASES, ids=[str(v) for v, _ in CASES])
-def test_a_bad_configuration_is_named_with_its_place_and_value(values, pattern):
-    refused(WHERE + ".*" + pattern, instance("bad", **(LAW | values)))
+@pytest.mark.parametrize(("values", "facts"), [(v, f) for v, *f in CASES], ids=str)
+def test_a_bad_configuration_is_named_with_its_place_and_value(values, facts):
+    check_refused([WHERE, *facts], instance("bad", **(LAW | values)))
 
 
 def test_an_unknown_attribute():
-    refused("unrecognized attribute.*frictoin", instance("bad", **LAW, frictoin="0.1"))
+    check_refused(["attribute", "frictoin"], instance("bad", **LAW, frictoin="0.1"))
 
 
 def test_an_unknown_site():
     spec = mujoco.MjSpec.from_string(HAND.format(instances="", sensors="", actuators=""))
     spec.tendon("flexor").wrap_site("nowhere")
-    with pytest.raises(ValueError, match="nowhere"):
+    with refusing(ValueError, "nowhere"):
         spec.compile()
 
 
 def test_two_sheaths_on_a_tendon():
-    pattern = r"tendon 'flexor' already runs in sheath '(one|two)'; a tendon has one sheath"
-    refused(pattern, instance("one", **LAW), instance("two", **LAW))
+    check_refused(
+        ["'flexor'", "a tendon has one sheath"], *(instance(k, **LAW) for k in ("a", "b"))
+    )
 
 
 @pytest.mark.parametrize(
-    ("values", "pattern"),
+    ("values", "facts"),
     [
-        (
-            {"tendon": "flexor", "sensor": "tensoin"},
-            r"unknown sensor 'tensoin'; did you mean 'tens",
-        ),
-        ({"tendon": "flexor", "sensor": "slip", "friction": "1"}, r"a sensor takes no friction"),
-        ({"tendon": "extensor", "sensor": "slip"}, r"unknown sheathed tendon 'extensor'.*'flexor'"),
-        ({"tendon": "flexr", "sensor": "slip"}, r"unknown tendon 'flexr'; did you mean 'flexor'"),
+        ({"tendon": "flexor", "sensor": "tensoin"}, ["unknown sensor 'tensoin'", "'tension'"]),
+        ({"tendon": "flexor", "sensor": "slip", "friction": "1"}, ["a sensor takes no friction"]),
+        ({"tendon": "extensor", "sensor": "slip"}, ["'extensor'", "'flexor'"]),
+        ({"tendon": "flexr", "sensor": "slip"}, ["unknown tendon 'flexr'", "'flexor'"]),
     ],
 )
-def test_a_sensor_that_cannot_show_what_it_is_asked_for(values, pattern):
+def test_a_sensor_that_cannot_show_its_quantity(values, facts):
     sensor = '<plugin name="s" plugin="tendon_mj.sheath" instance="bad"/>'
-    refused(WHERE + pattern, instance("sheath", **LAW), instance("bad", **values), sensors=sensor)
-
-
-@pytest.mark.parametrize(
-    ("name", "text"),
-    [("axial_stiffness", "1_000"), ("friction", "٣"), ("friction", " 0.1"), ("friction", "0x1p-3")],
-)
-def test_a_number_that_c_and_python_read_differently_is_none(name, text):
-    refused(rf"{name} = '{text}' is not a number", instance("bad", **(LAW | {name: text})))
-
-
-def test_a_name_is_taken_to_the_letter():
-    refused(r"unknown tendon ' tendon '", instance("bad", **(LAW | {"tendon": " tendon "})))
-
-
-def test_a_count_is_of_plain_digits():
-    refused(r"guides = '²' is not a count", instance("bad", **(LAW | {"guides": "²"})))
-
-
-def test_a_percent_sign_is_no_format():
-    refused(WHERE + r"unknown tendon '%s%n%d'", instance("bad", **(LAW | {"tendon": "%s%n%d"})))
+    instances = instance("sheath", **LAW), instance("bad", **values)
+    check_refused([WHERE, *facts], *instances, sensors=sensor)
 
 
 def test_a_message_of_any_length_is_survived():
-    with pytest.raises(ValueError, match="friction = 'xxx"):
+    with refusing(ValueError, "friction = 'xxx"):
         compiled(instance("bad", **(LAW | {"friction": "x" * 5000})))
 
 
@@ -183,5 +167,114 @@ def test_a_sheath_without_guides_or_name_is_no_mistake():
 
 def test_a_reel_on_another_tendon():
     reel = '<plugin name="r" plugin="tendon_mj.sheath" instance="bad" tendon="extensor"/>'
-    pattern = WHERE + r"reel 'r' acts on tendon 'extensor', the sheath on 'flexor'"
-    refused(pattern, instance("bad", **LAW), actuators=reel)
+    check_refused([WHERE, "'r'", "'extensor'", "'flexor'"], instance("bad", **LAW), actuators=reel)
+
+
+@pytest.mark.parametrize("name", ["%s%n", "é" * 3000, "%" * 3000])
+def test_a_message_arrives_whatever_is_in_it(name):
+    with refusing(ValueError, f"instance '{name[:100]}"):
+        compiled(instance(name, **(LAW | {"tendon": "none"})))
+
+
+def test_a_mistake_in_a_sheath_is_told_before_what_follows_from_it_in_a_servo():
+    servo_of = instance("v", tendon="flexor", tension_gain="7", velocity_gain="2")
+    servos = f'</plugin><plugin plugin="tendon_mj.servo">{servo_of}</plugin>'
+    pull = '<plugin plugin="tendon_mj.servo" instance="v" joint="knuckle"/>'
+    spool = {"reel_joint": "knukle", "reel_radius": "0.01"}
+    with refusing(ValueError, "sheath instance 's': reel_joint", "'knukle'"):
+        compiled(
+            servos + '<plugin plugin="tendon_mj.sheath">' + instance("s", **LAW, **spool),
+            actuators=pull,
+        )
+
+
+class _Heap(ctypes.Structure):
+    """`struct mallinfo2` of glibc: ten numbers."""
+
+    _fields_ = (("numbers", ctypes.c_size_t * 10),)
+
+
+def _allocated():
+    """Bytes that the process holds: mapped by themselves, and in use on the heap."""
+    mallinfo2 = ctypes.CDLL(None).mallinfo2
+    mallinfo2.restype = _Heap
+    gc.collect()
+    numbers = mallinfo2().numbers
+    return numbers[4] + numbers[7]
+
+
+# The first and last instance of a model are MuJoCo's own: one has begun when ours is refused.
+_PID = """</plugin><plugin plugin="mujoco.pid"><instance name="p"><config key="kp" value="1"/>
+  </instance></plugin><plugin plugin="tendon_mj.sheath">"""
+_DRIVEN = """<plugin plugin="mujoco.pid" instance="p" joint="knuckle"/>
+  <plugin plugin="mujoco.pid" joint="knuckle"><config key="kp" value="1"/></plugin>"""
+
+
+def _spoiled():
+    """A model whose tendon, once compiled, is given what its sheath cannot be on."""
+    model = compiled(instance("s", **LAW, reel_joint="knuckle", reel_radius="0.01"))
+    model.tendon_stiffness[0] = 5.0
+    return model
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only glibc tells what it holds")
+@pytest.mark.parametrize(
+    "refusal",
+    [
+        lambda: compiled(instance("bad", **(LAW | {"friction": "-1"}))),
+        lambda: compiled(
+            instance("good", **LAW),
+            instance("bad", **(LAW | {"tendon": "extensor", "guides": "x"})),
+        ),
+        lambda: compiled(instance("bad", **(LAW | {"tendon": "forked", "pretension": "1"}))),
+        lambda: compiled(_PID, instance("bad", **(LAW | {"tendon": "forked"})), actuators=_DRIVEN),
+        lambda: servo(tension_gain="-1"),
+        lambda: servo(target='site="a"'),
+        lambda: mujoco.MjData(_spoiled()),
+    ],
+    ids=["configuration", "second", "tendon", "beside MuJoCo's", "servo", "joint", "data"],
+)
+def test_a_refusal_leaves_nothing_behind(refusal):
+    def grown():
+        before = _allocated()
+        for _ in range(50):
+            with refusing((ValueError, mujoco.FatalError), "plugin tendon_mj"):
+                refusal()
+        return _allocated() - before
+
+    assert min(grown() for _ in range(3)) < 50 * 16  # other things are kept once
+
+
+XML = """
+<mujoco>
+  <option gravity="0 0 0"><flag sleep="{flag}"/></option>
+  <worldbody>
+    <site name="a"/><site name="g" pos=".2 0 0"/>
+    <body name="link" sleep="{policy}">
+      <joint type="slide" axis="1 0 0" damping="1"/><geom size=".1" contype="0" conaffinity="0"/>
+      <site name="b" pos=".3 .2 0"/>
+    </body>
+  </worldbody>
+  <tendon><spatial name="flexor"><site site="a"/><site site="g"/><site site="b"/></spatial></tendon>
+</mujoco>
+"""
+
+
+def asleep(flag, policy):
+    spec = mujoco.MjSpec.from_string(XML.format(flag=flag, policy=policy))
+    law = {"friction": 0.1, "axial_stiffness": 1e3, "pretension": 1.0}
+    return add_friction(spec, "flexor", **law).compile()
+
+
+@pytest.mark.parametrize("policy", ["allowed", "auto", "init"])
+def test_a_body_that_may_fall_asleep_is_refused_with_the_remedy(policy):
+    with refusing((ValueError, mujoco.FatalError), "'flexor'", "'link'", 'sleep="never"'):
+        mujoco.MjData(asleep("enable", policy))
+
+
+@pytest.mark.parametrize(("flag", "policy"), [("enable", "never"), ("disable", "allowed")])
+def test_one_that_stays_awake_is_not(flag, policy):
+    model = asleep(flag, policy)
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 50)
+    assert data.sensor("input_tension").data[0] > 0.0

@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 
-from tests.plugin.models import arm, run, started, unpacked
+from tests.plugin.rigs import arm, run, started, unpacked
 
 
 def at_end(integrator, timestep):

@@ -9,6 +9,8 @@ import pytest
 
 from tendon_mj import add_friction, add_sensor, remove_friction, view_sheath
 from tendon_mj.plugin import sheaths
+from tests.plugin.rigs import restore, snapshot
+from tests.refusals import refusing
 
 TENDONS = ("one", "two", "three")
 KINDS = ("input_tension", "output_tension", "unsolved")
@@ -79,10 +81,7 @@ def test_a_copy_and_a_state_show_the_same(spec):
     model, data = pulled(spec)
     other = copy.copy(data)
     fresh = mujoco.MjData(model)
-    whole = mujoco.mjtState.mjSTATE_INTEGRATION
-    state = np.empty(mujoco.mj_stateSize(model, whole))
-    mujoco.mj_getState(model, data, state, whole)
-    mujoco.mj_setState(model, fresh, state, whole)
+    restore(model, fresh, snapshot(model, data))
     for one in (data, other, fresh):
         mujoco.mj_forward(model, one)
         assert shows(model, one)
@@ -197,33 +196,33 @@ def test_a_tendon_is_said_by_the_object_or_by_the_configuration(sensor):
 
 
 @pytest.mark.parametrize(
-    ("sensor", "message"),
+    ("sensor", "facts"),
     [
         (
             plugin_sensor("", sensor="input_tension"),
-            "'shown' shows input_tension of no tendon: give it objtype",
+            ["'shown'", "input_tension", "objtype"],
         ),
         (
             plugin_sensor('objtype="site" objname="a"', sensor="input_tension"),
-            "'shown' shows input_tension of no tendon",
+            ["'shown'", "input_tension"],
         ),
         (
             plugin_sensor('objtype="tendon" objname="bare"', sensor="input_tension"),
-            r"unknown sheathed tendon 'bare'.*'flexor'",
+            ["'bare'", "'flexor'"],
         ),
         (
             plugin_sensor(
                 'objtype="tendon" objname="bare"', sensor="input_tension", tendon="flexor"
             ),
-            "'shown' has another object than tendon 'flexor'",
+            ["'shown'", "'flexor'"],
         ),
-        (plugin_sensor(FLEXOR, sensor="slip"), "a sensor of slip .*tendon is missing"),
+        (plugin_sensor(FLEXOR, sensor="slip"), ["slip", "tendon is missing"]),
         (
             '<plugin plugin="tendon_mj.sheath" instance="sheath" objtype="tendon" objname="bare"/>',
-            "has another object than tendon 'flexor'",
+            ["sensor ''", "'flexor'"],
         ),
     ],
 )
-def test_a_sensor_of_no_tendon_or_of_two_is_refused(sensor, message):
-    with pytest.raises(ValueError, match=message):
+def test_a_sensor_of_no_tendon_or_of_two_is_refused(sensor, facts):
+    with refusing(ValueError, *facts):
         mujoco.MjModel.from_xml_string(mjcf(sensor))

@@ -6,20 +6,30 @@ import pytest
 
 from tendon_mj import Parameters, theory
 from tendon_mj.plugin import servo_estimate
-from tendon_mj.plugin.servo_plugin.control_law import backlash_ahead, stiffness_ahead
-from tests.plugin.servos import INERTIA, PRETENSION, RADIUS, SPRING, model, respond, stiffness
+from tendon_mj.plugin.servo_plugin.law import backlash_ahead, stiffness_ahead
+from tests.plugin.rigs import (
+    INERTIA,
+    RADIUS,
+    SERVO_PRETENSION,
+    SPRING,
+    respond,
+    servo_model,
+    servo_stiffness,
+)
 
 
 def damping_gain(zeta, gain=7.0):
-    return zeta * 2.0 * RADIUS * np.sqrt(INERTIA * stiffness() * gain)
+    return zeta * 2.0 * RADIUS * np.sqrt(INERTIA * servo_stiffness() * gain)
 
 
 @pytest.mark.parametrize("zeta", [0.2, 0.5, 0.9])
 @pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
 def test_without_friction_it_is_the_second_order_system_of_the_paper(zeta, integrator):
-    m = model(velocity_gain=damping_gain(zeta), timestep=1e-4, integrator=integrator, mass=0.002)
+    m = servo_model(
+        velocity_gain=damping_gain(zeta), timestep=1e-4, integrator=integrator, mass=0.002
+    )
     seen = respond(m, np.full(12000, 30.0))
-    omega = RADIUS * np.sqrt(stiffness() * 7.0 / INERTIA)
+    omega = RADIUS * np.sqrt(servo_stiffness() * 7.0 / INERTIA)
     t, turn = seen[:, 0], omega * np.sqrt(1.0 - zeta**2)
     decay = np.exp(-zeta * omega * t)
     ideal = 30.0 - 10.0 * decay * (np.cos(turn * t) + zeta * omega / turn * np.sin(turn * t))
@@ -29,27 +39,27 @@ def test_without_friction_it_is_the_second_order_system_of_the_paper(zeta, integ
 
 @pytest.mark.parametrize("radius", [RADIUS, -RADIUS])
 def test_a_negative_radius_turns_the_motor_the_other_way_and_nothing_else(radius):
-    seen = respond(model(friction=0.3, radius=radius), np.full(4000, 40.0))
+    seen = respond(servo_model(friction=0.3, radius=radius), np.full(4000, 40.0))
     assert seen[-1, 1] == pytest.approx(40.0, abs=0.1)
     assert np.sign(seen[-1, 3]) == np.sign(radius)
 
 
 def test_the_gear_holds_what_the_tendon_pulls():
-    seen = respond(model(friction=0.2), np.full(100, PRETENSION))
+    seen = respond(servo_model(friction=0.2), np.full(100, SERVO_PRETENSION))
     assert np.abs(seen[:, 4]).max() < 1e-12
-    slipping = respond(model(friction=0.2, backdrive=True), np.full(100, PRETENSION))
+    slipping = respond(servo_model(friction=0.2, backdrive=True), np.full(100, SERVO_PRETENSION))
     assert slipping[-1, 3] < 0.0  # the tendon turns a motor that it can turn back
 
 
 def test_a_backdriven_motor_rests_where_the_tendon_holds_it():
-    seen = respond(model(backdrive=True), np.full(20000, 40.0))
+    seen = respond(servo_model(backdrive=True), np.full(20000, 40.0))
     # G_t r (T_r − T) = r T (1 + T/2EA)
     tension = seen[-1, 1]
     assert 7.0 * (40.0 - tension) == pytest.approx(tension * (1.0 + tension / 20e3), rel=1e-3)
 
 
 def test_the_torque_stays_within_its_limit():
-    m = model(torque_limit=0.05, velocity_gain=0.2)
+    m = servo_model(torque_limit=0.05, velocity_gain=0.2)
     seen = respond(m, np.full(2000, 60.0))
     spool = RADIUS * seen[:, 2] * (1.0 + seen[:, 2] / 20e3)
     torque = seen[:, 5] - spool
@@ -58,20 +68,20 @@ def test_the_torque_stays_within_its_limit():
 
 @pytest.mark.parametrize("backdrive", [False, True])
 def test_the_speed_stays_within_its_limit(backdrive):
-    m = model(speed_limit=0.4, velocity_gain=0.2, backdrive=backdrive)
+    m = servo_model(speed_limit=0.4, velocity_gain=0.2, backdrive=backdrive)
     seen = respond(m, np.r_[np.full(3000, 60.0), np.full(3000, 10.0)])
     assert np.abs(seen[:, 4]).max() == pytest.approx(0.4, rel=1e-6)
 
 
 def test_any_velocity_gain_is_stable():
-    seen = respond(model(velocity_gain=1e4), np.full(500, 60.0))
+    seen = respond(servo_model(velocity_gain=1e4), np.full(500, 60.0))
     assert np.isfinite(seen).all()
     assert np.all(seen[:, 4] >= -1e-12)
 
 
 def test_a_delay_is_felt_after_itself_and_not_before():
-    plain = respond(model(delay=0.0, period=0.0005), np.full(400, 40.0))
-    late = respond(model(delay=0.02), np.full(440, 40.0))
+    plain = respond(servo_model(delay=0.0, period=0.0005), np.full(400, 40.0))
+    late = respond(servo_model(delay=0.02), np.full(440, 40.0))
     assert not late[:39, 4].any()
     spool = RADIUS * late[0, 2] * (1.0 + late[0, 2] / 20e3)
     np.testing.assert_allclose(late[:40, 5], spool, rtol=1e-12)
@@ -79,7 +89,7 @@ def test_a_delay_is_felt_after_itself_and_not_before():
 
 
 def test_a_sampled_torque_holds_for_its_period():
-    seen = respond(model(period=0.004), np.full(400, 40.0))
+    seen = respond(servo_model(period=0.004), np.full(400, 40.0))
     spool = RADIUS * seen[:, 2] * (1.0 + seen[:, 2] / 20e3)
     torque = (seen[:, 5] - spool).reshape(-1, 8)
     np.testing.assert_allclose(torque, torque[:, :1].repeat(8, 1), rtol=0, atol=1e-12)
@@ -89,7 +99,7 @@ def test_a_sampled_torque_holds_for_its_period():
 def test_delay_takes_damping_away():
     gain = damping_gain(0.5)
     peaks = [
-        respond(model(velocity_gain=gain, delay=d), np.full(4000, 40.0))[:, 1].max()
+        respond(servo_model(velocity_gain=gain, delay=d), np.full(4000, 40.0))[:, 1].max()
         for d in (0.0, 0.01, 0.02)
     ]
     assert peaks[0] < peaks[1] < peaks[2]
@@ -98,7 +108,7 @@ def test_delay_takes_damping_away():
 def test_loosening_has_gains_of_its_own():
     up = np.full(2000, 40.0)
     plain, changed = (
-        respond(model(**values), np.r_[up, np.full(1000, 25.0)])
+        respond(servo_model(**values), np.r_[up, np.full(1000, 25.0)])
         for values in ({}, {"loosening_tension_gain": 14.0, "loosening_velocity_gain": 0.7})
     )
     assert np.abs(plain[:, 1] - changed[:, 1])[:1500].max() < 1e-3
@@ -106,7 +116,7 @@ def test_loosening_has_gains_of_its_own():
 
 
 def test_the_observer_sees_what_the_sensor_sees():
-    m = model(friction=0.4)
+    m = servo_model(friction=0.4)
     data = mujoco.MjData(m)
     worst = 0.0
     for k in range(8000):
@@ -118,7 +128,7 @@ def test_the_observer_sees_what_the_sensor_sees():
 
 
 def test_an_observer_with_the_wrong_friction_is_off_by_the_difference():
-    m = model(friction=0.4, feedback="observer", observer_friction=0.5)
+    m = servo_model(friction=0.4, feedback="observer", observer_friction=0.5)
     data = mujoco.MjData(m)
     respond(m, np.full(8000, 40.0), data)
     bend = 2.0
@@ -128,7 +138,10 @@ def test_an_observer_with_the_wrong_friction_is_off_by_the_difference():
 
 def test_feedforward_changes_nothing_before_the_reference_moves():
     calls = [
-        respond(model(friction=0.4, backlash_feedforward=g, rate_feedforward=g), np.full(500, 30.0))
+        respond(
+            servo_model(friction=0.4, backlash_feedforward=g, rate_feedforward=g),
+            np.full(500, 30.0),
+        )
         for g in (0.0, 1.0)
     ]
     np.testing.assert_array_equal(*calls)
@@ -139,7 +152,7 @@ def test_feedforward_crosses_the_backlash_sooner_and_without_overshoot():
     gain = damping_gain(1.6)
     plain, crossed = (
         respond(
-            model(
+            servo_model(
                 friction=0.5,
                 velocity_gain=gain,
                 backlash_feedforward=g,
@@ -174,7 +187,10 @@ def test_stiffness_ahead_is_that_of_the_closed_form(sense, exponent):
 
 
 def test_gains_are_live():
-    m, other = model(tension_gain=7.0), model(tension_gain=9.0, loosening_tension_gain=7.0)
+    m, other = (
+        servo_model(tension_gain=7.0),
+        servo_model(tension_gain=9.0, loosening_tension_gain=7.0),
+    )
     data = mujoco.MjData(m)
     Parameters(m, data)["servo.tension_gain"] = 9.0
     reference = np.full(500, 40.0)
@@ -183,7 +199,7 @@ def test_gains_are_live():
 
 
 def test_the_control_stays_within_its_range():
-    spec_model = model()
+    spec_model = servo_model()
     spec_model.actuator_ctrllimited[0], spec_model.actuator_ctrlrange[0] = 1, (0.0, 30.0)
     seen = respond(spec_model, np.full(4000, 80.0))
     assert seen[-1, 1] == pytest.approx(30.0, abs=0.05)

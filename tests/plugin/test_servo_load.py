@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tests.plugin.servos import INERTIA, RADIUS, hand, respond
+from tests.plugin.rigs import INERTIA, RADIUS, hand, respond
 
 GAIN, DAMPING, REFERENCE, EXTRA = 140.0, 20.0, 40.0, 0.5
 TIMESTEP = 0.002  # h G_v/J = 2

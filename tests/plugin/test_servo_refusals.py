@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from tendon_mj import Parameters, add_servo
-from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
-from tests.plugin.servos import hand
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tests.plugin.rigs import hand
+from tests.refusals import refusing
 
 MODEL = """
 <mujoco>
@@ -41,36 +42,37 @@ def compiled(target='joint="motor"', armature='armature=".1"', **values):
     )
 
 
+MOTOR = 'joint="motor"'
 CASES = [
-    ({"tendon": "flexer"}, r"unknown tendon 'flexer'; did you mean 'flexor'"),
-    ({"tendon": None}, r"unknown tendon ''"),
-    ({"tendon": "bare"}, r"unknown sheathed tendon 'bare'.*'flexor', 'idle'"),
-    ({"tendon": "idle"}, r"sheath on tendon 'idle' has no reel_joint"),
-    ({"tension_gain": None}, r"tension_gain is missing"),
-    ({"velocity_gain": None}, r"velocity_gain is missing \(its unit is N m s/rad\)"),
-    ({"tension_gain": "-7"}, r"tension_gain = -7 \[-\] must be finite and > 0"),
-    ({"velocity_gain": "-1"}, r"velocity_gain = -1 \[N m s/rad\] must be finite and ≥ 0"),
-    ({"loosening_tension_gain": "0"}, r"loosening_tension_gain = 0 \[-\] must be finite and > 0"),
-    ({"velocity_gain": "slow"}, r"velocity_gain = 'slow' is not a number"),
-    ({"torque_limit": "inf"}, r"torque_limit = inf \[N m\] must be finite"),
-    ({"speed_limit": "-1"}, r"speed_limit = -1 \[rad/s\] must be finite and ≥ 0"),
-    ({"period": "-0.01"}, r"period = -0\.01 \[s\] must be finite"),
-    ({"delay": "nan"}, r"delay = nan \[s\] must be finite"),
-    ({"motor_inertia": "0"}, r"motor_inertia = 0 \[kg m²\] must be finite and > 0"),
-    ({"observer_friction": "-1"}, r"observer_friction = -1 \[-\] must be finite"),
-    ({"feedback": "senser"}, r"unknown feedback 'senser'; did you mean 'sensor'"),
-    ({"backdrive": "yes"}, r"unknown backdrive 'yes' .*'false', 'true'"),
-    ({"armature": ""}, r"motor_inertia \[kg m²\] is missing, and joint 'motor' has no armature"),
-    ({"target": 'joint="other"'}, r"'pull' drives joint 'other', but .* by joint 'motor'"),
-    ({"target": 'site="a"'}, r"'pull' drives no joint, but"),
-    ({"target": 'joint="motor" gear="2"'}, r"gear = 2; it must be 1"),
-    ({"target": 'joint="motor" forcerange="-1 1"'}, r"forcerange, .*; use torque_limit"),
+    ({"tendon": "flexer"}, "unknown tendon 'flexer'", "'flexor'"),
+    ({"tendon": None}, "unknown tendon ''"),
+    ({"tendon": "bare"}, "'bare'", "'flexor', 'idle'"),
+    ({"tendon": "idle"}, "'idle'", "reel_joint"),
+    ({"tension_gain": None}, "tension_gain is missing"),
+    ({"velocity_gain": None}, "velocity_gain is missing", "N m s/rad"),
+    ({"tension_gain": "-7"}, "tension_gain = -7 [-]", "> 0"),
+    ({"velocity_gain": "-1"}, "velocity_gain = -1 [N m s/rad]", "≥ 0"),
+    ({"loosening_tension_gain": "0"}, "loosening_tension_gain = 0 [-]", "> 0"),
+    ({"velocity_gain": "slow"}, "velocity_gain = 'slow'"),
+    ({"torque_limit": "inf"}, "torque_limit = inf [N m]"),
+    ({"speed_limit": "-1"}, "speed_limit = -1 [rad/s]", "≥ 0"),
+    ({"period": "-0.01"}, "period = -0.01 [s]"),
+    ({"delay": "nan"}, "delay = nan [s]"),
+    ({"motor_inertia": "0"}, "motor_inertia = 0 [kg m²]", "> 0"),
+    ({"observer_friction": "-1"}, "observer_friction = -1 [-]"),
+    ({"feedback": "senser"}, "feedback 'senser'", "'sensor'"),
+    ({"backdrive": "yes"}, "backdrive 'yes'", "'false', 'true'"),
+    ({"armature": ""}, "motor_inertia [kg m²]", "joint 'motor'"),
+    ({"target": 'joint="other"'}, "'pull'", "joint 'other'", "joint 'motor'"),
+    ({"target": 'site="a"'}, "'pull' drives no joint"),
+    ({"target": f'{MOTOR} gear="2"'}, "gear = 2"),
+    ({"target": f'{MOTOR} forcerange="-1 1"'}, "forcerange", "torque_limit"),
 ]
 
 
-@pytest.mark.parametrize(("values", "pattern"), CASES, ids=[str(v) for v, _ in CASES])
-def test_a_bad_servo_is_named_with_what_is_wrong(values, pattern):
-    with pytest.raises(ValueError, match=r"plugin tendon_mj\.servo: .*" + pattern):
+@pytest.mark.parametrize(("values", "facts"), [(v, f) for v, *f in CASES], ids=str)
+def test_a_bad_servo_is_named_with_place_and_value(values, facts):
+    with refusing(ValueError, "plugin tendon_mj.servo: ", *facts):
         compiled(**values)
     data = mujoco.MjData(compiled())  # the process is as good as before
     mujoco.mj_step(compiled(), data)
@@ -78,7 +80,7 @@ def test_a_bad_servo_is_named_with_what_is_wrong(values, pattern):
 
 
 def test_an_unknown_attribute():
-    with pytest.raises(ValueError, match=r"unrecognized attribute.*gian"):
+    with refusing(ValueError, "attribute", "gian"):
         compiled(gian="1")
 
 
@@ -86,40 +88,37 @@ def test_python_refuses_the_same_before_anything_is_added():
     spec = hand()
     before = len(spec.actuators)
     gains = {"tension_gain": 1.0, "velocity_gain": 1.0}
-    with pytest.raises(UnknownNameError, match="did you mean 'tendon'"):
+    with refusing(UnknownNameError, "'tendno'", "'tendon'"):
         add_servo(spec, "tendno", name="second", **gains)
-    with pytest.raises(InvalidValueError, match="tension_gain = -1"):
+    with refusing(InvalidValueError, "tension_gain = -1"):
         add_servo(spec, "tendon", name="second", **(gains | {"tension_gain": -1.0}))
-    with pytest.raises(UnknownNameError, match="unknown feedback"):
+    with refusing(UnknownNameError, "feedback", "'guess'"):
         add_servo(spec, "tendon", name="second", feedback="guess", **gains)
-    with pytest.raises(
-        InvalidValueError, match="'servo' cannot be the name of a plugin instance: empty or taken"
-    ):
+    with refusing(InvalidValueError, "'servo'"):
         add_servo(spec, "tendon", **gains)
     assert len(spec.actuators) == before
     spec.compile()
 
 
 @pytest.mark.parametrize(
-    ("wrong", "pattern"),
+    ("wrong", "facts"),
     [
-        ({"backdrive": "maybe"}, "backdrive = 'maybe' must be True or False"),
-        ({"backdrive": 1}, "backdrive = 1 must be True or False"),
-        ({"tension_gain": "7"}, r"tension_gain = '7' is not a number \[-\]"),
-        ({"velocity_gain": True}, r"velocity_gain = True is not a number \[N m s/rad\]"),
-        ({"delay": [0.1, 0.2]}, r"delay = \[0.1, 0.2\] is not a number \[s\]"),
-        ({"period": np.array([0.1, 0.2])}, "period = .* is not one number"),
-        ({"delay": 10**400}, r"delay is beyond the range of a float \[s\]"),
-        ({"speed_limit": np.float32(-1.0)}, r"speed_limit = -1 \[rad/s\] must be finite and ≥ 0"),
-        ({"feedback": 3}, "unknown feedback '3'"),
+        ({"backdrive": "maybe"}, ["backdrive = 'maybe'"]),
+        ({"backdrive": 1}, ["backdrive = 1"]),
+        ({"tension_gain": "7"}, ["tension_gain = '7'", "[-]"]),
+        ({"velocity_gain": True}, ["velocity_gain = True", "[N m s/rad]"]),
+        ({"delay": [0.1, 0.2]}, ["delay = [0.1, 0.2]", "[s]"]),
+        ({"period": np.array([0.1, 0.2])}, ["period"]),
+        ({"delay": 10**400}, ["delay", "[s]"]),
+        ({"speed_limit": np.float32(-1.0)}, ["speed_limit = -1 [rad/s]", "≥ 0"]),
+        ({"feedback": 3}, ["feedback '3'"]),
     ],
     ids=str,
 )
-def test_python_refuses_what_is_no_number_or_no_switch(wrong, pattern):
+def test_python_refuses_values_that_are_not_numbers_or_switches(wrong, facts):
     gains = {"tension_gain": 1.0, "velocity_gain": 1.0} | wrong
-    with pytest.raises(ValueError, match=r"servo 'second': .*" + pattern) as caught:
+    with refusing((InvalidValueError, UnknownNameError), "servo 'second': ", *facts):
         add_servo(hand(), "tendon", name="second", **gains)
-    assert isinstance(caught.value, TendonError)
 
 
 CLOCKS = {
@@ -133,9 +132,9 @@ CLOCKS = {
 
 def largest(**clock):
     """Velocity gain that the refusal names."""
-    with pytest.raises(ValueError, match="makes the motor swing up") as refused:
+    with pytest.raises(ValueError, match="velocity_gain = ") as refusal:
         hand(velocity_gain=1e6, **clock).compile()
-    return float(str(refused.value).rpartition("< ")[2])
+    return float(str(refusal.value).rpartition("< ")[2])
 
 
 def swing(share, most, **clock):
@@ -161,7 +160,7 @@ def test_damping_that_is_not_implicit_is_refused_from_where_it_swings_up(clock):
 
 def test_loosening_has_the_same_bound_and_implicit_damping_none():
     most = largest(period=0.004)
-    with pytest.raises(ValueError, match="loosening_velocity_gain = "):
+    with refusing(ValueError, "loosening_velocity_gain = "):
         hand(period=0.004, loosening_velocity_gain=1.01 * most).compile()
     hand(velocity_gain=1e6).compile()
 
@@ -170,7 +169,7 @@ def test_two_actuators_cannot_share_a_servo():
     spec = hand()
     second = spec.add_actuator(name="second", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="motor")
     second.plugin = spec.actuator("servo").plugin
-    with pytest.raises(ValueError, match="2 actuators share it; a servo drives one motor"):
+    with refusing(ValueError, "plugin tendon_mj.servo", "2 actuators"):
         spec.compile()
 
 
@@ -190,11 +189,11 @@ def test_an_instance_that_no_actuator_uses_does_nothing():
 def test_a_motor_has_one_servo():
     spec = hand()
     add_servo(spec, "tendon", name="second", tension_gain=7.0, velocity_gain=1.0)
-    with pytest.raises(ValueError, match="already has servo"):
+    with refusing(ValueError, "'tendon'", "already has servo"):
         spec.compile()
 
 
 @pytest.mark.parametrize("delay", [1e4, 1e7, 1e12])
 def test_a_delay_has_to_fit_into_memory(delay):
-    with pytest.raises(ValueError, match="samples to remember"):
+    with refusing(ValueError, "delay = ", "samples"):
         hand(delay=delay).compile()

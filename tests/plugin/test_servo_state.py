@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 from mujoco import rollout
 
-from tests.plugin.models import restore, snapshot
-from tests.plugin.servos import model
+from tests.plugin.rigs import restore, servo_model, snapshot
 
 INTEGRATORS = ["Euler", "implicitfast", "RK4"]
 KINDS = {
@@ -23,7 +22,7 @@ KINDS = {
 
 
 def busy(kind, integrator="Euler"):
-    return model(friction=0.3, integrator=integrator, velocity_gain=0.3, **KINDS[kind])
+    return servo_model(friction=0.3, integrator=integrator, velocity_gain=0.3, **KINDS[kind])
 
 
 def drive(model, data, steps):
@@ -110,7 +109,7 @@ def test_rollout_is_the_same_in_one_thread_and_in_two(kind):
 def test_runge_kutta_agrees_with_small_steps(kind):
     ends = []
     for integrator, timestep in (("RK4", 2e-4), ("Euler", 2e-5)):
-        m = model(
+        m = servo_model(
             friction=0.0,
             integrator=integrator,
             timestep=timestep,

@@ -5,20 +5,16 @@ import numpy as np
 import pytest
 from mujoco import rollout
 
-from tests.plugin.models import arm, restore, run, snapshot, started, unpacked
+from tests.plugin.rigs import ALL_ON_ARM, arm, restore, run, snapshot, started, unpacked
 
 INTEGRATORS = ["Euler", "implicitfast", "implicit", "RK4"]
-DAMPINGS = [0.0, 1.0]
+LAWS = {"plain": {}, "damped": {"axial_damping": 1.0}, "all effects": ALL_ON_ARM}
+each_law = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 
 
-def busy(integrator="Euler", axial_damping=0.0, **values):
+def busy(integrator="Euler", law=LAWS["plain"]):
     return arm(
-        integrator=integrator,
-        axial_damping=axial_damping,
-        spools=True,
-        static_friction=0.35,
-        timestep=0.001,
-        **values,
+        integrator=integrator, spools=True, timestep=0.001, **{"static_friction": 0.35} | law
     )
 
 
@@ -29,9 +25,9 @@ def same(model, one, other):
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-@pytest.mark.parametrize("damping", DAMPINGS)
-def test_a_restored_state_goes_on_bit_by_bit(integrator, damping):
-    model = busy(integrator, damping)
+@each_law
+def test_a_restored_state_goes_on_bit_by_bit(integrator, law):
+    model = busy(integrator, law)
     data = run(model, started(model, 5, 2.0), 137)
     middle = snapshot(model, data)
     run(model, data, 200)
@@ -46,8 +42,9 @@ def test_a_restored_state_goes_on_bit_by_bit(integrator, damping):
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_a_copy_goes_on_bit_by_bit(integrator):
-    model = busy(integrator, 1.0)
+@each_law
+def test_a_copy_goes_on_bit_by_bit(integrator, law):
+    model = busy(integrator, law)
     data = run(model, started(model, 5, 2.0), 137)
     other = mujoco.MjData(model)
     mujoco.mj_copyData(other, model, data)
@@ -57,8 +54,9 @@ def test_a_copy_goes_on_bit_by_bit(integrator):
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_a_reset_forgets_everything(integrator):
-    model = busy(integrator, 1.0)
+@each_law
+def test_a_reset_forgets_everything(integrator, law):
+    model = busy(integrator, law)
     data = started(model, 5, 2.0)
     fresh = snapshot(model, mujoco.MjData(model))
     start = data.qvel.copy()
@@ -72,9 +70,9 @@ def test_a_reset_forgets_everything(integrator):
 
 
 @pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "implicit"])
-@pytest.mark.parametrize("damping", DAMPINGS)
-def test_a_stop_between_the_two_halves_of_a_step_does_not_show(integrator, damping):
-    model = busy(integrator, damping)
+@each_law
+def test_a_stop_between_the_two_halves_of_a_step_does_not_show(integrator, law):
+    model = busy(integrator, law)
     whole, halves = started(model, 5, 2.0), started(model, 5, 2.0)
     for _ in range(150):
         mujoco.mj_step(model, whole)
@@ -83,9 +81,9 @@ def test_a_stop_between_the_two_halves_of_a_step_does_not_show(integrator, dampi
     same(model, whole, halves)
 
 
-@pytest.mark.parametrize("damping", DAMPINGS)
-def test_a_copy_between_the_two_halves_of_a_step_goes_on_bit_by_bit(damping):
-    model = busy("Euler", damping)
+@each_law
+def test_a_copy_between_the_two_halves_of_a_step_goes_on_bit_by_bit(law):
+    model = busy("Euler", law)
     data = run(model, started(model, 5, 2.0), 100)
     mujoco.mj_step1(model, data)
     other = mujoco.MjData(model)
@@ -98,9 +96,9 @@ def test_a_copy_between_the_two_halves_of_a_step_goes_on_bit_by_bit(damping):
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-@pytest.mark.parametrize("damping", DAMPINGS)
-def test_looking_without_stepping_commits_nothing(integrator, damping):
-    model = busy(integrator, damping)
+@each_law
+def test_looking_without_stepping_commits_nothing(integrator, law):
+    model = busy(integrator, law)
     plain, watched = started(model, 5, 2.0), started(model, 5, 2.0)
     for _ in range(200):
         mujoco.mj_step(model, plain)
@@ -142,8 +140,9 @@ def test_finite_differences_leave_the_simulation_as_it_was():
     np.testing.assert_allclose(data.qpos, other.qpos, rtol=1e-11, atol=1e-12)
 
 
-def test_rollout_is_the_same_in_one_thread_two_threads_and_step_by_step():
-    model = busy("implicitfast", 1.0)
+@each_law
+def test_rollout_is_the_same_in_one_thread_two_threads_and_step_by_step(law):
+    model = busy("implicitfast", law)
     kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
     size = mujoco.mj_stateSize(model, kind)
     starts = np.empty((12, size))

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tests.plugin.models import SPOOLED, arm, run, started, unpacked
+from tests.plugin.rigs import SPOOLED, arm, run, started, unpacked
 
 # free, ball, slide and hinge joints, a branch, a body without joints, and a mocap-like fixed one
 TREE = """

@@ -7,6 +7,7 @@ import pytest
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.sheath import Law, drive_displacement, drive_tension
+from tests.refusals import refusing
 
 LAW = Law(axial_stiffness=20e3, friction=0.2, pretension=30.0)
 RIG = {"length": 0.5, "bend": 2.0, "output_stiffness": 5e3}
@@ -67,10 +68,10 @@ def test_a_drive_with_backlash_draws_what_play_leaves():
     ],
 )
 def test_what_needs_time_is_refused(effect):
-    with pytest.raises(InvalidValueError, match=rf"{next(iter(effect))} = 0\.1: this bench"):
+    with refusing(InvalidValueError, f"{next(iter(effect))} = 0.1", "bench"):
         drive_displacement(WAY, replace(LAW, **effect), **RIG)
 
 
 def test_a_tension_knows_no_backlash():
-    with pytest.raises(InvalidValueError, match=r"backlash = 0\.001 \[m\]"):
+    with refusing(InvalidValueError, "backlash = 0.001 [m]"):
         drive_tension([40.0], replace(LAW, backlash=1e-3), **RIG)

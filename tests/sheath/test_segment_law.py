@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from tendon_mj.sheath import convected, friction_work, held, strain_at
-from tendon_mj.sheath.flow_by_newton import tension_at
 from tendon_mj.sheath.records import new_segments
 from tendon_mj.sheath.segment_law import tension_of
+from tendon_mj.sheath.tension_with_drag import tension_at
 
 tensions = st.floats(1e-6, 0.1)
 stiffenings = st.one_of(st.just(0.0), st.floats(0.1, 500.0))

@@ -5,7 +5,7 @@ import pytest
 
 from tendon_mj import Parameters
 from tendon_mj.errors import InvalidValueError, NoPluginsError
-from tests.plugin import servos
+from tests.plugin import rigs
 from tests.plugin.test_driven import arm
 from tests.refusals import refusing
 from tests.warp.models import fingers, fingers_xml, mjw, tw
@@ -50,7 +50,7 @@ REFUSED = {
     "sensor 'reel_force' with a history": late,
     "sheath 'cable': a polynomial stiffness": curved,
     "disabling sensors where a constraint": lambda: without_sensors(fingers(kinds=("limit",))),
-    "servo 'servo'": servos.model,
+    "servo 'servo'": rigs.servo_model,
     "integrator RK4": lambda: fingers(kinds=("reel",), integrator="RK4"),
     "sheath 'reel': viscous_friction = 2 ": lambda: reel(viscous_friction=2.0),
     "sheath 'reel': creep = 0.1 ": lambda: reel(creep=0.1, creep_time=1.0),

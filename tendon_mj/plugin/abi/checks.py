@@ -1,10 +1,12 @@
-"""From a check in Python to a C function that MuJoCo can call while it compiles a model.
+"""Checks in Python of a model while MuJoCo compiles it.
+
+`Draft` reads the model through its C structure. `Check` makes a C function of a check.
 
 MuJoCo leaves a failed check by a long jump, which must not cross a Python frame: the check leaves a
 count or a message in memory of the C function, which raises it after Python has returned. Where
 Python could not even begin, as when Ctrl-C comes just then, nothing is left there.
 
-MuJoCo does not free all that it holds when it is left so. Where it asks for the size of a state it
+MuJoCo does not free all that it holds at such a jump. Where it asks for the size of a state it
 holds a few small lists, between which the heap would fall to pieces: a refusal is a size of 0, and
 `init` says why. Where it asks `init` it holds the data, which is deleted here.
 """
@@ -13,17 +15,152 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import llvmlite.binding as llvm
+import mujoco
 from numba import types
 
 from tendon_mj.compilation import callback, compiled
-from tendon_mj.errors import TendonError
+from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.plugin.abi.layout import mirror
 from tendon_mj.plugin.abi.library import C, mju_error
 from tendon_mj.plugin.abi.memory import integer, local_doubles, set_integer, text
+
+_TENDON = mujoco.mjtObj.mjOBJ_TENDON
+# Text that Python and the C library read alike as a number.
+_NUMBER = re.compile(r"[+-]?(([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?|inf|nan)")
+
+
+class Draft:
+    """The model at an address, and the attributes that are read of its plugins' instances."""
+
+    def __init__(self, address: int, attributes: Sequence[str]) -> None:
+        self.address = address
+        self.attributes = attributes
+        self.fields = mirror("mjModel").from_address(address)
+
+    def ints(self, field: str) -> Any:
+        """An array of int."""
+        return ctypes.cast(getattr(self.fields, field), ctypes.POINTER(ctypes.c_int))
+
+    def doubles(self, field: str) -> Any:
+        """An array of mjtNum."""
+        return ctypes.cast(getattr(self.fields, field), ctypes.POINTER(ctypes.c_double))
+
+    def bools(self, field: str) -> Any:
+        """An array of mjtBool."""
+        return ctypes.cast(getattr(self.fields, field), ctypes.POINTER(ctypes.c_bool))
+
+    def name(self, kind: Any, index: int) -> str:
+        """Name of an element, empty if it has none."""
+        return (C.mj_id2name(self.address, kind.value, index) or b"").decode()
+
+    def names(self, kind: Any, count: int) -> list[str]:
+        """Names of the first ``count`` elements of a kind."""
+        return [self.name(kind, k) for k in range(count)]
+
+    @functools.cached_property
+    def tendons(self) -> Mapping[str, int]:
+        """Index of each tendon that has a name."""
+        return _Tendons(self)
+
+    def config(self, instance: int) -> dict[str, str]:
+        """Attributes of a plugin instance, empty where they are not given."""
+        values = {}
+        for attribute in self.attributes:
+            raw = C.mj_getPluginConfig(self.address, instance, attribute.encode())
+            values[attribute] = (raw or b"").decode()
+        return values
+
+    def plugin(self, instance: int) -> str:
+        """Name of the plugin of an instance."""
+        slot = int(self.ints("plugin")[instance])
+        return bytes(C.mjp_getPluginAtSlot(slot).contents.name).decode()
+
+    def siblings(self, instance: int) -> list[int]:
+        """All instances of the same plugin, this one among them."""
+        slots = self.ints("plugin")
+        return [k for k in range(self.fields.nplugin) if slots[k] == slots[instance]]
+
+    def first(self, instance: int) -> int:
+        """First instance of the same plugin.
+
+        MuJoCo asks about every instance in turn. A check that looks at all of them when it is asked
+        about the first looks at each once, and has nothing to keep from one call to the next.
+        """
+        slots = self.ints("plugin")
+        return next(k for k in range(instance + 1) if slots[k] == slots[instance])
+
+    def is_refused(self, instance: int) -> bool:
+        """Whether an instance was refused when MuJoCo asked for the size of its state."""
+        return not self.ints("plugin_statenum")[instance]
+
+    def actuators(self) -> dict[int, list[int]]:
+        """Plugin instance to its actuators, in their order."""
+        owners = self.ints("actuator_plugin")
+        actuators: dict[int, list[int]] = {}
+        for k in range(int(self.fields.nactuator)):
+            actuators.setdefault(owners[k], []).append(k)
+        return actuators
+
+    def where(self, instance: int) -> str:
+        """Name of an instance in error messages."""
+        name = self.name(mujoco.mjtObj.mjOBJ_PLUGIN, instance)
+        plugin = f"plugin {self.plugin(instance)}"
+        return f"{plugin} instance {name!r}" if name else plugin
+
+
+class _Tendons(Mapping[str, int]):
+    """Tendons by name; all names are read only when they are gone through."""
+
+    def __init__(self, model: Draft) -> None:
+        self._model = model
+
+    def __getitem__(self, name: str) -> int:
+        index: int = C.mj_name2id(self._model.address, _TENDON.value, name.encode())
+        if not name or index < 0:
+            raise KeyError(name)
+        return index
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    @functools.cached_property
+    def _names(self) -> list[str]:
+        return [name for name in self._model.names(_TENDON, self._model.fields.ntendon) if name]
+
+
+def find(model: Draft, kind: Any, count: int, what: str, name: str, where: str) -> int:
+    """Index of a named element.
+
+    Raises:
+        UnknownNameError: there is none.
+    """
+    index: int = C.mj_name2id(model.address, kind.value, name.encode()) if name else -1
+    if index < 0:
+        raise UnknownNameError(what, name, model.names(kind, count), where)
+    return index
+
+
+def read_number(config: dict[str, str], name: str, where: str) -> float | None:
+    """An attribute as a number, None where it is not given.
+
+    Raises:
+        InvalidValueError: it is not a number.
+    """
+    raw = config[name]
+    if not raw:
+        return None
+    if not _NUMBER.fullmatch(raw):
+        raise InvalidValueError(f"{where}: {name} = {raw!r} is not a number")
+    return float(raw)
+
 
 _SIZE = 2048  # of a message, with the zero that ends it
 _HEAD = 8  # bytes before it, for the count
@@ -41,8 +178,8 @@ def _replying(plugin: str, function: Callable[..., int]) -> Callable[..., None]:
         try:
             count = function(*arguments)
         except Exception as error:
-            said = str(error) if isinstance(error, TendonError) else f"{plugin}: {error!r}"
-            fits = said.encode()[: (_SIZE - 1) // 2].decode(errors="ignore")
+            text = str(error) if isinstance(error, TendonError) else f"{plugin}: {error!r}"
+            fits = text.encode()[: (_SIZE - 1) // 2].decode(errors="ignore")
             message = fits.replace("%", "%%").encode()  # mju_error takes a format
             ctypes.memmove(address + _HEAD, message + b"\0", len(message) + 1)
             count = _REFUSED
@@ -83,9 +220,9 @@ class Check:
     That of `nstate`, with one int and no data, returns 0 instead.
 
     Args:
-        plugin: whose check it is.
+        plugin: name of the plugin.
         function: Python, takes an address and a number of ints, returns a count ≥ 0 or raises.
-        integers: how many ints follow the address.
+        integers: number of ints after the address.
         data: whether the C function takes the `mjData*` of `init`, which is deleted on a refusal.
     """
 

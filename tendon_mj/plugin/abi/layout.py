@@ -1,15 +1,16 @@
-"""Where the fields that we read lie inside `mjModel` and `mjData`.
+"""Byte offsets of the fields that the plugins use inside MuJoCo's structs.
 
 The offsets come from `mujoco.introspect`, MuJoCo's own description of its headers, through ctypes,
-which knows the C rules of alignment. Before anything trusts them, `verify` compares each array that
-they point to with the one that the Python bindings show.
+which knows the C rules of alignment. Before they are used, `verify` compares each array that they
+point to with the one that the Python bindings show, and `verify_scene` those of a scene.
 """
 
 from __future__ import annotations
 
 import ctypes
 import functools
-from typing import Any, Final, NamedTuple
+from collections import namedtuple
+from typing import Any, Final
 
 import mujoco
 import numpy as np
@@ -31,132 +32,54 @@ _SCALARS: dict[str, Any] = {
 }
 
 
-class Layout(NamedTuple):
-    """Byte offsets in `mjModel` (m_), its `opt` (o_) and `mjData` (d_)."""
-
-    m_nsensor: int
-    m_nv: int
-    m_nbody: int
-    m_neq: int
-    m_nactuator: int
-    m_nplugin: int
-    o_timestep: int
-    o_integrator: int
-    o_disableflags: int
-    m_qpos0: int
-    m_jnt_qposadr: int
-    m_jnt_dofadr: int
-    m_dof_armature: int
-    m_dof_invweight0: int
-    m_body_parentid: int
-    m_body_rootid: int
-    m_body_weldid: int
-    m_body_dofnum: int
-    m_body_dofadr: int
-    m_dof_parentid: int
-    m_site_bodyid: int
-    m_geom_bodyid: int
-    m_geom_size: int
-    m_tendon_adr: int
-    m_tendon_num: int
-    m_tendon_group: int
-    m_tendon_width: int
-    m_tendon_rgba: int
-    m_tendon_limited: int
-    m_tendon_range: int
-    m_tendon_length0: int
-    m_tendon_lengthspring: int
-    m_tendon_stiffness: int
-    m_tendon_stiffnesspoly: int
-    m_tendon_damping: int
-    m_tendon_dampingpoly: int
-    m_tendon_actuatorid: int
-    m_eq_type: int
-    m_eq_obj1id: int
-    m_eq_obj2id: int
-    m_eq_data: int
-    m_wrap_type: int
-    m_wrap_objid: int
-    m_wrap_prm: int
-    m_actuator_trntype: int
-    m_actuator_trnid: int
-    m_actuator_gear: int
-    m_actuator_plugin: int
-    m_actuator_ctrladr: int
-    m_actuator_outadr: int
-    m_actuator_outnum: int
-    m_actuator_ctrllimited: int
-    m_actuator_ctrlrange: int
-    m_actuator_forcelimited: int
-    m_actuator_forcerange: int
-    m_sensor_type: int
-    m_sensor_objtype: int
-    m_sensor_objid: int
-    m_sensor_plugin: int
-    m_sensor_adr: int
-    m_sensor_dim: int
-    m_sensor_datatype: int
-    m_sensor_cutoff: int
-    m_sensor_history: int
-    m_sensor_historyadr: int
-    m_sensor_delay: int
-    m_sensor_interval: int
-    m_plugin: int
-    m_plugin_stateadr: int
-    m_plugin_statenum: int
-    m_plugin_attr: int
-    m_plugin_attradr: int
-    m_names: int
-    m_name_jntadr: int
-    m_name_tendonadr: int
-    m_nnames: int
-    m_numeric_adr: int
-    m_numeric_size: int
-    m_numeric_data: int
-    m_nwrap: int
-    m_ntendon: int
-    m_njnt: int
-    m_npluginattr: int
-    d_time: int
-    d_qpos: int
-    d_qvel: int
-    d_ctrl: int
-    d_plugin_state: int
-    d_geom_xpos: int
-    d_geom_xmat: int
-    d_ten_length: int
-    d_ten_velocity: int
-    d_ten_wrapadr: int
-    d_ten_wrapnum: int
-    d_wrap_obj: int
-    d_wrap_xpos: int
-    d_subtree_com: int
-    d_cdof: int
-    d_moment_rownnz: int
-    d_moment_rowadr: int
-    d_moment_colind: int
-    d_actuator_moment: int
-    d_qfrc_applied: int
-    d_qfrc_bias: int
-    d_qfrc_passive: int
-    d_actuator_force: int
-    d_sensordata: int
-    d_site_xpos: int
-    d_site_xmat: int
-    d_cfrc_int: int
-    d_cfrc_ext: int
-    d_ne: int
-    d_nf: int
-    d_nefc: int
-    d_efc_type: int
-    d_efc_id: int
-    d_efc_force: int
-    d_history: int
+# Byte offsets in `mjModel` (m_), its `opt` (o_) and `mjData` (d_).
+Layout = namedtuple(
+    "Layout",
+    """
+    m_nsensor m_nv m_nbody m_neq m_nactuator m_nplugin o_timestep o_integrator o_disableflags
+    m_qpos0 m_jnt_qposadr m_jnt_dofadr m_dof_armature m_dof_invweight0 m_body_parentid
+    m_body_rootid m_body_weldid m_body_dofnum m_body_dofadr m_dof_parentid m_site_bodyid
+    m_geom_bodyid m_geom_size m_tendon_adr m_tendon_num m_tendon_group m_tendon_width
+    m_tendon_rgba m_tendon_limited m_tendon_range m_tendon_length0 m_tendon_lengthspring
+    m_tendon_stiffness m_tendon_stiffnesspoly m_tendon_damping m_tendon_dampingpoly
+    m_tendon_actuatorid m_eq_type m_eq_obj1id m_eq_obj2id m_eq_data m_wrap_type m_wrap_objid
+    m_wrap_prm m_actuator_trntype m_actuator_trnid m_actuator_gear m_actuator_plugin
+    m_actuator_ctrladr m_actuator_outadr m_actuator_outnum m_actuator_ctrllimited
+    m_actuator_ctrlrange m_actuator_forcelimited m_actuator_forcerange m_sensor_type
+    m_sensor_objtype m_sensor_objid m_sensor_plugin m_sensor_adr m_sensor_dim m_sensor_datatype
+    m_sensor_cutoff m_sensor_history m_sensor_historyadr m_sensor_delay m_sensor_interval
+    m_plugin m_plugin_stateadr m_plugin_statenum m_plugin_attr m_plugin_attradr m_names
+    m_name_jntadr m_name_tendonadr m_nnames m_numeric_adr m_numeric_size m_numeric_data m_nwrap
+    m_ntendon m_njnt m_npluginattr d_time d_qpos d_qvel d_ctrl d_plugin_state d_geom_xpos
+    d_geom_xmat d_ten_length d_ten_velocity d_ten_wrapadr d_ten_wrapnum d_wrap_obj d_wrap_xpos
+    d_subtree_com d_cdof d_moment_rownnz d_moment_rowadr d_moment_colind d_actuator_moment
+    d_qfrc_applied d_qfrc_bias d_qfrc_passive d_actuator_force d_sensordata d_site_xpos
+    d_site_xmat d_cfrc_int d_cfrc_ext d_ne d_nf d_nefc d_efc_type d_efc_id d_efc_force d_history
+    """,
+)
 
 
 EQ_DATA: Final[int] = mujoco.mjNEQDATA  # numbers of each equality
 
-_OWNER = {"m": "mjModel", "o": "mjOption", "d": "mjData"}
+
+# Byte offsets in `mjvScene` (s_), `mjvGeom` (g_) and `mjvOption` (v_); `geom_bytes` of each geom.
+SceneLayout = namedtuple(
+    "SceneLayout",
+    """
+    s_maxgeom s_ngeom s_geoms s_status g_objtype g_objid g_segid g_size g_pos g_rgba g_emission
+    g_specular v_tendongroup v_flags geom_bytes
+    """,
+)
+
+
+_OWNER = {
+    "m": "mjModel",
+    "o": "mjOption",
+    "d": "mjData",
+    "s": "mjvScene",
+    "g": "mjvGeom",
+    "v": "mjvOption",
+}
 
 
 def _ctype(declared: Any) -> Any:
@@ -192,26 +115,36 @@ def mirror(struct: str) -> Any:
     return _structure(structs.STRUCTS[struct].fields)
 
 
+def _offset(entry: str) -> int:
+    """Offset of a field, which is named ``owner_field``."""
+    if entry == "geom_bytes":
+        return ctypes.sizeof(mirror("mjvGeom"))
+    owner, name = entry.split("_", 1)
+    member = getattr(mirror(_OWNER[owner]), name, None)
+    if member is None:
+        raise EngineError(
+            f"mujoco {mujoco.__version__} has no {_OWNER[owner]}.{name}, which tendon-mj uses; "
+            "install a version that its pyproject.toml names"
+        )
+    offset: int = member.offset
+    return offset + (mirror("mjModel").opt.offset if owner == "o" else 0)
+
+
 def read_layout() -> Layout:
     """Offsets for the MuJoCo that is running.
 
     Raises:
         EngineError: a field is gone or has an unknown type.
     """
-    option = mirror("mjModel").opt.offset
-    offsets = {}
-    for entry in Layout._fields:
-        owner, name = entry.split("_", 1)
-        member = getattr(mirror(_OWNER[owner]), name, None)
-        if member is None:
-            raise EngineError(
-                f"mujoco {mujoco.__version__} has no {_OWNER[owner]}.{name}, which tendon-mj "
-                "reads; versions that fit are named in its pyproject.toml"
-            )
-        offsets[entry] = member.offset + (option if owner == "o" else 0)
-    return Layout(**offsets)
+    return Layout(*map(_offset, Layout._fields))
 
 
+def read_scene_layout() -> SceneLayout:
+    """Offsets of a scene, like `read_layout`."""
+    return SceneLayout(*map(_offset, SceneLayout._fields))
+
+
+_SCENE = "<mujoco><worldbody><geom size='.1'/><geom size='.1'/></worldbody></mujoco>"
 _CANARY = """
 <mujoco>
   <option timestep="0.0123" integrator="RK4"/>
@@ -235,7 +168,7 @@ _CANARY = """
 
 
 def verify(layout: Layout) -> None:
-    """Hold the offsets against what the bindings show, on a model made for it.
+    """Compare the offsets with the bindings, on a model made for this.
 
     Raises:
         EngineError: names the first field that does not agree.
@@ -251,7 +184,7 @@ def verify(layout: Layout) -> None:
 
 
 def verify_state(layout: Layout, data: mujoco.MjData) -> None:
-    """The one array that no model without our plugin fills.
+    """Compare the offset of the one array that only a model with the plugin fills.
 
     Raises:
         EngineError: it is not where the offsets say.
@@ -259,21 +192,55 @@ def verify_state(layout: Layout, data: mujoco.MjData) -> None:
     _compare(data._address + layout.d_plugin_state, data.plugin_state, "mjData.plugin_state")
 
 
-def _compare(address: int, shown: object, name: str) -> None:
-    if isinstance(shown, float):
-        agrees = ctypes.c_double.from_address(address).value == shown
-    elif isinstance(shown, bool):
-        agrees = ctypes.c_bool.from_address(address).value == shown
-    elif isinstance(shown, int):
-        agrees = ctypes.c_int.from_address(address).value == shown
-    elif not isinstance(shown, np.ndarray) or not shown.size:  # not shown, or empty here
-        return
-    else:
+def verify_scene(layout: SceneLayout) -> None:
+    """Compare the offsets of a scene with the bindings.
+
+    Raises:
+        EngineError: names the first field that does not agree.
+    """
+    model = mujoco.MjModel.from_xml_string(_SCENE)
+    data, option, scene = mujoco.MjData(model), mujoco.MjvOption(), mujoco.MjvScene(model, 5)
+    mujoco.mj_kinematics(model, data)
+    camera, kinds = mujoco.MjvCamera(), mujoco.mjtCatBit.mjCAT_ALL.value
+    mujoco.mjv_updateScene(model, data, option, None, camera, kinds, scene)
+    first, second = scene.geoms[:2]
+    first.objtype, first.objid, first.segid = 11, 12, 13
+    first.emission, first.specular = 0.375, 0.625
+    scene.status = 14
+    # each begins where an array that the bindings show lies, less its offset
+    start = {
+        "s": scene.flags.ctypes.data - mirror("mjvScene").flags.offset,
+        "g": first.pos.ctypes.data - layout.g_pos,
+        "v": option.flags.ctypes.data - layout.v_flags,
+    }
+    shown = {"s": scene, "g": first, "v": option}
+    for entry, offset in layout._asdict().items():
+        owner, _, name = entry.partition("_")
+        if entry == "geom_bytes":
+            _require(second.pos.ctypes.data - first.pos.ctypes.data == offset, "mjvGeom")
+        elif entry == "s_geoms":
+            held = ctypes.c_size_t.from_address(start["s"] + offset).value
+            _require(held == start["g"], "mjvScene.geoms")
+        else:
+            field = getattr(shown[owner], name)
+            _compare(start[owner] + offset, field, f"{_OWNER[owner]}.{name}", ctypes.c_float)
+            if isinstance(field, np.ndarray):  # which the struct holds itself
+                _require(field.ctypes.data == start[owner] + offset, f"{_OWNER[owner]}.{name}")
+
+
+def _compare(address: int, shown: object, name: str, real: Any = ctypes.c_double) -> None:
+    if isinstance(shown, np.ndarray) and shown.size:
         held = ctypes.c_size_t.from_address(address).value
         # arrays that a struct holds itself, not by pointer, start at the address
-        agrees = shown.ctypes.data in (held, address)
+        _require(shown.ctypes.data in (held, address), name)
+    elif isinstance(shown, bool | int | float):
+        kind = {bool: ctypes.c_bool, int: ctypes.c_int}.get(type(shown), real)
+        _require(kind.from_address(address).value == shown, name)
+
+
+def _require(agrees: bool, name: str) -> None:
     if not agrees:
         raise EngineError(
             f"mujoco {mujoco.__version__}: {name} is not where its description says; tendon-mj "
-            "will not touch memory that it may misread"
+            "will not use memory that it may misread"
         )

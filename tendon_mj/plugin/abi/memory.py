@@ -1,4 +1,4 @@
-"""Reading and writing C memory from compiled code."""
+"""C memory from compiled code, and whole numbers that wrap around at 2⁶⁴."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ def word(typing_context: Any, address: Any) -> Any:
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         kind = context.get_value_type(signature.return_type)
-        found = builder.load(builder.inttoptr(arguments[0], kind.as_pointer()))
-        found.align = 1
-        return found
+        value = builder.load(builder.inttoptr(arguments[0], kind.as_pointer()))
+        value.align = 1
+        return value
 
     return numba.int64(address), build
 
@@ -165,3 +165,22 @@ def set_byte(address: int, value: int) -> None:
 def byte(address: int, index: int) -> int:
     """The byte number ``index`` at ``address``."""
     return numba.int64(_u8(address)[index])
+
+
+def _wrapping(instruction: str) -> Any:
+    """An operation of int64s mod 2⁶⁴.
+
+    Where Numba's `*` and `+` of whole numbers overflow, the compiler may take any result.
+    """
+
+    @intrinsic
+    def operation(typing_context: Any, a: Any, b: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return getattr(builder, instruction)(*arguments)
+
+        return numba.int64(numba.int64, numba.int64), build
+
+    return operation
+
+
+times, plus = _wrapping("mul"), _wrapping("add")

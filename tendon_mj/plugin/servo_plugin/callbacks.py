@@ -7,21 +7,21 @@ from numba import types
 from tendon_mj.compilation import apart, callback, compiled
 from tendon_mj.plugin.abi.layout import Layout
 from tendon_mj.plugin.abi.library import mjp_getPluginAtSlot
-from tendon_mj.plugin.abi.memory import byte, double, doubles, integer, pointer, size
+from tendon_mj.plugin.abi.memory import double, doubles, integer, pointer, size
 from tendon_mj.plugin.servo_plugin import state as sv
-from tendon_mj.plugin.servo_plugin.evaluate import commit, evaluate
-from tendon_mj.plugin.servo_plugin.gains import GAINS
+from tendon_mj.plugin.servo_plugin.law import commit, evaluate
+from tendon_mj.plugin.servo_plugin.state import GAINS
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin.attributes import ATTRIBUTES
-from tendon_mj.plugin.sheath_plugin.binding.bind import is_bound, range_of
-from tendon_mj.plugin.sheath_plugin.binding.own_names import resolve, resolve_from
-from tendon_mj.plugin.sheath_plugin.binding.signature import (
+from tendon_mj.plugin.sheath_plugin.bind import is_bound, range_of
+from tendon_mj.plugin.sheath_plugin.callbacks import Callbacks
+from tendon_mj.plugin.sheath_plugin.names import resolve, resolve_from
+from tendon_mj.plugin.sheath_plugin.signature import (
     NONE,
     is_signature,
     pair_signature,
     servo_signature,
 )
-from tendon_mj.plugin.sheath_plugin.callbacks import Callbacks
 from tendon_mj.plugin.sheath_plugin.state import state_of, state_size_of
 
 _JOINT, _TENDON = 3, 18  # mjtObj
@@ -56,9 +56,10 @@ def _find_sheath(layout: Layout, m: int, servo: int) -> int:
 
 
 @compiled
-def _given(layout: Layout, m: int, instance: int, parameter: int, otherwise: float) -> float:
-    address = at.text_at(layout, m, instance, parameter)
-    return otherwise if byte(address, 0) == 0 else at.number_at(address)
+def _given(layout: Layout, m: int, instance: int, gain: int, otherwise: float) -> float:
+    """A configured gain, ``otherwise`` where it is not written."""
+    given = at.is_given(layout, m, instance, gain)
+    return at.number(layout, m, instance, gain) if given else otherwise
 
 
 @compiled
@@ -79,7 +80,7 @@ def _bind(layout: Layout, m: int, address: int, instance: int) -> None:
 
 @apart
 def _servo_signature(layout: Layout, m: int, address: int, instance: int) -> float:
-    """Signature of what a servo is bound to; `NONE` where an index cannot be one of this model."""
+    """Signature of a servo's sheath and actuator, `NONE` where an index is out of range."""
     state = sv.state_at(address)
     if state.capacity != sv.capacity_of(state_size_of(layout, m, instance)):
         return NONE
@@ -100,7 +101,7 @@ def _servo_signature(layout: Layout, m: int, address: int, instance: int) -> flo
 
 @apart
 def _reset(layout: Layout, m: int, address: int, instance: int) -> None:
-    """Write the configured gains; others follow from these and from the sheath."""
+    """Write the configured gains, and those that follow from them and from the sheath."""
     doubles(address, state_size_of(layout, m, instance))[:] = 0.0
     values = sv.gains_at(address)
     for gain in range(len(values)):
@@ -112,7 +113,7 @@ def _reset(layout: Layout, m: int, address: int, instance: int) -> None:
     state.backdriven = at.index_of(at.text_at(layout, m, instance, sv.BACKDRIVE), _SWITCH) == 1
     sheath = _find_sheath(layout, m, instance)
     if sheath >= 0:
-        friction = at.number_at(at.text_at(layout, m, sheath, _SHEATH_FRICTION))
+        friction = at.number(layout, m, sheath, _SHEATH_FRICTION)
         values[_FRICTION] = _given(layout, m, instance, _FRICTION, friction)
         joint = resolve(layout, m, sheath, at.REEL_JOINT, _JOINT)
         if joint >= 0:
@@ -136,7 +137,7 @@ def _is_bound(layout: Layout, m: int, address: int, instance: int) -> bool:
 
 @apart
 def _rebind(layout: Layout, m: int, address: int, instance: int) -> None:
-    """Find what a servo is bound to anew, and where its configuration is another, read that."""
+    """Bind a servo again, and read its configuration again where that has changed."""
     state = sv.state_at(address)
     known = is_signature(state.config_signature)
     known &= state.capacity == sv.capacity_of(state_size_of(layout, m, instance))

@@ -1,23 +1,117 @@
-"""State of a servo in `mjData.plugin_state`: gains, memory, commands on their way to the motor.
+"""Gains of a servo, and its state in `mjData.plugin_state`: memory, commands on their way.
 
-As for the sheath there is a *committed* state, from which every evaluation starts, and what the
-last evaluation leaves on *trial* for `advance`. A ring of commands follows the scalars.
+As for the sheath there is a *committed* state, from which every evaluation starts, and one on
+*trial*, which the last evaluation leaves for `advance`. A ring of commands follows the scalars.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, Final, Protocol
+from dataclasses import dataclass, field
+from typing import Any, Final, Protocol, SupportsFloat, TypedDict
 
 import numpy as np
 from numba import carray
 
 from tendon_mj.compilation import compiled
 from tendon_mj.plugin.abi.memory import doubles, record_at, records_pointer
-from tendon_mj.plugin.servo_plugin.gains import GAINS, Gains
-from tendon_mj.sheath import record_type
+from tendon_mj.sheath import (
+    POSITIVE,
+    Parameter,
+    check_in_range,
+    described,
+    parameters_of,
+    record_type,
+)
 from tendon_mj.typing import FloatArray
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Parameters of a servo, in the order of its state and of the plugin's attributes.
+
+    None: taken from elsewhere. A limit or a stiffness of 0 is none, that is without end.
+    """
+
+    tension_gain: float = field(metadata=described("G_t", "-", "gain of the tension", POSITIVE))
+    velocity_gain: float = field(
+        metadata=described("G_v", "N m s/rad", "damping of the motor's speed")
+    )
+    loosening_tension_gain: float | None = field(
+        default=None,
+        metadata=described("G_t", "-", "gain while paying out, default tension_gain", POSITIVE),
+    )
+    loosening_velocity_gain: float | None = field(
+        default=None,
+        metadata=described("G_v", "N m s/rad", "damping while paying out, default velocity_gain"),
+    )
+    motor_inertia: float | None = field(
+        default=None,
+        metadata=described("J_m", "kg m²", "inertia, default the joint's armature", POSITIVE),
+    )
+    torque_limit: float = field(
+        default=0.0, metadata=described("τ_max", "N m", "largest torque, 0: no limit")
+    )
+    speed_limit: float = field(
+        default=0.0, metadata=described("ω_max", "rad/s", "largest speed, 0: no limit")
+    )
+    period: float = field(
+        default=0.0,
+        metadata=described("Δ", "s", "time between samples of the controller, 0: every time step"),
+    )
+    delay: float = field(
+        default=0.0, metadata=described("d", "s", "time from a sample to its torque")
+    )
+    observer_friction: float | None = field(
+        default=None,
+        metadata=described("μ", "-", "friction of observer and feed-forward, default the sheath's"),
+    )
+    output_stiffness: float = field(
+        default=0.0, metadata=described("k_se", "N/m", "stiffness of the feed-forward, 0: rigid")
+    )
+    backlash_feedforward: float = field(
+        default=0.0,
+        metadata=described("f_b", "-", "1 crosses the backlash at once when T_r turns back"),
+    )
+    rate_feedforward: float = field(
+        default=0.0,
+        metadata=described("f_r", "-", "1 adds the speed that a changing T_r asks for"),
+    )
+    reversal_band: float = field(
+        default=0.0,
+        metadata=described("B", "N", "change of T_r that counts as turning back"),
+    )
+
+
+class OptionalGains(TypedDict, total=False):
+    """Parameters of `Gains` that a call may leave out, for type checkers: they read no metadata."""
+
+    loosening_tension_gain: SupportsFloat | None
+    loosening_velocity_gain: SupportsFloat | None
+    motor_inertia: SupportsFloat | None
+    torque_limit: SupportsFloat | None
+    speed_limit: SupportsFloat | None
+    period: SupportsFloat | None
+    delay: SupportsFloat | None
+    observer_friction: SupportsFloat | None
+    output_stiffness: SupportsFloat | None
+    backlash_feedforward: SupportsFloat | None
+    rate_feedforward: SupportsFloat | None
+    reversal_band: SupportsFloat | None
+
+
+GAINS: Final[dict[str, Parameter]] = parameters_of(Gains)
+
+
+def check_gain(name: str, value: float, where: str) -> None:
+    """Refuse a servo's parameter outside its range.
+
+    Raises:
+        InvalidValueError: names the parameter, the value, its range and unit.
+    """
+    check_in_range(GAINS, name, value, where)
+
 
 ATTRIBUTES: Final = (*GAINS, "tendon", "feedback", "backdrive", "instance")
 TENDON, FEEDBACK, BACKDRIVE, INSTANCE = range(len(GAINS), len(ATTRIBUTES))
@@ -47,12 +141,12 @@ class Memory:
 
 
 class State:
-    """Scalars of a servo; indices are −1 for what there is none of, flags 0 or 1."""
+    """Scalars of a servo; indices are −1 for none, flags 0 or 1."""
 
     gains: LiveGains
-    # what it is attached to
+    # elements that it is attached to
     config_signature: float  # of its attributes and of its sheath's
-    servo_signature: float  # of what the following are bound to, 0 where that failed
+    servo_signature: float  # of the model that the following index, 0 where that failed
     instance: float  # of the sheath, −1 for none
     sheath: float  # where the sheath's state begins in plugin_state
     actuator: float

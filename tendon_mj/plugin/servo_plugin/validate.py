@@ -2,19 +2,62 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 
 import mujoco
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.plugin.abi.model_in_compilation import Draft, find, read_number
+from tendon_mj.plugin.abi.checks import Draft, find, read_number
+from tendon_mj.plugin.abi.library import RK4
 from tendon_mj.plugin.servo_plugin import state as sv
-from tendon_mj.plugin.servo_plugin.gains import GAINS, check_gain
-from tendon_mj.plugin.servo_plugin.stability import largest_damping
-from tendon_mj.plugin.sheath_plugin.binding.own_config import check_own_names, own_config
-from tendon_mj.plugin.sheath_plugin.binding.sheath_of_tendon import sheath_on, sheathed_tendons
-from tendon_mj.plugin.sheath_plugin.validation.sheath import NAME as SHEATH
-from tendon_mj.plugin.sheath_plugin.validation.sheath import SPOOL_ATTRIBUTES
+from tendon_mj.plugin.servo_plugin.state import GAINS, check_gain
+from tendon_mj.plugin.sheath_plugin.names import check_own_names, own_config, sheath_on, sheaths_of
+from tendon_mj.plugin.sheath_plugin.validate import NAME as SHEATH
+from tendon_mj.plugin.sheath_plugin.validate import SPOOL_ATTRIBUTES
+
+_RUNGE_KUTTA = 2.785293563405282  # where |1 + z + z²/2 + z³/6 + z⁴/24| = 1 on the negative axis
+
+
+def largest_damping(timestep: float, integrator: int, period: float, delay: float) -> float:
+    """Rate G_v/J [1/s] from which on damping makes the motor swing up instead; may be without end.
+
+    Args:
+        timestep: [s].
+        integrator: MuJoCo's number of it.
+        period: between samples of the controller [s]; 0: every time step.
+        delay: from a sample to its torque [s].
+    """
+    if period > 0.0 or delay > 0.0:  # a torque changes on time steps only
+        return sampled_damping(max(period, timestep), math.ceil(delay / timestep - 1e-6) * timestep)
+    return _RUNGE_KUTTA / timestep if integrator == RK4 else math.inf
+
+
+def sampled_damping(held: float, delay: float) -> float:
+    """Like ``largest_damping`` where every torque is held for a while [1/s].
+
+    v_{k+1} = v_k − g ((1 − m) v_{k−d} + m v_{k−d−1}) with g = held G_v/J and delay = (d + m) held:
+    the least g for which a root lies on the unit circle, z = e^{iω}. That is 2/held without a delay
+    and tends to π/(2 delay) with a long one.
+
+    Args:
+        held: [s].
+        delay: from a sample to its torque [s].
+    """
+    whole = math.floor(delay / held + 1e-9)
+    part = max(delay / held - whole, 0.0)
+
+    def phase(angle: float) -> float:
+        late = math.atan2(part * math.sin(angle), 1.0 - part + part * math.cos(angle))
+        return (whole + 0.5) * angle + late - 0.5 * math.pi
+
+    low, high = 0.0, math.pi
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if phase(middle) >= 0.0 else (middle, high)
+    size = math.hypot(1.0 - part + part * math.cos(high), part * math.sin(high))
+    return 2.0 * math.sin(0.5 * high) / (size * held)
+
 
 SERVO = "tendon_mj.servo"
 _OBJ = mujoco.mjtObj
@@ -32,15 +75,15 @@ def _sheath_of(model: Draft, tendon: str, where: str) -> dict[str, str]:
     find(model, _OBJ.mjOBJ_TENDON, count, "tendon", tendon, where)
     sheath = sheath_on(model, tendon, SHEATH)
     if sheath is None:
-        raise UnknownNameError("sheathed tendon", tendon, sheathed_tendons(model, SHEATH), where)
+        raise UnknownNameError("sheathed tendon", tendon, sheaths_of(model, SHEATH), where)
     return own_config(Draft(model.address, SPOOL_ATTRIBUTES), sheath)
 
 
 def state_size(address: int, instance: int) -> int:
-    """Check an instance and say how many numbers of state it needs.
+    """Check an instance and return how many numbers of state it needs.
 
     Raises:
-        InvalidValueError, UnknownNameError: what is wrong, where, and the nearest valid choice.
+        InvalidValueError, UnknownNameError: name the place, the value and the nearest valid one.
     """
     model = Draft(address, sv.ATTRIBUTES)
     where, config = model.where(instance), own_config(model, instance)
@@ -72,10 +115,10 @@ def check_joint(address: int, instance: int) -> int:
     """Check, at the first servo, that each drives its tendon's motor; the model is complete.
 
     Raises:
-        InvalidValueError: what is wrong with an actuator or joint.
+        InvalidValueError: names the actuator or joint.
     """
     model = Draft(address, sv.ATTRIBUTES)
-    if model.is_first(instance):
+    if model.first(instance) == instance:
         actuators = model.actuators()
         servos: dict[str, list[int]] = {}  # that have an actuator, of each tendon
         instances = model.siblings(instance)

@@ -16,20 +16,62 @@ from tendon_mj.compilation import compiled
 from tendon_mj.plugin.abi.layout import Layout
 from tendon_mj.plugin.abi.library import strtod
 from tendon_mj.plugin.abi.memory import byte, integer, pointer
-from tendon_mj.plugin.sheath_plugin.sensors import KINDS
 from tendon_mj.plugin.sheath_plugin.state import PARAMETERS
+
+# kind -> (quantity, unit, whether one number per "segment" or "guide" or one in all)
+KINDS: dict[str, tuple[str, str, str]] = {
+    "input_tension": ("tension at the input end", "N", "one"),
+    "output_tension": ("tension at the output end", "N", "one"),
+    "tension": ("tension of each segment, input side first", "N", "segment"),
+    "bend_angle": ("bend at each guide", "rad", "guide"),
+    "slip": ("+1 sliding towards the input, -1 towards the output, 0 at rest", "-", "guide"),
+    "friction_work": ("friction work at each guide since the reset", "J", "guide"),
+    "reel_displacement": ("tendon wound in at the input", "m", "one"),
+    "unsolved": ("evaluations whose flow was not solved since the reset", "-", "one"),
+}
+(
+    INPUT_TENSION,
+    OUTPUT_TENSION,
+    TENSION,
+    BEND_ANGLE,
+    SLIP,
+    FRICTION_WORK,
+    REEL_DISPLACEMENT,
+    UNSOLVED,
+) = range(len(KINDS))
+
+
+ENDS = 2  # numbers of a sensor on the sheath's own instance: T_in and T_out
+
+
+def is_one_number(kind: str) -> bool:
+    """Whether a sensor of this kind has one number, whatever its sheath."""
+    return KINDS[kind][2] == "one"
+
+
+def width(kind: str, guides: int) -> int:
+    """How many numbers a sensor of this kind has on a sheath with so many guides."""
+    return {"one": 1, "segment": guides + 1, "guide": guides}[KINDS[kind][2]]
+
+
+@compiled
+def numbers_of(kind: int, guides: int) -> int:
+    """How many numbers ``measure`` writes."""
+    if kind == TENSION:
+        return guides + 1
+    return guides if kind in (BEND_ANGLE, SLIP, FRICTION_WORK) else 1
 
 
 class Attachment(NamedTuple):
-    """Description of an attribute that is no number of the law."""
+    """Description of an attribute that is not a parameter."""
 
     text: str
     kind: str  # of value
     default: str
 
 
-# How a sheath is attached to its model; with PARAMETERS, all attributes in their order. The first,
-# which tells sheaths from sensors, is read in every step.
+# Attributes that attach a sheath to its model; with PARAMETERS all attributes, in their order. The
+# first, which tells sheaths from sensors, is read in every step.
 ATTACHMENT: Final = {
     "sensor": Attachment("quantity that a sensor's instance shows, see below", "word", "none"),
     "tendon": Attachment("spatial tendon that runs in the sheath", "name", "required"),
@@ -91,18 +133,22 @@ def text_at(layout: Layout, m: int, instance: int, attribute: int) -> int:
 
 
 @compiled
-def has_length(layout: Layout, m: int, instance: int) -> bool:
-    """Whether a sheath's pretension or slack is stated, so that its tendon has a length."""
-    return (
-        byte(text_at(layout, m, instance, PRETENSION), 0) != 0
-        or byte(text_at(layout, m, instance, SLACK), 0) != 0
-    )
+def is_given(layout: Layout, m: int, instance: int, attribute: int) -> bool:
+    """Whether an attribute is written."""
+    return byte(text_at(layout, m, instance, attribute), 0) != 0
 
 
 @compiled
 def is_sensor(layout: Layout, m: int, instance: int) -> bool:
-    """Whether an instance shows something of sheaths, and is none itself."""
-    return byte(text_at(layout, m, instance, SENSOR), 0) != 0
+    """Whether an instance has sensors of sheaths, and is not a sheath itself."""
+    return is_given(layout, m, instance, SENSOR)
+
+
+@compiled
+def is_sheath(layout: Layout, m: int, other: int, instance: int) -> bool:
+    """Whether an instance is a sheath, of the plugin of ``instance``."""
+    slots = pointer(m + layout.m_plugin)
+    return integer(slots, other) == integer(slots, instance) and not is_sensor(layout, m, other)
 
 
 @compiled
@@ -124,18 +170,30 @@ def index_of(address: int, known: NDArray[np.uint8]) -> int:
 
 
 @compiled
-def sensor_kind_at(address: int) -> int:
-    """Index of the kind of sensor that a string names, −1 for none."""
-    return index_of(address, _KIND_NAMES)
+def sensor_kind(layout: Layout, m: int, instance: int) -> int:
+    """Index of an instance's kind of sensor, −1 for none."""
+    return index_of(text_at(layout, m, instance, SENSOR), _KIND_NAMES)
 
 
 @compiled
-def input_end_at(address: int) -> int:
-    """Index of the input end that a string names, that of the first site where it is empty."""
-    return max(0, index_of(address, _END_NAMES))
+def is_input_at_last(layout: Layout, m: int, instance: int) -> bool:
+    """Whether the input end is the last site of the path."""
+    return index_of(text_at(layout, m, instance, INPUT_END), _END_NAMES) == 1
 
 
 @compiled
-def is_cable_spring(address: int) -> bool:
-    """Whether a string says that the tendon's own spring is the cable's elasticity."""
-    return index_of(address, _SPRING_NAMES) == 1
+def is_cable_spring(layout: Layout, m: int, instance: int) -> bool:
+    """Whether the tendon's own spring is the cable's elasticity."""
+    return index_of(text_at(layout, m, instance, SPRING), _SPRING_NAMES) == 1
+
+
+@compiled
+def has_length(layout: Layout, m: int, instance: int) -> bool:
+    """Whether a sheath's pretension or slack is written, so that its tendon has a length."""
+    return is_given(layout, m, instance, PRETENSION) or is_given(layout, m, instance, SLACK)
+
+
+@compiled
+def number(layout: Layout, m: int, instance: int, attribute: int) -> float:
+    """An attribute's number, 0 where it is not written."""
+    return number_at(text_at(layout, m, instance, attribute))

@@ -1,7 +1,7 @@
 """The functions of `mjpPlugin` that MuJoCo calls while it runs; no Python among them.
 
 An instance is either a sheath, which acts on its tendon, or one with a `sensor` attribute, whose
-sensors show something of sheaths and which keeps in its state which sheaths these are.
+sensors show a quantity of sheaths and which keeps in its state which sheaths these are.
 """
 
 from __future__ import annotations
@@ -13,26 +13,16 @@ from numba import types
 
 from tendon_mj.compilation import apart, callback, compiled
 from tendon_mj.plugin.abi.layout import Layout
+from tendon_mj.plugin.abi.library import warn
 from tendon_mj.plugin.abi.memory import doubles, integer, pointer, size, text
-from tendon_mj.plugin.abi.warning import warn
 from tendon_mj.plugin.sheath_plugin.attributes import is_sensor
-from tendon_mj.plugin.sheath_plugin.binding.bind import ensure_bound, is_bound, reset_sheath
-from tendon_mj.plugin.sheath_plugin.binding.bind_sensor import ensure_shown, reset_sensor
-from tendon_mj.plugin.sheath_plugin.binding.own_names import own_name
-from tendon_mj.plugin.sheath_plugin.binding.seal import is_sheath
-from tendon_mj.plugin.sheath_plugin.evaluate import evaluate
+from tendon_mj.plugin.sheath_plugin.bind import ensure_bound, is_bound, reset_sheath
+from tendon_mj.plugin.sheath_plugin.evaluate import commit, evaluate
+from tendon_mj.plugin.sheath_plugin.forces import add_reactions
 from tendon_mj.plugin.sheath_plugin.input_force import follow_constraint
-from tendon_mj.plugin.sheath_plugin.reactions import add_reactions
-from tendon_mj.plugin.sheath_plugin.sensors import measure, measure_ends, numbers_of
-from tendon_mj.plugin.sheath_plugin.state import (
-    fits,
-    sensor_state_at,
-    shown_at,
-    state_at,
-    state_of,
-    state_size_of,
-)
-from tendon_mj.plugin.sheath_plugin.trial import commit
+from tendon_mj.plugin.sheath_plugin.names import own_name
+from tendon_mj.plugin.sheath_plugin.sensors import reset_sensor, show, show_ends
+from tendon_mj.plugin.sheath_plugin.state import state_at, state_of
 
 _ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
 _PASSIVE_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value | mujoco.mjtDisableBit.mjDSBL_DAMPER.value
@@ -47,7 +37,7 @@ _REASONS = text(
 
 @apart
 def _warn(layout: Layout, m: int, instance: int) -> None:
-    """Tell of the first evaluation since the reset that was not solved."""
+    """Warn of the first evaluation since the reset that was not solved."""
     name = own_name(layout, m, instance)
     warn(_WARNING(), name if name != 0 else _UNNAMED(), _REASONS())
 
@@ -56,49 +46,6 @@ def _warn(layout: Layout, m: int, instance: int) -> None:
 def _is_skipped(layout: Layout, m: int) -> bool:
     """Whether MuJoCo leaves all passive forces out, those of plugins too."""
     return integer(m + layout.o_disableflags, 0) & _PASSIVE_OFF == _PASSIVE_OFF
-
-
-@compiled
-def _show(layout: Layout, m: int, d: int, instance: int) -> None:
-    """Fill the sensors of an instance that shows something of sheaths."""
-    ensure_shown(layout, m, d, instance)
-    address = state_of(layout, m, d, instance)
-    state, shown = sensor_state_at(address), shown_at(address, state_size_of(layout, m, instance))
-    first, last, kind = state.first_sensor, state.last_sensor, int(state.kind)
-    if not 0.0 <= first <= last < size(m + layout.m_nsensor):
-        return
-    owners, widths = pointer(m + layout.m_sensor_plugin), pointer(m + layout.m_sensor_dim)
-    for sensor in range(int(first), int(last) + 1):
-        if integer(owners, sensor) != instance:
-            continue
-        source = shown[0] if state.is_of_one != 0.0 else shown[sensor]
-        if not 0.0 <= source < size(m + layout.m_nplugin):
-            continue
-        if not is_sheath(layout, m, int(source), instance):
-            continue
-        sheath = state_of(layout, m, d, int(source))
-        known = fits(sheath, state_size_of(layout, m, int(source)))
-        count = numbers_of(kind, int(state_at(sheath).guides)) if known else 0
-        if 0 < count <= integer(widths, sensor):
-            adr = integer(pointer(m + layout.m_sensor_adr), sensor)
-            measure(sheath, kind, pointer(d + layout.d_sensordata) + 8 * adr)
-
-
-@compiled
-def _show_ends(layout: Layout, m: int, d: int, instance: int) -> None:
-    """Fill the sensors on the sheath's own instance."""
-    sheath = state_of(layout, m, d, instance)
-    state = state_at(sheath)
-    first, last = state.first_sensor, state.last_sensor
-    if not (0.0 <= first <= last < size(m + layout.m_nsensor)):
-        return
-    if not fits(sheath, state_size_of(layout, m, instance)):
-        return
-    owners = pointer(m + layout.m_sensor_plugin)
-    for sensor in range(int(first), int(last) + 1):
-        if integer(owners, sensor) == instance:
-            adr = integer(pointer(m + layout.m_sensor_adr), sensor)
-            measure_ends(sheath, pointer(d + layout.d_sensordata) + 8 * adr)
 
 
 @compiled
@@ -139,8 +86,8 @@ def make_callbacks(layout: Layout) -> Callbacks:
     """Bind the functions to the offsets of the running MuJoCo.
 
     The offsets are closed over, so the compiler sees constants and keeps one compilation on disk
-    for each set of them. What is inlined is optimised anew in each function that it is inlined
-    into, which takes most of the time, so nothing stands between these functions and `evaluate`.
+    for each set of them. Inlined code is optimised again in each function that it is inlined into,
+    which takes most of the time, so nothing stands between these functions and `evaluate`.
     """
     void, ptr, i32 = types.void, types.intp, types.int32
 
@@ -160,7 +107,7 @@ def make_callbacks(layout: Layout) -> Callbacks:
             ensure_bound(layout, m, d, instance)
         ):
             address = state_of(layout, m, d, instance)
-            # one that is driven needs what all actuators do, which is not there yet
+            # one that is driven needs the forces of all actuators, which are not there yet
             state = state_at(address)
             if not late or state.driven == 0.0:
                 before = state.unsolved
@@ -168,9 +115,9 @@ def make_callbacks(layout: Layout) -> Callbacks:
                 if before == 0.0 and state.unsolved > 0.0:
                     _warn(layout, m, instance)
         if capability == _SENSOR and sensor:
-            _show(layout, m, d, instance)
+            show(layout, m, d, instance)
         elif capability == _SENSOR:
-            _show_ends(layout, m, d, instance)
+            show_ends(layout, m, d, instance)
             if state_at(state_of(layout, m, d, instance)).first_sheath == instance:
                 add_reactions(layout, m, d, instance, _is_skipped(layout, m))
         elif capability == _ACTUATOR and not sensor:

@@ -1,5 +1,7 @@
 """Evaluation of a sheath within a time step: tensions for the pose at hand, and their forces.
 
+An evaluation stores its result on trial; `advance` makes it the committed state by `commit`.
+
 Equations: docs/theory.md, sections 4, 7 and 8.
 """
 
@@ -8,30 +10,122 @@ from __future__ import annotations
 import math
 
 from tendon_mj.compilation import compiled
-from tendon_mj.plugin.abi.control import control
 from tendon_mj.plugin.abi.layout import Layout
+from tendon_mj.plugin.abi.library import control, is_stage
 from tendon_mj.plugin.abi.memory import coordinates, double, integer, pointer
-from tendon_mj.plugin.abi.runge_kutta import is_stage
-from tendon_mj.plugin.sheath_plugin.driven import lay_at_rest, let_guides_yield, solve_branches
-from tendon_mj.plugin.sheath_plugin.forces import apply_forces
-from tendon_mj.plugin.sheath_plugin.holding_ratios import update_ratios
-from tendon_mj.plugin.sheath_plugin.initial_state import lay_tendon
-from tendon_mj.plugin.sheath_plugin.input_force import follow_spring, input_force
-from tendon_mj.plugin.sheath_plugin.path.over_geoms import trace_path
-from tendon_mj.plugin.sheath_plugin.path.over_sites import update_path, update_spans
-from tendon_mj.plugin.sheath_plugin.sliding_resistance import fill_drag
-from tendon_mj.plugin.sheath_plugin.spools import (
+from tendon_mj.plugin.sheath_plugin.drive import (
     flank_stiffness,
+    lay_driven,
+    lay_wound,
+    let_guides_yield,
     on_drum,
+    refill_inputs,
+    solve_branches,
     torque_on_drive,
     wound_by,
 )
+from tendon_mj.plugin.sheath_plugin.forces import apply_forces
+from tendon_mj.plugin.sheath_plugin.friction import (
+    commit_velocity,
+    fill_drag,
+    store_trial_friction_work,
+    update_ratios,
+)
+from tendon_mj.plugin.sheath_plugin.input_force import follow_spring, input_force
+from tendon_mj.plugin.sheath_plugin.path import update_path, update_spans
 from tendon_mj.plugin.sheath_plugin.state import State, state_at, unpack, unpack_arcs
-from tendon_mj.plugin.sheath_plugin.strain_law import fill_strain, move_tangents, store_new_strain
-from tendon_mj.plugin.sheath_plugin.trial import store_trial
-from tendon_mj.sheath import Guides, Segments, solve_flow
+from tendon_mj.plugin.sheath_plugin.strain import (
+    commit_strain,
+    fill_strain,
+    move_tangents,
+    store_new_strain,
+    store_trial_strain,
+)
+from tendon_mj.plugin.sheath_plugin.wraps import trace_path
+from tendon_mj.sheath import Arcs, Guides, Segments, friction_work, solve_flow
 
-_TANGENTS = 8  # to a strain law that is no line; about 2 are needed
+
+@compiled
+def _store_trial(
+    state: State,
+    segments: Segments,
+    guides: Guides,
+    wound_in: float,
+    wound_out: float,
+    spring_length: float,
+    time: float,
+) -> None:
+    """Store the result of an evaluation for ``commit``."""
+    ea = state.law.axial_stiffness
+    for i in range(len(guides)):
+        guide = guides[i]
+        flow = guide.flow
+        left, right = segments[i].tension, segments[i + 1].tension
+        guide.trial_flow = flow
+        guide.trial_slip = guide.slip if flow != 0.0 else 0.0
+        guide.trial_shift = guide.shift
+        rubs = guide.is_pulley == 0.0
+        guide.trial_friction_work = ea * friction_work(left, right, flow) if rubs else 0.0
+    if state.law.tendon_mass > 0.0 or state.law.stiffening > 0.0:
+        store_trial_friction_work(state, segments, guides)
+    for j in range(len(segments)):
+        segments[j].trial_tension = segments[j].tension
+    if state.strain_kept != 0.0:
+        store_trial_strain(state, segments)
+    state.trial_wound_in, state.trial_wound_out = wound_in, wound_out
+    state.trial_spring_length = spring_length
+    state.trial_time = time
+    state.has_trial = 1.0
+
+
+@compiled
+def _commit_arcs(segments: Segments, guides: Guides, arcs: Arcs) -> None:
+    """Hand over the tendon that guides on arcs have moved past, and keep where they are."""
+    for i in range(len(guides)):
+        segments[i].stored += guides[i].trial_shift
+        segments[i + 1].stored -= guides[i].trial_shift
+    for k in range(len(arcs)):
+        arc = arcs[k]
+        arc.touches = arc.trial_touches
+        arc.x1, arc.y1, arc.z1 = arc.trial_x1, arc.trial_y1, arc.trial_z1
+        arc.x2, arc.y2, arc.z2 = arc.trial_x2, arc.trial_y2, arc.trial_z2
+
+
+@compiled
+def commit(address: int) -> None:
+    """Make the step on trial the committed state."""
+    state = state_at(address)
+    segments, guides, _ = unpack(address)
+    if state.has_trial == 0.0:
+        return
+    last = len(guides)
+    if state.arcs > 0.0:
+        _commit_arcs(segments, guides, unpack_arcs(address))
+    segments[0].stored -= state.trial_wound_in - state.wound_in
+    segments[0].stored += state.trial_spring_length - state.spring_length
+    segments[last].stored -= state.trial_wound_out - state.wound_out
+    if state.strain_kept != 0.0:
+        commit_strain(segments, guides)
+    for i in range(last):
+        guide = guides[i]
+        flow = guide.trial_flow
+        segments[i].stored += flow
+        segments[i + 1].stored -= flow
+        guide.passed += flow
+        guide.previous_slip = guide.trial_slip
+        guide.friction_work += guide.trial_friction_work
+    for j in range(len(segments)):
+        segments[j].previous_tension = segments[j].trial_tension
+    if state.driven != 0.0:
+        refill_inputs(segments, guides)
+    commit_velocity(state, guides)
+    state.wound_in, state.wound_out = state.trial_wound_in, state.trial_wound_out
+    state.spring_length = state.trial_spring_length
+    state.commit_time = state.trial_time
+    state.has_trial = 0.0
+
+
+_TANGENTS = 8  # to a strain law that is not a line; about 2 are needed
 
 
 @compiled
@@ -52,7 +146,7 @@ def _solve(state: State, segments: Segments, guides: Guides, elapsed: float) -> 
 
 @compiled
 def _are_finite(segments: Segments) -> bool:
-    """Whether every stretch has a tension; one that was emptied has none, and reads inf."""
+    """Whether every stretch has a tension; that of an emptied one is inf."""
     finite = True
     for j in range(len(segments)):
         finite = finite and math.isfinite(segments[j].tension)
@@ -77,12 +171,39 @@ def _update_path(layout: Layout, m: int, d: int, address: int, fresh: bool, stag
 
 @compiled
 def _shift_guides(segments: Segments, guides: Guides) -> None:
-    """Hand over, for this evaluation only, the tendon that guides on arcs have moved past."""
+    """Hand over the tendon that guides on arcs have moved past, for this evaluation only."""
     for j in range(len(segments)):
         segments[j].unshifted = segments[j].stored
     for i in range(len(guides)):
         segments[i].stored += guides[i].shift
         segments[i + 1].stored -= guides[i].shift
+
+
+@compiled
+def _refuse(state: State) -> None:
+    """Count an evaluation without a solution; an earlier one must not be committed instead."""
+    state.unsolved += 1.0
+    state.has_trial = 0.0
+
+
+@compiled
+def _solve_from_last_step(
+    state: State, segments: Segments, guides: Guides, elapsed: float, possible: bool
+) -> bool:
+    """Solve from the committed step, not an earlier evaluation; return whether tensions are finite.
+
+    An evaluation that is not solved is counted; where it is not ``possible`` it is not tried.
+    """
+    strained = fill_strain(state, segments, elapsed)
+    for j in range(len(segments)):
+        segments[j].tension = segments[j].previous_tension
+    solved = possible and _solve(state, segments, guides, elapsed)
+    finite = _are_finite(segments)
+    if strained and finite:
+        store_new_strain(state, segments, guides, elapsed)
+    if not (solved and finite):
+        state.unsolved += 1.0
+    return possible and finite
 
 
 @compiled
@@ -94,25 +215,16 @@ def _evaluate_driven(
     segments, guides, _ = unpack(address)
     state.input_force = input_force(layout, m, d, address, state)
     if not math.isfinite(state.input_force):
-        state.unsolved += 1.0
-        state.has_trial = 0.0  # an earlier evaluation's result must not be committed instead
+        _refuse(state)
         return
     if state.started == 0.0:
         let_guides_yield(layout, m, d, state, segments, elapsed)
-        lay_at_rest(state, segments)
+        lay_driven(state, segments)
         state.started = 1.0
     update_ratios(address, state, guides, time)
-    strained = fill_strain(state, segments, elapsed)
     if state.arcs > 0.0:
         _shift_guides(segments, guides)
-    for j in range(len(segments)):  # start from the committed step, not an earlier evaluation
-        segments[j].tension = segments[j].previous_tension
-    solved = _solve(state, segments, guides, elapsed)
-    finite = _are_finite(segments)
-    if not (solved and finite):
-        state.unsolved += 1.0
-    if strained and finite:
-        store_new_strain(state, segments, guides, elapsed)
+    finite = _solve_from_last_step(state, segments, guides, elapsed, True)
     if state.arcs > 0.0:
         for j in range(len(segments)):
             segments[j].stored = segments[j].unshifted
@@ -124,7 +236,7 @@ def _evaluate_driven(
     apply_forces(layout, m, d, state, segments)
     if not stage:
         state.trial_elapsed = elapsed
-        store_trial(state, segments, guides, 0.0, 0.0, 0.0, time)
+        _store_trial(state, segments, guides, 0.0, 0.0, 0.0, time)
 
 
 @compiled
@@ -136,11 +248,10 @@ def _evaluate_wound(
     segments, guides, _ = unpack(address)
     last = len(guides)
     if not state.law.axial_stiffness > 0.0:  # it was driven, and what drove it is gone
-        state.unsolved += 1.0
-        state.has_trial = 0.0
+        _refuse(state)
         return
     if state.started == 0.0:
-        lay_tendon(layout, m, d, state, segments)
+        lay_wound(layout, m, d, state, segments)
     rest = state.spring_length
     if state.own_spring != 0.0:
         rest = double(pointer(m + layout.m_tendon_lengthspring), 2 * int(state.tendon) + 1)
@@ -155,7 +266,6 @@ def _evaluate_wound(
     flank = flank_stiffness(layout, m, state, elapsed)
     wound_in = on_drum(state, segments, drive, flank)
     wound_out = wound_by(layout, m, d, state.output_joint, state.output_radius)
-    strained = fill_strain(state, segments, elapsed)
 
     # for this evaluation only: wound tendon leaves the two end segments, the sheath's mount yields
     if state.arcs > 0.0:
@@ -168,29 +278,22 @@ def _evaluate_wound(
     input_length = segments[0].length
     segments[0].length = input_length + state.law.sheath_compliance * state.laid_pretension
     segments[0].support_compliance = state.law.sheath_compliance * state.law.axial_stiffness
-    for j in range(last + 1):  # start from the committed step, not from an earlier evaluation
-        segments[j].tension = segments[j].previous_tension
     possible = math.isfinite(drive + wound_out)
-    solved = possible and _solve(state, segments, guides, elapsed)
-    finite = _are_finite(segments)
-    if strained and finite:
-        store_new_strain(state, segments, guides, elapsed)
+    finite = _solve_from_last_step(state, segments, guides, elapsed, possible)
     segments[0].length = input_length
     if state.arcs > 0.0:
         for j in range(1, last):
             segments[j].stored = segments[j].unshifted
     segments[last].stored = segments[last].unshifted
     segments[0].stored = segments[0].unshifted
-    if not (solved and finite):
-        state.unsolved += 1.0
     state.reel_torque = torque_on_drive(state, segments, drive - wound_in, flank)
-    if not (possible and finite):
-        state.has_trial = 0.0  # an earlier evaluation's result must not be committed instead
+    if not finite:
+        state.has_trial = 0.0
         return
     apply_forces(layout, m, d, state, segments)
     if not stage:
         state.trial_elapsed = elapsed
-        store_trial(state, segments, guides, wound_in, wound_out, rest, time)
+        _store_trial(state, segments, guides, wound_in, wound_out, rest, time)
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""Forces of the tendon on bodies and spools, in generalised coordinates.
+"""Forces of the tendon on bodies and spools, and their share in MuJoCo's force sensors.
 
 A straight span of length ℓ under tension T pulls its two ends together, which is −T J with
 J = ∂ℓ/∂q. With u its direction and `mjData.cdof` the spatial velocity (ω, v) of dof i about c, the
@@ -9,21 +9,49 @@ centre of mass of the kinematic tree,
 + where the dof moves the far end p, − where it moves the near one. A dof that moves both does not
 change the length.
 
-MuJoCo's actuators, springs and constraints act with one tension along the whole tendon. A sheath
-that they drive adds the difference that friction makes, T − T_in for each span, and nothing where
-nothing rubs. One whose elasticity is the tendon's own spring adds T − k (L − S).
+MuJoCo's actuators, springs and constraints act with one tension T_c along the whole tendon. A
+sheath that they drive adds the difference that friction makes, T − T_c of each span, and nothing
+where nothing rubs. One whose elasticity is the tendon's own spring adds T − k (L − S).
+
+`mj_rnePostConstraint` adds the wrench of every spatial tendon under T_c. The difference pulls each
+end of a span along its direction, F = ±(T − T_c) u at point p, which about c is the wrench
+((p − c) × F, F). It is added to `cfrc_ext` of the body, and taken from `cfrc_int`, the force that
+passes a body's joint, of that body and of all that carry it. Sensors of `force` and `torque` are
+then filled again. MuJoCo computes both arrays before it asks for sensors of the acceleration stage,
+unless they are there already. One number of `cfrc_ext` with the wrenches is therefore kept: where
+it is still the same, they have been added.
 """
 
 from __future__ import annotations
 
 import math
 
-from tendon_mj.compilation import compiled
+import mujoco
+
+from tendon_mj.compilation import apart, compiled
 from tendon_mj.plugin.abi.layout import Layout
-from tendon_mj.plugin.abi.memory import coordinates, doubles, integer, pointer
-from tendon_mj.plugin.sheath_plugin.input_force import counted_strain
-from tendon_mj.plugin.sheath_plugin.state import State
-from tendon_mj.plugin.sheath_plugin.strain_law import spool_torque
+from tendon_mj.plugin.abi.library import mju_transformSpatial
+from tendon_mj.plugin.abi.memory import (
+    coordinates,
+    double,
+    doubles,
+    integer,
+    local_doubles,
+    pointer,
+    size,
+)
+from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
+from tendon_mj.plugin.sheath_plugin.path import Vector
+from tendon_mj.plugin.sheath_plugin.state import (
+    State,
+    counted_strain,
+    fits,
+    state_at,
+    state_of,
+    state_size_of,
+    unpack,
+)
+from tendon_mj.plugin.sheath_plugin.strain import spool_torque
 from tendon_mj.sheath import Segment, Segments
 from tendon_mj.typing import FloatArray
 
@@ -41,25 +69,32 @@ def _last_dof(layout: Layout, m: int, body: int) -> int:
 
 
 @compiled
+def _span(layout: Layout, d: int, state: State, segment: Segment) -> tuple[int, Vector, float]:
+    """Index of a span's near end in `wrap_xpos`, which the far one follows; their distance [m]."""
+    p = coordinates(pointer(d + layout.d_wrap_xpos))
+    k = 3 * (integer(pointer(d + layout.d_ten_wrapadr), int(state.tendon)) + int(segment.point))
+    ux, uy, uz = p[k + 3] - p[k], p[k + 4] - p[k + 1], p[k + 5] - p[k + 2]
+    return k, (ux, uy, uz), math.sqrt(ux * ux + uy * uy + uz * uz)
+
+
+@compiled
 def _pull(
     layout: Layout,
     m: int,
     d: int,
-    p: FloatArray,
-    at: int,
+    state: State,
     segment: Segment,
     tension: float,
     force: FloatArray,
 ) -> None:
-    """Add −T J of the span from point ``at`` to the next to ``force``."""
+    """Add −T J of a segment's span to ``force``."""
     near = _last_dof(layout, m, int(segment.near_body))
     far = _last_dof(layout, m, int(segment.far_body))
-    k = 3 * at
-    ux, uy, uz = p[k + 3] - p[k], p[k + 4] - p[k + 1], p[k + 5] - p[k + 2]
-    length = math.sqrt(ux * ux + uy * uy + uz * uz)
+    k, u, length = _span(layout, d, state, segment)
     if length == 0.0:
         return
-    ux, uy, uz = ux / length, uy / length, uz / length
+    ux, uy, uz = u[0] / length, u[1] / length, u[2] / length
+    p = coordinates(pointer(d + layout.d_wrap_xpos))
     roots, parents = pointer(m + layout.m_body_rootid), pointer(m + layout.m_dof_parentid)
     centres, motions = pointer(d + layout.d_subtree_com), pointer(d + layout.d_cdof)
     for end in range(2):
@@ -92,18 +127,18 @@ def pull_segment(
     tension: float,
     force: FloatArray,
 ) -> None:
-    """Add the generalised force of a segment's span under a tension [N].
+    """Add the generalised force of a segment's span under a tension [N]; −1 adds J itself.
 
-    Args:
-        layout, m, d: where things are, `mjModel`, `mjData`.
-        state, segment: of the sheath.
-        tension: −1 adds J itself.
-        force: of every dof, added to; nothing for a segment that connects no two bodies.
+    A segment that connects no two bodies adds nothing.
     """
     if segment.point >= 0.0 and segment.near_body != segment.far_body:
-        points = coordinates(pointer(d + layout.d_wrap_xpos))
-        at = integer(pointer(d + layout.d_ten_wrapadr), int(state.tendon)) + int(segment.point)
-        _pull(layout, m, d, points, at, segment, tension, force)
+        _pull(layout, m, d, state, segment, tension, force)
+
+
+@compiled
+def _added(ea: float, counted: float, segment: Segment) -> float:
+    """T − T_c of a segment [N]."""
+    return ea * (segment.tension - counted / segment.divisor)
 
 
 @compiled
@@ -117,17 +152,180 @@ def _add_torque(layout: Layout, m: int, d: int, joint: float, torque: float) -> 
 @compiled
 def apply_forces(layout: Layout, m: int, d: int, state: State, segments: Segments) -> None:
     """Apply the tendon's forces to the bodies along the path and to the spools."""
-    ea, last = state.law.axial_stiffness, len(segments) - 1
-    given = counted_strain(state)
+    ea, counted, last = state.law.axial_stiffness, counted_strain(state), len(segments) - 1
     state.applied = 1.0
     passive = coordinates(pointer(d + layout.d_qfrc_passive))
     for j in range(last + 1):
-        segment = segments[j]
-        tension = ea * (segment.tension - given / segment.divisor)
+        tension = _added(ea, counted, segments[j])
         if tension != 0.0:
-            pull_segment(layout, m, d, state, segment, tension, passive)
+            pull_segment(layout, m, d, state, segments[j], tension, passive)
     if state.driven != 0.0:
         return
     _add_torque(layout, m, d, state.reel_joint, -state.reel_torque)
     torque = spool_torque(state, segments, last, state.output_radius)
     _add_torque(layout, m, d, state.output_joint, -torque)
+
+
+_FORCE = mujoco.mjtSensor.mjSENS_FORCE.value
+_TORQUE = mujoco.mjtSensor.mjSENS_TORQUE.value
+_REAL = mujoco.mjtDataType.mjDATATYPE_REAL.value
+_vector6 = local_doubles(6)
+
+
+@compiled
+def _is_applied(layout: Layout, m: int, d: int, instance: int, skipped: bool) -> bool:
+    """Whether the state of a sheath holds the forces that act in this step."""
+    address = state_of(layout, m, d, instance)
+    state = state_at(address)
+    return (
+        state.applied != 0.0
+        and not (skipped and state.driven != 0.0)
+        and fits(address, state_size_of(layout, m, instance))
+        and 0.0 <= state.tendon < size(m + layout.m_ntendon)
+    )
+
+
+@compiled
+def _add(
+    layout: Layout, m: int, d: int, body: int, top: int, p: FloatArray, at: int, force: FloatArray
+) -> int:
+    """Add the wrench of a force at a point to a body; return the index of its largest number.
+
+    In `cfrc_int` it counts on the body and on all that carry it below ``top``, and on a ``top`` 0.
+    """
+    root = integer(pointer(m + layout.m_body_rootid), body)
+    c = coordinates(pointer(d + layout.d_subtree_com) + 24 * root)
+    x, y, z = p[at] - c[0], p[at + 1] - c[1], p[at + 2] - c[2]
+    wrench = doubles(_vector6(), 6)
+    wrench[0] = y * force[2] - z * force[1]
+    wrench[1] = z * force[0] - x * force[2]
+    wrench[2] = x * force[1] - y * force[0]
+    wrench[3], wrench[4], wrench[5] = force[0], force[1], force[2]
+    outer = coordinates(pointer(d + layout.d_cfrc_ext))
+    inner = coordinates(pointer(d + layout.d_cfrc_int))
+    largest = 0
+    for k in range(6):
+        outer[6 * body + k] += wrench[k]
+        if abs(wrench[k]) > abs(wrench[largest]):
+            largest = k
+    carrier = body
+    while carrier > top:
+        for k in range(6):
+            inner[6 * carrier + k] -= wrench[k]
+        carrier = integer(pointer(m + layout.m_body_parentid), carrier)
+    if top == 0:
+        for k in range(6):
+            inner[k] -= wrench[k]
+    return 6 * body + largest
+
+
+@compiled
+def _common_body(layout: Layout, m: int, one: int, other: int) -> int:
+    """The nearest body that carries both, or is one of them and carries the other."""
+    parents = pointer(m + layout.m_body_parentid)
+    while one != other:
+        if one > other:
+            one = integer(parents, one)
+        else:
+            other = integer(parents, other)
+    return one
+
+
+@compiled
+def _add_span(
+    layout: Layout, m: int, d: int, state: State, segment: Segment, tension: float
+) -> int:
+    """Add the wrenches of a span under a tension [N]; return an index that was added to, or −1."""
+    near, far, bodies = int(segment.near_body), int(segment.far_body), size(m + layout.m_nbody)
+    if segment.point < 0.0 or near == far or not (0 <= near < bodies and 0 <= far < bodies):
+        return -1
+    k, u, length = _span(layout, d, state, segment)
+    if length == 0.0:
+        return -1
+    p, force = coordinates(pointer(d + layout.d_wrap_xpos)), doubles(_vector6(), 3)
+    top, index = _common_body(layout, m, near, far), -1
+    for i in range(3):
+        force[i] = tension * u[i] / length
+    if near != 0:
+        index = _add(layout, m, d, near, top, p, k, force)
+    if far != 0:
+        for i in range(3):
+            force[i] = -force[i]
+        index = _add(layout, m, d, far, top, p, k + 3, force)
+    return index
+
+
+@compiled
+def _fill_sensor(layout: Layout, m: int, d: int, sensor: int) -> None:
+    """Fill a sensor of force or torque from `cfrc_int`, as MuJoCo does."""
+    kind = integer(pointer(m + layout.m_sensor_type), sensor)
+    site = integer(pointer(m + layout.m_sensor_objid), sensor)
+    body = integer(pointer(m + layout.m_site_bodyid), site)
+    root = integer(pointer(m + layout.m_body_rootid), body)
+    at_site = _vector6()
+    mju_transformSpatial(
+        at_site,
+        pointer(d + layout.d_cfrc_int) + 48 * body,
+        1,
+        pointer(d + layout.d_site_xpos) + 24 * site,
+        pointer(d + layout.d_subtree_com) + 24 * root,
+        pointer(d + layout.d_site_xmat) + 72 * site,
+    )
+    start = integer(pointer(m + layout.m_sensor_adr), sensor)
+    shown = doubles(pointer(d + layout.d_sensordata) + 8 * start, 3)
+    cutoff = double(pointer(m + layout.m_sensor_cutoff), sensor)
+    limited = cutoff > 0.0 and integer(pointer(m + layout.m_sensor_datatype), sensor) == _REAL
+    for k in range(3):
+        value = doubles(at_site, 6)[k + 3 if kind == _FORCE else k]
+        shown[k] = min(max(value, -cutoff), cutoff) if limited else value
+
+
+@compiled
+def _shows_this_step(layout: Layout, m: int, d: int, sensor: int) -> bool:
+    """Whether a sensor shows the present step, and not its history."""
+    if integer(pointer(m + layout.m_sensor_history), 2 * sensor) <= 0:
+        return True
+    if double(pointer(m + layout.m_sensor_delay), sensor) > 0.0:
+        return False
+    interval = double(pointer(m + layout.m_sensor_interval), 2 * sensor)
+    start = integer(pointer(m + layout.m_sensor_historyadr), sensor)
+    before = double(pointer(d + layout.d_history), start)
+    return interval <= 0.0 or before + interval <= double(d + layout.d_time, 0)
+
+
+@apart
+def add_reactions(layout: Layout, m: int, d: int, first: int, skipped: bool) -> None:
+    """Add the wrenches of all sheaths, and fill the sensors that show them.
+
+    The first sheath keeps the number that witnesses it; ``skipped``: MuJoCo skips passive forces.
+    """
+    keeper = state_at(state_of(layout, m, d, first))
+    numbers, witness = coordinates(pointer(d + layout.d_cfrc_ext)), keeper.witness
+    if 0.0 < witness < 6.0 * size(m + layout.m_nbody) and (
+        numbers[int(witness)] == keeper.witness_value
+    ):
+        return
+    keeper.witness, changed = 0.0, False
+    for instance in range(first, size(m + layout.m_nplugin)):
+        if not is_sheath(layout, m, instance, first):
+            continue
+        if not _is_applied(layout, m, d, instance, skipped):
+            continue
+        address = state_of(layout, m, d, instance)
+        state = state_at(address)
+        segments, _, _ = unpack(address)
+        counted, ea = counted_strain(state), state.law.axial_stiffness
+        for j in range(len(segments)):
+            tension = _added(ea, counted, segments[j])
+            if tension != 0.0:
+                index = _add_span(layout, m, d, state, segments[j], tension)
+                if index >= 0:
+                    keeper.witness, changed = index, True
+    if not changed:
+        return
+    keeper.witness_value = numbers[int(keeper.witness)]
+    kinds = pointer(m + layout.m_sensor_type)
+    for sensor in range(size(m + layout.m_nsensor)):
+        kind = integer(kinds, sensor)
+        if kind in (_FORCE, _TORQUE) and _shows_this_step(layout, m, d, sensor):
+            _fill_sensor(layout, m, d, sensor)

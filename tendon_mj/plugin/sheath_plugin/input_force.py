@@ -119,28 +119,6 @@ def input_force(layout: Layout, m: int, d: int, address: int, state: State) -> f
     return force
 
 
-@compiled
-def input_strain(state: State) -> float:
-    """τ that the force of this evaluation gives the first segment; 0 where it pushes."""
-    return max(0.0, -state.input_force) / state.law.axial_stiffness
-
-
-@compiled
-def counted_strain(state: State) -> float:
-    """τ with which MuJoCo itself pulls along the whole tendon, which the sheath's forces replace.
-
-    A force that pushes passes a sheath, but for that of a spring whose tendon is wound: of what is
-    on the drum MuJoCo's spring knows nothing.
-    """
-    if state.driven != 0.0:
-        return input_strain(state)
-    if state.own_spring == 0.0:
-        return 0.0
-    wound = state.reel_joint >= 0.0 or state.output_joint >= 0.0 or state.reel_actuator >= 0.0
-    pull = -state.input_force
-    return pull / state.law.axial_stiffness if wound or pull > 0.0 else 0.0
-
-
 @apart
 def _constraint_force(layout: Layout, m: int, d: int, tendon: int) -> float:
     """λ of the constraints that MuJoCo has solved [N], pulling where negative."""
@@ -172,7 +150,7 @@ def _constraint_force(layout: Layout, m: int, d: int, tendon: int) -> float:
 
 @compiled
 def follow_constraint(layout: Layout, m: int, d: int, state: State) -> None:
-    """Count the force of the constraints of this step from the next one on."""
+    """Let the force of this step's constraints count from the next step on."""
     if state.constrained != 0.0:
         solved = _constraint_force(layout, m, d, int(state.tendon))
         state.constraint_force += _FOLLOWS * (solved - state.constraint_force)
@@ -189,7 +167,7 @@ def _stiffness_times_length(layout: Layout, m: int, tendon: int, length: float) 
 
 @apart
 def note_spring(layout: Layout, m: int, state: State, has_length: bool) -> None:
-    """Take EA, and T_0 or the slack, from the tendon's own spring, unless they are configured."""
+    """Derive EA, and T_0 or the slack, from the tendon's own spring, unless they are configured."""
     tendon = int(state.tendon)
     rest = double(pointer(m + layout.m_tendon_lengthspring), 2 * tendon + 1)
     stiffness = double(pointer(m + layout.m_tendon_stiffness), tendon)

@@ -1,73 +1,58 @@
-"""Sensors of the plugin: the quantities that they show of a sheath."""
+"""Sensors of the plugin: which sheaths they show, and of these which numbers.
+
+An instance with `sensor` whose configuration names a tendon shows the sheath on that; of another
+each sensor has the tendon as its object. The state holds only what is in the model and in the
+states of the sheaths, so where its seal is broken it is computed again.
+"""
 
 from __future__ import annotations
 
-from tendon_mj.compilation import compiled
-from tendon_mj.plugin.abi.memory import doubles
-from tendon_mj.plugin.sheath_plugin.state import state_at, unpack
+import mujoco
 
-# kind -> (quantity, unit, whether one number per "segment" or "guide" or one in all)
-KINDS: dict[str, tuple[str, str, str]] = {
-    "input_tension": ("tension at the input end", "N", "one"),
-    "output_tension": ("tension at the output end", "N", "one"),
-    "tension": ("tension of each segment, input side first", "N", "segment"),
-    "bend_angle": ("bend at each guide", "rad", "guide"),
-    "slip": ("+1 sliding towards the input, -1 towards the output, 0 at rest", "-", "guide"),
-    "friction_work": ("friction work at each guide since the reset", "J", "guide"),
-    "reel_displacement": ("tendon wound in at the input", "m", "one"),
-    "unsolved": ("evaluations whose flow was not solved since the reset", "-", "one"),
-}
-(
+from tendon_mj.compilation import apart, compiled
+from tendon_mj.plugin.abi.layout import Layout
+from tendon_mj.plugin.abi.memory import doubles, integer, pointer, size
+from tendon_mj.plugin.sheath_plugin import attributes as at
+from tendon_mj.plugin.sheath_plugin.attributes import (
+    BEND_ANGLE,
     INPUT_TENSION,
     OUTPUT_TENSION,
-    TENSION,
-    BEND_ANGLE,
-    SLIP,
-    FRICTION_WORK,
     REEL_DISPLACEMENT,
+    SLIP,
+    TENSION,
     UNSOLVED,
-) = range(len(KINDS))
+    numbers_of,
+)
+from tendon_mj.plugin.sheath_plugin.bind import is_bound, range_of
+from tendon_mj.plugin.sheath_plugin.names import resolve
+from tendon_mj.plugin.sheath_plugin.signature import (
+    NONE,
+    as_number,
+    hashed,
+    is_signature,
+    mixed,
+    signature_by,
+)
+from tendon_mj.plugin.sheath_plugin.state import (
+    fits,
+    sensor_state_at,
+    shown_at,
+    state_at,
+    state_of,
+    state_size_of,
+    unpack,
+)
 
-
-ENDS = 2  # numbers of a sensor on the sheath's own instance: T_in and T_out
-
-
-def is_one_number(kind: str) -> bool:
-    """Whether a sensor of this kind has one number, whatever its sheath."""
-    return KINDS[kind][2] == "one"
-
-
-def width(kind: str, guides: int) -> int:
-    """How many numbers a sensor of this kind has on a sheath with so many guides."""
-    return {"one": 1, "segment": guides + 1, "guide": guides}[KINDS[kind][2]]
-
-
-@compiled
-def numbers_of(kind: int, guides: int) -> int:
-    """How many numbers ``measure`` writes."""
-    if kind == TENSION:
-        return guides + 1
-    return guides if kind in (BEND_ANGLE, SLIP, FRICTION_WORK) else 1
-
-
-@compiled
-def measure_ends(address: int, out: int) -> None:
-    """Write T_in and T_out of the sheath at ``address``."""
-    state = state_at(address)
-    segments, _, _ = unpack(address)
-    shown = doubles(out, ENDS)
-    shown[0] = state.law.axial_stiffness * segments[0].tension
-    shown[1] = state.law.axial_stiffness * segments[len(segments) - 1].tension
+_TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
 
 
 @compiled
-def measure(address: int, kind: int, out: int) -> None:
+def _measure(address: int, kind: int, out: int) -> None:
     """Write at ``out`` the quantity ``kind`` of the sheath at ``address``."""
     state = state_at(address)
     segments, guides, _ = unpack(address)
-    last = len(guides)
+    ea, last = state.law.axial_stiffness, len(guides)
     shown = doubles(out, last + 1)
-    ea = state.law.axial_stiffness
     if kind == INPUT_TENSION:
         shown[0] = ea * segments[0].tension
     elif kind == OUTPUT_TENSION:
@@ -87,3 +72,110 @@ def measure(address: int, kind: int, out: int) -> None:
                 shown[i] = guides[i].slip if guides[i].flow != 0.0 else 0.0
             else:
                 shown[i] = guides[i].friction_work + guides[i].trial_friction_work
+
+
+@apart
+def reset_sensor(layout: Layout, m: int, address: int, instance: int) -> None:
+    """Reset what the sensors show: the states of the sheaths may not be there yet."""
+    doubles(address, state_size_of(layout, m, instance))[:] = 0.0
+
+
+@compiled
+def _seal(layout: Layout, m: int, d: int, instance: int) -> float:
+    """Seal of the state as it is now, `NONE` where it cannot have one."""
+    address = state_of(layout, m, d, instance)
+    first = sensor_state_at(address).first_sheath
+    signature = signature_by(layout, m, d, first, instance)
+    if not is_signature(signature):
+        return NONE
+    h = hashed(address + 8, 8 * (state_size_of(layout, m, instance) - 1))
+    return as_number(mixed(mixed(h, int(signature)), instance))
+
+
+@apart
+def _find_shown(layout: Layout, m: int, d: int, instance: int) -> None:
+    """Find the sheath that each sensor of the instance shows."""
+    address = state_of(layout, m, d, instance)
+    state, shown = sensor_state_at(address), shown_at(address, state_size_of(layout, m, instance))
+    owners, objects = pointer(m + layout.m_sensor_plugin), pointer(m + layout.m_sensor_objid)
+    types = pointer(m + layout.m_sensor_objtype)
+    first, last = range_of(owners, size(m + layout.m_nsensor), instance)
+    state.first_sensor, state.last_sensor = first, last
+    state.kind = at.sensor_kind(layout, m, instance)
+    state.is_of_one = at.is_given(layout, m, instance, at.TENDON)
+    tendon = resolve(layout, m, instance, at.TENDON, _TENDON)
+    state.first_sheath = -1.0
+    shown[:] = -1.0
+    for other in range(size(m + layout.m_nplugin)):
+        if not at.is_sheath(layout, m, other, instance):
+            continue
+        if state.first_sheath < 0.0:
+            state.first_sheath = other
+        if not is_bound(layout, m, d, other):
+            continue
+        runs = state_at(state_of(layout, m, d, other)).tendon
+        if state.is_of_one != 0.0:
+            if runs == tendon:
+                shown[0] = other
+            continue
+        for sensor in range(first, last + 1):
+            mine = integer(owners, sensor) == instance and integer(types, sensor) == _TENDON
+            if mine and integer(objects, sensor) == runs:
+                shown[sensor] = other
+
+
+@compiled
+def _ensure_shown(layout: Layout, m: int, d: int, instance: int) -> None:
+    """Find what the sensors show, unless it is known."""
+    state = sensor_state_at(state_of(layout, m, d, instance))
+    seal = _seal(layout, m, d, instance)
+    if seal == NONE or state.seal != seal:
+        _find_shown(layout, m, d, instance)
+        state.seal = _seal(layout, m, d, instance)
+
+
+@compiled
+def show(layout: Layout, m: int, d: int, instance: int) -> None:
+    """Fill the sensors of an instance with `sensor`."""
+    _ensure_shown(layout, m, d, instance)
+    address = state_of(layout, m, d, instance)
+    state, shown = sensor_state_at(address), shown_at(address, state_size_of(layout, m, instance))
+    first, last, kind = state.first_sensor, state.last_sensor, int(state.kind)
+    if not 0.0 <= first <= last < size(m + layout.m_nsensor):
+        return
+    owners, widths = pointer(m + layout.m_sensor_plugin), pointer(m + layout.m_sensor_dim)
+    for sensor in range(int(first), int(last) + 1):
+        if integer(owners, sensor) != instance:
+            continue
+        source = shown[0] if state.is_of_one != 0.0 else shown[sensor]
+        if not 0.0 <= source < size(m + layout.m_nplugin):
+            continue
+        if not at.is_sheath(layout, m, int(source), instance):
+            continue
+        sheath = state_of(layout, m, d, int(source))
+        known = fits(sheath, state_size_of(layout, m, int(source)))
+        count = numbers_of(kind, int(state_at(sheath).guides)) if known else 0
+        if 0 < count <= integer(widths, sensor):
+            adr = integer(pointer(m + layout.m_sensor_adr), sensor)
+            _measure(sheath, kind, pointer(d + layout.d_sensordata) + 8 * adr)
+
+
+@compiled
+def show_ends(layout: Layout, m: int, d: int, instance: int) -> None:
+    """Fill the sensors on the sheath's own instance with T_in and T_out."""
+    sheath = state_of(layout, m, d, instance)
+    state = state_at(sheath)
+    first, last = state.first_sensor, state.last_sensor
+    if not 0.0 <= first <= last < size(m + layout.m_nsensor):
+        return
+    if not fits(sheath, state_size_of(layout, m, instance)):
+        return
+    segments, _, _ = unpack(sheath)
+    ea = state.law.axial_stiffness
+    owners = pointer(m + layout.m_sensor_plugin)
+    for sensor in range(int(first), int(last) + 1):
+        if integer(owners, sensor) == instance:
+            adr = integer(pointer(m + layout.m_sensor_adr), sensor)
+            shown = doubles(pointer(d + layout.d_sensordata) + 8 * adr, 2)
+            shown[0] = ea * segments[0].tension
+            shown[1] = ea * segments[len(segments) - 1].tension

@@ -3,7 +3,7 @@
 Everything is there, so copying, saving, resetting and threads need nothing from us. One record of
 scalars comes first, then the n+1 segments, the n guides, the points of the path, and the arcs.
 
-The *committed* state is what the last finished step left; every evaluation starts from it and
+The *committed* state is that of the last finished step; every evaluation starts from it and
 leaves its result on *trial*; only `advance` makes the trial the committed state.
 """
 
@@ -53,14 +53,14 @@ class LiveLaw(Law):
 
 
 class State:
-    """Scalars of a sheath; indices are −1 for what there is none of, flags 0 or 1."""
+    """Scalars of a sheath; indices are −1 for none, flags 0 or 1."""
 
     law: LiveLaw
     reel_radius: float  # [m]
     output_radius: float  # [m]
-    # what the sheath is attached to
+    # elements that the sheath is attached to
     config_signature: float  # of the attributes that the parameters were read from
-    sheath_signature: float  # of what the following are bound to, 0 where that failed
+    sheath_signature: float  # of the model that the following index, 0 where that failed
     tendon: float
     guides: float  # number of guides, with one for each pulley
     arcs: float  # number of geoms that the tendon may wrap around
@@ -80,7 +80,7 @@ class State:
     first_sensor: float
     last_sensor: float
     first_sheath: float  # instance of the model's first sheath
-    model_signature: float  # which that one has, of what all sheaths are bound to
+    model_signature: float  # of all that sheaths are bound to, in the first one
     seal: float  # of the words from `config_signature` to `first_sheath`
     input_force: float  # by which MuJoCo acts along the tendon [N], pulling where negative
     applied: float  # whether the last evaluation applied its forces
@@ -97,7 +97,7 @@ class State:
     constraint_force: float  # of equalities and limits of the tendon [N], pulling where negative
     commit_time: float  # [s]
     unsolved: float  # evaluations without a solution
-    rebound: float  # times that the state was found to be another model's, or none
+    rebound: float  # times that the state was another model's, or none's
     laid_pretension: float  # under which the tendon was laid [N]
     ratios_vary: float  # whether the ratios were computed for one moment only
     strain_kept: float  # whether the strain law of the step before was another than Hooke's
@@ -129,14 +129,14 @@ _arcs_at = records_pointer(ARC)
 
 
 def size(guides: int, arcs: int = 0) -> int:
-    """Numbers that a sheath with so many guides and arcs keeps."""
+    """Numbers of state of a sheath."""
     tables = _SEGMENT_COUNT * (guides + 1) + _GUIDE_COUNT * guides
     return _COUNT + tables + 3 * (guides + 2) + _ARC_COUNT * arcs
 
 
 @compiled
 def fits(address: int, state_size: int) -> bool:
-    """Whether the guides and arcs that a state says it has fit into so many numbers."""
+    """Whether the guides and arcs of a state fit into its numbers."""
     state = state_at(address)
     n, arcs = state.guides, state.arcs
     if not (0.0 <= n <= state_size and 0.0 <= arcs <= state_size):
@@ -160,7 +160,7 @@ def path_counts(state: State) -> tuple[float, float, float, float, float, float]
 
 @compiled
 def clear_step(address: int, state_size: int) -> None:
-    """Forget how the tendon lay: parameters and what the sheath is attached to stay."""
+    """Reset all but the parameters and what the sheath is attached to."""
     doubles(address + 8 * _COUNT, state_size - _COUNT)[:] = 0.0
     state = state_at(address)
     state.started = state.wound_in = state.wound_out = state.commit_time = 0.0
@@ -198,7 +198,7 @@ def parameters_at(address: int) -> FloatArray:
 
 @compiled
 def keep_ratio_law(address: int) -> bool:
-    """Note the law as that of the guides' ratios; return whether it already was."""
+    """Store the law as that of the guides' ratios; return whether it already was."""
     law, kept = doubles(address, _LAW_COUNT), doubles(address + 8 * _RATIO_LAW, _LAW_COUNT)
     same = True
     for k in range(_LAW_COUNT):
@@ -208,8 +208,35 @@ def keep_ratio_law(address: int) -> bool:
     return same
 
 
+@compiled
+def is_wound(state: State) -> bool:
+    """Whether a reel or a joint winds the tendon."""
+    return state.reel_joint >= 0.0 or state.output_joint >= 0.0 or state.reel_actuator >= 0.0
+
+
+@compiled
+def input_strain(state: State) -> float:
+    """τ that the force of this evaluation gives the first segment; 0 where it pushes."""
+    return max(0.0, -state.input_force) / state.law.axial_stiffness
+
+
+@compiled
+def counted_strain(state: State) -> float:
+    """τ of MuJoCo's own pull along the whole tendon, which the sheath's forces replace.
+
+    A force that pushes passes a sheath, but for that of a spring whose tendon is wound: MuJoCo's
+    spring does not count the tendon on the drum.
+    """
+    if state.driven != 0.0:
+        return input_strain(state)
+    if state.own_spring == 0.0:
+        return 0.0
+    pull = -state.input_force
+    return pull / state.law.axial_stiffness if is_wound(state) or pull > 0.0 else 0.0
+
+
 class SensorState:
-    """State of an instance that shows something of sheaths; behind it lies which ones."""
+    """State of an instance with `sensor`; behind it lie the instances of the sheaths shown."""
 
     seal: float  # of all that follows
     first_sheath: float  # instance of the model's first sheath, −1 without one
@@ -225,18 +252,13 @@ sensor_state_at: Callable[[int], SensorState] = record_at(_SENSOR_STATE)
 
 
 def sensor_size(sensors: int) -> int:
-    """Numbers that an instance keeps whose sensors show so many sheaths."""
+    """Numbers of state of an instance with sensors."""
     return _SENSOR_COUNT + sensors
 
 
 @compiled
 def shown_at(address: int, state_size: int) -> FloatArray:
-    """Sheath that an instance shows, or, of each sensor of the model, that it shows; −1 for none.
-
-    Args:
-        address: of the instance's state.
-        state_size: how many numbers it has.
-    """
+    """Sheath that an instance shows, or that each sensor of the model shows; −1 for none."""
     return doubles(address + 8 * _SENSOR_COUNT, state_size - _SENSOR_COUNT)
 
 
@@ -254,7 +276,7 @@ def state_size_of(layout: Layout, m: int, instance: int) -> int:
 
 
 class View(NamedTuple):
-    """A sheath's state for Python, sharing memory with `mjData.plugin_state`.
+    """A sheath's state for Python, sharing memory with the numbers that it was read from.
 
     Attributes:
         state: record with the fields of ``State``.
@@ -269,15 +291,17 @@ class View(NamedTuple):
     path: FloatArray
 
 
-def view(plugin_state: FloatArray, start: int) -> View:
-    """View of the sheath whose state begins at ``plugin_state[start]``."""
+def view(plugin_states: FloatArray, start: int) -> View:
+    """View of the sheath whose state begins at ``start``; axes before the last come first."""
 
     def take(dtype: np.dtype[Any], count: int) -> Any:
         nonlocal start
         begin, start = start, start + count * dtype.itemsize // 8
-        return plugin_state[begin:start].view((np.record, dtype))
+        return plugin_states[..., begin:start].view((np.record, dtype))
 
-    state = take(STATE, 1)[0]
-    n = int(state.guides)
+    scalars = take(STATE, 1)
+    state = scalars[0] if plugin_states.ndim == 1 else scalars[..., 0]
+    n = int(scalars["guides"].flat[0])
     segments, guides = take(SEGMENT, n + 1), take(GUIDE, n)
-    return View(state, segments, guides, plugin_state[start : start + 3 * (n + 2)].reshape(-1, 3))
+    path = plugin_states[..., start : start + 3 * (n + 2)]
+    return View(state, segments, guides, path.reshape(*path.shape[:-1], n + 2, 3))

@@ -31,7 +31,7 @@ from tendon_mj.lab.finger import (
 from tendon_mj.lab.finger.trajectories import ANGLES
 from tendon_mj.models import JOINTS, TENDONS, Finger, build_finger, load_model, spool_angles
 from tendon_mj.plugin import unsolved_evaluations
-from tests.lab.replay.refusals import refusing
+from tests.refusals import refusing
 
 FINGER = Finger()
 SHEATH_GUIDES = FINGER.forearm_guides + FINGER.wrist_guides

@@ -5,7 +5,7 @@ import pytest
 from tendon_mj.errors import RecordingError, UnknownNameError
 from tendon_mj.lab.replay import default_motion, read_motion
 from tendon_mj.models import Bench, Joint, build_bench, build_joint
-from tests.lab.replay.refusals import refusing
+from tests.refusals import refusing
 
 TIMES = np.linspace(0.0, 12.0, 2401)
 

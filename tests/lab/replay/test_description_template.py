@@ -14,7 +14,7 @@ from tendon_mj.errors import RecordingError
 from tendon_mj.lab.data_check import check_recording
 from tendon_mj.lab.recordings.description_toml import parse_description
 from tendon_mj.lab.replay import Adjustable, format_template
-from tests.lab.replay.refusals import refusing
+from tests.refusals import refusing
 
 MODELS = ["bench", "joint", "finger", "finger_spring"]
 

@@ -23,8 +23,8 @@ from tendon_mj.lab.replay import (
     replay_recording,
 )
 from tendon_mj.models import load_model
-from tests.lab.replay.refusals import refusing
 from tests.lab.replay.rigs import TENSION, bench
+from tests.refusals import refusing
 
 DRAWN, EXTRA = "sheath.drawn_bend", "sheath.extra_bend"
 PATH_BEND = Adjustable(load_model("bench")).parameters()[DRAWN].value

@@ -9,7 +9,7 @@ from tendon_mj.lab.replay import FrameRecorder, frictionless, record_frames
 from tendon_mj.models import Bench, build_bench, load_model
 from tendon_mj.show import add_cable, without_tendons
 from tendon_mj.show.render.scene import cable_radius, tension_scale
-from tests.lab.replay.refusals import refusing
+from tests.refusals import refusing
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from tendon_mj.lab.replay import (
     replay_recording,
 )
 from tendon_mj.models import load_model, load_spec, model_path
-from tests.lab.replay.refusals import refusing
+from tests.refusals import refusing
 
 TIME = np.arange(0.0, 0.4, 0.005)
 DRIVEN = {  # model -> driven column and its actuator, measured columns and their sensors

@@ -13,7 +13,7 @@ from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings import Measured, Recording, read_recording, write_recording
 from tendon_mj.lab.replay import Simulator, patch_model, replay_recording
 from tendon_mj.models import load_model
-from tests.lab.replay.refusals import refusing
+from tests.refusals import refusing
 
 TIME = np.arange(0.0, 1.0, 0.02)
 MOTOR = 40.0 * np.sin(5.0 * TIME)  # [deg]

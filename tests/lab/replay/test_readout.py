@@ -10,7 +10,7 @@ from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.recordings import Measured, Recording
 from tendon_mj.lab.replay import Adjustable, Readout, replay_recording
 from tendon_mj.lab.replay.readout import low_pass, make_clock, sense_of
-from tests.lab.replay.refusals import refusing
+from tests.refusals import refusing
 
 TIME = 3.0 + np.linspace(0.0, 2.0, 101)
 CLOCK = make_clock(TIME, longest=0.005)

@@ -16,8 +16,8 @@ from tendon_mj.lab.recordings import Measured, Recording, Uncertain, read_record
 from tendon_mj.lab.replay import Adjustable, replay_error, replay_recording
 from tendon_mj.lab.replay.readout import make_clock
 from tendon_mj.models import Bench, Joint, build_bench, build_joint, load_model, models_folder
-from tests.lab.replay.refusals import refusing
 from tests.lab.replay.rigs import MEASURED, joint_recording, wave
+from tests.refusals import refusing
 
 BENDS = (0, 60, 120, 180, 240)
 

@@ -19,8 +19,8 @@ from tendon_mj.lab.replay import (
 )
 from tendon_mj.lab.replay.units import live_unit
 from tendon_mj.models import Bench, build_bench, load_model, model_path
-from tests.lab.replay.refusals import refusing
 from tests.lab.replay.rigs import bench_recording, joint_recording
+from tests.refusals import refusing
 
 from tendon_mj.attach import Parameters  # isort: skip
 import mujoco  # isort: skip

@@ -17,8 +17,8 @@ from tendon_mj import (
 )
 from tendon_mj.errors import RecordingError, UnknownNameError
 from tendon_mj.lab.replay import expand, matching
-from tests.lab.replay.refusals import refusing
 from tests.lab.replay.rigs import TENSION, bench
+from tests.refusals import refusing
 
 
 def test_a_value_for_one_recording_is_what_it_would_be_alone() -> None:

@@ -6,7 +6,7 @@ import pytest
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.lab.sweep.design import Design, parse_axes
 from tendon_mj.lab.sweep.outputs import parse_outputs, share_of_variance, summarised
-from tests.lab.replay.refusals import refusing
+from tests.refusals import refusing
 
 KNOWN = ["flexor_sheath.friction", "extensor_sheath.friction", "mcp.damping", "gravity.z"]
 SHEATHS = {"flexor_sheath": "flexor", "extensor_sheath": "extensor"}

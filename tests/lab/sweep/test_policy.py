@@ -8,7 +8,7 @@ from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.lab.sweep import Sweep, motion_recording, read_policy, run_sweep
 from tendon_mj.lab.tasks import Workers
 from tendon_mj.models import load_model
-from tests.lab.replay.refusals import refusing
+from tests.refusals import refusing
 
 POLICIES = '''
 from dataclasses import dataclass

@@ -16,7 +16,7 @@ from tendon_mj.lab.sweep.rollouts import FAILED
 from tendon_mj.lab.sweep.sweep import batch_size, recording_digest
 from tendon_mj.lab.tasks import Workers
 from tendon_mj.models import example_recording, load_model
-from tests.lab.replay.refusals import refusing
+from tests.refusals import refusing
 
 VARIED = (
     "flexor.friction=0.05:0.3",

@@ -1,0 +1,257 @@
+"""The path of a tendon: vectors and angles, lengths and bends over sites, branches at pulleys."""
+
+from __future__ import annotations
+
+import math
+
+from tendon_mj.compilation import apart, compiled
+from tendon_mj.plugin.abi.layout import Layout
+from tendon_mj.plugin.abi.memory import double, integer, pointer
+from tendon_mj.plugin.sheath_plugin.state import state_at, unpack
+from tendon_mj.sheath import Guides, Segments
+from tendon_mj.typing import FloatArray
+
+PULLEY, SITE, SPHERE = 2, 3, 4  # mjtWrap, which has cylinders besides
+SHORTEST = 1e-9  # two points on one spot still have a segment between them [m]
+
+_NARROW = 0.41421356237309503  # tan(π/8)
+_WIDE = 2.414213562373095  # tan(3π/8)
+_EIGHTH, _QUARTER, _HALF = 0.7853981633974483, 1.5707963267948966, 3.141592653589793  # of a turn
+# their rounding errors
+_EIGHTH_REST, _QUARTER_REST, _HALF_REST = (
+    3.061616997868383e-17,
+    6.123233995736766e-17,
+    1.2246467991473532e-16,
+)
+
+
+@compiled
+def _series(z: float) -> float:
+    """P(z) on 0 ≤ z ≤ tan²(π/8), in parts that the processor computes at the same time."""
+    z2 = z * z
+    z4 = z2 * z2
+    low = (0.3333333333333333 - 0.1999999999999552 * z) + z2 * (
+        0.14285714284666542 - 0.11111111015256361 * z
+    )
+    middle = (0.09090904578123903 - 0.07692183190826087 * z) + z2 * (
+        0.06664511447381948 - 0.0585814891280221 * z
+    )
+    high = (0.0508544973794026 - 0.03923165829558719 * z) + z2 * 0.019176887119062257
+    return low + z4 * (middle + z4 * high)
+
+
+@compiled
+def arctangent(y: float, x: float) -> float:
+    """Angle of the direction (x, y) with y ≥ 0, from 0 to π [rad]; 0 where both are 0.
+
+    A call of the C library's atan2 for every bend that moves is a seventh of a sheath's cost in a
+    step. Of two lengths the greater divides, after a rotation by π/4 where that leaves less:
+
+        atan2(y, x) = π/4 k + atan t,   |t| ≤ tan(π/8)
+
+    and atan t = t − t³ P(t²), with P through the values at the 11 Chebyshev points of that range.
+    That is off by 7e-18 of the angle, less than rounding.
+    """
+    across = abs(x)
+    if y <= _NARROW * across:
+        top, bottom, base, rest = y, across, 0.0, 0.0
+    elif y <= _WIDE * across:
+        top, bottom, base, rest = y - across, y + across, _EIGHTH, _EIGHTH_REST
+    else:
+        top, bottom, base, rest = -across, y, _QUARTER, _QUARTER_REST
+    if bottom == 0.0:
+        return 0.0
+    t = top / bottom
+    z = t * t
+    angle = base + (t - (t * z * _series(z) - rest))
+    return angle if x >= 0.0 else _HALF - (angle - _HALF_REST)
+
+
+Vector = tuple[float, float, float]
+
+
+@compiled
+def vector(points: FloatArray, k: int) -> Vector:
+    """The point number ``k`` of a row of coordinates."""
+    return points[3 * k], points[3 * k + 1], points[3 * k + 2]
+
+
+@compiled
+def minus(a: Vector, b: Vector) -> Vector:
+    """a − b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@compiled
+def dot(a: Vector, b: Vector) -> float:
+    """a · b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@compiled
+def cross(a: Vector, b: Vector) -> Vector:
+    """a × b."""
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
+@compiled
+def norm(a: Vector) -> float:
+    """|a|."""
+    return math.sqrt(dot(a, a))
+
+
+@compiled
+def into(frame: FloatArray, v: Vector) -> Vector:
+    """A vector in the coordinates of a frame."""
+    return (
+        frame[0] * v[0] + frame[3] * v[1] + frame[6] * v[2],
+        frame[1] * v[0] + frame[4] * v[1] + frame[7] * v[2],
+        frame[2] * v[0] + frame[5] * v[1] + frame[8] * v[2],
+    )
+
+
+@compiled
+def angle_between(a: Vector, b: Vector) -> float:
+    """Angle between two directions [rad]; 0 where one of them is none."""
+    return arctangent(norm(cross(a, b)), dot(a, b))
+
+
+@compiled
+def _bend(a: FloatArray, i: int) -> float:
+    """Angle by which the path turns at point ``i`` [rad], exact for small and large angles.
+
+    Where several points lie on one spot the turn counts once, at the last of them.
+    """
+    vx, vy, vz = a[3 * i + 3] - a[3 * i], a[3 * i + 4] - a[3 * i + 1], a[3 * i + 5] - a[3 * i + 2]
+    if vx == 0.0 and vy == 0.0 and vz == 0.0:
+        return 0.0
+    ux, uy, uz = 0.0, 0.0, 0.0
+    k = i
+    while k > 0 and ux == 0.0 and uy == 0.0 and uz == 0.0:
+        k -= 1
+        ux, uy, uz = a[3 * i] - a[3 * k], a[3 * i + 1] - a[3 * k + 1], a[3 * i + 2] - a[3 * k + 2]
+    cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    return arctangent(math.sqrt(cx * cx + cy * cy + cz * cz), ux * vx + uy * vy + uz * vz)
+
+
+@compiled
+def _moved(points: FloatArray, path: FloatArray, i: int) -> bool:
+    """Whether point ``i`` is not where it was; ``path`` is updated."""
+    k = 3 * i
+    if points[k] == path[k] and points[k + 1] == path[k + 1] and points[k + 2] == path[k + 2]:
+        return False
+    path[k], path[k + 1], path[k + 2] = points[k], points[k + 1], points[k + 2]
+    return True
+
+
+@compiled
+def update_path(
+    points: FloatArray, path: FloatArray, segments: Segments, guides: Guides, refresh: bool
+) -> None:
+    """Compute lengths and bends again where points have moved, or all with ``refresh``.
+
+    ``points`` and ``path`` are the coordinates of the n+2 points now and at the last call [m].
+    """
+    near = _moved(points, path, 0) or refresh
+    before = True  # whether the segment before the point at hand moved
+    for j in range(len(segments)):
+        far = _moved(points, path, j + 1) or refresh
+        moved = near or far
+        near = far
+        if moved:
+            dx = points[3 * j + 3] - points[3 * j]
+            dy = points[3 * j + 4] - points[3 * j + 1]
+            dz = points[3 * j + 5] - points[3 * j + 2]
+            segments[j].length = max(SHORTEST, math.sqrt(dx * dx + dy * dy + dz * dz))
+        if j > 0 and (moved or before):
+            guides[j - 1].angle = _bend(points, j)
+        # behind a segment without length the bend depends on what lies before it
+        before = moved or (before and segments[j].length == SHORTEST)
+
+
+@compiled
+def update_spans(layout: Layout, m: int, tendon: int, segments: Segments) -> None:
+    """Store which bodies each segment pulls together."""
+    first = integer(pointer(m + layout.m_tendon_adr), tendon)
+    sites, bodies = pointer(m + layout.m_wrap_objid), pointer(m + layout.m_site_bodyid)
+    for j in range(len(segments)):
+        segment = segments[j]
+        segment.point, segment.divisor = j, 1.0
+        segment.near_body = integer(bodies, integer(sites, first + j))
+        segment.far_body = integer(bodies, integer(sites, first + j + 1))
+
+
+@compiled
+def count_wraps(layout: Layout, m: int, tendon: int) -> tuple[int, int]:
+    """How many geoms and how many pulleys a tendon has on its path."""
+    kinds = pointer(m + layout.m_wrap_type)
+    first = integer(pointer(m + layout.m_tendon_adr), tendon)
+    geoms = pulleys = 0
+    for element in range(first, first + integer(pointer(m + layout.m_tendon_num), tendon)):
+        kind = integer(kinds, element)
+        pulleys += kind == PULLEY
+        geoms += kind not in (PULLEY, SITE)
+    return geoms, pulleys
+
+
+@apart
+def mark_branches(layout: Layout, m: int, address: int) -> None:
+    """Mark the ends of branches, the divisor of each segment, and which branch feeds which.
+
+    A branch that begins at the site where an earlier one ended is fed by that.
+    """
+    state = state_at(address)
+    segments, guides, _ = unpack(address)
+    kinds = pointer(m + layout.m_wrap_type)
+    first = integer(pointer(m + layout.m_tendon_adr), int(state.tendon))
+    count = integer(pointer(m + layout.m_tendon_num), int(state.tendon))
+    for j in range(len(segments)):
+        segments[j].divisor, segments[j].point = 1.0, -1.0
+    for i in range(len(guides)):
+        guides[i].is_pulley, guides[i].fed_by = 0.0, -1.0
+    j, divisor = int(state.inner_guides), 1.0
+    for element in range(first, first + count):
+        kind = integer(kinds, element)
+        if kind == PULLEY:
+            divisor = double(pointer(m + layout.m_wrap_prm), element)
+            guides[j].is_pulley = 1.0
+            guides[j].fed_by = _fed_by(layout, m, address, element + 1)
+            j += 1
+        elif kind != SITE:
+            for _ in range(int(state.arc_guides)):
+                segments[j].divisor = divisor
+                j += 1
+        elif element > first and integer(kinds, element - 1) != PULLEY:
+            last = element == first + count - 1 or integer(kinds, element + 1) == PULLEY
+            segments[j].divisor = divisor
+            if not last:
+                j += 1
+    segments[len(guides)].divisor = divisor
+
+
+@apart
+def _fed_by(layout: Layout, m: int, address: int, begins: int) -> int:
+    """Last segment of the branch that ends at the site ``begins`` of another, −1 without one."""
+    state = state_at(address)
+    kinds, objects = pointer(m + layout.m_wrap_type), pointer(m + layout.m_wrap_objid)
+    element = integer(pointer(m + layout.m_tendon_adr), int(state.tendon))
+    site, j = integer(objects, begins), int(state.inner_guides)
+    last = -1
+    while element < begins - 1:
+        kind = integer(kinds, element)
+        ends = kind == SITE and integer(kinds, element + 1) == PULLEY
+        if ends and last < 0 and integer(objects, element) == site:
+            last = j
+        if kind == PULLEY:
+            j += 1
+            element += 1  # the site that begins a branch is not a guide
+        elif kind != SITE:
+            j += int(state.arc_guides)
+        elif element > integer(pointer(m + layout.m_tendon_adr), int(state.tendon)) and not ends:
+            j += 1
+        element += 1
+    return last

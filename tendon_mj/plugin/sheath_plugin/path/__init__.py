@@ -1,1 +1,0 @@
-"""The path of a tendon: over sites, around geoms, in branches."""

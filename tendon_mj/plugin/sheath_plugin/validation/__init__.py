@@ -1,1 +1,0 @@
-"""Checks of the configurations of sheaths and of their sensors, while MuJoCo compiles the model."""
