@@ -17,7 +17,8 @@ from tendon_mj.lab.recordings import Recording, Uncertain, read_recording
 from tendon_mj.lab.replay import Parameter, Simulates, Simulator
 from tendon_mj.models import example_recording
 from tendon_mj.typing import FloatArray
-from tests.lab.diagnosis.toy import COLUMNS, Toy, problem_of, recording, refused, rig
+from tests.lab.diagnosis.toy import COLUMNS, Toy, problem_of, recording, rig
+from tests.refusals import refusing
 
 COLUMN = next(iter(COLUMNS))
 DRIVE = "input_displacement_m"
@@ -49,7 +50,7 @@ def test_unusable_recordings_are_refused_by_name() -> None:
         ([flat], [], [f"'{made.name}'", "'output_tension_N'", "never moves"]),
         ([few], [], [f"'{made.name}'", "10 samples"]),
     ):
-        with refused(RecordingError, *facts):
+        with refusing(RecordingError, *facts):
             diagnose(recordings, proof, Toy)
 
 
@@ -61,7 +62,7 @@ def test_a_stretch_of_the_training_data_proves_nothing_at_whatever_time(
     made = train[1]
     columns = {column: series[first:last] for column, series in made.columns.items()}
     later = replace(made, name="later", time=made.time[first:last] + 3600.0, columns=columns)
-    with refused(RecordingError, "'later'", "among the training data"):
+    with refusing(RecordingError, "'later'", "among the training data"):
         diagnose(train, [later], Toy)
 
 
@@ -70,7 +71,7 @@ def test_the_tail_that_is_kept_for_the_proof_neither_reverses_nor_moves_the_rest
     only_late = np.where(made.time < 5.0, made.time, 10.0 - made.time) * 1e-4
     still = np.where(made.time < 5.0, 20.0, made.columns[COLUMN])
     for columns, fact in (({DRIVE: only_late}, "never reversed"), ({COLUMN: still}, "never moves")):
-        with refused(RecordingError, "'late'", fact, "last quarter"):
+        with refusing(RecordingError, "'late'", fact, "last quarter"):
             diagnose([with_columns(made, **columns)], (), Toy)
 
 
@@ -91,7 +92,7 @@ def test_a_model_that_becomes_unstable_is_refused_with_the_range_of_the_drive(
     known: dict[str, float], facts: list[str]
 ) -> None:
     train, held_out = rig(1, {})
-    with refused(RecordingError, *facts):
+    with refusing(RecordingError, *facts):
         diagnose([replace(made, known=known) for made in train], held_out, Unstable)
 
 
@@ -156,7 +157,7 @@ def test_a_simulator_that_lacks_a_member_or_an_answer_is_refused(
     simulator: Any, facts: list[str]
 ) -> None:
     train, held_out = rig(1, {})
-    with refused(InvalidValueError, *facts):
+    with refusing(InvalidValueError, *facts):
         diagnose(train, held_out, simulator)
 
 
@@ -165,7 +166,7 @@ def test_every_member_of_the_protocol_is_needed(member: str) -> None:
     assert hasattr(Simulates, member) or member in Simulates.__annotations__
     members = {"parameters", "__call__", "joints", "steps", "in_steps"} - {member}
     lacking = type("Lacking", (), {name: lambda *_: None for name in members})
-    with refused(InvalidValueError, f"'Lacking' lacks '{member}'"):
+    with refusing(InvalidValueError, f"'Lacking' lacks '{member}'"):
         make_simulator(lambda _: lacking(), [])  # type: ignore[arg-type]
 
 
@@ -181,7 +182,7 @@ def test_derived_from_the_protocol_a_simulator_needs_two_members() -> None:
 def test_noise_out_of_all_proportion_is_refused_with_the_range_of_its_column(noise: float) -> None:
     train, held_out = rig(1, {})
     measured = {**train[0].measured, COLUMN: replace(train[0].measured[COLUMN], noise=noise)}
-    with refused(RecordingError, f"'{COLUMN}'", f"noise = {noise:g}", "times the range"):
+    with refusing(RecordingError, f"'{COLUMN}'", f"noise = {noise:g}", "times the range"):
         diagnose([replace(train[0], measured=measured), *train[1:]], held_out, Toy)
 
 

@@ -13,6 +13,7 @@ from tendon_mj.lab.diagnosis.regimes import regimes
 from tendon_mj.lab.recordings import Measured, Uncertain
 from tendon_mj.lab.replay import Simulator
 from tests.lab.diagnosis.toy import (
+from tests.refusals import refusing
     COLUMNS,
     NOISE,
     Toy,
@@ -116,10 +117,10 @@ def test_noise_that_is_stated_too_large_is_warned_of() -> None:
 
 def test_unknown_names_are_refused_with_the_nearest() -> None:
     train, held_out = rig(1, {})
-    with refused(UnknownNameError, "backlsh", "'backlash'"):
+    with refusing(UnknownNameError, "backlsh", "'backlash'"):
         diagnose(train, held_out, Toy, exclude=["backlsh"])
     uncertain = {"sheath.fricton": Uncertain(0.1, 0.0, 0.4)}
-    with refused(UnknownNameError, "sheath.fricton", "'sheath.friction'"):
+    with refusing(UnknownNameError, "sheath.fricton", "'sheath.friction'"):
         diagnose([replace(r, uncertain=uncertain) for r in train], (), Toy)
 
 

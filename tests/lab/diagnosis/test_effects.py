@@ -33,6 +33,7 @@ from tendon_mj.lab.replay import Kind, Parameter, Simulator, replay_recording
 from tendon_mj.models import load_model
 from tendon_mj.typing import FloatArray
 from tests.lab.diagnosis.toy import (
+from tests.refusals import refusing
     COLUMNS,
     NOISE,
     WEIGHTS,
@@ -165,14 +166,14 @@ def test_a_first_friction_is_sought_only_where_there_is_none(friction: float, co
 def test_a_specification_that_no_fit_could_use_is_refused(
     change: dict[str, Any], value: str
 ) -> None:
-    with refused(InvalidValueError, "slack", value):
+    with refusing(InvalidValueError, "slack", value):
         replace(SLACK, **change)
 
 
 def test_an_effect_has_a_name_and_one_of_two_kinds() -> None:
-    with refused(UnknownNameError, "'mising'", "'missing'"):
+    with refusing(UnknownNameError, "'mising'", "'missing'"):
         effect(on_joints(SLACK), kind="mising")
-    with refused(InvalidValueError, "'a slack'", "identifier"):
+    with refusing(InvalidValueError, "'a slack'", "identifier"):
         replace(effect(on_joints(SLACK)), identifier=" ")
 
 
@@ -251,7 +252,7 @@ def test_without_it_what_it_explains_is_unknown() -> None:
 
 def test_names_of_another_catalogue_are_not_excluded() -> None:
     made = measured(Longer, {})
-    with refused(UnknownNameError, "'backlash'", "'wear'"):
+    with refusing(UnknownNameError, "'backlash'", "'wear'"):
         diagnose(made[:3], made[3:], Longer, catalogue=[WEAR], exclude=["backlash"])
 
 
@@ -272,9 +273,9 @@ def test_an_effect_of_ones_own_that_binds_nowhere_is_warned_of_with_near_names()
 def test_a_catalogue_of_which_nothing_binds_is_refused() -> None:
     misspelt = replace(WEAR, binding=on_sheaths(replace(SPECIFICATION, parameter="waer")))
     made = measured(Longer, {})
-    with refused(InvalidValueError, "'waer'", "did you mean 'wear'"):
+    with refusing(InvalidValueError, "'waer'", "did you mean 'wear'"):
         diagnose(made[:3], made[3:], Longer, catalogue=[misspelt])
-    with refused(InvalidValueError, "'creep': unknown parameter 'creep'"):
+    with refusing(InvalidValueError, "'creep': unknown parameter 'creep'"):
         diagnose(made[:3], made[3:], Longer, catalogue=[CATALOGUE["creep"]])
 
 
@@ -291,7 +292,7 @@ def test_a_catalogue_of_which_nothing_binds_is_refused() -> None:
     ],
 )
 def test_other_things_than_a_catalogue_are_refused(catalogue: Any, value: str) -> None:
-    with refused(InvalidValueError, "catalogue", value):
+    with refusing(InvalidValueError, "catalogue", value):
         diagnose([], catalogue=catalogue)
 
 
@@ -319,7 +320,7 @@ def test_simulations_of_ones_own_leave_the_stated_gap(tmp_path: Path) -> None:
     for simulated, stated in ((before, outcome.held_out.before), (after, outcome.held_out.after)):
         errors = [(simulated.columns[c] - recorded.columns[c]) / NOISE for c in COLUMNS]
         assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(stated)
-    with refused(TendonError, "sheath.wear"):  # no model of the package has it
+    with refusing(TendonError, "sheath.wear"):  # no model of the package has it
         outcome.write_model(tmp_path / "model.xml")
 
 

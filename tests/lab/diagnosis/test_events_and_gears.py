@@ -15,7 +15,8 @@ from tendon_mj.lab.diagnosis import CATALOGUE, Diagnosis, diagnose
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Adjustable, patch_model, read_intervals, replay_recording
 from tendon_mj.models import load_model
-from tests.lab.diagnosis.toy import bench_recording, refused
+from tests.lab.diagnosis.toy import bench_recording
+from tests.refusals import refusing
 
 NOISE = {"input_tension_N": 0.1, "output_tension_N": 0.1}
 DRIVE = "input_displacement_m"
@@ -107,7 +108,7 @@ def test_a_slip_in_a_recordings_known_replays_it() -> None:
 
 
 def test_a_slip_is_of_no_model(tmp_path: Path) -> None:
-    with refused(InvalidValueError, "reel.slip", "[known]"):
+    with refusing(InvalidValueError, "reel.slip", "[known]"):
         patch_model("bench", {"reel.slip": 1e-3}, tmp_path / "model.xml")
 
 

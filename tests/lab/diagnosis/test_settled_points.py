@@ -17,7 +17,8 @@ from tendon_mj.lab.diagnosis.thresholds import chance_excess
 from tendon_mj.lab.recordings import Measured, Recording
 from tendon_mj.lab.replay import Parameter, Simulates, Simulator
 from tests.lab.diagnosis.settled_rigs import LEVER, settled, stairs, write_rig
-from tests.lab.diagnosis.toy import problem_of, refused
+from tests.lab.diagnosis.toy import problem_of
+from tests.refusals import refusing
 
 NOISE = 0.1
 READS = {"lever_rad": Measured("lever", 0.005), "pull_N": Measured("input_tension", NOISE)}
@@ -57,12 +58,12 @@ def test_twenty_rests_are_enough_in_all_recordings_and_ten_to_prove() -> None:
     check_recordings([points(20)], [points(10, seed=2)])
     check_recordings([points(12), points(8, seed=3)], [])
     for train, held_out, rows in (([points(19)], [], 19), ([points(20)], [points(9, seed=2)], 9)):
-        with refused(RecordingError, "'points_", f"': {rows} settled points"):
+        with refusing(RecordingError, "'points_", f"': {rows} settled points"):
             check_recordings(train, held_out)
 
 
 def test_as_few_samples_of_a_motion_are_refused_and_the_way_out_is_said() -> None:
-    with refused(RecordingError, "'points_1': 24 samples", "quasi_static = true"):
+    with refusing(RecordingError, "'points_1': 24 samples", "quasi_static = true"):
         check_recordings([points(24, settling_time=None)], [])
 
 
@@ -70,7 +71,7 @@ def test_rests_without_a_noise_need_repeats() -> None:
     check_recordings([points(24, noise=None)], [])
     made = points(24, noise=None)
     growing = np.arange(24.0) * np.resize([1.0, -1.0], 24)
-    with refused(RecordingError, "'points_1'", "'pull_N'", " 0 rests repeat"):
+    with refusing(RecordingError, "'points_1'", "'pull_N'", " 0 rests repeat"):
         check_recordings([replace(made, columns={**made.columns, "reel_m": growing})], [])
 
 

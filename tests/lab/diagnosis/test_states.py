@@ -29,7 +29,8 @@ from tendon_mj.lab.diagnosis.thresholds import bar, reproducibility
 from tendon_mj.lab.recordings import Measured, Recording, Session, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulates, name_in_session, recording_of, values_for
 from tendon_mj.typing import FloatArray
-from tests.lab.diagnosis.toy import problem_of, refused, system
+from tests.lab.diagnosis.toy import problem_of, system
+from tests.refusals import refusing
 
 COLUMN, NOISE = "tension_N", 0.05
 EFFECTS = ("backlash", "constant_friction", "stiffening")
@@ -275,10 +276,10 @@ def test_what_cannot_be_set_for_each_recording_is_refused() -> None:
     class Deaf(Rig):
         sessions = False
 
-    with refused(InvalidValueError, "'Deaf'", "'bend 0'"):
+    with refusing(InvalidValueError, "'Deaf'", "'bend 0'"):
         diagnose(recordings(), simulator=Deaf, catalogue=CANDIDATES)
     twins = [replace(r, name="bend") for r in recordings()]
-    with refused(RecordingError, "'bend'", "two recordings"):
+    with refusing(RecordingError, "'bend'", "two recordings"):
         diagnose(twins, simulator=Rig, catalogue=CANDIDATES)
 
 
@@ -311,11 +312,11 @@ def test_two_names_that_speak_of_one_parameter_alike_are_refused() -> None:
     ):
         given = [replace(r, session={}, **tables) for r in recordings()]  # type: ignore[arg-type]
         problem = problem_of(Rig, given)
-        with refused(InvalidValueError, "'sheath.friction' is meant by"):
+        with refusing(InvalidValueError, "'sheath.friction' is meant by"):
             uncertain_terms(problem)
 
 
 def test_what_was_set_anew_has_to_be_a_parameter() -> None:
     given = [replace(r, session={"nope.offset": Session(0.0, 1.0)}) for r in recordings()]
-    with refused(UnknownNameError, "nope.offset", "[session]"):
+    with refusing(UnknownNameError, "nope.offset", "[session]"):
         session_terms(given, Rig(given))

@@ -11,7 +11,7 @@ from tendon_mj.errors import TendonError
 from tendon_mj.lab.diagnosis import fit_with_sysid, sysid, sysid_is_there
 from tendon_mj.lab.recordings import Measured, Recording, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulates
-from tests.lab.diagnosis.toy import refused
+from tests.refusals import refusing
 
 needs_sysid = pytest.mark.skipif(not sysid_is_there(), reason="mujoco.sysid lacks its extras")
 
@@ -133,5 +133,5 @@ def test_progress_ends_at_its_total():
 
 def test_without_its_extras_the_message_says_what_to_install(monkeypatch):
     monkeypatch.setattr(sysid, "sysid", SimpleNamespace())
-    with refused(TendonError, "pip install 'tendon-mj[sysid]'"):
+    with refusing(TendonError, "pip install 'tendon-mj[sysid]'"):
         fit_with_sysid([record(1)], simulator=Toy)

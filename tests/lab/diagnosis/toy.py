@@ -5,12 +5,10 @@ It stands in for a simulator, as a user's own would, and makes every answer comp
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from tendon_mj.lab.diagnosis import MakeSimulator, Problem, SystemDescription, all_samples
 from tendon_mj.lab.recordings import Measured, Recording, Uncertain
@@ -156,12 +154,3 @@ def system(values: Mapping[str, float], **more: object) -> SystemDescription:
     nothing = {"known": frozenset(), "uncertain": frozenset(), "spans": {}}
     bare = {**nothing, "inputs": (), "free_joints": ()}
     return SystemDescription(values, **{**bare, **more})  # type: ignore[arg-type]
-
-
-@contextmanager
-def refused(error: type[Exception], *facts: str) -> Iterator[None]:
-    """Expect an error whose message contains the facts."""
-    with pytest.raises(error) as refusal:
-        yield
-    for fact in facts:
-        assert fact in str(refusal.value)
