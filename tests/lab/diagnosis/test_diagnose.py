@@ -13,16 +13,15 @@ from tendon_mj.lab.diagnosis.regimes import regimes
 from tendon_mj.lab.recordings import Measured, Uncertain
 from tendon_mj.lab.replay import Simulator
 from tests.lab.diagnosis.toy import (
-from tests.refusals import refusing
     COLUMNS,
     NOISE,
     Toy,
     bench_recording,
     measured_by,
     recording,
-    refused,
     rig,
 )
+from tests.refusals import refusing
 
 COLUMN = next(iter(COLUMNS))
 FRICTION = "sheath.friction"

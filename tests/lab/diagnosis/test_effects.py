@@ -33,7 +33,6 @@ from tendon_mj.lab.replay import Kind, Parameter, Simulator, replay_recording
 from tendon_mj.models import load_model
 from tendon_mj.typing import FloatArray
 from tests.lab.diagnosis.toy import (
-from tests.refusals import refusing
     COLUMNS,
     NOISE,
     WEIGHTS,
@@ -42,9 +41,9 @@ from tests.refusals import refusing
     bench_recording,
     measured_by,
     recording,
-    refused,
     system,
 )
+from tests.refusals import refusing
 
 
 def effect(binding: Binding, **more: object) -> Effect:
