@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from tendon_mj.cli.check import check
 from tendon_mj.errors import RecordingError, TendonWarning
-from tendon_mj.lab.recordings import Recording, read_recording, read_table, table_file
+from tendon_mj.lab.recordings import Recording, files, read_recording, read_table
 
 TIME = np.arange(60) * 0.02
 REEL = 1e-3 * np.sin(2.0 * TIME)  # [m]
@@ -561,7 +561,7 @@ class Bomb:
         return sys.exit, ("unpickled",)
 
 
-@pytest.mark.parametrize("suffix", [*table_file._OTHERS, *table_file._ALIKE, ".mystery", ""])
+@pytest.mark.parametrize("suffix", [*files._OTHERS, *files._ALIKE, ".mystery", ""])
 def test_a_file_of_another_format_is_named_as_that_and_not_opened(
     tmp_path: Path, suffix: str
 ) -> None:

@@ -28,8 +28,8 @@ from tendon_mj.lab.recordings import (
     read_recording,
     write_recording,
 )
-from tendon_mj.lab.recordings.description_toml import parse_description, parse_layout
-from tendon_mj.lab.recordings.magnitude import SMALLEST
+from tendon_mj.lab.recordings.description import parse_description, parse_toml
+from tendon_mj.lab.recordings.units import SMALLEST
 
 CELLS = st.floats(-LARGEST, LARGEST)
 POSITIVE = st.floats(SMALLEST, LARGEST)
@@ -261,7 +261,7 @@ def test_measured_data_reads_with_a_description_of_its_own(tmp_path: Path) -> No
 
 
 def test_the_documented_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    page = Path(__file__).parents[2] / "docs" / "recording.md"
+    page = Path(__file__).parents[3] / "docs" / "recording.md"
     found = re.findall(r"```(\w+)\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
     blocks = dict(reversed(found))  # the first of each language
     monkeypatch.chdir(tmp_path)
@@ -273,18 +273,15 @@ def test_the_documented_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert names["simulator"].parameters["sheath.friction"][:2] == (0.15, "-")
     assert names["read_intervals"](names["model"]) == names["within"]
     assert bits(read_recording("again")) == bits(read_recording("pull"))
-    fragment = [block for language, block in found if language == "toml"][1]
-    described = parse_description(f'model = "joint"\nsource = "a rig"\n{fragment}', page.name)
+    head = 'model = "joint"\nsource = "a rig"\n'
+    fragment, settled, log = [block for language, block in found if language == "toml"][1:4]
+    described = parse_description(head + fragment, page.name)
     assert (described.hold, described.settle) == (("command_rad",), 0.0)
     assert described.session
-    settled, log = [block for language, block in found if language == "toml"][2:4]
-    described = parse_description(f'model = "joint"\nsource = "a rig"\n{settled}', page.name)
+    described = parse_description(head + settled, page.name)
     assert (described.quasi_static, described.settling_time) == (True, 8.0)
-    assert list(parse_layout(log, page.name).topics) == [
-        "command_deg",
-        "input_tension_N",
-        "joint_deg",
-    ]
+    topics = parse_toml(head + log, page.name)[1].topics
+    assert list(topics) == ["command_deg", "input_tension_N", "joint_deg"]
     Path("pull.toml").write_text(blocks["toml"].replace("displacement", "displacment"))
     with pytest.raises(RecordingError, match=re.escape(" ".join(blocks["text"].split()))):
         read_recording("pull")

@@ -7,7 +7,7 @@ import pytest
 
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings import Measured, Recording, noise_levels, noise_of_repeats
-from tendon_mj.lab.recordings.description_toml import parse_description
+from tendon_mj.lab.recordings.description import parse_description
 
 HEAD = 'model = "bench"\nsource = "made up"\n'
 
