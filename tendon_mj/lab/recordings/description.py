@@ -257,8 +257,6 @@ class Description:
                     raise RecordingError(f"{here}: the clock is neither driven nor measured")
                 if column not in series:
                     raise RecordingError(f"{here}: {unknown('column', column, series)}")
-                if table == "measured" and column in self.drive:
-                    raise RecordingError(f"{here}: is in [drive] too; a column is one or the other")
         driven: dict[str, str] = {}
         for column, names in self.drive.items():
             here = f"{where}, [drive] {column!r}"
@@ -267,6 +265,11 @@ class Description:
                 if other := driven.get(actuator):
                     raise RecordingError(f"{here}: {other!r} already drives {actuator!r}")
                 driven[actuator] = column
+        for column in self.measured:
+            if column in self.drive:
+                raise RecordingError(
+                    f"{where}, [measured] {column!r}: is in [drive] too; a column is one or the other"
+                )
         for column in self.hold:
             if column not in self.drive:
                 fault = unknown("driven column", column, self.drive)

@@ -38,7 +38,7 @@ def test_a_timing_that_is_none_is_refused_with_its_place(timing: str, value: str
 
 @pytest.mark.parametrize("settling", [0.0, -1.0, np.inf, np.nan])
 def test_a_settling_time_that_is_none_is_refused(settling: float) -> None:
-    with pytest.raises(RecordingError, match=f"settling_time: {settling!r}"):
+    with pytest.raises(RecordingError, match=f"settling_time = {settling!r}"):
         points(np.arange(4.0), np.zeros(4), settling_time=settling)
 
 
