@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import copy
-import warnings
-from collections.abc import Sequence
 from dataclasses import dataclass
+from warnings import catch_warnings
 
 import mujoco
 
 from tendon_mj.errors import TendonError
-from tendon_mj.lab.data_check.actuation import actuation_warnings, prescribed_warnings
+from tendon_mj.lab.data_check.actuators import (
+    actuation_warnings,
+    play_warnings,
+    prescribed_warnings,
+    stated_play,
+)
 from tendon_mj.lab.data_check.jumps import jump_warnings
-from tendon_mj.lab.data_check.play import play_warnings, stated_play
 from tendon_mj.lab.data_check.readings import degree_warnings, drive_warnings, reading_warnings
 from tendon_mj.lab.data_check.samples import (
     converter_warnings,
@@ -58,12 +61,13 @@ _FOLLOWS = {
 
 @dataclass(frozen=True)
 class Checked:
-    """A recording, what the model makes of its drive, and what looks wrong.
+    """A recording, its simulation, and warnings.
 
     Attributes:
         recording: as given.
-        simulated: at the numbers that the description states; None where that was of no use.
-        warnings: in the order in which they are to be looked at.
+        simulated: at the numbers that the description states; None if the times are wrong, or the
+            simulation failed.
+        warnings: in the order in which to look at them.
     """
 
     recording: Recording
@@ -99,37 +103,41 @@ def check_recording(
     schedule = Schedule(recording, adjustable.model, settle)  # refuses what fits it nowhere
     adjustable.set(stated_values(recording, model, adjustable.names(), described))
     still = drive_warnings(recording)
-    found = [*timing, *turn_warnings(recording)]
+    warnings = [*timing, *turn_warnings(recording)]
     simulated, failed = _simulate(recording, model, described, settle)
 
     def replay(other: Recording) -> Recording | None:
         return _simulate(other, model, described, settle)[0]
 
     degrees = degree_warnings(recording, simulated, replay)
-    if not recording.quasi_static:  # whose rows are too few, and all jumps
-        found += jump_warnings(recording, None if still or degrees else simulated, replay)
-    found += [
-        *converter_warnings(recording, simulated),
+    if not recording.quasi_static:  # few rows, which all jump
+        warnings += jump_warnings(recording, None if still or degrees else simulated, replay)
+    warnings += [
+        *filter(None, converter_warnings(recording, simulated)),
         *spike_warnings(recording, simulated),
         *still,
         *actuation_warnings(schedule, adjustable),
         *play_warnings(schedule, adjustable, stated_play(schedule, adjustable)),
+        *degrees,
+        *failed,
     ]
-    found += [*degrees, *failed]
-    lost = any(w.identifier in _DRIVE_LOST and "[drive]" in w.place for w in found)
+    lost = any(w.identifier in _DRIVE_LOST and "[drive]" in w.place for w in warnings)
     # else no reading is as the model's
     if simulated is not None and not still and not lost and not degrees:
-        found += reading_warnings(recording, simulated)
-        found += slack_warnings(recording, simulated, adjustable)
-        found += prescribed_warnings(schedule, simulated, adjustable.model)
-    return Checked(recording, simulated, _without_consequences(found))
+        warnings += reading_warnings(recording, simulated)
+        warnings += slack_warnings(recording, simulated, adjustable)
+        warnings += prescribed_warnings(schedule, simulated, adjustable.model)
+    # without warnings that follow from another of the same column
+    follow = {(w.place, other) for w in warnings for other in _FOLLOWS.get(w.identifier, ())}
+    kept = tuple(w for w in warnings if (w.place, w.identifier) not in follow)
+    return Checked(recording, simulated, kept)
 
 
 def _simulate(
     recording: Recording, model: mujoco.MjModel, described: bool | None, settle: float | None
 ) -> tuple[Recording | None, list[DataWarning]]:
     try:
-        with warnings.catch_warnings(record=True):
+        with catch_warnings(record=True):
             return replay_recording(recording, model, described=described, settle=settle), []
     except TendonError as error:
         failed = DataWarning(
@@ -139,9 +147,3 @@ def _simulate(
             "check the unit of the column in [drive], and the model's timestep",
         )
         return None, [failed]
-
-
-def _without_consequences(found: Sequence[DataWarning]) -> tuple[DataWarning, ...]:
-    """Warnings without those that follow from another of the same column."""
-    follow = {(w.place, other) for w in found for other in _FOLLOWS.get(w.identifier, ())}
-    return tuple(w for w in found if (w.place, w.identifier) not in follow)

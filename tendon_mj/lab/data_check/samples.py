@@ -163,43 +163,35 @@ def _alike(read: FloatArray, off: FloatArray, shown: FloatArray) -> NDArray[np.b
     return large & (off * shown > off**2 / _ABOUT) & (off * shown < off**2 * _ABOUT)
 
 
-def converter_warnings(recording: Recording, simulated: Recording | None) -> list[DataWarning]:
+def converter_warnings(
+    recording: Recording, simulated: Recording | None
+) -> Iterator[DataWarning | None]:
     """Warn of the marks of converters: a range's ends, held values, and steps.
 
     Args:
         recording: what was driven and measured.
         simulated: the model under the same drive, if it can be simulated.
     """
-    found: list[DataWarning | None] = []
-    at_rest = recording.quasi_static  # whose values repeat, and change by moves
+    at_rest = recording.quasi_static  # values repeat, and change by moves
     for column in recording.drive:
         if column not in recording.hold and not at_rest:
-            found.append(_held(recording, "drive", column, simulated))
+            yield _held(recording, "drive", column, simulated)
     for column in recording.measured:
         shown = None if simulated is None else simulated.columns[column]
-        found.append(_range_end(recording, column, shown))
+        yield _range_end(recording, column, shown)
         if not at_rest:
-            found.append(_held(recording, "measured", column, simulated))
-            found.append(_coarse(recording, column))
-    return [warning for warning in found if warning]
+            yield _held(recording, "measured", column, simulated)
+            yield _coarse(recording, column)
 
 
 def _range_end(recording: Recording, column: str, shown: FloatArray | None) -> DataWarning | None:
     series, unit = recording.columns[column], column_unit(column)
-    ends = [e for e in range_ends(series, recording.measured[column].noise) if np.isfinite(e)]
-    if recording.quasi_static:  # whose moves are as noise
-        ends = (
-            [] if shown is None else _ends_at_rest(series, shown, noise_levels(recording)[column])
-        )
-    if shown is not None and unit == "N":  # a cable that is let off ends at 0 too
-        slack = _SLACK * usual_range(shown)
-        ends = [e for e in ends if e != 0.0 or float(np.median(shown[series == e])) > slack]
+    ends = _ends(recording, column, shown)
     if not ends:
         if shown is None or recording.quasi_static:
             return None
         return _flat_end(recording, column, shown)
     at_end = np.isin(series, ends)
-    first = int(np.argmax(at_end))
     values = " and ".join(quantity(end, unit) for end in ends)
     beyond = ""
     if shown is not None:
@@ -209,11 +201,24 @@ def _range_end(recording: Recording, column: str, shown: FloatArray | None) -> D
         "range_end",
         place_of(recording, column),
         f"ends at {values}: {int(at_end.sum())} samples are there exactly, the first in"
-        f" {row_of(recording, first)}{beyond}",
+        f" {row_of(recording, int(np.argmax(at_end)))}{beyond}",
         "the end of an amplifier's or a converter's range: record again with a wider one"
         + ("" if recording.quasi_static else "; a diagnosis cuts the model off there too"),
         blocks=recording.quasi_static,
     )
+
+
+def _ends(recording: Recording, column: str, shown: FloatArray | None) -> list[float]:
+    """Ends of the range at which readings are cut off."""
+    series, ends = recording.columns[column], list[float]()
+    if not recording.quasi_static:
+        ends = [e for e in range_ends(series, recording.measured[column].noise) if np.isfinite(e)]
+    elif shown is not None:  # moves are as noise
+        ends = _ends_at_rest(series, shown, noise_levels(recording)[column])
+    if shown is None or column_unit(column) != "N":
+        return ends
+    slack = _SLACK * usual_range(shown)  # a cable that is let off ends at 0 too
+    return [e for e in ends if e != 0.0 or float(np.median(shown[series == e])) > slack]
 
 
 def _ends_at_rest(series: FloatArray, shown: FloatArray, noise: float) -> list[float]:
@@ -312,7 +317,7 @@ def _coarse(recording: Recording, column: str) -> DataWarning | None:
 
 def slack_warnings(
     recording: Recording, simulated: Recording, adjustable: Adjustable
-) -> list[DataWarning]:
+) -> Iterator[DataWarning]:
     """Warn of tensions of a cable that are measured below 0, where a cable cannot push.
 
     Args:
@@ -320,8 +325,8 @@ def slack_warnings(
         simulated: the model under the same drive.
         adjustable: its model with the values that the recording states.
     """
-    found, names = [], adjustable.names()
-    fitted = expand({**recording.uncertain, **recording.session}, names)
+    stated = {**recording.uncertain, **recording.session}
+    fitted = expand(stated, adjustable.names())
     for column, measured in recording.measured.items():
         sensor = adjustable.model.sensor(measured.sensor).id
         kind = sensor_kind(adjustable.model, sensor)
@@ -335,18 +340,16 @@ def slack_warnings(
         if below.size < _FEW:
             continue
         worst, unit = int(below[np.argmin(tension[below])]), column_unit(column)
-        found.append(
-            DataWarning(
-                "below_zero",
-                place_of(recording, column),
-                f"reads {quantity(recording.columns[column][worst], unit)} in"
-                f" {row_of(recording, worst)}, and {below.size} samples below 0 from row {recording.row(below[0])} on, where a cable cannot push",
-                "the load cell's zero was set under load, or has shifted: set it with the cable"
-                f' off, or write "{measured.sensor}.offset" in [known] or [uncertain]',
-                blocks=True,
-            )
+        yield DataWarning(
+            "below_zero",
+            place_of(recording, column),
+            f"reads {quantity(recording.columns[column][worst], unit)} in"
+            f" {row_of(recording, worst)}, and {below.size} samples below 0"
+            f" from row {recording.row(below[0])} on, where a cable cannot push",
+            "the load cell's zero was set under load, or has shifted: set it with the cable"
+            f' off, or write "{measured.sensor}.offset" in [known] or [uncertain]',
+            blocks=True,
         )
-    return found
 
 
 def frozen(recording: Recording, column: str, shown: FloatArray) -> DataWarning | None:

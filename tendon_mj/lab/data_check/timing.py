@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from tendon_mj.lab.data_check.warning import DataWarning
+from tendon_mj.lab.data_check.warning import DataWarning, row_of
 from tendon_mj.lab.recordings import TIME, TIMES, Recording, noise_levels
 from tendon_mj.lab.replay import quantity
 from tendon_mj.typing import FloatArray
@@ -28,37 +30,38 @@ def timing_warnings(recording: Recording) -> list[DataWarning]:
 
     Times that repeat or decrease are refused when a recording is read.
     """
+    return list(filter(None, _timing_warnings(recording)))
+
+
+def _timing_warnings(recording: Recording) -> Iterator[DataWarning | None]:
     place = f"{recording.name}, column {recording.written(TIME)!r}"
     intervals = np.diff(recording.time)
     usual, span = float(np.median(intervals)), float(np.ptp(recording.time))
     samples = f"{recording.time.size} samples {quantity(usual, 's')} apart, {quantity(span, 's')}"
-    found = []
     if recording.settling_time is not None:
-        return _rest_warnings(recording, place, recording.settling_time)
+        yield _rest_warning(recording, place, recording.settling_time)
+        return
     if usual >= _SLOW and recording.time.size >= _ENOUGH:
-        way_out = (
+        yield DataWarning(
+            "times_in_ms",
+            place,
+            f"{samples} in all",
             "if these are milliseconds, name the column 'time_ms'; if each row was read at rest,"
-            " write quasi_static = true under [timing]"
+            " write quasi_static = true under [timing]",
         )
-        found.append(DataWarning("times_in_ms", place, f"{samples} in all", way_out))
     if usual < _FAST and span < _SHORT:
         way_out = f"if these are in a larger unit, name the column so: {TIMES[0]!r} or {TIMES[1]!r}"
-        found.append(DataWarning("times_too_short", place, f"{samples} in all", way_out))
-    gap = _gap(recording, place, intervals, usual) or _lost_rows(recording, place, intervals, usual)
-    found += [gap] if gap else []
-    uneven = _uneven(recording, place, intervals, usual)
-    found += [uneven] if uneven else []
+        yield DataWarning("times_too_short", place, f"{samples} in all", way_out)
+    yield _gap(recording, place, intervals, usual) or _lost_rows(recording, place, intervals, usual)
+    yield _uneven(recording, place, intervals, usual)
     if recording.settle > max(_LONG_SETTLE, span):
-        found.append(
-            DataWarning(
-                "long_settle",
-                recording.name,
-                f"settle = {recording.settle:g} s before the first sample are simulated too, and"
-                f" the recording lasts {quantity(span, 's')}",
-                "give the time in seconds that the model needs to come to rest",
-            )
+        yield DataWarning(
+            "long_settle",
+            recording.name,
+            f"settle = {recording.settle:g} s before the first sample are simulated too, and"
+            f" the recording lasts {quantity(span, 's')}",
+            "give the time in seconds that the model needs to come to rest",
         )
-    return found
 
 
 def _gap(
@@ -139,7 +142,7 @@ def _uneven(
         "uneven_times",
         place,
         f"intervals from {intervals.min():.3g} to {intervals.max():.3g} s, {uneven.mean():.0%} of"
-        f" them uneven, the first before row {recording.row(first)} ({recording.time[first]:.6g} s)"
+        f" them uneven, the first before {row_of(recording, first)}"
         + (", while the columns move evenly from row to row" if late else ""),
         "times at which samples arrived, and not those at which they were taken: log the sensor's"
         f" own time, or write even times, {np.mean(intervals[intervals < _GAP * usual]):.6g} s"
@@ -183,20 +186,18 @@ def _roughness(time: FloatArray, series: FloatArray) -> tuple[float, float]:
     return float(by_time), float(by_row)
 
 
-def _rest_warnings(recording: Recording, place: str, settling: float) -> list[DataWarning]:
+def _rest_warning(recording: Recording, place: str, settling: float) -> DataWarning | None:
     """Warn of rests that are closer to each other than they are long."""
-    shortest = int(np.argmin(np.diff(recording.time)))
-    between = float(np.diff(recording.time)[shortest])
     steps = np.diff(recording.time)
+    shortest = int(np.argmin(steps))
+    between = float(steps[shortest])
     if between >= settling or (np.ptp(steps) == 0.0 and between == 1.0):  # numbers of rows
-        return []
-    return [
-        DataWarning(
-            "rests_too_close",
-            place,
-            f"rows {recording.row(shortest)} and {recording.row(shortest + 1)} are {between:.3g} s"
-            f" apart, and each was read {settling:g} s after its move",
-            "check the unit of the times, and settling_time under [timing], which is in seconds;"
-            " that decides how long a rest is simulated",
-        )
-    ]
+        return None
+    return DataWarning(
+        "rests_too_close",
+        place,
+        f"rows {recording.row(shortest)} and {recording.row(shortest + 1)} are {between:.3g} s"
+        f" apart, and each was read {settling:g} s after its move",
+        "check the unit of the times, and settling_time under [timing], which is in seconds;"
+        " that decides how long a rest is simulated",
+    )
