@@ -267,9 +267,8 @@ class Description:
                 driven[actuator] = column
         for column in self.measured:
             if column in self.drive:
-                raise RecordingError(
-                    f"{where}, [measured] {column!r}: is in [drive] too; a column is one or the other"
-                )
+                fault = "is in [drive] too; a column is one or the other"
+                raise RecordingError(f"{where}, [measured] {column!r}: {fault}")
         for column in self.hold:
             if column not in self.drive:
                 fault = unknown("driven column", column, self.drive)
@@ -326,10 +325,9 @@ def parse_toml(text: str, where: str) -> tuple[Description, Layout]:
     """
     toml = read_toml(text, where)
     check_keys(toml, KEYS, ("model", "source"), where)
-    entries = {key: _table(toml, key, where) for key in (*TABLES, "columns", "mcap")}
     drive = {
         name: read_entry(_Drive, e if isinstance(e, dict) else {"actuator": e}, here)
-        for name, (e, here) in entries["drive"].items()
+        for name, (e, here) in _table(toml, "drive", where).items()
     }
     timing = read_entry(_Timing, toml.get("timing", {}), f"{where}, [timing]")
     description = Description(
@@ -338,17 +336,17 @@ def parse_toml(text: str, where: str) -> tuple[Description, Layout]:
         settle=_number(toml.get("settle", Description.settle), f"{where}, settle"),
         settling_time=timing.settling_time,
         drive={name: entry.actuator for name, entry in drive.items()},
-        measured={n: read_entry(Measured, *entry) for n, entry in entries["measured"].items()},
-        known={name: _number(*entry) for name, entry in entries["known"].items()},
-        uncertain={n: read_entry(Uncertain, *entry) for n, entry in entries["uncertain"].items()},
-        session={n: read_entry(Session, *entry) for n, entry in entries["session"].items()},
+        measured=read_entries(Measured, toml, "measured", where),
+        known={name: _number(*entry) for name, entry in _table(toml, "known", where).items()},
+        uncertain=read_entries(Uncertain, toml, "uncertain", where),
+        session=read_entries(Session, toml, "session", where),
         hold=tuple(name for name, entry in drive.items() if entry.hold),
     )
     header = toml.get("header", [])
     if not isinstance(header, list):
         raise RecordingError(f"{where}, header: must be a list of names, got {header!r}")
     columns, topics = (
-        {name: _source(name, *entry) for name, entry in entries[title].items()}
+        {name: _source(name, *entry) for name, entry in _table(toml, title, where).items()}
         for title in ("columns", "mcap")
     )
     names = tuple(_text(name, f"{where}, header") for name in header)
@@ -437,6 +435,13 @@ def read_entry(kind: type[_Entry], entry: Any, here: str) -> _Entry:
         return kind(**values)
     except InvalidValueError as error:
         raise RecordingError(f"{here}: {error}") from None
+
+
+def read_entries(
+    kind: type[_Entry], toml: Mapping[str, Any], key: str, where: str
+) -> dict[str, _Entry]:
+    """Name → entry of a table of TOML, each as of `read_entry`; messages begin with ``where``."""
+    return {name: read_entry(kind, *entry) for name, entry in _table(toml, key, where).items()}
 
 
 def _table(toml: Mapping[str, Any], key: str, where: str) -> dict[str, tuple[Any, str]]:
