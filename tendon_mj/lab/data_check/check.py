@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
 from dataclasses import dataclass
 from warnings import catch_warnings
 
@@ -97,22 +98,24 @@ def check_recording(
     if model is None:
         model = load_model(recording.model, beside=recording.beside)
     adjustable = Adjustable(copy.copy(model))
-    timing = timing_warnings(recording)
+    timing, still = timing_warnings(recording), drive_warnings(recording)
     if any(warning.identifier in _WRONG_TIMES for warning in timing):
-        return Checked(recording, None, (*timing, *drive_warnings(recording)))
+        return Checked(recording, None, (*timing, *still))
     schedule = Schedule(recording, adjustable.model, settle)  # refuses what fits it nowhere
     adjustable.set(stated_values(recording, model, adjustable.names(), described))
-    still = drive_warnings(recording)
-    warnings = [*timing, *turn_warnings(recording)]
-    simulated, failed = _simulate(recording, model, described, settle)
 
     def replay(other: Recording) -> Recording | None:
         return _simulate(other, model, described, settle)[0]
 
+    simulated, failed = _simulate(recording, model, described, settle)
     degrees = degree_warnings(recording, simulated, replay)
+    jumps = list[DataWarning]()
     if not recording.quasi_static:  # few rows, which all jump
-        warnings += jump_warnings(recording, None if still or degrees else simulated, replay)
-    warnings += [
+        jumps = jump_warnings(recording, None if still or degrees else simulated, replay)
+    warnings = [
+        *timing,
+        *turn_warnings(recording),
+        *jumps,
         *filter(None, converter_warnings(recording, simulated)),
         *spike_warnings(recording, simulated),
         *still,
@@ -127,10 +130,13 @@ def check_recording(
         warnings += reading_warnings(recording, simulated)
         warnings += slack_warnings(recording, simulated, adjustable)
         warnings += prescribed_warnings(schedule, simulated, adjustable.model)
-    # without warnings that follow from another of the same column
+    return Checked(recording, simulated, _without_consequences(warnings))
+
+
+def _without_consequences(warnings: Sequence[DataWarning]) -> tuple[DataWarning, ...]:
+    """Warnings without those that follow from another of the same column."""
     follow = {(w.place, other) for w in warnings for other in _FOLLOWS.get(w.identifier, ())}
-    kept = tuple(w for w in warnings if (w.place, w.identifier) not in follow)
-    return Checked(recording, simulated, kept)
+    return tuple(w for w in warnings if (w.place, w.identifier) not in follow)
 
 
 def _simulate(

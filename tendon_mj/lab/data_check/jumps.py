@@ -414,14 +414,7 @@ def _sides(jump: _Jump) -> tuple[slice, slice]:
 def _slips(
     recording: Recording, simulated: Recording, replay: Replay, jump: _Jump, mended: Recording
 ) -> bool:
-    """Whether a step of a drive's zero, as of a cable that slips, explains a jump better.
-
-    Args:
-        recording, simulated: as measured, and the model under the same drive.
-        replay: see `jump_warnings`.
-        jump: of a reading.
-        mended: the recording without it.
-    """
+    """Whether a step of a drive's zero explains a jump better than ``mended``, as a slip does."""
     noise = noise_levels(recording)
     before, after = _sides(jump)
 

@@ -166,12 +166,7 @@ def _alike(read: FloatArray, off: FloatArray, shown: FloatArray) -> NDArray[np.b
 def converter_warnings(
     recording: Recording, simulated: Recording | None
 ) -> Iterator[DataWarning | None]:
-    """Warn of the marks of converters: a range's ends, held values, and steps.
-
-    Args:
-        recording: what was driven and measured.
-        simulated: the model under the same drive, if it can be simulated.
-    """
+    """Warn of the marks of converters: a range's ends, held values, and steps."""
     at_rest = recording.quasi_static  # values repeat, and change by moves
     for column in recording.drive:
         if column not in recording.hold and not at_rest:
@@ -318,13 +313,7 @@ def _coarse(recording: Recording, column: str) -> DataWarning | None:
 def slack_warnings(
     recording: Recording, simulated: Recording, adjustable: Adjustable
 ) -> Iterator[DataWarning]:
-    """Warn of tensions of a cable that are measured below 0, where a cable cannot push.
-
-    Args:
-        recording: what was driven and measured.
-        simulated: the model under the same drive.
-        adjustable: its model with the values that the recording states.
-    """
+    """Warn of tensions of a cable that are measured below 0, where a cable cannot push."""
     stated = {**recording.uncertain, **recording.session}
     fitted = expand(stated, adjustable.names())
     for column, measured in recording.measured.items():
@@ -356,11 +345,6 @@ def frozen(recording: Recording, column: str, shown: FloatArray) -> DataWarning 
     """Warn of readings that are equal to the last digit for long, while the model moves on.
 
     Noise never is: of a noisy column, the model has to move on by little.
-
-    Args:
-        recording: that has the column.
-        column: measured.
-        shown: (n,) as simulated.
     """
     read = recording.columns[column]
     ends = np.flatnonzero(np.diff(read, prepend=np.nan, append=np.nan) != 0.0)

@@ -87,51 +87,60 @@ def assemble(
     Rows in which none of the named columns has a value are passed over, as of events. Where few of
     the others are complete, a row is a message, and `at_common_times` joins them.
 
-    Args:
-        table: opened.
-        where: the file, for messages.
-        layout: places of the named columns.
-        described: column → table of the description that names it; None: all columns are needed.
-        held: columns that keep their value until the next one.
-        elements: as of `unit_fault`.
-        toml: the description, for messages.
+    ``where`` and ``toml`` are the files, for messages; ``described``: column → table of the
+    description that names it (None: all columns are needed); ``held``: columns that keep their
+    value until the next one; ``elements``: as of `unit_fault`.
 
     Raises:
         RecordingError: all that is wrong with the table, a line each.
     """
     names = _Names(table, where, layout or Layout(), described or {}, described is None, toml)
     sources, faults = names.sources(elements)
-    clock = next((column for column in sources if column in TIMES), "")
-    if not clock:
-        faults.append(f"{names.header}: no column is named {', '.join(map(repr, TIMES))}")
-    if faults and toml:
-        faults += names.suggestion(sources, clock)
     named = sources if described is None else [*names.layout.columns, *described]
-    needed = [c for c in dict.fromkeys(named) if c in sources and c not in TIMES]
+    needed = [c for c in dict.fromkeys(named) if c in sources.keys() - {*TIMES}]
+    clock = _clock(sources)
     of_clock = sources[clock].column if clock else ""
     wanted = {s.column: c in needed or c == clock for c, s in sources.items()}
     cells, bad_cells = table.read(wanted, of_clock)
     faults += bad_cells
     if of_clock not in cells:
         raise _refusal(faults)
-    numbers = {
-        c: cells[s.column] for c, s in sources.items() if c not in TIMES and s.column in cells
-    }
     rows = table.first + np.arange(cells[of_clock].size)
     try:
         time = read_clock(cells[of_clock], clock, sources[clock], rows, where)
     except RecordingError as error:
         raise _refusal([*faults, str(error)]) from None
+    samples = _samples(where, sources, clock, time, rows, cells, needed, faults)
+    if faults := [*faults, *samples.faults()]:
+        raise _refusal(faults)
+    return samples.joined(held) if samples.sparse else samples.table(names.layout)
+
+
+def _samples(
+    where: str,
+    sources: Mapping[str, Source],
+    clock: str,
+    time: Clock,
+    rows: NDArray[np.int64],
+    cells: Cells,
+    needed: Sequence[str],
+    faults: list[str],
+) -> _Samples:
+    """The rows in which a needed column has a value; their faults are added to the others."""
+    numbers = {
+        c: cells[s.column] for c, s in sources.items() if c not in TIMES and s.column in cells
+    }
     columns = [column for column in needed if column in numbers]
     filled = ~np.isnan(np.reshape([numbers[c] for c in columns], (len(columns), rows.size)))
     kept = filled.any(axis=0) if columns else time.there
     if not time.there[kept].all():
-        faults.append(at(where, rows[kept & ~time.there], of_clock, "empty cell"))
+        column = sources[clock].column
+        faults.append(at(where, rows[kept & ~time.there], column, "empty cell"))
         kept &= time.there
     if kept.sum() < 2 and not faults:
         faults.append(too_few_rows(int(kept.sum()), where))
     numbers = {column: values[kept] for column, values in numbers.items()}
-    samples = _Samples(
+    return _Samples(
         where,
         sources,
         clock,
@@ -142,36 +151,21 @@ def assemble(
         columns,
         filled[:, kept],
     )
-    if faults := [*faults, *samples.faults()]:
-        raise _refusal(faults)
-    return samples.joined(held) if samples.sparse else samples.table(names.layout)
 
 
 @dataclass(frozen=True)
 class _Samples:
-    """Rows of a table that have a value.
-
-    Attributes:
-        where: the file, for messages.
-        sources: column → its place in the file.
-        clock: name of the column of times.
-        time: of all rows.
-        stamps: (n,) times of these rows, see `Clock`.
-        rows: (n,) their rows in the file.
-        numbers: column → (n,) as in the file.
-        needed: columns that the description names.
-        filled: (needed, n) whether there is a value.
-    """
+    """Rows of a table that have a value; ``stamps`` are their (n,) times, see `Clock`."""
 
     where: str
     sources: Mapping[str, Source]
-    clock: str
-    time: Clock
+    clock: str  # name of the column
+    time: Clock  # of all rows
     stamps: NDArray[Any]
-    rows: NDArray[np.int64]
-    numbers: Mapping[str, FloatArray]
-    needed: Sequence[str]
-    filled: BoolArray
+    rows: NDArray[np.int64]  # (n,) in the file
+    numbers: Mapping[str, FloatArray]  # as in the file
+    needed: Sequence[str]  # columns that the description names
+    filled: BoolArray  # (needed, n)
 
     @property
     def sparse(self) -> bool:
@@ -240,16 +234,7 @@ class _Samples:
 
 
 class _Names(NamedTuple):
-    """Names of a table's columns, and those that a description uses.
-
-    Attributes:
-        table: opened.
-        where: the file, for messages.
-        layout: places of columns, of the description.
-        described: column → table of the description that names it.
-        all_needed: whether all columns are, as there is no description.
-        toml: the description, for messages.
-    """
+    """Names of a table's columns, and those that a description uses; see `assemble`."""
 
     table: OpenTable
     where: str
@@ -258,33 +243,41 @@ class _Names(NamedTuple):
     all_needed: bool
     toml: str
 
-    @property
-    def header(self) -> str:
-        """Row of the names, for messages."""
-        return f"{self.where}, row {max(self.table.first - 1, 1)}"
-
     def sources(self, elements: Collection[str]) -> tuple[dict[str, Source], list[str]]:
         """Place of each column that is named, or whose name is valid; and faults of the names."""
+        used = {source.column: column for column, source in self.layout.columns.items()}
+        header = f"{self.where}, row {max(self.table.first - 1, 1)}"
         sources, faults = self._mapped()
-        names, mapped = self.table.names, self.layout.columns
-        used = {source.column: column for column, source in mapped.items()}
-        for place, name in enumerate(names, start=1):
-            needed = self.all_needed or name in self.described
-            if name in mapped or (name in used and not needed):
-                continue
-            here, first = f"{self.header}, column {place}", names.index(name) + 1
-            fault = name_fault(name, elements=elements)
-            if fault and name in used and name in self.described:
-                entry = f"{self.toml}, [{self.described[name]}] {name!r}"
-                faults.append(f"{entry}: write {used[name]!r}, as [columns] names it")
-            elif fault and needed:
-                known = any(" (SI: " in other for other in faults)  # the list of units, once
-                faults.append(f"{here}: {fault.partition(' (SI: ')[0] if known else fault}")
-            elif first != place and (needed or name in used):
-                faults.append(f"{here}: {name!r} is already the name of column {first}")
-            elif not fault and first == place:
+        for place, name in enumerate(self.table.names, start=1):
+            fault = self._fault(place, name, used, elements)
+            if fault == "":
                 sources[name] = Source(column=name)
-        return sources, [*faults, *self._missing(used)]
+            elif fault:
+                units = any(" (SI: " in other for other in faults)  # their list, once
+                fault = fault.partition(" (SI: ")[0] if units else fault
+                faults.append(f"{header}, column {place}: {fault}")
+        faults += self._missing(used)
+        clock = _clock(sources)
+        if not clock:
+            faults.append(f"{header}: no column is named {', '.join(map(repr, TIMES))}")
+        if faults and self.toml:
+            faults += self._suggestion(sources, clock, used)
+        return sources, faults
+
+    def _fault(
+        self, place: int, name: str, used: Mapping[str, str], elements: Collection[str]
+    ) -> str | None:
+        """Fault of a name in the table; empty if the column is to be read, None if it is not."""
+        needed = self.all_needed or name in self.described
+        if name in self.layout.columns or (name in used and not needed):
+            return None
+        fault, first = name_fault(name, elements=elements), self.table.names.index(name) + 1
+        if fault and name in used:
+            title = self.described.get(name)
+            return f"in [{title}] write {used[name]!r}, as [columns] names it"
+        if not fault and first != place:
+            fault = f"{name!r} is already the name of column {first}"
+        return fault if needed or not fault else None
 
     def _mapped(self) -> tuple[dict[str, Source], list[str]]:
         """The same of [columns]."""
@@ -311,30 +304,25 @@ class _Names(NamedTuple):
             for k, (name, fault) in enumerate(zip(missing, faults, strict=True))
         ]
 
-    def suggestion(self, sources: Collection[str], clock: str) -> list[str]:
+    def _suggestion(self, sources: Collection[str], clock: str, used: Collection[str]) -> list[str]:
         """The entries of [columns] with which a table would be read, as far as its names say."""
-        names, mapped = self.table.names, self.layout.columns
-        used = {source.column for source in mapped.values()}
+        names, described = self.table.names, self.described
         entries = [] if clock else [self._clock_entry()]
-        entries += [
-            (proposed_name(c), c)
-            for c in self.described
-            if c in names and c not in sources and c not in used
-        ]
-        taken = {*self.described, *TIMES, *(name for _, name in entries)}
+        misnamed = {*names} - {*sources, *used}
+        entries += [(proposed_name(column), column) for column in described if column in misnamed]
+        taken = {*described, *TIMES, *dict(entries).values()}
         rest = [name for name in names if name not in taken]
-        missing = [c for c in self.described if c not in (*names, *mapped, *TIMES)]
-        near = {column: get_close_matches(column, rest, 1, 0.5) for column in missing}
+        there = {*names, *self.layout.columns, *TIMES}
+        near = {c: get_close_matches(c, rest, 1, 0.5) for c in described if c not in there}
         if not entries and all(near.values()):
             return []  # misspelt, as the faults say
-        only = rest if len(rest) == len(missing) == 1 else ["…"]
+        only = rest if len(rest) == len(near) == 1 else ["…"]
         entries += [(column, (close or only)[0]) for column, close in near.items()]
-        lines = [f"{column} = {json.dumps(name, ensure_ascii=False)}" for column, name in entries]
         return [
             f"add to {self.toml}; [drive] and [measured] use the names on the left, with a unit for"
             " UNIT:",
             "[columns]",
-            *lines,
+            *(f"{column} = {json.dumps(name, ensure_ascii=False)}" for column, name in entries),
             "where numbers are in no unit, as counts of 4096 a turn: lever_deg = { column ="
             ' "counts", factor = 0.087890625 }',
         ]
@@ -367,6 +355,11 @@ def _in_its_unit(column: str, source: Source) -> tuple[Source, str]:
         product = "factor × number + offset" if alike else f"a number of {source.column!r}"
         return source, f"which unit {product} is in is unclear; say unit = {ours[1:]!r} or another"
     return source, ""
+
+
+def _clock(columns: Collection[str]) -> str:
+    """Name of the column of times; empty if there is none."""
+    return next((column for column in columns if column in TIMES), "")
 
 
 def _refusal(faults: Sequence[str]) -> RecordingError:

@@ -138,15 +138,7 @@ def read_mcap(
 ) -> dict[str, FloatArray]:
     """Read the columns that a description names, at the times of the first one's messages.
 
-    Times are log times, from the first row on; other columns are as in `at_common_times`.
-
-    Args:
-        path: of the log.
-        topics: column [its unit] → place of its values.
-        held: columns that keep their value until the next message.
-
-    Returns:
-        ``time_s`` and the columns, each (n,).
+    ``time_s`` is their log time, from the first row on; other columns are as in `at_common_times`.
 
     Raises:
         RecordingError: not an MCAP, no such topic or field, another encoding than JSON, a value

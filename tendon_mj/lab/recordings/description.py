@@ -245,18 +245,11 @@ class Description:
             for name, entry in getattr(self, table).items():
                 if not isinstance(entry, kind):
                     raise RecordingError(f"{where}, [{table}] {name!r}: cannot be {entry!r}")
+        self._check_actuators(where)
         self._check_columns(columns, where)
         self._check_parameters(where)
 
-    def _check_columns(self, columns: Collection[str], where: str) -> None:
-        series = [name for name in columns if name not in TIMES]
-        for table in ("drive", "measured"):
-            for column in getattr(self, table):
-                here = f"{where}, [{table}] {column!r}"
-                if column in TIMES:
-                    raise RecordingError(f"{here}: the clock is neither driven nor measured")
-                if column not in series:
-                    raise RecordingError(f"{here}: {unknown('column', column, series)}")
+    def _check_actuators(self, where: str) -> None:
         driven: dict[str, str] = {}
         for column, names in self.drive.items():
             here = f"{where}, [drive] {column!r}"
@@ -265,10 +258,18 @@ class Description:
                 if other := driven.get(actuator):
                     raise RecordingError(f"{here}: {other!r} already drives {actuator!r}")
                 driven[actuator] = column
-        for column in self.measured:
-            if column in self.drive:
-                fault = "is in [drive] too; a column is one or the other"
-                raise RecordingError(f"{where}, [measured] {column!r}: {fault}")
+
+    def _check_columns(self, columns: Collection[str], where: str) -> None:
+        series = [name for name in columns if name not in TIMES]
+        for table in ("drive", "measured"):
+            for column in getattr(self, table):
+                fault = "" if column in series else unknown("column", column, series)
+                if column in TIMES:
+                    fault = "the clock is neither driven nor measured"
+                elif table == "measured" and column in self.drive:
+                    fault = "is in [drive] too; a column is one or the other"
+                if fault:
+                    raise RecordingError(f"{where}, [{table}] {column!r}: {fault}")
         for column in self.hold:
             if column not in self.drive:
                 fault = unknown("driven column", column, self.drive)

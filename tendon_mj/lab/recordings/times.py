@@ -104,16 +104,11 @@ def at_common_times(
 ) -> tuple[dict[str, FloatArray], NDArray[np.int64]]:
     """Columns at the times of the first one, from the first row on.
 
-    Another one is linear between its values, or keeps the latest where it is ``held``. Rows before
-    the first or after the last value of any of them are left out; of two values at one time the
-    later one counts.
+    Another one is linear between its values, or keeps the latest if it is ``held``. Rows before the
+    first or after the last value of any column are left out; of two values at one time the later
+    one counts.
 
-    Args:
-        series: column → (m,) times [any unit] and (m,) values.
-        clock: name of the column of times.
-        scale: of the unit of times to that of the clock.
-        where: the file, for messages.
-        held: columns that keep their value until the next.
+    ``series``: column → (m,) times [any unit, ``scale`` of which is that of the clock] and values.
 
     Returns:
         The clock and the columns, each (n,), and the (n,) values of the first that are its rows.
@@ -122,8 +117,7 @@ def at_common_times(
         RecordingError: there are not two common times.
 
     Warns:
-        TendonWarning: of values at one time, gaps over which values are interpolated, and many rows
-            that are left out.
+        TendonWarning: of values at one time, long gaps, and many rows that are left out.
     """
     joined: dict[str, FloatArray] = {}
     chosen = {column: _in_order(times) for column, (times, _) in series.items()}
