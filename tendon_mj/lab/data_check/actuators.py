@@ -85,13 +85,13 @@ def _saturated(schedule: Schedule, adjustable: Adjustable) -> Iterator[DataWarni
                 f"{share:.0%} of the samples are at or beyond the control range of actuator"
                 f" {model.actuator(actuator).name!r}, {low:g} to {high:g}; the column goes from"
                 f" {control.min():.4g} to {control.max():.4g}",
-                "the model clips what lies beyond: check the column's unit, widen the"
+                "the model clips controls beyond it: check the column's unit, widen the"
                 " actuator's ctrlrange if the rig went there, or record a smaller motion",
             )
 
 
 def _cannot_hold(schedule: Schedule, adjustable: Adjustable) -> Iterator[DataWarning]:
-    """Joints whose actuators are too weak for what pulls on them in the reference pose."""
+    """Joints whose actuators are too weak for the load in the reference pose."""
     model = adjustable.model
     load, _ = _forces_at_start(adjustable, {})
     hinge, slide = mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value

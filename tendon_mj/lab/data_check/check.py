@@ -83,17 +83,17 @@ def check_recording(
     described: bool | None = None,
     settle: float | None = None,
 ) -> Checked:
-    """Simulate a recording at the numbers that its description states, and warn of what is odd.
+    """Simulate a recording at the numbers that its description states, and warn of its oddities.
 
     Args:
-        recording: what was driven and measured.
+        recording: driven and measured columns.
         model: in place of the one that the recording names; not changed.
         described: whether its description's values are applied, as in `replay_recording`.
         settle: time before the first sample [s]; default: as the recording says.
 
     Raises:
-        RecordingError, UnknownNameError, InvalidValueError: as `replay_recording`, for what cannot
-            be simulated at all, such as a sensor that the model lacks.
+        RecordingError, UnknownNameError, InvalidValueError: as `replay_recording`, of a
+            recording that cannot be simulated, such as of a sensor that the model lacks.
     """
     if model is None:
         model = load_model(recording.model, beside=recording.beside)
@@ -101,7 +101,7 @@ def check_recording(
     timing, still = timing_warnings(recording), drive_warnings(recording)
     if any(warning.identifier in _WRONG_TIMES for warning in timing):
         return Checked(recording, None, (*timing, *still))
-    schedule = Schedule(recording, adjustable.model, settle)  # refuses what fits it nowhere
+    schedule = Schedule(recording, adjustable.model, settle)  # refuses a recording of another model
     adjustable.set(stated_values(recording, model, adjustable.names(), described))
 
     def replay(other: Recording) -> Recording | None:

@@ -40,7 +40,9 @@ _NEARLY = 1.1  # times the period of a counter, that its range and its jumps are
 _LEAST_BITS, _SMOOTH = 6, 0.1  # of a counter; of its period, by which it changes at most otherwise
 _BETTER = 0.5  # of the error, that remains without a jump
 _PROBE = 0.02  # of the drive's range, a slip to try
-_TRIES = 4  # slips, each from what the last explains; places at which a drive may have jumped
+_TRIES = (
+    4  # slips, each from the part that the last explains; places at which a drive may have jumped
+)
 _AFTER = 200  # samples after a jump, by which a slip is told from a lost zero
 _EDGE, _PART = 20, 0.1  # samples and share of them: the shortest part of a split
 _SPLIT = 0.4  # of the error, that a split leaves at most
@@ -114,11 +116,11 @@ def jump_warnings(
     """Warn of columns whose zero is lost, whose counter wraps, or whose scale changes midway.
 
     Args:
-        recording: what was driven and measured.
+        recording: driven and measured columns.
         simulated: the model under the same drive; None where it cannot be simulated.
         replay: simulates a recording with another drive; None where that fails.
     """
-    found = []
+    warnings = []
     for table, columns in (("drive", recording.drive), ("measured", recording.measured)):
         for column in columns:
             if lost_turns(recording, column).size or simulated is None:
@@ -127,10 +129,10 @@ def jump_warnings(
             warning = _wrap_warning(recording, simulated, replay, column) or by_table(
                 recording, simulated, replay, column
             )
-            found += [warning] if warning else []
-        if found:
-            break  # with another drive, the model is no measure of the readings
-    return found
+            warnings += [warning] if warning else []
+        if warnings:
+            break  # with another drive, the model cannot judge the readings
+    return warnings
 
 
 def _wrap_warning(
@@ -228,8 +230,8 @@ def _drive_warning(
             return DataWarning(
                 "zero_step",
                 place_of(recording, column),
-                f"jumps by {by} before {row_of(recording, row)}, where no measured column moves by"
-                " what the model makes of it",
+                f"jumps by {by} before {row_of(recording, row)}, where no measured column moves as"
+                " the model would",
                 f"an encoder that lost its zero: subtract {by} from that row on, or end the"
                 " recording before it",
                 blocks=True,
@@ -453,7 +455,7 @@ def _changed(recording: Recording, column: str, series: FloatArray) -> Recording
 
 
 def _errors(recording: Recording, simulated: Recording, row: int = 0) -> float:
-    """Sum of squares from a sample on, of what the columns are off beyond their offset before."""
+    """Sum of squares from a sample on, of the columns' errors beyond their offset before."""
     return float(np.sum(_column_errors(recording, simulated, row)))
 
 

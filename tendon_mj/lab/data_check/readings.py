@@ -29,7 +29,7 @@ _DEGREES, _NEARLY = (
 _TURNED = 3.0  # range of angles that may be degrees [rad]; less of these would be no motion
 _LITTLE = 1e-3  # of a range, an error that none is
 _AGAINST = -0.7  # correlation below which a column runs against the model
-_STILL = 1e-6  # of a value's size, a range that is no motion
+_STILL = 1e-6  # of a value's size, a range that is not a motion
 _OFF = 0.15  # of the measured range, by which the start may differ
 _NOISES = 5.0  # of the stated noise, likewise
 _FIRST = 5  # samples that are the start
@@ -79,7 +79,7 @@ def degree_warnings(
     taken as degrees.
 
     Args:
-        recording: what was driven and measured.
+        recording: driven and measured columns.
         simulated: at the numbers that the description states; None where that was unstable.
         simulate: the same for another recording.
     """
@@ -99,7 +99,7 @@ def degree_warnings(
             "unit",
             place_of(recording, column),
             f"moves by {np.ptp(recording.columns[column]):.3g} rad; taken as degrees, the model"
-            f" comes {nearer}nearer to what was measured",
+            f" comes {nearer}nearer to the readings",
             f"if these are degrees, name the column {column.removesuffix('rad') + 'deg'!r}",
         )
         for _, column in columns_of(recording)
@@ -216,7 +216,7 @@ def _one_warning(recording: Recording, column: str, shown: FloatArray) -> DataWa
 
 
 def _unit_fault(ratio: float) -> str:
-    """What a ratio of ranges, measured over simulated, says of the unit; empty if nothing."""
+    """Fault of the unit by a ratio of ranges, measured over simulated; empty if there is none."""
     large, times = ratio > 1.0, max(ratio, 1.0 / ratio)
     if times > _THOUSAND:
         units = "thousandths of it (mm, mN)" if large else "thousands of it (kN)"

@@ -47,7 +47,7 @@ _PART = (
 )
 _BARELY = 1.3  # noises, by which a level reading varies at most
 _LONGEST_DRIVE = 5  # samples for which a drive is held: longer ones are rests
-_VISIBLE = 2.5e-3  # of a column's range: what a diagnosis can see of it, where no noise is stated
+_VISIBLE = 2.5e-3  # of a column's range: visible to a diagnosis, where no noise is stated
 _SLACK = 0.02  # of a tension's range, below which a cable is slack
 _BELOW, _FEW = 5.0, 3  # noises below 0, and samples there, at least
 _ALIKE = 4  # rests at an end of a range, at least
@@ -263,7 +263,7 @@ def _held(
     fresh = np.interp(recording.time, recording.time[~repeats], series[~repeats])
     error = float(np.sqrt(np.mean((series - fresh) ** 2)))
     noise = noise_levels(recording)
-    if table == "drive" and simulated is not None:  # what the model makes of it, on the average
+    if table == "drive" and simulated is not None:  # its effect in the model, on the average
         shown = {c: usual_range(simulated.columns[c]) / usual_range(series) for c in noise}
         seen = any(error * shown[c] > noise[c] for c in noise)
     else:

@@ -77,13 +77,13 @@ def _gap(
         f"{gaps.size} gap{'s' if gaps.size > 1 else ''}, the longest"
         f" {intervals[longest]:.3g} s after {recording.time[longest]:.6g} s (row"
         f" {recording.row(longest)}), where samples are {usual:.3g} s apart",
-        "split the recording there, unless the drive did in between what its two ends say",
+        "split the recording there, unless the drive was straight in between",
         blocks=any(_turns(recording, gap, usual) for gap in gaps.tolist()),
     )
 
 
 def _turns(recording: Recording, gap: int, usual: float) -> bool:
-    """Whether a drive did in a gap something else than what a line between its ends says."""
+    """Whether a drive in a gap leaves the line between its ends."""
     time = recording.time
     before, after = slice(max(0, gap - _ENDS), gap + 1), slice(gap + 1, gap + 2 + _ENDS)
     for column in recording.drive:

@@ -436,8 +436,8 @@ def check_bounds(
     """Refuse bounds within which no experiment can be simulated.
 
     Raises:
-        UnknownNameError: the bounds name what the rig does not have.
-        InvalidValueError: an experiment within them is no recording of the model.
+        UnknownNameError: the bounds name a column or parameter that the rig lacks.
+        InvalidValueError: the model cannot simulate an experiment within them.
     """
     bounds.check(recordings[0], simulator(recordings).parameters)
     family = Family(recordings, bounds, besides=bool(bounds.measure))

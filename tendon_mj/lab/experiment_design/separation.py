@@ -259,8 +259,8 @@ class Rig:
     ) -> dict[str, float]:
         """Parameters of a model in all experiments, of which each may have a state of its own.
 
-        A parameter that is both a state and an effect of the model is what the user sets, and what
-        the effect adds to it.
+        A parameter that is both a state and an effect of the model is the sum of the user's value
+        and of that of the effect.
         """
         written = fitted.parameters(self.base, values)
         shared = {name: value for name, value in written.items() if not recording_of(name)}
@@ -304,7 +304,7 @@ class Rig:
 
 @dataclass(frozen=True, eq=False)
 class Adaptation:
-    """Terms of an alternative that are fitted to new data, and what the old data say of them.
+    """Terms of an alternative that are fitted to new data, and their information in the old data.
 
     Attributes:
         alternative: whose terms.

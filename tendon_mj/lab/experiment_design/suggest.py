@@ -56,7 +56,7 @@ class Difference:
 
     Attributes:
         one, other: labels of the two.
-        recorded: rms in what was recorded [noise].
+        recorded: rms in the recordings [noise].
         expected: rms in the experiment that is suggested, after a fit of one to the other; without
             one, the most that an experiment within the bounds reached [noise].
     """
@@ -135,7 +135,7 @@ class Suggestion:
 def _differ(difference: Difference) -> str:
     return (
         f"{difference.one} and {difference.other} differ by {difference.expected:.2g} times the"
-        f" noise; in what was recorded, by {difference.recorded:.2g}"
+        f" noise; in the recordings, by {difference.recorded:.2g}"
     )
 
 
@@ -149,20 +149,20 @@ def suggest_experiment(
     """Search the experiments that a rig can run for the one that decides between explanations.
 
     Rivals are the effects that a diagnosis cannot tell apart, and values of a number that trade
-    places with others. Of every two of them the difference counts that remains when one is fitted
-    to the data of the other, see `separation`; of an experiment, the smallest of these. Experiments
-    are sampled (Sobol), and the best is refined; the answer is the same each time. Where no
-    experiment tells a pair apart by what was measured before, those are searched in which the rig's
-    other sensors are read too, if the bounds have any.
+    places with others. Of each pair the difference counts that remains when one is fitted to the
+    data of the other, see `separation`; of an experiment, the smallest of these. Experiments are
+    sampled (Sobol), and the best is refined; the answer is the same each time. If none separates a
+    pair by the columns measured before, the search is repeated with the further sensors of the
+    bounds.
 
     Args:
         diagnosis: of `diagnose`.
-        bounds: what the rig can do.
+        bounds: of the rig.
         simulator: makes the simulator of recordings, as in `diagnose`.
         progress: called with a label, how much is done, and of how much.
 
     Raises:
-        UnknownNameError: the bounds name what the rig does not have.
+        UnknownNameError: the bounds name a column or parameter that the rig lacks.
         InvalidValueError: the diagnosis was not made by `diagnose`, the bounds call a parameter a
             state which is fitted to all recordings, or no recording of the model lies within them.
     """
@@ -170,9 +170,9 @@ def suggest_experiment(
         raise InvalidValueError("this diagnosis does not hold the models that it compared")
     context, selection = diagnosis.search
     check_bounds(context.problem.recordings, bounds, simulator)
-    progress("fit what ties", 0, 1)
+    progress("fit ties", 0, 1)
     ties = find_ties(context, selection)
-    progress("fit what ties", 1, 1)
+    progress("fit ties", 1, 1)
     if not ties:
         return Suggestion(None, ())
     levels = _levels(context.problem, selection.final.fit)
@@ -192,7 +192,7 @@ def suggest_experiment(
 
 
 def _levels(problem: Problem, fitted: Fit) -> dict[str, float]:
-    """Measured column → its noise, or what the final model leaves of it where that is more."""
+    """Measured column → its noise, or the residual of the final model if that is larger."""
     edges = np.cumsum([0, *(size for _, _, size in problem.layout())])
     left: dict[str, list[FloatArray]] = {}
     noise: dict[str, list[float]] = {}
@@ -227,7 +227,7 @@ class _Tried:
         experiment: there.
         predictions: of every alternative.
         most: (pairs,) rms difference [noise], of which a fit of one to the other may remove some.
-        remaining: (pairs,) what it cannot remove; None until the fit is made.
+        remaining: (pairs,) the part that it cannot remove; None until the fit is made.
     """
 
     point: FloatArray

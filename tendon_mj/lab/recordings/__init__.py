@@ -1,4 +1,4 @@
-"""Recordings: a table of measured columns with a description of what they are."""
+"""Recordings: tables of measured columns with their descriptions."""
 
 from tendon_mj.lab.recordings.description import Measured as Measured
 from tendon_mj.lab.recordings.description import Session as Session

@@ -49,6 +49,7 @@ def open_parquet(path: Path) -> OpenTable:
         raise RecordingError(f"{path}: not a Parquet file: {error}") from None
     if not names:
         raise RecordingError(f"{path}: holds no column")
+    empty = schema.empty_table()
 
     def read(wanted: Mapping[str, bool], clock: str) -> tuple[Cells, list[str]]:
         roots = {name: _root(schema, name) for name in wanted}
@@ -67,7 +68,11 @@ def open_parquet(path: Path) -> OpenTable:
         return cells, faults
 
     def has(name: str) -> bool:
-        return _is_there(schema, name)
+        root = _root(schema, name)
+        try:
+            return bool(root) and _part(empty.column(root), name[len(root) + 1 :]) is not None
+        except (pa.ArrowException, TypeError):
+            return False
 
     kinds = ((name, schema.field(k).type) for k, name in enumerate(names))
     sample = {name: "1970-01-01" for name, kind in kinds if pa.types.is_timestamp(kind)}
@@ -81,37 +86,12 @@ def _root(schema: Any, name: str) -> str:
     return next((root for root in roots if root in schema.names), "")
 
 
-def _is_there(schema: Any, name: str) -> bool:
-    """Whether there is a column of that name, or the part of one."""
-    import pyarrow as pa
-
-    root = _root(schema, name)
-    if not root:
-        return False
-    kind = schema.field(schema.names.index(root)).type
-    for part in filter(None, name[len(root) + 1 :].split(".")):
-        if _is_list(kind) and part.isdecimal():
-            kind = kind.value_type
-        elif pa.types.is_struct(kind) and kind.get_field_index(part) >= 0:
-            kind = kind.field(part).type
-        else:
-            return False
-    return True
-
-
-def _is_list(kind: Any) -> bool:
-    import pyarrow as pa
-
-    kinds = (pa.types.is_list, pa.types.is_large_list, pa.types.is_fixed_size_list)
-    return any(is_kind(kind) for is_kind in kinds)
-
-
 def _part(column: Any, rest: str) -> Any:
     """The elements of lists, and fields of structs, to which the rest of a name leads."""
     import pyarrow.compute as pc
 
     for part in filter(None, rest.split(".")):
-        if _is_list(column.type):
+        if part.isdecimal():
             column = pc.list_element(column, int(part))
         else:
             column = pc.struct_field(column, part)

@@ -95,14 +95,6 @@ class Session:
             )
 
 
-_KINDS: dict[str, type | tuple[type, ...]] = {
-    "measured": Measured,
-    "known": (int, float, np.number),
-    "uncertain": Uncertain,
-    "session": Session,
-}
-
-
 @dataclass(frozen=True)
 class _Drive:
     """Entry of [drive]: actuators or joints, and whether they keep their value between samples."""
@@ -241,10 +233,6 @@ class Description:
             faults.append(POSITIVE.fault("[timing] settling_time", self.settling_time, "s"))
         for fault in filter(None, faults):
             raise RecordingError(f"{where}, {fault}")
-        for table, kind in _KINDS.items():
-            for name, entry in getattr(self, table).items():
-                if not isinstance(entry, kind):
-                    raise RecordingError(f"{where}, [{table}] {name!r}: cannot be {entry!r}")
         self._check_actuators(where)
         self._check_columns(columns, where)
         self._check_parameters(where)

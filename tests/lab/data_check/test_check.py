@@ -377,15 +377,15 @@ def test_an_angle_that_jumps_by_a_turn_is_told_with_its_row_and_nothing_else_is(
         drive={"command_rad": "command"},
         measured={"joint_rad": Measured("joint_angle", 0.01)},
     )
-    assert not turn_warnings(bare)
+    assert not list(turn_warnings(bare))
     for series in (lost, np.mod(1.2 * angle, 2.0 * np.pi), wrapped * 1.0):
         jumps = int((np.abs(np.diff(series)) > 5.0).sum())
-        found = turn_warnings(changed(bare, joint_rad=series))
+        found = list(turn_warnings(changed(bare, joint_rad=series)))
         assert len(found) == (jumps > 0)
         if found:
             row = int(np.argmax(np.abs(np.diff(series)) > 5.0)) + 3
             assert f"in row {row}" in found[0].value
-            assert not spike_warnings(changed(bare, joint_rad=series), None)
+            assert not list(spike_warnings(changed(bare, joint_rad=series), None))
 
 
 def test_times_in_a_larger_unit_than_named_are_told(pull: Recording) -> None:
