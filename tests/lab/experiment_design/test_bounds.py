@@ -9,6 +9,7 @@ from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.lab.experiment_design import DriveBounds, ExperimentBounds, check_bounds, read_bounds
 from tendon_mj.lab.recordings import Measured, Recording
 from tests.lab.experiment_design.rig import DRIVE, TENSION, bounds, record
+from tests.lab.recordings.tables import refused
 
 FILE = """
 duration = 8.0
@@ -66,13 +67,13 @@ def test_a_broken_file_is_refused_with_the_place(line, instead, place, fault, tm
 
 
 def test_bounds_need_a_drive_and_the_noise_of_a_further_sensor() -> None:
-    with pytest.raises(InvalidValueError, match="nothing would move"):
+    with refused("nothing would move", error=InvalidValueError):
         ExperimentBounds(drive={})
     drive = {"reel_m": DriveBounds(-1e-3, 1e-3, 0.01)}
-    with pytest.raises(InvalidValueError, match="'angle_rad': its noise must be stated"):
+    with refused("'angle_rad': its noise must be stated", error=InvalidValueError):
         ExperimentBounds(drive=drive, measure={"angle_rad": Measured("angle")})
     again = bounds(measure={TENSION: Measured("output_tension", 0.1)})
-    with pytest.raises(InvalidValueError, match="the recordings have this column already"):
+    with refused("the recordings have this column already", error=InvalidValueError):
         again.check(record("a", {}, {}), {})
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-import pytest
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.lab.experiment_design import (
@@ -27,6 +26,7 @@ from tests.lab.experiment_design.rig import (
     diagnosed,
     record,
 )
+from tests.lab.recordings.tables import refused
 
 A, B, C = "sheath.a", "sheath.b", "sheath.c"
 KINK = 1.0  # mm, beyond the amplitude that was recorded
@@ -181,11 +181,11 @@ def test_bounds_of_what_the_rig_does_not_have_are_refused() -> None:
     found = diagnosed(made[:1], made[1:], ALIKE_WHEN_SMALL, "a", "b")
     make = partial(ShapedRig, shapes=ALIKE_WHEN_SMALL)
     drive = {"input_displacment_m": DriveBounds(0.0, 1.0, 1.0)}
-    with pytest.raises(UnknownNameError, match=f"did you mean '{DRIVE}'"):
+    with refused(f"did you mean '{DRIVE}'", error=UnknownNameError):
         suggest_experiment(found, ExperimentBounds(drive=drive), make)
-    with pytest.raises(UnknownNameError, match=r"did you mean 'sheath\.pretension'"):
+    with refused("did you mean 'sheath.pretension'", error=UnknownNameError):
         suggest_experiment(found, bounds(states={"sheath.pretensoin": (1.0, 2.0)}), make)
-    with pytest.raises(UnknownNameError, match=f"did you mean '{TENSION}'"):
+    with refused(f"did you mean '{TENSION}'", error=UnknownNameError):
         suggest_experiment(found, bounds(limits={"output_tensoin_N": (1.0, 2.0)}), make)
 
 
@@ -193,7 +193,7 @@ def test_what_is_fitted_to_all_recordings_is_no_state() -> None:
     uncertain = {PRETENSION: Uncertain(20.0, 10.0, 30.0)}
     made = [record(name, ALIKE_WHEN_SMALL, {B: 3.0}, uncertain=uncertain) for name in ("a", "bb")]
     found = diagnosed(made[:1], made[1:], ALIKE_WHEN_SMALL, "a", "b")
-    with pytest.raises(InvalidValueError, match="call it uncertain, one value for all"):
+    with refused("is uncertain in the recordings", error=InvalidValueError):
         suggest_experiment(
             found,
             bounds(states={PRETENSION: (10.0, 60.0)}),

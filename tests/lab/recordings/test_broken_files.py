@@ -10,6 +10,7 @@ import pytest
 
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings import read_recording, read_table
+from tests.lab.recordings.tables import log, parquet, refused
 
 TOML = """model = "bench"
 source = "made up"
@@ -23,18 +24,10 @@ input_tension_N = {{ topic = "/a", field = "{field}" }}
 """
 
 
-def log(folder: Path, *messages: bytes, field: str = "x.0", compression: str = "ZSTD") -> Path:
+def rig_log(folder: Path, *messages: bytes, field: str = "x.0", compression: str = "ZSTD") -> Path:
     """A log of JSON messages of one topic, 1 ms apart."""
-    module = pytest.importorskip("mcap.writer")
-    path = folder / "r.mcap"
-    with path.open("wb") as file:
-        writer = module.Writer(file, compression=getattr(module.CompressionType, compression))
-        writer.start()
-        schema = writer.register_schema("any", "jsonschema", b"{}")
-        channel = writer.register_channel("/a", "json", schema)
-        for k, data in enumerate(messages):
-            writer.add_message(channel, k * 10**6, data, 0)
-        writer.finish()
+    stamped = [("/a", k * 10**6, data) for k, data in enumerate(messages)]
+    path = log(folder / "r.mcap", *stamped, compression=compression)
     path.with_suffix(".toml").write_text(TOML.format(field=field))
     return path
 
@@ -67,7 +60,7 @@ def refusals(path: Path, count: int = 200) -> list[str]:
 @pytest.mark.parametrize("compression", ["NONE", "LZ4", "ZSTD"])
 def test_a_damaged_log_is_refused_by_name_or_read(tmp_path: Path, compression: str) -> None:
     numbers = (b'{"x": [%d]}' % k for k in range(40))
-    path = log(tmp_path, *numbers, compression=compression)
+    path = rig_log(tmp_path, *numbers, compression=compression)
     assert read_recording(path).time.size == 40
     messages = refusals(path)
     assert all("r.mcap" in message for message in messages)
@@ -75,11 +68,7 @@ def test_a_damaged_log_is_refused_by_name_or_read(tmp_path: Path, compression: s
 
 
 def test_a_damaged_parquet_is_refused_by_name_or_read(tmp_path: Path) -> None:
-    pa = pytest.importorskip("pyarrow")
-    pq = pytest.importorskip("pyarrow.parquet")
-    path = tmp_path / "r.parquet"
-    columns = {"time_s": np.arange(50.0), "a_N": np.arange(50.0)}
-    pq.write_table(pa.table(columns), path)
+    path = parquet(tmp_path / "r.parquet", time_s=np.arange(50.0), a_N=np.arange(50.0))
     assert all("r.parquet" in message for message in refusals(path))
 
 
@@ -94,7 +83,5 @@ def test_a_damaged_parquet_is_refused_by_name_or_read(tmp_path: Path) -> None:
 def test_a_message_without_the_number_is_refused(
     tmp_path: Path, message: bytes, field: str, reason: str
 ) -> None:
-    with pytest.raises(RecordingError) as refused:
-        read_recording(log(tmp_path, message, message, field=field))
-    assert "r.mcap, topic '/a', message 1" in str(refused.value)
-    assert reason in str(refused.value)
+    with refused("r.mcap, topic '/a', message 1", reason):
+        read_recording(rig_log(tmp_path, message, message, field=field))
