@@ -173,34 +173,28 @@ def _one_warning(recording: Recording, column: str, shown: FloatArray) -> DataWa
     place = place_of(recording, column)
     sensor = recording.measured[column].sensor
     span, simulated = usual_range(read), usual_range(shown)
+    moves, shown_moves = quantity(span, unit), quantity(simulated, unit)
+    unconnected = "if the sensor was not connected, leave the column out of [measured]"
     if _stands(read):
-        return DataWarning(
-            "nothing_moves",
-            place,
-            f"reads {quantity(read[0], unit)} from the first sample to the last",
-            "if the sensor was not connected, leave the column out of [measured]",
-        )
+        value = f"reads {quantity(read[0], unit)} from the first sample to the last"
+        return DataWarning("nothing_moves", place, value, unconnected)
     if _stands(shown) or span > _BEYOND * simulated:
         model = f"stands still at {quantity(shown[0], unit)}" if _stands(shown) else "hardly moves"
         return DataWarning(
             "nothing_moves",
             place,
-            f"moves by {quantity(span, unit)}, where sensor {sensor!r} of the model {model}",
+            f"moves by {moves}, where sensor {sensor!r} of the model {model}",
             "is it this sensor, does the actuator in [drive] move it, and in which unit is that?",
         )
     if simulated > _BEYOND * span:
-        return DataWarning(
-            "nothing_moves",
-            place,
-            f"hardly moves, by {quantity(span, unit)}, the model by {quantity(simulated, unit)}",
-            "if the sensor was not connected, leave the column out of [measured]",
-        )
+        value = f"hardly moves, by {moves}, the model by {shown_moves}"
+        return DataWarning("nothing_moves", place, value, unconnected)
     fault = _unit_fault(span / simulated)
     if fault:
         return DataWarning(
             "unit",
             place,
-            f"moves by {quantity(span, unit)}, the model by {quantity(simulated, unit)}: {fault}",
+            f"moves by {moves}, the model by {shown_moves}: {fault}",
             "name the column with the unit that it is in, or else the one in [drive]",
         )
     correlation = float(np.corrcoef(_clipped(read), _clipped(shown))[0, 1])

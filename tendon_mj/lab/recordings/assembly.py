@@ -185,8 +185,7 @@ class _Samples:
             source, values = self.sources[column], self.numbers[column]
             large = np.flatnonzero(np.abs(values) > LARGEST)
             if large.size:
-                value = float(values[large[0]])
-                fault = excess(value) if np.isfinite(value) else f"{value} is not finite"
+                fault = excess(float(values[large[0]]))
                 faults.append(at(self.where, self.rows[large], source.column, fault))
             if fault := source.period_fault(values[there]):
                 faults.append(f"{self.where}, column {source.column!r}: {fault}")

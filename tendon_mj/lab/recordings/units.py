@@ -106,7 +106,9 @@ POSITIVE = Range(0.0, zero=False)
 
 
 def excess(value: float) -> str:
-    """Message that a finite number is too large, whatever its sign; empty if it is not."""
+    """Message that a number is not finite, or too large whatever its sign; empty if it is not."""
+    if not math.isfinite(value):
+        return f"{value} is not finite"
     return f"{value:g} is outside ±{LARGEST:g}" if abs(value) > LARGEST else ""
 
 
