@@ -76,7 +76,7 @@ class Uncertain:
 
 @dataclass(frozen=True)
 class Session:
-    """A parameter that was set for each recording again: its mean and its standard deviation.
+    """A parameter that is set for each recording: its mean and its standard deviation.
 
     Both in the parameter's own SI unit. Raises `InvalidValueError` unless the value is 0 or within
     1e-30 … 1e30 in size, and the spread is positive and not below 1e-12 of the value.
@@ -186,7 +186,7 @@ class Description:
     drive: column → actuator or joint that it prescribes, or several (see `driven`);
     measured: column → the sensor that read it;
     known: parameter → value, never fitted [SI]; uncertain: parameter → range to fit within [SI];
-    session: parameter → mean and spread of a value that was set for each recording again [SI];
+    session: parameter → mean and spread of a value that is set for each recording [SI];
     hold: driven columns that keep their value until the next sample; else linear between samples;
     settle: time before the first sample [s], in which a replay brings the model to the first drive
     value; 0: the model starts in its reference pose, as it must where a force drives what is free;
@@ -233,6 +233,10 @@ class Description:
             faults.append(POSITIVE.fault("[timing] settling_time", self.settling_time, "s"))
         for fault in filter(None, faults):
             raise RecordingError(f"{where}, {fault}")
+        for table, kind in (("measured", Measured), ("uncertain", Uncertain), ("session", Session)):
+            for name, entry in getattr(self, table).items():
+                if not isinstance(entry, kind):
+                    raise RecordingError(f"{where}, [{table}] {name!r}: cannot be {entry!r}")
         self._check_actuators(where)
         self._check_columns(columns, where)
         self._check_parameters(where)
@@ -306,7 +310,7 @@ def parse_description(text: str, where: str) -> Description:
 
 
 def parse_toml(text: str, where: str) -> tuple[Description, Layout]:
-    """A description in TOML and its places of columns; messages begin with ``where``, the file.
+    """A description in TOML, and its places of columns; messages begin with ``where``, the file.
 
     Raises:
         RecordingError: broken TOML; unknown keys (naming the nearest valid one); values of the

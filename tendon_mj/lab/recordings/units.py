@@ -91,7 +91,7 @@ class Range(NamedTuple):
         """The message of `check`, without its place; empty if the value is allowed."""
         if self.admits(value):
             return ""
-        return f"{name} = {value!r}{f' [{unit}]' if unit else ''} is outside {self}"
+        return f"{name} = {float(value)!r}{f' [{unit}]' if unit else ''} is outside {self}"
 
     def __str__(self) -> str:
         zero = "0 or " if self.zero else ""

@@ -204,6 +204,9 @@ def test_a_noise_that_is_too_small_in_si_is_refused_at_its_column(tmp_path: Path
         {"time": ["a", "b", "c"]},
         {"columns": {"x_m": ["x", "y", "z"]}},
         {"columns": {"x_m": [1, None, [2]]}},
+        {"uncertain": {"a.b": 3}},
+        {"session": {"a.b": 1.0}},
+        {"measured": {"x_m": "sensor"}},
     ],
 )
 def test_a_recording_of_wrong_types_is_refused_as_one(more: dict[str, Any]) -> None:
