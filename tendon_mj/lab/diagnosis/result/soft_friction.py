@@ -2,7 +2,7 @@
 
 A joint's `frictionloss` is a soft constraint. With MuJoCo's own `solimpfriction` a joint at rest
 under a load moves on slowly, where a rig sticks. Play between a motor's joint and its drum has a
-flank that gives way (`tendon_mj.lab.data_check.play_warnings`).
+flank that gives way (`tendon_mj.lab.data_check.play`).
 """
 
 from __future__ import annotations
