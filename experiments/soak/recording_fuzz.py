@@ -51,10 +51,6 @@ _LINES = (
     ),
     *('a = "\\u0000"', "settle = 1e300", "settle = -1", "hold = 3", "= 1", "'x' = 1979-05-27"),
     *('"*.friction" = 0.1', '"*.friction" = { low = 2, high = 1 }', '"" = 1', "a.b.c = {}"),
-    *(
-        f"{key} = 0x{'f' * 4000}"
-        for key in ("model", "settle", '"sheath.axial_stiffness"', "noise")
-    ),
     *("settle = 0x10", '"sheath.friction" = 0b1', "x = 0o7", "settle = 0x"),
 )
 

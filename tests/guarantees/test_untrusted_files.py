@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from tendon_mj.models import example_recording
-from tests.lab.recordings.test_formats import log
+from tests.lab.recordings.tables import log
 
 WATCHED = """
 import json, os, sys

@@ -1,7 +1,7 @@
 """Checks of recordings against their model before any fit: times, units, signs, start and drive."""
 
+from tendon_mj.lab.data_check.actuators import play_warnings as play_warnings
 from tendon_mj.lab.data_check.check import Checked as Checked
 from tendon_mj.lab.data_check.check import check_recording as check_recording
-from tendon_mj.lab.data_check.play import play_warnings as play_warnings
-from tendon_mj.lab.data_check.timing import timing_warnings as timing_warnings
+from tendon_mj.lab.data_check.check import timing_warnings as timing_warnings
 from tendon_mj.lab.data_check.warning import DataWarning as DataWarning

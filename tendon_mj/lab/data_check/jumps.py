@@ -12,8 +12,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tendon_mj.lab.data_check.samples import lost_turns
-from tendon_mj.lab.data_check.warning import DataWarning
+from tendon_mj.lab.data_check.warning import (
+    DataWarning,
+    lost_turns,
+    median_around,
+    more,
+    place_of,
+    row_of,
+)
 from tendon_mj.lab.recordings import Recording, noise_levels, range_ends, resolution
 from tendon_mj.lab.replay import column_unit, plain, quantity
 from tendon_mj.typing import FloatArray
@@ -34,7 +40,9 @@ _NEARLY = 1.1  # times the period of a counter, that its range and its jumps are
 _LEAST_BITS, _SMOOTH = 6, 0.1  # of a counter; of its period, by which it changes at most otherwise
 _BETTER = 0.5  # of the error, that remains without a jump
 _PROBE = 0.02  # of the drive's range, a slip to try
-_TRIES = 4  # slips, each from what the last explains; places at which a drive may have jumped
+_TRIES = (
+    4  # slips, each from the part that the last explains; places at which a drive may have jumped
+)
 _AFTER = 200  # samples after a jump, by which a slip is told from a lost zero
 _EDGE, _PART = 20, 0.1  # samples and share of them: the shortest part of a split
 _SPLIT = 0.4  # of the error, that a split leaves at most
@@ -59,7 +67,7 @@ def jumps(series: FloatArray) -> list[_Jump]:
     if changes.size < 4 * _SIDE:
         return []
     size, error = _steps_between_lines(series)
-    off = changes - _median_around(changes)
+    off = changes - median_around(changes, _SIDE)
     usual = float(np.percentile(np.abs(off), _USUAL))
     clear = (np.abs(size) > _CLEAR * error) & (off * size > _WITHIN * size**2)
     clear &= np.abs(off) > _BEYOND * usual
@@ -102,65 +110,41 @@ def _steps_between_lines(series: FloatArray) -> tuple[FloatArray, FloatArray]:
     return size, error
 
 
-def _median_around(changes: FloatArray) -> FloatArray:
-    padded = np.pad(changes, _SIDE, mode="reflect")
-    around: FloatArray = np.median(
-        np.lib.stride_tricks.sliding_window_view(padded, 2 * _SIDE + 1), axis=1
-    )
-    return around
-
-
 def jump_warnings(
     recording: Recording, simulated: Recording | None, replay: Replay
 ) -> list[DataWarning]:
     """Warn of columns whose zero is lost, whose counter wraps, or whose scale changes midway.
 
     Args:
-        recording: what was driven and measured.
+        recording: driven and measured columns.
         simulated: the model under the same drive; None where it cannot be simulated.
         replay: simulates a recording with another drive; None where that fails.
     """
-    found = []
+    warnings = []
     for table, columns in (("drive", recording.drive), ("measured", recording.measured)):
         for column in columns:
-            if lost_turns(recording, column).size:
-                continue  # reported already
-            place = f"{recording.name}, [{table}] {recording.written(column)!r}"
-            warning = _wrap_warning(recording, simulated, replay, column, place)
-            if warning is None and simulated is not None:
-                if table == "drive":
-                    warning = _drive_warning(recording, simulated, replay, column, place)
-                else:
-                    warning = _reading_warning(recording, simulated, replay, column, place)
-            found += [warning] if warning else []
-        if found:
-            break  # with another drive, the model is no measure of the readings
-    return found
+            if lost_turns(recording, column).size or simulated is None:
+                continue  # reported already, or without a measure
+            by_table = _drive_warning if table == "drive" else _reading_warning
+            warning = _wrap_warning(recording, simulated, replay, column) or by_table(
+                recording, simulated, replay, column
+            )
+            warnings += [warning] if warning else []
+        if warnings:
+            break  # with another drive, the model cannot judge the readings
+    return warnings
 
 
 def _wrap_warning(
-    recording: Recording, simulated: Recording | None, replay: Replay, column: str, place: str
+    recording: Recording, simulated: Recording, replay: Replay, column: str
 ) -> DataWarning | None:
     """A counter of 2^n steps that begins again, so that its column jumps from end to end."""
     series, unit = recording.columns[column], column_unit(column)
-    changes, step = np.diff(series), resolution(series)
-    rows = np.flatnonzero(np.abs(changes) > _WRAPS * np.ptp(series))
-    if not 0 < rows.size < _SHARED * changes.size or simulated is None:
-        return None
-    largest = float(np.abs(changes[rows]).max())
-    bits = int(np.rint(np.log2(largest / step))) if step else 0
-    period = step * 2.0**bits
-    whole = (
-        bits >= _LEAST_BITS
-        and max(largest, np.ptp(series)) < _NEARLY * period < _NEARLY**2 * largest
-    )
-    if not whole:  # rounded once more in the file: about as long as its largest jump
-        period = float(np.median(np.abs(changes[rows])))
-    both = whole or (changes[rows].max() > 0.0 > changes[rows].min())
-    smooth = float(np.percentile(np.abs(changes), _MOVES)) < _SMOOTH * period
-    if not both or not smooth or np.ptp(series) > _NEARLY * period:
+    period, counts = _period(series, unit)
+    if not period:
         return None
     driven = column in recording.drive
+    changes = np.diff(series)
     beyond = changes if driven else changes - np.diff(simulated.columns[column])
     turns = np.append(0.0, np.cumsum(np.rint(beyond / period)))
     away = turns != np.median(turns)
@@ -174,28 +158,48 @@ def _wrap_warning(
         _errors(unwrapped, better) < _BETTER**2 * _errors(recording, simulated)
     ):
         return None
-    counts = f"2^{bits} = {2**bits} of its steps of {quantity(step, unit)}"
     rows = np.flatnonzero(np.diff(turns))
     before, after = (quantity(series[rows[0] + k], unit) for k in (0, 1))
-    more = f", and {rows.size - 1} times more" if rows.size > 1 else ""
     return DataWarning(
         "wraps",
-        place,
-        f"jumps from {before} to {after} in row {recording.row(rows[0] + 1)}"
-        f" ({_at(recording, rows[0] + 1)}){more}: {counts if whole else 'from end to end'}",
+        place_of(recording, column),
+        f"jumps from {before} to {after} in {row_of(recording, rows[0] + 1)}{more(rows.size)}:"
+        f" {counts}",
         "a counter that begins again: unwrap it, as numpy.unwrap(column, period="
         f"{plain(period)}) does in {unit or 'its unit'}",
         blocks=True,
     )
 
 
+def _period(series: FloatArray, unit: str) -> tuple[float, str]:
+    """Period of a counter that jumps from end to end, in words too; 0 where none does."""
+    changes, step = np.diff(series), resolution(series)
+    rows = np.flatnonzero(np.abs(changes) > _WRAPS * np.ptp(series))
+    if not 0 < rows.size < _SHARED * changes.size:
+        return 0.0, ""
+    largest = float(np.abs(changes[rows]).max())
+    bits = int(np.rint(np.log2(largest / step))) if step else 0
+    period, counts = (
+        step * 2.0**bits,
+        f"2^{bits} = {2**bits} of its steps of {quantity(step, unit)}",
+    )
+    most = max(largest, float(np.ptp(series)))
+    if bits < _LEAST_BITS or not most < _NEARLY * period < _NEARLY**2 * largest:
+        # rounded once more in the file: about as long as its largest jump
+        period, counts = float(np.median(np.abs(changes[rows]))), "from end to end"
+        if not changes[rows].max() > 0.0 > changes[rows].min():
+            return 0.0, ""
+    smooth = float(np.percentile(np.abs(changes), _MOVES)) < _SMOOTH * period
+    return (period, counts) if smooth and np.ptp(series) <= _NEARLY * period else (0.0, "")
+
+
 def _drive_warning(
-    recording: Recording, simulated: Recording, replay: Replay, column: str, place: str
+    recording: Recording, simulated: Recording, replay: Replay, column: str
 ) -> DataWarning | None:
     """A drive that jumps where nothing that it moves does."""
     series = recording.columns[column]
     changes = np.diff(series)
-    bends = np.abs(changes - _median_around(changes))
+    bends = np.abs(changes - median_around(changes, _SIDE))
     large = np.abs(changes) > _STEP * np.percentile(np.abs(changes), _MOVES)
     large |= bends > _STEP * np.percentile(bends, _USUAL)
     intervals = np.diff(recording.time)
@@ -209,7 +213,7 @@ def _drive_warning(
     worsens = {row: _worsens(errors, row) for row in rows.tolist()}
     likely = sorted((row for row in worsens if worsens[row] > 0.0), key=lambda r: -worsens[r])
     for row in likely[:_TRIES]:
-        size = float(changes[row - 1] - _median_around(changes)[row - 1])
+        size = float(changes[row - 1] - median_around(changes, _SIDE)[row - 1])
         straight = float(series[row]) - size
         scale = float(series[row]) / straight if straight else 1.0
         left = [_column_errors(recording, simulated, row)]
@@ -221,32 +225,28 @@ def _drive_warning(
         agrees = _AGREES**2 * (series.size - row)
         if best.sum() < _BETTER**2 * left[0].sum() and (best < np.maximum(left[0], agrees)).all():
             if best is left[2]:
-                return _other_scale(recording, place, row, scale)
-            return _lost_zero(recording, column, place, row, size)
+                return _other_scale(recording, column, row, scale)
+            by = quantity(size, column_unit(column))
+            return DataWarning(
+                "zero_step",
+                place_of(recording, column),
+                f"jumps by {by} before {row_of(recording, row)}, where no measured column moves as"
+                " the model would",
+                f"an encoder that lost its zero: subtract {by} from that row on, or end the"
+                " recording before it",
+                blocks=True,
+            )
     return None
 
 
-def _other_scale(recording: Recording, place: str, row: int, scale: float) -> DataWarning:
+def _other_scale(recording: Recording, column: str, row: int, scale: float) -> DataWarning:
     return DataWarning(
         "scale_change",
-        place,
-        f"reads {plain(scale)} times as much from row {recording.row(row)}"
-        f" ({_at(recording, row)}) on, where nothing else changes",
+        place_of(recording, column),
+        f"reads {plain(scale)} times as much from {row_of(recording, row)} on, where nothing else"
+        " changes",
         f"an amplifier that was switched, or another unit: divide it by {plain(scale)} from that"
         " row on, or end the recording before it",
-        blocks=True,
-    )
-
-
-def _lost_zero(recording: Recording, column: str, place: str, row: int, size: float) -> DataWarning:
-    unit = column_unit(column)
-    return DataWarning(
-        "zero_step",
-        place,
-        f"jumps by {quantity(size, unit)} before row {recording.row(row)} ({_at(recording, row)}),"
-        " where no measured column moves by what the model makes of it",
-        f"an encoder that lost its zero: subtract {quantity(size, unit)} from that row on, or end"
-        " the recording before it",
         blocks=True,
     )
 
@@ -265,7 +265,7 @@ def _worsens(errors: FloatArray, row: int) -> float:
 
 
 def _reading_warning(
-    recording: Recording, simulated: Recording, replay: Replay, column: str, place: str
+    recording: Recording, simulated: Recording, replay: Replay, column: str
 ) -> DataWarning | None:
     """A reading whose zero or scale changes between two samples, and nothing else does."""
     read = recording.columns[column]
@@ -289,29 +289,24 @@ def _reading_warning(
     mended[stretch] = read[stretch] - shift if scale is None else read[stretch] / scale
     if _slips(recording, simulated, replay, jump, _changed(recording, column, mended)):
         return None
-    unit = column_unit(column)
-    more = f", and {len(alone) - 1} times more" if len(alone) > 1 else ""
-    where = f"before row {recording.row(jump.row)} ({_at(recording, jump.row)}){more}"
     if scale is not None:
-        return _other_scale(recording, place, jump.row, scale)
+        return _other_scale(recording, column, jump.row, scale)
     changes = np.diff(read)
-    sudden = abs(float((changes - _median_around(changes))[jump.row - 1]))
+    sudden = abs(float((changes - median_around(changes, _SIDE))[jump.row - 1]))
     if sudden < _SUDDEN * abs(jump.size) - _HIDDEN * noise_levels(recording)[column]:
-        return None  # a zero that is set anew steps between two samples
+        return None  # a tare steps between two samples
+    unit = column_unit(column)
+    by = quantity(jump.size, unit)
     values = (quantity(float(read[jump.row + k]), unit) for k in (-1, 0))
     return DataWarning(
         "zero_step",
-        place,
-        f"its zero steps by {quantity(jump.size, unit)} {where}, from {' to '.join(values)}, where"
-        " nothing else moves",
-        f"a tare, or an encoder that lost its zero: subtract {quantity(jump.size, unit)} from that"
-        " row on, or end the recording before it",
+        place_of(recording, column),
+        f"its zero steps by {by} before {row_of(recording, jump.row)}{more(len(alone))}, from"
+        f" {' to '.join(values)}, where nothing else moves",
+        f"a tare, or an encoder that lost its zero: subtract {by} from that row on, or end the"
+        " recording before it",
         blocks=True,
     )
-
-
-def _at(recording: Recording, row: int) -> str:
-    return f"{recording.time[row]:.6g} s"
 
 
 def _stretch(others: Sequence[_Jump], jump: _Jump, size: int) -> slice:
@@ -337,7 +332,7 @@ def _explained(recording: Recording, shown: FloatArray, column: str, jump: _Jump
         if changes[near].max() > _STEP * np.percentile(changes, _MOVES):
             return True
     changes = np.diff(shown)
-    if np.abs((changes - _median_around(changes))[near]).max() > _SHARED * abs(jump.size):
+    if np.abs((changes - median_around(changes, _SIDE))[near]).max() > _SHARED * abs(jump.size):
         return True
     return any(
         abs(j.row - jump.row) <= _AROUND
@@ -421,14 +416,7 @@ def _sides(jump: _Jump) -> tuple[slice, slice]:
 def _slips(
     recording: Recording, simulated: Recording, replay: Replay, jump: _Jump, mended: Recording
 ) -> bool:
-    """Whether a step of a drive's zero, as of a cable that slips, explains a jump better.
-
-    Args:
-        recording, simulated: as measured, and the model under the same drive.
-        replay: see `jump_warnings`.
-        jump: of a reading.
-        mended: the recording without it.
-    """
+    """Whether a step of a drive's zero explains a jump better than ``mended``, as a slip does."""
     noise = noise_levels(recording)
     before, after = _sides(jump)
 
@@ -467,7 +455,7 @@ def _changed(recording: Recording, column: str, series: FloatArray) -> Recording
 
 
 def _errors(recording: Recording, simulated: Recording, row: int = 0) -> float:
-    """Sum of squares from a sample on, of what the columns are off beyond their offset before."""
+    """Sum of squares from a sample on, of the columns' errors beyond their offset before."""
     return float(np.sum(_column_errors(recording, simulated, row)))
 
 

@@ -7,8 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_mj.lab.data_check.samples import frozen, lost_turns, usual_range
-from tendon_mj.lab.data_check.warning import DataWarning
+from tendon_mj.lab.data_check.samples import frozen
+from tendon_mj.lab.data_check.warning import (
+    DataWarning,
+    columns_of,
+    lost_turns,
+    place_of,
+    usual_range,
+)
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import column_unit, quantity
 from tendon_mj.typing import FloatArray
@@ -23,7 +29,7 @@ _DEGREES, _NEARLY = (
 _TURNED = 3.0  # range of angles that may be degrees [rad]; less of these would be no motion
 _LITTLE = 1e-3  # of a range, an error that none is
 _AGAINST = -0.7  # correlation below which a column runs against the model
-_STILL = 1e-6  # of a value's size, a range that is no motion
+_STILL = 1e-6  # of a value's size, a range that is not a motion
 _OFF = 0.15  # of the measured range, by which the start may differ
 _NOISES = 5.0  # of the stated noise, likewise
 _FIRST = 5  # samples that are the start
@@ -31,49 +37,35 @@ _FIRST = 5  # samples that are the start
 
 def drive_warnings(recording: Recording) -> list[DataWarning]:
     """Warn of a recording that drives nothing, or whose driven columns all stand still."""
-    found = []
-    if not recording.drive:
-        found.append(
-            DataWarning(
-                "nothing_moves",
-                recording.name,
-                "no column is in [drive]",
-                "say which column commands which actuator",
-            )
-        )
-    elif all(_stands(recording.columns[column]) for column in recording.drive):
+    place, value = recording.name, "no column is in [drive]"
+    way_out = "say which column commands which actuator"
+    if recording.drive:
+        if not all(_stands(recording.columns[column]) for column in recording.drive):
+            return []
         columns = ", ".join(repr(recording.written(column)) for column in recording.drive)
-        found.append(
-            DataWarning(
-                "nothing_moves",
-                f"{recording.name}, [drive] {columns}",
-                "stands still",
-                "friction shows where the motion reverses: record one that goes back and forth",
-            )
-        )
-    return found
+        place, value = f"{recording.name}, [drive] {columns}", "stands still"
+        way_out = "friction shows where the motion reverses: record one that goes back and forth"
+    return [DataWarning("nothing_moves", place, value, way_out)]
 
 
 def reading_warnings(recording: Recording, simulated: Recording) -> list[DataWarning]:
     """Warn of measured columns: no motion, a wrong unit, a reversed sign, another start.
 
-    A column that jumps by a turn is told of elsewhere. Of a cable that is slack in the model, or
-    where all columns are off by much, as by a drive in a wrong unit, that alone is told: the rest
-    follows from it. A column that moves in one of the two alone, or in a wrong unit, is told
-    nothing more of either.
+    Not of a column that jumps by a turn. A cable that is slack in the model, and a drive in a wrong
+    unit, by which all columns are off, are reported alone: the rest follows from them. A column
+    has one warning.
     """
     whole = [c for c in recording.measured if not lost_turns(recording, c).size]
     pairs = {c: (recording.columns[c], simulated.columns[c]) for c in whole}
-    slack = [_slack(recording, c) for c, pair in pairs.items() if _is_slack(c, *pair)]
-    if slack:
+    if slack := [_slack(recording, c) for c, pair in pairs.items() if _is_slack(c, *pair)]:
         return slack
     ratios = [_ratio(*pair) for pair in pairs.values()]
-    if len(ratios) > 1 and any(0.0 < r < np.inf for r in ratios):
-        for all_off, said in ((min(ratios) > _ALL, "less"), (max(ratios) < 1.0 / _ALL, "more")):
-            if all_off:
-                return [_drive_unit(recording, said, ratios)]
-    warnings = (_one_warning(recording, c, shown) for c, (_, shown) in pairs.items())
-    return [warning for warning in warnings if warning]
+    if len(ratios) > 1 and any(0.0 < ratio < np.inf for ratio in ratios):
+        if min(ratios) > _ALL:
+            return [_drive_unit(recording, "less", ratios)]
+        if max(ratios) < 1.0 / _ALL:
+            return [_drive_unit(recording, "more", ratios)]
+    return list(filter(None, (_one_warning(recording, c, s) for c, (_, s) in pairs.items())))
 
 
 def degree_warnings(
@@ -81,28 +73,23 @@ def degree_warnings(
     simulated: Recording | None,
     simulate: Callable[[Recording], Recording | None],
 ) -> list[DataWarning]:
-    """Warn of driven columns in rad that hold degrees, and of measured ones that do so besides.
+    """Warn of driven columns in rad that hold degrees, and of measured ones that do so too.
 
     They do if the model is off by more than a column's range, and comes much nearer when they are
     taken as degrees.
 
     Args:
-        recording: what was driven and measured.
+        recording: driven and measured columns.
         simulated: at the numbers that the description states; None where that was unstable.
         simulate: the same for another recording.
     """
-    driven = {
-        column
-        for column in recording.drive
-        if column_unit(column) == "rad"
-        and column not in recording.in_file
-        and np.ptp(recording.columns[column]) > _TURNED
-    }
+    angles = {c for _, c in columns_of(recording) if column_unit(c) == "rad"}
+    angles -= recording.in_file.keys()
+    driven = {c for c in angles & {*recording.drive} if np.ptp(recording.columns[c]) > _TURNED}
     before, _ = _misfit(recording, simulated, set())
     if not driven or before <= 1.0:
         return []
     columns = {c: s / _DEGREES if c in driven else s for c, s in recording.columns.items()}
-    angles = {c for c in recording.measured if column_unit(c) == "rad"} - recording.in_file.keys()
     after, turned = _misfit(recording, simulate(replace(recording, columns=columns)), angles)
     if after > min(1.0, before / _ALL):
         return []
@@ -110,13 +97,12 @@ def degree_warnings(
     return [
         DataWarning(
             "unit",
-            f"{recording.name}, [{table}] {column!r}",
+            place_of(recording, column),
             f"moves by {np.ptp(recording.columns[column]):.3g} rad; taken as degrees, the model"
-            f" comes {nearer}nearer to what was measured",
+            f" comes {nearer}nearer to the readings",
             f"if these are degrees, name the column {column.removesuffix('rad') + 'deg'!r}",
         )
-        for table, several in (("drive", recording.drive), ("measured", recording.measured))
-        for column in several
+        for _, column in columns_of(recording)
         if column in driven | turned
     ]
 
@@ -151,7 +137,7 @@ def _is_slack(column: str, read: FloatArray, shown: FloatArray) -> bool:
 def _slack(recording: Recording, column: str) -> DataWarning:
     return DataWarning(
         "slack",
-        f"{recording.name}, [measured] {recording.written(column)!r}",
+        place_of(recording, column),
         f"reads {quantity(float(np.median(recording.columns[column])), 'N')} in the middle, and the"
         " model 0 N",
         "if this is a cable's tension, it is slack in the model: does its pull turn the joint the"
@@ -184,37 +170,31 @@ def _drive_unit(recording: Recording, said: str, ratios: list[float]) -> DataWar
 
 def _one_warning(recording: Recording, column: str, shown: FloatArray) -> DataWarning | None:
     read, unit = recording.columns[column], column_unit(column)
-    place = f"{recording.name}, [measured] {recording.written(column)!r}"
+    place = place_of(recording, column)
     sensor = recording.measured[column].sensor
     span, simulated = usual_range(read), usual_range(shown)
+    moves, shown_moves = quantity(span, unit), quantity(simulated, unit)
+    unconnected = "if the sensor was not connected, leave the column out of [measured]"
     if _stands(read):
-        return DataWarning(
-            "nothing_moves",
-            place,
-            f"reads {quantity(read[0], unit)} from the first sample to the last",
-            "if the sensor was not connected, leave the column out of [measured]",
-        )
+        value = f"reads {quantity(read[0], unit)} from the first sample to the last"
+        return DataWarning("nothing_moves", place, value, unconnected)
     if _stands(shown) or span > _BEYOND * simulated:
         model = f"stands still at {quantity(shown[0], unit)}" if _stands(shown) else "hardly moves"
         return DataWarning(
             "nothing_moves",
             place,
-            f"moves by {quantity(span, unit)}, where sensor {sensor!r} of the model {model}",
+            f"moves by {moves}, where sensor {sensor!r} of the model {model}",
             "is it this sensor, does the actuator in [drive] move it, and in which unit is that?",
         )
     if simulated > _BEYOND * span:
-        return DataWarning(
-            "nothing_moves",
-            place,
-            f"hardly moves, by {quantity(span, unit)}, the model by {quantity(simulated, unit)}",
-            "if the sensor was not connected, leave the column out of [measured]",
-        )
+        value = f"hardly moves, by {moves}, the model by {shown_moves}"
+        return DataWarning("nothing_moves", place, value, unconnected)
     fault = _unit_fault(span / simulated)
     if fault:
         return DataWarning(
             "unit",
             place,
-            f"moves by {quantity(span, unit)}, the model by {quantity(simulated, unit)}: {fault}",
+            f"moves by {moves}, the model by {shown_moves}: {fault}",
             "name the column with the unit that it is in, or else the one in [drive]",
         )
     correlation = float(np.corrcoef(_clipped(read), _clipped(shown))[0, 1])
@@ -230,7 +210,7 @@ def _one_warning(recording: Recording, column: str, shown: FloatArray) -> DataWa
 
 
 def _unit_fault(ratio: float) -> str:
-    """What a ratio of ranges, measured over simulated, says of the unit; empty if nothing."""
+    """Fault of the unit by a ratio of ranges, measured over simulated; empty if there is none."""
     large, times = ratio > 1.0, max(ratio, 1.0 / ratio)
     if times > _THOUSAND:
         units = "thousandths of it (mm, mN)" if large else "thousands of it (kN)"

@@ -5,11 +5,22 @@ The marks: readings that are frozen or held, ends of a range, coarse steps, and 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
-from tendon_mj.lab.data_check.warning import DataWarning
+from tendon_mj.lab.data_check.warning import (
+    DataWarning,
+    columns_of,
+    lost_turns,
+    median_around,
+    more,
+    place_of,
+    row_of,
+    usual_range,
+)
 from tendon_mj.lab.recordings import (
     Recording,
     held_values,
@@ -28,8 +39,6 @@ _SPIKE = 0.5  # of the usual range, that a spike is off by at least
 _NOISES = 12.0  # times the median deviation from the neighbours, likewise
 _LONGEST_DROPOUT, _ONLY = 5, 0.8  # samples; share of those at a value that are dropouts
 _USUAL, _LARGE = 80.0, 4.0  # percentile of a column's changes, times which it drops out at least
-_TURN, _NEARLY = 2.0 * np.pi, 0.15  # of an encoder [rad], and by what share a jump may differ
-_SMOOTH = 0.1  # of a turn, by which other samples differ at most, in the median
 _ABOUT = 3.0  # times as much or as little, an excursion of the model is the same
 _SOON = 10  # samples from an excursion of the model, within which the rig makes its own
 _BEYOND, _LEVEL = 3.0, 20  # noises beyond all readings; samples and noises that are level there
@@ -38,105 +47,80 @@ _PART = (
 )
 _BARELY = 1.3  # noises, by which a level reading varies at most
 _LONGEST_DRIVE = 5  # samples for which a drive is held: longer ones are rests
-_VISIBLE = 2.5e-3  # of a column's range: what a diagnosis can see of it, where no noise is stated
+_VISIBLE = 2.5e-3  # of a column's range: visible to a diagnosis, where no noise is stated
 _SLACK = 0.02  # of a tension's range, below which a cable is slack
 _BELOW, _FEW = 5.0, 3  # noises below 0, and samples there, at least
 _ALIKE = 4  # rests at an end of a range, at least
 _HELD, _HELD_AT_REST = 10, 4  # equal samples, or rests, at least
 _MEANWHILE, _MEANWHILE_OF_NOISY = 0.25, 0.02  # of its range, by which the model moves on then
-_OUTER = 1.0  # percent of the samples at either end that do not count for the usual range
 
 
-def usual_range(series: FloatArray) -> float:
-    """Range of a series without its most extreme samples; all of it where the rest is constant."""
-    low, high = np.percentile(series, [_OUTER, 100.0 - _OUTER])
-    return float(high - low) or float(np.ptp(series))
-
-
-def lost_turns(recording: Recording, column: str) -> NDArray[np.int64]:
-    """Samples before which an angle jumps by a turn, as of an encoder that begins anew."""
-    if column_unit(column) != "rad":
-        return np.zeros(0, np.int64)
-    steps = np.abs(np.diff(recording.columns[column]))
-    if float(np.median(steps)) > _SMOOTH * _TURN:
-        return np.zeros(0, np.int64)
-    return np.flatnonzero(np.abs(steps - _TURN) < _NEARLY * _TURN) + 1
-
-
-def turn_warnings(recording: Recording) -> list[DataWarning]:
+def turn_warnings(recording: Recording) -> Iterator[DataWarning]:
     """Warn of driven and measured angles that jump by a turn."""
-    found = []
-    for table, columns in (("drive", recording.drive), ("measured", recording.measured)):
-        for column in columns:
-            jumps = lost_turns(recording, column)
-            if jumps.size:
-                before, after = recording.columns[column][jumps[0] - 1 : jumps[0] + 1]
-                times = f", and {jumps.size - 1} times more" if jumps.size > 1 else ""
-                found.append(
-                    DataWarning(
-                        "turn",
-                        f"{recording.name}, [{table}] {recording.written(column)!r}",
-                        f"jumps from {quantity(before, 'rad')} to {quantity(after, 'rad')} in row"
-                        f" {recording.row(jumps[0])}{times}: a turn",
-                        "an encoder that starts again after a turn: unwrap it, by period = 360 in"
-                        " [columns] or as numpy.unwrap(angle, period=360) does with degrees",
-                        blocks=True,
-                    )
-                )
-    return found
+    for _, column in columns_of(recording):
+        jumps = lost_turns(recording, column)
+        if not jumps.size:
+            continue
+        before, after = recording.columns[column][jumps[0] - 1 : jumps[0] + 1]
+        yield DataWarning(
+            "turn",
+            place_of(recording, column),
+            f"jumps from {quantity(before, 'rad')} to {quantity(after, 'rad')} in row"
+            f" {recording.row(jumps[0])}{more(jumps.size)}: a turn",
+            "an encoder that starts again after a turn: unwrap it, by period = 360 in"
+            " [columns] or as numpy.unwrap(angle, period=360) does with degrees",
+            blocks=True,
+        )
 
 
-def spike_warnings(recording: Recording, simulated: Recording | None) -> list[DataWarning]:
-    """Warn of samples of driven and measured columns that their neighbours know nothing of.
+def spike_warnings(recording: Recording, simulated: Recording | None) -> Iterator[DataWarning]:
+    """Warn of samples of driven and measured columns from which their neighbours differ.
 
-    A sample at which the model makes the same excursion is none, as where a cable is let off for
-    one settled point; nor is one of a reading soon before or after one of the model.
+    Not of a sample at which the model makes the same excursion, as where a cable is let off for one
+    settled point, and not of a reading soon before or after an excursion of the model.
     """
-    if recording.quasi_static:  # what differs between rests is a move
-        return []
-    found, noise = [], noise_levels(recording)
-    off = {c: _off(recording.columns[c]) for c in (*recording.drive, *recording.measured)}
+    if recording.quasi_static:  # rests differ by moves
+        return
+    noise = noise_levels(recording)
+    off = {c: _off(recording.columns[c]) for _, c in columns_of(recording)}
     shown = {} if simulated is None else {c: _off(simulated.columns[c]) for c in recording.measured}
     follows = np.zeros(recording.time.size, bool)
     for column, excursion in shown.items():
         follows |= _alike(recording.columns[column], off[column], excursion)
-    for table, columns in (("drive", recording.drive), ("measured", recording.measured)):
-        for column in columns:
-            if lost_turns(recording, column).size:
-                continue  # reported already
-            series = recording.columns[column]
-            excursion = np.abs(off[column])
-            if table == "drive":  # a command that begins with a step, or ends with one
-                excursion[[0, -1]] = 0.0
-            limit = max(_SPIKE * usual_range(series), _NOISES * float(np.median(excursion)))
-            known = follows
-            if table == "measured" and column in shown:
-                known = follows | _near(np.abs(shown[column]) > limit / _ABOUT)
-            lost = table == "measured" and _dropouts(series, noise[column], simulated, column)
-            spikes = np.flatnonzero(((excursion > limit) | lost) & ~known)
-            if not spikes.size:
-                continue
-            worst = int(spikes[np.argmax(excursion[spikes])])
-            unit = column_unit(column)
-            first = f"the largest of {spikes.size}, the first in row {recording.row(spikes[0])},"
-            others = f", {first}" if spikes.size > 1 else ","
-            found.append(
-                DataWarning(
-                    "spike",
-                    f"{recording.name}, [{table}] {recording.written(column)!r}",
-                    f"reads {quantity(series[worst], unit)} in row {recording.row(worst)}{others}"
-                    f" between {quantity(series[max(0, worst - 1)], unit)} and"
-                    f" {quantity(series[min(worst + 1, series.size - 1)], unit)}",
-                    "a glitch of the logger: leave the row out",
-                    blocks=True,
-                )
-            )
-    return found
+    for table, column in columns_of(recording):
+        if lost_turns(recording, column).size:
+            continue  # reported already
+        series = recording.columns[column]
+        excursion = np.abs(off[column])
+        if table == "drive":  # a command that begins with a step, or ends with one
+            excursion[[0, -1]] = 0.0
+        limit = max(_SPIKE * usual_range(series), _NOISES * float(np.median(excursion)))
+        known = follows
+        if table == "measured" and column in shown:
+            known = follows | _near(np.abs(shown[column]) > limit / _ABOUT)
+        lost = table == "measured" and _dropouts(series, noise[column], simulated, column)
+        spikes = np.flatnonzero(((excursion > limit) | lost) & ~known)
+        if not spikes.size:
+            continue
+        worst = int(spikes[np.argmax(excursion[spikes])])
+        first = f"the largest of {spikes.size}, the first in row {recording.row(spikes[0])},"
+        at, before, after = (
+            quantity(series[k], column_unit(column))
+            for k in (worst, max(0, worst - 1), min(worst + 1, series.size - 1))
+        )
+        yield DataWarning(
+            "spike",
+            place_of(recording, column),
+            f"reads {at} in row {recording.row(worst)}{f', {first}' if spikes.size > 1 else ','}"
+            f" between {before} and {after}",
+            "a glitch of the logger: leave the row out",
+            blocks=True,
+        )
 
 
 def _off(series: FloatArray) -> FloatArray:
     """(n,) of each sample, its distance from the median of it and its neighbours."""
-    return series - _median_around(series)
+    return series - median_around(series, _AROUND)
 
 
 def _dropouts(
@@ -163,7 +147,7 @@ def _dropouts(
             lost[np.repeat(own, lengths)] = True
     if simulated is not None and lost.any():
         shown = simulated.columns[column]
-        lost &= ~_near(np.abs(shown - _median_around(shown, _LONGEST_DROPOUT)) > limit / _ABOUT)
+        lost &= ~_near(np.abs(shown - median_around(shown, _LONGEST_DROPOUT)) > limit / _ABOUT)
     return lost
 
 
@@ -179,43 +163,30 @@ def _alike(read: FloatArray, off: FloatArray, shown: FloatArray) -> NDArray[np.b
     return large & (off * shown > off**2 / _ABOUT) & (off * shown < off**2 * _ABOUT)
 
 
-def converter_warnings(recording: Recording, simulated: Recording | None) -> list[DataWarning]:
-    """Warn of the marks of converters: a range's ends, held values, and steps.
-
-    Args:
-        recording: what was driven and measured.
-        simulated: the model under the same drive, if it can be simulated.
-    """
-    found: list[DataWarning | None] = []
-    at_rest = recording.quasi_static  # whose values repeat, and change by moves
+def converter_warnings(
+    recording: Recording, simulated: Recording | None
+) -> Iterator[DataWarning | None]:
+    """Warn of the marks of converters: a range's ends, held values, and steps."""
+    at_rest = recording.quasi_static  # values repeat, and change by moves
     for column in recording.drive:
         if column not in recording.hold and not at_rest:
-            found.append(_held(recording, "drive", column, simulated))
+            yield _held(recording, "drive", column, simulated)
     for column in recording.measured:
         shown = None if simulated is None else simulated.columns[column]
-        found.append(_range_end(recording, column, shown))
+        yield _range_end(recording, column, shown)
         if not at_rest:
-            found.append(_held(recording, "measured", column, simulated))
-            found.append(_coarse(recording, column))
-    return [warning for warning in found if warning]
+            yield _held(recording, "measured", column, simulated)
+            yield _coarse(recording, column)
 
 
 def _range_end(recording: Recording, column: str, shown: FloatArray | None) -> DataWarning | None:
     series, unit = recording.columns[column], column_unit(column)
-    ends = [e for e in range_ends(series, recording.measured[column].noise) if np.isfinite(e)]
-    if recording.quasi_static:  # whose moves are as noise
-        ends = (
-            [] if shown is None else _ends_at_rest(series, shown, noise_levels(recording)[column])
-        )
-    if shown is not None and unit == "N":  # a cable that is let off ends at 0 too
-        slack = _SLACK * usual_range(shown)
-        ends = [e for e in ends if e != 0.0 or float(np.median(shown[series == e])) > slack]
+    ends = _ends(recording, column, shown)
     if not ends:
         if shown is None or recording.quasi_static:
             return None
         return _flat_end(recording, column, shown)
     at_end = np.isin(series, ends)
-    first = int(np.argmax(at_end))
     values = " and ".join(quantity(end, unit) for end in ends)
     beyond = ""
     if shown is not None:
@@ -223,13 +194,26 @@ def _range_end(recording: Recording, column: str, shown: FloatArray | None) -> D
         beyond = f", where the model goes on by up to {quantity(past, unit)}"
     return DataWarning(
         "range_end",
-        f"{recording.name}, [measured] {recording.written(column)!r}",
-        f"ends at {values}: {int(at_end.sum())} samples are there exactly, the first in row"
-        f" {recording.row(first)} ({recording.time[first]:.6g} s){beyond}",
+        place_of(recording, column),
+        f"ends at {values}: {int(at_end.sum())} samples are there exactly, the first in"
+        f" {row_of(recording, int(np.argmax(at_end)))}{beyond}",
         "the end of an amplifier's or a converter's range: record again with a wider one"
         + ("" if recording.quasi_static else "; a diagnosis cuts the model off there too"),
         blocks=recording.quasi_static,
     )
+
+
+def _ends(recording: Recording, column: str, shown: FloatArray | None) -> list[float]:
+    """Ends of the range at which readings are cut off."""
+    series, ends = recording.columns[column], list[float]()
+    if not recording.quasi_static:
+        ends = [e for e in range_ends(series, recording.measured[column].noise) if np.isfinite(e)]
+    elif shown is not None:  # moves are as noise
+        ends = _ends_at_rest(series, shown, noise_levels(recording)[column])
+    if shown is None or column_unit(column) != "N":
+        return ends
+    slack = _SLACK * usual_range(shown)  # a cable that is let off ends at 0 too
+    return [e for e in ends if e != 0.0 or float(np.median(shown[series == e])) > slack]
 
 
 def _ends_at_rest(series: FloatArray, shown: FloatArray, noise: float) -> list[float]:
@@ -255,10 +239,10 @@ def _flat_end(recording: Recording, column: str, shown: FloatArray) -> DataWarni
             continue
         return DataWarning(
             "range_end",
-            f"{recording.name}, [measured] {recording.written(column)!r}",
-            f"is level at {quantity(end, unit)} in {int(beyond.sum())} samples, the first in row"
-            f" {recording.row(first)} ({recording.time[first]:.6g} s), where the model goes on by"
-            f" up to {quantity(float(np.max(np.abs(shown[beyond] - end))), unit)}",
+            place_of(recording, column),
+            f"is level at {quantity(end, unit)} in {int(beyond.sum())} samples, the first in"
+            f" {row_of(recording, first)}, where the model goes on by up to"
+            f" {quantity(float(np.max(np.abs(shown[beyond] - end))), unit)}",
             "the end of an amplifier's range, or a stop that the model lacks: record again with a"
             " wider one, or end the recording before it",
             blocks=True,
@@ -279,7 +263,7 @@ def _held(
     fresh = np.interp(recording.time, recording.time[~repeats], series[~repeats])
     error = float(np.sqrt(np.mean((series - fresh) ** 2)))
     noise = noise_levels(recording)
-    if table == "drive" and simulated is not None:  # what the model makes of it, on the average
+    if table == "drive" and simulated is not None:  # its effect in the model, on the average
         shown = {c: usual_range(simulated.columns[c]) / usual_range(series) for c in noise}
         seen = any(error * shown[c] > noise[c] for c in noise)
     else:
@@ -293,10 +277,9 @@ def _held(
     )
     return DataWarning(
         "repeated",
-        f"{recording.name}, [{table}] {recording.written(column)!r}",
-        f"repeats its last value in {int(repeats.sum())} of {series.size} samples, first in row"
-        f" {recording.row(first)} ({recording.time[first]:.6g} s), one new value in"
-        f" {series.size / changes:.2g} samples",
+        place_of(recording, column),
+        f"repeats its last value in {int(repeats.sum())} of {series.size} samples, first in"
+        f" {row_of(recording, first)}, one new value in {series.size / changes:.2g} samples",
         f"{held} read faster than it converts: log at its own rate, or leave out the rows that"
         " repeat",
         blocks=seen,
@@ -319,9 +302,9 @@ def _coarse(recording: Recording, column: str) -> DataWarning | None:
     first = int(np.argmax(np.diff(series) != 0.0)) + 1
     return DataWarning(
         "coarse",
-        f"{recording.name}, [measured] {recording.written(column)!r}",
-        f"moves in steps of {quantity(step, unit)}, the first in row {recording.row(first)}"
-        f" ({recording.time[first]:.6g} s): coarser than {noise}",
+        place_of(recording, column),
+        f"moves in steps of {quantity(step, unit)}, the first in {row_of(recording, first)}:"
+        f" coarser than {noise}",
         f"state noise = {quantity(rounding, unit)} (the step over √12) or more, which a diagnosis"
         " takes at least; a finer range of the converter shows more",
     )
@@ -329,16 +312,10 @@ def _coarse(recording: Recording, column: str) -> DataWarning | None:
 
 def slack_warnings(
     recording: Recording, simulated: Recording, adjustable: Adjustable
-) -> list[DataWarning]:
-    """Warn of tensions of a cable that are measured below 0, where a cable cannot push.
-
-    Args:
-        recording: what was driven and measured.
-        simulated: the model under the same drive.
-        adjustable: its model with the values that the recording states.
-    """
-    found, names = [], adjustable.names()
-    fitted = expand({**recording.uncertain, **recording.session}, names)
+) -> Iterator[DataWarning]:
+    """Warn of tensions of a cable that are measured below 0, where a cable cannot push."""
+    stated = {**recording.uncertain, **recording.session}
+    fitted = expand(stated, adjustable.names())
     for column, measured in recording.measured.items():
         sensor = adjustable.model.sensor(measured.sensor).id
         kind = sensor_kind(adjustable.model, sensor)
@@ -352,30 +329,22 @@ def slack_warnings(
         if below.size < _FEW:
             continue
         worst, unit = int(below[np.argmin(tension[below])]), column_unit(column)
-        found.append(
-            DataWarning(
-                "below_zero",
-                f"{recording.name}, [measured] {recording.written(column)!r}",
-                f"reads {quantity(recording.columns[column][worst], unit)} in row"
-                f" {recording.row(worst)} ({recording.time[worst]:.6g} s), and {below.size} samples"
-                f" below 0 from row {recording.row(below[0])} on, where a cable cannot push",
-                "the load cell's zero was set under load, or has shifted: set it with the cable"
-                f' off, or write "{measured.sensor}.offset" in [known] or [uncertain]',
-                blocks=True,
-            )
+        yield DataWarning(
+            "below_zero",
+            place_of(recording, column),
+            f"reads {quantity(recording.columns[column][worst], unit)} in"
+            f" {row_of(recording, worst)}, and {below.size} samples below 0"
+            f" from row {recording.row(below[0])} on, where a cable cannot push",
+            "the load cell's zero was set under load, or has shifted: set it with the cable"
+            f' off, or write "{measured.sensor}.offset" in [known] or [uncertain]',
+            blocks=True,
         )
-    return found
 
 
 def frozen(recording: Recording, column: str, shown: FloatArray) -> DataWarning | None:
     """Warn of readings that are equal to the last digit for long, while the model moves on.
 
     Noise never is: of a noisy column, the model has to move on by little.
-
-    Args:
-        recording: that has the column.
-        column: measured.
-        shown: (n,) as simulated.
     """
     read = recording.columns[column]
     ends = np.flatnonzero(np.diff(read, prepend=np.nan, append=np.nan) != 0.0)
@@ -396,18 +365,10 @@ def frozen(recording: Recording, column: str, shown: FloatArray) -> DataWarning 
     start, end = place
     return DataWarning(
         "frozen",
-        f"{recording.name}, [measured] {recording.written(column)!r}",
+        place_of(recording, column),
         f"reads {quantity(read[start], unit)} from row {recording.row(start)} to"
         f" {recording.row(end - 1)}, {recording.time[end - 1] - recording.time[start]:.3g} s, in"
         f" which the model moves by {quantity(worst, unit)}",
         "if the sensor or its bus hung there, leave these rows out",
         blocks=noisy,  # else a cable that sticks may be as still
     )
-
-
-def _median_around(series: FloatArray, around: int = _AROUND) -> FloatArray:
-    """(n,) median of each sample and its neighbours."""
-    padded = np.pad(series, around, mode="reflect")
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * around + 1)
-    median: FloatArray = np.median(windows, axis=1)
-    return median

@@ -1,21 +1,319 @@
-"""Experiments within bounds, as templates of recordings."""
+"""Bounds of a rig, and the experiments within them as templates of recordings.
+
+A driven column moves between two levels at one speed, from the first value of the recordings, and
+rests at its turns: ramps, stairs, growing reversals, sines and sweeps. Every number is rounded, so
+that it can be written down and set on a rig.
+"""
 
 from __future__ import annotations
 
+import math
+import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, fields, replace
+from itertools import cycle
+from pathlib import Path
 
 import numpy as np
 
-from tendon_mj.errors import InvalidValueError, TendonError
+from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.lab.diagnosis import MakeSimulator
-from tendon_mj.lab.experiment_design.bounds import ExperimentBounds
-from tendon_mj.lab.experiment_design.motion import NUMBERS, Motion, motion_at, rounded
-from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.replay import Simulator, column_unit
+from tendon_mj.lab.recordings import (
+    ANY,
+    NOT_NEGATIVE,
+    POSITIVE,
+    Measured,
+    Recording,
+    check_keys,
+    read_entries,
+    read_entry,
+    read_text,
+    read_toml,
+)
+from tendon_mj.lab.replay import Simulator, column_unit, expand
+from tendon_mj.lab.replay import rate as per_second
 from tendon_mj.typing import FloatArray
 
+Interval = tuple[float, float]
+
 _SOURCE = "suggested by tendon-mj and not recorded yet: measured columns are to be filled in"
+SHAPES = ("ramps", "stairs", "growing", "sine", "sweep")
+NUMBERS = 5  # that describe a motion within its bounds: shape, span, place, speed, rest
+_SMALLEST_SPAN = 0.1  # of the range
+_CYCLES = 1.5  # at least, in a recording
+_MOVING = 0.5  # of a recording, at least: rests take no more than the other half
+_WAYS = 4.0  # from the start and then between the levels, in that time
+_SAMPLES = 4  # at least, on the way from one level to the other
+_NO_DWELL = 0.3  # share of the motions that do not rest
+_RESTS = {"ramps": 6.0, "stairs": 12.0, "growing": 12.0}  # all rests of a cycle fit in a recording
+_STAIRS, _LOOPS = 4, 4
+
+
+@dataclass(frozen=True)
+class DriveBounds:
+    """Limits of a driven column.
+
+    Attributes:
+        low, high: ends of its range [the column's unit].
+        rate: highest speed [unit/s].
+        dwell: longest rest at a turn [s].
+
+    Raises:
+        InvalidValueError: an empty range, a rate that is not positive, or a negative rest.
+    """
+
+    low: float
+    high: float
+    rate: float
+    dwell: float = 0.0
+
+    def __post_init__(self) -> None:
+        _check_interval("", self.low, self.high)
+        POSITIVE.check("rate", self.rate)
+        NOT_NEGATIVE.check("dwell", self.dwell, "s")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExperimentBounds:
+    """Limits of a rig in its next recording.
+
+    Attributes:
+        drive: driven column → bounds; one that is not named rests where the recordings begin.
+        states: parameter → (low, high) between which the user can set it, such as the pretension
+            or a bend [SI].
+        limits: measured column → (low, high) that no reading may leave [its unit].
+        measure: column → sensor that the rig could read too, with its noise. It is suggested
+            where no column that was measured before decides.
+        duration: of the recording [s]; 0: as long as the longest there is.
+
+    Raises:
+        InvalidValueError: nothing is driven, an empty range, a sensor without noise, or a
+            negative duration.
+    """
+
+    drive: Mapping[str, DriveBounds]
+    states: Mapping[str, Interval] = field(default_factory=dict)
+    limits: Mapping[str, Interval] = field(default_factory=dict)
+    measure: Mapping[str, Measured] = field(default_factory=dict)
+    duration: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.drive:
+            raise InvalidValueError("bounds: no column in [drive], so nothing would move")
+        for name, span in {**self.states, **self.limits}.items():
+            _check_interval(f"{name!r}: ", *span)
+        for column, measured in self.measure.items():
+            if measured.noise is None:
+                raise InvalidValueError(
+                    f"bounds, [measure] {column!r}: its noise must be stated, as it cannot be"
+                    " estimated before there are readings"
+                )
+        NOT_NEGATIVE.check("duration", self.duration, "s")
+
+    def check(self, recording: Recording, parameters: Mapping[str, object]) -> None:
+        """Refuse bounds of columns and parameters that a rig does not have, or that are fitted.
+
+        Raises:
+            UnknownNameError: no such driven or measured column, or no such parameter.
+            InvalidValueError: a state is uncertain in the recordings, or a column to be measured is
+                in them already.
+        """
+        for kind, names, there in (
+            ("driven column", self.drive, recording.drive),
+            ("measured column", self.limits, {*recording.measured, *self.measure}),
+        ):
+            for column in names:
+                if column not in there:
+                    raise UnknownNameError(kind, column, there, "bounds")
+        for column in self.measure:
+            if column in recording.columns:
+                raise InvalidValueError(
+                    f"bounds, [measure] {column!r}: the recordings have this column already"
+                )
+        fitted = expand(recording.uncertain, parameters)
+        for name in expand(self.states, parameters):
+            if name not in parameters:
+                raise UnknownNameError("parameter", name, parameters, "bounds, [states]")
+            if name in fitted:
+                raise InvalidValueError(
+                    f"bounds, [states] {name!r}: is uncertain in the recordings, one value for all;"
+                    " a value that is set for each recording is in its [known] or [session]"
+                )
+
+
+def read_bounds(path: str | os.PathLike[str]) -> ExperimentBounds:
+    """Read bounds from TOML.
+
+    Raises:
+        RecordingError: the file cannot be read, or is not TOML.
+        InvalidValueError: unknown keys, a value that is not a number, or as of `ExperimentBounds`.
+    """
+    where = str(path)
+    toml = read_toml(read_text(Path(path)), where)
+    try:
+        check_keys(toml, [f.name for f in fields(ExperimentBounds)], (), where)
+        given = {key: value for key, value in toml.items() if key == "duration"}
+        states, limits = (
+            {name: (i.low, i.high) for name, i in read_entries(_Interval, toml, key, where).items()}
+            for key in ("states", "limits")
+        )
+        return ExperimentBounds(
+            drive=read_entries(DriveBounds, toml, "drive", where),
+            states=states,
+            limits=limits,
+            measure=read_entries(Measured, toml, "measure", where),
+            duration=read_entry(_Duration, given, where).duration,
+        )
+    except RecordingError as error:
+        raise InvalidValueError(str(error)) from None
+
+
+@dataclass(frozen=True)
+class _Interval:
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        _check_interval("", self.low, self.high)
+
+
+@dataclass(frozen=True)
+class _Duration:
+    duration: float = 0.0
+
+
+def _check_interval(where: str, low: float, high: float) -> None:
+    for name, end in (("low", low), ("high", high)):
+        ANY.check(f"{where}{name}", end)
+    if low >= high:
+        raise InvalidValueError(f"{where}low < high must hold, got {low!r}, {high!r}")
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Motion of one driven column.
+
+    Attributes:
+        shape: one of `SHAPES`.
+        start: where it begins [the column's unit].
+        low, high: levels between which it goes [unit].
+        rate: highest speed [unit/s].
+        dwell: rest at each turn [s].
+    """
+
+    shape: str
+    start: float
+    low: float
+    high: float
+    rate: float
+    dwell: float = 0.0
+
+    @property
+    def frequency(self) -> float:
+        """Frequency of a sine of that amplitude and speed [Hz]."""
+        return self.rate / (np.pi * (self.high - self.low))
+
+    def series(self, time: FloatArray) -> FloatArray:
+        """(n,) values at ``time`` [s], which begins at 0."""
+        _check_interval("motion: ", self.low, self.high)
+        begin = abs(self.low - self.start) / self.rate
+        if self.shape not in ("sine", "sweep"):
+            return self._ramps(time)
+        since = np.maximum(0.0, time - begin)
+        phase = 2.0 * np.pi * self.frequency * since
+        if self.shape == "sweep":
+            length = max(float(time[-1]) - begin, 1e-9)
+            slow = min(_CYCLES / length, self.frequency)
+            growth = np.log(self.frequency / slow) / length
+            phase = (
+                2.0 * np.pi * slow * (np.expm1(growth * since) / growth if growth > 0.0 else since)
+            )
+        wave = 0.5 * (self.high + self.low) - 0.5 * (self.high - self.low) * np.cos(phase)
+        reach = np.interp(time, [0.0, max(begin, 1e-12)], [self.start, self.low])
+        moved: FloatArray = np.where(time < begin, reach, wave)
+        return moved
+
+    def words(self, unit: str, duration: float) -> str:
+        """The motion in words."""
+        span = f"between {self.low:g} and {self.high:g} {unit}"
+        speed = f"at {self.rate:g} {per_second(unit)}"
+        if self.shape == "sine":
+            return f"following a sine {span} of {self.frequency:.3g} Hz"
+        if self.shape == "sweep":
+            slow = _CYCLES / duration
+            return f"following a sine {span} that goes from {slow:.2g} to {self.frequency:.3g} Hz"
+        rest = f", with {self.dwell:g} s of rest at each turn" if self.dwell > 0.0 else ""
+        if self.shape == "stairs":
+            return f"going up and down in {_STAIRS} steps {span}, {speed}{rest}"
+        if self.shape == "growing":
+            return f"going back and forth in {_LOOPS} growing loops {span}, {speed}{rest}"
+        return f"going back and forth {span}, {speed}{rest}"
+
+    def _ramps(self, time: FloatArray) -> FloatArray:
+        corners, values = [0.0], [self.start]
+        for level in cycle(self._levels()):
+            way = abs(level - values[-1])
+            corners.append(corners[-1] + way / self.rate)
+            values.append(level)
+            if self.dwell > 0.0:
+                corners.append(corners[-1] + self.dwell)
+                values.append(level)
+            if corners[-1] > time[-1]:
+                break
+        series: FloatArray = np.interp(time, corners, values)
+        return series
+
+    def _levels(self) -> list[float]:
+        """Turning points of one cycle."""
+        middle, span = 0.5 * (self.low + self.high), self.high - self.low
+        if self.shape == "stairs":
+            places = [*range(_STAIRS + 1), *range(_STAIRS - 1, 0, -1)]
+            return [self.low + span * k / _STAIRS for k in places]
+        if self.shape == "growing":
+            shares = [k / _LOOPS for k in range(1, _LOOPS + 1)]
+            return [middle + side * 0.5 * span * s for s in shares for side in (1.0, -1.0)]
+        return [self.low, self.high]
+
+
+def motion_at(
+    point: FloatArray, bounds: DriveBounds, start: float, duration: float, interval: float
+) -> Motion:
+    """The motion at a point of the unit cube.
+
+    Args:
+        point: (`NUMBERS`,) each 0 … 1.
+        bounds: of the column.
+        start: where it begins [the column's unit].
+        duration: of the recording [s].
+        interval: between samples [s].
+    """
+    shape = SHAPES[min(int(point[0] * len(SHAPES)), len(SHAPES) - 1)]
+    whole = bounds.high - bounds.low
+    span = whole * (_SMALLEST_SPAN + (1.0 - _SMALLEST_SPAN) * point[1])
+    moving = _MOVING * duration
+    reach = bounds.rate * moving / _WAYS  # of the start, and of one way from level to level
+    span = min(span, reach)
+    low = bounds.low + point[2] * (whole - span)
+    low = min(max(low, start - reach, bounds.low), start + reach - span, bounds.high - span)
+    approach = max(abs(low - start), abs(low + span - start))
+    slowest = (approach + (_WAYS - 1.0) * span) / moving
+    fastest = max(slowest, min(bounds.rate, span / (_SAMPLES * interval)))
+    longest = min(bounds.dwell, duration / _RESTS.get(shape, np.inf))
+    dwell = longest * max(0.0, float(point[4]) - _NO_DWELL) / (1.0 - _NO_DWELL)
+    rate = float(slowest * (fastest / slowest) ** point[3])
+    return Motion(
+        shape=shape,
+        start=start,
+        low=max(rounded(low, span), bounds.low),
+        high=min(rounded(low + span, span), bounds.high),
+        rate=min(rounded(rate, rate), bounds.rate),
+        dwell=rounded(dwell, duration) if shape in _RESTS else 0.0,
+    )
+
+
+def rounded(value: float, scale: float) -> float:
+    """The number to about a thousandth of ``scale`` > 0."""
+    return round(float(value), 2 - math.floor(math.log10(scale)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +323,7 @@ class Experiment:
     Attributes:
         motions: driven column → how it moves.
         states: parameter → value that is set for it [SI].
-        besides: columns that are to be measured, and were not before.
+        besides: columns that are to be measured for the first time.
         recording: template, whose measured columns are 0.
     """
 
@@ -36,7 +334,7 @@ class Experiment:
 
     @property
     def words(self) -> str:
-        """What to record."""
+        """The experiment in words."""
         duration = float(self.recording.time[-1])
         moved = " and ".join(
             f"{column.removesuffix('_' + column_unit(column))}"
@@ -56,9 +354,9 @@ class Family:
     """All experiments within bounds, as points of a unit cube.
 
     Attributes:
-        recordings: that there are; the first one says what an experiment does not change.
+        recordings: that there are; of the first is all that an experiment does not change.
         bounds: of the rig.
-        besides: whether the sensors are read that the rig could read besides.
+        besides: whether the further sensors of the bounds are read.
     """
 
     recordings: Sequence[Recording]
@@ -100,10 +398,10 @@ class Family:
             name: float(np.clip(rounded(low + share * (high - low), high - low), low, high))
             for share, (name, (low, high)) in zip(shares, self.bounds.states.items(), strict=True)
         }
-        anew = {
+        session = {
             n: replace(first.session[n], value=v) for n, v in states.items() if n in first.session
         }
-        known = {n: v for n, v in states.items() if n not in anew}
+        known = {n: v for n, v in states.items() if n not in session}
         recording = Recording(
             name=name,
             model=first.model,
@@ -114,7 +412,7 @@ class Family:
             measured=measured,
             known={**first.known, **known},
             uncertain=first.uncertain,
-            session={**first.session, **anew},
+            session={**first.session, **session},
             hold=first.hold,
             settle=first.settle,
             settling_time=first.settling_time,
@@ -138,8 +436,8 @@ def check_bounds(
     """Refuse bounds within which no experiment can be simulated.
 
     Raises:
-        UnknownNameError: the bounds name what the rig does not have.
-        InvalidValueError: an experiment within them is no recording of the model.
+        UnknownNameError: the bounds name a column or parameter that the rig lacks.
+        InvalidValueError: the model cannot simulate an experiment within them.
     """
     bounds.check(recordings[0], simulator(recordings).parameters)
     family = Family(recordings, bounds, besides=bool(bounds.measure))

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
+from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from tendon_mj.errors import InvalidValueError
@@ -20,14 +21,24 @@ from tendon_mj.lab.diagnosis import (
     all_samples,
     search_step,
 )
-from tendon_mj.lab.experiment_design.alternatives import Alternative, Tie, find_ties
-from tendon_mj.lab.experiment_design.bounds import ExperimentBounds
-from tendon_mj.lab.experiment_design.experiment import Experiment, Family, check_bounds
-from tendon_mj.lab.experiment_design.separation import Adaptation, Predictions, Rig
-from tendon_mj.lab.experiment_design.suggestion import Difference, Suggestion
+from tendon_mj.lab.experiment_design.experiment import (
+    Experiment,
+    ExperimentBounds,
+    Family,
+    check_bounds,
+)
+from tendon_mj.lab.experiment_design.separation import (
+    Adaptation,
+    Alternative,
+    Predictions,
+    Rig,
+    Tie,
+    find_ties,
+)
 from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.lab.recordings import Recording, write_recording
 from tendon_mj.lab.replay import Simulator
-from tendon_mj.typing import FloatArray
+from tendon_mj.typing import BoolArray, FloatArray
 
 _NAME = "next"
 _SEED = 0
@@ -37,6 +48,95 @@ _REACH = 0.25, 0.6  # of the cube, of the first round; factor from round to roun
 _ALTERNATIVES = 2  # for more of them fewer experiments are tried
 _BATCH = 8  # experiments simulated between two calls of the progress callback
 _APART = float(np.sqrt(SMALLEST_EXCESS))  # noise, rms: less is not worth a name
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How far two explanations differ.
+
+    Attributes:
+        one, other: labels of the two.
+        recorded: rms in the recordings [noise].
+        expected: rms in the experiment that is suggested, after a fit of one to the other; without
+            one, the most that an experiment within the bounds reached [noise].
+    """
+
+    one: str
+    other: str
+    recorded: float
+    expected: float
+
+    @property
+    def decided(self) -> bool:
+        """Whether the experiment tells them apart."""
+        return self.expected >= _APART
+
+
+@dataclass(frozen=True, eq=False)
+class Suggestion:
+    """An experiment that decides between explanations.
+
+    Attributes:
+        experiment: to be run; None where nothing ties, or nothing within the bounds decides.
+        differences: of every two explanations that tie.
+    """
+
+    experiment: Experiment | None
+    differences: tuple[Difference, ...]
+
+    @property
+    def decided(self) -> int:
+        """How many of the differences the experiment tells apart."""
+        return sum(d.decided for d in self.differences) if self.experiment else 0
+
+    @property
+    def recording(self) -> Recording | None:
+        """Template of the recording: driven columns and states are given, measured ones are 0."""
+        return None if self.experiment is None else self.experiment.recording
+
+    @property
+    def sentence(self) -> str:
+        """What to record, and why."""
+        if not self.differences:
+            return (
+                "Nothing ties: the recordings decide between all explanations that were compared."
+            )
+        open_ones = [d for d in self.differences if not d.decided]
+        text = ""
+        if self.experiment is not None:
+            decided = [d for d in self.differences if d.decided]
+            text = f"Record {self.experiment.words}: there {'; '.join(map(_differ, decided))}."
+        if open_ones:
+            pairs = "; ".join(
+                f"{d.one} and {d.other}, which differ by {d.expected:.2g} times the noise at most"
+                for d in open_ones
+            )
+            text += f"{' ' if text else ''}No experiment within the bounds tells apart {pairs}."
+        return text
+
+    def write(self, path: str | Path) -> Path | None:
+        """Write the template as ``<stem>.csv`` and ``<stem>.toml``; None where there is none."""
+        return None if self.recording is None else write_recording(self.recording, path)
+
+    def result(self) -> dict[str, Any]:
+        """Plain numbers and words, as in `result.json`."""
+        experiment = self.experiment
+        return {
+            "sentence": self.sentence,
+            "motions": {
+                column: vars(motion)
+                for column, motion in (experiment.motions if experiment else {}).items()
+            },
+            "states": dict(experiment.states) if experiment else {},
+            "differences": [vars(difference) for difference in self.differences],
+        }
+
+
+def _differ(difference: Difference) -> str:
+    return (
+        f"{difference.one} and {difference.other} differ by {difference.expected:.2g} times the"
+        f" noise; in the recordings, by {difference.recorded:.2g}"
+    )
 
 
 def suggest_experiment(
@@ -49,20 +149,20 @@ def suggest_experiment(
     """Search the experiments that a rig can run for the one that decides between explanations.
 
     Rivals are the effects that a diagnosis cannot tell apart, and values of a number that trade
-    places with others. Of every two of them the difference counts that remains when one is fitted
-    to the data of the other, see `separation`; of an experiment, the smallest of these. Experiments
-    are sampled (Sobol), and the best is refined; the answer is the same each time. Where no
-    experiment tells a pair apart by what was measured before, those are searched in which the rig's
-    other sensors are read too, if the bounds have any.
+    places with others. Of each pair the difference counts that remains when one is fitted to the
+    data of the other, see `separation`; of an experiment, the smallest of these. Experiments are
+    sampled (Sobol), and the best is refined; the answer is the same each time. If none separates a
+    pair by the columns measured before, the search is repeated with the further sensors of the
+    bounds.
 
     Args:
         diagnosis: of `diagnose`.
-        bounds: what the rig can do.
+        bounds: of the rig.
         simulator: makes the simulator of recordings, as in `diagnose`.
         progress: called with a label, how much is done, and of how much.
 
     Raises:
-        UnknownNameError: the bounds name what the rig does not have.
+        UnknownNameError: the bounds name a column or parameter that the rig lacks.
         InvalidValueError: the diagnosis was not made by `diagnose`, the bounds call a parameter a
             state which is fitted to all recordings, or no recording of the model lies within them.
     """
@@ -70,13 +170,13 @@ def suggest_experiment(
         raise InvalidValueError("this diagnosis does not hold the models that it compared")
     context, selection = diagnosis.search
     check_bounds(context.problem.recordings, bounds, simulator)
-    progress("fit what ties", 0, 1)
+    progress("fit ties", 0, 1)
     ties = find_ties(context, selection)
-    progress("fit what ties", 1, 1)
+    progress("fit ties", 1, 1)
     if not ties:
         return Suggestion(None, ())
     levels = _levels(context.problem, selection.final.fit)
-    found = Suggestion(None, ())
+    best = Suggestion(None, ())
     for besides in (False, True) if bounds.measure else (False,):
         family = Family(context.problem.recordings, bounds, besides)
         if besides:
@@ -84,15 +184,15 @@ def suggest_experiment(
         step = _step(family, simulator)
         rig = Rig(context.problem, context.base, levels, bounds.limits, simulator, step)
         tried = _Search(family, rig, ties, progress).run()
-        if not besides or tried.decided > found.decided:
-            found = tried
-        if found.decided == len(found.differences):
+        if not besides or tried.decided > best.decided:
+            best = tried
+        if best.decided == len(best.differences):
             break
-    return found
+    return best
 
 
 def _levels(problem: Problem, fitted: Fit) -> dict[str, float]:
-    """Measured column → its noise, or what the final model leaves of it where that is more."""
+    """Measured column → its noise, or the residual of the final model if that is larger."""
     edges = np.cumsum([0, *(size for _, _, size in problem.layout())])
     left: dict[str, list[FloatArray]] = {}
     noise: dict[str, list[float]] = {}
@@ -127,7 +227,7 @@ class _Tried:
         experiment: there.
         predictions: of every alternative.
         most: (pairs,) rms difference [noise], of which a fit of one to the other may remove some.
-        remaining: (pairs,) what it cannot remove; None until the fit is made.
+        remaining: (pairs,) the part that it cannot remove; None until the fit is made.
     """
 
     point: FloatArray
@@ -177,7 +277,7 @@ class _Search:
         best = self._refine(best, counts)
         return self._suggestion(best, _known(best))
 
-    def _refine(self, best: _Tried, counts: NDArray[np.bool_]) -> _Tried:
+    def _refine(self, best: _Tried, counts: BoolArray) -> _Tried:
         """Try neighbours of the best, ever nearer, with motions of the same shapes."""
         random, reach = np.random.default_rng(_SEED), _REACH[0]
         label = "refine the best"
@@ -199,7 +299,7 @@ class _Search:
 
     def _simulate(self, points: FloatArray, label: str) -> list[_Tried]:
         """Experiments in which every alternative stays within limits."""
-        found = list[_Tried]()
+        tried = list[_Tried]()
         for first in range(0, len(points), _BATCH):
             if label:
                 self.progress(label, first, len(points))
@@ -211,10 +311,10 @@ class _Search:
                     most = np.array(
                         [_rms(row[a].readings - row[b].readings) for a, b in self.pairs]
                     )
-                    found.append(_Tried(point, experiment, row, most))
+                    tried.append(_Tried(point, experiment, row, most))
         if label:
             self.progress(label, len(points), len(points))
-        return found
+        return tried
 
     def _adapt(self, tried: Sequence[_Tried]) -> list[_Tried]:
         """Fit the alternatives of each pair to each other, in each experiment."""
@@ -228,7 +328,7 @@ class _Search:
             self.rig.slopes(experiments, a, [t.predictions[k] for t in tried])
             for k, a in enumerate(self.alternatives)
         ]
-        found = []
+        adapted = []
         for n, t in enumerate(tried):
             sessions = own[n] if own else []
             remaining = np.array(
@@ -244,12 +344,10 @@ class _Search:
                     for one, other in self.pairs
                 ]
             )
-            found.append(_Tried(t.point, t.experiment, t.predictions, t.most, remaining))
-        return found
+            adapted.append(replace(t, remaining=remaining))
+        return adapted
 
-    def _adapt_first(
-        self, tried: Sequence[_Tried], counts: NDArray[np.bool_], number: int
-    ) -> list[_Tried]:
+    def _adapt_first(self, tried: Sequence[_Tried], counts: BoolArray, number: int) -> list[_Tried]:
         """Adapt in those experiments in which the pairs that count differ most, if not done yet."""
         ranked = sorted(tried, key=lambda t: -_score(t.most, counts))
         first = [t for t in ranked[:number] if t.remaining is None]
@@ -272,7 +370,7 @@ class _Search:
         return Suggestion(experiment, tuple(differences))
 
 
-def _score(differences: FloatArray, counts: NDArray[np.bool_]) -> float:
+def _score(differences: FloatArray, counts: BoolArray) -> float:
     """Smallest difference of the pairs that count."""
     return float(differences[counts].min())
 

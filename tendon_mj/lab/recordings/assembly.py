@@ -1,30 +1,68 @@
-"""The columns that a description names, out of the cells of a table: all its faults at once."""
+"""The columns that a description names, out of the cells of a table; all faults in one message."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError, unknown
 from tendon_mj.lab.recordings.description import Layout, Source
-from tendon_mj.lab.recordings.magnitude import LARGEST, excess
-from tendon_mj.lab.recordings.table_checks import TIME, TIMES, OpenTable, name_fault, too_few_rows
-from tendon_mj.lab.recordings.times import at, at_common_times, read_clock, spread
-from tendon_mj.lab.recordings.units import claimed_unit, proposed_name, si_name, unit_factors
-from tendon_mj.typing import FloatArray
+from tendon_mj.lab.recordings.times import (
+    Clock,
+    at,
+    at_common_times,
+    read_clock,
+    spread,
+    too_few_rows,
+)
+from tendon_mj.lab.recordings.units import (
+    LARGEST,
+    TIME,
+    TIMES,
+    UNIT_FACTORS,
+    claimed_unit,
+    excess,
+    name_fault,
+    proposed_name,
+    si_name,
+)
+from tendon_mj.typing import BoolArray, FloatArray
+
+Cells = dict[str, NDArray[Any]]
 
 _SPARSE = 0.6  # share of complete rows below which a row is a message: half are, of 100 and 50 Hz
 _DAY = 86400.0  # [s]
-_SINCE_1970 = 1e8  # [s]: a date, and not a stopwatch
+_SINCE_1970 = 1e8  # [s]: a date, not a stopwatch
 _DATE = re.compile(r"\d{4}-\d\d-\d\d")
 _CLOCK = re.compile(r"(.*[\W_])?(time|t|stamp|timestamp|zeit)([\W_].*)?", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class OpenTable:
+    """A table of which the names are read, and its cells not yet.
+
+    Attributes:
+        names: of its columns, in order.
+        has: whether a column can be read: one of these, or a part of one.
+        first: row of its first values.
+        read: (column → whether it is needed, the clock) → columns, each (n,), and faults of their
+            cells. Columns are float64 with NaN for an empty cell; the clock may be of integers,
+            dates or texts. Those that are not needed are left out where they hold no numbers.
+        sample: column → a value as text, of some columns.
+    """
+
+    names: list[str]
+    has: Callable[[str], bool]
+    first: int
+    read: Callable[[Mapping[str, bool], str], tuple[Cells, list[str]]]
+    sample: Mapping[str, str]
 
 
 class Table(NamedTuple):
@@ -44,154 +82,272 @@ def assemble(
     elements: Collection[str] = (),
     toml: str = "",
 ) -> Table:
-    """Read the columns that a description names, and others that are as a column must be.
+    """Read the columns that a description names, and others whose name and numbers are valid.
 
     Rows in which none of the named columns has a value are passed over, as of events. Where few of
     the others are complete, a row is a message, and `at_common_times` joins them.
 
-    Args:
-        table: opened.
-        where: the file, for messages.
-        layout: where the named columns are.
-        described: column → table of the description that names it; None: all columns are needed.
-        held: columns that keep their value until the next one.
-        elements: as of `name_fault`.
-        toml: the description, for messages.
+    ``where`` and ``toml`` are the files, for messages; ``described``: column → table of the
+    description that names it (None: all columns are needed); ``held``: columns that keep their
+    value until the next one; ``elements``: as of `unit_fault`.
 
     Raises:
         RecordingError: all that is wrong with the table, a line each.
     """
-    layout = layout or Layout()
-    sources, faults = _sources(table, where, layout, described, elements, toml)
-    clock = next((column for column in sources if column in TIMES), "")
-    named = sources if described is None else [*layout.columns, *described]
-    needed = [c for c in dict.fromkeys(named) if c in sources and c not in TIMES]
-    if not clock:
-        header = max(table.first - 1, 1)
-        faults.append(f"{where}, row {header}: no column is named {', '.join(map(repr, TIMES))}")
-    if faults and toml:
-        faults += _suggestion(table, layout, described or {}, sources, clock, toml)
+    names = _Names(table, where, layout or Layout(), described or {}, described is None, toml)
+    sources, faults = names.sources(elements)
+    named = sources if described is None else [*names.layout.columns, *described]
+    needed = [c for c in dict.fromkeys(named) if c in sources.keys() - {*TIMES}]
+    clock = _clock(sources)
     of_clock = sources[clock].column if clock else ""
     wanted = {s.column: c in needed or c == clock for c, s in sources.items()}
     cells, bad_cells = table.read(wanted, of_clock)
     faults += bad_cells
-    rows = table.first + np.arange(len(next(iter(cells.values()), ())))
+    if of_clock not in cells:
+        raise _refusal(faults)
+    rows = table.first + np.arange(cells[of_clock].size)
+    try:
+        time = read_clock(cells[of_clock], clock, sources[clock], rows, where)
+    except RecordingError as error:
+        raise _refusal([*faults, str(error)]) from None
+    samples = _samples(where, sources, clock, time, rows, cells, needed, faults)
+    if faults := [*faults, *samples.faults()]:
+        raise _refusal(faults)
+    return samples.joined(held) if samples.sparse else samples.table(names.layout)
+
+
+def _samples(
+    where: str,
+    sources: Mapping[str, Source],
+    clock: str,
+    time: Clock,
+    rows: NDArray[np.int64],
+    cells: Cells,
+    needed: Sequence[str],
+    faults: list[str],
+) -> _Samples:
+    """The rows in which a needed column has a value; their faults are added to the others."""
     numbers = {
         c: cells[s.column] for c, s in sources.items() if c not in TIMES and s.column in cells
     }
     columns = [column for column in needed if column in numbers]
     filled = ~np.isnan(np.reshape([numbers[c] for c in columns], (len(columns), rows.size)))
-    if of_clock not in cells:
-        raise _refusal(faults)
-    try:
-        time = read_clock(cells[of_clock], clock, sources[clock], rows, where)
-    except RecordingError as error:
-        raise _refusal([*faults, str(error)]) from None
     kept = filled.any(axis=0) if columns else time.there
     if not time.there[kept].all():
-        faults.append(at(where, rows[kept & ~time.there], of_clock, "empty cell"))
+        column = sources[clock].column
+        faults.append(at(where, rows[kept & ~time.there], column, "empty cell"))
         kept &= time.there
     if kept.sum() < 2 and not faults:
         faults.append(too_few_rows(int(kept.sum()), where))
-    rows, stamps, filled = rows[kept], time.stamps[kept], filled[:, kept]
     numbers = {column: values[kept] for column, values in numbers.items()}
-    sparse = len(columns) > 1 and filled.all(axis=0).sum() < _SPARSE * rows.size
-    for column, there in zip(columns, filled, strict=True):
-        source = sources[column].column
-        faults += _size_faults(numbers[column], rows, source, where)
-        fault = sources[column].period_fault(numbers[column][there])
-        faults += [f"{where}, column {source!r}: {fault}"] if fault else []
-        if not there.all() and not (sparse and there.any()):
-            gap = "empty cell or nan; leave out rows that have a gap"
-            faults.append(at(where, rows[~there], source, gap))
-    back = np.flatnonzero(stamps[1:] < stamps[:-1])
-    if back.size:
-        before, after = map(time.shown, stamps[back[0] : back[0] + 2])
-        step = f"{after} does not come after {before} of the row before"
-        dropped = float(stamps[back[0]] - stamps[back[0] + 1]) * time.scale * si_name(clock)[1]
-        if 0.5 * _DAY < dropped < 1.5 * _DAY:
-            step += (
-                "; a time of day begins again at midnight: write times with their date, such as"
-                " 2026-03-02T23:59:59, or add 24 h from that row on"
-            )
-        faults.append(at(where, rows[back + 1], of_clock, step))
-    if faults:
-        raise _refusal(faults)
-    if sparse:
+    return _Samples(
+        where,
+        sources,
+        clock,
+        time,
+        time.stamps[kept],
+        rows[kept],
+        numbers,
+        columns,
+        filled[:, kept],
+    )
+
+
+@dataclass(frozen=True)
+class _Samples:
+    """Rows of a table that have a value; ``stamps`` are their (n,) times, see `Clock`."""
+
+    where: str
+    sources: Mapping[str, Source]
+    clock: str  # name of the column
+    time: Clock  # of all rows
+    stamps: NDArray[Any]
+    rows: NDArray[np.int64]  # (n,) in the file
+    numbers: Mapping[str, FloatArray]  # as in the file
+    needed: Sequence[str]  # columns that the description names
+    filled: BoolArray  # (needed, n)
+
+    @property
+    def sparse(self) -> bool:
+        """Whether few rows are complete, so that each is a message of one of several sources."""
+        complete = int(self.filled.all(axis=0).sum())
+        return len(self.needed) > 1 and complete < _SPARSE * self.rows.size
+
+    @property
+    def _scale(self) -> float:
+        """Unit of the stamps [s]."""
+        return self.time.scale * si_name(self.clock)[1]
+
+    def faults(self) -> list[str]:
+        """Numbers out of range, gaps, and times that decrease."""
+        faults = list[str]()
+        for column, there in zip(self.needed, self.filled, strict=True):
+            source, values = self.sources[column], self.numbers[column]
+            large = np.flatnonzero(np.abs(values) > LARGEST)
+            if large.size:
+                fault = excess(float(values[large[0]]))
+                faults.append(at(self.where, self.rows[large], source.column, fault))
+            if fault := source.period_fault(values[there]):
+                faults.append(f"{self.where}, column {source.column!r}: {fault}")
+            if not there.all() and not (self.sparse and there.any()):
+                gap = "empty cell or nan; leave out rows that have a gap"
+                faults.append(at(self.where, self.rows[~there], source.column, gap))
+        back = np.flatnonzero(self.stamps[1:] < self.stamps[:-1])
+        if back.size:
+            first, second = self.stamps[back[0] : back[0] + 2]
+            fault = f"{self.time.shown(second)} does not come after {self.time.shown(first)} of"
+            fault += " the row before"
+            if 0.5 * _DAY < (float(first) - float(second)) * self._scale < 1.5 * _DAY:
+                fault += (
+                    "; a time of day begins again at midnight: write times with their date, such as"
+                    " 2026-03-02T23:59:59, or add 24 h from that row on"
+                )
+            column = self.sources[self.clock].column
+            faults.append(at(self.where, self.rows[back + 1], column, fault))
+        return faults
+
+    def joined(self, held: Collection[str]) -> Table:
+        """Columns at the times of the first one."""
         series = {
-            c: (stamps[there], sources[c].converted(numbers[c][there], c))
-            for c, there in zip(columns, filled, strict=True)
+            c: (self.stamps[there], self.sources[c].converted(self.numbers[c][there], c))
+            for c, there in zip(self.needed, self.filled, strict=True)
         }
-        joined, chosen = at_common_times(series, clock, time.scale, where, held)
-        return Table(joined, rows[filled[0]][chosen])
-    converted = {
-        c: sources[c].converted(values, c)
-        for c, values in numbers.items()
-        if c in columns or (np.abs(values) <= LARGEST).all()  # not if one is nan
-    }
-    since_1970 = abs(float(stamps[0])) * time.scale * si_name(clock)[1] >= _SINCE_1970
-    if time.dated or (since_1970 and clock in layout.columns):
-        stamps = stamps - stamps[0]
-    times = np.asarray(stamps, np.float64)
-    times = times if time.scale == 1.0 else times * time.scale
-    return Table({clock: spread(times, rows, f"{where}, column {of_clock!r}")} | converted, rows)
+        joined, chosen = at_common_times(series, self.clock, self.time.scale, self.where, held)
+        return Table(joined, self.rows[self.filled[0]][chosen])
+
+    def table(self, layout: Layout) -> Table:
+        """Columns row by row; dates, and a clock of [columns] since 1970, from the first one on."""
+        converted = {
+            c: self.sources[c].converted(values, c)
+            for c, values in self.numbers.items()
+            if c in self.needed or (np.abs(values) <= LARGEST).all()  # not if one is nan
+        }
+        stamps, scale = self.stamps, self.time.scale
+        since_1970 = abs(float(stamps[0])) * self._scale >= _SINCE_1970
+        if self.time.dated or (since_1970 and self.clock in layout.columns):
+            stamps = stamps - stamps[0]
+        times = np.asarray(stamps, np.float64)
+        times = times if scale == 1.0 else times * scale
+        place = f"{self.where}, column {self.sources[self.clock].column!r}"
+        return Table({self.clock: spread(times, self.rows, place)} | converted, self.rows)
 
 
-def _sources(
-    table: OpenTable,
-    where: str,
-    layout: Layout,
-    described: Mapping[str, str] | None,
-    elements: Collection[str],
-    toml: str,
-) -> tuple[dict[str, Source], list[str]]:
-    """Where each column is that is named, or whose name is lawful; and what is wrong with names."""
-    sources, faults = dict[str, Source](), list[str]()
-    mapped, header = layout.columns, f"{where}, row {max(table.first - 1, 1)}"
-    for column, source in mapped.items():
-        here = f"{toml}, [columns] {column!r}"
-        if not source.column:
-            faults.append(f"{here}: is of a log; for a table write {{ column = … }}")
-        elif not table.has(source.column):
-            faults.append(f"{here}: {unknown('column', source.column, table.names)}")
-        else:
-            sources[column], fault = _in_its_unit(column, source)
-            faults += [f"{here}: {fault}"] if fault else []
-    used = {source.column: column for column, source in mapped.items()}
-    for place, name in enumerate(table.names, start=1):
-        needed = described is None or name in described
-        if name in mapped or (name in used and not needed):
-            continue
-        here, first = f"{header}, column {place}", table.names.index(name) + 1
-        fault = name_fault(name, elements=elements)
-        if fault and described and name in used:
-            table_of = f"{toml}, [{described[name]}] {name!r}"
-            faults.append(f"{table_of}: write {used[name]!r}, as [columns] names it")
-        elif fault and needed:
-            known = any(" (SI: " in said for said in faults)  # the units that there are, once
-            faults.append(f"{here}: {fault.partition(' (SI: ')[0] if known else fault}")
-        elif first != place and (needed or name in used):
-            faults.append(f"{here}: {name!r} is already the name of column {first}")
-        elif not fault and first == place:
-            sources[name] = Source(column=name)
-    named = described or {}
-    missing = [name for name in named if name not in (*mapped, *table.names)]
-    valid = [n for n in (*mapped, *table.names) if n not in (*named, *TIMES, *used)]
-    for name in missing:
-        fault = unknown("column", name, valid)
-        if name != missing[0]:
-            fault = fault.partition(" (there ")[0]
-        faults.append(f"{toml}, [{named[name]}] {name!r}: {fault}, in {where}")
-    return sources, faults
+class _Names(NamedTuple):
+    """Names of a table's columns, and those that a description uses; see `assemble`."""
+
+    table: OpenTable
+    where: str
+    layout: Layout
+    described: Mapping[str, str]
+    all_needed: bool
+    toml: str
+
+    def sources(self, elements: Collection[str]) -> tuple[dict[str, Source], list[str]]:
+        """Place of each column that is named, or whose name is valid; and faults of the names."""
+        used = {source.column: column for column, source in self.layout.columns.items()}
+        header = f"{self.where}, row {max(self.table.first - 1, 1)}"
+        sources, faults = self._mapped()
+        for place, name in enumerate(self.table.names, start=1):
+            fault = self._fault(place, name, used, elements)
+            if fault == "":
+                sources[name] = Source(column=name)
+            elif fault:
+                units = any(" (SI: " in other for other in faults)  # their list, once
+                fault = fault.partition(" (SI: ")[0] if units else fault
+                faults.append(f"{header}, column {place}: {fault}")
+        faults += self._missing(used)
+        clock = _clock(sources)
+        if not clock:
+            faults.append(f"{header}: no column is named {', '.join(map(repr, TIMES))}")
+        if faults and self.toml:
+            faults += self._suggestion(sources, clock, used)
+        return sources, faults
+
+    def _fault(
+        self, place: int, name: str, used: Mapping[str, str], elements: Collection[str]
+    ) -> str | None:
+        """Fault of a name in the table; empty if the column is to be read, None if it is not."""
+        needed = self.all_needed or name in self.described
+        if name in self.layout.columns or (name in used and not needed):
+            return None
+        fault, first = name_fault(name, elements=elements), self.table.names.index(name) + 1
+        if fault and name in used:
+            title = self.described.get(name)
+            return f"in [{title}] write {used[name]!r}, as [columns] names it"
+        if not fault and first != place:
+            fault = f"{name!r} is already the name of column {first}"
+        return fault if needed or not fault else None
+
+    def _mapped(self) -> tuple[dict[str, Source], list[str]]:
+        """The same of [columns]."""
+        sources, faults = dict[str, Source](), list[str]()
+        for column, source in self.layout.columns.items():
+            if not source.column:
+                fault = "is of a log; for a table write { column = … }"
+            elif not self.table.has(source.column):
+                fault = unknown("column", source.column, self.table.names)
+            else:
+                sources[column], fault = _in_its_unit(column, source)
+            faults += [f"{self.toml}, [columns] {column!r}: {fault}"] if fault else []
+        return sources, faults
+
+    def _missing(self, used: Collection[str]) -> list[str]:
+        """Columns that the description names and the table lacks; the list of names, once."""
+        here = {*self.layout.columns, *self.table.names}
+        missing = [name for name in self.described if name not in here]
+        valid = here - {*self.described, *TIMES, *used}
+        faults = [unknown("column", name, valid) for name in missing]
+        return [
+            f"{self.toml}, [{self.described[name]}] {name!r}:"
+            f" {fault if k == 0 else fault.partition(' (there ')[0]}, in {self.where}"
+            for k, (name, fault) in enumerate(zip(missing, faults, strict=True))
+        ]
+
+    def _suggestion(self, sources: Collection[str], clock: str, used: Collection[str]) -> list[str]:
+        """The entries of [columns] with which a table would be read, as far as its names say."""
+        names, described = self.table.names, self.described
+        entries = [] if clock else [self._clock_entry()]
+        misnamed = {*names} - {*sources, *used}
+        entries += [(proposed_name(column), column) for column in described if column in misnamed]
+        taken = {*described, *TIMES, *dict(entries).values()}
+        rest = [name for name in names if name not in taken]
+        there = {*names, *self.layout.columns, *TIMES}
+        near = {c: get_close_matches(c, rest, 1, 0.5) for c in described if c not in there}
+        if not entries and all(near.values()):
+            return []  # misspelt, as the faults say
+        only = rest if len(rest) == len(near) == 1 else ["…"]
+        entries += [(column, (close or only)[0]) for column, close in near.items()]
+        return [
+            f"add to {self.toml}; [drive] and [measured] use the names on the left, with a unit for"
+            " UNIT:",
+            "[columns]",
+            *(f"{column} = {json.dumps(name, ensure_ascii=False)}" for column, name in entries),
+            "where numbers are in no unit, as counts of 4096 a turn: lever_deg = { column ="
+            ' "counts", factor = 0.087890625 }',
+        ]
+
+    def _clock_entry(self) -> tuple[str, str]:
+        """A name for the column of times, with the unit that its first value seems to have."""
+        sample = self.table.sample
+        dates = (name for name in self.table.names if _DATE.match(sample.get(name, "")))
+        name = next((n for n in self.table.names if _CLOCK.fullmatch(n)), next(dates, "…"))
+        if (unit := claimed_unit(name)) in ("_s", "_ms", "_us", "_ns"):
+            return f"time{unit}", name
+        try:
+            size = float(sample.get(name, ""))
+        except ValueError:
+            return TIME if sample.get(name) else "time_UNIT", name
+        since_1970 = {"time_ns": 1e17, "time_us": 1e14, "time_ms": 1e11, "time_s": _SINCE_1970}
+        return next((u for u, least in since_1970.items() if size >= least), "time_UNIT"), name
 
 
 def _in_its_unit(column: str, source: Source) -> tuple[Source, str]:
-    """A source with the unit that the file's own name for it ends in; or what contradicts that."""
+    """A source with the unit in which its own name ends; or the contradiction to that."""
     ours, theirs = claimed_unit(column), claimed_unit(source.column)
-    units = unit_factors()
-    if source.unit or theirs not in units or theirs == ours:
+    if source.unit or theirs not in UNIT_FACTORS or theirs == ours:
         return source, ""
-    plain, alike = source.factor == 1.0 and not source.offset, units[ours][0] == units[theirs][0]
+    alike = UNIT_FACTORS[ours][0] == UNIT_FACTORS[theirs][0]
+    plain = source.factor == 1.0 and not source.offset
     if plain and alike:
         return replace(source, unit=theirs.removeprefix("_")), ""
     if alike or plain:
@@ -200,72 +356,9 @@ def _in_its_unit(column: str, source: Source) -> tuple[Source, str]:
     return source, ""
 
 
-def _suggestion(
-    table: OpenTable,
-    layout: Layout,
-    described: Mapping[str, str],
-    sources: Mapping[str, Source],
-    clock: str,
-    toml: str,
-) -> list[str]:
-    """The entries of [columns] with which a table would be read, as far as its names say."""
-    entries = []
-    if not clock:
-        dates = (n for n in table.names if _DATE.match(table.sample.get(n, "")))
-        name = next((n for n in table.names if _CLOCK.fullmatch(n)), next(dates, "…"))
-        entries.append((_clock_name(name, table.sample.get(name, "")), name))
-    mapped = {source.column for source in layout.columns.values()}
-    entries += [
-        (proposed_name(c), c)
-        for c in described
-        if c in table.names and c not in sources and c not in mapped
-    ]
-    rest = [n for n in table.names if n not in (*described, *TIMES, *(e[1] for e in entries))]
-    missing = [c for c in described if c not in (*table.names, *layout.columns, *TIMES)]
-    near = {column: get_close_matches(column, rest, 1, 0.5) for column in missing}
-    if not entries and all(near.values()):
-        return []  # misspelt, as the faults say
-    only = rest if len(rest) == len(missing) == 1 else ["…"]
-    entries += [(column, (names or only)[0]) for column, names in near.items()]
-    lines = [f"{column} = {json.dumps(name, ensure_ascii=False)}" for column, name in entries]
-    others = [entry for entry in entries if entry[0] not in TIMES]
-    angles = [entry for entry in others if entry[0].endswith(("_deg", "_rad"))]
-    column, name = (*angles, *others, ("lever_deg", "…"))[0]
-    factor, of = (
-        ('0.087890625, unit = "deg"', ", as counts of 4096 a turn") if angles else ("…", "")
-    )
-    example = f"{column} = {{ column = {json.dumps(name, ensure_ascii=False)}, factor = {factor} }}"
-    return [
-        f"add to {toml}; [drive] and [measured] use the names on the left, with a unit for UNIT:",
-        "[columns]",
-        *lines,
-        f"where numbers are in no unit{of}: {example}",
-    ]
-
-
-def _clock_name(name: str, sample: str) -> str:
-    """Name for a column of times, with the unit that its first value seems to have."""
-    if (unit := claimed_unit(name)) in ("_s", "_ms", "_us", "_ns"):
-        return f"time{unit}"
-    try:
-        size = float(sample)
-    except ValueError:
-        return TIME if sample else "time_UNIT"
-    # since 1970
-    units = {"time_ns": 1e17, "time_us": 1e14, "time_ms": 1e11, "time_s": _SINCE_1970}
-    return next((unit for unit, least in units.items() if size >= least), "time_UNIT")
-
-
-def _size_faults(
-    values: FloatArray, rows: NDArray[np.int64], column: str, where: str
-) -> Sequence[str]:
-    """That numbers are infinite, or too large to be computed with."""
-    bad = np.flatnonzero(np.abs(values) > LARGEST)
-    if not bad.size:
-        return ()
-    value = float(values[bad[0]])
-    fault = excess(value) if np.isfinite(value) else f"{value} is not finite"
-    return (at(where, rows[bad], column, fault),)
+def _clock(columns: Collection[str]) -> str:
+    """Name of the column of times; empty if there is none."""
+    return next((column for column in columns if column in TIMES), "")
 
 
 def _refusal(faults: Sequence[str]) -> RecordingError:

@@ -1,29 +1,44 @@
-"""The meaning of a recording: its model, and what each column and parameter is there."""
+"""The description of a recording: its model, the meaning of each column and parameter; its TOML."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import MISSING, asdict, dataclass, field, fields, replace
+from typing import Any, TypeVar
 
 import numpy as np
+import tomli_w
 
 from tendon_mj.errors import InvalidValueError, RecordingError, unknown
-from tendon_mj.lab.recordings.magnitude import size_fault
-from tendon_mj.lab.recordings.table_checks import TIMES
-from tendon_mj.lab.recordings.units import si_name, unit_factors
+from tendon_mj.lab.recordings.files import read_toml
+from tendon_mj.lab.recordings.units import (
+    ANY,
+    NOT_NEGATIVE,
+    POSITIVE,
+    TIMES,
+    UNIT_FACTORS,
+    Range,
+    claimed_unit,
+    name_fault,
+    si_name,
+)
 from tendon_mj.typing import FloatArray
+
+TABLES = ("drive", "measured", "known", "uncertain", "session")
+KEYS = ("model", "source", "settle", "timing", "header", *TABLES, "columns", "mcap")
 
 _OVER = 1.01  # of its period, that a counter with noise covers at most
 _LEAST_SPREAD = 1e-12  # of the value that it is about
+_SETTLING_TIME = 10.0  # [s] of rests where none is stated; a model that rests earlier is read then
+_UNQUOTED = 'a name that has a dot is quoted, such as "sheath.friction" = …'
+_Entry = TypeVar("_Entry")
 
 
 @dataclass(frozen=True)
 class Measured:
-    """A column is what ``sensor`` reads; ``noise``, its standard deviation [the column's unit].
+    """A column is the reading of ``sensor``, with a standard deviation ``noise`` [its unit].
 
-    Raises `InvalidValueError` for an empty sensor name, and a noise that is not positive or beyond
-    the sizes of `size_fault`.
+    Raises `InvalidValueError` for an empty sensor name, and a noise outside 1e-30 … 1e30.
     """
 
     sensor: str
@@ -32,9 +47,8 @@ class Measured:
     def __post_init__(self) -> None:
         if not self.sensor.strip():
             raise InvalidValueError(f"sensor must be a name, got {self.sensor!r}")
-        if self.noise is not None and not 0 < self.noise < math.inf:
-            raise InvalidValueError(f"noise must be > 0 and finite, got {self.noise!r}")
-        _check_sizes(noise=self.noise or 0.0)
+        if self.noise is not None:
+            POSITIVE.check("noise", self.noise)
 
 
 @dataclass(frozen=True)
@@ -43,7 +57,7 @@ class Uncertain:
 
     ``each``: where the name stands for several parameters, whether each has a value of its own.
 
-    Raises `InvalidValueError` unless low ≤ value ≤ high, all of a size as `size_fault` has it.
+    Raises `InvalidValueError` unless low ≤ value ≤ high, all 0 or within 1e-30 … 1e30 in size.
     """
 
     value: float
@@ -52,50 +66,60 @@ class Uncertain:
     each: bool = False
 
     def __post_init__(self) -> None:
-        if not -math.inf < self.low <= self.value <= self.high < math.inf:
+        for name in ("value", "low", "high"):
+            ANY.check(name, getattr(self, name))
+        if not self.low <= self.value <= self.high:
             raise InvalidValueError(
-                f"low ≤ value ≤ high must hold, all finite, got"
-                f" {self.low!r} ≤ {self.value!r} ≤ {self.high!r}"
+                f"low ≤ value ≤ high must hold, got {self.low!r} ≤ {self.value!r} ≤ {self.high!r}"
             )
-        _check_sizes(value=self.value, low=self.low, high=self.high)
 
 
 @dataclass(frozen=True)
 class Session:
-    """A parameter that was set anew for each recording: its mean and its standard deviation.
+    """A parameter that is set for each recording: its mean and its standard deviation.
 
-    Both in the parameter's own SI unit. Raises `InvalidValueError` unless both are of a size as
-    `size_fault` has it, and the spread is positive and not below 1e-12 of the value.
+    Both in the parameter's own SI unit. Raises `InvalidValueError` unless the value is 0 or within
+    1e-30 … 1e30 in size, and the spread is positive and not below 1e-12 of the value.
     """
 
     value: float
     spread: float
 
     def __post_init__(self) -> None:
-        if not math.isfinite(self.value):
-            raise InvalidValueError(f"value must be finite, got {self.value!r}")
-        if not 0.0 < self.spread < math.inf:
-            raise InvalidValueError(f"spread must be > 0 and finite, got {self.spread!r}")
-        _check_sizes(value=self.value, spread=self.spread)
+        ANY.check("value", self.value)
+        POSITIVE.check("spread", self.spread)
         if self.spread < _LEAST_SPREAD * abs(self.value):
             raise InvalidValueError(
-                f"spread = {self.spread!r} is less than a number beside value = {self.value!r} can"
-                f" differ by; give at least {_LEAST_SPREAD * abs(self.value):g}, or put the value"
-                " into [known]"
+                f"spread = {self.spread!r} is within the rounding of value = {self.value!r}; give"
+                f" at least {_LEAST_SPREAD * abs(self.value):g}, or put the value into [known]"
             )
 
 
-_ENTRIES: dict[str, type | tuple[type, ...]] = {
-    "measured": Measured,
-    "known": (int, float, np.number),
-    "uncertain": Uncertain,
-    "session": Session,
-}
+@dataclass(frozen=True)
+class _Drive:
+    """Entry of [drive]: actuators or joints, and whether they keep their value between samples."""
+
+    actuator: str | tuple[str, ...]
+    hold: bool = False
+
+
+@dataclass(frozen=True)
+class _Timing:
+    """Entry [timing]: whether rows are rests, and the time from the end of the move to them [s]."""
+
+    quasi_static: bool = False
+    settling_time: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.settling_time is not None and not self.quasi_static:
+            raise InvalidValueError("settling_time is of rests; write quasi_static = true too")
+        if self.quasi_static and self.settling_time is None:
+            object.__setattr__(self, "settling_time", _SETTLING_TIME)
 
 
 @dataclass(frozen=True)
 class Source:
-    """Where a column's values are in a file, and how they are read.
+    """Place of a column's values in a file, and their conversion.
 
         value = factor × number + offset   [unit]
 
@@ -112,6 +136,11 @@ class Source:
     offset: float = 0.0
     unit: str = ""
     period: float = 0.0
+
+    def __post_init__(self) -> None:
+        Range(zero=False).check("factor", self.factor)
+        ANY.check("offset", self.offset)
+        NOT_NEGATIVE.check("period", self.period)
 
     def converted(self, numbers: FloatArray, column: str) -> FloatArray:
         """Numbers of the file in the unit in which the name of a column ends."""
@@ -133,12 +162,12 @@ class Source:
 
     def ratio(self, column: str) -> float:
         """The unit over that in which the name of a column ends."""
-        return unit_factors()[f"_{self.unit}"][1] / si_name(column)[1] if self.unit else 1.0
+        return UNIT_FACTORS[f"_{self.unit}"][1] / si_name(column)[1] if self.unit else 1.0
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the columns of a recording are in its file.
+    """Places of the columns of a recording in its file.
 
     columns: [columns] of the description; topics: the same of a log, where they may be called
     [mcap]; header: names of the columns of a table that has none.
@@ -153,11 +182,11 @@ class Layout:
 class Description:
     """Description of a time series: the TOML beside the CSV.
 
-    model: folder of models/, or path of an MJCF file; source: where the numbers come from;
+    model: folder of models/, or path of an MJCF file; source: origin of the numbers;
     drive: column → actuator or joint that it prescribes, or several (see `driven`);
     measured: column → the sensor that read it;
     known: parameter → value, never fitted [SI]; uncertain: parameter → range to fit within [SI];
-    session: parameter → mean and spread of what was set anew for each recording [SI];
+    session: parameter → mean and spread of a value that is set for each recording [SI];
     hold: driven columns that keep their value until the next sample; else linear between samples;
     settle: time before the first sample [s], in which a replay brings the model to the first drive
     value; 0: the model starts in its reference pose, as it must where a force drives what is free;
@@ -192,95 +221,278 @@ class Description:
         ]
 
     def check(self, columns: Collection[str], where: str) -> None:
-        """Raise `RecordingError`, beginning with ``where``, unless it fits the CSV's ``columns``.
+        """Raise `RecordingError`, beginning with ``where``, unless it fits the table's ``columns``.
 
-        Refused: empty or unwritable texts, unknown columns, a column both driven and measured,
-        an actuator driven twice, parameters misnamed, infinite, of a size that `size_fault`
-        refuses, or in two of the tables.
+        Refused: empty texts, unknown columns, a column both driven and measured, an actuator driven
+        twice, parameters misnamed, out of range, or in two of the tables.
         """
-        for key, text in (("model", self.model), ("source", self.source)):
-            check_text(text, f"{where}, {key}")
-        if not 0.0 <= self.settle < math.inf:
-            raise RecordingError(f"{where}, settle: {self.settle!r} [s] must be ≥ 0 and finite")
-        if self.settling_time is not None and not 0.0 < self.settling_time < math.inf:
-            raise RecordingError(
-                f"{where}, [timing] settling_time: {self.settling_time!r} [s] must be > 0 and"
-                " finite"
-            )
-        for table, kind in _ENTRIES.items():
+        _check_text(self.model, f"{where}, model")
+        _check_text(self.source, f"{where}, source")
+        faults = [NOT_NEGATIVE.fault("settle", self.settle, "s")]
+        if self.settling_time is not None:
+            faults.append(POSITIVE.fault("[timing] settling_time", self.settling_time, "s"))
+        for fault in filter(None, faults):
+            raise RecordingError(f"{where}, {fault}")
+        for table, kind in (("measured", Measured), ("uncertain", Uncertain), ("session", Session)):
             for name, entry in getattr(self, table).items():
                 if not isinstance(entry, kind):
                     raise RecordingError(f"{where}, [{table}] {name!r}: cannot be {entry!r}")
+        self._check_actuators(where)
+        self._check_columns(columns, where)
+        self._check_parameters(where)
+
+    def _check_actuators(self, where: str) -> None:
+        driven: dict[str, str] = {}
+        for column, names in self.drive.items():
+            here = f"{where}, [drive] {column!r}"
+            for actuator in (names,) if isinstance(names, str) else names or ("",):
+                _check_text(actuator, here)
+                if other := driven.get(actuator):
+                    raise RecordingError(f"{here}: {other!r} already drives {actuator!r}")
+                driven[actuator] = column
+
+    def _check_columns(self, columns: Collection[str], where: str) -> None:
         series = [name for name in columns if name not in TIMES]
         for table in ("drive", "measured"):
             for column in getattr(self, table):
-                here = f"{where}, [{table}] {column!r}"
+                fault = "" if column in series else unknown("column", column, series)
                 if column in TIMES:
-                    raise RecordingError(f"{here}: the clock is neither driven nor measured")
-                if column not in series:
-                    raise RecordingError(f"{here}: {unknown('column', column, series)}")
-        driven: dict[str, str] = {}
-        for column, names in self.drive.items():
-            if not names:
-                raise RecordingError(f"{where}, [drive] {column!r}: must not be empty")
-        for column, actuator in self.driven:
-            here = f"{where}, [drive] {column!r}"
-            check_text(actuator, here)
-            if actuator in driven:
-                raise RecordingError(f"{here}: {driven[actuator]!r} already drives {actuator!r}")
-            driven[actuator] = column
+                    fault = "the clock is neither driven nor measured"
+                elif table == "measured" and column in self.drive:
+                    fault = "is in [drive] too; a column is one or the other"
+                if fault:
+                    raise RecordingError(f"{where}, [{table}] {column!r}: {fault}")
         for column in self.hold:
             if column not in self.drive:
-                raise RecordingError(
-                    f"{where}, hold: {unknown('driven column', column, self.drive)}"
-                )
-        for column, measured in self.measured.items():
-            here = f"{where}, [measured] {column!r}"
-            check_text(measured.sensor, here)
-            if column in self.drive:
-                raise RecordingError(f"{here}: is in [drive] too; a column is one or the other")
-        for name, value in self.known.items():
-            here = f"{where}, [known] {name!r}"
-            _check_parameter(name, here)
-            if not math.isfinite(value):
-                raise RecordingError(f"{here}: {value!r} is not finite")
-            if fault := size_fault(value):
-                raise RecordingError(f"{here}: {fault}")
-        for table, others in (("uncertain", ("known",)), ("session", ("known", "uncertain"))):
-            for name in getattr(self, table):
+                fault = unknown("driven column", column, self.drive)
+                raise RecordingError(f"{where}, hold: {fault}")
+
+    def _check_parameters(self, where: str) -> None:
+        tables: dict[str, str] = {}
+        for table in ("known", "uncertain", "session"):
+            for name, entry in getattr(self, table).items():
                 here = f"{where}, [{table}] {name!r}"
-                _check_parameter(name, here)
-                for other in others:
-                    if name in getattr(self, other):
-                        raise RecordingError(
-                            f"{here}: is in [{other}] too; a parameter is one or the other"
-                        )
+                parts = name.split(".")
+                if len(parts) < 2 or not all(map(str.strip, parts)):
+                    raise RecordingError(
+                        f"{here}: a parameter is named '<element>.<parameter>', such as"
+                        " 'sheath.friction'"
+                    )
+                if name in tables:
+                    raise RecordingError(
+                        f"{here}: is in [{tables[name]}] too; a parameter is one or the other"
+                    )
+                tables[name] = table
+                if table == "known" and (fault := ANY.fault(repr(name), entry)):
+                    raise RecordingError(f"{where}, [known] {fault}")
+
+    def in_si(self, where: str) -> Description:
+        """The description of the same columns in SI; messages begin with ``where``."""
+        measured = {}
+        for column, entry in self.measured.items():
+            name, factor = si_name(column)
+            noise = None if entry.noise is None else entry.noise * factor
+            try:
+                measured[name] = Measured(entry.sensor, noise)
+            except InvalidValueError as error:
+                raise RecordingError(f"{where}, [measured] {column!r}, in SI: {error}") from None
+        return replace(
+            self,
+            drive={si_name(column)[0]: actuator for column, actuator in self.drive.items()},
+            measured=measured,
+            hold=tuple(si_name(column)[0] for column in self.hold),
+        )
 
 
-def check_text(text: str, here: str) -> None:
-    """Refuse a text that is empty, or that no file can hold.
+def parse_description(text: str, where: str) -> Description:
+    """A description in TOML, as `parse_toml` reads it."""
+    return parse_toml(text, where)[0]
+
+
+def parse_toml(text: str, where: str) -> tuple[Description, Layout]:
+    """A description in TOML, and its places of columns; messages begin with ``where``, the file.
 
     Raises:
-        RecordingError: it begins with ``here``.
+        RecordingError: broken TOML; unknown keys (naming the nearest valid one); values of the
+            wrong kind, and those that `Measured`, `Uncertain`, `Session` and `Source` refuse.
     """
-    if not text.strip():
-        raise RecordingError(f"{here}: must not be empty, got {text!r}")
-    try:
-        text.encode()
-    except UnicodeEncodeError:
-        raise RecordingError(f"{here}: {text!r} cannot be written as UTF-8") from None
+    toml = read_toml(text, where)
+    check_keys(toml, KEYS, ("model", "source"), where)
+    drive = {
+        name: read_entry(_Drive, e if isinstance(e, dict) else {"actuator": e}, here)
+        for name, (e, here) in _table(toml, "drive", where).items()
+    }
+    timing = read_entry(_Timing, toml.get("timing", {}), f"{where}, [timing]")
+    description = Description(
+        model=_text(toml["model"], f"{where}, model"),
+        source=_text(toml["source"], f"{where}, source"),
+        settle=_number(toml.get("settle", Description.settle), f"{where}, settle"),
+        settling_time=timing.settling_time,
+        drive={name: entry.actuator for name, entry in drive.items()},
+        measured=read_entries(Measured, toml, "measured", where),
+        known={name: _number(*entry) for name, entry in _table(toml, "known", where).items()},
+        uncertain=read_entries(Uncertain, toml, "uncertain", where),
+        session=read_entries(Session, toml, "session", where),
+        hold=tuple(name for name, entry in drive.items() if entry.hold),
+    )
+    header = toml.get("header", [])
+    if not isinstance(header, list):
+        raise RecordingError(f"{where}, header: must be a list of names, got {header!r}")
+    columns, topics = (
+        {name: _source(name, *entry) for name, entry in _table(toml, title, where).items()}
+        for title in ("columns", "mcap")
+    )
+    names = tuple(_text(name, f"{where}, header") for name in header)
+    return description, Layout(columns, topics or columns, names)
 
 
-def _check_sizes(**numbers: float) -> None:
-    for name, number in numbers.items():
-        if fault := size_fault(number):
-            raise InvalidValueError(f"{name}: {fault}")
+def format_description(description: Description, model: str) -> str:
+    """Write a description, of that model, as TOML that reads back bit for bit."""
+    drive: dict[str, Any] = {
+        column: names if isinstance(names, str) else list(names)
+        for column, names in description.drive.items()
+    }
+    if description.hold:  # all as tables, as TOML would put the others before them
+        drive = {
+            column: {"actuator": names, "hold": column in description.hold}
+            for column, names in drive.items()
+        }
+    document: dict[str, Any] = {"model": model, "source": description.source}
+    if description.settle != Description.settle:
+        document["settle"] = float(description.settle)
+    if description.settling_time is not None:
+        settling = float(description.settling_time)
+        document["timing"] = {"quasi_static": True, "settling_time": settling}
+    tables: dict[str, dict[str, Any]] = {
+        "drive": drive,
+        "measured": {column: _plain(m) for column, m in description.measured.items()},
+        "known": {name: float(value) for name, value in description.known.items()},
+        "uncertain": {name: _plain(u) for name, u in description.uncertain.items()},
+        "session": {name: _plain(s) for name, s in description.session.items()},
+    }
+    return tomli_w.dumps(document | {title: table for title, table in tables.items() if table})
 
 
-def _check_parameter(name: str, here: str) -> None:
-    check_text(name, here)
-    parts = name.split(".")
-    if len(parts) < 2 or not all(part.strip() for part in parts):
+def _plain(entry: Measured | Uncertain | Session) -> dict[str, Any]:
+    """Fields for TOML, without those that are not set."""
+    return {
+        key: value if isinstance(value, str | bool) else float(value)
+        for key, value in asdict(entry).items()
+        if value is not None and value is not False
+    }
+
+
+def _source(name: str, entry: Any, here: str) -> Source:
+    if fault := name_fault(name):
+        raise RecordingError(f"{here}: {fault}")
+    if isinstance(entry, str):
+        return Source(column=entry)
+    if not isinstance(entry, dict):
         raise RecordingError(
-            f"{here}: a parameter is named '<element>.<parameter>', such as 'sheath.friction'"
+            f'{here}: write "<column of the file>", or {{ column = … }}, or {{ topic = …, field ='
+            f" … }}, got {entry!r}"
         )
+    keys = [f.name for f in fields(Source)]
+    needed = ["column"] if "column" in entry else ["topic", "field"]
+    if name in TIMES:  # of a log it is its log time
+        keys, needed = ["column", "unit", "factor"], ["column"]
+    check_keys(entry, keys, needed, here)
+    source = read_entry(Source, entry, here)
+    if name in TIMES and (fault := POSITIVE.fault("factor", source.factor)):
+        raise RecordingError(f"{here}: {fault}")
+    if source.unit:
+        target = UNIT_FACTORS[claimed_unit(name)][0]
+        kin = [u.removeprefix("_") for u, (si, _) in UNIT_FACTORS.items() if si == target]
+        if source.unit not in kin:
+            raise RecordingError(f"{here}, unit: {unknown('unit', source.unit, kin)}")
+    return source
+
+
+def read_entry(kind: type[_Entry], entry: Any, here: str) -> _Entry:
+    """A dataclass from a TOML table, whose keys are the fields of the class.
+
+    Raises:
+        RecordingError: not a table; a key that is unknown or missing; a value of another type, or
+            one that the class refuses. The message begins with ``here``.
+    """
+    known: dict[str, Any] = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
+    needed = [name for name, f in known.items() if f.default is MISSING]
+    if not isinstance(entry, dict):
+        form = ", ".join(f"{name} = …" for name in needed)
+        raise RecordingError(f"{here}: write {{ {form} }}, got {entry!r}")
+    if any(isinstance(value, dict) for value in entry.values()):
+        raise RecordingError(f"{here}: {_UNQUOTED}")
+    check_keys(entry, known, needed, here)
+    values = {k: _READERS[known[k].type](value, f"{here}, {k}") for k, value in entry.items()}
+    try:
+        return kind(**values)
+    except InvalidValueError as error:
+        raise RecordingError(f"{here}: {error}") from None
+
+
+def read_entries(
+    kind: type[_Entry], toml: Mapping[str, Any], key: str, where: str
+) -> dict[str, _Entry]:
+    """Name → entry of a table of TOML, each as of `read_entry`; messages begin with ``where``."""
+    return {name: read_entry(kind, *entry) for name, entry in _table(toml, key, where).items()}
+
+
+def _table(toml: Mapping[str, Any], key: str, where: str) -> dict[str, tuple[Any, str]]:
+    """Name → entry of a table, and its place for messages."""
+    table = toml.get(key, {})
+    if not isinstance(table, dict):
+        raise RecordingError(f"{where}, {key}: must be a table [{key}], got {table!r}")
+    return {name: (entry, f"{where}, [{key}] {name!r}") for name, entry in table.items()}
+
+
+def check_keys(
+    entry: Mapping[str, Any], valid: Collection[str], needed: Iterable[str], here: str
+) -> None:
+    """Raise `RecordingError` for an unknown key, naming the nearest, and for a missing one."""
+    for key in entry:
+        if key not in valid:
+            raise RecordingError(f"{here}: {unknown('key', key, valid)}")
+    for key in needed:
+        if key not in entry:
+            raise RecordingError(f"{here}: {key!r} is missing")
+
+
+def _flag(entry: Any, here: str) -> bool:
+    if not isinstance(entry, bool):
+        raise RecordingError(f"{here}: must be true or false, got {entry!r}")
+    return entry
+
+
+def _number(entry: Any, here: str) -> float:
+    if isinstance(entry, dict):
+        raise RecordingError(f"{here}: {_UNQUOTED}")
+    if isinstance(entry, bool) or not isinstance(entry, int | float):
+        raise RecordingError(f"{here}: must be a number, got {entry!r}")
+    try:
+        return float(entry)
+    except OverflowError:
+        raise RecordingError(f"{here}: is too large a number") from None
+
+
+def _text(entry: Any, here: str) -> str:
+    if not isinstance(entry, str):
+        raise RecordingError(f"{here}: must be a text in quotes, got {entry!r}")
+    return entry
+
+
+def _names(entry: Any, here: str) -> str | tuple[str, ...]:
+    return tuple(_text(e, here) for e in entry) if isinstance(entry, list) else _text(entry, here)
+
+
+_READERS: dict[str, Callable[[Any, str], Any]] = {
+    "str": _text,
+    "str | tuple[str, ...]": _names,
+    "float": _number,
+    "float | None": _number,
+    "bool": _flag,
+}
+
+
+def _check_text(text: str, here: str) -> None:
+    if not text or not text.strip():
+        raise RecordingError(f"{here}: must not be empty, got {text!r}")

@@ -1,4 +1,4 @@
-"""Noise of a measured series."""
+"""Noise of a measured series, and the marks of a converter: its steps, range ends, held values."""
 
 from __future__ import annotations
 
@@ -7,11 +7,147 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tendon_mj.lab.recordings.converter import range_ends, resolution, white_noise
 from tendon_mj.lab.recordings.recording import Recording
+from tendon_mj.typing import BoolArray, FloatArray
 
+_GAUSS = 0.6744897501960817  # median |x| of a standard normal variable
+_SAME = 1e-9  # of its range, by which values of one level differ
+_OFF_GRID = 0.1  # of a step, rms: a uniform distribution has 0.29
+_PARTS = 4  # steps between the two levels that are nearest to each other, at most
+_WHITE = 0.5  # estimate by fourth over that by third differences: 1 of white noise, ~0 of motion
+_PILE = 5  # samples at an end of the range, and times the fullest level near it
+_NEAR = 3.0  # noises, that are near an end
+_LONGEST = 20  # samples for which a sensor that is polled too often repeats a value
+_FEWEST, _SHARE = 10, 0.1  # repeats, and of the samples
+_CLEAR = 3.0  # steps of the column, by which values change that are repeated
+_REGULAR = 0.9  # of the runs, which have one of two lengths
 _AS_STATED = 1.05  # rounding over the stated noise, up to which that is taken to include it
-_SAME = 0.01  # of its range: a driven column this near to another row's repeats it
+_REPEATS = 0.01  # of its range: a driven column this near to another row's repeats it
+
+
+def resolution(series: ArrayLike) -> float:
+    """Step of a quantised series [its unit]; 0 where its values are on no grid.
+
+    All levels are multiples of the step, to a tenth of it: values of a coarse converter may be
+    rounded once more in the file. A ramp whose samples are evenly apart is not quantised.
+
+    Args:
+        series: (n,) samples.
+    """
+    values = np.asarray(series, float)
+    levels = np.unique(values)
+    same = _SAME * float(np.ptp(values)) if values.size else 0.0
+    gaps = np.diff(levels)
+    levels, gaps = levels[np.append(True, gaps > same)], gaps[gaps > same]
+    if not gaps.size:
+        return 0.0
+    multiples = np.unique(np.rint(np.abs(np.diff(values)) / gaps.min()))
+    if np.count_nonzero(multiples) <= (0.0 not in multiples):
+        return 0.0
+    for part in range(1, _PARTS + 1):  # no two levels may be next to each other
+        step = float(gaps.min()) / part
+        for _ in range(3):
+            places = np.concatenate([[0.0], np.cumsum(np.rint(gaps / step))])
+            centred = places - places.mean()
+            step = float(centred @ levels / (centred @ centred))
+        off = levels - levels.mean() - step * centred
+        if float(np.sqrt(np.mean(off**2))) < _OFF_GRID * step:
+            return step
+    return 0.0
+
+
+def white_noise(series: FloatArray, among: BoolArray | None = None) -> float:
+    """Standard deviation of white noise on a smooth series, by its third differences.
+
+    Args:
+        series: (n,) samples.
+        among: (n,) samples that count; a difference of which one does not is left out.
+    """
+    return _noise_of_differences(series, among, 3)
+
+
+def is_noisy(series: FloatArray, among: BoolArray | None = None) -> bool:
+    """Whether a series has noise that is white, and more than its steps."""
+    third, fourth = (_noise_of_differences(series, among, order) for order in (3, 4))
+    return fourth > _WHITE * third and third > resolution(series)
+
+
+def _noise_of_differences(series: FloatArray, among: BoolArray | None, order: int) -> float:
+    if series.size < 2 * order + 2:
+        return 0.0
+    differences = np.abs(np.diff(series, order))
+    if among is not None:
+        inside = np.lib.stride_tricks.sliding_window_view(among, order + 1).all(axis=1)
+        differences = differences[inside]
+    if differences.size <= order:
+        return 0.0
+    return float(np.median(differences)) / _GAUSS / math.sqrt(math.comb(2 * order, order))
+
+
+def range_ends(series: FloatArray, noise: float | None = None) -> tuple[float, float]:
+    """Ends of a range that a noisy series is cut off at; -inf and inf where it is not.
+
+    Readings pile up at an end: noise makes any other level about as frequent as its neighbours.
+
+    Args:
+        series: (n,) samples.
+        noise: standard deviation, if known [the unit of the series].
+    """
+    series = series[~held_values(series, noise)]
+    inner = (series > series.min()) & (series < series.max())
+    level = white_noise(series, inner)
+    stated = noise is not None and noise > _CLEAR * resolution(series)
+    if not (is_noisy(series, inner) or (stated and level > 0.0)):
+        return -math.inf, math.inf
+    ends = []
+    for sign in (-1.0, 1.0):
+        values = sign * series
+        top = float(values.max())
+        _, counts = np.unique(
+            values[(values >= top - _NEAR * level) & (values < top)], return_counts=True
+        )
+        at_end = int(np.sum(values == top))
+        piled = at_end >= _PILE * max(1, int(counts.max(initial=1)))
+        ends.append(sign * top if piled else sign * math.inf)
+    return ends[0], ends[1]
+
+
+def held_values(
+    series: FloatArray, noise: float | None = None, longest: int = _LONGEST
+) -> BoolArray:
+    """(n,) samples that repeat the one before, of a sensor that is read faster than it converts.
+
+    All False where equal neighbours are what noise, steps or rests make: repeats count where values
+    change by several steps of the column, for as long each time or in a column that has noise.
+
+    Args:
+        series: (n,) samples.
+        noise: standard deviation, if known [the unit of the series].
+        longest: samples in a run of equal values; a longer one is a rest.
+    """
+    none = np.zeros(series.size, bool)
+    changes = np.append(np.inf, np.abs(np.diff(series)))
+    starts = np.flatnonzero(changes > 0.0)
+    lengths = np.diff(np.append(starts, series.size))
+    short = (lengths <= longest) & (series[starts] > series.min()) & (series[starts] < series.max())
+    short[[0, -1]] = False  # cut off by the recording
+    repeated = short & (lengths > 1)
+    count = int((lengths[repeated] - 1).sum())
+    if count < _FEWEST or count < _SHARE * int(lengths[short].sum()):
+        return none
+    step = resolution(series)
+    by_chance = 0.5 * float(np.sum((changes > 0.0) & (changes < 1.5 * step)))
+    before = changes[starts[repeated]]
+    if float(np.median(before)) < _CLEAR * step or count < _CLEAR * by_chance:
+        return none
+    mean = float(lengths[short].mean())
+    regular = float(np.mean(np.abs(lengths[short] - mean) < 1.0)) > _REGULAR
+    noisy = noise is not None and noise > 2.0 * step
+    if not (regular or noisy or is_noisy(series[starts])):
+        return none
+    mask: BoolArray = changes == 0.0
+    mask[np.repeat(lengths > longest, lengths)] = False
+    return mask
 
 
 def estimate_noise(series: ArrayLike) -> float:
@@ -43,7 +179,7 @@ def noise_of_repeats(recording: Recording, column: str) -> tuple[float, int]:
         σ [the unit of the column], 0 where none repeats another; and Σ_g (n_g - 1).
     """
     driven = [recording.columns[name] for name in recording.drive]
-    places = [np.rint(d / (_SAME * (float(np.ptp(d)) or 1.0))) for d in driven]
+    places = [np.rint(d / (_REPEATS * (float(np.ptp(d)) or 1.0))) for d in driven]
     moves = np.column_stack([part for place in places for part in (place[1:], place[:-1])])
     _, group = np.unique(moves, axis=0, return_inverse=True)
     values, group = recording.columns[column][1:], group.ravel()

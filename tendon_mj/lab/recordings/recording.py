@@ -1,4 +1,4 @@
-"""A recording: measured or simulated time series, and what they are on a model."""
+"""A recording: measured or simulated time series, and their meaning on a model; its files."""
 
 from __future__ import annotations
 
@@ -13,29 +13,32 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tendon_mj.errors import InvalidValueError, RecordingError, unknown
-from tendon_mj.lab.recordings.csv_table import write_csv
-from tendon_mj.lab.recordings.description import Description, check_text
-from tendon_mj.lab.recordings.description import Measured as Measured
-from tendon_mj.lab.recordings.description import Session as Session
-from tendon_mj.lab.recordings.description import Uncertain as Uncertain
-from tendon_mj.lab.recordings.description_toml import (
+from tendon_mj.errors import RecordingError, unknown
+from tendon_mj.lab.recordings.assembly import Table, assemble
+from tendon_mj.lab.recordings.binary_files import open_parquet, read_mcap
+from tendon_mj.lab.recordings.csv_table import open_csv, write_csv
+from tendon_mj.lab.recordings.description import (
+    Description,
+    Layout,
     format_description,
     parse_description,
-    parse_layout,
+    parse_toml,
 )
-from tendon_mj.lab.recordings.table_checks import TIME, check_table, in_si
-from tendon_mj.lab.recordings.table_file import check_format, read_columns, table_beside
-from tendon_mj.lab.recordings.text_file import check_file, read_text
-from tendon_mj.lab.recordings.units import UNITS as UNITS
-from tendon_mj.lab.recordings.units import si_name
+from tendon_mj.lab.recordings.files import (
+    check_file,
+    check_format,
+    read_text,
+    table_beside,
+)
+from tendon_mj.lab.recordings.times import check_table, in_si
+from tendon_mj.lab.recordings.units import TIME, si_name
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Recording(Description):
-    """Time series and their description, lawful by construction and unchangeable.
+    """Time series and their description, validated and immutable.
 
     name: the file's stem; time: (n,) [s], strictly increasing; columns: name → (n,) [the unit its
     name ends in, of SI], every column but the time, also those neither driven nor measured;
@@ -43,7 +46,7 @@ class Recording(Description):
     description was, if it was read; rows: (n,) row of the file that each sample is, if it was read.
     These three matter to messages alone, not to equality.
     The other fields are `Description`'s. Arrays and mappings are read-only copies.
-    Raises `RecordingError` for whatever a file would be refused for.
+    Raises `RecordingError` for all that is refused in a file.
     """
 
     name: str
@@ -90,15 +93,17 @@ class Recording(Description):
 
         ``actuators``, hinges and slides among them, and ``sensors`` are the model's names.
         """
-        where = f"recording {self.name!r}"
-        for column, actuator in self.driven:
-            if actuator not in actuators:
-                message = unknown("actuator", actuator, actuators)
-                raise RecordingError(f"{where}, [drive] {self.written(column)!r}: {message}")
-        for column, measured in self.measured.items():
-            if measured.sensor not in sensors:
-                message = unknown("sensor", measured.sensor, sensors)
-                raise RecordingError(f"{where}, [measured] {self.written(column)!r}: {message}")
+        read = [(column, measured.sensor) for column, measured in self.measured.items()]
+        for table, kind, pairs, valid in (
+            ("drive", "actuator", self.driven, actuators),
+            ("measured", "sensor", read, sensors),
+        ):
+            for column, name in pairs:
+                if name not in valid:
+                    raise RecordingError(
+                        f"recording {self.name!r}, [{table}] {self.written(column)!r}:"
+                        f" {unknown(kind, name, valid)}"
+                    )
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Recording):
@@ -136,25 +141,17 @@ def read_recording(
     beside the description first.
     """
     file, toml = table_beside(Path(path))
-    check_text(file.stem, f"{str(file)!a}, its name")
+    hint = f"; it describes {file.name}, or pass `description` (--description)"
     if description is not None:
-        toml = Path(description)
-    hint = (
-        ""
-        if description is not None
-        else f"; it describes {file.name}, or pass `description` (--description)"
-    )
+        toml, hint = Path(description), ""
     check_file(file)
     check_format(file)
-    text = read_text(toml, hint)
-    described = parse_description(text, str(toml))
+    described, layout = parse_toml(read_text(toml, hint), str(toml))
     columns_of = {"drive": described.drive, "measured": described.measured}
     named = {column: title for title, columns in columns_of.items() for column in columns}
-    layout = parse_layout(text, str(toml))
     table, rows = read_columns(file, layout, named, described.hold, toml=str(toml))
     described.check(table, str(toml))
-    in_si_units = _described_in_si(described, str(toml))
-    described = replace(in_si_units, model=_model_beside(toml, described.model))
+    in_si_units = described.in_si(str(toml))
     columns = in_si(table, str(file))
     in_file = {si_name(name)[0]: name for name in table if si_name(name)[0] != name}
     return Recording(
@@ -164,8 +161,57 @@ def read_recording(
         in_file=in_file,
         beside=toml.parent,
         rows=rows,
-        **vars(described),
+        **vars(replace(in_si_units, model=_model_beside(toml, described.model))),
     )
+
+
+def read_table(path: Path, elements: Collection[str] = ()) -> dict[str, FloatArray]:
+    """Read a CSV or Parquet file into its columns, ``time_s`` first; each (n,) [SI].
+
+    ``x_mm`` of the file becomes ``x_m``. Raises `RecordingError`, naming file, row (the header is
+    row 1) and column, for anything docs/recording.md does not allow. ``elements`` as in
+    `unit_fault`.
+    """
+    return in_si(read_columns(path, elements=elements).columns, str(path))
+
+
+def read_columns(
+    path: Path,
+    layout: Layout | None = None,
+    described: Mapping[str, str] | None = None,
+    held: Collection[str] = (),
+    elements: Collection[str] = (),
+    toml: str = "",
+) -> Table:
+    """The columns of a table, under the names and in the units of its description.
+
+    Arguments as of `assemble`; without a layout every column of a table is needed.
+    """
+    check_format(path)
+    if path.suffix.lower() == ".mcap":
+        if layout is None:
+            raise RecordingError(f"{path}: a log needs a description, which names its columns")
+        return Table(read_mcap(path, layout.topics, held))
+    if path.suffix.lower() == ".parquet":
+        table = open_parquet(path)
+    else:
+        table = open_csv(path, layout.header if layout else ())
+    return assemble(table, str(path), layout, described, held=held, elements=elements, toml=toml)
+
+
+def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:
+    """Write ``<stem>.csv`` and ``<stem>.toml`` in an existing folder, and return the CSV's path.
+
+    Existing files are replaced. Reading it back gives the same recording bit for bit, named after
+    the file's stem; a model that is a file is named by its path from there, so that it is found
+    from any folder. Raises OSError where the folder cannot be written.
+    """
+    csv, toml = table_beside(Path(path), (".csv",))
+    write_csv({TIME: recording.time, **recording.columns}, csv)
+    text = format_description(recording, _model_from(toml, recording.model))
+    with whole_file(toml) as made:
+        made.write_text(text, encoding="utf-8", newline="\n")
+    return csv
 
 
 def described_model(toml: Path) -> str:
@@ -177,71 +223,36 @@ def described_model(toml: Path) -> str:
     return _model_beside(toml, parse_description(read_text(toml), str(toml)).model)
 
 
-def _described_in_si(described: Description, where: str) -> Description:
-    """A description of columns in any unit as one of the columns in SI."""
-    measured = {}
-    for column, one in described.measured.items():
-        name, factor = si_name(column)
-        noise = None if one.noise is None else one.noise * factor
-        try:
-            measured[name] = Measured(one.sensor, noise)
-        except InvalidValueError as error:
-            raise RecordingError(f"{where}, [measured] {column!r}, in SI: {error}") from None
-    return replace(
-        described,
-        drive={si_name(column)[0]: actuator for column, actuator in described.drive.items()},
-        measured=measured,
-        hold=tuple(si_name(column)[0] for column in described.hold),
+def is_same_model(one: str, other: str) -> bool:
+    """Whether two recordings' models are the same name, or paths to one file in one folder."""
+    first, second = Path(one), Path(other)
+    return one == other or (
+        first.name == second.name
+        and first.is_file()
+        and second.parent.is_dir()
+        and first.parent.samefile(second.parent)
     )
 
 
 def _model_beside(toml: Path, model: str) -> str:
     """Path of the MJCF file of that name beside the description; else the name as it is."""
     beside = toml.parent / model
-    plain = Path(os.path.normpath(beside))  # the same for a file that is named from several folders
-    try:
-        if not beside.is_file():
-            return model
-        same = plain.exists() and plain.samefile(beside)  # no link on the way
-        return str(plain if same else beside)
-    except (OSError, ValueError):  # a name that no file can have
+    if not beside.is_file():
         return model
-
-
-def is_same_model(one: str, other: str) -> bool:
-    """Whether two recordings' models are the same name, or paths to one file in one folder."""
-    first, second = Path(one), Path(other)
-    try:
-        return one == other or (
-            first.name == second.name and first.is_file() and first.parent.samefile(second.parent)
-        )
-    except (OSError, ValueError):  # a name that no file can have
-        return False
-
-
-def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:
-    """Write ``<stem>.csv`` and ``<stem>.toml`` in an existing folder, and return the CSV's path.
-
-    What was there is replaced. Reading it back gives the same recording bit for bit, named after
-    the file's stem; a model that is a file is named by its path from there, so that it is found
-    wherever it is read from. Raises OSError where the folder cannot be written.
-    """
-    csv, toml = table_beside(Path(path), (".csv",))
-    write_csv({TIME: recording.time, **recording.columns}, csv)
-    from_there = replace(recording, model=_model_from(toml, recording.model))
-    with whole_file(toml) as made:
-        made.write_text(format_description(from_there), encoding="utf-8", newline="\n")
-    return csv
+    plain = Path(os.path.normpath(beside))  # the same for a file that is named from several folders
+    same = plain.exists() and plain.samefile(beside)  # no link on the way
+    return str(plain if same else beside)
 
 
 def _model_from(toml: Path, model: str) -> str:
     """Path of a model's file as the description has it, from its own folder; a name stays."""
+    # of a link the link, beside which its includes are; names of models have no suffix
+    file, folder = Path(model).parent.resolve() / Path(model).name, toml.parent.resolve()
+    if file.suffix == "" or not file.is_file():
+        return model
     try:
-        # of a link the link, beside which its includes are; names of models have no suffix
-        file, folder = Path(model).parent.resolve() / Path(model).name, toml.parent.resolve()
-        is_file = file.suffix != "" and file.is_file()
-        return Path(os.path.relpath(file, folder)).as_posix() if is_file else model
-    except (OSError, ValueError):  # a name that no file can have, or a file on another drive
+        return Path(os.path.relpath(file, folder)).as_posix()
+    except ValueError:  # on another drive
         return model
 
 
@@ -249,6 +260,6 @@ def _frozen(values: ArrayLike, where: str) -> FloatArray:
     try:
         array = np.array(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise RecordingError(f"{where}: no array of numbers: {error}") from None
+        raise RecordingError(f"{where}: not an array of numbers: {error}") from None
     array.setflags(write=False)
     return array

@@ -1,4 +1,4 @@
-"""Times of rows: clocks of other programs, equal stamps, and columns with times of their own."""
+"""Tables of time series: clocks of other programs, columns of several clocks, and their checks."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError, TendonWarning
 from tendon_mj.lab.recordings.description import Source
-from tendon_mj.lab.recordings.table_checks import and_more
-from tendon_mj.lab.recordings.units import claimed_unit, si_name
+from tendon_mj.lab.recordings.units import LARGEST, TIME, claimed_unit, excess, name_fault, si_name
 from tendon_mj.typing import FloatArray
 
 Series = tuple[NDArray[Any], FloatArray]  # times, and values at them
@@ -105,16 +104,11 @@ def at_common_times(
 ) -> tuple[dict[str, FloatArray], NDArray[np.int64]]:
     """Columns at the times of the first one, from the first row on.
 
-    Another one is linear between its values, or keeps the latest where it is ``held``. Rows before
-    the first or after the last value of any of them are left out; of two values at one time the
-    later one counts.
+    Another one is linear between its values, or keeps the latest if it is ``held``. Rows before the
+    first or after the last value of any column are left out; of two values at one time the later
+    one counts.
 
-    Args:
-        series: column → (m,) times [any unit] and (m,) values.
-        clock: name of the column of times.
-        scale: of the unit of times to that of the clock.
-        where: the file, for messages.
-        held: columns that keep their value until the next.
+    ``series``: column → (m,) times [any unit, ``scale`` of which is that of the clock] and values.
 
     Returns:
         The clock and the columns, each (n,), and the (n,) values of the first that are its rows.
@@ -123,8 +117,7 @@ def at_common_times(
         RecordingError: there are not two common times.
 
     Warns:
-        TendonWarning: of values at one time, gaps over which values are interpolated, and many rows
-            that are left out.
+        TendonWarning: of values at one time, long gaps, and many rows that are left out.
     """
     joined: dict[str, FloatArray] = {}
     chosen = {column: _in_order(times) for column, (times, _) in series.items()}
@@ -178,6 +171,74 @@ def _in_order(times: NDArray[Any]) -> NDArray[np.int64]:
 def at(where: str, rows: NDArray[np.int64], column: str, fault: str) -> str:
     """A fault of a column with the first of its rows, and how many more there are."""
     return f"{where}, row {rows[0]}, column {column!r}: {fault}{and_more(rows.size)}"
+
+
+def check_table(table: Mapping[str, FloatArray], where: str, *, si: bool = False) -> None:
+    """Raise `RecordingError` unless the columns, each (n,), are valid; rows as in the CSV.
+
+    That is: names as in `name_fault`, equal lengths of at least 2, every value finite and at most
+    `LARGEST` in size, and the time, the first of them, strictly increasing.
+    """
+    for position, name in enumerate(table, start=1):
+        if fault := name_fault(name, si=si):
+            raise RecordingError(f"{where}, row 1, column {position}: {fault}")
+    clock = next(iter(table))
+    time = table[clock]
+    for name, column in table.items():
+        if column.ndim != 1 or column.shape != time.shape:
+            raise RecordingError(
+                f"{where}, column {name!r}: shape {column.shape}, but {clock!r} has {time.shape}"
+                " and (n,) is needed"
+            )
+    if time.size < 2:
+        raise RecordingError(too_few_rows(time.size, where))
+    for name, column in table.items():
+        bad = np.flatnonzero(~(np.abs(column) <= LARGEST))
+        if bad.size:
+            raise RecordingError(
+                f"{where}, row {bad[0] + 2}, column {name!r}: {excess(float(column[bad[0]]))}"
+            )
+    back = np.flatnonzero(time[1:] <= time[:-1])
+    if back.size:
+        before, after = time[back[0]].item(), time[back[0] + 1].item()
+        raise RecordingError(
+            f"{where}, row {back[0] + 3}, column {clock!r}: {after!r} does not come after"
+            f" {before!r} of the row before; time strictly increases"
+        )
+
+
+def in_si(table: Mapping[str, FloatArray], where: str) -> dict[str, FloatArray]:
+    """A valid table of a file in the units and under the names of SI: ``x_mm`` becomes ``x_m``.
+
+    Raises:
+        RecordingError: two columns would have one name, or times differ by less than a number
+            can hold.
+    """
+    converted: dict[str, FloatArray] = {}
+    before: dict[str, str] = {}
+    for name, values in table.items():
+        target, factor = si_name(name)
+        if target in before:
+            raise RecordingError(
+                f"{where}, column {name!r}: in SI it is {target!r}, as {before[target]!r} is; give"
+                " one of them another name"
+            )
+        before[target] = name
+        converted[target] = values if factor == 1.0 else values * factor
+    if not (np.diff(converted[TIME]) > 0.0).all():
+        raise RecordingError(f"{where}, column {before[TIME]!r}: times too close in seconds")
+    return converted
+
+
+def and_more(count: int) -> str:
+    """How many rows there are beside the first one."""
+    others = count - 1
+    return f" (and {others} more row{'s' if others > 1 else ''})" if others > 0 else ""
+
+
+def too_few_rows(count: int, where: str) -> str:
+    """Message that a table has not enough rows."""
+    return f"{where}, row {count + 2}: missing; at least 2 rows are needed below the header"
 
 
 def _warn(text: str) -> None:

@@ -1,105 +1,156 @@
-"""Units of columns: a name ends in its unit, and every unit is converted to that of SI."""
+"""Names and units of columns, and ranges of numbers.
+
+A name ends in its unit; every unit is converted to that of SI.
+"""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection
-from functools import cache
-from itertools import product
+from typing import Final, NamedTuple
 
-import pint
-
-from tendon_mj.errors import unknown
+from tendon_mj.errors import InvalidValueError, unknown
 
 UNITS = ("_s", "_m", "_N", "_rad", "_Nm", "_rad_per_s", "_m_per_s")  # of SI
+TIME = "time_s"
+TIMES = (TIME, "time_ms", "time_us", "time_ns")  # names of the clock in a file
 
-_PER = ("s", "min")
-_ANGLES = ("rad", "mrad", "deg", "arcmin", "rev")
-_LENGTHS = ("m", "cm", "mm", "um", "inch")  # without nm, which is Nm misspelt
-# unit of SI -> units that are converted to it. A list, and not all that pint knows, to which
-# `last_hand`, `flexor_in` and `left_foot` are lengths.
-_CONVERTED = {
-    "_s": ("s", "ms", "us", "ns"),  # no minutes: `tension_min` is no time
-    "_m": _LENGTHS,
-    "_N": ("N", "uN", "mN", "kN", "gf", "kgf", "ozf", "lbf"),
-    "_rad": _ANGLES,
-    "_Nm": ("Nm", "uNm", "mNm", "kNm", "Ncm", "Nmm", "gfcm", "kgfcm"),
-    "_rad_per_s": ("rpm", *("_per_".join(pair) for pair in product(_ANGLES, _PER))),
-    "_m_per_s": tuple("_per_".join(pair) for pair in product(_LENGTHS, _PER)),
+LARGEST: Final = 1e30  # beyond, sums of squares may overflow
+SMALLEST: Final = 1.0 / LARGEST  # except 0
+
+_LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}  # nm is a misspelt Nm
+_ANGLES = {
+    "rad": 1.0,
+    "mrad": 1e-3,
+    "deg": math.pi / 180.0,
+    "arcmin": math.pi / 180.0 / 60.0,
+    "rev": 2.0 * math.pi,
 }
-_IN_PINT = {
-    "rev": "revolution",
-    "gf": "gram_force",
-    "kgf": "kilogram_force",
-    "ozf": "ounce_force",
-    "lbf": "pound_force",
+_FORCES = {"N": 1.0, "uN": 1e-6, "mN": 1e-3, "kN": 1e3}
+_FORCES |= {"gf": 0.00980665, "kgf": 9.80665, "ozf": 0.2780138509537813, "lbf": 4.4482216152605005}
+_TORQUES = {"Nm": 1.0, "uNm": 1e-6, "mNm": 1e-3, "kNm": 1e3, "Ncm": 0.01, "Nmm": 1e-3}
+_TORQUES |= {"gfcm": 9.80665e-05, "kgfcm": 0.0980665}
+
+
+def _rates(units: dict[str, float]) -> dict[str, float]:
+    per = (("s", 1.0), ("min", 60.0))
+    return {f"{u}_per_{name}": f / seconds for u, f in units.items() for name, seconds in per}
+
+
+# ending of a column's name → the ending in SI, and the factor that converts to it
+UNIT_FACTORS: dict[str, tuple[str, float]] = {
+    f"_{unit}": (si, factor)
+    for si, units in (
+        ("_s", {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}),  # `tension_min` is not a time
+        ("_m", _LENGTHS),
+        ("_N", _FORCES),
+        ("_rad", _ANGLES),
+        ("_Nm", _TORQUES),
+        ("_rad_per_s", {"rpm": math.pi / 30.0, **_rates(_ANGLES)}),
+        ("_m_per_s", _rates(_LENGTHS)),
+    )
+    for unit, factor in units.items()
 }
-_TORQUE = re.compile(r"([umk]?N|k?gf)([cm]?m)")
-# words that stand for units in exports of others
+# words for units in exports of other programs
 _WORDS = {
-    "_degrees": "_deg",
-    "_degree": "_deg",
-    "_radians": "_rad",
-    "_radian": "_rad",
-    "_newton": "_N",
-    "_newtons": "_N",
-    "_seconds": "_s",
-    "_sec": "_s",
-    "_meters": "_m",
-    "_metres": "_m",
-    "_millimeters": "_mm",
-    "_millimetres": "_mm",
+    **dict.fromkeys(("_degrees", "_degree"), "_deg"),
+    **dict.fromkeys(("_radians", "_radian"), "_rad"),
+    **dict.fromkeys(("_newton", "_newtons"), "_N"),
+    **dict.fromkeys(("_seconds", "_sec"), "_s"),
+    **dict.fromkeys(("_meters", "_metres"), "_m"),
+    **dict.fromkeys(("_millimeters", "_millimetres"), "_mm"),
 }
-# the unit that a name claims, compound ones whole: `rate_deg_per_s` must not pass as seconds
+# compound units whole: `rate_deg_per_s` must not pass as seconds
 _CLAIMED = re.compile(r"(?:(?:^|_)[^_]+_per)?_[^_]+$")
 
 
-@cache
-def unit_factors() -> dict[str, tuple[str, float]]:
-    """Ending of a column's name → the ending in SI, and the factor that converts to it."""
-    registry: pint.UnitRegistry[float] = pint.UnitRegistry()
-    found = {}
-    for target, units in _CONVERTED.items():
-        for unit in units:
-            one = registry.Quantity(1.0, _expression(unit))
-            factor = float(one.to(_expression(target.removeprefix("_"))).magnitude)
-            found[f"_{unit}"] = (target, 1.0 if f"_{unit}" == target else factor)
-    return found
+class Range(NamedTuple):
+    """Allowed values of a number: from ``low`` to ``high``, and 0 or from 1e-30 to 1e30 in size.
+
+    Attributes:
+        low, high: ends, which are allowed.
+        zero: whether 0 is allowed.
+    """
+
+    low: float = -LARGEST
+    high: float = LARGEST
+    zero: bool = True
+
+    def admits(self, value: float) -> bool:
+        """Whether a value is allowed; nan never is."""
+        size = abs(value) >= SMALLEST or (self.zero and value == 0.0)
+        return self.low <= value <= self.high and size
+
+    def check(self, name: str, value: float, unit: str = "", where: str = "") -> None:
+        """Raise `InvalidValueError`, beginning with ``where``, unless a value is allowed."""
+        if fault := self.fault(name, value, unit):
+            raise InvalidValueError(f"{where}: {fault}" if where else fault)
+
+    def fault(self, name: str, value: float, unit: str = "") -> str:
+        """The message of `check`, without its place; empty if the value is allowed."""
+        if self.admits(value):
+            return ""
+        return f"{name} = {float(value)!r}{f' [{unit}]' if unit else ''} is outside {self}"
+
+    def __str__(self) -> str:
+        zero = "0 or " if self.zero else ""
+        if self.low < 0.0:
+            return f"{self.low:g} … {self.high:g} ({zero}at least {SMALLEST:g} in size)"
+        return f"{zero}{max(self.low, SMALLEST):g} … {self.high:g}"
+
+
+ANY = Range()
+NOT_NEGATIVE = Range(0.0)
+POSITIVE = Range(0.0, zero=False)
+
+
+def excess(value: float) -> str:
+    """Message that a number is not finite, or too large whatever its sign; empty if it is not."""
+    if not math.isfinite(value):
+        return f"{value} is not finite"
+    return f"{value:g} is outside ±{LARGEST:g}" if abs(value) > LARGEST else ""
 
 
 def si_name(column: str) -> tuple[str, float]:
     """A column's name in SI and the factor that converts it: ``x_mm`` is (``x_m``, 0.001)."""
     ending = claimed_unit(column)
-    target, factor = unit_factors()[ending]
+    target, factor = UNIT_FACTORS[ending]
     return column.removesuffix(ending) + target, factor
 
 
 def claimed_unit(column: str) -> str:
-    """What stands in a column's name where its unit is, underscore included; or the whole name."""
+    """The end of a column's name that is its unit, underscore included; or the whole name."""
     claimed = _CLAIMED.search(column)
     return claimed.group() if claimed else column
 
 
+def name_fault(name: str, *, si: bool = False, elements: Collection[str] = ()) -> str:
+    """Message that a column's name cannot be used, as of `unit_fault`; empty if it can."""
+    if name != name.strip() or not name.isprintable() or {",", '"'} & set(name):
+        return f"{name!r} is not a column name; write a word such as 'tension_N', unquoted"
+    fault = unit_fault(name, si=si, elements=elements)
+    return f"{name!r} {fault}" if fault else ""
+
+
 def unit_fault(column: str, *, si: bool, elements: Collection[str] = ()) -> str:
-    """What is wrong with the unit in a column's name; empty if nothing.
+    """Message that the unit in a column's name cannot be used; empty if it can.
 
     Args:
         column: its name.
         si: whether the unit has to be of SI, or may be one that is converted.
-        elements: names that may stand before the unit although they end in one themselves.
+        elements: names, as of actuators, that may precede the unit although they end in one.
     """
-    ending, allowed = claimed_unit(column), UNITS if si else tuple(unit_factors())
+    ending, allowed = claimed_unit(column), UNITS if si else tuple(UNIT_FACTORS)
+    stem = f"_{column.removesuffix(ending)}"
     if ending not in allowed or ending == column:
         converted = [unit for unit in allowed if unit not in UNITS and "_per_" not in unit]
-        also = (
-            f"; converted: {', '.join(converted)} and rates such as _deg_per_s" if converted else ""
-        )
-        kind = "an SI unit" if si else "a unit that is read"
+        kind, also = "an SI unit", ""
+        if not si:
+            kind, also = "a unit that is read", f"; converted: {', '.join(converted)} and rates"
         return f"does not end in {kind}: {_nearest(ending, allowed)}{also}"
-    if column.removesuffix(ending) in elements:
-        return ""
-    stem = f"_{column.removesuffix(ending)}"
-    if stem.endswith(UNITS) or (ending in ("_s", "_ms", "_min") and stem.endswith(allowed)):
+    twice = stem.endswith(UNITS) or (ending in ("_s", "_ms", "_min") and stem.endswith(allowed))
+    if twice and stem[1:] not in elements:
         return (
             f"ends in two units, {claimed_unit(stem)!r} and {ending!r}; write one of"
             f" {', '.join(UNITS)}"
@@ -116,8 +167,8 @@ def proposed_name(column: str) -> str:
 
 
 def _spelt(ending: str) -> str:
-    """A unit that others spell in other letters or words, as it is spelt here; or nothing."""
-    spelt = {unit.lower(): unit for unit in reversed(unit_factors())}
+    """A unit in other letters or words, as it is spelt here; or nothing."""
+    spelt = {unit.lower(): unit for unit in reversed(UNIT_FACTORS)}
     return _WORDS.get(ending.lower(), "") or spelt.get(ending.lower(), "")
 
 
@@ -126,15 +177,5 @@ def _nearest(ending: str, allowed: tuple[str, ...]) -> str:
     near = unknown("unit", ending, allowed).partition(" (there are")[0]
     if (spelt := _spelt(ending)) in allowed:
         near = f"unknown unit {ending!r}; did you mean {spelt!r}?"
-    of_si = ", ".join(map(repr, UNITS))
-    offset = "; a unit with an offset is none" if ending in ("_degC", "_degF", "_C") else ""
-    return f"{near}{offset} (SI: {of_si})"
-
-
-def _expression(unit: str) -> str:
-    """A unit as pint writes it."""
-    above, per, below = unit.partition("_per_")
-    torque = _TORQUE.fullmatch(above)
-    parts = torque.groups() if torque else (above,)
-    product_of = " * ".join(_IN_PINT.get(part, part) for part in parts)
-    return f"{product_of} / {below}" if per else product_of
+    offset = "; units with an offset are not read" if ending in ("_degC", "_degF", "_C") else ""
+    return f"{near}{offset} (SI: {', '.join(map(repr, UNITS))})"

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import sys
-
 import numpy as np
 import pytest
 
-from tendon_mj.errors import InvalidValueError, RecordingError, TendonError
+from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.lab.experiment_design import DriveBounds, ExperimentBounds, check_bounds, read_bounds
 from tendon_mj.lab.recordings import Measured, Recording
 from tests.lab.experiment_design.rig import DRIVE, TENSION, bounds, record
+from tests.lab.recordings.tables import refused
 
 FILE = """
 duration = 8.0
@@ -39,68 +37,43 @@ def test_a_file_holds_what_python_says(tmp_path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("line", "instead", "said"),
+    ("line", "instead", "place", "fault"),
     [
-        ("rate = 0.012", "rat = 0.012", r"unknown key 'rat'; did you mean 'rate'"),
-        (", rate = 0.012", "", r"\[drive\] 'reel_m': 'rate' is missing"),
-        ("rate = 0.012", "rate = 'fast'", "must be a number, got 'fast'"),
-        ("rate = 0.012", "rate = 0", "rate = 0.0 must be > 0"),
-        ("low = -1e-3", "low = 2e-3", "low < high must hold"),
-        ("dwell = 2", "dwell = -2", r"dwell = -2.0 \[s\] must be ≥ 0"),
-        ('"sheath.pretension"', "sheath.pretension", "a name that has a dot in quotes"),
-        ("high = 40", "high = inf", "low < high must hold"),
-        ("duration = 8.0", "duration = 1" + 400 * "0", "duration: must be less than 1e.100"),
-        ("duration = 8.0", "duration = " + 5000 * "[", "nested too deeply"),
-        ("low = -1e-3", "low = 0x" + 4000 * "f", "line 4: an integer has 1000 digits or more"),
-        ("duration = 8.0", 101 * "a." + "a = 8.0", "bounds.toml, line 2: a key has more than 100"),
-        ("high = 40", "high = 1e308", "neither beyond 1e.100"),
-        ('sensor = "angle", ', "", r"\[measure\] 'angle_rad': write { sensor"),
-        ("noise = 0.01", "noise = 0", r"\[measure\] 'angle_rad': noise must be > 0"),
-        ("[states]", "[state]", "unknown key 'state'; did you mean 'states'"),
-        ("duration = 8.0", "duration = '8'", "duration: must be a number"),
-        ("duration = 8.0", "duration = ", "bounds.toml: not TOML: Invalid value"),
+        ("rate = 0.012", "rat = 0.012", "[drive] 'reel_m'", "did you mean 'rate'"),
+        (", rate = 0.012", "", "[drive] 'reel_m'", "'rate' is missing"),
+        ("rate = 0.012", "rate = 'fast'", "[drive] 'reel_m', rate", "'fast'"),
+        ("rate = 0.012", "rate = 0", "[drive] 'reel_m'", "rate = 0.0"),
+        ("low = -1e-3", "low = 2e-3", "[drive] 'reel_m'", "low < high must hold"),
+        ("dwell = 2", "dwell = -2", "[drive] 'reel_m'", "dwell = -2.0 [s]"),
+        ('"sheath.pretension"', "sheath.pretension", "[states] 'sheath'", "is quoted"),
+        ("high = 40", "high = inf", "[states] 'sheath.pretension'", "high = inf"),
+        ("duration = 8.0", "duration = " + 5000 * "[", "bounds.toml", "not TOML"),
+        ('sensor = "angle", ', "", "[measure] 'angle_rad'", "'sensor' is missing"),
+        ("noise = 0.01", "noise = 0", "[measure] 'angle_rad'", "noise = 0.0"),
+        ("[states]", "[state]", "bounds.toml", "did you mean 'states'"),
+        ("duration = 8.0", "duration = '8'", "bounds.toml, duration", "'8'"),
+        ("duration = 8.0", "duration = ", "bounds.toml", "not TOML: Invalid value"),
+        ("sheath", "ga\u00eene", "bounds.toml, row 6, column 1", "not UTF-8"),
     ],
 )
-def test_a_broken_file_is_refused_with_the_place(line, instead, said, tmp_path) -> None:
+def test_a_broken_file_is_refused_with_the_place(line, instead, place, fault, tmp_path) -> None:
     path = tmp_path / "bounds.toml"
-    path.write_text(FILE.replace(line, instead), encoding="utf-8")
-    with pytest.raises(TendonError, match=said):
+    path.write_text(FILE.replace(line, instead), encoding="latin-1")
+    with pytest.raises(TendonError) as refused:
         read_bounds(path)
+    assert str(path) in str(refused.value)
+    assert place in str(refused.value)
+    assert fault in str(refused.value)
 
 
-def test_a_file_that_is_not_there_is_refused(tmp_path) -> None:
-    with pytest.raises(TendonError, match=r"none\.toml"):
-        read_bounds(tmp_path / "none.toml")
-
-
-def test_a_file_that_is_not_utf8_is_refused_with_the_place(tmp_path) -> None:
-    path = tmp_path / "bounds.toml"
-    path.write_text(FILE.replace("sheath", "gaîne"), encoding="latin-1")
-    with pytest.raises(RecordingError, match=r"bounds\.toml, row 6, column 1: .* is not UTF-8"):
-        read_bounds(path)
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has neither")
-def test_pipes_and_devices_are_refused_and_not_opened(tmp_path) -> None:
-    pipe, zeros = tmp_path / "pipe.toml", tmp_path / "zeros.toml"
-    os.mkfifo(pipe)
-    zeros.symlink_to("/dev/zero")
-    for path in (pipe, zeros):
-        with pytest.raises(RecordingError, match=rf"{path.name}: a device or pipe"):
-            read_bounds(path)
-
-
-def test_nothing_that_moves_is_no_experiment() -> None:
-    with pytest.raises(InvalidValueError, match="nothing would move"):
+def test_bounds_need_a_drive_and_the_noise_of_a_further_sensor() -> None:
+    with refused("nothing would move", error=InvalidValueError):
         ExperimentBounds(drive={})
-
-
-def test_a_further_sensor_needs_its_noise_and_a_column_of_its_own() -> None:
     drive = {"reel_m": DriveBounds(-1e-3, 1e-3, 0.01)}
-    with pytest.raises(InvalidValueError, match="'angle_rad': its noise must be stated"):
+    with refused("'angle_rad': its noise must be stated", error=InvalidValueError):
         ExperimentBounds(drive=drive, measure={"angle_rad": Measured("angle")})
     again = bounds(measure={TENSION: Measured("output_tension", 0.1)})
-    with pytest.raises(InvalidValueError, match="the recordings have this column already"):
+    with refused("the recordings have this column already", error=InvalidValueError):
         again.check(record("a", {}, {}), {})
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.lab.experiment_design import DriveBounds
-from tendon_mj.lab.experiment_design.motion import SHAPES, motion_at
+from tendon_mj.lab.experiment_design.experiment import SHAPES, motion_at
 
 INTERVAL = 0.004
 RANDOM = np.random.default_rng(0)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-import pytest
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.lab.experiment_design import (
     DriveBounds,
     ExperimentBounds,
     Suggestion,
+    check_bounds,
     suggest_experiment,
 )
 from tendon_mj.lab.recordings import Measured, Uncertain, read_recording
@@ -27,6 +27,7 @@ from tests.lab.experiment_design.rig import (
     diagnosed,
     record,
 )
+from tests.lab.recordings.tables import refused
 
 A, B, C = "sheath.a", "sheath.b", "sheath.c"
 KINK = 1.0  # mm, beyond the amplitude that was recorded
@@ -76,11 +77,8 @@ def test_what_a_fit_of_the_rival_absorbs_is_no_difference() -> None:
     (difference,) = found.differences
     assert difference.expected < 0.45
     assert "No experiment within the bounds tells apart" in found.sentence
-
-
-def test_bounds_that_exclude_where_they_differ_leave_no_experiment() -> None:
-    found = suggested(ALIKE_WHEN_SMALL, {B: 3.0}, bounds(0.9 * KINK * 1e-3))
-    assert found.recording is None
+    below_the_kink = bounds(0.9 * KINK * 1e-3)
+    assert suggested(ALIKE_WHEN_SMALL, {B: 3.0}, below_the_kink).recording is None
 
 
 def test_a_sensor_that_could_be_read_is_asked_for_where_only_it_decides() -> None:
@@ -175,27 +173,18 @@ def test_the_suggestion_is_the_same_each_time() -> None:
     assert one.result() == other.result()
 
 
-def test_bounds_of_what_the_rig_does_not_have_are_refused() -> None:
-    truth = {B: 3.0}
-    made = [record(name, ALIKE_WHEN_SMALL, truth) for name in ("a", "bb")]
-    found = diagnosed(made[:1], made[1:], ALIKE_WHEN_SMALL, "a", "b")
+def test_bounds_of_another_rig_and_of_what_is_fitted_are_refused() -> None:
+    """A parameter that is uncertain in the recordings has one value for all."""
     make = partial(ShapedRig, shapes=ALIKE_WHEN_SMALL)
-    drive = {"input_displacment_m": DriveBounds(0.0, 1.0, 1.0)}
-    with pytest.raises(UnknownNameError, match=f"did you mean '{DRIVE}'"):
-        suggest_experiment(found, ExperimentBounds(drive=drive), make)
-    with pytest.raises(UnknownNameError, match=r"did you mean 'sheath\.pretension'"):
-        suggest_experiment(found, bounds(states={"sheath.pretensoin": (1.0, 2.0)}), make)
-    with pytest.raises(UnknownNameError, match=f"did you mean '{TENSION}'"):
-        suggest_experiment(found, bounds(limits={"output_tensoin_N": (1.0, 2.0)}), make)
-
-
-def test_what_is_fitted_to_all_recordings_is_no_state() -> None:
     uncertain = {PRETENSION: Uncertain(20.0, 10.0, 30.0)}
-    made = [record(name, ALIKE_WHEN_SMALL, {B: 3.0}, uncertain=uncertain) for name in ("a", "bb")]
-    found = diagnosed(made[:1], made[1:], ALIKE_WHEN_SMALL, "a", "b")
-    with pytest.raises(InvalidValueError, match="call it uncertain, one value for all"):
-        suggest_experiment(
-            found,
-            bounds(states={PRETENSION: (10.0, 60.0)}),
-            partial(ShapedRig, shapes=ALIKE_WHEN_SMALL),
-        )
+    made = [record("a", ALIKE_WHEN_SMALL, {B: 3.0}, uncertain=uncertain)]
+    misspelt = ExperimentBounds(drive={"input_displacment_m": DriveBounds(0.0, 1.0, 1.0)})
+    for within, name in (
+        (misspelt, DRIVE),
+        (bounds(states={"sheath.pretensoin": (1.0, 2.0)}), PRETENSION),
+        (bounds(limits={"output_tensoin_N": (1.0, 2.0)}), TENSION),
+    ):
+        with refused(f"did you mean {name!r}", error=UnknownNameError):
+            check_bounds(made, within, make)
+    with refused(repr(PRETENSION), "uncertain", error=InvalidValueError):
+        check_bounds(made, bounds(states={PRETENSION: (10.0, 60.0)}), make)

@@ -1,11 +1,88 @@
-"""Noise of a measured series, where it is known."""
+"""Noise of a measured series, where it is known; marks of converters, and no others."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from tendon_mj.lab.recordings import estimate_noise
+from tendon_mj import Measured, Recording
+from tendon_mj.lab.recordings import (
+    estimate_noise,
+    held_values,
+    noise_levels,
+    range_ends,
+    resolution,
+)
+
+TIME = np.arange(0.0, 10.0, 0.01)
+NOISE = 0.05
+
+
+def tension(seed: int = 5) -> np.ndarray:
+    """Ten seconds of a tension with noise [N]."""
+    random = np.random.default_rng(seed)
+    return 20.0 + 8.0 * np.sin(2.0 * TIME) + random.normal(0.0, NOISE, TIME.size)
+
+
+@pytest.mark.parametrize("step", [0.01, 0.0732421875, 0.5, 3.0])
+def test_the_step_of_a_series_is_found_though_the_file_rounds_once_more(step: float) -> None:
+    rounded = np.round(np.round(tension() / step) * step, 3)
+    assert resolution(rounded) == pytest.approx(step, rel=1e-3)
+
+
+def test_a_series_of_no_step_has_none() -> None:
+    assert resolution(tension()) == 0.0
+    assert resolution(np.full(100, 3.0)) == 0.0
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_ends_of_a_range_are_found_and_no_others(seed: int) -> None:
+    series = np.round(tension(seed), 3)
+    assert range_ends(series) == (-np.inf, np.inf)
+    assert range_ends(np.minimum(series, 26.0)) == (-np.inf, 26.0)
+    assert range_ends(np.clip(series, 13.5, 27.0)) == (13.5, 27.0)
+
+
+def test_a_rest_at_the_top_without_noise_is_no_end_of_a_range() -> None:
+    turns = np.clip(20.0 * np.sin(2.0 * TIME), -15.0, 15.0)
+    assert range_ends(turns) == (-np.inf, np.inf)
+    assert range_ends(np.round(turns / 0.5) * 0.5) == (-np.inf, np.inf)
+
+
+@pytest.mark.parametrize("times", [2.0, 2.5, 3.0, 6.0])
+def test_values_that_are_held_are_found(times: float) -> None:
+    rows = np.arange(TIME.size)
+    taken = np.minimum(np.floor(np.floor(rows / times) * times), rows).astype(int)
+    repeats = held_values(np.round(tension(), 3)[taken])
+    expected = np.append(False, np.diff(taken) == 0)
+    assert np.mean(repeats == expected) > 0.98
+
+
+@pytest.mark.parametrize("step", [0.001, 0.05, 0.5])
+def test_equal_neighbours_of_a_rounded_series_are_not_held(step: float) -> None:
+    """Noise, an encoder's steps, and rests make equal neighbours too."""
+    assert not held_values(np.round(tension() / step) * step).any()
+    stuck = np.where(np.mod(TIME, 1.0) < 0.6, np.floor(TIME), TIME)
+    assert not held_values(np.round(stuck / step) * step).any()
+
+
+def test_noise_is_at_least_that_of_the_steps() -> None:
+    step = 0.5
+    for stated, expected in (
+        (None, step / np.sqrt(12.0)),
+        (0.01, step / np.sqrt(12.0)),
+        (0.2, 0.2),
+    ):
+        recording = Recording(
+            name="coarse",
+            model="bench",
+            source="a test",
+            time=TIME,
+            columns={"cable_N": np.round(tension() / step) * step, "reel_m": np.sin(TIME)},
+            drive={"reel_m": "reel"},
+            measured={"cable_N": Measured("input_tension", stated)},
+        )
+        assert noise_levels(recording)["cable_N"] == pytest.approx(expected, rel=0.15)
 
 
 @pytest.mark.parametrize("level", [0.003, 0.05, 1.0])
@@ -17,13 +94,10 @@ def test_noise_is_found_under_motion(level: float) -> None:
 
 
 def test_noise_of_a_quantised_series_is_at_least_its_rounding() -> None:
-    series = np.round(np.sin(np.linspace(0.0, 6.0, 2000)), 3)
-    assert estimate_noise(series) >= 0.9 * 1e-3 / np.sqrt(12.0)
-
-
-def test_noise_of_a_coarsely_quantised_series_is_its_rounding() -> None:
-    series = np.round(20.0 * np.sin(np.linspace(0.0, 60.0, 2000)) / 5.0) * 5.0
-    assert estimate_noise(series) == pytest.approx(5.0 / np.sqrt(12.0))
+    turns = np.sin(np.linspace(0.0, 6.0, 2000))
+    assert estimate_noise(np.round(turns, 3)) >= 0.9 * 1e-3 / np.sqrt(12.0)
+    coarse = np.round(20.0 * np.sin(np.linspace(0.0, 60.0, 2000)) / 5.0) * 5.0
+    assert estimate_noise(coarse) == pytest.approx(5.0 / np.sqrt(12.0))
 
 
 def test_even_steps_are_no_rounding() -> None:

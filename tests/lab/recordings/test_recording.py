@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-import os
 import pickle
 import re
 import tempfile
@@ -28,8 +27,9 @@ from tendon_mj.lab.recordings import (
     read_recording,
     write_recording,
 )
-from tendon_mj.lab.recordings.description_toml import parse_description, parse_layout
-from tendon_mj.lab.recordings.magnitude import SMALLEST
+from tendon_mj.lab.recordings.description import parse_description, parse_toml
+from tendon_mj.lab.recordings.units import SMALLEST
+from tests.lab.recordings.tables import refused
 
 CELLS = st.floats(-LARGEST, LARGEST)
 POSITIVE = st.floats(SMALLEST, LARGEST)
@@ -76,7 +76,7 @@ def recordings(draw: st.DrawFn) -> Recording:
             for value in [draw(SIZES)]
         },
         hold=tuple(name for name in driven if draw(st.booleans())),
-        settle=draw(st.just(0.5) | st.floats(min_value=0, allow_infinity=False)),
+        settle=draw(st.sampled_from([0.0, 0.5]) | POSITIVE),
         settling_time=draw(st.none() | POSITIVE),
     )
 
@@ -168,23 +168,19 @@ def test_spaces_byte_order_mark_and_windows_lines_change_nothing(tmp_path: Path)
     assert read_recording(path) == bench()
 
 
-def test_a_recording_cannot_be_changed() -> None:
-    recording = bench()
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        recording.model = "other"  # type: ignore[misc]
-    for array in (recording.time, *recording.columns.values()):
-        with pytest.raises(ValueError, match="read-only"):
-            array[0] = 1.0
-    for table in ("columns", "drive", "measured", "known", "uncertain"):
-        with pytest.raises(TypeError):
-            getattr(recording, table)["new"] = None
-
-
-def test_a_recording_owns_its_numbers() -> None:
+def test_a_recording_cannot_be_changed_and_owns_its_numbers() -> None:
     time_s = np.array([0.0, 1.0, 2.0])
     recording = bench(time=time_s)
     time_s[0] = 9.0
     assert recording.time[0] == 0.0
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        recording.model = "other"  # type: ignore[misc]
+    for array in (recording.time, *recording.columns.values()):
+        with refused("read-only", error=ValueError):
+            array[0] = 1.0
+    for table in ("columns", "drive", "measured", "known", "uncertain"):
+        with pytest.raises(TypeError):
+            getattr(recording, table)["new"] = None
 
 
 def test_copies_equal_the_original_and_stay_read_only() -> None:
@@ -195,24 +191,21 @@ def test_copies_equal_the_original_and_stay_read_only() -> None:
     assert dataclasses.replace(recording, model="joint") != recording
 
 
-def test_a_recording_fits_a_model_that_has_its_names() -> None:
-    bench().check_against(actuators={"reel", "spare"}, sensors=["input_tension"])
-
-
 def test_a_missing_actuator_or_sensor_is_refused_with_the_nearest() -> None:
-    with pytest.raises(RecordingError, match=r"\[drive\] 'input_disp.*'reel'.*mean 'reels'"):
+    bench().check_against(actuators={"reel", "spare"}, sensors=["input_tension"])
+    with refused("[drive] 'input_disp", "'reel'", "mean 'reels'"):
         bench().check_against(actuators=["reels", "servo"], sensors=["input_tension"])
-    with pytest.raises(RecordingError, match=r"\[measured\] 'input_t.*mean 'input_tensions'"):
+    with refused("[measured] 'input_t", "mean 'input_tensions'"):
         bench().check_against(actuators=["reel"], sensors=["input_tensions", "angle"])
 
 
 def test_values_refuse_impossible_numbers() -> None:
-    with pytest.raises(InvalidValueError, match=r"0\.5"):
+    with refused("0.5", error=InvalidValueError):
         Uncertain(0.5, 0.1, 0.4)
     for noise in (0.0, -1.0, float("nan"), float("inf")):
-        with pytest.raises(InvalidValueError, match="noise"):
+        with refused("noise", error=InvalidValueError):
             Measured("tension", noise)
-    with pytest.raises(InvalidValueError, match="sensor"):
+    with refused("sensor", error=InvalidValueError):
         Measured(" ")
 
 
@@ -221,7 +214,6 @@ def test_values_refuse_impossible_numbers() -> None:
     [
         ({"name": ""}, "name must not be empty"),
         ({"model": " "}, "model: must not be empty"),
-        ({"source": "\ud800"}, "source: .* UTF-8"),
         ({"time": [0.0, 0.2, 0.1]}, r"row 4, column 'time_s': 0.1 .* 0.2"),
         ({"time": [0.0, 0.1]}, r"column 'input_displacement_m': shape \(3,\)"),
         ({"columns": {"time_s": [0.0, 0.1, 0.2]}}, "column 'time_s': belongs in `time`"),
@@ -243,25 +235,8 @@ def test_long_recordings_keep_every_bit(tmp_path: Path) -> None:
     assert bits(read_recording(path)) == bits(recording)
 
 
-@pytest.mark.skipif("TENDON_MJ_DATA" not in os.environ, reason="TENDON_MJ_DATA is not set")
-def test_measured_data_reads_with_a_description_of_its_own(tmp_path: Path) -> None:
-    toml = tmp_path / "joint.toml"
-    toml.write_text(
-        'model = "joint"\nsource = "public"\n[drive]\ncommand_rad = "command"\n'
-        '[measured]\njoint_rad = { sensor = "angle" }\n'
-    )
-    folder = Path(os.environ["TENDON_MJ_DATA"]) / "tendon_sheath_joint"
-    for csv in sorted(folder.glob("*.csv")):
-        recording = read_recording(csv, description=toml)
-        assert recording.name == csv.stem
-        assert set(recording.columns) - set(recording.drive) - set(recording.measured) == {
-            "tension_1_N",
-            "tension_2_N",
-        }
-
-
 def test_the_documented_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    page = Path(__file__).parents[2] / "docs" / "recording.md"
+    page = Path(__file__).parents[3] / "docs" / "recording.md"
     found = re.findall(r"```(\w+)\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
     blocks = dict(reversed(found))  # the first of each language
     monkeypatch.chdir(tmp_path)
@@ -273,18 +248,15 @@ def test_the_documented_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert names["simulator"].parameters["sheath.friction"][:2] == (0.15, "-")
     assert names["read_intervals"](names["model"]) == names["within"]
     assert bits(read_recording("again")) == bits(read_recording("pull"))
-    fragment = [block for language, block in found if language == "toml"][1]
-    described = parse_description(f'model = "joint"\nsource = "a rig"\n{fragment}', page.name)
+    head = 'model = "joint"\nsource = "a rig"\n'
+    fragment, settled, log = [block for language, block in found if language == "toml"][1:4]
+    described = parse_description(head + fragment, page.name)
     assert (described.hold, described.settle) == (("command_rad",), 0.0)
     assert described.session
-    settled, log = [block for language, block in found if language == "toml"][2:4]
-    described = parse_description(f'model = "joint"\nsource = "a rig"\n{settled}', page.name)
+    described = parse_description(head + settled, page.name)
     assert (described.quasi_static, described.settling_time) == (True, 8.0)
-    assert list(parse_layout(log, page.name).topics) == [
-        "command_deg",
-        "input_tension_N",
-        "joint_deg",
-    ]
+    topics = parse_toml(head + log, page.name)[1].topics
+    assert list(topics) == ["command_deg", "input_tension_N", "joint_deg"]
     Path("pull.toml").write_text(blocks["toml"].replace("displacement", "displacment"))
     with pytest.raises(RecordingError, match=re.escape(" ".join(blocks["text"].split()))):
         read_recording("pull")
@@ -348,5 +320,5 @@ def test_one_model_by_several_paths_is_one(tmp_path: Path, monkeypatch: pytest.M
     assert is_same_model("bench", "bench")
     assert is_same_model("a/rig.xml", str(tmp_path / "a" / "rig.xml"))
     assert is_same_model("a/rig.xml", "link/rig.xml")
-    for other in ("b/rig.xml", "a/other.xml", "bench", "a" * 5000, "\0"):
+    for other in ("b/rig.xml", "a/other.xml", "bench"):
         assert not is_same_model("a/rig.xml", other)

@@ -9,6 +9,7 @@ import pytest
 
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings import UNITS, Recording, read_recording, read_table
+from tests.lab.recordings.tables import refused
 
 HEADER = "time_s,reel_m,tension_N\n"
 CSV = HEADER + "0,0,20\n0.1,1e-3,21\n0.2,2e-3,22\n"
@@ -44,51 +45,31 @@ def test_the_unbroken_files_are_accepted(tmp_path: Path) -> None:
     ("csv", "where", "what"),
     [
         ("", "row 1", "empty"),
-        ("\n \n", "row 1", "empty"),
         (HEADER, "row 2", "at least 2 rows"),
         (HEADER + "0,0,20\n", "row 3", "at least 2 rows"),
         ("time,reel_m,tension_N\n0,0,0\n1,1,1\n", "row 1, column 1", "'time_s'"),
         ("time_s,reel_m,reel_m\n0,0,0\n1,1,1\n", "row 1, column 3", "the name of column 2"),
         ("time_s,reel_nm,tension_N\n0,0,0\n1,1,1\n", "row 1, column 2", "converted: _ms, "),
         ("time_s,reel_m,angle_dgr\n0,0,0\n1,1,1\n", "row 1, column 3", "did you mean '_deg'?"),
-        ("time_s,reel_m,room_degC\n0,0,0\n1,1,1\n", "row 1, column 3", "with an offset is none"),
-        ("time_s,reel_m,rate_dgr_per_s\n0,0,0\n1,1,1\n", "column 3", "mean '_deg_per_s'?"),
-        ("time_s,reel_m,force_KN\n0,0,0\n1,1,1\n", "row 1, column 3", "unknown unit '_KN'"),
-        ("time_s,reel_m,k_N_per_m\n0,0,0\n1,1,1\n", "row 1, column 3", "'_N_per_m'"),
+        ("time_s,reel_m,room_degC\n0,0,0\n1,1,1\n", "row 1, column 3", "with an offset"),
         ("time_s,reel_m,rate_per_s\n0,0,0\n1,1,1\n", "row 1, column 3", "unit that is read"),
         ("time_s,reel_m,speed_m_s\n0,0,0\n1,1,1\n", "row 1, column 3", "two units"),
-        ("time_s,reel_m,speed_mm_s\n0,0,0\n1,1,1\n", "row 1, column 3", "two units"),
         ("time_s,reel_m,reel_mm,tension_N\n0,0,0,0\n1,1,1,1\n", "'reel_mm'", "as 'reel_m' is"),
-        ("time_min,reel_m,a_N\n0,0,0\n1,1,1\n", "row 1, column 1", "'time_s'"),
         ("time_s,reel_m,tension\n0,0,0\n1,1,1\n", "row 1, column 3", "'tension'"),
-        ("time_s,reel_m,_N\n0,0,0\n1,1,1\n", "row 1, column 3", "'_N'"),
         ("time_s,reel_m,\n0,0,0\n1,1,1\n", "row 1, column 3", "''"),
         (CSV.replace("21", "twenty"), "row 3, column 'tension_N'", "'twenty' is not a number"),
         (CSV.replace("21", "1_0"), "row 3, column 'tension_N'", "'1_0' is not a number"),
-        (CSV.replace("21", "0x1"), "row 3, column 'tension_N'", "'0x1' is not a number"),
         (CSV.replace("21", "2\u0661"), "row 3, column 'tension_N'", "is not a number"),
-        (CSV.replace("21", "2\x00"), "row 3, column 'tension_N'", "'2\\x00' is not a number"),
-        *(
-            (CSV.replace("21", f"21{blank}"), "row 3, column 'tension_N'", f"{cell!r} is not a num")
-            for blank in "\x1c\x85\xa0\u2003"
-            for cell in [f"21{blank}"]
-        ),
-        (CSV.replace("21", "# 21"), "row 3, column 'tension_N'", "'# 21' is not a number"),
         (CSV.replace("1e-3", ""), "row 3, column 'reel_m'", "empty cell"),
-        (CSV.replace("1e-3", " "), "row 3, column 'reel_m'", "empty cell"),
         (CSV.replace("1e-3", "nan"), "row 3, column 'reel_m'", "empty cell or nan"),
         (CSV.replace("1e-3", "-inf"), "row 3, column 'reel_m'", "-inf is not finite"),
-        (CSV.replace("1e-3", "1e999"), "row 3, column 'reel_m'", "inf is not finite"),
-        (CSV.replace("1e-3", "-1e308"), "row 3, column 'reel_m'", "-1e+308 is no size"),
-        (CSV.replace("1e-3", "1.1e30"), "row 3, column 'reel_m'", "at most 1e+30"),
+        (CSV.replace("1e-3", "-1e308"), "row 3, column 'reel_m'", "-1e+308"),
         (CSV.replace(",21", ""), "row 3, column 'tension_N'", "empty cell"),
         (CSV.replace(",21", ",21,5"), "row 3, column 4", "'5' is one cell too many"),
         (HEADER + "0,0\n1,1\n", "row 2, column 'tension_N'", "empty cell"),
-        (HEADER + "0,0,0,7\n1,1,1,7\n", "row 2, column 4", "'7' is one cell too many"),
         (CSV.replace("0.2,", "0.05,"), "row 4, column 'time_s'", "0.05 does not come after 0.1"),
         (b"\xff\xfet\x00", "row 1, column 1", "0xff is not UTF-8"),
         (CSV.encode() + b"0.3,\xb5,23\n", "row 5, column 2", "0xb5 is not UTF-8"),
-        (CSV.encode() + b"\xb5,1,23\n", "row 5, column 1", "0xb5 is not UTF-8"),
     ],
 )
 def test_a_broken_table_is_refused_with_row_and_column(
@@ -118,7 +99,6 @@ def test_an_unknown_unit_is_refused_with_all_that_exist(tmp_path: Path) -> None:
         ('model = "bench"', "", "'model'", "missing"),
         ('model = "bench"', "model = 3", "model", "must be a text in quotes, got 3"),
         ('model = "bench"', 'model = " "', "model", "must not be empty"),
-        ('source = "made up"', "", "'source'", "missing"),
         (
             "[uncertain]",
             '[session]\n"a.b" = { value = 1e6, spread = 1e-7 }\n[uncertain]',
@@ -135,43 +115,38 @@ def test_an_unknown_unit_is_refused_with_all_that_exist(tmp_path: Path) -> None:
         ('"reel"', '"reel"\ntension_N = "b"', "[measured] 'tension_N'", "is in [drive] too"),
         ('"reel"', '"reel"\nreel_m = "b"', "line 5", "not TOML"),
         ("tension_N =", "tensoin_N =", "[measured] 'tensoin_N'", "did you mean 'tension_N'?"),
-        ("tension_N =", "time_s =", "[measured] 'time_s'", "clock"),
         ("sensor =", "senser =", "[measured] 'tension_N'", "did you mean 'sensor'?"),
         ('sensor = "input_tension", ', "", "[measured] 'tension_N'", "'sensor' is missing"),
         ('"input_tension"', '""', "[measured] 'tension_N'", "sensor must be a name"),
         ("noise = 0.05", "noize = 0.05", "[measured] 'tension_N'", "did you mean 'noise'?"),
-        ("noise = 0.05", "noise = 0", "[measured] 'tension_N'", "> 0 and finite, got 0.0"),
-        ("noise = 0.05", "noise = -0.1", "[measured] 'tension_N'", "> 0 and finite, got -0.1"),
-        ("noise = 0.05", "noise = nan", "[measured] 'tension_N'", "> 0 and finite, got nan"),
-        ("noise = 0.05", "noise = 1e-31", "[measured] 'tension_N'", "noise: 1e-31 is no size"),
-        ("noise = 0.05", "noise = true", "[measured] 'tension_N', noise", "a number, got True"),
+        ("noise = 0.05", "noise = 0", "[measured] 'tension_N'", "noise = 0.0"),
+        ("noise = 0.05", "noise = nan", "[measured] 'tension_N'", "noise = nan"),
+        (
+            "noise = 0.05",
+            "noise = 1e-31",
+            "[measured] 'tension_N'",
+            "1e-31 is outside 1e-30 … 1e+30",
+        ),
         ("noise = 0.05", 'noise = "1"', "[measured] 'tension_N', noise", "a number, got '1'"),
         ('{ sensor = "input_tension", noise = 0.05 }', '"a"', "'tension_N'", "write { sensor"),
         ('"sheath.axial_stiffness"', "stiffness", "[known] 'stiffness'", "<element>.<parameter>"),
-        ('"sheath.axial_stiffness"', '"sheath."', "[known] 'sheath.'", "<element>.<parameter>"),
         ('"sheath.axial_stiffness"', '".a"', "[known] '.a'", "<element>.<parameter>"),
         ('"sheath.axial_stiffness"', "sheath.axial", "[known] 'sheath'", "is quoted"),
         ("20000", '"20000"', "[known] 'sheath.axial_stiffness'", "a number, got '20000'"),
-        ("20000", "inf", "[known] 'sheath.axial_stiffness'", "inf is not finite"),
-        ("20000", "-1e308", "[known] 'sheath.axial_stiffness'", "-1e+308 is no size"),
+        ("20000", "inf", "[known] 'sheath.axial_stiffness'", "inf"),
+        ("20000", "-1e308", "[known] 'sheath.axial_stiffness'", "-1e+308"),
         (
             "20000",
             "1e-300",
             "[known] 'sheath.axial_stiffness'",
-            "must be 0, or from 1e-30 to 1e+30",
+            "at least 1e-30 in size",
         ),
         ("20000", "9" * 400, "[known] 'sheath.axial_stiffness'", "too large"),
-        ("20000", "9" * 9999, "rig.toml, line 8", "an integer has 1000 digits or more"),
-        ("20000", "[" * 9999, "rig.toml", "not TOML"),
         ('"sheath.friction"', "sheath.friction", "[uncertain] 'sheath'", "is quoted"),
-        ('"sheath.friction"', "friction", "[uncertain] 'friction'", "<element>.<parameter>"),
         ('"sheath.friction"', '"sheath.axial_stiffness"', "[uncertain]", "is in [known] too"),
         ("value = 0.15", "value = 0.5", "[uncertain] 'sheath.friction'", "0.05 ≤ 0.5 ≤ 0.4"),
-        ("low = 0.05", "low = 0.2", "[uncertain] 'sheath.friction'", "0.2 ≤ 0.15 ≤ 0.4"),
-        ("high = 0.4", "high = inf", "[uncertain] 'sheath.friction'", "all finite"),
-        ("high = 0.4", "high = 1e31", "[uncertain] 'sheath.friction'", "high: 1e+31 is no size"),
-        ("high = 0.4", "hihg = 0.4", "[uncertain] 'sheath.friction'", "did you mean 'high'?"),
-        (", high = 0.4", "", "[uncertain] 'sheath.friction'", "'high' is missing"),
+        ("high = 0.4", "high = inf", "[uncertain] 'sheath.friction'", "high = inf"),
+        ("high = 0.4", "high = 1e31", "[uncertain] 'sheath.friction'", "high = 1e+31"),
         ("{ value = 0.15, low = 0.05, high = 0.4 }", "0.15", "'sheath.friction'", "write { value"),
     ],
 )
@@ -192,24 +167,24 @@ def test_a_description_that_is_not_utf8_is_refused_with_its_row(tmp_path: Path) 
 
 def test_a_missing_table_is_refused_with_the_nearest_file(tmp_path: Path) -> None:
     (tmp_path / "bend_060.csv").write_text(CSV)
-    with pytest.raises(RecordingError, match=r"bend_60\.csv: no .* mean 'bend_060\.csv'"):
+    with refused("bend_60.csv: no", "mean 'bend_060.csv'"):
         read_recording(tmp_path / "bend_60")
 
 
 def test_a_missing_description_is_refused_with_the_way_out(tmp_path: Path) -> None:
     (tmp_path / "rig.csv").write_text(CSV)
     (tmp_path / "rigs.toml").write_text(TOML)
-    with pytest.raises(RecordingError, match=r"rig\.toml: .*'rigs\.toml'.*`description`"):
+    with refused("rig.toml:", "'rigs.toml'", "`description`"):
         read_recording(tmp_path / "rig.csv")
-    with pytest.raises(RecordingError, match=r"rigg\.toml: no such file.*'rigs\.toml'"):
+    with refused("rigg.toml: no such file", "'rigs.toml'"):
         read_recording(tmp_path / "rig.csv", description=tmp_path / "rigg.toml")
 
 
 def test_a_missing_folder_or_a_folder_for_a_file_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match="nor a folder"):
+    with refused("nor a folder"):
         read_recording(tmp_path / "nowhere" / "rig")
     (tmp_path / "rig.csv").mkdir()
-    with pytest.raises(RecordingError, match=r"rig\.csv: cannot be read"):
+    with refused("rig.csv: cannot be read"):
         read_recording(tmp_path / "rig")
 
 
@@ -219,7 +194,7 @@ def test_a_noise_that_is_too_small_in_si_is_refused_at_its_column(tmp_path: Path
         'model = "bench"\nsource = "s"\n[drive]\nx_m = "reel"\n[measured]\n'
         'pull_uN = { sensor = "input_tension", noise = 1e-26 }\n'
     )
-    with pytest.raises(RecordingError, match=r"r\.toml, \[measured\] 'pull_uN', in SI: noise"):
+    with refused("r.toml, [measured] 'pull_uN', in SI: noise"):
         read_recording(tmp_path / "r.csv")
 
 
@@ -229,8 +204,6 @@ def test_a_noise_that_is_too_small_in_si_is_refused_at_its_column(tmp_path: Path
         {"time": ["a", "b", "c"]},
         {"columns": {"x_m": ["x", "y", "z"]}},
         {"columns": {"x_m": [1, None, [2]]}},
-        {"known": {"a.b": None}},
-        {"known": {"a.b": "1"}},
         {"uncertain": {"a.b": 3}},
         {"session": {"a.b": 1.0}},
         {"measured": {"x_m": "sensor"}},
@@ -245,5 +218,5 @@ def test_a_recording_of_wrong_types_is_refused_as_one(more: dict[str, Any]) -> N
         "columns": {"x_m": [0] * 3},
     }
     Recording(**given)
-    with pytest.raises(RecordingError, match="recording 'r'"):
+    with refused("recording 'r'"):
         Recording(**given | more)

@@ -12,7 +12,7 @@ import pytest
 from tendon_mj import load_model, read_recording
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.data_check import check_recording
-from tendon_mj.lab.recordings.description_toml import parse_description
+from tendon_mj.lab.recordings import parse_description
 from tendon_mj.lab.replay import Adjustable, format_template
 from tests.refusals import refusing
 

@@ -1,20 +1,16 @@
-"""The table of a recording in any of the formats that are read, and the description beside it."""
+"""Files of a recording: where they are, their formats, and text with errors that say where."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+import tomllib
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
-from tendon_mj.errors import RecordingError
-from tendon_mj.lab.recordings.assembly import Table, assemble
-from tendon_mj.lab.recordings.csv_table import open_csv
-from tendon_mj.lab.recordings.description import Layout
-from tendon_mj.lab.recordings.mcap_table import read_mcap
-from tendon_mj.lab.recordings.parquet_table import open_parquet
-from tendon_mj.lab.recordings.table_checks import in_si
-from tendon_mj.typing import FloatArray
+from tendon_mj.errors import RecordingError, unknown
 
+LARGEST_FILE = 2**31  # [bytes]: days at 1 kHz
 FORMATS = (".csv", ".parquet", ".mcap")  # in the order in which a stem is sought
 _AS_CSV = (".txt", ".tsv", ".dat", ".log")  # read as CSV where a path names them
 _PANDAS = 'in Python: import pandas; pandas.{read}.to_csv("{stem}.csv", index=False)'
@@ -95,10 +91,10 @@ _FIRST_BYTES = {  # of a file that may be named as a CSV → its suffix
 
 
 def check_format(path: Path) -> None:
-    """Refuse a file of a format that is not read, or of one that its name hides.
+    """Refuse a file of a format that is not read, also under the name of another.
 
     Raises:
-        RecordingError: names the format, and how to convert it.
+        RecordingError: the message names the format, and how to convert it.
     """
     suffix = path.suffix.lower()
     if suffix in (".csv", *_AS_CSV) and path.is_file():
@@ -107,7 +103,7 @@ def check_format(path: Path) -> None:
             suffix = next((s for b, s in _FIRST_BYTES.items() if first.startswith(b)), suffix)
         if suffix in FORMATS[1:]:
             raise RecordingError(
-                f"{path}: holds {suffix[1:].upper()} and no text; rename it to {path.stem}{suffix}"
+                f"{path}: holds {suffix[1:].upper()}, not text; rename it to {path.stem}{suffix}"
             )
     if suffix in (*FORMATS, *_AS_CSV):
         return
@@ -116,58 +112,24 @@ def check_format(path: Path) -> None:
     raise RecordingError(f"{path}: {name}; CSV, Parquet and MCAP are read: {way_out}")
 
 
-def read_table(path: Path, elements: Collection[str] = ()) -> dict[str, FloatArray]:
-    """Read a CSV or Parquet file into its columns, ``time_s`` first; each (n,) [SI].
-
-    ``x_mm`` of the file becomes ``x_m``. Raises `RecordingError`, naming file, row (the header is
-    row 1) and column, for whatever is no column of docs/recording.md. ``elements`` as in
-    `name_fault`.
-    """
-    return in_si(read_columns(path, elements=elements).columns, str(path))
-
-
-def read_columns(
-    path: Path,
-    layout: Layout | None = None,
-    described: Mapping[str, str] | None = None,
-    held: Collection[str] = (),
-    elements: Collection[str] = (),
-    toml: str = "",
-) -> Table:
-    """The columns of a table, under the names and in the units of its description.
-
-    Arguments as of `assemble`; without a layout every column of a table is needed.
-    """
-    check_format(path)
-    if path.suffix.lower() == ".mcap":
-        if layout is None:
-            raise RecordingError(f"{path}: a log needs a description that says what is in it")
-        return Table(read_mcap(path, layout.topics, held))
-    if path.suffix.lower() == ".parquet":
-        table = open_parquet(path)
-    else:
-        table = open_csv(path, layout.header if layout else ())
-    return assemble(table, str(path), layout, described, held=held, elements=elements, toml=toml)
-
-
 def tables_in(path: Path) -> list[Path]:
-    """The tables in a folder; the path alone where it is none, or the stem of a recording."""
+    """The tables in a folder; of a file, or the stem of a recording, the path itself."""
     if not path.is_dir() or (path.name not in ("", "..") and table_beside(path)[0].is_file()):
         return [path]
-    found = sorted(p for p in path.iterdir() if p.suffix.lower() in FORMATS and p.is_file())
-    if not found:
+    tables = sorted(p for p in path.iterdir() if p.suffix.lower() in FORMATS and p.is_file())
+    if not tables:
         raise RecordingError(f"{path}: a folder without a table ({', '.join(FORMATS)})")
-    return found
+    return tables
 
 
 def table_beside(path: Path, formats: Sequence[str] = FORMATS) -> tuple[Path, Path]:
     """Table and TOML of a path to either or to their stem, which may itself have dots in it.
 
-    Where several tables could be meant, the first format of which there is a file, else the first,
-    or the path itself where it is a file of a format that is not read.
+    Of several tables, the first of ``formats`` that exists; of none, the first of ``formats``, or
+    the path itself if it is a file of a format that is not read.
 
     Raises:
-        RecordingError: it names a folder alone, as `.` and `/` do.
+        RecordingError: the path is a folder without a name, such as `.` or `/`.
     """
     if path.name in ("", ".."):
         raise RecordingError(f"{path} is a folder; give the path of a recording's table")
@@ -181,3 +143,53 @@ def table_beside(path: Path, formats: Sequence[str] = FORMATS) -> tuple[Path, Pa
     usual = path if other and formats is FORMATS else tables[0]
     table = next((table for table in tables if table.is_file()), usual)
     return table, path.with_name(stem + ".toml")
+
+
+def check_file(path: Path, hint: str = "") -> None:
+    """Raise `RecordingError` unless there is a file that can be opened, not too large.
+
+    ``hint`` is appended to the message of a missing file, which names the nearest of the same kind.
+    """
+    try:
+        with path.open("rb"):
+            size = path.stat().st_size
+    except FileNotFoundError:
+        if not path.parent.is_dir():
+            message = f"no such file, nor a folder {str(path.parent)!r}"
+        else:
+            names = [p.name for p in path.parent.iterdir() if p.suffix == path.suffix]
+            message = f"no such file: {unknown('file', path.name, names)}"
+        raise RecordingError(f"{path}: {message}{hint}") from None
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be read: {error.strerror}") from error
+    if size > LARGEST_FILE:
+        raise RecordingError(f"{path}: {size} bytes, more than {LARGEST_FILE}; split the recording")
+
+
+def read_text(path: Path, hint: str = "") -> str:
+    """Read a UTF-8 text file (a byte-order mark is dropped), every line end turned into ``\\n``.
+
+    Raises `RecordingError` for a file that cannot be opened, or is not UTF-8 (with row and column).
+    """
+    check_file(path, hint)
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        lines = error.object[: error.start].decode("utf-8", "replace").splitlines(keepends=True)
+        lines += [""] if not lines or lines[-1].endswith(("\n", "\r")) else []
+        raise RecordingError(
+            f"{path}, row {len(lines)}, column {lines[-1].count(',') + 1}: byte"
+            f" 0x{error.object[error.start]:02x} is not UTF-8; save the file as UTF-8"
+        ) from None
+
+
+def read_toml(text: str, where: str) -> dict[str, Any]:
+    """TOML text as plain values.
+
+    Raises:
+        RecordingError: broken TOML; the message begins with ``where`` and has the line.
+    """
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise RecordingError(f"{where}: not TOML: {error}") from None
