@@ -2,8 +2,8 @@
 
 A joint's `frictionloss` is a soft constraint. With MuJoCo's own `solimpfriction` a joint at rest
 under a load moves on slowly, where a rig sticks. Play between a motor's joint and its drum has a
-flank that gives way (`tendon_mj.lab.data_check.play`). A simulator other than the package's has
-none of these parts.
+flank that gives way (`play_warnings` of `tendon_mj.lab.data_check`). A simulator other than the
+package's has none of these parts.
 """
 
 from __future__ import annotations

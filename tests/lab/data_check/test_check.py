@@ -12,9 +12,10 @@ import pytest
 
 from experiments.one_capstan import DRUM, build, record
 from tendon_mj import Measured, Recording, Uncertain, replay_recording
+from tendon_mj.errors import RecordingError
 from tendon_mj.lab.data_check import check_recording, timing_warnings
 from tendon_mj.lab.data_check.samples import spike_warnings, turn_warnings
-from tests.lab.recordings.tables import refused
+from tests.refusals import refusing
 
 NOISE = 0.05
 
@@ -107,7 +108,7 @@ def test_a_settle_longer_than_any_rig_needs_is_told(pull: Recording) -> None:
     (warning,) = timing_warnings(replace(pull, settle=3e4))
     assert warning.identifier == "long_settle"
     assert "settle = 30000 s" in warning.value
-    with refused("in the settle of 1e+12 s before"):
+    with refusing(RecordingError, "in the settle of 1e+12 s before"):
         check_recording(replace(pull, settle=1e12))
 
 
@@ -210,7 +211,7 @@ def test_a_drive_that_makes_the_model_fail_is_told(pull: Recording) -> None:
 
 
 def test_a_sensor_that_the_model_lacks_is_refused(pull: Recording) -> None:
-    with refused("did you mean 'output_tension'"):
+    with refusing(RecordingError, "did you mean 'output_tension'"):
         check_recording(replace(pull, measured={"out_N": Measured("outputtension")}))
 
 

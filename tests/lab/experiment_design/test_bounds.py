@@ -9,7 +9,7 @@ from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.lab.experiment_design import DriveBounds, ExperimentBounds, check_bounds, read_bounds
 from tendon_mj.lab.recordings import Measured, Recording
 from tests.lab.experiment_design.rig import DRIVE, TENSION, bounds, record
-from tests.lab.recordings.tables import refused
+from tests.refusals import refusing
 
 FILE = """
 duration = 8.0
@@ -67,13 +67,13 @@ def test_a_broken_file_is_refused_with_the_place(line, instead, place, fault, tm
 
 
 def test_bounds_need_a_drive_and_the_noise_of_a_further_sensor() -> None:
-    with refused("nothing would move", error=InvalidValueError):
+    with refusing(InvalidValueError, "nothing would move"):
         ExperimentBounds(drive={})
     drive = {"reel_m": DriveBounds(-1e-3, 1e-3, 0.01)}
-    with refused("'angle_rad': its noise must be stated", error=InvalidValueError):
+    with refusing(InvalidValueError, "'angle_rad': its noise must be stated"):
         ExperimentBounds(drive=drive, measure={"angle_rad": Measured("angle")})
     again = bounds(measure={TENSION: Measured("output_tension", 0.1)})
-    with refused("the recordings have this column already", error=InvalidValueError):
+    with refusing(InvalidValueError, "the recordings have this column already"):
         again.check(record("a", {}, {}), {})
 
 

@@ -27,7 +27,7 @@ from tests.lab.experiment_design.rig import (
     diagnosed,
     record,
 )
-from tests.lab.recordings.tables import refused
+from tests.refusals import refusing
 
 A, B, C = "sheath.a", "sheath.b", "sheath.c"
 KINK = 1.0  # mm, beyond the amplitude that was recorded
@@ -184,7 +184,7 @@ def test_bounds_of_another_rig_and_of_what_is_fitted_are_refused() -> None:
         (bounds(states={"sheath.pretensoin": (1.0, 2.0)}), PRETENSION),
         (bounds(limits={"output_tensoin_N": (1.0, 2.0)}), TENSION),
     ):
-        with refused(f"did you mean {name!r}", error=UnknownNameError):
+        with refusing(UnknownNameError, f"did you mean {name!r}"):
             check_bounds(made, within, make)
-    with refused(repr(PRETENSION), "uncertain", error=InvalidValueError):
+    with refusing(InvalidValueError, repr(PRETENSION), "uncertain"):
         check_bounds(made, bounds(states={PRETENSION: (10.0, 60.0)}), make)

@@ -3,24 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
-from tendon_mj.errors import RecordingError
-
 START = 1_700_000_000_000_000_000  # [ns] since 1970
-
-
-@contextmanager
-def refused(*facts: str, error: type[Exception] = RecordingError) -> Iterator[None]:
-    """A block that is refused, with facts such as the place and the value in the message."""
-    with pytest.raises(error) as refusal:
-        yield
-    for fact in facts:
-        assert fact in str(refusal.value)
 
 
 def parquet(path: Path, **columns: object) -> Path:

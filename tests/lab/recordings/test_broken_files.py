@@ -10,7 +10,8 @@ import pytest
 
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings import read_recording, read_table
-from tests.lab.recordings.tables import log, parquet, refused
+from tests.lab.recordings.tables import log, parquet
+from tests.refusals import refusing
 
 TOML = """model = "bench"
 source = "made up"
@@ -83,5 +84,5 @@ def test_a_damaged_parquet_is_refused_by_name_or_read(tmp_path: Path) -> None:
 def test_a_message_without_the_number_is_refused(
     tmp_path: Path, message: bytes, field: str, reason: str
 ) -> None:
-    with refused("r.mcap, topic '/a', message 1", reason):
+    with refusing(RecordingError, "r.mcap, topic '/a', message 1", reason):
         read_recording(rig_log(tmp_path, message, message, field=field))

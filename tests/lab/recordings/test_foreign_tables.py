@@ -15,7 +15,8 @@ from tendon_mj.cli.recordings import check
 from tendon_mj.errors import RecordingError, TendonWarning
 from tendon_mj.lab.recordings import Recording, files, read_recording, read_table
 from tests.lab.recordings import tables
-from tests.lab.recordings.tables import log, refused
+from tests.lab.recordings.tables import log
+from tests.refusals import refusing
 
 TIME = np.arange(60) * 0.02
 REEL = 1e-3 * np.sin(2.0 * TIME)  # [m]
@@ -99,10 +100,10 @@ def test_elements_of_lists_and_fields_of_structs_of_parquet(tmp_path: Path) -> N
     path.with_suffix(".toml").write_text(TOML + text)
     is_plain(read_recording(path))
     path.with_suffix(".toml").write_text(TOML + text.replace("force.x", "force.z"))
-    with refused("[columns] 'pull_N': unknown column"):
+    with refusing(RecordingError, "[columns] 'pull_N': unknown column"):
         read_recording(path)
     path.with_suffix(".toml").write_text(TOML + text.replace("position.1", "position.2"))
-    with refused("r.parquet, column 'position.2'"):
+    with refusing(RecordingError, "r.parquet, column 'position.2'"):
         read_recording(path)
 
 
@@ -113,7 +114,7 @@ def test_a_unit_in_the_file_s_own_name_is_heeded_or_asked_for(tmp_path: Path) ->
     said = '{ column = "reel_mm", factor = 0.001, unit = "m" }'
     is_plain(read(tmp_path, table, columns.replace('"reel_mm"', said)))
     for entry in ('{ column = "reel_mm", factor = 0.001 }', '"pull_N"'):
-        with refused("[columns] 'reel_m':", "say unit = 'm'"):
+        with refusing(RecordingError, "[columns] 'reel_m':", "say unit = 'm'"):
             read(tmp_path, table, columns.replace('"reel_mm"', entry))
 
 
@@ -132,7 +133,7 @@ def test_a_unit_in_the_file_s_own_name_is_heeded_or_asked_for(tmp_path: Path) ->
 )
 def test_an_entry_of_the_map_is_refused_by_its_name(tmp_path: Path, entry: str, said: str) -> None:
     table = csv({"time_s": TIME, "a": REEL, "pull_N": PULL})
-    with refused("r.toml, [columns] 'reel_m'", said):
+    with refusing(RecordingError, "r.toml, [columns] 'reel_m'", said):
         read(tmp_path, table, f"[columns]\nreel_m = {entry}\n")
 
 
@@ -169,7 +170,7 @@ def test_a_gap_in_a_table_that_is_else_complete_is_refused_at_its_rows(tmp_path:
     pull = [str(f) for f in PULL]
     for cell in ("", "nan"):
         pull[7] = pull[30] = cell
-        with refused("row 9, column 'pull_N':", "(and 1 more row)"):
+        with refusing(RecordingError, "row 9, column 'pull_N':", "(and 1 more row)"):
             read(tmp_path, csv(PLAIN | {"pull_N": pull}))
 
 
@@ -196,9 +197,9 @@ def test_other_separators_are_read(
 @pytest.mark.parametrize("more", ["5", "5,6", "5,6,7"])
 def test_rows_that_are_all_too_long_are_refused_and_not_shifted(tmp_path: Path, more: str) -> None:
     rows = "".join(f"{t},{t},20,{more}\n" for t in range(5))
-    with refused("row 2, column 4: '5' is one cell too many"):
+    with refusing(RecordingError, "row 2, column 4: '5' is one cell too many"):
         read(tmp_path, f"time_s,reel_m,pull_N\n{rows}")
-    with refused("row 4, column 4: '5'"):  # a decimal comma
+    with refusing(RecordingError, "row 4, column 4: '5'"):  # a decimal comma
         read(tmp_path, "time_s,reel_m,pull_N\n0,0,20\n1,0,20\n2,0,20,5\n")
 
 
@@ -211,11 +212,11 @@ def test_a_table_without_names_takes_them_from_the_description(tmp_path: Path) -
     recording = read(tmp_path, body, above=header)
     is_plain(recording)
     assert recording.row(0) == 1
-    with refused("row 1:", "header =", "all 4 columns"):
+    with refusing(RecordingError, "row 1:", "header =", "all 4 columns"):
         read(tmp_path, body)
-    with refused("row 1: holds names, 'time_s'"):
+    with refusing(RecordingError, "row 1: holds names, 'time_s'"):
         read(tmp_path, csv(PLAIN), above=header)
-    with refused("row 1, column 4:", "one cell too many"):
+    with refusing(RecordingError, "row 1, column 4:", "one cell too many"):
         read(tmp_path, body, above='header = ["time_s", "reel_m", "pull_N"]\n')
 
 
@@ -276,7 +277,7 @@ def test_a_time_that_is_none_is_refused_at_its_row(tmp_path: Path, text: str) ->
     stamps = [f"2026-03-02T10:15:{2 + t:05.2f}" for t in TIME]
     stamps[3] = text
     table = csv({"when": stamps, "reel_m": REEL, "pull_N": PULL})
-    with refused("row 5, column 'when':", "nor a time of ISO 8601"):
+    with refusing(RecordingError, "row 5, column 'when':", "nor a time of ISO 8601"):
         read(tmp_path, table, '[columns]\ntime_s = "when"\n')
 
 
@@ -284,7 +285,7 @@ def test_a_clock_that_goes_back_is_refused_and_shown_as_written(tmp_path: Path) 
     stamps = [f"2026-03-02T10:15:{2 + t:05.2f}" for t in TIME]
     stamps[3], stamps[4] = stamps[4], stamps[3]
     table = csv({"when": stamps, "reel_m": REEL, "pull_N": PULL})
-    with refused("row 6,", ": 2026-03-02T10:15:02.06", "come after 2026"):
+    with refusing(RecordingError, "row 6,", ": 2026-03-02T10:15:02.06", "come after 2026"):
         read(tmp_path, table, '[columns]\ntime_s = "when"\n')
 
 
@@ -322,7 +323,7 @@ def test_one_double_row_moves_no_other_time(tmp_path: Path) -> None:
     others = np.delete(np.arange(61), 31)
     assert_array_equal(recording.time[others], TIME)
     assert TIME[30] < recording.time[31] < TIME[31]
-    with refused("column 'time_s': all times are 1.0"):
+    with refusing(RecordingError, "column 'time_s': all times are 1.0"):
         read(tmp_path, csv(PLAIN | {"time_s": [1.0] * 60}))
 
 
@@ -392,7 +393,7 @@ def test_a_long_silence_is_said_and_a_column_without_a_value_refused(tmp_path: P
     dead = rows["pull_N"][:40] + [""] * (len(sent) - 40)
     with pytest.warns(TendonWarning, match="rows are left out: .* or 'pull_N' ends earlier"):
         assert read(tmp_path, csv(rows | {"pull_N": dead})).time[-1] < 0.5
-    with refused("column 'pull_N': empty cell"):
+    with refusing(RecordingError, "column 'pull_N': empty cell"):
         read(tmp_path, csv(rows | {"pull_N": [""] * len(sent)}))
 
 
@@ -413,7 +414,8 @@ lever_rad = "angel"
     described = TOML.replace("pull_N", "pull_n") + 'load_N = { sensor = "b" }\n'
     (tmp_path / "r.toml").write_text(described + toml)
     (tmp_path / "r.csv").write_text(csv(table))
-    with refused(
+    with refusing(
+        RecordingError,
         "r.csv, row 1: no column is named 'time_s'",
         'time_s = "when"',
         "r.csv, row 3, column 'reel_m': 'x'",
@@ -425,7 +427,9 @@ lever_rad = "angel"
         read_recording(tmp_path / "r.csv")
     repaired = described.replace("pull_n", "pull_N").replace("load_N", "reel_2_m")
     (tmp_path / "r.toml").write_text(repaired + '[columns]\ntime_s = "when"\npull_N = "load_N"\n')
-    with refused("'x' is not a number", "row 3, column 'load_N': inf", "'reel_2_m': unknown"):
+    with refusing(
+        RecordingError, "'x' is not a number", "row 3, column 'load_N': inf", "'reel_2_m': unknown"
+    ):
         read_recording(tmp_path / "r.csv")
 
 
@@ -435,13 +439,13 @@ def test_all_faults_of_a_log_are_in_one_message(tmp_path: Path) -> None:
     path.with_suffix(".toml").write_text(
         TOML + f"[columns]\nreel_m = {entries[0]}\npull_N = {entries[1]}\n"
     )
-    with refused("unknown topic '/b'", "field 'x' is 'high', not a number"):
+    with refusing(RecordingError, "unknown topic '/b'", "field 'x' is 'high', not a number"):
         read_recording(path)
 
 
 def test_a_folder_that_is_there_is_not_said_to_be_missing(tmp_path: Path) -> None:
     (tmp_path / "bag").mkdir()  # as of rosbag2
-    with refused("bag: cannot be read"):
+    with refusing(RecordingError, "bag: cannot be read"):
         read_recording(tmp_path / "bag")
 
 
@@ -487,7 +491,7 @@ def test_times_of_day_over_midnight_are_refused_as_that(tmp_path: Path, numbers:
     seconds = [(86395 + k) % 86400 for k in range(10)]
     clock = [f"{s // 3600:02}:{s // 60 % 60:02}:{s % 60:02}" for s in seconds]
     table = csv({"time_s": seconds if numbers else clock, "reel_m": REEL[:10], "pull_N": PULL[:10]})
-    with refused("row 7,", "begins again at midnight", "with their date"):
+    with refusing(RecordingError, "row 7,", "begins again at midnight", "with their date"):
         read(tmp_path, table)
 
 
@@ -499,7 +503,7 @@ def test_a_period_below_the_counts_of_a_column_is_refused(tmp_path: Path, top: i
     if top < 4096:
         assert read(tmp_path, table, entry).columns["pull_N"].size == 60
         return
-    with refused("'raw': goes from 0 to 5000,", "period = 4096"):
+    with refusing(RecordingError, "'raw': goes from 0 to 5000,", "period = 4096"):
         read(tmp_path, table, entry)
 
 
@@ -517,7 +521,7 @@ def test_a_name_that_is_in_columns_already_is_not_advised_to_be_put_there(tmp_pa
 def test_check_reads_the_recordings_of_a_folder(tmp_path: Path) -> None:
     folder = tmp_path / "session"
     folder.mkdir()
-    with refused("session: a folder without a table"):
+    with refusing(RecordingError, "session: a folder without a table"):
         check((folder,), out=tmp_path / "out")
     for name in ("a.csv", "b.csv"):
         (folder / name).write_text(csv(PLAIN))
@@ -544,10 +548,10 @@ def test_a_file_of_another_format_is_named_as_that_and_not_opened(
             read_recording(path, tmp_path / "rec.toml" if described else None)
         assert str(caught.value).startswith(f"{path}: ")
         assert "no such file" not in str(caught.value)
-    with refused("CSV, Parquet and MCAP are read:"):
+    with refusing(RecordingError, "CSV, Parquet and MCAP are read:"):
         read_table(path)
     path.unlink()
-    with refused("no such file"):
+    with refusing(RecordingError, "no such file"):
         read_recording(path)
     (tmp_path / f"rec{suffix}.csv").write_text(csv(PLAIN))  # of which this path is the stem
     (tmp_path / f"rec{suffix}.toml").write_text(TOML)

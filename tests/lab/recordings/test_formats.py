@@ -19,7 +19,8 @@ from tendon_mj.lab.recordings import (
     write_recording,
 )
 from tendon_mj.lab.replay import Simulator, replay_recording
-from tests.lab.recordings.tables import log, parquet, refused
+from tests.lab.recordings.tables import log, parquet
+from tests.refusals import refusing
 
 TIME = np.linspace(0.0, 0.4, 5)
 REEL = 1e-3 * np.array([0.0, 0.4, 0.8, 0.3, -0.2])
@@ -96,11 +97,11 @@ def test_units_of_si_are_left_as_they_are_to_the_bit() -> None:
 
 def test_a_column_is_named_as_the_file_has_it(tmp_path: Path) -> None:
     path = write(tmp_path, "time_s", "reel_mm", "pull_deg", 1.0)
-    with refused("'pull_deg': sensor 'input_tension' reads [N]"):
+    with refusing(RecordingError, "'pull_deg': sensor 'input_tension' reads [N]"):
         Simulator([read_recording(path)])
     toml = path.with_suffix(".toml")
     toml.write_text(toml.read_text().replace('"reel"', '"real"'))
-    with refused("'reel_mm': unknown actuator 'real'; did you mean"):
+    with refusing(RecordingError, "'reel_mm': unknown actuator 'real'; did you mean"):
         Simulator([read_recording(path)])
 
 
@@ -215,18 +216,18 @@ def test_a_log_is_refused_with_topic_and_field(
     toml = path.with_suffix(".toml")
     assert old in toml.read_text()
     toml.write_text(toml.read_text().replace(old, new))
-    with refused(said):
+    with refusing(RecordingError, said):
         read_recording(path)
 
 
 def test_other_encodings_and_other_files_are_refused(tmp_path: Path) -> None:
     path = rig_log(tmp_path)
     log(path, ("/reel", 0.0, {"data": 1.0}), ("/cell", 0.0, {}), encoding="cdr")
-    with refused("encoded as 'cdr'; JSON is read"):
+    with refusing(RecordingError, "encoded as 'cdr'; JSON is read"):
         read_recording(path)
     for name, kind in (("r.mcap", "an MCAP"), ("r.parquet", "a Parquet")):
         (tmp_path / name).write_bytes(b"no such thing")
-        with refused(f"not {kind}"):
+        with refusing(RecordingError, f"not {kind}"):
             read_recording(tmp_path / name)
 
 
@@ -239,7 +240,7 @@ def test_a_missing_reader_is_told_with_how_to_install_it(
     with (tmp_path / "r.toml").open("a") as file:
         file.write(MCAP)
     monkeypatch.setitem(sys.modules, package, None)
-    with refused(f"pip install 'tendon-mj[{suffix[1:]}]'", error=MissingPackageError):
+    with refusing(MissingPackageError, f"pip install 'tendon-mj[{suffix[1:]}]'"):
         read_recording(tmp_path / f"r{suffix}")
 
 

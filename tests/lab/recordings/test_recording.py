@@ -29,7 +29,7 @@ from tendon_mj.lab.recordings import (
 )
 from tendon_mj.lab.recordings.description import parse_description, parse_toml
 from tendon_mj.lab.recordings.units import SMALLEST
-from tests.lab.recordings.tables import refused
+from tests.refusals import refusing
 
 CELLS = st.floats(-LARGEST, LARGEST)
 POSITIVE = st.floats(SMALLEST, LARGEST)
@@ -176,7 +176,7 @@ def test_a_recording_cannot_be_changed_and_owns_its_numbers() -> None:
     with pytest.raises(dataclasses.FrozenInstanceError):
         recording.model = "other"  # type: ignore[misc]
     for array in (recording.time, *recording.columns.values()):
-        with refused("read-only", error=ValueError):
+        with refusing(ValueError, "read-only"):
             array[0] = 1.0
     for table in ("columns", "drive", "measured", "known", "uncertain"):
         with pytest.raises(TypeError):
@@ -193,19 +193,19 @@ def test_copies_equal_the_original_and_stay_read_only() -> None:
 
 def test_a_missing_actuator_or_sensor_is_refused_with_the_nearest() -> None:
     bench().check_against(actuators={"reel", "spare"}, sensors=["input_tension"])
-    with refused("[drive] 'input_disp", "'reel'", "mean 'reels'"):
+    with refusing(RecordingError, "[drive] 'input_disp", "'reel'", "mean 'reels'"):
         bench().check_against(actuators=["reels", "servo"], sensors=["input_tension"])
-    with refused("[measured] 'input_t", "mean 'input_tensions'"):
+    with refusing(RecordingError, "[measured] 'input_t", "mean 'input_tensions'"):
         bench().check_against(actuators=["reel"], sensors=["input_tensions", "angle"])
 
 
 def test_values_refuse_impossible_numbers() -> None:
-    with refused("0.5", error=InvalidValueError):
+    with refusing(InvalidValueError, "0.5"):
         Uncertain(0.5, 0.1, 0.4)
     for noise in (0.0, -1.0, float("nan"), float("inf")):
-        with refused("noise", error=InvalidValueError):
+        with refusing(InvalidValueError, "noise"):
             Measured("tension", noise)
-    with refused("sensor", error=InvalidValueError):
+    with refusing(InvalidValueError, "sensor"):
         Measured(" ")
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings import UNITS, Recording, read_recording, read_table
-from tests.lab.recordings.tables import refused
+from tests.refusals import refusing
 
 HEADER = "time_s,reel_m,tension_N\n"
 CSV = HEADER + "0,0,20\n0.1,1e-3,21\n0.2,2e-3,22\n"
@@ -167,24 +167,24 @@ def test_a_description_that_is_not_utf8_is_refused_with_its_row(tmp_path: Path) 
 
 def test_a_missing_table_is_refused_with_the_nearest_file(tmp_path: Path) -> None:
     (tmp_path / "bend_060.csv").write_text(CSV)
-    with refused("bend_60.csv: no", "mean 'bend_060.csv'"):
+    with refusing(RecordingError, "bend_60.csv: no", "mean 'bend_060.csv'"):
         read_recording(tmp_path / "bend_60")
 
 
 def test_a_missing_description_is_refused_with_the_way_out(tmp_path: Path) -> None:
     (tmp_path / "rig.csv").write_text(CSV)
     (tmp_path / "rigs.toml").write_text(TOML)
-    with refused("rig.toml:", "'rigs.toml'", "`description`"):
+    with refusing(RecordingError, "rig.toml:", "'rigs.toml'", "`description`"):
         read_recording(tmp_path / "rig.csv")
-    with refused("rigg.toml: no such file", "'rigs.toml'"):
+    with refusing(RecordingError, "rigg.toml: no such file", "'rigs.toml'"):
         read_recording(tmp_path / "rig.csv", description=tmp_path / "rigg.toml")
 
 
 def test_a_missing_folder_or_a_folder_for_a_file_is_refused(tmp_path: Path) -> None:
-    with refused("nor a folder"):
+    with refusing(RecordingError, "nor a folder"):
         read_recording(tmp_path / "nowhere" / "rig")
     (tmp_path / "rig.csv").mkdir()
-    with refused("rig.csv: cannot be read"):
+    with refusing(RecordingError, "rig.csv: cannot be read"):
         read_recording(tmp_path / "rig")
 
 
@@ -194,7 +194,7 @@ def test_a_noise_that_is_too_small_in_si_is_refused_at_its_column(tmp_path: Path
         'model = "bench"\nsource = "s"\n[drive]\nx_m = "reel"\n[measured]\n'
         'pull_uN = { sensor = "input_tension", noise = 1e-26 }\n'
     )
-    with refused("r.toml, [measured] 'pull_uN', in SI: noise"):
+    with refusing(RecordingError, "r.toml, [measured] 'pull_uN', in SI: noise"):
         read_recording(tmp_path / "r.csv")
 
 
@@ -218,5 +218,5 @@ def test_a_recording_of_wrong_types_is_refused_as_one(more: dict[str, Any]) -> N
         "columns": {"x_m": [0] * 3},
     }
     Recording(**given)
-    with refused("recording 'r'"):
+    with refusing(RecordingError, "recording 'r'"):
         Recording(**given | more)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings import Measured, Recording, noise_levels, noise_of_repeats
 from tendon_mj.lab.recordings.description import parse_description
-from tests.lab.recordings.tables import refused
+from tests.refusals import refusing
 
 HEAD = 'model = "bench"\nsource = "made up"\n'
 
@@ -32,13 +33,13 @@ def test_rows_are_samples_of_a_motion_unless_they_are_said_to_be_rests() -> None
     ],
 )
 def test_a_timing_that_is_none_is_refused_with_its_place(timing: str, value: str) -> None:
-    with refused("a.toml, [timing]", f"{value}"):
+    with refusing(RecordingError, "a.toml, [timing]", f"{value}"):
         parse_description(f"{HEAD}{timing}\n", "a.toml")
 
 
 @pytest.mark.parametrize("settling", [0.0, -1.0, np.inf, np.nan])
 def test_a_settling_time_that_is_none_is_refused(settling: float) -> None:
-    with refused(f"settling_time = {settling!r}"):
+    with refusing(RecordingError, f"settling_time = {settling!r}"):
         points(np.arange(4.0), np.zeros(4), settling_time=settling)
 
 
