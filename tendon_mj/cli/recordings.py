@@ -261,7 +261,7 @@ def _check_sentence(checked: Sequence[Checked], of_tables: int) -> str:
         shares = [e.share_of_range for one in checked for e in _errors(one).values()]
         shares = [share for share in shares if math.isfinite(share)]
         off = f"; the model is off by up to {max(shares):.0%} of a column's range" if shares else ""
-        return f"Checked {of}: no fault{off}. tendon-mj diagnose explains the rest."
+        return f"Checked {of}: no faults found{off}. tendon-mj diagnose explains the rest."
     plural = "1 warning" if count == 1 else f"{count} warnings"
     return f"Checked {of}: {plural}. A diagnosis would take such faults for properties of the rig."
 

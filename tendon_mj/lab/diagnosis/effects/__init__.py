@@ -45,7 +45,7 @@ CATALOGUE: Final = by_identifier((*TRANSMISSION, *JOINTS, *ACTUATORS, *SENSORS, 
 DISCRIMINATING_EXPERIMENTS: Final = {
     frozenset({effect.identifier, other}): sentence
     for effect in CATALOGUE.values()
-    for other, sentence in effect.tell_apart.items()
+    for other, sentence in (effect.tell_apart or {}).items()
 }
 
 

@@ -321,7 +321,7 @@ class Effect:
     event: bool = False
     in_motion: bool = False
     look_at: str = ""
-    tell_apart: Mapping[str, str] = field(default_factory=dict, repr=False, hash=False)
+    tell_apart: Mapping[str, str] | None = field(default=None, repr=False, hash=False)
 
     def __post_init__(self) -> None:
         if not self.identifier.strip():
