@@ -3,12 +3,9 @@
 import mujoco
 import numpy as np
 import pytest
-from mujoco import rollout
 
 from tests.plugin.rigs import GIVEN, sheath_view, sheathed, stock
 from tests.refusals import refusing
-
-_FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 
 ACTUATORS = {
     "motor": '<motor tendon="t" gear="2" ctrlrange="-20 0"/>',
@@ -214,29 +211,6 @@ def test_it_converges_to_the_same_motion_from_any_stiffness_above():
     for stiffness in (1e5, 1e6, 1e7):
         error = np.abs(motion(stiffness, 1) - fine).max() / np.ptp(fine)
         assert error < 0.02
-
-
-def test_a_copy_a_resumed_run_and_threads_are_bit_exact():
-    model = arm(ACTUATORS["two"], friction=0.3, tendon=SPRING)
-    inputs = controls(model, 0.4)
-    first, second = inputs[:200], inputs[200:]
-    _, _, data = run(model, first)
-    twin = mujoco.MjData(model)
-    state = np.empty(mujoco.mj_stateSize(model, _FULL))
-    mujoco.mj_getState(model, data, state, _FULL)
-    mujoco.mj_setState(model, twin, state, _FULL)
-    for row in second:
-        for each in (data, twin):
-            each.ctrl[:] = row
-            mujoco.mj_step(model, each)
-    assert np.array_equal(data.qpos, twin.qpos)
-    starts = np.repeat(state[None], 4, axis=0)
-    pools = [[mujoco.MjData(model) for _ in range(n)] for n in (1, 2, 4)]
-    runs = [rollout.rollout([model], pool, starts, second[None])[0] for pool in pools]
-    assert all(np.array_equal(runs[0], other) for other in runs[1:])
-    final = np.empty_like(state)
-    mujoco.mj_getState(model, data, final, _FULL)
-    assert np.array_equal(runs[0][0, -1], final)
 
 
 @pytest.mark.parametrize(
