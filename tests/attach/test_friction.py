@@ -7,8 +7,8 @@ import pytest
 from tendon_mj import Parameters, add_friction, add_sensor, remove_friction
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import KINDS, sheaths
-from tests.attach.finger import finger as rig
 from tests.refusals import refusing
+from tests.rigs import finger as rig
 
 SUM = '<fixed name="sum"><joint joint="mcp" coef="1"/><joint joint="pip" coef="1"/></fixed>'
 

@@ -8,8 +8,8 @@ from mujoco import rollout
 from tendon_mj import Parameters, add_friction, add_sensor, load_model, view_sheath
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import KINDS, PARAMETERS, sheaths
-from tests.attach.finger import finger
 from tests.refusals import refusing
+from tests.rigs import finger
 
 SHOWN = [kind for kind in KINDS if kind != "reel_displacement"]
 FULL = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)

@@ -17,9 +17,8 @@ from tendon_mj import (
 )
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import sheaths
-from tests.attach.finger import LIMP, finger
-from tests.plugin.rigs import unsigned
 from tests.refusals import refusing
+from tests.rigs import LIMP, finger, unsigned
 
 WAYS = {
     "one list": ["flexor", "extensor"],

@@ -6,7 +6,7 @@ import pytest
 from tendon_mj import largest_stiffness
 from tendon_mj.cli import console, main
 from tendon_mj.plugin import sheaths
-from tests.attach.finger import FINGER, LIMP
+from tests.rigs import FINGER, LIMP
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from tendon_mj import add_friction, view_sheath
 from tendon_mj.models import Bench, build_bench
 from tendon_mj.plugin.sheath_plugin.path import arctangent
 from tendon_mj.theory import output_tension
-from tests.plugin.rigs import arm, fixed_sheaths, run, unpacked
+from tests.rigs import STILL, arm, fixed_sheaths, rope, run, unpacked
 
 GUIDES = [1, 2, 5, 16, 64]
 
@@ -151,23 +151,28 @@ def row_of_drums(turn, drums):
         point = centre + RADIUS * out + STRAIGHT * along
         geoms.append((centre, middle))
         sites.append(point)
-    texts, path = [], ['<site site="s0"/>']
-    for k, (centre, middle) in enumerate(geoms):
-        texts.append(
-            f'<geom name="g{k}" type="cylinder" size="{RADIUS} .01" pos="{centre[0]} {centre[1]}'
-            f' 0" contype="0" conaffinity="0"/><site name="m{k}" pos="{middle[0]} {middle[1]} 0"/>'
-        )
-        path.append(f'<geom geom="g{k}" sidesite="m{k}"/><site site="s{k + 1}"/>')
-    texts += [f'<site name="s{k}" pos="{p[0]} {p[1]} 0"/>' for k, p in enumerate(sites[:-1])]
+    drawn = "".join(
+        f'<geom name="g{k}" type="cylinder" size="{RADIUS} .01" pos="{at[0]} {at[1]} 0"/>'
+        for k, (at, _) in enumerate(geoms)
+    )
+    words = "s0" + "".join(f" g{k}@m{k} s{k + 1}" for k in range(drums))
+    places = ";".join(
+        [f"s{k} {p[0]} {p[1]} 0" for k, p in enumerate(sites[:-1])]
+        + [f"m{k} {m[0]} {m[1]} 0" for k, (_, m) in enumerate(geoms)]
+    )
     last = sites[-1]
-    return mujoco.MjSpec.from_string(f"""<mujoco><option timestep="0.001" gravity="0 0 0"/>
-      <worldbody>{"".join(texts)}
-        <body pos="{last[0]} {last[1]} 0">
-          <joint name="x" type="slide" axis="{along[0]} {along[1]} 0" damping="40"/>
-          <geom size=".005" mass=".3" contype="0" conaffinity="0"/><site name="s{drums}"/></body>
-      </worldbody>
-      <tendon><spatial name="t">{"".join(path)}</spatial></tendon>
-      <actuator><motor tendon="t"/><motor joint="x"/></actuator></mujoco>""")
+    text = rope(
+        places,
+        f"s{drums}",
+        words,
+        body=f'pos="{last[0]} {last[1]} 0"',
+        joint=f'name="x" type="slide" axis="{along[0]} {along[1]} 0" damping="40"',
+        geom='size=".005" mass=".3"',
+        option=STILL,
+        world=drawn,
+        actuator='<motor tendon="t"/><motor joint="x"/>',
+    )
+    return mujoco.MjSpec.from_string(text)
 
 
 def slide(spec, pull, **values):
@@ -237,28 +242,19 @@ def test_nothing_has_no_direction():
     assert arctangent(0.0, 0.0) == 0.0
 
 
-SLIDER = """
-<mujoco>
-  <option gravity="0 0 0"/>
-  <worldbody>
-    <site name="a"/><site name="g" pos=".2 0 0"/><site name="h" pos=".2 0 0"/>
-    <body name="load" pos=".3 .2 0">
-      <joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>
-      <geom size=".01" mass="1" contype="0" conaffinity="0"/><site name="b"/>
-    </body>
-  </worldbody>
-  <tendon><spatial name="tendon">{path}</spatial></tendon>
-  {more}
-</mujoco>
-"""
-MOTOR = '<actuator><motor name="motor" tendon="tendon" gear="-1"/></actuator>'
-
-
 def rig(sites, friction, is_driven):
-    path = "".join(f'<site site="{site}"/>' for site in sites)
-    spec = mujoco.MjSpec.from_string(SLIDER.format(path=path, more=MOTOR if is_driven else ""))
+    text = rope(
+        "a; g .2 0 0; h .2 0 0",
+        "b",
+        " ".join(sites),
+        body='pos=".3 .2 0"',
+        joint='<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>',
+        geom='size=".01" mass="1"',
+        option='gravity="0 0 0"',
+        actuator='<motor tendon="t" gear="-1"/>' if is_driven else "",
+    )
     law = {} if is_driven else {"axial_stiffness": 1e3, "pretension": 5.0}
-    return add_friction(spec, "tendon", friction=friction, **law).compile()
+    return add_friction(mujoco.MjSpec.from_string(text), "t", friction=friction, **law).compile()
 
 
 def check(model, data):

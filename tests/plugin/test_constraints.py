@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import TendonWarning, add_friction, view_sheath
-from tests.plugin.rigs import arm_xml, driven, hand, reeled, restore, snapshot, unpacked
+from tests.rigs import arm_xml, driven, hand, reeled, restore, snapshot, unpacked
 
 COUPLED = """<mujoco><option timestep=".001" gravity="0 0 0"/>
   <default><geom contype="0" conaffinity="0" size=".01" mass=".2"/><joint damping="8"/></default>

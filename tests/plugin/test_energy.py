@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import add_friction, largest_stiffness, view_sheath
-from tests.plugin.rigs import arm, elastic_energy, fixed_sheaths, started, tendon_total, unpacked
+from tests.rigs import arm, elastic_energy, fixed_sheaths, rope, started, tendon_total, unpacked
 
 EA = 500.0
 
@@ -100,29 +100,20 @@ def test_on_a_reel_that_goes_back_and_forth_taut_and_slack(reach, rate, steps, s
 
 STEP = 2e-3
 SPRING, DAMPER = 60.0, 1.0  # of the carriage [N/m, N s/m]
-# a carriage on a spring, pulled over two quarter turns
-CARRIAGE = """
-<mujoco>
-  <option timestep="{step}" gravity="0 0 0"/>
-  <worldbody>
-    <site name="a" pos="0 0 .1"/><site name="b" pos="0 0 0"/>
-    <site name="c" pos=".1 0 0"/><site name="d" pos=".1 0 -.1"/>
-    <body pos=".1 0 -.3">
-      <joint name="z" type="slide" axis="0 0 1" stiffness="{spring}" damping="{damper}"/>
-      <geom size=".01" mass="{mass}"/><site name="e"/>
-    </body>
-  </worldbody>
-  <tendon><spatial name="t"><site site="a"/><site site="b"/><site site="c"/><site site="d"/>
-    <site site="e"/></spatial></tendon>
-  <actuator><motor tendon="t"/></actuator>
-</mujoco>
-"""
 MASSES = [1.0, 0.2, 0.05, 0.01]
 STIFFNESSES = [None, 2e3, 1e5, 1e7]
 
 
 def carriage(mass, stiffness, step=STEP):
-    text = CARRIAGE.format(step=step, spring=SPRING, damper=DAMPER, mass=mass)
+    """A carriage on a spring, pulled over two quarter turns."""
+    text = rope(
+        "a 0 0 .1; b 0 0 0; c .1 0 0; d .1 0 -.1",
+        "e",
+        body='pos=".1 0 -.3"',
+        joint=f'type="slide" axis="0 0 1" stiffness="{SPRING}" damping="{DAMPER}"',
+        geom=f'size=".01" mass="{mass}"',
+        option=f'timestep="{step}" gravity="0 0 0"',
+    )
     spec = mujoco.MjSpec.from_string(text)
     return add_friction(spec, "t", friction=0.3, axial_stiffness=stiffness, sensors=()).compile()
 

@@ -16,7 +16,7 @@ from mujoco import rollout
 from tendon_mj import add_friction
 from tendon_mj.plugin import sheaths
 from tendon_mj.plugin.sheath_plugin.state import view
-from tests.plugin.rigs import MODELS, moved
+from tests.rigs import MODELS, moved
 
 WHOLE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 KINDS = list(MODELS)

@@ -6,8 +6,8 @@ import pytest
 
 from tendon_mj import view_sheath
 from tendon_mj.plugin import sheaths
-from tests.plugin.rigs import GIVEN, segment_lengths, sheath_view, sheathed
 from tests.plugin.test_driven import ACTUATORS, SPRING, arm, controls
+from tests.rigs import GIVEN, segment_lengths, sheath_view, sheathed
 
 SECONDS = 2.0
 ROUNDED = 1e-12  # of the tension times the slip that it is the product of
@@ -52,10 +52,8 @@ def elastic_energy(stiffness, tension, lengths):
 
 def balance(actuator, stiffness, step):
     """Work put in, what became of it, and how much work there was [J]."""
-    extra = f'<config key="axial_stiffness" value="{stiffness}"/>'
-    path = '<site site="a"/><site site="b"/><site site="c"/><site site="e"/>'
     option = f'timestep="{step}"'
-    model = arm(ACTUATORS[actuator], 0.3, SPRING, extra, path=path, option=option)
+    model = arm(ACTUATORS[actuator], 0.3, SPRING, "a b c e", option, axial_stiffness=stiffness)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     put_in = arrived = moved = 0.0

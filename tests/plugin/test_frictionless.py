@@ -4,13 +4,18 @@ import mujoco
 import numpy as np
 import pytest
 
-from tests.plugin.rigs import (
+from tests.rigs import (
     SPOOLED,
     arm,
     elastic_energy,
+    instance,
     plain_arm,
+    plugin,
+    rope,
     run,
+    simulated,
     snapshot,
+    spatial,
     started,
     unpacked,
     unsigned,
@@ -74,27 +79,19 @@ def test_where_a_simulation_starts_does_not_change_how_much_tendon_there_is():
     np.testing.assert_allclose(tension, moved.sensor("tension").data, rtol=1e-9)
 
 
-STRING = """
-<mujoco>
-  <option gravity="0 0 0" timestep="{timestep}" integrator="{integrator}"/>
-  <extension><plugin plugin="tendon_mj.sheath"><instance name="sheath">
-    <config key="tendon" value="tendon"/><config key="axial_stiffness" value="1000"/>
-    <config key="friction" value="0"/><config key="pretension" value="100"/>
-    <config key="axial_damping" value="{damping}"/>
-  </instance></plugin></extension>
-  <worldbody>
-    <site name="a"/>
-    <body pos="1 0 0"><joint name="x" type="slide" axis="1 0 0" springref="{ref}" stiffness="500"/>
-      <geom size=".1" mass="2" contype="0"/><site name="b"/></body>
-  </worldbody>
-  <tendon><spatial name="tendon"><site site="a"/><site site="b"/></spatial></tendon>
-</mujoco>
-"""
-
-
 def swing(damping, timestep, integrator="Euler"):
     """Displacements of a mass on a tendon without guides, balanced by a spring, over 1 s."""
-    xml = STRING.format(damping=damping, timestep=timestep, integrator=integrator, ref=0.2)
+    law = {"axial_stiffness": 1000, "friction": 0, "pretension": 100, "axial_damping": damping}
+    xml = rope(
+        "a",
+        "b",
+        body='pos="1 0 0"',
+        joint='type="slide" axis="1 0 0" springref=".2" stiffness="500"',
+        geom='size=".1" mass="2"',
+        option=f'gravity="0 0 0" timestep="{timestep}" integrator="{integrator}"',
+        law=law,
+        actuator="",
+    )
     model = mujoco.MjModel.from_xml_string(xml)
     data = mujoco.MjData(model)
     data.qpos[0] = 1e-3
@@ -165,13 +162,7 @@ def test_damping_takes_energy_and_gives_none(seed):
 TREE = """
 <mujoco>
   <option gravity="0 0 0" timestep="0.001"/>
-  <extension><plugin plugin="tendon_mj.sheath">
-    <instance name="sheath">
-      <config key="tendon" value="tendon"/><config key="axial_stiffness" value="400"/>
-      <config key="friction" value="0.3"/><config key="pretension" value="60"/>
-      <config key="constant_friction" value="0.2"/>
-    </instance>
-  </plugin></extension>
+  <extension>{plugins}</extension>
   <default><geom type="box" size=".05 .03 .02" contype="0" conaffinity="0"/></default>
   <worldbody>
     <site name="w" pos="-.2 .1 .3"/>
@@ -186,12 +177,21 @@ TREE = """
     <body pos=".8 .5 .3"><joint axis="0 1 0" pos="0 0 -.1"/><joint type="slide"/><geom/>
       <site name="f" pos=".02 0 .05"/></body>
   </worldbody>
-  <tendon><spatial name="tendon">
-    <site site="w"/><site site="a"/><site site="b"/><site site="c"/><site site="d"/>
-    <site site="e"/><site site="f"/>
-  </spatial></tendon>
+  <tendon>{tendons}</tendon>
 </mujoco>
 """
+PATHS = {"first": "w a b c d e f", "second": "f d a"}
+
+
+def tree(*tendons):
+    """The tree with a sheath on each of some tendons."""
+    law = {"axial_stiffness": 400, "friction": 0.3, "pretension": 60, "constant_friction": 0.2}
+    names = ("sheath", "more")
+    plugins = plugin(
+        *(instance(name, tendon=t, **law) for name, t in zip(names, tendons, strict=False))
+    )
+    drawn = "".join(spatial(t, PATHS[t]) for t in tendons)
+    return mujoco.MjModel.from_xml_string(TREE.format(plugins=plugins, tendons=drawn))
 
 
 def energy_at(model, data, qpos, stored, stiffness, spools):
@@ -229,7 +229,7 @@ def gradient(model, data, spools=()):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_force_is_minus_the_gradient_on_every_kind_of_joint(seed):
-    model = mujoco.MjModel.from_xml_string(TREE)
+    model = tree("first")
     data = started(model, seed, 0.5)
     for _ in range(10):
         run(model, data, 5)
@@ -265,21 +265,9 @@ def test_a_spool_bears_the_tension_and_its_share_of_strain_energy(seed):
             assert force[model.joint(name).dofadr[0]] == pytest.approx(-torque, rel=1e-12)
 
 
-SECOND = '<spatial name="{name}"><site site="f"/><site site="d"/><site site="a"/></spatial>'
-SECOND_NAME = '"tendon" value="second"'
-
-
 def test_two_sheaths_on_one_body_add_up():
-    first = TREE[TREE.index("<spatial") : TREE.index("</tendon>")]
-    instance = TREE[TREE.index("<instance") : TREE.index("</plugin>")]
-    more = instance.replace('"sheath"', '"more"').replace('"tendon" value="tendon"', SECOND_NAME)
-    alone = TREE.replace(first, SECOND.format(name="tendon"))
-    both = TREE.replace(first, first + SECOND.format(name="second"))
-    both = both.replace(instance, instance + more)
-    forces = []
-    for source in (both, alone, TREE):
-        model = mujoco.MjModel.from_xml_string(source)
-        data = started(model)
-        mujoco.mj_forward(model, data)
-        forces.append(data.qfrc_passive.copy())
-    np.testing.assert_allclose(forces[0], forces[1] + forces[2], rtol=1e-12, atol=1e-12)
+    both, first, second = (
+        simulated(tree(*tendons)).qfrc_passive
+        for tendons in (("first", "second"), ("first",), ("second",))
+    )
+    np.testing.assert_allclose(both, first + second, rtol=1e-12, atol=1e-12)

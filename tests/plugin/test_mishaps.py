@@ -10,9 +10,13 @@ import numpy as np
 import pytest
 
 from tendon_mj.attach import add_friction, add_sites, add_tendon
-from tests.plugin.rigs import (
+from tests.plugin.test_refusals import LAW as FLEXOR
+from tests.plugin.test_refusals import compiled
+from tests.rigs import (
     arm,
     fixed_sheaths,
+    instance,
+    rope,
     run,
     snapshot,
     started,
@@ -20,8 +24,6 @@ from tests.plugin.rigs import (
     unpacked,
     warnings_of_ours,
 )
-from tests.plugin.test_refusals import LAW as FLEXOR
-from tests.plugin.test_refusals import compiled, instance
 
 
 @pytest.fixture(autouse=True)
@@ -232,13 +234,16 @@ def test_a_warning_holds_any_name(name, told):
 
 def test_a_muscle_s_length_range_is_found_without_a_warning():
     """MuJoCo steps a model without passive forces to find it."""
-    lever = """<mujoco><worldbody><site name="a" pos="0 0 .05"/>
-      <body pos=".1 0 0"><joint axis="0 1 0" range="-60 60" damping=".05"/>
-        <geom size=".02" fromto="0 0 0 .2 0 0" type="capsule"/>
-        <site name="b" pos=".02 0 .03"/><site name="c" pos=".1 0 .03"/></body></worldbody>
-      <tendon><spatial name="t"><site site="a"/><site site="b"/><site site="c"/></spatial></tendon>
-      <actuator><muscle tendon="t" force="20"/></actuator></mujoco>"""
-    spec = mujoco.MjSpec.from_string(lever)
+    spec = mujoco.MjSpec.from_string(
+        rope(
+            "a 0 0 .05",
+            "b .02 0 .03; c .1 0 .03",
+            body='pos=".1 0 0"',
+            joint='axis="0 1 0" range="-60 60" damping=".05"',
+            geom='size=".02" fromto="0 0 0 .2 0 0" type="capsule"',
+            actuator='<muscle tendon="t" force="20"/>',
+        )
+    )
     add_friction(spec, "t", friction=0.1, extra_bend=1.0, inner_guides=2)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -13,8 +13,8 @@ import pytest
 
 from tendon_mj.plugin import NAME, SERVO, elsewhere
 from tendon_mj.plugin.elsewhere import guard_engines
-from tests.plugin.rigs import arm, arm_xml, run, snapshot, started
 from tests.refusals import refusing
+from tests.rigs import arm, arm_xml, run, snapshot, started
 
 
 def assert_alike(model, other):
@@ -88,7 +88,7 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
 import worker
 if __name__ == "__main__":
-    from tests.plugin.rigs import arm, started
+    from tests.rigs import arm, started
     model = arm()
     data = started(model, 6, 2.0)
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:

@@ -7,7 +7,7 @@ import pytest
 from tendon_mj import Parameters, theory
 from tendon_mj.plugin import servo_estimate
 from tendon_mj.plugin.servo_plugin.law import backlash_ahead, stiffness_ahead
-from tests.plugin.rigs import (
+from tests.rigs import (
     INERTIA,
     RADIUS,
     SERVO_PRETENSION,

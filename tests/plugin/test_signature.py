@@ -13,7 +13,7 @@ from tendon_mj.plugin.abi.checks import Draft
 from tendon_mj.plugin.sheath_plugin import signature as sg
 from tendon_mj.plugin.sheath_plugin.signature import model_signature
 from tendon_mj.plugin.sheath_plugin.state import BOUND_BEGIN, BOUND_SIZE, STATE, view
-from tests.plugin.rigs import DRIVEN, MODELS, driven
+from tests.rigs import MODELS, driven, driven_xml, instance, plugin, rope, shown, spatial
 
 LAYOUT = read_layout()
 
@@ -92,30 +92,23 @@ def test_sensors_and_actuators_are_those_of_the_instance():
     assert bound(rig(), sensors=(0.0, 0.0)) != sg.NONE
 
 
-TWINS = """
-<mujoco>
-  <extension><plugin plugin="tendon_mj.sheath">
-    <instance name="s1"><config key="tendon" value="one"/><config key="friction" value="0.2"/>
-    </instance>
-    <instance name="s2"><config key="tendon" value="two"/><config key="friction" value="0.2"/>
-    </instance>
-  </plugin></extension>
-  <worldbody>
-    <site name="a" pos="-.1 0 .03"/><site name="b" pos="0 0 .05"/>
-    <body><joint name="j1" axis="0 1 0"/><geom size=".01" pos=".1 0 0"/>
-      <site name="c" pos=".1 0 .02"/></body>
-    <body pos="0 1 0"><joint name="j2" axis="0 1 0"/><geom size=".01" pos=".1 0 0"/>
-      <site name="d" pos=".1 0 .02"/></body>
-  </worldbody>
-  <tendon>
-    <spatial name="one"><site site="a"/><site site="b"/><site site="c"/></spatial>
-    <spatial name="two"><site site="a"/><site site="b"/><site site="d"/></spatial>
-  </tendon>
-  <actuator><motor tendon="one"/><motor tendon="two"/></actuator>
-  <sensor><plugin plugin="tendon_mj.sheath" instance="s1"/>
-    <plugin plugin="tendon_mj.sheath" instance="s2"/></sensor>
-</mujoco>
-"""
+SHEATHS = (("s1", "one"), ("s2", "two"))
+TWINS = rope(
+    "a -.1 0 .03; b 0 0 .05",
+    "d .1 0 .02",
+    "a b d",
+    name="two",
+    body='pos="0 1 0"',
+    joint='name="j2" axis="0 1 0"',
+    geom='size=".01" pos=".1 0 0"',
+    world='<body><joint name="j1" axis="0 1 0"/><geom size=".01" pos=".1 0 0"/>'
+    '<site name="c" pos=".1 0 .02"/></body>',
+    head=f"<extension>{plugin(*(instance(k, tendon=t, friction=0.2) for k, t in SHEATHS))}"
+    "</extension>",
+    tendons=spatial("one", "a b c"),
+    actuator='<motor tendon="one"/><motor tendon="two"/>',
+    sensor=shown("s1") + shown("s2"),
+)
 BOUND = slice(BOUND_BEGIN // 8, (BOUND_BEGIN + BOUND_SIZE) // 8)
 
 
@@ -239,8 +232,8 @@ def test_a_change_of_what_binds_changes_the_signature(array):
     "change", [("wrapped", "twisted"), ("elbow", "wrist"), ('"pull"', '"push"')]
 )
 def test_names_are_part_of_the_signature(change):
-    renamed = mujoco.MjModel.from_xml_string(DRIVEN.replace(*change))
-    assert signature(renamed) != signature(mujoco.MjModel.from_xml_string(DRIVEN))
+    renamed = mujoco.MjModel.from_xml_string(driven_xml().replace(*change))
+    assert signature(renamed) != signature(mujoco.MjModel.from_xml_string(driven_xml()))
 
 
 def test_that_a_spring_comes_or_goes_is_part_of_the_signature_and_how_stiff_it_is_is_not():
@@ -253,7 +246,7 @@ def test_that_a_spring_comes_or_goes_is_part_of_the_signature_and_how_stiff_it_i
 
 
 def test_parameters_are_part_of_the_signature():
-    spec = mujoco.MjSpec.from_string(DRIVEN)
+    spec = mujoco.MjSpec.from_string(driven_xml())
     plain = signature(spec.compile())
     assert plain != signature(driven())
 

@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 from mujoco import rollout
 
-from tests.plugin.rigs import (
+from tests.rigs import (
     ALL_ON_ARM,
     arm,
+    compiled,
     restore,
     run,
     servo_model,
     snapshot,
     started,
+    two_links,
     unpacked,
 )
 
@@ -37,12 +39,19 @@ SERVOS = {
         "speed_limit": 0.7,
     },
 }
-each_kind = pytest.mark.parametrize("kind", [*LAWS, *SERVOS])
+LAST = "input at the last site"
+each_kind = pytest.mark.parametrize("kind", [*LAWS, *SERVOS, LAST])
 each_integrator = pytest.mark.parametrize("integrator", INTEGRATORS)
 
 
 def busy(kind="plain", integrator="Euler"):
-    """An arm with spools, or a motor with a servo."""
+    """An arm with spools, a motor with a servo, or links that a motor pulls from the last site."""
+    if kind == LAST:
+        law = {"friction": 0.3, "arc_guides": 2, "input_end": "last"}
+        option = f'timestep="0.001" integrator="{integrator}"'
+        pull = '<motor tendon="t" gear="-.5"/>'
+        text = two_links("e d ball@t c wheel@s b a", law=law, actuator=pull, option=option)
+        return compiled(text)
     if kind in SERVOS:
         return servo_model(friction=0.3, integrator=integrator, velocity_gain=0.3, **SERVOS[kind])
     law = {"static_friction": 0.35} | LAWS[kind]
@@ -123,7 +132,7 @@ def test_a_copy_between_the_two_halves_of_a_step_goes_on_bit_by_bit(kind):
 
 
 @each_integrator
-@each_kind
+@pytest.mark.parametrize("kind", [*LAWS, *SERVOS])
 def test_looking_without_stepping_commits_nothing(integrator, kind):
     model = busy(kind, integrator)
     plain, watched = begun(model), begun(model)
