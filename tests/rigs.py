@@ -115,6 +115,21 @@ def rope(
       <actuator>{actuator}</actuator><sensor>{sensor}</sensor>{rest}</mujoco>"""
 
 
+def pulled_xml(height=0.3, width=0.005, head="", world="", geom='size=".01" mass="1"'):
+    """MJCF of a mass on a spring that a motor pulls over a guide; its control is the tension."""
+    return rope(
+        f"a; b .5 0 {height}",
+        "c",
+        tendon=f'width="{width}"',
+        body='pos="1 0 0"',
+        joint='name="j" type="slide" axis="1 0 0" stiffness="2000" damping="50"',
+        geom=geom,
+        head=head,
+        world=world,
+        actuator='<motor name="pull" tendon="t" gear="-1"/>',
+    )
+
+
 def lever(actuator="", sensor="", *, joint='name="j"', geom='size=".1"', body="", rest=""):
     """MJCF of a body on a joint without a tendon."""
     return f"""<mujoco>{rest}<worldbody><body {body}><joint {joint}/><geom {geom}/></body>

@@ -5,34 +5,50 @@ import numpy as np
 import pytest
 
 from tendon_mj import TendonWarning, add_friction, view_sheath
-from tests.rigs import arm_xml, driven, hand, reeled, restore, snapshot, unpacked
+from tests.rigs import (
+    STILL,
+    arm_xml,
+    driven,
+    hand,
+    reeled,
+    restore,
+    rope,
+    snapshot,
+    spatial,
+    unpacked,
+)
 
-COUPLED = """<mujoco><option timestep=".001" gravity="0 0 0"/>
-  <default><geom contype="0" conaffinity="0" size=".01" mass=".2"/><joint damping="8"/></default>
-  <worldbody>
-    <site name="a0" pos="-.3 0 0"/><site name="b0" pos="-.3 .1 0"/><site name="b1" pos="0 .1 0"/>
-    <body name="a"><joint name="a" type="slide" axis="1 0 0" stiffness="20"/><geom/>
-      <site name="a1"/></body>
-    <body name="b" pos="0 .1 .2"><joint name="b" type="slide" axis="0 0 1" stiffness="30"/><geom/>
-      <site name="b2"/></body>
-  </worldbody>
-  <tendon>
-    <spatial name="a"><site site="a0"/><site site="a1"/></spatial>
-    <spatial name="b"><site site="b0"/><site site="b1"/><site site="b2"/></spatial>
-  </tendon>
-  <equality><tendon tendon1="b" tendon2="a" polycoef="0 {ratio} 0 0 0" solref=".004 1"/></equality>
-  <actuator><motor name="pull" tendon="a" gear="-1"/></actuator></mujoco>"""
+COUPLED = rope(
+    "a0 -.3 0 0; b0 -.3 .1 0; b1 0 .1 0",
+    "a1",
+    "a0 a1",
+    name="a",
+    joint='name="a" type="slide" axis="1 0 0" stiffness="20" damping="8"',
+    geom='size=".01" mass=".2"',
+    option=STILL,
+    tendons=spatial("b", "b0 b1 b2"),
+    actuator='<motor name="pull" tendon="a" gear="-1"/>',
+    rest="""<worldbody><body pos="0 .1 .2">
+      <joint name="b" type="slide" axis="0 0 1" stiffness="30" damping="8"/>
+      <geom size=".01" mass=".2"/><site name="b2"/></body></worldbody>
+      <equality><tendon tendon1="b" tendon2="a" polycoef="0 {ratio} 0 0 0" solref=".004 1"/>
+      </equality>""",
+)
 
-ROPE = """<mujoco><option timestep=".001" integrator="implicitfast" gravity="0 0 0"/>
-  <default><geom contype="0" conaffinity="0"/><joint damping="2"/></default><worldbody>
-    <body pos="-.1 0 0"><joint name="drive" type="slide" axis="-1 0 0"/><geom size=".01" mass=".2"/>
-      <site name="d"/></body>
-    <site name="g"/>
-    <body pos="0 0 .1"><joint name="load" type="slide" axis="0 0 1" stiffness="100"/>
-      <geom size=".01" mass=".2"/><site name="e"/></body></worldbody>
-  <tendon><spatial name="rope" range="0 .22" solreflimit=".004 1"><site site="d"/>
-    <site site="g"/><site site="e"/></spatial></tendon>
-  <actuator><motor name="push" joint="drive"/></actuator></mujoco>"""
+ROPE = rope(
+    "g",
+    "e",
+    "d g e",
+    name="rope",
+    tendon='range="0 .22" solreflimit=".004 1"',
+    body='pos="0 0 .1"',
+    joint='name="load" type="slide" axis="0 0 1" stiffness="100" damping="2"',
+    geom='size=".01" mass=".2"',
+    option=STILL + ' integrator="implicitfast"',
+    world="""<body pos="-.1 0 0"><joint name="drive" type="slide" axis="-1 0 0" damping="2"/>
+      <geom size=".01" mass=".2"/><site name="d"/></body>""",
+    actuator='<motor name="push" joint="drive"/>',
+)
 
 
 def pulled(spec, force, steps=6000):
