@@ -86,6 +86,7 @@ def rope(
     body="",
     joint='name="j" axis="0 1 0"',
     geom='size=".01"',
+    link="",
     option="",
     head="",
     world="",
@@ -101,6 +102,7 @@ def rope(
         words: path as `route` has it; over all sites in turn if not given.
         tendon, body, joint, geom, option: attributes; joints may be whole elements too.
         law: attributes of a sheath ``s`` on the tendon, whose ends the first sensor shows.
+        link: a body on that body.
         head, world, tendons, sensor, rest: further elements, by where they go.
     """
     if law is not None:
@@ -110,7 +112,7 @@ def rope(
     joints = joint if joint.startswith("<") else f"<joint {joint}/>"
     return f"""<mujoco><option {option}/>{NO_CONTACT}{head}
       <worldbody>{sites(ground)}{world}
-        <body {body}>{joints}<geom {geom}/>{sites(moving)}</body></worldbody>
+        <body {body}>{joints}<geom {geom}/>{sites(moving)}{link}</body></worldbody>
       <tendon>{spatial(name, words, tendon)}{tendons}</tendon>
       <actuator>{actuator}</actuator><sensor>{sensor}</sensor>{rest}</mujoco>"""
 

@@ -10,6 +10,7 @@ from tendon_mj.cli import main
 from tendon_mj.lab.recordings import read_recording
 from tendon_mj.lab.replay import replay_recording
 from tendon_mj.models import example_recording, model_path
+from tests.rigs import lever
 
 
 def read(folder):
@@ -105,15 +106,6 @@ def test_render_refuses_before_it_simulates(arguments, said, tmp_path, capsys):
     assert "Traceback" not in error
 
 
-ARM = """
-<mujoco>
-  <worldbody>
-    <body><joint name="elbow" stiffness="1"/><geom size=".1" pos=".2 0 0"/></body>
-  </worldbody>
-  <actuator>{}</actuator>
-</mujoco>"""
-
-
 @pytest.mark.parametrize(
     ("actuator", "said"),
     [
@@ -123,7 +115,9 @@ ARM = """
 )
 def test_render_says_what_moves_a_model_without_control_ranges(actuator, said, tmp_path, capsys):
     path = tmp_path / "arm.xml"
-    path.write_text(ARM.format(actuator))
+    path.write_text(
+        lever(actuator, joint='name="elbow" stiffness="1"', geom='size=".1" pos=".2 0 0"')
+    )
     arguments = ["render", str(path), "--duration", "0.2", "--size", "128x96", "--fps", "10"]
     status = main([*arguments, "--out", str(tmp_path)])
     printed = capsys.readouterr()

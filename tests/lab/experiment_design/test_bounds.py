@@ -7,8 +7,9 @@ import pytest
 
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.lab.experiment_design import DriveBounds, ExperimentBounds, check_bounds, read_bounds
-from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.lab.recordings import Measured
 from tests.lab.experiment_design.rig import DRIVE, TENSION, bounds, record
+from tests.lab.recorded import recorded
 from tests.refusals import refusing
 
 FILE = """
@@ -88,14 +89,11 @@ def test_bounds_need_a_drive_and_the_noise_of_a_further_sensor() -> None:
 )
 def test_bounds_without_any_recording_of_the_model_are_refused_at_once(within, said) -> None:
     time = np.arange(0.0, 1.0, 0.01)
-    there = Recording(
+    there = recorded(
+        time,
+        {DRIVE: ("reel", 1e-3 * np.sin(time))},
+        {TENSION: ("output_tension", 0.1)},
         name="there",
-        model="bench",
-        source="made",
-        time=time,
-        columns={DRIVE: 1e-3 * np.sin(time), TENSION: np.zeros(time.size)},
-        drive={DRIVE: "reel"},
-        measured={TENSION: Measured("output_tension", 0.1)},
     )
     check_bounds([there], bounds())
     with pytest.raises(InvalidValueError, match=said):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tendon_mj import Measured, Recording
 from tendon_mj.lab.recordings import (
     estimate_noise,
     held_values,
@@ -13,6 +12,7 @@ from tendon_mj.lab.recordings import (
     range_ends,
     resolution,
 )
+from tests.lab.recorded import recorded
 
 TIME = np.arange(0.0, 10.0, 0.01)
 NOISE = 0.05
@@ -73,14 +73,10 @@ def test_noise_is_at_least_that_of_the_steps() -> None:
         (0.01, step / np.sqrt(12.0)),
         (0.2, 0.2),
     ):
-        recording = Recording(
-            name="coarse",
-            model="bench",
-            source="a test",
-            time=TIME,
-            columns={"cable_N": np.round(tension() / step) * step, "reel_m": np.sin(TIME)},
-            drive={"reel_m": "reel"},
-            measured={"cable_N": Measured("input_tension", stated)},
+        recording = recorded(
+            TIME,
+            {"reel_m": ("reel", np.sin(TIME))},
+            {"cable_N": ("input_tension", stated, np.round(tension() / step) * step)},
         )
         assert noise_levels(recording)["cable_N"] == pytest.approx(expected, rel=0.15)
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import RecordingError
-from tendon_mj.lab.recordings import Measured, Recording, noise_levels, noise_of_repeats
+from tendon_mj.lab.recordings import Recording, noise_levels, noise_of_repeats
 from tendon_mj.lab.recordings.description import parse_description
+from tests.lab.recorded import recorded
 from tests.refusals import refusing
 
 HEAD = 'model = "bench"\nsource = "made up"\n'
@@ -44,14 +45,10 @@ def test_a_settling_time_that_is_none_is_refused(settling: float) -> None:
 
 
 def points(drive: np.ndarray, reading: np.ndarray, settling_time: float = 2.0) -> Recording:
-    return Recording(
-        name="points",
-        model="bench",
-        source="made up",
-        time=np.arange(drive.size, dtype=float),
-        columns={"reel_m": drive, "pull_N": reading},
-        drive={"reel_m": "reel"},
-        measured={"pull_N": Measured("input_tension")},
+    return recorded(
+        np.arange(drive.size, dtype=float),
+        {"reel_m": ("reel", drive)},
+        {"pull_N": ("input_tension", None, reading)},
         settling_time=settling_time,
     )
 
