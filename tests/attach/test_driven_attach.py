@@ -17,8 +17,8 @@ from tendon_mj.lab.replay import Adjustable
 from tendon_mj.models import load_spec
 from tendon_mj.plugin import sheaths
 from tests.attach.test_removal import assert_equal
-from tests.refusals import refusing
-from tests.rigs import driven_xml, spatial
+from tests.refusals import refusing, silent
+from tests.rigs import driven_xml, simulated, spatial
 
 STIFF = spatial("stiff", "a k c", 'stiffness="70" damping=".1"')
 MOTORS = """<motor name="motor" tendon="wrapped"/><position name="servo" tendon="wrapped" kp="1"/>
@@ -98,8 +98,7 @@ def test_a_joint_that_limits_what_a_driven_tendon_does_there_is_warned_of(limit)
     ],
 )
 def test_of_no_other_limit(limits, tendon):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", TendonWarning)
+    with silent(TendonWarning):
         add_friction(limited_arm(**limits), tendon, friction=0.1)
 
 
@@ -134,8 +133,7 @@ def driven_by(actuator):
 
 @pytest.mark.parametrize("actuator", PULLS)
 def test_what_can_only_pull_is_not_warned_of(actuator):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with silent():
         add_friction(driven_by(actuator), "stiff", friction=0.1)
 
 
@@ -249,8 +247,7 @@ def test_a_pattern_accepts_every_tendon_that_something_pulls_on_a_model_of_other
         add_friction(spec, "*", friction=0.1)
     model = spec.compile()
     assert {sheath.tendon for sheath in sheaths(model).values()} == pulled
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data, 20)
+    data = simulated(model, 20)
     assert np.isfinite(data.qpos).all()
     assert_equal(plain, remove_friction(spec, "*").compile())
 

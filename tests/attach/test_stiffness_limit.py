@@ -7,7 +7,7 @@ import pytest
 from tendon_mj import add_friction, largest_stiffness
 from tendon_mj.errors import UnknownNameError
 from tests.refusals import refusing
-from tests.rigs import compiled, rope
+from tests.rigs import compiled, rope, simulated
 
 ARM = 0.03  # of the tendon about the hinge [m]
 INERTIA = 1e-4  # of the link [kg m²]
@@ -41,8 +41,7 @@ def swing(stiffness):
         spec, "tendon", friction=20.0, axial_stiffness=stiffness, pretension=1e-3 * stiffness
     )
     model = spec.compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = simulated(model)
     data.qfrc_applied[:] = -data.qfrc_passive  # in balance
     data.qvel[0] = 1e-4
     angles = []

@@ -1,13 +1,14 @@
 """Bend that the drawn path does not show: tendons whose guides are at their first site."""
 
 import math
-import warnings
 
 import mujoco
 import numpy as np
 import pytest
 
 from tendon_mj import TendonWarning, add_friction, view_sheath
+from tests.refusals import silent
+from tests.rigs import simulated
 
 MU, BEND = 0.2, 2.0
 RATIO = math.exp(MU * BEND)
@@ -38,10 +39,7 @@ def rig(actuators=PULLED["motor"], path=PATHS["two sites"], tendon=""):
 def sliding(spec, pull, load, steps=40):
     """View of the sheath as it slides steadily."""
     model = spec.compile()
-    data = mujoco.MjData(model)
-    data.ctrl[:] = pull, load
-    mujoco.mj_step(model, data, steps)
-    mujoco.mj_forward(model, data)
+    data = simulated(model, steps, forward=True, ctrl=(pull, load))
     return view_sheath(model, data, "t"), data
 
 
@@ -155,8 +153,7 @@ def test_a_tendon_held_at_its_only_guide_is_said_to_be_idle(more):
     for end in ("first", "last"):
         with pytest.warns(TendonWarning, match=rf"nothing on 't'.*its {end} site.*reel"):
             add_friction(rig(""), "t", friction=MU, input_end=end, **given, **more).compile()
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with silent():
         add_friction(rig(""), "t", friction=MU, **given, reel="reel").compile()
 
 
@@ -199,9 +196,7 @@ def test_guides_that_pull_on_the_insertion_s_body_alone_are_said_to_do_nothing(s
         with pytest.warns(TendonWarning, match="body at which it ends.*extra_bend"):
             add_friction(spec, "t", friction=friction, input_end=input_end)
         model = spec.compile()
-        data = mujoco.MjData(model)
-        data.ctrl[:] = -3.0
-        mujoco.mj_step(model, data, 20)
+        data = simulated(model, 20, ctrl=-3.0)
         moved.append(data.qpos.copy())
     np.testing.assert_allclose(*moved, rtol=1e-12)
 
@@ -215,11 +210,8 @@ def test_others_are_not(sites, more):
     moved = []
     for friction in (0.0, 2.0):
         spec = mujoco.MjSpec.from_string(LIMB.format(over(*sites)))
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", TendonWarning)
+        with silent(TendonWarning):
             model = add_friction(spec, "t", friction=friction, **more).compile()
-        data = mujoco.MjData(model)
-        data.ctrl[:] = -3.0
-        mujoco.mj_step(model, data, 20)
+        data = simulated(model, 20, ctrl=-3.0)
         moved.append(data.qpos.copy())
     assert abs(moved[0] - moved[1]).max() > 0.01 * abs(moved[0]).max()

@@ -10,7 +10,7 @@ from tendon_mj import add_friction, view_sheath
 from tendon_mj.models import Bench, build_bench
 from tendon_mj.plugin.sheath_plugin.path import arctangent
 from tendon_mj.theory import output_tension
-from tests.rigs import STILL, arm, fixed_sheaths, rope, run, unpacked
+from tests.rigs import STILL, arm, fixed_sheaths, rope, run, simulated, unpacked
 
 GUIDES = [1, 2, 5, 16, 64]
 
@@ -117,8 +117,7 @@ def test_two_hundred_random_histories_are_the_play_operator(seed):
 
 def test_bends_are_shown_guide_by_guide():
     model = arm()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = simulated(model)
     points = data.site_xpos[model.wrap_objid]
     legs = np.diff(points, axis=0)
     legs /= np.linalg.norm(legs, axis=1)[:, None]
@@ -178,10 +177,7 @@ def row_of_drums(turn, drums):
 def slide(spec, pull, **values):
     """View of the sheath some steps later, as the tendon slides steadily."""
     model = add_friction(spec, "t", friction=FRICTION, **values).compile()
-    data = mujoco.MjData(model)
-    data.ctrl[:] = pull
-    mujoco.mj_step(model, data, 40)
-    mujoco.mj_forward(model, data)
+    data = simulated(model, 40, forward=True, ctrl=pull)
     return view_sheath(model, data, "t")
 
 

@@ -13,6 +13,7 @@ from tests.rigs import (
     reeled,
     restore,
     rope,
+    simulated,
     snapshot,
     spatial,
     unpacked,
@@ -142,25 +143,20 @@ def test_a_sheath_that_is_wound_acts_all_the_same():
 def test_reels_wind_all_the_same():
     model = reeled()
     model.opt.disableflags |= OFF
-    data = mujoco.MjData(model)
-    data.ctrl[:] = 1e-3
-    mujoco.mj_step(model, data, 3)
+    data = simulated(model, 3, ctrl=1e-3)
     assert data.sensor("input_tension").data[0] > 25.0
 
 
 def test_one_that_is_driven_counts_that_it_was_left_out():
     model = driven()
     model.opt.disableflags |= OFF
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data, 3)
+    data = simulated(model, 3)
     assert unpacked(model, data, "wrapped_sheath")[0].unsolved == 3.0
 
 
 def moving(xml):
     model = mujoco.MjModel.from_xml_string(xml)
-    data = mujoco.MjData(model)
-    data.qvel[:] = np.linspace(0.5, 1.5, model.nv)
-    mujoco.mj_forward(model, data)
+    data = simulated(model, qvel=np.linspace(0.5, 1.5, model.nv))
     return model, data
 
 

@@ -5,7 +5,16 @@ import numpy as np
 import pytest
 
 from tendon_mj import add_friction, largest_stiffness, view_sheath
-from tests.rigs import arm, elastic_energy, fixed_sheaths, rope, started, tendon_total, unpacked
+from tests.rigs import (
+    arm,
+    elastic_energy,
+    fixed_sheaths,
+    rope,
+    simulated,
+    started,
+    tendon_total,
+    unpacked,
+)
 
 EA = 500.0
 
@@ -86,8 +95,7 @@ def test_on_moving_bodies_and_spools_over_a_hundred_thousand_steps():
 )
 def test_on_a_reel_that_goes_back_and_forth_taut_and_slack(reach, rate, steps, slack):
     model = fixed_sheaths([{"guides": 8, "bend": 3.0, "friction": 0.15, "pretension": 30.0}])
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data)
+    data = simulated(model, 1)
     total, slackened = tendon_total(model, data, "sheath0"), 0
     for k in range(0, steps, 10):
         data.ctrl[0] = reach * np.sin(rate * k)

@@ -2,7 +2,6 @@
 
 import sys
 import threading
-import warnings
 from concurrent.futures import ThreadPoolExecutor
 
 import mujoco
@@ -12,12 +11,14 @@ import pytest
 from tendon_mj.attach import add_friction, add_sites, add_tendon
 from tests.plugin.test_refusals import LAW as FLEXOR
 from tests.plugin.test_refusals import compiled
+from tests.refusals import silent
 from tests.rigs import (
     arm,
     fixed_sheaths,
     instance,
     rope,
     run,
+    simulated,
     snapshot,
     started,
     tendon_total,
@@ -186,8 +187,7 @@ def bend_angles(points):
         spec, "t", friction=0.2, axial_stiffness=1e4, pretension=10.0, sensors=("bend_angle",)
     )
     model = spec.compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = simulated(model)
     return data.sensor("bend_angle").data
 
 
@@ -245,8 +245,7 @@ def test_a_muscle_s_length_range_is_found_without_a_warning():
         )
     )
     add_friction(spec, "t", friction=0.1, extra_bend=1.0, inner_guides=2)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with silent():
         spec.compile()
 
 

@@ -11,7 +11,7 @@ from tendon_mj.plugin import servos, sheaths
 from tendon_mj.plugin.sheath_plugin.names import Affixes, around_tendon
 from tendon_mj.plugin.sheath_plugin.state import view
 from tests.refusals import refusing
-from tests.rigs import config, rope, sheath, shown, spatial
+from tests.rigs import config, rope, sheath, shown, simulated, spatial
 
 AFFIX = st.text("ab", max_size=2)
 FEW = st.text("ab", min_size=1, max_size=6)  # so that many fit by chance
@@ -55,8 +55,7 @@ def test_compiled_code_takes_the_tendon_that_python_takes(prefix, suffix, own, t
     model = compiled(own, Affixes(prefix, suffix), tendon, tendons)
     if model is None:
         return
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data)
+    data = simulated(model, 1)
     ((_, sheath),) = sheaths(model).items()
     bound = int(view(data.plugin_state, sheath.state).state.tendon)
     assert tendons[bound] == sheath.tendon
@@ -111,8 +110,7 @@ def attached(child, prefix, suffix="", onto=None):
 def pulled(model):
     """Joints that a step with the pretended tendon sets in motion, by name."""
     model.opt.gravity = 0
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data)
+    data = simulated(model, 1)
     assert np.isfinite(data.qpos).all()
     return {model.jnt(k).name for k in np.flatnonzero(data.qvel)}
 
@@ -124,8 +122,7 @@ def test_it_acts_on_its_own_tendon_and_joints(prefix, suffix):
         assert pulled(model) == {f"{prefix}{name}{suffix}" for name in ("knuckle", "motor")}
         (sheath,) = sheaths(model).values()
         assert sheath.tendon == f"{prefix}flexor{suffix}"
-        data = mujoco.MjData(model)
-        mujoco.mj_forward(model, data)
+        data = simulated(model)
         assert data.sensor(f"{prefix}output_tension{suffix}").data[0] > 0.5
         assert view_sheath(model, data, f"{prefix}flexor{suffix}").output_tension > 0.5
         assert Parameters(model, data)[f"{prefix}sheath{suffix}.friction"] == 0.1
@@ -229,7 +226,5 @@ def test_sensors_and_servos_can_be_added_after_attaching():
     add_servo(spec, "left_flexor_1", tension_gain=100.0, velocity_gain=1.0)
     model = attached(spec, "x_").compile()
     assert servos(model)["x_servo"].tendon == "x_left_flexor_1"
-    data = mujoco.MjData(model)
-    data.ctrl[:] = 5.0
-    mujoco.mj_step(model, data, 20)
+    data = simulated(model, 20, ctrl=5.0)
     assert data.sensor("x_later").data[0] == 1.0

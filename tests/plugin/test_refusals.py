@@ -12,7 +12,7 @@ import pytest
 from tendon_mj import add_friction
 from tests.plugin.test_servo_refusals import compiled as servo
 from tests.refusals import refusing
-from tests.rigs import instance, rope, spatial
+from tests.rigs import instance, rope, simulated, spatial
 
 HAND = """
 <mujoco>
@@ -47,8 +47,7 @@ def check_refused(facts, *instances, **more):
         compiled(*instances, **more)
     # the process and the plugin are as good as before
     model = compiled(instance("sound", **LAW))
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data)
+    data = simulated(model, 1)
     assert np.isfinite(data.plugin_state).all()
 
 
@@ -155,8 +154,7 @@ def test_a_message_of_any_length_is_survived():
 
 def test_a_sheath_without_guides_or_name_is_no_mistake():
     model = compiled(instance("straight", **(LAW | {"tendon": "extensor", "guides": "0"})))
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data)
+    data = simulated(model, 1)
     assert np.isfinite(data.plugin_state).all()
 
 
@@ -264,6 +262,5 @@ def test_a_body_that_may_fall_asleep_is_refused_with_the_remedy(policy):
 @pytest.mark.parametrize(("flag", "policy"), [("enable", "never"), ("disable", "allowed")])
 def test_one_that_stays_awake_is_not(flag, policy):
     model = asleep(flag, policy)
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data, 50)
+    data = simulated(model, 50)
     assert data.sensor("input_tension").data[0] > 0.0

@@ -7,7 +7,7 @@ import pytest
 from tendon_mj import Parameters, add_servo
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tests.refusals import refusing
-from tests.rigs import config, hand, instance, plugin, rope, spatial
+from tests.rigs import config, hand, instance, plugin, rope, simulated, spatial
 
 FLEXOR = {"axial_stiffness": 1000, "reel_joint": "motor", "reel_radius": 0.01}
 SHEATHS = (
@@ -173,8 +173,7 @@ def test_an_instance_that_no_actuator_uses_does_nothing():
         "velocity_gain": "1",
     }
     model = spec.compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data, 10)
+    data = simulated(model, 10)
     assert np.isfinite(data.plugin_state).all()
 
 

@@ -13,7 +13,7 @@ from tendon_mj.plugin.abi.checks import Draft
 from tendon_mj.plugin.sheath_plugin import signature as sg
 from tendon_mj.plugin.sheath_plugin.signature import model_signature
 from tendon_mj.plugin.sheath_plugin.state import BOUND_BEGIN, BOUND_SIZE, STATE, view
-from tests.rigs import MODELS, driven, driven_xml, instance, plugin, rope, shown, spatial
+from tests.rigs import MODELS, driven, driven_xml, instance, plugin, rope, shown, simulated, spatial
 
 LAYOUT = read_layout()
 
@@ -177,9 +177,7 @@ def test_so_are_two_words_that_change_at_once(factor):
 
 def test_the_state_of_another_sheath_is_not_one_s_own():
     model = mujoco.MjModel.from_xml_string(TWINS)
-    data = mujoco.MjData(model)
-    data.ctrl[:] = (-1.0, -2.0)
-    mujoco.mj_step(model, data)
+    data = simulated(model, 1, ctrl=(-1.0, -2.0))
     first, second = (sheath.state for sheath in sheaths(model).values())
     size = model.plugin_statenum[0]
 
@@ -196,8 +194,7 @@ def test_who_has_actuators_computed_is_known_when_a_spring_goes():
             '<motor tendon="one"/>', '<motor joint="j1"/>'
         )
     )
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data)
+    data = simulated(model, 1)
     model.tendon_stiffness[0] = 0.0
     for force in (2.0, 3.0):
         data.ctrl[1] = -force
@@ -291,7 +288,6 @@ def test_models_compiled_in_turn_do_not_see_each_other():
     for count in (3, 1, 5, 2):
         model = rig_many_sheaths(count).compile()
         assert len(sheaths(model)) == count
-        data = mujoco.MjData(model)
-        mujoco.mj_forward(model, data)
+        data = simulated(model)
         names = [model.sensor(k).name for k in range(model.nsensor)]
         assert [float(data.sensor(n).data[0]) for n in names] == pytest.approx([1.0] * len(names))

@@ -155,8 +155,7 @@ def test_a_drum_that_turns_under_a_tendon_that_rests_rubs():
 def test_material_is_conserved_on_a_drum():
     """What a segment loses its neighbours gain, apart from what comes in at the input."""
     model = swinging(0.3, 3)
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data)
+    data = simulated(model, 1)
     for step in range(1500):
         data.ctrl[:] = -20.0, 1.2 * np.sin(2.0 * np.pi * step / 1000.0)
         before = sheath_view(model, data).segments["stored"].copy()
@@ -175,8 +174,7 @@ def test_friction_work_is_what_the_joint_does_not_get_where_a_wrap_comes_and_goe
 ):
     model = swinging(0.3, arc_guides, extra_bend=extra_bend, inner_guides=2)
     model.opt.timestep = 2e-4
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = simulated(model)
     lost, put_in, wrapped = 0.0, 0.0, []
     for step in range(10000):
         data.ctrl[:] = -20.0, 1.2 * np.sin(2.0 * np.pi * step / 10000.0)
