@@ -27,6 +27,7 @@ from tendon_mj.lab.verification import (
 )
 from tendon_mj.models import JOINTS, Bench, Finger, build_bench, build_finger
 from tendon_mj.plugin import sheaths
+from tests.refusals import refusing
 from tests.rigs import rope, route
 
 ARM = rope(
@@ -180,9 +181,8 @@ def test_the_cost_has_both_memories(arm):
 )
 def test_a_model_that_cannot_be_compared_is_refused(arm, text, error, fact):
     arm.write_text(text)
-    with pytest.raises(error) as refused:
+    with refusing(error, fact):
         prepare_model(str(arm))
-    assert fact in str(refused.value)
 
 
 def test_a_measurement_that_cannot_be_made_is_refused_before_anything_is_timed(arm, tmp_path):
@@ -195,7 +195,6 @@ def test_a_measurement_that_cannot_be_made_is_refused_before_anything_is_timed(a
         ([str(arm), str(other / "arm.xml")], 1, InvalidValueError, "2 models are called 'arm'"),
         ([], 0, InvalidValueError, "rounds = 0"),
     ):
-        with pytest.raises(error) as refused:
+        with refusing(error, fact):
             measure_models(models, rounds=rounds, progress=lambda *done: reported.append(done))
-        assert fact in str(refused.value)
     assert not reported
