@@ -14,7 +14,7 @@ from tendon_mj.errors import TendonError
 from tendon_mj.models import load_spec
 from tendon_mj.plugin import sheaths
 from tests.refusals import refusing
-from tests.rigs import simulated
+from tests.rigs import rope, simulated
 
 HAND = """
 <mujoco>
@@ -141,11 +141,7 @@ def test_the_bend_over_the_motion_decides_which_tendon_loses_most(hand, tmp_path
 
 def test_friction_that_joints_do_not_feel_is_no_loss(tmp_path):
     path = tmp_path / "beyond.xml"
-    path.write_text("""
-    <mujoco><worldbody><site name="a" pos="0 0 .1"/><body><joint/><geom size=".1"/>
-      <site name="b" pos=".1 0 .1"/><site name="c" pos=".2 0 0"/></body></worldbody>
-      <tendon><spatial name="t"><site site="a"/><site site="b"/><site site="c"/></spatial></tendon>
-      <actuator><motor tendon="t"/></actuator></mujoco>""")
+    path.write_text(rope("a 0 0 .1", "b .1 0 .1; c .2 0 0"))
     lines = printed(path, "t", 0.5)
     assert any("can do nothing on 't'" in line for line in lines)
     assert "%" not in lines[-1]

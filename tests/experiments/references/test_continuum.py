@@ -140,13 +140,7 @@ def test_a_value_out_of_range_is_named(change, message):
         Continuum(**{**good, **change})
 
 
-SPRUNG = {
-    "length": 0.5,
-    "axial_stiffness": 2e4,
-    "pretension": 20.0,
-    "environment_stiffness": 1e4,
-    "sensor_stiffness": 4e4,
-}
+SPRUNG = SHEATH | END
 HISTORIES = {
     "first motion": ([0.0, 1.0], [0.0, 1.0]),
     "first motion, loosening": ([0.0, 1.0], [0.0, -1.0]),
