@@ -273,12 +273,7 @@ SPOOLS = """
     <body pos=".5 .5 0"><joint name="drum" type="slide" axis="0 1 0" stiffness="900"
       damping="{damping}"/><geom type="sphere" size=".03" mass=".3"/></body>
 """
-SPOOLED = {
-    "reel_joint": "reel",
-    "reel_radius": 0.02,
-    "output_joint": "drum",
-    "output_radius": 0.5,
-}
+SPOOLED = {"reel_joint": "reel", "reel_radius": 0.02, "output_joint": "drum", "output_radius": 0.5}
 VIEWS = ("input_tension", "output_tension", "tension", "bend_angle", "slip", "friction_work")
 
 

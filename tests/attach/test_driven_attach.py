@@ -80,8 +80,7 @@ def limited_arm(joint="", tendon=""):
 
 
 @pytest.mark.parametrize(
-    "limit",
-    ['actuatorfrcrange="-1 1"', 'actuatorfrcrange="-1 1" actuatorfrclimited="true"'],
+    "limit", ['actuatorfrcrange="-1 1"', 'actuatorfrcrange="-1 1" actuatorfrclimited="true"']
 )
 def test_a_joint_that_limits_what_a_driven_tendon_does_there_is_warned_of(limit):
     with pytest.warns(TendonWarning, match="'elbow' .*'stiff' .*actuatorfrcrange.*forcerange"):

@@ -17,7 +17,7 @@ from tendon_mj.lab.recordings import Uncertain, read_recording
 from tendon_mj.lab.recordings import write_recording as write
 from tendon_mj.lab.replay import replay_recording
 from tendon_mj.models import model_path
-from tests.lab.recorded import recorded
+from tests.lab.recorded import recorded, written
 
 NOISE = 0.05
 OTHERS = [name for name in CATALOGUE if name != "sensor_bias"]
@@ -230,14 +230,8 @@ def test_a_bad_recording_is_refused_with_file_row_and_column(rig, tmp_path, caps
 
 
 def test_motion_that_never_reverses_gets_that_sentence(tmp_path, capsys):
-    (tmp_path / "r.csv").write_text(
-        "time_s,input_displacement_m,input_tension_N\n0,0,20\n0.1,1e-4,21\n0.2,2e-4,22\n"
-    )
-    (tmp_path / "r.toml").write_text(
-        'model = "bench"\nsource = "test"\n[drive]\ninput_displacement_m = "reel"\n'
-        '[measured]\ninput_tension_N = { sensor = "input_tension" }\n'
-    )
-    assert "the tendon never reversed" in refused([str(tmp_path / "r.csv")], tmp_path, capsys)
+    path = written(tmp_path, "0,0,20\n0.1,1e-4,21\n0.2,2e-4,22\n")
+    assert "the tendon never reversed" in refused([path], tmp_path, capsys)
 
 
 def test_unknown_effects_and_models_are_refused_with_the_nearest(rig, tmp_path, capsys):

@@ -30,3 +30,14 @@ def recorded(time, drive, measured, of="bench", /, **more):
         }
         | more
     )
+
+
+def written(folder, rows, columns="time_s,input_displacement_m,input_tension_N"):
+    """Path of a table and its description: the reel of the bench drives, its tension is read."""
+    _, drive, measured = columns.split(",")
+    (folder / "r.csv").write_text(f"{columns}\n{rows}")
+    (folder / "r.toml").write_text(
+        f'model = "bench"\nsource = "a test"\n[drive]\n{drive} = "reel"\n'
+        f'[measured]\n{measured} = {{ sensor = "input_tension" }}\n'
+    )
+    return str(folder / "r.csv")

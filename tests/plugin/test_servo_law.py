@@ -154,10 +154,7 @@ def test_feedforward_crosses_the_backlash_sooner_and_without_overshoot():
     plain, crossed = (
         respond(
             servo_model(
-                friction=0.5,
-                velocity_gain=gain,
-                backlash_feedforward=g,
-                output_stiffness=SPRING,
+                friction=0.5, velocity_gain=gain, backlash_feedforward=g, output_stiffness=SPRING
             ),
             reference,
         )[6000:, 1]

@@ -143,11 +143,7 @@ FAULTS: dict[str, tuple[Callable[[Recording], Recording], str, tuple[str, ...]]]
     ),
     "another start": (with_output(lambda y: y + 25.0), "start", ("at 45", "the model at 20 N")),
     "a spike": (with_output(at(slice(100, 101), 4e3)), "spike", ("4 kN in row 102, between",)),
-    "hardly moving": (
-        with_output(lambda y: 20.0 + 1e-5 * y),
-        "nothing_moves",
-        ("not connected",),
-    ),
+    "hardly moving": (with_output(lambda y: 20.0 + 1e-5 * y), "nothing_moves", ("not connected",)),
     "frozen": (with_output(at(slice(60, 110))), "frozen", ("from row 62 to 111",)),
     "a model that stands still": (
         lambda p: replace(p, known=SCALED | {"output_tension.scale": 0.0}),

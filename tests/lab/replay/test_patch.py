@@ -33,10 +33,7 @@ DRIVEN = {  # model -> driven column and its actuator, measured columns and thei
         ("command_rad", "command", 0.5),
         {"joint_rad": "joint_angle", "tension_N": "input_tension_1"},
     ),
-    "finger": (
-        ("motor_Nm", None, 0.01),
-        {"tension_N": "flexor_input_tension"},
-    ),
+    "finger": (("motor_Nm", None, 0.01), {"tension_N": "flexor_input_tension"}),
 }
 GIVEN = {
     "bench": {

@@ -277,8 +277,7 @@ def test_a_mass_and_its_inertia_grow_together():
 
 def test_known_then_uncertain_then_given():
     recording = joint_recording(
-        known={"joint.stiffness": 0.03},
-        uncertain={"sheath_1.friction": Uncertain(0.3, 0.0, 0.5)},
+        known={"joint.stiffness": 0.03}, uncertain={"sheath_1.friction": Uncertain(0.3, 0.0, 0.5)}
     )
     as_described = replay_recording(recording)
     by_hand = replay_recording(

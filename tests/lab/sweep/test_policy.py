@@ -174,8 +174,7 @@ def test_a_policy_that_cannot_be_made_is_refused_by_name(name, kind, facts, poli
 
 
 @pytest.mark.parametrize(
-    ("text", "facts"),
-    [("def pull(:", ["SyntaxError"]), ("raise SystemExit(3)", ["SystemExit: 3"])],
+    ("text", "facts"), [("def pull(:", ["SyntaxError"]), ("raise SystemExit(3)", ["SystemExit: 3"])]
 )
 def test_a_file_that_cannot_be_imported_is_refused(text, facts, arm, tmp_path):
     (tmp_path / "bad.py").write_text(text)
