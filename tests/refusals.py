@@ -1,5 +1,6 @@
 """A refusal is asserted by its class and by facts in its message, not by its sentence."""
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -14,3 +15,11 @@ def refusing(kind: type[Exception] | tuple[type[Exception], ...], *facts: object
     parts = [part for fact in facts for part in str(fact).split(" … ")]
     missing = [part for part in parts if part not in str(refused.value)]
     assert not missing, f"{missing} not in: {refused.value}"
+
+
+@contextmanager
+def silent(kind: type[Warning] = Warning) -> Iterator[None]:
+    """Expect no warning of a kind."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", kind)
+        yield

@@ -17,35 +17,13 @@ from tendon_mj.lab.replay import Adjustable
 from tendon_mj.models import load_spec
 from tendon_mj.plugin import sheaths
 from tests.attach.test_removal import assert_equal
-from tests.refusals import refusing
+from tests.refusals import refusing, silent
+from tests.rigs import driven_xml, simulated, spatial
 
-ARM = """
-<mujoco>
-  <worldbody>
-    <site name="a" pos="-.1 0 .03"/><geom name="drum" type="cylinder" size=".02 .1" zaxis="0 1 0"/>
-    <site name="side" pos="0 0 .05"/><site name="k" pos="-.02 0 .06"/>
-    <body>
-      <joint name="elbow" axis="0 1 0" range="-60 60" damping=".01"/>
-      <geom type="capsule" size=".01" fromto="0 0 0 .2 0 0" contype="0" conaffinity="0"/>
-      <site name="b" pos=".1 0 .02"/><site name="c" pos=".2 0 .03"/>
-    </body>
-  </worldbody>
-  <tendon>
-    <spatial name="wrapped"><site site="a"/><geom geom="drum" sidesite="side"/><site site="b"/>
-      <site site="c"/></spatial>
-    <spatial name="sprung" stiffness="50" springlength=".1 .2"><site site="a"/><site site="k"/>
-      <site site="c"/></spatial>
-    <spatial name="branched" stiffness="60"><site site="a"/><site site="b"/><pulley divisor="2"/>
-      <site site="a"/><site site="b"/><site site="c"/></spatial>
-    <spatial name="stiff" stiffness="70" damping=".1"><site site="a"/><site site="k"/>
-      <site site="c"/></spatial>
-  </tendon>
-  <actuator>
-    <motor name="motor" tendon="wrapped"/><position name="servo" tendon="wrapped" kp="1"/>
-    <motor name="stiff_motor" tendon="stiff"/><motor name="elbow_motor" joint="elbow"/>
-  </actuator>
-</mujoco>
-"""
+STIFF = spatial("stiff", "a k c", 'stiffness="70" damping=".1"')
+MOTORS = """<motor name="motor" tendon="wrapped"/><position name="servo" tendon="wrapped" kp="1"/>
+  <motor name="stiff_motor" tendon="stiff"/><motor name="elbow_motor" joint="elbow"/>"""
+ARM = driven_xml(STIFF, MOTORS, joint="")
 OF_A_REEL = ("pretension", "backlash", "sheath_compliance", "viscous_friction", "tendon_mass")
 GIVEN = Path(os.environ.get("TENDON_MJ_MODELS", "/nowhere"))
 MODELS = sorted(GIVEN.glob("*.xml"))
@@ -97,13 +75,12 @@ def test_what_an_actuator_pulls_is_driven_by_it_and_needs_no_elasticity():
 
 
 def limited_arm(joint="", tendon=""):
-    limits = ARM.replace('damping=".01"', f'damping=".01" {joint}')
+    limits = ARM.replace('damping=".01" ', f'damping=".01" {joint} ')
     return mujoco.MjSpec.from_string(limits.replace('name="stiff" ', f'name="stiff" {tendon} '))
 
 
 @pytest.mark.parametrize(
-    "limit",
-    ['actuatorfrcrange="-1 1"', 'actuatorfrcrange="-1 1" actuatorfrclimited="true"'],
+    "limit", ['actuatorfrcrange="-1 1"', 'actuatorfrcrange="-1 1" actuatorfrclimited="true"']
 )
 def test_a_joint_that_limits_what_a_driven_tendon_does_there_is_warned_of(limit):
     with pytest.warns(TendonWarning, match="'elbow' .*'stiff' .*actuatorfrcrange.*forcerange"):
@@ -120,8 +97,7 @@ def test_a_joint_that_limits_what_a_driven_tendon_does_there_is_warned_of(limit)
     ],
 )
 def test_of_no_other_limit(limits, tendon):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", TendonWarning)
+    with silent(TendonWarning):
         add_friction(limited_arm(**limits), tendon, friction=0.1)
 
 
@@ -156,8 +132,7 @@ def driven_by(actuator):
 
 @pytest.mark.parametrize("actuator", PULLS)
 def test_what_can_only_pull_is_not_warned_of(actuator):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with silent():
         add_friction(driven_by(actuator), "stiff", friction=0.1)
 
 
@@ -271,8 +246,7 @@ def test_a_pattern_accepts_every_tendon_that_something_pulls_on_a_model_of_other
         add_friction(spec, "*", friction=0.1)
     model = spec.compile()
     assert {sheath.tendon for sheath in sheaths(model).values()} == pulled
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data, 20)
+    data = simulated(model, 20)
     assert np.isfinite(data.qpos).all()
     assert_equal(plain, remove_friction(spec, "*").compile())
 

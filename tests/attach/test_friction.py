@@ -7,8 +7,9 @@ import pytest
 from tendon_mj import Parameters, add_friction, add_sensor, remove_friction
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import KINDS, sheaths
-from tests.attach.finger import finger as rig
 from tests.refusals import refusing
+from tests.rigs import finger as rig
+from tests.rigs import simulated
 
 SUM = '<fixed name="sum"><joint joint="mcp" coef="1"/><joint joint="pip" coef="1"/></fixed>'
 
@@ -100,8 +101,7 @@ def test_a_reel_winds_in_what_its_control_says():
         finger(), "flexor", friction=0.1, reel="reel", sensors=("reel_displacement", "tension")
     )
     model = spec.compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = simulated(model)
     before = data.sensor("tension").data.copy()
     data.actuator("reel").ctrl[0] = 2e-3
     mujoco.mj_forward(model, data)
@@ -171,27 +171,10 @@ def test_a_sheath_without_a_reel_survives_copies():
 def test_a_sensor_on_the_sheath_shows_both_ends():
     spec = add_friction(finger(), "flexor", friction=0.3)
     model = spec.compile()
-    data = mujoco.MjData(model)
-    data.qvel[:] = 2.0
-    mujoco.mj_step(model, data, 50)
+    data = simulated(model, 50, qvel=2.0)
     ends = [data.sensor(f"{end}_tension").data[0] for end in ("input", "output")]
     np.testing.assert_array_equal(data.sensor("sheath").data, ends)
     assert ends[0] != ends[1]
-
-
-def test_an_attached_model_survives_being_written_and_read():
-    spec = both(finger(), 0.2, static_friction=1.0 / 3.0, axial_damping=0.1)
-    model = spec.compile()
-    text = spec.to_xml()
-    again = mujoco.MjModel.from_xml_string(text)
-    one, other = mujoco.MjData(model), mujoco.MjData(again)
-    for m, d in ((model, one), (again, other)):
-        d.qvel[:] = [2.0, -1.0]
-        d.ctrl[:] = [1e-3, -1e-3]
-        mujoco.mj_step(m, d, 300)
-    np.testing.assert_array_equal(one.qpos, other.qpos)
-    np.testing.assert_array_equal(one.plugin_state, other.plugin_state)
-    assert mujoco.MjSpec.from_string(text).to_xml() == text
 
 
 FORMS = {  # springs that no cable has: spring length, more stiffness

@@ -8,8 +8,8 @@ from mujoco import rollout
 from tendon_mj import Parameters, add_friction, add_sensor, load_model, view_sheath
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import KINDS, PARAMETERS, sheaths
-from tests.attach.finger import finger
 from tests.refusals import refusing
+from tests.rigs import finger, simulated
 
 SHOWN = [kind for kind in KINDS if kind != "reel_displacement"]
 FULL = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)
@@ -44,17 +44,13 @@ def states(model):
 @pytest.mark.parametrize("kind", SHOWN)
 @pytest.mark.parametrize("tendon", ["flexor", "extensor"])
 def test_a_view_shows_what_the_sensors_show(model, kind, tendon):
-    data = mujoco.MjData(model)
-    data.qvel[:] = [3.0, -1.0]
-    mujoco.mj_step(model, data, 30)
-    mujoco.mj_forward(model, data)
+    data = simulated(model, 30, forward=True, qvel=[3.0, -1.0])
     shown = getattr(view_sheath(model, data, tendon), kind)
     np.testing.assert_array_equal(np.atleast_1d(shown), data.sensor(f"{tendon}_{kind}").data)
 
 
 def test_a_tendon_and_its_sheath_are_the_same_view(model):
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = simulated(model)
     by_tendon, by_sheath = (view_sheath(model, data, n) for n in ("flexor", "flexor_sheath"))
     assert (by_tendon.name, by_tendon.tendon) == (by_sheath.name, by_sheath.tendon)
     np.testing.assert_array_equal(by_tendon.tension, by_sheath.tension)

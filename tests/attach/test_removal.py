@@ -7,8 +7,8 @@ import pytest
 from tendon_mj import add_friction, add_sensor, add_servo, remove_friction
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import sheaths
-from tests.attach.finger import FINGER, finger
 from tests.refusals import refusing
+from tests.rigs import FINGER, finger
 
 INLINE = """
   <extension><plugin plugin="tendon_mj.sheath"><instance name="tube">

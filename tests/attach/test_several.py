@@ -1,7 +1,6 @@
 """Friction on several tendons at once: choice, names, and what is said."""
 
 import time
-import warnings
 
 import mujoco
 import numpy as np
@@ -17,9 +16,8 @@ from tendon_mj import (
 )
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import sheaths
-from tests.attach.finger import LIMP, finger
-from tests.plugin.rigs import unsigned
-from tests.refusals import refusing
+from tests.refusals import refusing, silent
+from tests.rigs import LIMP, finger, unsigned
 
 WAYS = {
     "one list": ["flexor", "extensor"],
@@ -134,8 +132,7 @@ def test_tendons_without_a_name_are_given_a_free_one_and_it_is_said():
     tendons = {s.tendon for s in sheaths(spec.compile()).values()}
     assert tendons == {"flexor", "extensor", "tendon_2", "tendon_2_2"}
     spec = finger(UNNAMED)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with silent():
         add_friction(spec, "f*", friction=0.1)
     assert spec.tendons[2].name == ""
 
@@ -144,8 +141,7 @@ def test_tendons_without_a_name_are_given_a_free_one_and_it_is_said():
 def test_a_tendon_without_bend_is_said_to_be_one_with_the_remedy(tendon):
     with pytest.warns(TendonWarning, match=r"nothing on 'short'.*extra_bend \[rad\], or route it"):
         add_friction(finger(SHORT), tendon, friction=0.1)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with silent():
         add_friction(finger(SHORT), tendon, friction=0.1, extra_bend=1.0)
 
 

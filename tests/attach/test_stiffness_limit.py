@@ -7,31 +7,25 @@ import pytest
 from tendon_mj import add_friction, largest_stiffness
 from tendon_mj.errors import UnknownNameError
 from tests.refusals import refusing
+from tests.rigs import compiled, rope, simulated
 
 ARM = 0.03  # of the tendon about the hinge [m]
 INERTIA = 1e-4  # of the link [kg m²]
 # the last stretch of the tendon is at right angles to its arm
-LINK = """
-<mujoco>
-  <option timestep="{step}" gravity="0 0 0"/>
-  <worldbody>
-    <site name="a" pos="-.1 0 0"/><site name="b" pos="0 0 {arm}"/>
-    <body>
-      <joint name="hinge" axis="0 1 0" armature="{armature}"/>
-      <geom size=".001" mass="1e-6"/><site name="c" pos=".1 0 {arm}"/>
-    </body>
-  </worldbody>
-  <tendon><spatial name="tendon"><site site="a"/><site site="b"/><site site="c"/></spatial></tendon>
-</mujoco>
-"""
+HINGE = f'name="hinge" axis="0 1 0" armature="{INERTIA}"'
 
 
-def link(step=2e-3):
-    return LINK.format(step=step, arm=ARM, armature=INERTIA)
-
-
-def compiled(text):
-    return mujoco.MjModel.from_xml_string(text)
+def link(step=2e-3, words="", joint=HINGE):
+    return rope(
+        f"a -.1 0 0; b 0 0 {ARM}",
+        f"c .1 0 {ARM}",
+        words,
+        name="tendon",
+        joint=joint,
+        geom='size=".001" mass="1e-6"',
+        option=f'timestep="{step}" gravity="0 0 0"',
+        actuator="",
+    )
 
 
 @pytest.mark.parametrize("step", [1e-3, 2e-3, 5e-3])
@@ -47,8 +41,7 @@ def swing(stiffness):
         spec, "tendon", friction=20.0, axial_stiffness=stiffness, pretension=1e-3 * stiffness
     )
     model = spec.compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = simulated(model)
     data.qfrc_applied[:] = -data.qfrc_passive  # in balance
     data.qvel[0] = 1e-4
     angles = []
@@ -67,15 +60,11 @@ def test_a_step_carries_four_times_as_much_alone_and_no_more():
 
 
 def test_a_tendon_that_moves_nothing_may_be_as_stiff_as_one_likes():
-    text = link().replace('<joint name="hinge" axis="0 1 0" armature="0.0001"/>', "")
-    assert largest_stiffness(compiled(text), "tendon") == np.inf
+    assert largest_stiffness(compiled(link(joint="<site/>")), "tendon") == np.inf
 
 
 def test_what_hangs_behind_a_pulley_is_another_stretch():
-    branched = link().replace(
-        '<site site="c"/></spatial>',
-        '<pulley divisor="2"/><site site="b"/><site site="c"/></spatial>',
-    )
+    branched = link(words="a b /2 b c")
     one = largest_stiffness(compiled(link()), "tendon")
     assert largest_stiffness(compiled(branched), "tendon") == pytest.approx(one, rel=1e-12)
 

@@ -1,13 +1,14 @@
 """Bend that the drawn path does not show: tendons whose guides are at their first site."""
 
 import math
-import warnings
 
 import mujoco
 import numpy as np
 import pytest
 
 from tendon_mj import TendonWarning, add_friction, view_sheath
+from tests.refusals import silent
+from tests.rigs import STILL, rope, simulated
 
 MU, BEND = 0.2, 2.0
 RATIO = math.exp(MU * BEND)
@@ -15,33 +16,31 @@ PULLED = {
     "motor": '<motor tendon="t"/>',
     "muscle": '<muscle tendon="t" force="60" lengthrange=".1 .5"/>',
 }
-PATHS = {
-    "two sites": '<site site="a"/><site site="b"/>',
-    "a site between": '<site site="a"/><site site="k"/><site site="b"/>',
-    "a drum": '<site site="a"/><geom geom="drum"/><site site="b"/>',
-}
-PULLEY = '<site site="a"/><site site="k"/><pulley divisor="2"/><site site="k"/><site site="b"/>'
+PATHS = {"two sites": "a b", "a site between": "a k b", "a drum": "a drum@ b"}
+PULLEY = "a k /2 k b"
 
 
 def rig(actuators=PULLED["motor"], path=PATHS["two sites"], tendon=""):
     """A mass on a slide at the end of a tendon, pulled by a motor of its own besides."""
-    return mujoco.MjSpec.from_string(f"""<mujoco><option timestep="0.001" gravity="0 0 0"/>
-      <worldbody><site name="a"/><site name="k" pos=".1 0 .05"/>
-        <geom name="drum" type="cylinder" size=".02" fromto=".15 -.1 .01 .15 .1 .01"/>
-        <body pos=".3 0 0"><joint name="x" type="slide" axis="1 0 0" damping="40"/>
-          <geom size=".01" mass=".3" contype="0" conaffinity="0"/><site name="b"/></body>
-      </worldbody>
-      <tendon><spatial name="t" {tendon}>{path}</spatial></tendon>
-      <actuator>{actuators}<motor name="load" joint="x"/></actuator></mujoco>""")
+    text = rope(
+        "a; k .1 0 .05",
+        "b",
+        path,
+        tendon=tendon,
+        body='pos=".3 0 0"',
+        joint='name="x" type="slide" axis="1 0 0" damping="40"',
+        geom='size=".01" mass=".3"',
+        option=STILL,
+        world='<geom name="drum" type="cylinder" size=".02" fromto=".15 -.1 .01 .15 .1 .01"/>',
+        actuator=f'{actuators}<motor name="load" joint="x"/>',
+    )
+    return mujoco.MjSpec.from_string(text)
 
 
 def sliding(spec, pull, load, steps=40):
     """View of the sheath as it slides steadily."""
     model = spec.compile()
-    data = mujoco.MjData(model)
-    data.ctrl[:] = pull, load
-    mujoco.mj_step(model, data, steps)
-    mujoco.mj_forward(model, data)
+    data = simulated(model, steps, forward=True, ctrl=(pull, load))
     return view_sheath(model, data, "t"), data
 
 
@@ -155,8 +154,7 @@ def test_a_tendon_held_at_its_only_guide_is_said_to_be_idle(more):
     for end in ("first", "last"):
         with pytest.warns(TendonWarning, match=rf"nothing on 't'.*its {end} site.*reel"):
             add_friction(rig(""), "t", friction=MU, input_end=end, **given, **more).compile()
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with silent():
         add_friction(rig(""), "t", friction=MU, **given, reel="reel").compile()
 
 
@@ -174,52 +172,36 @@ def test_holding_and_reversing_the_ratio_stays_within_what_the_bend_allows():
     assert view.unsolved == 0
 
 
-LIMB = """<mujoco><worldbody><site name="a"/><site name="w" pos=".02 0 .05"/>
-  <body pos=".1 0 0"><joint axis="0 1 0"/><geom size=".01"/><site name="b" pos="0 0 .03"/>
-    <body><site name="c" pos=".05 0 .01"/><geom name="drum" pos=".06 0 0" size=".005"/></body>
-    <site name="d" pos=".09 0 .03"/></body></worldbody>
-  <tendon><spatial name="t">{}</spatial></tendon>
-  <actuator><motor tendon="t"/></actuator></mujoco>"""
-
-
-def over(*sites):
-    return "".join(
-        '<geom geom="drum"/>' if site == "drum" else f'<site site="{site}"/>' for site in sites
+def limb(path):
+    """A limb whose insertion is on a body of its own, with a drum there."""
+    link = """<body><site name="c" pos=".05 0 .01"/>
+      <geom name="drum" pos=".06 0 0" size=".005"/></body><site name="d" pos=".09 0 .03"/>"""
+    return mujoco.MjSpec.from_string(
+        rope("a; w .02 0 .05", "b 0 0 .03", path, body='pos=".1 0 0"', link=link)
     )
 
 
+def moved(path, friction, **more):
+    model = add_friction(limb(path), "t", friction=friction, **more).compile()
+    return simulated(model, 20, ctrl=-3.0).qpos
+
+
 @pytest.mark.parametrize(
-    ("sites", "input_end"),
-    [("abcd", "first"), ("bcd", "first"), ("dcba", "last"), (("a", "b", "drum", "d"), "first")],
+    ("path", "input_end"),
+    [("a b c d", "first"), ("b c d", "first"), ("d c b a", "last"), ("a b drum@ d", "first")],
 )
-def test_guides_that_pull_on_the_insertion_s_body_alone_are_said_to_do_nothing(sites, input_end):
-    moved = []
-    for friction in (0.0, 2.0):
-        spec = mujoco.MjSpec.from_string(LIMB.format(over(*sites)))
-        with pytest.warns(TendonWarning, match="body at which it ends.*extra_bend"):
-            add_friction(spec, "t", friction=friction, input_end=input_end)
-        model = spec.compile()
-        data = mujoco.MjData(model)
-        data.ctrl[:] = -3.0
-        mujoco.mj_step(model, data, 20)
-        moved.append(data.qpos.copy())
-    np.testing.assert_allclose(*moved, rtol=1e-12)
+def test_guides_that_pull_on_the_insertion_s_body_alone_are_said_to_do_nothing(path, input_end):
+    with pytest.warns(TendonWarning, match="body at which it ends.*extra_bend"):
+        poses = [moved(path, friction, input_end=input_end) for friction in (0.0, 2.0)]
+    np.testing.assert_allclose(*poses, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
-    ("sites", "more"),
-    [("awbd", {}), ("awb", {}), ("abcd", {"input_end": "last"}),
-     ("abcd", {"extra_bend": 1.0, "inner_guides": 1})],
+    ("path", "more"),
+    [("a w b d", {}), ("a w b", {}), ("a b c d", {"input_end": "last"}),
+     ("a b c d", {"extra_bend": 1.0, "inner_guides": 1})],
 )  # fmt: skip
-def test_others_are_not(sites, more):
-    moved = []
-    for friction in (0.0, 2.0):
-        spec = mujoco.MjSpec.from_string(LIMB.format(over(*sites)))
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", TendonWarning)
-            model = add_friction(spec, "t", friction=friction, **more).compile()
-        data = mujoco.MjData(model)
-        data.ctrl[:] = -3.0
-        mujoco.mj_step(model, data, 20)
-        moved.append(data.qpos.copy())
-    assert abs(moved[0] - moved[1]).max() > 0.01 * abs(moved[0]).max()
+def test_others_are_not(path, more):
+    with silent(TendonWarning):
+        free, rubbed = (moved(path, friction, **more) for friction in (0.0, 2.0))
+    assert abs(free - rubbed).max() > 0.01 * abs(free).max()

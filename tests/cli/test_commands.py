@@ -10,6 +10,8 @@ from tendon_mj.cli import main
 from tendon_mj.lab.recordings import read_recording
 from tendon_mj.lab.replay import replay_recording
 from tendon_mj.models import example_recording, model_path
+from tests.lab.recorded import written
+from tests.rigs import lever
 
 
 def read(folder):
@@ -105,15 +107,6 @@ def test_render_refuses_before_it_simulates(arguments, said, tmp_path, capsys):
     assert "Traceback" not in error
 
 
-ARM = """
-<mujoco>
-  <worldbody>
-    <body><joint name="elbow" stiffness="1"/><geom size=".1" pos=".2 0 0"/></body>
-  </worldbody>
-  <actuator>{}</actuator>
-</mujoco>"""
-
-
 @pytest.mark.parametrize(
     ("actuator", "said"),
     [
@@ -123,7 +116,9 @@ ARM = """
 )
 def test_render_says_what_moves_a_model_without_control_ranges(actuator, said, tmp_path, capsys):
     path = tmp_path / "arm.xml"
-    path.write_text(ARM.format(actuator))
+    path.write_text(
+        lever(actuator, joint='name="elbow" stiffness="1"', geom='size=".1" pos=".2 0 0"')
+    )
     arguments = ["render", str(path), "--duration", "0.2", "--size", "128x96", "--fps", "10"]
     status = main([*arguments, "--out", str(tmp_path)])
     printed = capsys.readouterr()
@@ -134,23 +129,14 @@ def test_render_says_what_moves_a_model_without_control_ranges(actuator, said, t
     assert (tmp_path / "arm.mp4").stat().st_size > 500
 
 
-def recorded(folder, rows):
-    (folder / "r.csv").write_text("time_s,input_displacement_m,input_tension_N\n" + rows)
-    (folder / "r.toml").write_text(
-        'model = "bench"\nsource = "test"\n[drive]\ninput_displacement_m = "reel"\n'
-        '[measured]\ninput_tension_N = { sensor = "input_tension" }\n'
-    )
-    return str(folder / "r.csv")
-
-
 def test_times_in_the_wrong_unit_are_refused_before_they_cost_hours(tmp_path, capsys):
-    path = recorded(tmp_path, "0,0,20\n1e-9,1e-4,21\n2e-9,2e-4,22\n")
+    path = written(tmp_path, "0,0,20\n1e-9,1e-4,21\n2e-9,2e-4,22\n")
     assert main(["replay", path, "--out", str(tmp_path)]) == 2
     assert "are the times in seconds" in " ".join(capsys.readouterr().err.split())
 
 
 def test_a_column_that_never_moves_has_no_range(tmp_path, capsys):
-    path = recorded(tmp_path, "0,0,20\n0.1,1e-4,20\n0.2,2e-4,20\n")
+    path = written(tmp_path, "0,0,20\n0.1,1e-4,20\n0.2,2e-4,20\n")
     for command in ("check", "replay"):
         assert main([command, path, "--out", str(tmp_path)]) == 0
     printed = capsys.readouterr().out

@@ -13,10 +13,11 @@ from tendon_mj.attach import Parameters
 from tendon_mj.cli import main
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.diagnosis import CATALOGUE, Diagnosis
-from tendon_mj.lab.recordings import Measured, Recording, Uncertain, read_recording
+from tendon_mj.lab.recordings import Uncertain, read_recording
 from tendon_mj.lab.recordings import write_recording as write
 from tendon_mj.lab.replay import replay_recording
 from tendon_mj.models import model_path
+from tests.lab.recorded import recorded, written
 
 NOISE = 0.05
 OTHERS = [name for name in CATALOGUE if name != "sensor_bias"]
@@ -27,23 +28,18 @@ def record(folder, name, seed, offset=0.0):
     random = np.random.default_rng(seed)
     time = np.arange(0.0, 2.0, 0.01)
     x = 8e-4 * np.sin(2.0 * np.pi * random.uniform(0.8, 1.3) * time)
-    still = np.zeros(time.size)
-    made = Recording(
+    made = recorded(
+        time,
+        {"input_displacement_m": ("reel", x)},
+        {"output_tension_N": ("output_tension", NOISE)},
         name=name,
-        model="bench",
         source=f"made by {name}'s test",
-        time=time,
-        columns={"input_displacement_m": x, "output_tension_N": still},
-        drive={"input_displacement_m": "reel"},
-        measured={"output_tension_N": Measured("output_tension", NOISE)},
         uncertain={"sheath.friction": Uncertain(0.15, 0.05, 0.4)},
     )
     truth = {"sheath.friction": 0.2, "output_tension.offset": offset}
     tension = replay_recording(made, parameters=truth).columns["output_tension_N"]
     columns = {**made.columns, "output_tension_N": tension + random.normal(0.0, NOISE, time.size)}
-    described = {f: getattr(made, f) for f in ("model", "source", "time", "drive", "measured")}
-    recording = Recording(name=name, columns=columns, uncertain=made.uncertain, **described)
-    return str(write(recording, folder / f"{name}.csv"))
+    return str(write(replace(made, columns=columns), folder / f"{name}.csv"))
 
 
 @pytest.fixture(scope="module")
@@ -234,14 +230,8 @@ def test_a_bad_recording_is_refused_with_file_row_and_column(rig, tmp_path, caps
 
 
 def test_motion_that_never_reverses_gets_that_sentence(tmp_path, capsys):
-    (tmp_path / "r.csv").write_text(
-        "time_s,input_displacement_m,input_tension_N\n0,0,20\n0.1,1e-4,21\n0.2,2e-4,22\n"
-    )
-    (tmp_path / "r.toml").write_text(
-        'model = "bench"\nsource = "test"\n[drive]\ninput_displacement_m = "reel"\n'
-        '[measured]\ninput_tension_N = { sensor = "input_tension" }\n'
-    )
-    assert "the tendon never reversed" in refused([str(tmp_path / "r.csv")], tmp_path, capsys)
+    path = written(tmp_path, "0,0,20\n0.1,1e-4,21\n0.2,2e-4,22\n")
+    assert "the tendon never reversed" in refused([path], tmp_path, capsys)
 
 
 def test_unknown_effects_and_models_are_refused_with_the_nearest(rig, tmp_path, capsys):

@@ -16,6 +16,7 @@ from tendon_mj.cli import COMMANDS, console, main
 from tendon_mj.cli.commands import documented, example
 from tendon_mj.errors import EngineError
 from tendon_mj.models import example_recording
+from tests.rigs import rope
 
 # under a shell's & Python would leave Ctrl-C to its parent
 RUN = """
@@ -38,11 +39,8 @@ COMMANDS["warn"] = warn
 sys.exit(main(["warn"]))
 """
 WIDTH = 100
-ARM = (
-    "<mujoco><worldbody><site name='a'/><site name='b' pos='.1 0 .1'/><body pos='.2 0 0'>"
-    "<joint name='j' axis='0 1 0'/><geom size='.01'/><site name='c'/></body></worldbody>"
-    "<tendon><spatial name='t'><site site='a'/><site site='b'/><site site='c'/></spatial>"
-    "</tendon><actuator><motor tendon='t'/></actuator></mujoco>"
+ARM = rope("a; b .1 0 .1", "c", body='pos=".2 0 0"', actuator='<motor tendon="t"/>').replace(
+    '"', "'"
 )
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has other signals and pipes")
 

@@ -11,6 +11,7 @@ import pytest
 from tendon_mj import load_model, read_recording, replay_error, replay_recording
 from tendon_mj.cli import main
 from tendon_mj.models import example_recording
+from tests.lab.recorded import written
 
 
 def test_init_writes_a_description_beside_the_model_and_keeps_what_is_there(
@@ -54,14 +55,9 @@ def test_check_draws_each_recording_and_says_how_many_warnings(
 
 def test_replay_warns_of_gaps_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     times = [0.02 * k + (0.5 if k >= 15 else 0.0) for k in range(30)]
-    (tmp_path / "r.csv").write_text(
-        "time_s,reel_mm,pull_N\n" + "".join(f"{t:.2f},{k / 100},20\n" for k, t in enumerate(times))
-    )
-    (tmp_path / "r.toml").write_text(
-        'model = "bench"\nsource = "a test"\n[drive]\nreel_mm = "reel"\n'
-        '[measured]\npull_N = { sensor = "input_tension" }\n'
-    )
-    assert main(["replay", str(tmp_path / "r.csv"), "--out", str(tmp_path)]) == 0
+    rows = "".join(f"{t:.2f},{k / 100},20\n" for k, t in enumerate(times))
+    path = written(tmp_path, rows, "time_s,reel_mm,pull_N")
+    assert main(["replay", path, "--out", str(tmp_path)]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "warning: r, column 'time_s': 1 gap, the longest 0.52 s" in said
     assert re.search(r"misses pull_N by [\d.]+ N \(without friction [\d.]+ N\), rms\.$", said)
@@ -92,13 +88,8 @@ def test_a_demo_ends_with_the_verdict_and_its_report(
 
 def test_settle_overrules_the_description(tmp_path: Path) -> None:
     """A drive that begins wound in: without time to settle the model starts at rest."""
-    (tmp_path / "r.csv").write_text(
-        "time_s,reel_mm,pull_N\n" + "".join(f"{0.02 * k},1.0,30.0\n" for k in range(20))
-    )
-    (tmp_path / "r.toml").write_text(
-        'model = "bench"\nsource = "a test"\n[drive]\nreel_mm = "reel"\n'
-        '[measured]\npull_N = { sensor = "input_tension" }\n'
-    )
+    rows = "".join(f"{0.02 * k},1.0,30.0\n" for k in range(20))
+    written(tmp_path, rows, "time_s,reel_mm,pull_N")
     errors = {}
     for settle in (0.0, 0.5):
         arguments = ["replay", str(tmp_path / "r.csv"), "--settle", str(settle)]

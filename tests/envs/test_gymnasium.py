@@ -1,7 +1,5 @@
 """The gymnasium environments keep its contract, and are those of dm_control to the bit."""
 
-import warnings
-
 import gymnasium
 import numpy as np
 import pytest
@@ -11,6 +9,7 @@ from tendon_mj.attach import Parameters
 from tendon_mj.envs import HoldForceEnv, Ranges, follow_trajectory, hold_force
 from tendon_mj.errors import EngineError, InvalidValueError
 from tendon_mj.show import Offscreen
+from tests.refusals import silent
 
 IDS = {
     "hold_force": "tendon_mj.envs:tendon_mj/HoldForce-v0",
@@ -32,8 +31,7 @@ def can_draw():
 @pytest.mark.parametrize("name", IDS.values(), ids=IDS)
 def test_gymnasium_s_checker_has_no_warning(name):
     environment = gymnasium.make(name)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with silent():
         check_env(environment.unwrapped, skip_render_check=not can_draw())
 
 

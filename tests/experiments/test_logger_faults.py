@@ -13,6 +13,7 @@ from experiments.logger_faults.faults import FAULTS
 from experiments.logger_faults.rigs import CLEAN, MOTIONS, RIGS, record
 from tendon_mj import Recording, diagnose
 from tendon_mj.lab.data_check import check_recording, timing_warnings
+from tests.lab.recorded import recorded
 
 SEED = 401
 
@@ -93,15 +94,7 @@ def test_uneven_times_that_are_right_are_no_fault(sound: Recording) -> None:
 def test_a_gap_blocks_where_the_drive_turned_in_it(turns: bool) -> None:
     time = np.concatenate([np.arange(0.0, 3.0, 0.01), np.arange(3.5, 6.0, 0.01)])
     course = np.abs(time - 3.2) if turns else time
-    bare = Recording(
-        name="gap",
-        model="bench",
-        source="a test",
-        time=time,
-        columns={"reel_m": 1e-3 * course},
-        drive={"reel_m": "reel"},
-        measured={},
-    )
+    bare = recorded(time, {"reel_m": ("reel", 1e-3 * course)}, {}, name="gap")
     (warning,) = timing_warnings(bare)
     assert (warning.identifier, warning.blocks) == ("gap", turns)
 

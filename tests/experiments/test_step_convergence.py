@@ -9,8 +9,8 @@ import pytest
 from experiments.step_convergence import controls, differences, simulate, step_convergence
 from tendon_mj import add_friction
 from tendon_mj.errors import InvalidValueError
-from tests.attach.finger import FINGER
 from tests.refusals import refusing
+from tests.rigs import FINGER
 
 TENDONS = ["flexor"]
 ARM = FINGER.format(more="").replace(

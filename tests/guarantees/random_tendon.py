@@ -14,8 +14,7 @@ from tendon_mj import Spool, add_friction
 # examples of each law: some hundreds as a part of the suite, and more where they are asked for
 EXAMPLES = int(os.environ.get("TENDON_MJ_EXAMPLES", "80"))
 thorough = settings(
-    max_examples=EXAMPLES,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
+    max_examples=EXAMPLES, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
 )
 
 WOUND = ("reel", "reel_joint", "spool")  # drives that wind in a tendon of given length

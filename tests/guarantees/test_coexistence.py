@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import add_friction
-from tests.plugin.rigs import arm, arm_xml, run, snapshot, started
+from tests.rigs import arm, arm_xml, run, snapshot, started
 
 # a cable of MuJoCo's elasticity plugin, far from the arm
 CABLE = """

@@ -11,7 +11,7 @@ from hypothesis import strategies as some
 
 from tendon_mj.plugin import sheaths
 from tests.guarantees.random_tendon import cases, diverged, moved, thorough
-from tests.plugin.rigs import fixed_sheaths, sheath_view, unpacked, warnings_of_ours
+from tests.rigs import fixed_sheaths, sheath_view, unpacked, warnings_of_ours
 
 STEPS = 60
 pytestmark = pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")

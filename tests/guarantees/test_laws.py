@@ -7,7 +7,7 @@ from hypothesis import event, given
 
 from tendon_mj.plugin import sheaths
 from tests.guarantees.random_tendon import DRIVEN, WOUND, cases, diverged, moved, thorough
-from tests.plugin.rigs import sheath_view
+from tests.rigs import sheath_view
 
 STEPS = 60
 STRAIN = 4e-15  # to which a tension over EA is known, from lengths of which ROUNDING is known

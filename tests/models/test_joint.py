@@ -12,6 +12,7 @@ from tendon_mj.attach import add_sensor
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.models import Bench, Joint, build_joint
 from tests.refusals import refusing
+from tests.rigs import simulated
 
 BENDS = (0.0, 60.0, 120.0, 180.0, 240.0)
 SENSORS = (
@@ -51,8 +52,7 @@ def test_both_tendons_are_as_long_and_as_bent_as_the_numbers_say(bend):
     add_sensor(spec, "sheath_1", "bend_angle", "bend_1")
     add_sensor(spec, "sheath_2", "bend_angle", "bend_2")
     model = spec.compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = simulated(model)
     for number in (1, 2):
         angles = data.sensor(f"bend_{number}").data
         # the bend of a straight tendon is an arc cosine near 1

@@ -5,6 +5,7 @@ import pytest
 from tendon_mj.errors import TendonError
 from tendon_mj.model_files import files_of_model
 from tendon_mj.models import load_model, model_path
+from tests.refusals import refusing
 
 
 def test_a_name_that_is_not_utf_8_says_so(tmp_path):
@@ -19,9 +20,8 @@ def test_a_name_that_is_not_utf_8_says_so(tmp_path):
 def test_missing_and_circular_includes_are_left_to_mujoco(file, tmp_path):
     path = tmp_path / "rig.xml"
     path.write_text(f'<mujoco><include file="{file}"/></mujoco>')
-    with pytest.raises(TendonError) as refused:
+    with refusing(TendonError, "rig.xml"):
         load_model(str(path))
-    assert "rig.xml" in str(refused.value)
 
 
 def test_the_files_of_a_model_are_those_that_it_includes_or_attaches(tmp_path):

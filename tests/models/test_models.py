@@ -33,6 +33,7 @@ from tendon_mj.models import (
     phalanx_shapes,
 )
 from tendon_mj.plugin import sheaths
+from tests.rigs import simulated
 
 BUILDERS = {
     "bench": (Bench(), build_bench),
@@ -167,8 +168,7 @@ def test_the_file_moves_as_the_builder_does(name):
 @pytest.mark.parametrize("scene", [False, True])
 def test_a_second_of_rest_is_rest_without_warnings(name, scene):
     model = load_model(name, scene=scene)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = simulated(model)
     before = data.sensordata.copy()
     while data.time < 1.0:
         mujoco.mj_step(model, data)
@@ -202,8 +202,7 @@ def test_a_scene_changes_no_motion(name):
 
 def test_the_joints_scene_shows_the_sheath_where_the_guides_are():
     model = load_model("joint", scene=True)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = simulated(model)
     centre = [
         0.5 * (data.site(f"guide_1_{k}").xpos + data.site(f"guide_2_{k}").xpos)
         for k in range(1, 17)

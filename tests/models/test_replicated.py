@@ -9,6 +9,7 @@ from tendon_mj.errors import TendonError
 from tendon_mj.models import load_model
 from tendon_mj.plugin import sheaths
 from tests.refusals import refusing
+from tests.rigs import simulated
 
 LINK = """<body pos=".1 0 -.02"><joint name="j" axis="0 1 0"/><geom size=".01"/>
 <site name="c" pos=".05 0 .03"/></body>"""
@@ -99,9 +100,7 @@ def test_a_sheath_beside_a_replicate_loads_where_its_sensor_has_the_tendon(tmp_p
     path = tmp_path / "arm.xml"
     path.write_text(arm(BESIDE, ON_TENDON))
     model = load_model(str(path))
-    data = mujoco.MjData(model)
-    data.ctrl[:] = -1.0
-    mujoco.mj_step(model, data)
+    data = simulated(model, 1, ctrl=-1.0)
     assert data.sensor("e").data[0] == 1.0 > data.sensor("e").data[1] > 0.0
 
 

@@ -1,4 +1,4 @@
-"""Sensor readings of a tendon that is drawn through a sheath."""
+"""Bends of a path, and sensor readings of a tendon that is drawn through a sheath."""
 
 import math
 
@@ -8,8 +8,9 @@ import pytest
 
 from tendon_mj import add_friction, view_sheath
 from tendon_mj.models import Bench, build_bench
+from tendon_mj.plugin.sheath_plugin.path import arctangent
 from tendon_mj.theory import output_tension
-from tests.plugin.rigs import arm, fixed_sheaths, run
+from tests.rigs import STILL, arm, fixed_sheaths, rope, run, simulated, unpacked
 
 GUIDES = [1, 2, 5, 16, 64]
 
@@ -85,14 +86,9 @@ def test_two_hundred_random_histories_are_the_play_operator(seed):
     laws, histories = [], 40
     for _ in range(histories):
         guides = int(rng.choice([1, 2, 3, 5, 8]))
-        laws.append(
-            {
-                "guides": guides,
-                "bend": rng.uniform(0.3, min(6.0, 2.8 * guides)),
-                "friction": rng.uniform(0.02, 0.4),
-                "pretension": rng.uniform(10.0, 40.0),
-            }
-        )
+        bend, friction = rng.uniform(0.3, min(6.0, 2.8 * guides)), rng.uniform(0.02, 0.4)
+        law = {"bend": bend, "friction": friction, "pretension": rng.uniform(10.0, 40.0)}
+        laws.append({"guides": guides, **law})
     model = fixed_sheaths(laws)
     data = mujoco.MjData(model)
     first = np.arange(histories) * 2  # T_in and T_out of one sheath after the other
@@ -121,8 +117,7 @@ def test_two_hundred_random_histories_are_the_play_operator(seed):
 
 def test_bends_are_shown_guide_by_guide():
     model = arm()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = simulated(model)
     points = data.site_xpos[model.wrap_objid]
     legs = np.diff(points, axis=0)
     legs /= np.linalg.norm(legs, axis=1)[:, None]
@@ -155,32 +150,34 @@ def row_of_drums(turn, drums):
         point = centre + RADIUS * out + STRAIGHT * along
         geoms.append((centre, middle))
         sites.append(point)
-    texts, path = [], ['<site site="s0"/>']
-    for k, (centre, middle) in enumerate(geoms):
-        texts.append(
-            f'<geom name="g{k}" type="cylinder" size="{RADIUS} .01" pos="{centre[0]} {centre[1]}'
-            f' 0" contype="0" conaffinity="0"/><site name="m{k}" pos="{middle[0]} {middle[1]} 0"/>'
-        )
-        path.append(f'<geom geom="g{k}" sidesite="m{k}"/><site site="s{k + 1}"/>')
-    texts += [f'<site name="s{k}" pos="{p[0]} {p[1]} 0"/>' for k, p in enumerate(sites[:-1])]
+    drawn = "".join(
+        f'<geom name="g{k}" type="cylinder" size="{RADIUS} .01" pos="{at[0]} {at[1]} 0"/>'
+        for k, (at, _) in enumerate(geoms)
+    )
+    words = "s0" + "".join(f" g{k}@m{k} s{k + 1}" for k in range(drums))
+    places = ";".join(
+        [f"s{k} {p[0]} {p[1]} 0" for k, p in enumerate(sites[:-1])]
+        + [f"m{k} {m[0]} {m[1]} 0" for k, (_, m) in enumerate(geoms)]
+    )
     last = sites[-1]
-    return mujoco.MjSpec.from_string(f"""<mujoco><option timestep="0.001" gravity="0 0 0"/>
-      <worldbody>{"".join(texts)}
-        <body pos="{last[0]} {last[1]} 0">
-          <joint name="x" type="slide" axis="{along[0]} {along[1]} 0" damping="40"/>
-          <geom size=".005" mass=".3" contype="0" conaffinity="0"/><site name="s{drums}"/></body>
-      </worldbody>
-      <tendon><spatial name="t">{"".join(path)}</spatial></tendon>
-      <actuator><motor tendon="t"/><motor joint="x"/></actuator></mujoco>""")
+    text = rope(
+        places,
+        f"s{drums}",
+        words,
+        body=f'pos="{last[0]} {last[1]} 0"',
+        joint=f'name="x" type="slide" axis="{along[0]} {along[1]} 0" damping="40"',
+        geom='size=".005" mass=".3"',
+        option=STILL,
+        world=drawn,
+        actuator='<motor tendon="t"/><motor joint="x"/>',
+    )
+    return mujoco.MjSpec.from_string(text)
 
 
 def slide(spec, pull, **values):
     """View of the sheath some steps later, as the tendon slides steadily."""
     model = add_friction(spec, "t", friction=FRICTION, **values).compile()
-    data = mujoco.MjData(model)
-    data.ctrl[:] = pull
-    mujoco.mj_step(model, data, 40)
-    mujoco.mj_forward(model, data)
+    data = simulated(model, 40, forward=True, ctrl=pull)
     return view_sheath(model, data, "t")
 
 
@@ -211,3 +208,81 @@ def test_a_drum_and_bend_that_is_not_drawn(degrees, way, inner_guides):
     expected = math.exp(sense * FRICTION * math.radians(degrees))
     assert view.input_tension / view.output_tension == pytest.approx(expected, rel=1e-9)
     assert view.unsolved == 0
+
+
+DIRECTIONS = np.concatenate(
+    [
+        np.linspace(0.0, np.pi, 20_001),
+        np.logspace(-300.0, 0.0, 2_000),
+        np.pi - np.logspace(-15.0, 0.0, 2_000),
+    ]
+)
+
+
+@pytest.mark.parametrize("length", [1e-12, 1.0, 1e6])
+def test_the_angle_is_that_of_the_c_library_but_for_two_roundings(length):
+    y, x = length * np.abs(np.sin(DIRECTIONS)), length * np.cos(DIRECTIONS)
+    angle = np.array([arctangent(*direction) for direction in zip(y, x, strict=True)])
+    expected = np.arctan2(y, x)
+    assert (np.abs(angle - expected) <= 2.0 * np.spacing(expected)).all()
+
+
+def test_it_grows_with_the_direction_across_the_seams_of_its_ranges():
+    for seam in np.pi * np.array([1.0, 3.0, 5.0, 7.0]) / 8.0:
+        around = seam + 1e-9 * np.linspace(-1.0, 1.0, 201)
+        angle = [arctangent(np.sin(direction), np.cos(direction)) for direction in around]
+        assert (np.diff(angle) > 0.0).all()
+
+
+def test_nothing_has_no_direction():
+    assert arctangent(0.0, 0.0) == 0.0
+
+
+def rig(sites, friction, is_driven):
+    text = rope(
+        "a; g .2 0 0; h .2 0 0",
+        "b",
+        " ".join(sites),
+        body='pos=".3 .2 0"',
+        joint='<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>',
+        geom='size=".01" mass="1"',
+        option='gravity="0 0 0"',
+        actuator='<motor tendon="t" gear="-1"/>' if is_driven else "",
+    )
+    law = {} if is_driven else {"axial_stiffness": 1e3, "pretension": 5.0}
+    return add_friction(mujoco.MjSpec.from_string(text), "t", friction=friction, **law).compile()
+
+
+def check(model, data):
+    scalars, segments, _ = unpacked(model, data)
+    assert np.isfinite(data.sensordata).all()
+    assert np.isfinite(segments["tension"]).all()
+    assert np.isfinite(data.qacc).all()
+    assert scalars.unsolved == 0.0
+
+
+@pytest.mark.parametrize("is_driven", [False, True])
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+@pytest.mark.parametrize("sites", ["aghb", "agab", "ghb", "agahb", "agb"])
+def test_sites_on_one_spot_have_tensions(sites, friction, is_driven):
+    model = rig(sites, friction, is_driven)
+    data = mujoco.MjData(model)
+    data.ctrl[:] = 5.0
+    for _ in range(20):
+        mujoco.mj_step(model, data)
+        check(model, data)
+
+
+@pytest.mark.parametrize("is_driven", [False, True])
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+@pytest.mark.parametrize("sites", ["agb", "ahgb", "agbh"])
+def test_a_body_may_move_onto_a_guide_and_away(sites, friction, is_driven):
+    model = rig(sites, friction, is_driven)
+    data = mujoco.MjData(model)
+    data.ctrl[:] = 5.0
+    for x, y in ([0.0, 0.0], [-0.1, -0.2], [-0.1, -0.2], [-0.1, -0.1999], [0.0, 0.0]):
+        data.qpos[:], data.qvel[:] = (x, y), 0.0
+        mujoco.mj_forward(model, data)
+        check(model, data)
+        mujoco.mj_step(model, data)
+        check(model, data)

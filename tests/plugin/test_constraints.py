@@ -1,38 +1,55 @@
-"""Equalities and limits of MuJoCo's give a sheath its input tension."""
+"""Sheaths beside MuJoCo's equalities, limits, options and quantities of subtrees."""
 
 import mujoco
 import numpy as np
 import pytest
 
 from tendon_mj import TendonWarning, add_friction, view_sheath
-from tests.plugin.rigs import restore, snapshot
+from tests.rigs import (
+    STILL,
+    arm_xml,
+    driven,
+    hand,
+    reeled,
+    restore,
+    rope,
+    simulated,
+    snapshot,
+    spatial,
+    unpacked,
+)
 
-COUPLED = """<mujoco><option timestep=".001" gravity="0 0 0"/>
-  <default><geom contype="0" conaffinity="0" size=".01" mass=".2"/><joint damping="8"/></default>
-  <worldbody>
-    <site name="a0" pos="-.3 0 0"/><site name="b0" pos="-.3 .1 0"/><site name="b1" pos="0 .1 0"/>
-    <body name="a"><joint name="a" type="slide" axis="1 0 0" stiffness="20"/><geom/>
-      <site name="a1"/></body>
-    <body name="b" pos="0 .1 .2"><joint name="b" type="slide" axis="0 0 1" stiffness="30"/><geom/>
-      <site name="b2"/></body>
-  </worldbody>
-  <tendon>
-    <spatial name="a"><site site="a0"/><site site="a1"/></spatial>
-    <spatial name="b"><site site="b0"/><site site="b1"/><site site="b2"/></spatial>
-  </tendon>
-  <equality><tendon tendon1="b" tendon2="a" polycoef="0 {ratio} 0 0 0" solref=".004 1"/></equality>
-  <actuator><motor name="pull" tendon="a" gear="-1"/></actuator></mujoco>"""
+COUPLED = rope(
+    "a0 -.3 0 0; b0 -.3 .1 0; b1 0 .1 0",
+    "a1",
+    "a0 a1",
+    name="a",
+    joint='name="a" type="slide" axis="1 0 0" stiffness="20" damping="8"',
+    geom='size=".01" mass=".2"',
+    option=STILL,
+    tendons=spatial("b", "b0 b1 b2"),
+    actuator='<motor name="pull" tendon="a" gear="-1"/>',
+    rest="""<worldbody><body pos="0 .1 .2">
+      <joint name="b" type="slide" axis="0 0 1" stiffness="30" damping="8"/>
+      <geom size=".01" mass=".2"/><site name="b2"/></body></worldbody>
+      <equality><tendon tendon1="b" tendon2="a" polycoef="0 {ratio} 0 0 0" solref=".004 1"/>
+      </equality>""",
+)
 
-ROPE = """<mujoco><option timestep=".001" integrator="implicitfast" gravity="0 0 0"/>
-  <default><geom contype="0" conaffinity="0"/><joint damping="2"/></default><worldbody>
-    <body pos="-.1 0 0"><joint name="drive" type="slide" axis="-1 0 0"/><geom size=".01" mass=".2"/>
-      <site name="d"/></body>
-    <site name="g"/>
-    <body pos="0 0 .1"><joint name="load" type="slide" axis="0 0 1" stiffness="100"/>
-      <geom size=".01" mass=".2"/><site name="e"/></body></worldbody>
-  <tendon><spatial name="rope" range="0 .22" solreflimit=".004 1"><site site="d"/>
-    <site site="g"/><site site="e"/></spatial></tendon>
-  <actuator><motor name="push" joint="drive"/></actuator></mujoco>"""
+ROPE = rope(
+    "g",
+    "e",
+    "d g e",
+    name="rope",
+    tendon='range="0 .22" solreflimit=".004 1"',
+    body='pos="0 0 .1"',
+    joint='name="load" type="slide" axis="0 0 1" stiffness="100" damping="2"',
+    geom='size=".01" mass=".2"',
+    option=STILL + ' integrator="implicitfast"',
+    world="""<body pos="-.1 0 0"><joint name="drive" type="slide" axis="-1 0 0" damping="2"/>
+      <geom size=".01" mass=".2"/><site name="d"/></body>""",
+    actuator='<motor name="push" joint="drive"/>',
+)
 
 
 def pulled(spec, force, steps=6000):
@@ -106,3 +123,64 @@ def test_a_limit_past_a_held_tendon_is_reported_with_the_length_that_it_allows(g
     spec = mujoco.MjSpec.from_string(ROPE)
     with pytest.warns(TendonWarning, match="rope.*limit.*mm"):
         add_friction(spec, "rope", friction=0.3, axial_stiffness=2e4, **given)
+
+
+OFF = mujoco.mjtDisableBit.mjDSBL_SPRING | mujoco.mjtDisableBit.mjDSBL_DAMPER
+
+
+def test_a_sheath_that_is_wound_acts_all_the_same():
+    model = hand(friction=0.1).compile()
+    model.jnt_stiffness[:], model.dof_damping[:] = 0.0, 0.0
+    plain, data = mujoco.MjData(model), mujoco.MjData(model)
+    plain.qvel[:] = data.qvel[:] = 0.01
+    mujoco.mj_step(model, plain, 20)
+    model.opt.disableflags |= OFF
+    mujoco.mj_step(model, data, 20)
+    np.testing.assert_allclose(data.qpos, plain.qpos, rtol=1e-9, atol=1e-12)
+    assert unpacked(model, data)[0].unsolved == 0.0
+
+
+def test_reels_wind_all_the_same():
+    model = reeled()
+    model.opt.disableflags |= OFF
+    data = simulated(model, 3, ctrl=1e-3)
+    assert data.sensor("input_tension").data[0] > 25.0
+
+
+def test_one_that_is_driven_counts_that_it_was_left_out():
+    model = driven()
+    model.opt.disableflags |= OFF
+    data = simulated(model, 3)
+    assert unpacked(model, data, "wrapped_sheath")[0].unsolved == 3.0
+
+
+def moving(xml):
+    model = mujoco.MjModel.from_xml_string(xml)
+    data = simulated(model, qvel=np.linspace(0.5, 1.5, model.nv))
+    return model, data
+
+
+def with_sensor(sensor):
+    xml = arm_xml(views=("input_tension",))
+    return xml.replace("<sensor>", f"<sensor>{sensor}", 1)
+
+
+@pytest.mark.parametrize("kind", ["subtreelinvel", "subtreeangmom"])
+def test_a_sensor_of_a_subtree_shows_its_velocity(kind):
+    model, data = moving(with_sensor(f'<{kind} name="seen" body="upper"/>'))
+    shown = data.sensor("seen").data.copy()
+    mujoco.mj_subtreeVel(model, data)
+    row = {"subtreelinvel": data.subtree_linvel, "subtreeangmom": data.subtree_angmom}[kind]
+    np.testing.assert_array_equal(shown, row[model.body("upper").id])
+    assert np.abs(shown).max() > 0.0
+
+
+def test_whoever_asks_for_them_gets_them():
+    model, data = moving(with_sensor(""))
+    mujoco.mj_subtreeVel(model, data)
+    momentum = model.body_subtreemass[1] * data.subtree_linvel[1]
+    jacobian, total = np.zeros((3, model.nv)), np.zeros(3)
+    for body in range(1, model.nbody):
+        mujoco.mj_jacBodyCom(model, data, jacobian, None, body)
+        total += model.body_mass[body] * jacobian @ data.qvel
+    np.testing.assert_allclose(momentum, total, rtol=1e-12)

@@ -3,12 +3,9 @@
 import mujoco
 import numpy as np
 import pytest
-from mujoco import rollout
 
-from tests.plugin.rigs import GIVEN, sheath_view, sheathed, stock
 from tests.refusals import refusing
-
-_FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
+from tests.rigs import GIVEN, compiled, sheath_view, sheathed, simulated, stock, two_links
 
 ACTUATORS = {
     "motor": '<motor tendon="t" gear="2" ctrlrange="-20 0"/>',
@@ -25,33 +22,10 @@ SPRING = 'stiffness="60" springlength="0.3" damping="0.4"'
 SLACK_SPRING = 'stiffness="60" springlength="0.2 0.4"'  # pulls beyond 0.4 m only
 
 
-def sheath(friction, extra=""):
-    """The plugin's part of a model."""
-    return f"""<extension><plugin plugin="tendon_mj.sheath"><instance name="s">
-        <config key="tendon" value="t"/><config key="friction" value="{friction}"/>{extra}
-        </instance></plugin></extension>"""
-
-
-def arm(actuator="", friction=None, tendon="", extra="", path="", option='timestep="0.001"'):
+def arm(actuator="", friction=None, tendon="", path="a b c d", option='timestep="0.001"', **law):
     """Two links, pulled by a tendon over two bends."""
-    path = path or "".join(f'<site site="{s}"/>' for s in "abcd")
-    plugin = "" if friction is None else sheath(friction, extra)
-    sensor = "" if friction is None else '<plugin plugin="tendon_mj.sheath" instance="s"/>'
-    return mujoco.MjModel.from_xml_string(f"""<mujoco><option {option}/>{plugin}
-      <worldbody>
-        <site name="a" pos="-0.2 0 0.05"/><site name="b" pos="-0.02 0 0.05"/>
-        <body><joint name="one" axis="0 1 0" damping="0.02"/>
-          <geom type="capsule" fromto="0 0 0 0.2 0 0" size="0.01" mass="0.2"/>
-          <geom name="drum" type="cylinder" size="0.015 0.02" euler="90 0 0" pos="0.2 0 0"
-                contype="0" conaffinity="0"/>
-          <site name="c" pos="0.15 0 0.02"/>
-          <body pos="0.2 0 0"><joint name="two" axis="0 1 0" damping="0.01"/>
-            <geom type="capsule" fromto="0 0 0 0.15 0 0" size="0.01" mass="0.1"/>
-            <site name="d" pos="0.06 0 0.02"/><site name="e" pos="0.1 0 0.01"/>
-          </body></body>
-      </worldbody>
-      <tendon><spatial name="t" {tendon}>{path}</spatial></tendon>
-      <actuator>{actuator}</actuator><sensor>{sensor}</sensor></mujoco>""")
+    law = None if friction is None else {"friction": friction} | law
+    return compiled(two_links(path, tendon=tendon, law=law, actuator=actuator, option=option))
 
 
 def controls(model, seconds=1.0, seed=0):
@@ -158,16 +132,14 @@ def test_what_is_disabled_does_not_pull(flag):
 
 def test_a_tendon_at_rest_has_the_tension_of_its_own_spring():
     model = arm(friction=0.2, tendon=SPRING)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = simulated(model)
     assert data.sensordata[0] == pytest.approx(60.0 * (data.ten_length[0] - 0.3), rel=1e-12)
 
 
-@pytest.mark.parametrize("stiffness", ["", "1e3", "1e5", "1e7"])
+@pytest.mark.parametrize("stiffness", [None, 1e3, 1e5, 1e7])
 @pytest.mark.parametrize("actuator", ACTUATORS.values(), ids=ACTUATORS)
 def test_friction_only_ever_takes_energy(actuator, stiffness):
-    extra = f'<config key="axial_stiffness" value="{stiffness}"/>' if stiffness else ""
-    model = arm(actuator, friction=0.3, extra=extra, option='timestep="0.002"')
+    model = arm(actuator, 0.3, axial_stiffness=stiffness, option='timestep="0.002"')
     data = mujoco.MjData(model)
     before = np.zeros(2)
     for row in controls(model, 1.0):
@@ -180,12 +152,11 @@ def test_friction_only_ever_takes_energy(actuator, stiffness):
 
 
 def test_a_stretch_that_is_stiffer_than_the_step_resolves_yields():
-    def acting(step, given=""):
+    def acting(step, given=None):
         """EA as the sheath shows it, and as it acts on the stretch that moves."""
-        extra = f'<config key="axial_stiffness" value="{given}"/>' if given else ""
-        model = arm(ACTUATORS["motor"], 0.3, extra=extra, option=f'timestep="{step}"')
-        data = mujoco.MjData(model)
-        mujoco.mj_forward(model, data)
+        option = f'timestep="{step}"'
+        model = arm(ACTUATORS["motor"], 0.3, axial_stiffness=given, option=option)
+        data = simulated(model)
         view = sheath_view(model, data)
         shown = float(view.state.law.axial_stiffness)
         share = 1.0 + view.segments["support_compliance"] / view.segments["length"]
@@ -206,8 +177,8 @@ def test_it_converges_to_the_same_motion_from_any_stiffness_above():
     inputs = controls(arm(ACTUATORS["motor"]), 1.0)
 
     def motion(stiffness, parts):
-        extra = f'<config key="axial_stiffness" value="{stiffness}"/>'
-        model = arm(ACTUATORS["motor"], 0.3, extra=extra, option=f'timestep="{0.001 / parts}"')
+        option = f'timestep="{0.001 / parts}"'
+        model = arm(ACTUATORS["motor"], 0.3, axial_stiffness=stiffness, option=option)
         return run(model, np.repeat(inputs, parts, axis=0))[0][parts - 1 :: parts]
 
     fine = motion(1e6, 8)
@@ -216,35 +187,12 @@ def test_it_converges_to_the_same_motion_from_any_stiffness_above():
         assert error < 0.02
 
 
-def test_a_copy_a_resumed_run_and_threads_are_bit_exact():
-    model = arm(ACTUATORS["two"], friction=0.3, tendon=SPRING)
-    inputs = controls(model, 0.4)
-    first, second = inputs[:200], inputs[200:]
-    _, _, data = run(model, first)
-    twin = mujoco.MjData(model)
-    state = np.empty(mujoco.mj_stateSize(model, _FULL))
-    mujoco.mj_getState(model, data, state, _FULL)
-    mujoco.mj_setState(model, twin, state, _FULL)
-    for row in second:
-        for each in (data, twin):
-            each.ctrl[:] = row
-            mujoco.mj_step(model, each)
-    assert np.array_equal(data.qpos, twin.qpos)
-    starts = np.repeat(state[None], 4, axis=0)
-    pools = [[mujoco.MjData(model) for _ in range(n)] for n in (1, 2, 4)]
-    runs = [rollout.rollout([model], pool, starts, second[None])[0] for pool in pools]
-    assert all(np.array_equal(runs[0], other) for other in runs[1:])
-    final = np.empty_like(state)
-    mujoco.mj_getState(model, data, final, _FULL)
-    assert np.array_equal(runs[0][0, -1], final)
-
-
 @pytest.mark.parametrize(
     "extra", ["pretension", "viscous_friction", "tendon_mass", "backlash", "sheath_compliance"]
 )
 def test_what_belongs_to_a_reel_is_refused(extra):
     with refusing(ValueError, "instance 's'", f"{extra} = 5"):
-        arm(ACTUATORS["motor"], 0.3, extra=f'<config key="{extra}" value="5"/>')
+        arm(ACTUATORS["motor"], 0.3, **{extra: 5})
 
 
 def test_a_tendon_that_nothing_pulls_on_needs_a_stiffness():
@@ -253,10 +201,9 @@ def test_a_tendon_that_nothing_pulls_on_needs_a_stiffness():
 
 
 def test_a_motor_beside_a_reel_is_refused():
-    extra = '<config key="axial_stiffness" value="1e4"/>'
     reel = '<plugin name="r" plugin="tendon_mj.sheath" instance="s" tendon="t"/>'
     with refusing(ValueError, "instance 's'", "'m'", "reel"):
-        arm('<motor name="m" tendon="t"/>' + reel, 0.3, extra=extra)
+        arm('<motor name="m" tendon="t"/>' + reel, 0.3, axial_stiffness=1e4)
 
 
 @pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")  # of muscles over two sites

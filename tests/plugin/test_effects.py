@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import Parameters
-from tests.plugin.rigs import (
+from tests.rigs import (
     ALL,
     BEND,
     EA,

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tests.plugin.rigs import (
+from tests.rigs import (
     ALL,
     ALL_ON_ARM,
     EA,

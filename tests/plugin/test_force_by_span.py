@@ -13,14 +13,10 @@ import pytest
 from tendon_mj import add_friction, view_sheath
 from tendon_mj.plugin import sheaths
 from tests.plugin.drawn_spans import span_gradients
-from tests.plugin.rigs import GIVEN, random_pose, sheath_view, sheathed, stock
 from tests.plugin.test_driven import ACTUATORS, SPRING, arm
+from tests.rigs import GIVEN, random_pose, rope, sheath_view, sheathed, simulated, spatial, stock
 
 POSES = 5
-PATH = (
-    '<site site="a"/><site site="b"/><site site="c"/><geom geom="drum"/><site site="d"/>'
-    '<site site="e"/>'
-)
 
 
 def whole_length_gradient(model, data, tendon):
@@ -107,34 +103,33 @@ def test_on_models_of_others(name, friction, input_end):
 @pytest.mark.parametrize("friction", [0.0, 0.3])
 @pytest.mark.parametrize("actuator", ["motor", "muscle", "general", "two"])
 def test_on_a_tendon_over_sites_and_a_drum(actuator, friction):
-    plain = arm(ACTUATORS[actuator], tendon=SPRING, path=PATH)
-    model = arm(ACTUATORS[actuator], friction, SPRING, path=PATH)
+    plain = arm(ACTUATORS[actuator], tendon=SPRING, path="a b wheel@s c ball@ d e")
+    model = arm(ACTUATORS[actuator], friction, SPRING, path="a b wheel@s c ball@ d e")
     worst, rubbed = check(model, plain, seed=2)
     assert worst < 1e-6
     assert rubbed > 0.1 if friction else rubbed == 0.0
 
 
-SECOND = """<mujoco><option gravity="0 0 0"/><worldbody><site name="a" pos="-.2 0 -.02"/>
-  <geom name="drum" type="cylinder" size=".03 .02" euler="90 0 0" contype="0" conaffinity="0"/>
-  <body><joint name="j" axis="0 1 0" damping=".3"/>
-    <geom size=".01" pos=".1 0 0" contype="0" conaffinity="0"/><site name="b" pos=".15 0 -.06"/>
-  </body></worldbody>
-  <tendon><spatial name="one">{path}</spatial><spatial name="two">{path}</spatial></tendon>
-  <actuator><motor tendon="one"/><motor tendon="two"/></actuator></mujoco>"""
-ENDS = '<site site="a"/>{}<site site="b"/>'
-
-
-@pytest.mark.parametrize("between", ['<geom geom="drum"/>', ""])
-def test_a_second_tendon_on_the_same_path_applies_the_same_force(between):
-    spec = mujoco.MjSpec.from_string(SECOND.format(path=ENDS.format(between)))
+@pytest.mark.parametrize("path", ["a drum@ b", "a b"])
+def test_a_second_tendon_on_the_same_path_applies_the_same_force(path):
+    drum = '<geom name="drum" type="cylinder" size=".03 .02" euler="90 0 0"/>'
+    text = rope(
+        "a -.2 0 -.02",
+        "b .15 0 -.06",
+        path,
+        joint='axis="0 1 0" damping=".3"',
+        geom='size=".01" pos=".1 0 0"',
+        option='gravity="0 0 0"',
+        world=drum,
+        tendons=spatial("two", path),
+        actuator='<motor tendon="t"/><motor tendon="two"/>',
+    )
+    spec = mujoco.MjSpec.from_string(text)
     add_friction(spec, "*", friction=0.3, extra_bend=1.0)
     model = spec.compile()
     forces = []
     for pulls in ((-20.0, 0.0), (0.0, -20.0)):
-        data = mujoco.MjData(model)
-        data.qpos[:], data.ctrl[:] = -0.6, pulls
-        mujoco.mj_step(model, data, 3)
-        mujoco.mj_forward(model, data)
+        data = simulated(model, 3, forward=True, qpos=-0.6, ctrl=pulls)
         forces.append(data.qfrc_passive - data.qfrc_damper)
     assert np.abs(forces[0]).max() > 1e-2
     np.testing.assert_allclose(*forces, rtol=1e-9)

@@ -16,7 +16,7 @@ from mujoco import rollout
 from tendon_mj import add_friction
 from tendon_mj.plugin import sheaths
 from tendon_mj.plugin.sheath_plugin.state import view
-from tests.plugin.rigs import MODELS, moved
+from tests.rigs import MODELS, moved, simulated
 
 WHOLE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 KINDS = list(MODELS)
@@ -87,9 +87,7 @@ def test_a_state_that_was_not_evaluated_is_not_advanced_or_shown(model):
 
 
 def test_a_state_of_the_model_is_not_bound_anew(model):
-    data = mujoco.MjData(model)
-    data.plugin_state[:] = moved(model)
-    mujoco.mj_step(model, data)
+    data = simulated(model, 1, plugin_state=moved(model))
     assert not any(state.rebound for state in states(model, data))
 
 

@@ -6,8 +6,8 @@ import pytest
 
 from tendon_mj import view_sheath
 from tendon_mj.plugin import sheaths
-from tests.plugin.rigs import GIVEN, segment_lengths, sheath_view, sheathed
 from tests.plugin.test_driven import ACTUATORS, SPRING, arm, controls
+from tests.rigs import GIVEN, segment_lengths, sheath_view, sheathed, simulated
 
 SECONDS = 2.0
 ROUNDED = 1e-12  # of the tension times the slip that it is the product of
@@ -18,8 +18,7 @@ ROUNDED = 1e-12  # of the tension times the slip that it is the product of
 @pytest.mark.parametrize("name", GIVEN)
 def test_friction_takes_work_at_every_guide_of_every_tendon(name, friction):
     model = sheathed(name, friction=friction)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = simulated(model)
     views = {sheath: sheath_view(model, data, sheath) for sheath in sheaths(model)}
     before = dict.fromkeys(views, 0.0)
     for row in controls(model, SECONDS, seed=3):
@@ -52,12 +51,9 @@ def elastic_energy(stiffness, tension, lengths):
 
 def balance(actuator, stiffness, step):
     """Work put in, what became of it, and how much work there was [J]."""
-    extra = f'<config key="axial_stiffness" value="{stiffness}"/>'
-    path = '<site site="a"/><site site="b"/><site site="c"/><site site="e"/>'
     option = f'timestep="{step}"'
-    model = arm(ACTUATORS[actuator], 0.3, SPRING, extra, path=path, option=option)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    model = arm(ACTUATORS[actuator], 0.3, SPRING, "a b c e", option, axial_stiffness=stiffness)
+    data = simulated(model)
     put_in = arrived = moved = 0.0
     lengths, tension = segment_lengths(model, data), view_sheath(model, data, "t").tension
     stored = elastic_energy(stiffness, tension, lengths)

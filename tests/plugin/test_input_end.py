@@ -1,7 +1,5 @@
 """A sheath whose input end is the last site: that of the same tendon drawn the other way round."""
 
-import copy
-
 import mujoco
 import numpy as np
 import pytest
@@ -10,44 +8,20 @@ from tendon_mj import Spool, add_friction, remove_friction, view_sheath
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError
 from tendon_mj.lab.verification import smooth_controls
 from tendon_mj.plugin import sheaths
-from tests.plugin.rigs import restore, sheath_view, snapshot
 from tests.refusals import refusing
+from tests.rigs import compiled, config, rope, sheath, sheath_view, shown, spatial, two_links
 
-ARM = """
-<mujoco><option timestep="0.001" integrator="{integrator}"/>
-  <worldbody>
-    <site name="a" pos="-.2 0 .05"/><site name="b" pos="-.02 .01 .05"/><site name="s" pos="0 0 .1"/>
-    <site name="b2" pos="-.02 .01 .05"/>
-    <geom name="wheel" type="cylinder" size=".03 .05" euler="90 0 0" contype="0" conaffinity="0"/>
-    <body><joint name="one" axis="0 1 0" damping=".05" stiffness="2"/>
-      <geom type="capsule" fromto="0 0 0 .2 0 0" size=".01" mass=".3"/>
-      <site name="c" pos=".14 .01 .03"/><site name="t" pos=".2 0 .06"/>
-      <geom name="ball" type="sphere" size=".02" pos=".2 0 0" contype="0" conaffinity="0"/>
-      <body pos=".2 0 0"><joint name="two" axis="0 1 0" damping=".03" stiffness="1"/>
-        <geom type="capsule" fromto="0 0 0 .15 0 0" size=".01" mass=".2"/>
-        <site name="d" pos=".06 0 .02"/><site name="e" pos=".11 .01 .01"/>
-      </body></body>
-    <body pos="0 1 0"><joint name="reel" axis="0 1 0" damping=".01" armature=".02" stiffness=".1"/>
-      <geom size=".03" mass=".3"/></body>
-    <body pos="0 2 0"><joint name="drum" type="slide" axis="0 1 0" damping="5" stiffness="900"/>
-      <geom size=".03" mass=".3"/></body>
-  </worldbody>
-  <tendon><spatial name="t" {tendon}>{path}</spatial></tendon>
-  <actuator>{pull}<motor joint="one" ctrlrange="-1 1"/><motor joint="two" ctrlrange="-.5 .5"/>
-    <motor joint="reel" ctrlrange="-.1 .1"/></actuator>
-</mujoco>
-"""
 MOTOR = '<motor name="pull" tendon="t" ctrlrange="-20 0"/>'
-SITE = {name: f'<site site="{name}"/>' for name in ("a", "b", "b2", "c", "d", "e")}
-ON = SITE | {"W": '<geom geom="wheel" sidesite="s"/>', "B": '<geom geom="ball" sidesite="t"/>'}
+OTHERS = """<motor joint="one" ctrlrange="-1 1"/><motor joint="two" ctrlrange="-.5 .5"/>
+  <motor joint="reel" ctrlrange="-.1 .1"/>"""
 PATHS = {
-    "sites": ["a", "b", "c", "d", "e"],
-    "on one spot": ["a", "b", "b2", "c", "d", "e"],
-    "cylinder": ["a", "W", "c", "d"],
-    "both": ["a", "b", "W", "c", "B", "d", "e"],
+    "sites": "a b c d e",
+    "on one spot": "a b b2 c d e",
+    "cylinder": "a wheel@s c d",
+    "both": "a b wheel@s c ball@t d e",
     # no guide on the link that it pulls, so that all of it slides
-    "short": ["a", "b", "c", "d"],
-    "both, short": ["a", "b", "W", "c", "B", "d"],
+    "short": "a b c d",
+    "both, short": "a b wheel@s c ball@t d",
 }
 SENSORS = ("input_tension", "output_tension", "tension", "bend_angle", "slip", "friction_work")
 SUMS = 1e-9  # relative; MuJoCo's own sums come in another order, and friction takes that further
@@ -56,13 +30,12 @@ WOUND = {"axial_stiffness": 2e3, "pretension": 5.0}
 
 def arm(path, input_end, pull=MOTOR, tendon="", integrator="Euler", **law):
     """The arm with friction on its tendon, drawn from its input end or up to it."""
-    drawn = PATHS[path] if input_end == "first" else PATHS[path][::-1]
-    text = "".join(ON[element] for element in drawn)
-    spec = mujoco.MjSpec.from_string(
-        ARM.format(path=text, pull=pull, tendon=tendon, integrator=integrator)
-    )
+    words = PATHS[path].split()
+    drawn = " ".join(words if input_end == "first" else words[::-1])
+    option = f'timestep="0.001" integrator="{integrator}"'
+    text = two_links(drawn, tendon=tendon, actuator=pull + OTHERS, option=option)
     law = {"friction": 0.3, "sensors": SENSORS} | law
-    return add_friction(spec, "t", input_end=input_end, **law)
+    return add_friction(mujoco.MjSpec.from_string(text), "t", input_end=input_end, **law)
 
 
 def twins(path, **law):
@@ -205,28 +178,6 @@ def test_by_default_the_attribute_is_not_written_and_first_is_the_same():
     assert all(np.array_equal(*pair) for pair in zip(*runs, strict=True))
 
 
-@pytest.mark.parametrize("path", ["sites", "both"])
-def test_copies_restored_states_and_resets_go_on_bit_by_bit(path):
-    model = arm(path, "last", arc_guides=2).compile()
-    (start, _, _), data = motion(model, 300)
-    state = snapshot(model, data)
-    restored = motion(model, 50)[1]  # data that has seen something else
-    restore(model, restored, state)
-    others = [data, copy.copy(data), restored, mujoco.MjData(model)]
-    restore(model, others[3], state)
-    for row in smooth_controls(model, 200, seed=1):
-        for each in others:
-            each.ctrl[:] = row
-            mujoco.mj_step(model, each)
-    for other in others[1:]:
-        np.testing.assert_array_equal(snapshot(model, other), snapshot(model, data))
-    mujoco.mj_resetData(model, data)
-    for k, row in enumerate(smooth_controls(model, 300)):
-        data.ctrl[:] = row
-        mujoco.mj_step(model, data)
-        assert np.array_equal(data.qpos, start[k])
-
-
 def test_a_state_of_the_other_end_is_found_out_and_laid_anew():
     spec = arm("both", "first")
     model = spec.compile()
@@ -262,30 +213,29 @@ def test_it_stays_the_last_site_of_an_attached_tendon():
         np.testing.assert_allclose(tension, view_sheath(alone, other, "t").tension, rtol=SUMS)
 
 
-BRANCHED = """
-<mujoco>{extension}<worldbody><site name="a"/><site name="k" pos=".1 0 0"/>
-  <body pos=".2 0 0"><joint/><geom size=".01"/><site name="e"/><site name="f" pos="0 .1 0"/></body>
-  </worldbody>
-  <tendon><spatial name="t"><site site="a"/><site site="k"/><pulley divisor="2"/><site site="k"/>
-    <site site="e"/></spatial>
-    <spatial name="u"><site site="e"/><site site="k"/><site site="a"/></spatial></tendon>
-  <actuator><motor tendon="t"/><motor tendon="u"/></actuator>{sensor}</mujoco>"""
-WRITTEN = """<extension><plugin plugin="tendon_mj.sheath"><instance name="s">
-  <config key="tendon" value="{}"/><config key="friction" value=".1"/>
-  <config key="input_end" value="{}"/></instance></plugin></extension>"""
-ENDS = '<sensor><plugin plugin="tendon_mj.sheath" instance="s"/></sensor>'
+def branched(sensor="", **law):
+    """A branched tendon ``t`` and a plain one ``u``, with a sheath where a law is given."""
+    return rope(
+        "a; k .1 0 0",
+        "e; f 0 .1 0",
+        "a k /2 k e",
+        body='pos=".2 0 0"',
+        head=sheath(friction=0.1, **law) if law else "",
+        tendons=spatial("u", "e k a"),
+        actuator='<motor tendon="t"/><motor tendon="u"/>',
+        sensor=(shown() if law else "") + sensor,
+    )
 
 
 def test_branches_are_refused_with_the_place_and_the_way_out():
     facts = "tendon 't'", "pulley", "'k'", "draw each branch from its input"
-    spec = mujoco.MjSpec.from_string(BRANCHED.format(extension="", sensor=""))
+    spec = mujoco.MjSpec.from_string(branched())
     before = spec.to_xml()
     with refusing(InvalidValueError, *facts):
         add_friction(spec, "t", friction=0.1, input_end="last")
     assert spec.to_xml() == before
-    text = BRANCHED.format(extension=WRITTEN.format("t", "last"), sensor=ENDS)
     with refusing(ValueError, *facts):
-        mujoco.MjModel.from_xml_string(text)
+        compiled(branched(tendon="t", input_end="last"))
     with pytest.warns(TendonWarning, match="left as they are: 't': branches at a pulley"):
         add_friction(spec, "*", friction=0.1, input_end="last")
     assert {sheath.tendon for sheath in sheaths(spec.compile()).values()} == {"u"}
@@ -293,19 +243,16 @@ def test_branches_are_refused_with_the_place_and_the_way_out():
 
 @pytest.mark.parametrize("end", ["lsat", "Last", "1", 1, None, ["last"]])
 def test_another_word_is_refused_with_those_that_there_are(end):
-    spec = mujoco.MjSpec.from_string(BRANCHED.format(extension="", sensor=""))
+    spec = mujoco.MjSpec.from_string(branched())
     facts = "unknown input_end", "'first', 'last'"
     with refusing(UnknownNameError, *facts):
         add_friction(spec, "u", friction=0.1, input_end=end)
     assert not spec.plugins
-    text = BRANCHED.format(extension=WRITTEN.format("u", end).replace("['last']", "x"), sensor=ENDS)
     with refusing(ValueError, "instance 's': ", *facts):
-        mujoco.MjModel.from_xml_string(text)
+        compiled(branched(tendon="u", input_end=str(end)))
 
 
 def test_a_sensor_takes_no_input_end():
-    text = BRANCHED.format(extension=WRITTEN.format("u", "last"), sensor="<sensor>{}</sensor>")
-    more = """<plugin plugin="tendon_mj.sheath"><config key="tendon" value="u"/>
-      <config key="sensor" value="tension"/><config key="input_end" value="last"/></plugin>"""
+    more = config(tendon="u", sensor="tension", input_end="last")
     with refusing(ValueError, "a sensor takes no input_end"):
-        mujoco.MjModel.from_xml_string(text.format(more))
+        compiled(branched(f'<plugin plugin="tendon_mj.sheath">{more}</plugin>', tendon="u"))

@@ -2,7 +2,6 @@
 
 import sys
 import threading
-import warnings
 from concurrent.futures import ThreadPoolExecutor
 
 import mujoco
@@ -10,18 +9,22 @@ import numpy as np
 import pytest
 
 from tendon_mj.attach import add_friction, add_sites, add_tendon
-from tests.plugin.rigs import (
+from tests.plugin.test_refusals import LAW as FLEXOR
+from tests.plugin.test_refusals import compiled
+from tests.refusals import silent
+from tests.rigs import (
     arm,
     fixed_sheaths,
+    instance,
+    rope,
     run,
+    simulated,
     snapshot,
     started,
     tendon_total,
     unpacked,
     warnings_of_ours,
 )
-from tests.plugin.test_refusals import LAW as FLEXOR
-from tests.plugin.test_refusals import compiled, instance
 
 
 @pytest.fixture(autouse=True)
@@ -184,8 +187,7 @@ def bend_angles(points):
         spec, "t", friction=0.2, axial_stiffness=1e4, pretension=10.0, sensors=("bend_angle",)
     )
     model = spec.compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = simulated(model)
     return data.sensor("bend_angle").data
 
 
@@ -232,16 +234,18 @@ def test_a_warning_holds_any_name(name, told):
 
 def test_a_muscle_s_length_range_is_found_without_a_warning():
     """MuJoCo steps a model without passive forces to find it."""
-    lever = """<mujoco><worldbody><site name="a" pos="0 0 .05"/>
-      <body pos=".1 0 0"><joint axis="0 1 0" range="-60 60" damping=".05"/>
-        <geom size=".02" fromto="0 0 0 .2 0 0" type="capsule"/>
-        <site name="b" pos=".02 0 .03"/><site name="c" pos=".1 0 .03"/></body></worldbody>
-      <tendon><spatial name="t"><site site="a"/><site site="b"/><site site="c"/></spatial></tendon>
-      <actuator><muscle tendon="t" force="20"/></actuator></mujoco>"""
-    spec = mujoco.MjSpec.from_string(lever)
+    spec = mujoco.MjSpec.from_string(
+        rope(
+            "a 0 0 .05",
+            "b .02 0 .03; c .1 0 .03",
+            body='pos=".1 0 0"',
+            joint='axis="0 1 0" range="-60 60" damping=".05"',
+            geom='size=".02" fromto="0 0 0 .2 0 0" type="capsule"',
+            actuator='<muscle tendon="t" force="20"/>',
+        )
+    )
     add_friction(spec, "t", friction=0.1, extra_bend=1.0, inner_guides=2)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with silent():
         spec.compile()
 
 

@@ -11,22 +11,30 @@ from tendon_mj.plugin import servos, sheaths
 from tendon_mj.plugin.sheath_plugin.names import Affixes, around_tendon
 from tendon_mj.plugin.sheath_plugin.state import view
 from tests.refusals import refusing
+from tests.rigs import config, rope, sheath, shown, simulated, spatial
 
 AFFIX = st.text("ab", max_size=2)
 FEW = st.text("ab", min_size=1, max_size=6)  # so that many fit by chance
-MODEL = """
-<mujoco>
-  <extension><plugin plugin="tendon_mj.sheath"><instance name="{own}">
-    <config key="tendon" value="{tendon}"/><config key="axial_stiffness" value="1000"/>
-    <config key="friction" value=".1"/>
-  </instance></plugin></extension>
-  <worldbody>
-    <site name="{prefix}x0{suffix}"/><site name="{prefix}x1{suffix}" pos=".2 0 0"/>
-    <body><joint/><geom size=".1"/><site name="{prefix}x2{suffix}" pos=".3 .2 0"/></body>
-  </worldbody>
-  <tendon>{tendons}</tendon>
-</mujoco>
-"""
+
+
+def compiled(own: str, affixes: Affixes, tendon: str, tendons: list[str]) -> mujoco.MjModel | None:
+    """The model as attached with these; None if it is refused, as nothing says which is meant."""
+    first, second, third = (affixes.around(site) for site in ("x0", "x1", "x2"))
+    path = f"{first} {second} {third}"
+    text = rope(
+        f"{first}; {second} .2 0 0",
+        f"{third} .3 .2 0",
+        name=tendons[0],
+        head=sheath(affixes.around(own), tendon=tendon, axial_stiffness=1000, friction=0.1),
+        tendons="".join(spatial(name, path) for name in tendons[1:]),
+        actuator="",
+    )
+    try:
+        return mujoco.MjModel.from_xml_string(text)
+    except ValueError as refused:
+        if not any(reason in str(refused) for reason in ("may be", "unknown tendon")):
+            raise
+        return None
 
 
 def all_shared(own: str, tendon: str, tendons: set[str]) -> list[Affixes]:
@@ -47,60 +55,35 @@ def test_compiled_code_takes_the_tendon_that_python_takes(prefix, suffix, own, t
     model = compiled(own, Affixes(prefix, suffix), tendon, tendons)
     if model is None:
         return
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data)
+    data = simulated(model, 1)
     ((_, sheath),) = sheaths(model).items()
     bound = int(view(data.plugin_state, sheath.state).state.tendon)
     assert tendons[bound] == sheath.tendon
 
 
-def compiled(own: str, affixes: Affixes, tendon: str, tendons: list[str]) -> mujoco.MjModel | None:
-    """The model as attached with these; None if it is refused, as nothing says which is meant."""
-    path = "".join(f'<site site="{affixes.around(site)}"/>' for site in ("x0", "x1", "x2"))
-    text = MODEL.format(
-        own=affixes.around(own),
-        tendon=tendon,
-        tendons="".join(f'<spatial name="{name}">{path}</spatial>' for name in tendons),
-        **affixes._asdict(),
-    )
-    try:
-        return mujoco.MjModel.from_xml_string(text)
-    except ValueError as refused:
-        if not any(reason in str(refused) for reason in ("may be", "unknown tendon")):
-            raise
-        return None
-
-
-FINGER = """
-<mujoco model="finger">
-  {extension}
-  <worldbody>
-    <site name="a"/><site name="g" pos=".2 0 0"/>
-    <body name="link">
-      <joint name="knuckle" axis="0 0 1"/><geom size=".1" contype="0" conaffinity="0"/>
-      <site name="b" pos=".3 .2 0"/>
-    </body>
-    <body name="motor">
-      <joint name="motor" armature=".1"/><geom size=".1" contype="0" conaffinity="0"/>
-    </body>
-  </worldbody>
-  <tendon><spatial name="flexor"><site site="a"/><site site="g"/><site site="b"/></spatial></tendon>
-  {sensor}
-</mujoco>
-"""
 pytestmark = pytest.mark.filterwarnings("ignore:Attaching a spec with an empty prefix")
-PLAIN = FINGER.format(extension="", sensor="")
+MOTOR = '<body name="motor"><joint name="motor" armature=".1"/><geom size=".1"/></body>'
+
+
+def plain(extension="", sensor=""):
+    """MJCF of a finger with one tendon, and of a motor beside it."""
+    return rope(
+        "a; g .2 0 0",
+        "b .3 .2 0",
+        name="flexor",
+        body='name="link"',
+        joint='name="knuckle" axis="0 0 1"',
+        geom='size=".1"',
+        head=extension,
+        actuator="",
+        sensor=sensor,
+        rest=f"<worldbody>{MOTOR}</worldbody>",
+    )
+
+
+PLAIN = plain()
 SPOOL = {"reel_joint": "motor", "reel_radius": 0.01}
 AFFIXES = [("left_", ""), ("", "_left"), ("left/", "_1"), ("sheath", ""), ("", "sheath")]
-WRITTEN = """
-  <extension><plugin plugin="tendon_mj.sheath">
-    <instance name="sheath">
-      <config key="tendon" value="flexor"/><config key="axial_stiffness" value="1000"/>
-      <config key="friction" value=".1"/>{more}
-    </instance>
-  </plugin></extension>
-"""
-ENDS = '<sensor><plugin name="ends" plugin="tendon_mj.sheath" instance="sheath"/></sensor>'
 
 
 def parent():
@@ -112,10 +95,10 @@ def finger(**more):
     return add_friction(parent(), "flexor", **law, **more)
 
 
-def written(more=""):
-    return mujoco.MjSpec.from_string(
-        FINGER.format(extension=WRITTEN.format(more=more), sensor=ENDS)
-    )
+def written(**more):
+    law = {"tendon": "flexor", "axial_stiffness": 1000, "friction": 0.1}
+    ends = shown("sheath", 'name="ends"')
+    return mujoco.MjSpec.from_string(plain(sheath("sheath", **law, **more), ends))
 
 
 def attached(child, prefix, suffix="", onto=None):
@@ -127,8 +110,7 @@ def attached(child, prefix, suffix="", onto=None):
 def pulled(model):
     """Joints that a step with the pretended tendon sets in motion, by name."""
     model.opt.gravity = 0
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data)
+    data = simulated(model, 1)
     assert np.isfinite(data.qpos).all()
     return {model.jnt(k).name for k in np.flatnonzero(data.qvel)}
 
@@ -140,8 +122,7 @@ def test_it_acts_on_its_own_tendon_and_joints(prefix, suffix):
         assert pulled(model) == {f"{prefix}{name}{suffix}" for name in ("knuckle", "motor")}
         (sheath,) = sheaths(model).values()
         assert sheath.tendon == f"{prefix}flexor{suffix}"
-        data = mujoco.MjData(model)
-        mujoco.mj_forward(model, data)
+        data = simulated(model)
         assert data.sensor(f"{prefix}output_tension{suffix}").data[0] > 0.5
         assert view_sheath(model, data, f"{prefix}flexor{suffix}").output_tension > 0.5
         assert Parameters(model, data)[f"{prefix}sheath{suffix}.friction"] == 0.1
@@ -174,7 +155,7 @@ def test_attach_in_mjcf(tmp_path, child):
     spec.compile()
     (tmp_path / "finger.xml").write_text(spec.to_xml())
     asset = f'<asset><model name="finger" file="{tmp_path}/finger.xml"/></asset><worldbody>'
-    whole = PLAIN.replace("<worldbody>", f'{asset}<attach model="finger" prefix="l_"/>')
+    whole = PLAIN.replace("<worldbody>", f'{asset}<attach model="finger" prefix="l_"/>', 1)
     if child is written:  # who wrote it may have meant either
         with refusing(ValueError, "instance 'l_sheath'", "'flexor' or 'l_flexor'"):
             mujoco.MjModel.from_xml_string(whole)
@@ -190,9 +171,11 @@ def test_attach_in_mjcf(tmp_path, child):
 
 
 def test_a_sheath_written_by_hand():
-    key = '<config key="instance" value="sheath"/>'
-    assert pulled(attached(written(key), "l_").compile()) == set()  # no pretension
-    assert sheaths(attached(written(key), "l_").compile())["l_sheath"].tendon == "l_flexor"
+    assert pulled(attached(written(instance="sheath"), "l_").compile()) == set()  # no pretension
+    assert (
+        sheaths(attached(written(instance="sheath"), "l_").compile())["l_sheath"].tendon
+        == "l_flexor"
+    )
     alone = attached(written(), "l_", onto=mujoco.MjSpec()).compile()
     assert sheaths(alone)["l_sheath"].tendon == "l_flexor"
     with refusing(ValueError, "'flexor' or 'l_flexor'", 'key="instance"'):
@@ -200,14 +183,12 @@ def test_a_sheath_written_by_hand():
 
 
 def test_an_instance_without_a_name_goes_by_what_refers_to_it():
-    keys = "".join(
-        f'<config key="{k}" value="{v}"/>'
-        for k, v in {"tendon": "flexor", "axial_stiffness": 1, "friction": 0}.items()
-    )
-    inline = '<sensor><plugin name="t" plugin="tendon_mj.sheath">{}</plugin></sensor>'
-    extension = '<extension><plugin plugin="tendon_mj.sheath"/></extension>'
-    for more in ("", '<config key="instance" value="t"/>'):
-        child = FINGER.format(extension=extension, sensor=inline.format(keys + more))
+    for more in ({}, {"instance": "t"}):
+        keys = config(tendon="flexor", axial_stiffness=1, friction=0, **more)
+        child = plain(
+            '<extension><plugin plugin="tendon_mj.sheath"/></extension>',
+            f'<plugin name="t" plugin="tendon_mj.sheath">{keys}</plugin>',
+        )
         onto = parent() if more else mujoco.MjSpec()
         model = attached(mujoco.MjSpec.from_string(child), "l_", onto=onto).compile()
         assert list(sheaths(model)) == ["l_flexor"]
@@ -216,16 +197,12 @@ def test_an_instance_without_a_name_goes_by_what_refers_to_it():
 def test_a_name_by_chance_is_no_prefix():
     """Tendons `1` and `11`, a sheath `1_sheath`: nothing says that it was attached as `1`."""
     text = written().to_xml().replace('"flexor"', '"1"').replace('"sheath"', '"1_sheath"')
-    other = '<spatial name="11"><site site="a"/><site site="b"/></spatial></tendon>'
+    other = spatial("11", "a b") + "</tendon>"
     model = mujoco.MjModel.from_xml_string(text.replace("</tendon>", other))
     assert sheaths(model)["1_sheath"].tendon == "1"
     with refusing(ValueError, "unknown tendon 'lexor'"):
-        mujoco.MjModel.from_xml_string(
-            written()
-            .to_xml()
-            .replace('value="flexor"', 'value="lexor"')
-            .replace('"sheath"', '"flexor_sheath"')
-        )
+        text = written().to_xml().replace('value="flexor"', 'value="lexor"')
+        mujoco.MjModel.from_xml_string(text.replace('"sheath"', '"flexor_sheath"'))
 
 
 @pytest.mark.parametrize(("prefix", "suffix"), AFFIXES)
@@ -249,7 +226,5 @@ def test_sensors_and_servos_can_be_added_after_attaching():
     add_servo(spec, "left_flexor_1", tension_gain=100.0, velocity_gain=1.0)
     model = attached(spec, "x_").compile()
     assert servos(model)["x_servo"].tendon == "x_left_flexor_1"
-    data = mujoco.MjData(model)
-    data.ctrl[:] = 5.0
-    mujoco.mj_step(model, data, 20)
+    data = simulated(model, 20, ctrl=5.0)
     assert data.sensor("x_later").data[0] == 1.0

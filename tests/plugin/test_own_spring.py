@@ -7,6 +7,7 @@ import pytest
 from tendon_mj import Parameters, add_friction, view_sheath
 from tendon_mj.errors import InvalidValueError
 from tests.refusals import refusing
+from tests.rigs import simulated
 
 ARM = """<mujoco><option timestep=".001" integrator="{integrator}" gravity="0 0 0"/><worldbody>
   <site name="a" pos="-.1 0 .02"/><site name="b" pos="-.03 0 .03"/>
@@ -116,8 +117,7 @@ def test_parameters_and_model_both_act_and_the_last_write_counts():
 @pytest.mark.parametrize("written", ["stiffness", "flag"])
 def test_a_spring_that_is_switched_off_pulls_nothing_and_comes_back(written):
     model = add_friction(spec(), "band", friction=0.1).compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data, 10)
+    data = simulated(model, 10)
     view = view_sheath(model, data, "band")
     before = view.tension.copy()
     assert before.min() > 1.0
@@ -210,9 +210,7 @@ def test_friction_is_that_of_the_path_as_it_is_now():
     models[1] = add_friction(moved, "band", friction=0.4).compile()
     ends = []
     for model in models:
-        data = mujoco.MjData(model)
-        data.ctrl[:] = 5.0
-        mujoco.mj_step(model, data, 300)
+        data = simulated(model, 300, ctrl=5.0)
         view = view_sheath(model, data, "band")
         ends.append([*view.tension, *view.bend_angle, *data.qpos])
     np.testing.assert_array_equal(*ends)
@@ -245,9 +243,7 @@ def test_a_motor_that_is_written_away_leaves_a_tendon_that_pulls_nothing():
     other.wrap_site("a")
     other.wrap_site("e")
     model = drawn.compile()
-    data = mujoco.MjData(model)
-    data.ctrl[:] = 1.0
-    mujoco.mj_step(model, data, 50)
+    data = simulated(model, 50, ctrl=1.0)
     model.actuator_trnid[0, 0] = model.tendon("other").id
     mujoco.mj_step(model, data, 500)
     assert np.isfinite(data.qpos).all()

@@ -7,8 +7,8 @@ import pytest
 from tendon_mj import Parameters
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import PARAMETERS
-from tests.plugin.rigs import arm, fixed_sheaths, restore, run, snapshot, started
 from tests.refusals import refusing
+from tests.rigs import arm, fixed_sheaths, restore, run, snapshot, started
 
 MU = "sheath.friction"
 

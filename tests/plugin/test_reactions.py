@@ -11,7 +11,7 @@ import pytest
 
 from tendon_mj import add_friction, view_sheath
 from tests.plugin.drawn_spans import pieces_of, points_of
-from tests.plugin.rigs import sheath_view
+from tests.rigs import sheath_view
 
 AGREE = 1e-9
 LINKS = 4

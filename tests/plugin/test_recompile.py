@@ -11,6 +11,7 @@ from tendon_mj import Parameters, add_friction, add_tendon
 from tendon_mj.plugin import sheaths
 from tendon_mj.plugin.sheath_plugin.state import view
 from tests.plugin.test_names import PLAIN, SPOOL
+from tests.rigs import simulated
 
 pytestmark = pytest.mark.filterwarnings("ignore:add_friction. friction can do nothing")
 
@@ -26,8 +27,7 @@ def hand(**more):
 
 def moving(spec, steps=5):
     model = spec.compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data, steps)
+    data = simulated(model, steps)
     return model, data
 
 
@@ -119,8 +119,7 @@ def test_swapped_tendons_are_told_apart():
         return add_friction(spec, "near", name="sheath", **law).compile()
 
     one, other = rig("near", "away"), rig("away", "near")
-    data = mujoco.MjData(one)
-    mujoco.mj_step(one, data, 3)
+    data = simulated(one, 3)
     kind = mujoco.mjtState.mjSTATE_INTEGRATION
     kept = np.empty(mujoco.mj_stateSize(one, kind))
     mujoco.mj_getState(one, data, kept, kind)

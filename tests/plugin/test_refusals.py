@@ -3,6 +3,7 @@
 import ctypes
 import gc
 import sys
+from itertools import starmap
 
 import mujoco
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from tendon_mj import add_friction
 from tests.plugin.test_servo_refusals import compiled as servo
 from tests.refusals import refusing
+from tests.rigs import instance, rope, simulated, spatial
 
 HAND = """
 <mujoco>
@@ -22,30 +24,21 @@ HAND = """
     <body name="ball"><joint name="socket" type="ball"/><geom size=".1" contype="0"/></body>
     <body name="loose"><freejoint name="loose"/><geom size=".1" contype="0"/></body>
   </worldbody>
-  <tendon>
-    <spatial name="flexor"><site site="a"/><site site="g"/><site site="b"/></spatial>
-    <spatial name="extensor"><site site="a"/><site site="b"/></spatial>
-    <spatial name="stiff" stiffness="40"><site site="a"/><site site="b"/></spatial>
-    <spatial name="wrapped"><site site="a"/><geom geom="peg"/><site site="b"/></spatial>
-    <spatial name="forked"><site site="a"/><site site="g"/><pulley divisor="2"/><site site="g"/>
-      <site site="b"/></spatial>
-    <fixed name="coupling"><joint joint="knuckle" coef="1"/></fixed>
-  </tendon>
+  <tendon>{tendons}<fixed name="coupling"><joint joint="knuckle" coef="1"/></fixed></tendon>
   <actuator>{actuators}</actuator>
   <sensor>{sensors}</sensor>
 </mujoco>
 """
+PATHS = {"flexor": "a g b", "extensor": "a b", "wrapped": "a peg@ b", "forked": "a g /2 g b"}
+TENDONS = "".join(starmap(spatial, PATHS.items())) + spatial("stiff", "a b", 'stiffness="40"')
 LAW = {"tendon": "flexor", "axial_stiffness": "1000", "friction": "0.1"}
-
-
-def instance(name, **values):
-    keys = "".join(f'<config key="{k}" value="{v}"/>' for k, v in values.items() if v is not None)
-    return f'<instance name="{name}">{keys}</instance>'
 
 
 def compiled(*instances, sensors="", actuators=""):
     return mujoco.MjModel.from_xml_string(
-        HAND.format(instances="".join(instances), sensors=sensors, actuators=actuators)
+        HAND.format(
+            instances="".join(instances), tendons=TENDONS, sensors=sensors, actuators=actuators
+        )
     )
 
 
@@ -54,8 +47,7 @@ def check_refused(facts, *instances, **more):
         compiled(*instances, **more)
     # the process and the plugin are as good as before
     model = compiled(instance("sound", **LAW))
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data)
+    data = simulated(model, 1)
     assert np.isfinite(data.plugin_state).all()
 
 
@@ -126,7 +118,9 @@ def test_an_unknown_attribute():
 
 
 def test_an_unknown_site():
-    spec = mujoco.MjSpec.from_string(HAND.format(instances="", sensors="", actuators=""))
+    spec = mujoco.MjSpec.from_string(
+        HAND.format(instances="", tendons=TENDONS, sensors="", actuators="")
+    )
     spec.tendon("flexor").wrap_site("nowhere")
     with refusing(ValueError, "nowhere"):
         spec.compile()
@@ -160,8 +154,7 @@ def test_a_message_of_any_length_is_survived():
 
 def test_a_sheath_without_guides_or_name_is_no_mistake():
     model = compiled(instance("straight", **(LAW | {"tendon": "extensor", "guides": "0"})))
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data)
+    data = simulated(model, 1)
     assert np.isfinite(data.plugin_state).all()
 
 
@@ -245,36 +238,29 @@ def test_a_refusal_leaves_nothing_behind(refusal):
     assert min(grown() for _ in range(3)) < 50 * 16  # other things are kept once
 
 
-XML = """
-<mujoco>
-  <option gravity="0 0 0"><flag sleep="{flag}"/></option>
-  <worldbody>
-    <site name="a"/><site name="g" pos=".2 0 0"/>
-    <body name="link" sleep="{policy}">
-      <joint type="slide" axis="1 0 0" damping="1"/><geom size=".1" contype="0" conaffinity="0"/>
-      <site name="b" pos=".3 .2 0"/>
-    </body>
-  </worldbody>
-  <tendon><spatial name="flexor"><site site="a"/><site site="g"/><site site="b"/></spatial></tendon>
-</mujoco>
-"""
-
-
 def asleep(flag, policy):
-    spec = mujoco.MjSpec.from_string(XML.format(flag=flag, policy=policy))
+    text = rope(
+        "a; g .2 0 0",
+        "b .3 .2 0",
+        body=f'name="link" sleep="{policy}"',
+        joint='type="slide" axis="1 0 0" damping="1"',
+        geom='size=".1"',
+        option='gravity="0 0 0"',
+        rest=f'<option><flag sleep="{flag}"/></option>',
+        actuator="",
+    )
     law = {"friction": 0.1, "axial_stiffness": 1e3, "pretension": 1.0}
-    return add_friction(spec, "flexor", **law).compile()
+    return add_friction(mujoco.MjSpec.from_string(text), "t", **law).compile()
 
 
 @pytest.mark.parametrize("policy", ["allowed", "auto", "init"])
 def test_a_body_that_may_fall_asleep_is_refused_with_the_remedy(policy):
-    with refusing((ValueError, mujoco.FatalError), "'flexor'", "'link'", 'sleep="never"'):
+    with refusing((ValueError, mujoco.FatalError), "'t'", "'link'", 'sleep="never"'):
         mujoco.MjData(asleep("enable", policy))
 
 
 @pytest.mark.parametrize(("flag", "policy"), [("enable", "never"), ("disable", "allowed")])
 def test_one_that_stays_awake_is_not(flag, policy):
     model = asleep(flag, policy)
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data, 50)
+    data = simulated(model, 50)
     assert data.sensor("input_tension").data[0] > 0.0

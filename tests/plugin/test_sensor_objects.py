@@ -9,8 +9,8 @@ import pytest
 
 from tendon_mj import add_friction, add_sensor, remove_friction, view_sheath
 from tendon_mj.plugin import sheaths
-from tests.plugin.rigs import restore, snapshot
 from tests.refusals import refusing
+from tests.rigs import compiled, config, restore, rope, sheath, shown, simulated, snapshot, spatial
 
 TENDONS = ("one", "two", "three")
 KINDS = ("input_tension", "output_tension", "unsolved")
@@ -153,26 +153,22 @@ def test_instances_that_were_read_from_a_file_are_shared_as_well(removed):
 
 
 def mjcf(sensor):
-    return f"""
-<mujoco>
-  <extension><plugin plugin="tendon_mj.sheath"><instance name="sheath">
-    <config key="tendon" value="flexor"/><config key="friction" value="0.1"/>
-  </instance></plugin></extension>
-  <worldbody><site name="a"/><site name="b" pos=".1 0 .01"/>
-    <body pos=".2 0 0"><joint axis="0 1 0"/><geom size=".01"/><site name="c" pos=".1 0 0"/></body>
-  </worldbody>
-  <tendon>
-    <spatial name="flexor"><site site="a"/><site site="b"/><site site="c"/></spatial>
-    <spatial name="bare"><site site="a"/><site site="b"/><site site="c"/></spatial>
-  </tendon>
-  <actuator><motor tendon="flexor"/></actuator>
-  <sensor><plugin name="ends" plugin="tendon_mj.sheath" instance="sheath"/>{sensor}</sensor>
-</mujoco>"""
+    return rope(
+        "a; b .1 0 .01",
+        "c .1 0 0",
+        name="flexor",
+        body='pos=".2 0 0"',
+        head=sheath("sheath", tendon="flexor", friction=0.1),
+        tendons=spatial("bare", "a b c"),
+        actuator='<motor tendon="flexor"/>',
+        sensor=f'<plugin name="ends" plugin="tendon_mj.sheath" instance="sheath"/>{sensor}',
+    )
 
 
-def plugin_sensor(attributes, **config):
-    keys = "".join(f'<config key="{key}" value="{value}"/>' for key, value in config.items())
-    return f'<plugin name="shown" plugin="tendon_mj.sheath" {attributes}>{keys}</plugin>'
+def plugin_sensor(attributes, **values):
+    return (
+        f'<plugin name="shown" plugin="tendon_mj.sheath" {attributes}>{config(**values)}</plugin>'
+    )
 
 
 FLEXOR = 'objtype="tendon" objname="flexor"'
@@ -188,41 +184,28 @@ FLEXOR = 'objtype="tendon" objname="flexor"'
     ],
 )
 def test_a_tendon_is_said_by_the_object_or_by_the_configuration(sensor):
-    model = mujoco.MjModel.from_xml_string(mjcf(sensor))
-    data = mujoco.MjData(model)
-    data.ctrl[:] = -2.0
-    mujoco.mj_step(model, data)
+    data = simulated(compiled(mjcf(sensor)), 1, ctrl=-2.0)
     assert data.sensor("shown").data[0] == data.sensor("ends").data[0] == 2.0
 
 
+BARE = 'objtype="tendon" objname="bare"'
+
+
 @pytest.mark.parametrize(
-    ("sensor", "facts"),
+    ("attributes", "values", "facts"),
     [
-        (
-            plugin_sensor("", sensor="input_tension"),
-            ["'shown'", "input_tension", "objtype"],
-        ),
-        (
-            plugin_sensor('objtype="site" objname="a"', sensor="input_tension"),
-            ["'shown'", "input_tension"],
-        ),
-        (
-            plugin_sensor('objtype="tendon" objname="bare"', sensor="input_tension"),
-            ["'bare'", "'flexor'"],
-        ),
-        (
-            plugin_sensor(
-                'objtype="tendon" objname="bare"', sensor="input_tension", tendon="flexor"
-            ),
-            ["'shown'", "'flexor'"],
-        ),
-        (plugin_sensor(FLEXOR, sensor="slip"), ["slip", "tendon is missing"]),
-        (
-            '<plugin plugin="tendon_mj.sheath" instance="sheath" objtype="tendon" objname="bare"/>',
-            ["sensor ''", "'flexor'"],
-        ),
+        ("", {}, ["'shown'", "input_tension", "objtype"]),
+        ('objtype="site" objname="a"', {}, ["'shown'", "input_tension"]),
+        (BARE, {}, ["'bare'", "'flexor'"]),
+        (BARE, {"tendon": "flexor"}, ["'shown'", "'flexor'"]),
+        (FLEXOR, {"sensor": "slip"}, ["slip", "tendon is missing"]),
     ],
 )
-def test_a_sensor_of_no_tendon_or_of_two_is_refused(sensor, facts):
+def test_a_sensor_of_no_tendon_or_of_two_is_refused(attributes, values, facts):
     with refusing(ValueError, *facts):
-        mujoco.MjModel.from_xml_string(mjcf(sensor))
+        compiled(mjcf(plugin_sensor(attributes, **{"sensor": "input_tension"} | values)))
+
+
+def test_both_ends_are_those_of_the_sheath_s_own_tendon():
+    with refusing(ValueError, "sensor ''", "'flexor'"):
+        compiled(mjcf(shown("sheath", BARE)))

@@ -6,39 +6,31 @@ import pytest
 
 from tendon_mj import Parameters, add_servo
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tests.plugin.rigs import hand
 from tests.refusals import refusing
+from tests.rigs import config, hand, instance, plugin, rope, simulated, spatial
 
-MODEL = """
-<mujoco>
-  <extension><plugin plugin="tendon_mj.sheath">
-    <instance name="sheath"><config key="tendon" value="flexor"/><config key="friction" value=".1"/>
-      <config key="axial_stiffness" value="1000"/><config key="reel_joint" value="motor"/>
-      <config key="reel_radius" value=".01"/></instance>
-    <instance name="unwound"><config key="tendon" value="idle"/><config key="friction" value=".1"/>
-      <config key="axial_stiffness" value="1000"/></instance>
-  </plugin><plugin plugin="tendon_mj.servo"/></extension>
-  <worldbody>
-    <site name="a"/><site name="b" pos=".1 0 0"/>
-    <body><joint name="motor" {armature}/><geom size=".01" contype="0" conaffinity="0"/></body>
-    <body><joint name="other"/><geom size=".01" contype="0" conaffinity="0"/></body>
-  </worldbody>
-  <tendon>
-    <spatial name="flexor"><site site="a"/><site site="b"/></spatial>
-    <spatial name="idle"><site site="a"/><site site="b"/></spatial>
-    <spatial name="bare"><site site="a"/><site site="b"/></spatial>
-  </tendon>
-  <actuator><plugin name="pull" plugin="tendon_mj.servo" {target}>{config}</plugin></actuator>
-</mujoco>
-"""
+FLEXOR = {"axial_stiffness": 1000, "reel_joint": "motor", "reel_radius": 0.01}
+SHEATHS = (
+    instance("sheath", tendon="flexor", friction=0.1, **FLEXOR),
+    instance("unwound", tendon="idle", friction=0.1, axial_stiffness=1000),
+)
 GAINS = {"tendon": "flexor", "tension_gain": "7", "velocity_gain": "2"}
 
 
 def compiled(target='joint="motor"', armature='armature=".1"', **values):
-    config = GAINS | values
-    keys = "".join(f'<config key="{k}" value="{v}"/>' for k, v in config.items() if v is not None)
+    given = config(**GAINS | values)
     return mujoco.MjModel.from_xml_string(
-        MODEL.format(target=target, armature=armature, config=keys)
+        rope(
+            "a; b .1 0 0",
+            "",
+            "a b",
+            name="flexor",
+            joint=f'name="motor" {armature}',
+            head=f"<extension>{plugin(*SHEATHS)}{plugin(kind='servo')}</extension>",
+            tendons=spatial("idle", "a b") + spatial("bare", "a b"),
+            actuator=f'<plugin name="pull" plugin="tendon_mj.servo" {target}>{given}</plugin>',
+            rest='<worldbody><body><joint name="other"/><geom size=".01"/></body></worldbody>',
+        )
     )
 
 
@@ -181,8 +173,7 @@ def test_an_instance_that_no_actuator_uses_does_nothing():
         "velocity_gain": "1",
     }
     model = spec.compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data, 10)
+    data = simulated(model, 10)
     assert np.isfinite(data.plugin_state).all()
 
 

@@ -9,10 +9,11 @@ import pytest
 
 from tendon_mj import add_friction, add_sites, add_tendon, view_sheath
 from tendon_mj.plugin import read_layout, sheaths
+from tendon_mj.plugin.abi.checks import Draft
 from tendon_mj.plugin.sheath_plugin import signature as sg
 from tendon_mj.plugin.sheath_plugin.signature import model_signature
 from tendon_mj.plugin.sheath_plugin.state import BOUND_BEGIN, BOUND_SIZE, STATE, view
-from tests.plugin.rigs import DRIVEN, MODELS, driven
+from tests.rigs import MODELS, driven, driven_xml, instance, plugin, rope, shown, simulated, spatial
 
 LAYOUT = read_layout()
 
@@ -91,30 +92,23 @@ def test_sensors_and_actuators_are_those_of_the_instance():
     assert bound(rig(), sensors=(0.0, 0.0)) != sg.NONE
 
 
-TWINS = """
-<mujoco>
-  <extension><plugin plugin="tendon_mj.sheath">
-    <instance name="s1"><config key="tendon" value="one"/><config key="friction" value="0.2"/>
-    </instance>
-    <instance name="s2"><config key="tendon" value="two"/><config key="friction" value="0.2"/>
-    </instance>
-  </plugin></extension>
-  <worldbody>
-    <site name="a" pos="-.1 0 .03"/><site name="b" pos="0 0 .05"/>
-    <body><joint name="j1" axis="0 1 0"/><geom size=".01" pos=".1 0 0"/>
-      <site name="c" pos=".1 0 .02"/></body>
-    <body pos="0 1 0"><joint name="j2" axis="0 1 0"/><geom size=".01" pos=".1 0 0"/>
-      <site name="d" pos=".1 0 .02"/></body>
-  </worldbody>
-  <tendon>
-    <spatial name="one"><site site="a"/><site site="b"/><site site="c"/></spatial>
-    <spatial name="two"><site site="a"/><site site="b"/><site site="d"/></spatial>
-  </tendon>
-  <actuator><motor tendon="one"/><motor tendon="two"/></actuator>
-  <sensor><plugin plugin="tendon_mj.sheath" instance="s1"/>
-    <plugin plugin="tendon_mj.sheath" instance="s2"/></sensor>
-</mujoco>
-"""
+SHEATHS = (("s1", "one"), ("s2", "two"))
+TWINS = rope(
+    "a -.1 0 .03; b 0 0 .05",
+    "d .1 0 .02",
+    "a b d",
+    name="two",
+    body='pos="0 1 0"',
+    joint='name="j2" axis="0 1 0"',
+    geom='size=".01" pos=".1 0 0"',
+    world='<body><joint name="j1" axis="0 1 0"/><geom size=".01" pos=".1 0 0"/>'
+    '<site name="c" pos=".1 0 .02"/></body>',
+    head=f"<extension>{plugin(*(instance(k, tendon=t, friction=0.2) for k, t in SHEATHS))}"
+    "</extension>",
+    tendons=spatial("one", "a b c"),
+    actuator='<motor tendon="one"/><motor tendon="two"/>',
+    sensor=shown("s1") + shown("s2"),
+)
 BOUND = slice(BOUND_BEGIN // 8, (BOUND_BEGIN + BOUND_SIZE) // 8)
 
 
@@ -183,9 +177,7 @@ def test_so_are_two_words_that_change_at_once(factor):
 
 def test_the_state_of_another_sheath_is_not_one_s_own():
     model = mujoco.MjModel.from_xml_string(TWINS)
-    data = mujoco.MjData(model)
-    data.ctrl[:] = (-1.0, -2.0)
-    mujoco.mj_step(model, data)
+    data = simulated(model, 1, ctrl=(-1.0, -2.0))
     first, second = (sheath.state for sheath in sheaths(model).values())
     size = model.plugin_statenum[0]
 
@@ -202,8 +194,7 @@ def test_who_has_actuators_computed_is_known_when_a_spring_goes():
             '<motor tendon="one"/>', '<motor joint="j1"/>'
         )
     )
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data)
+    data = simulated(model, 1)
     model.tendon_stiffness[0] = 0.0
     for force in (2.0, 3.0):
         data.ctrl[1] = -force
@@ -238,8 +229,8 @@ def test_a_change_of_what_binds_changes_the_signature(array):
     "change", [("wrapped", "twisted"), ("elbow", "wrist"), ('"pull"', '"push"')]
 )
 def test_names_are_part_of_the_signature(change):
-    renamed = mujoco.MjModel.from_xml_string(DRIVEN.replace(*change))
-    assert signature(renamed) != signature(mujoco.MjModel.from_xml_string(DRIVEN))
+    renamed = mujoco.MjModel.from_xml_string(driven_xml().replace(*change))
+    assert signature(renamed) != signature(mujoco.MjModel.from_xml_string(driven_xml()))
 
 
 def test_that_a_spring_comes_or_goes_is_part_of_the_signature_and_how_stiff_it_is_is_not():
@@ -252,6 +243,51 @@ def test_that_a_spring_comes_or_goes_is_part_of_the_signature_and_how_stiff_it_i
 
 
 def test_parameters_are_part_of_the_signature():
-    spec = mujoco.MjSpec.from_string(DRIVEN)
+    spec = mujoco.MjSpec.from_string(driven_xml())
     plain = signature(spec.compile())
     assert plain != signature(driven())
+
+
+def rig_many_sheaths(count):
+    """So many tendons over the same three sites, each in a sheath with its sensors."""
+    spec = mujoco.MjSpec()
+    sites = add_sites(spec, "site", [[0, 0, 0], [1, 0, 0], [1, 1, 0]])
+    for k in range(count):
+        add_tendon(spec, f"t{k}", sites)
+        add_friction(spec, f"t{k}", friction=0.1, axial_stiffness=1e3, pretension=1.0)
+    return spec
+
+
+@pytest.fixture
+def reads(monkeypatch):
+    """Every call with which a check reads a name or a configuration."""
+    seen = []
+
+    def counting(read):
+        def counted(self, *arguments):
+            seen.append(arguments)
+            return read(self, *arguments)
+
+        return counted
+
+    for method in ("config", "name", "plugin"):
+        monkeypatch.setattr(Draft, method, counting(getattr(Draft, method)))
+    return seen
+
+
+def test_each_more_sheath_costs_as_many_reads_as_the_one_before(reads):
+    counts = []
+    for count in (10, 20, 40):
+        reads.clear()
+        mujoco.MjData(rig_many_sheaths(count).compile())
+        counts.append(len(reads))
+    assert counts[2] - counts[1] == 2 * (counts[1] - counts[0])
+
+
+def test_models_compiled_in_turn_do_not_see_each_other():
+    for count in (3, 1, 5, 2):
+        model = rig_many_sheaths(count).compile()
+        assert len(sheaths(model)) == count
+        data = simulated(model)
+        names = [model.sensor(k).name for k in range(model.nsensor)]
+        assert [float(data.sensor(n).data[0]) for n in names] == pytest.approx([1.0] * len(names))

@@ -11,30 +11,17 @@ from tendon_mj.plugin import TENSION_SCALE
 from tendon_mj.plugin.sheath_plugin.visualize import SHADED, SLIPPING, VIRIDIS
 from tendon_mj.show.render.offscreen import make_context
 from tests.refusals import refusing
+from tests.rigs import pulled_xml, rope
 
 LOW, HIGH = 0.0, 42.0
 TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
 CAPSULE, SPHERE = mujoco.mjtGeom.mjGEOM_CAPSULE.value, mujoco.mjtGeom.mjGEOM_SPHERE.value
 WIDTH = 0.01
-PULLED = f"""
-<mujoco>
-  <visual><headlight ambient=".3 .3 .3" diffuse=".6 .6 .6" specular=".5 .5 .5"/>
-    <global offwidth="400" offheight="200"/></visual>
-  <worldbody>
-    <light pos="0 -1 1" dir="0 1 -1"/>
-    <camera name="c" pos="0.5 -1.2 0.05" xyaxes="1 0 0 0 0 1"/>
-    <site name="a" size="0.001"/><site name="b" pos="0.5 0 0.1" size="0.001"/>
-    <body pos="1 0 0">
-      <joint name="j" type="slide" axis="1 0 0" stiffness="2000" damping="50"/>
-      <geom size="0.001" mass="1"/><site name="c" size="0.001"/>
-    </body>
-  </worldbody>
-  <tendon><spatial name="t" width="{WIDTH}">
-    <site site="a"/><site site="b"/><site site="c"/>
-  </spatial></tendon>
-  <actuator><motor name="m" tendon="t" gear="-1"/></actuator>
-</mujoco>
-"""
+VISUAL = """<visual><headlight ambient=".3 .3 .3" diffuse=".6 .6 .6" specular=".5 .5 .5"/>
+  <global offwidth="400" offheight="200"/></visual><default><site size=".001"/></default>"""
+WORLD = """<light pos="0 -1 1" dir="0 1 -1"/>
+  <camera name="c" pos="0.5 -1.2 0.05" xyaxes="1 0 0 0 0 1"/>"""
+PULLED = pulled_xml(0.1, WIDTH, VISUAL, WORLD, 'size=".001" mass="1"')
 
 
 def pulled(scale=(LOW, HIGH), friction=0.0):
@@ -211,23 +198,17 @@ def test_drawing_changes_nothing_that_is_simulated():
 
 
 def test_an_arc_and_a_pulley_are_drawn_along_mujoco_s_path():
-    text = """
-    <mujoco>
-      <worldbody>
-        <site name="a"/>
-        <geom name="drum" type="cylinder" size="0.05 0.1" pos="0.3 0 0" euler="90 0 0"/>
-        <site name="b" pos="0.6 0 0"/><site name="up" pos="0.3 0 0.2"/>
-        <site name="d" pos="0.9 0 0.3"/>
-        <body pos="1 0 0"><joint type="slide" stiffness="2000" damping="50"/>
-          <geom size="0.01" mass="1"/><site name="c"/></body>
-      </worldbody>
-      <tendon><spatial name="t" width="0.001">
-        <site site="a"/><geom geom="drum" sidesite="up"/><site site="b"/>
-        <pulley divisor="2"/><site site="d"/><site site="c"/>
-      </spatial></tendon>
-      <actuator><motor tendon="t" gear="-1"/></actuator>
-    </mujoco>
-    """
+    text = rope(
+        "a; b .6 0 0; up .3 0 .2; d .9 0 .3",
+        "c",
+        "a drum@up b /2 d c",
+        tendon='width=".001"',
+        body='pos="1 0 0"',
+        joint='type="slide" stiffness="2000" damping="50"',
+        geom='size=".01" mass="1"',
+        world='<geom name="drum" type="cylinder" size=".05 .1" pos=".3 0 0" euler="90 0 0"/>',
+        actuator='<motor tendon="t" gear="-1"/>',
+    )
     spec = mujoco.MjSpec.from_string(text)
     tendon_mj.add_friction(spec, "t", friction=0.1, arc_guides=3)
     model = tendon_mj.show_tension(spec, 0.0, 20.0).compile()

@@ -1,13 +1,14 @@
-"""Sheaths on tendons that wrap around geoms."""
+"""Sheaths on tendons that wrap around geoms and that branch at pulleys."""
 
 import mujoco
 import numpy as np
 import pytest
 
-from tests.plugin.rigs import sheath_view
 from tests.refusals import refusing
+from tests.rigs import STILL, compiled, numbers, rope, sheath_view, simulated
 
 RADIUS = 0.03
+DRUM = f'size="{RADIUS} .2" euler="90 0 0"'
 MAJOR = int(mujoco.__version__.split(".")[0])
 
 
@@ -15,12 +16,11 @@ def drum_model(
     turn,
     friction=0.2,
     kind="cylinder",
-    arc_guides=1,
     *,
     drum="",
     tilt=0.0,
     actuator='<velocity tendon="t" kv="300" ctrlrange="-1 1"/>',
-    extra="",
+    **law,
 ):
     """A tendon that turns by ``turn`` [rad] on a drum and pulls on a mass.
 
@@ -33,25 +33,19 @@ def drum_model(
     far = 0.2 if turn < np.pi else 0.25 * RADIUS
     mass = point + far * leaves + np.array([0.0, tilt, 0.0])
     middle = 2.0 * RADIUS * np.array([np.sin(turn / 2), 0.0, np.cos(turn / 2)])
-    text = " ".join(map(str, mass))
-    return mujoco.MjModel.from_xml_string(f"""<mujoco>
-      <option timestep="0.001" gravity="0 0 0"/>
-      <extension><plugin plugin="tendon_mj.sheath"><instance name="s">
-        <config key="tendon" value="t"/><config key="friction" value="{friction}"/>
-        <config key="arc_guides" value="{arc_guides}"/>{extra}</instance></plugin></extension>
-      <worldbody>
-        <site name="a" pos="-0.3 0 {RADIUS}"/>
-        <site name="side" pos="{" ".join(map(str, middle))}"/>
-        <body>{drum}<geom name="drum" type="{kind}" size="{RADIUS} 0.2" euler="90 0 0" mass="0.5"
-          contype="0" conaffinity="0"/></body>
-        <body pos="{text}"><joint name="x" type="slide" axis="{" ".join(map(str, leaves))}"
-          damping="40"/><geom size="0.005" mass="0.3" contype="0" conaffinity="0"/>
-          <site name="b"/></body>
-      </worldbody>
-      <tendon><spatial name="t"><site site="a"/><geom geom="drum" sidesite="side"/><site site="b"/>
-        </spatial></tendon>
-      <actuator>{actuator}</actuator>
-      <sensor><plugin plugin="tendon_mj.sheath" instance="s"/></sensor></mujoco>""")
+    text = rope(
+        f"a -.3 0 {RADIUS}; side {numbers(middle)}",
+        "b",
+        "a drum@side b",
+        body=f'pos="{numbers(mass)}"',
+        joint=f'name="x" type="slide" axis="{numbers(leaves)}" damping="40"',
+        geom='size=".005" mass=".3"',
+        option=STILL,
+        world=f'<body>{drum}<geom name="drum" type="{kind}" {DRUM} mass=".5"/></body>',
+        actuator=actuator,
+        law={"friction": friction, **law},
+    )
+    return compiled(text)
 
 
 def arc_on_drum(model, data):
@@ -66,10 +60,8 @@ def arc_on_drum(model, data):
 def test_the_capstan_law_holds_on_a_drum(degrees, pull, arc_guides):
     actuator = '<motor tendon="t" ctrlrange="-100 0"/><motor joint="x" ctrlrange="-100 100"/>'
     model = drum_model(np.radians(degrees), arc_guides=arc_guides, actuator=actuator)
-    data = mujoco.MjData(model)
-    data.ctrl[:] = (-20.0, 0.0) if pull < 0.0 else (-5.0, 20.0)
-    mujoco.mj_step(model, data, nstep=40 if degrees < 180 else 3)
-    mujoco.mj_forward(model, data)
+    ctrl = (-20.0, 0.0) if pull < 0.0 else (-5.0, 20.0)
+    data = simulated(model, 40 if degrees < 180 else 3, forward=True, ctrl=ctrl)
     goes_straight = data.ten_wrapnum[0] == 2
     wrapped = 0.0 if goes_straight else arc_on_drum(model, data) / RADIUS
     if degrees < 180:
@@ -90,10 +82,7 @@ def test_a_helix_turns_less_than_its_projection(tilt):
     """On a cylinder, φ = θ sin α with α the angle between the tendon and the axis."""
     turn = np.radians(100)
     model = drum_model(turn, tilt=tilt)
-    data = mujoco.MjData(model)
-    data.ctrl[:] = -0.5
-    mujoco.mj_step(model, data, nstep=5)
-    mujoco.mj_forward(model, data)
+    data = simulated(model, 5, forward=True, ctrl=-0.5)
     p = data.wrap_xpos.reshape(-1, 3)[:4]
     first, second = p[1, [0, 2]], p[2, [0, 2]]
     projected = np.arccos(first @ second / np.linalg.norm(first) / np.linalg.norm(second))
@@ -104,8 +93,7 @@ def test_a_helix_turns_less_than_its_projection(tilt):
 
 def test_a_sphere_turns_the_tendon_by_the_angle_of_its_great_circle():
     model = drum_model(np.radians(80), kind="sphere")
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = simulated(model)
     p = data.wrap_xpos.reshape(-1, 3)[:4]
     expected = np.arccos(p[1] @ p[2] / RADIUS**2)
     assert expected == pytest.approx(arc_on_drum(model, data) / RADIUS, rel=1e-9)
@@ -113,31 +101,20 @@ def test_a_sphere_turns_the_tendon_by_the_angle_of_its_great_circle():
     assert sheath_view(model, data).guides["angle"].sum() == pytest.approx(expected, rel=1e-3)
 
 
-def swinging(friction=None, arc_guides=1, extra=""):
-    """A link whose tendon comes to lie on the joint's drum as it swings, and leaves it again.
-
-    Without a sheath where no friction is given; ``extra`` is more of its configuration.
-    """
-    plugin = sensor = ""
-    if friction is not None:
-        plugin = f"""<extension><plugin plugin="tendon_mj.sheath"><instance name="s">
-          <config key="tendon" value="t"/><config key="friction" value="{friction}"/>
-          <config key="arc_guides" value="{arc_guides}"/>{extra}</instance></plugin></extension>"""
-        sensor = '<sensor><plugin plugin="tendon_mj.sheath" instance="s"/></sensor>'
-    return mujoco.MjModel.from_xml_string(f"""<mujoco>
-      <option timestep="0.001" gravity="0 0 0"/>{plugin}
-      <worldbody>
-        <site name="a" pos="-0.2 0 -0.02"/>
-        <geom name="drum" type="cylinder" size="{RADIUS} 0.02" euler="90 0 0" contype="0"
-          conaffinity="0"/>
-        <body><joint name="j" axis="0 1 0" damping="0.3"/>
-          <geom type="capsule" fromto="0 0 0 0.2 0 0" size="0.01" mass="0.1" contype="0"
-            conaffinity="0"/><site name="b" pos="0.15 0 -0.06"/></body>
-      </worldbody>
-      <tendon><spatial name="t"><site site="a"/><geom geom="drum"/><site site="b"/></spatial>
-      </tendon>
-      <actuator><motor tendon="t" ctrlrange="-50 0"/>
-        <position joint="j" kp="60" dampratio="1"/></actuator>{sensor}</mujoco>""")
+def swinging(friction=0.3, arc_guides=1, **law):
+    """A link whose tendon comes to lie on the joint's drum as it swings, and leaves it again."""
+    text = rope(
+        "a -.2 0 -.02",
+        "b .15 0 -.06",
+        "a drum@ b",
+        joint='name="j" axis="0 1 0" damping=".3"',
+        geom='type="capsule" fromto="0 0 0 .2 0 0" size=".01" mass=".1"',
+        option=STILL,
+        world=f'<geom name="drum" type="cylinder" {DRUM}/>',
+        actuator='<motor tendon="t" ctrlrange="-50 0"/><position joint="j" kp="60" dampratio="1"/>',
+        law={"friction": friction, "arc_guides": arc_guides, **law},
+    )
+    return compiled(text)
 
 
 @pytest.mark.parametrize("arc_guides", [1, 4])
@@ -159,15 +136,6 @@ def test_tension_is_continuous_when_a_wrap_appears_and_leaves(arc_guides):
     assert np.abs(ratios).max() > 0.1, "it rubs in between"
 
 
-def test_without_friction_a_wrap_that_comes_and_goes_leaves_no_trace():
-    pair = [(m, mujoco.MjData(m)) for m in (swinging(0.0), swinging())]
-    for step in range(3000):
-        for m, data in pair:
-            data.ctrl[:] = -20.0, 1.2 * np.sin(2.0 * np.pi * step / 2000.0)
-            mujoco.mj_step(m, data)
-        assert np.array_equal(pair[0][1].qpos, pair[1][1].qpos)
-
-
 def test_a_drum_that_turns_under_a_tendon_that_rests_rubs():
     """Tendon rubs on the surface: with the tendon held, turning the drum slides it."""
     drum = '<joint name="spin" axis="0 1 0"/>'
@@ -175,10 +143,7 @@ def test_a_drum_that_turns_under_a_tendon_that_rests_rubs():
     actuator += '<position joint="x" kp="1e4" kv="300"/>'
     for sense in (1.0, -1.0):
         model = drum_model(np.radians(90), drum=drum, actuator=actuator)
-        data = mujoco.MjData(model)
-        data.ctrl[:2] = -10.0, sense * 3.0
-        mujoco.mj_step(model, data, nstep=200)
-        mujoco.mj_forward(model, data)
+        data = simulated(model, 200, forward=True, ctrl=[-10.0, sense * 3.0, 0.0])
         tension_in, tension_out = data.sensordata
         # the drum takes the tendon along, towards the output where it turns by its axis
         turn = 0.2 * sheath_view(model, data).guides["angle"].sum()
@@ -190,8 +155,7 @@ def test_a_drum_that_turns_under_a_tendon_that_rests_rubs():
 def test_material_is_conserved_on_a_drum():
     """What a segment loses its neighbours gain, apart from what comes in at the input."""
     model = swinging(0.3, 3)
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data)
+    data = simulated(model, 1)
     for step in range(1500):
         data.ctrl[:] = -20.0, 1.2 * np.sin(2.0 * np.pi * step / 1000.0)
         before = sheath_view(model, data).segments["stored"].copy()
@@ -203,29 +167,14 @@ def test_material_is_conserved_on_a_drum():
         assert change[1:] == pytest.approx(expected[1:], abs=1e-15)
 
 
-def test_friction_takes_energy_on_a_drum():
-    model = swinging(0.3, 3)
-    data = mujoco.MjData(model)
-    before = np.zeros(3)
-    for step in range(3000):
-        data.ctrl[:] = -20.0, 1.2 * np.sin(2.0 * np.pi * step / 1000.0)
-        mujoco.mj_step(model, data)
-        work = sheath_view(model, data).guides["friction_work"].copy()
-        assert (work >= before).all()
-        before = work
-    assert before.sum() > 0.01
-
-
 @pytest.mark.parametrize("extra_bend", [0.0, 1.0, 6.0])
 @pytest.mark.parametrize("arc_guides", [1, 4])
 def test_friction_work_is_what_the_joint_does_not_get_where_a_wrap_comes_and_goes(
     arc_guides, extra_bend
 ):
-    bend = f'<config key="extra_bend" value="{extra_bend}"/><config key="inner_guides" value="2"/>'
-    model = swinging(0.3, arc_guides, bend)
+    model = swinging(0.3, arc_guides, extra_bend=extra_bend, inner_guides=2)
     model.opt.timestep = 2e-4
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = simulated(model)
     lost, put_in, wrapped = 0.0, 0.0, []
     for step in range(10000):
         data.ctrl[:] = -20.0, 1.2 * np.sin(2.0 * np.pi * step / 10000.0)
@@ -248,19 +197,18 @@ def test_friction_work_is_what_the_joint_does_not_get_where_a_wrap_comes_and_goe
 
 @pytest.mark.parametrize("undrawn", ["extra_bend", "constant_friction"])
 def test_friction_that_is_not_drawn_needs_a_guide_that_stays(undrawn):
-    extra = f'<config key="{undrawn}" value="1"/>'
     with refusing(ValueError, f"{undrawn} = 1", "inner_guides"):
-        swinging(0.3, 2, extra)
-    swinging(0.3, 2, extra + '<config key="inner_guides" value="1"/>')
+        swinging(0.3, 2, **{undrawn: 1})
+    swinging(0.3, 2, inner_guides=1, **{undrawn: 1})
 
 
 def test_partial_slip_on_a_drum_converges_with_its_guides():
     """With the mass held, pulling lets a front of slip run in; more guides resolve it."""
 
     def arrived(guides):
-        extra = '<config key="axial_stiffness" value="5e3"/>'
         actuator = '<motor tendon="t" ctrlrange="-100 0"/><position joint="x" kp="1e6" kv="3e3"/>'
-        model = drum_model(np.radians(170), 0.3, arc_guides=guides, actuator=actuator, extra=extra)
+        law = {"arc_guides": guides, "axial_stiffness": 5e3}
+        model = drum_model(np.radians(170), 0.3, actuator=actuator, **law)
         data = mujoco.MjData(model)
         history = []
         for step in range(300):
@@ -273,3 +221,109 @@ def test_partial_slip_on_a_drum_converges_with_its_guides():
     errors = [np.abs(arrived(n) - fine).max() for n in (1, 4, 16)]
     assert errors[0] > errors[1] > errors[2]
     assert errors[2] < 0.05 * np.ptp(fine)
+
+
+MOVED = """<body pos=".3 .05 0"><joint name="one" type="slide" axis="1 0 0" damping="20"/>
+  <geom size=".01" mass=".3"/><site name="e"/></body>"""
+
+
+def pulleys(start="k", second="/2 {} p e"):
+    """A tendon with three branches; two begin at a site, where the first one may end."""
+    text = rope(
+        "a -.2 0 0; b 0 0 .05; k .1 0 0; p .2 .05 .05; q .2 -.05 .05",
+        "f",
+        f"a b k {second.format(start)} /4 {start} q f",
+        body='pos=".3 -.05 0"',
+        joint='name="two" type="slide" axis="1 0 0" damping="20"',
+        geom='size=".01" mass=".3"',
+        option=STILL,
+        world=MOVED,
+        actuator='<motor tendon="t" ctrlrange="-50 0"/>',
+        law={"friction": 0.3},
+    )
+    return compiled(text)
+
+
+@pytest.mark.parametrize("start", ["k", "b"])
+def test_each_branch_has_a_friction_state_of_its_own(start):
+    model = pulleys(start)
+    data = simulated(model, 50, forward=True, ctrl=-12.0)
+    state = sheath_view(model, data)
+    stiffness = float(state.state.law.axial_stiffness)
+    tension = stiffness * state.segments["tension"]
+    angles, divided = state.guides["angle"], state.guides["is_pulley"]
+    assert list(divided) == [0.0, 1.0, 0.0, 1.0, 0.0]
+    # the first branch slides as the others draw their tendon through it; else it holds
+    first = tension[1] if start == "k" else 12.0
+    if start == "k":
+        assert tension[1] == pytest.approx(12.0 * np.exp(-0.3 * angles[0]))
+    assert tension[0] == pytest.approx(12.0)
+    assert tension[2] == pytest.approx(first / 2.0)
+    assert tension[4] == pytest.approx(first / 4.0)
+    assert tension[2] / tension[3] == pytest.approx(np.exp(0.3 * angles[2]), rel=1e-9)
+    assert tension[4] / tension[5] == pytest.approx(np.exp(0.3 * angles[4]), rel=1e-9)
+
+
+def test_the_force_on_a_joint_is_that_of_its_branch():
+    model = pulleys()
+    data = simulated(model, 50, forward=True, ctrl=-12.0)
+    state = sheath_view(model, data)
+    tension = float(state.state.law.axial_stiffness) * state.segments["tension"]
+    own = data.qfrc_passive - (-20.0) * data.qvel + data.qfrc_actuator
+    for dof, (site, end, segment) in enumerate([("p", "e", 3), ("q", "f", 5)]):
+        to = data.site(site).xpos - data.site(end).xpos
+        assert own[dof] == pytest.approx(tension[segment] * to[0] / np.linalg.norm(to), rel=1e-9)
+
+
+@pytest.mark.parametrize("divisor", [None, 1, 2, 3])
+@pytest.mark.parametrize("outwards", [1.0, -1.0])
+def test_a_branch_draws_its_tendon_through_the_one_that_feeds_it(divisor, outwards):
+    """Two quarter turns before a pulley rub as they do without it, and nothing makes energy."""
+    text = rope(
+        "a 0 0 .2; b; c .1 0 0; end .1 0 .1",
+        "e",
+        "a b c end e" if divisor is None else f"a b c end /{divisor} end e",
+        body='pos=".1 0 .3"',
+        joint='name="z" type="slide" axis="0 0 1"',
+        geom='size=".01" mass="5"',
+        option='gravity="0 0 0"',
+        actuator='<motor tendon="t"/><position joint="z" kp="5000" kv="200"/>',
+        law={"friction": 0.3},
+    )
+    model = compiled(text)
+    data = simulated(model, 1, ctrl=[-10.0, 0.0])
+    work = before = 0.0
+    for k in range(1500):
+        data.ctrl[1] = outwards * 0.05 * min(1.0, k / 1000)
+        mujoco.mj_step(model, data)
+        if k == 500:
+            before = sheath_view(model, data).guides["friction_work"].sum()
+        if 500 < k <= 900:
+            power = data.actuator_force[0] * data.ten_velocity[0]
+            work += (power + data.actuator_force[1] * data.qvel[0]) * model.opt.timestep
+        if k == 900:
+            tension_in, tension_out = data.sensordata
+            ratio = tension_out * (divisor or 1) / tension_in
+            rubbed = sheath_view(model, data).guides["friction_work"].sum() - before
+    assert ratio == pytest.approx(np.exp(outwards * 0.3 * np.pi), rel=1e-9)
+    assert rubbed == pytest.approx(work, rel=0.02)
+
+
+def bound_again(before, after):
+    """A step of ``after`` from a state of ``before``, and from none; their sheaths' guides."""
+    old = simulated(before, 5, ctrl=-12.0)
+    return [
+        sheath_view(after, simulated(after, 1, ctrl=-12.0, plugin_state=state)).guides
+        for state in (old.plugin_state, np.zeros(after.npluginstate))
+    ]
+
+
+@pytest.mark.parametrize("mark", ["is_pulley", "fed_by"])
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [({"start": "b"}, {}), ({}, {"second": "p /2 {} e"})],
+    ids=["another start", "another place"],
+)
+def test_a_state_of_other_branches_is_bound_to_these(mark, before, after):
+    kept, fresh = bound_again(pulleys(**before), pulleys(**after))
+    assert np.array_equal(kept[mark], fresh[mark])

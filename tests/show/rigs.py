@@ -11,23 +11,10 @@ from selenium.webdriver.chrome.service import Service
 import tendon_mj
 from tendon_mj.show.live import LiveSimulation, Prepared
 from tendon_mj.show.live.scene import first_view
+from tests.rigs import pulled_xml
 
-PULLED = """
-<mujoco>
-  <worldbody>
-    <camera name="front" pos="0.5 -1.2 0.1" xyaxes="1 0 0 0 0 1" fovy="50"/>
-    <site name="a"/><site name="b" pos="0.5 0 0.3"/>
-    <body pos="1 0 0">
-      <joint name="j" type="slide" axis="1 0 0" stiffness="2000" damping="50"/>
-      <geom size="0.01" mass="1"/><site name="c"/>
-    </body>
-  </worldbody>
-  <tendon><spatial name="t" width="0.005">
-    <site site="a"/><site site="b"/><site site="c"/>
-  </spatial></tendon>
-  <actuator><motor name="pull" tendon="t" gear="-1"/></actuator>
-</mujoco>
-"""
+CAMERA = '<camera name="front" pos="0.5 -1.2 0.1" xyaxes="1 0 0 0 0 1" fovy="50"/>'
+PULLED = pulled_xml(world=CAMERA)
 TENSION = 10.0
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 FLAGS = (

@@ -6,11 +6,12 @@ from matplotlib import pyplot
 
 from tendon_mj import theory
 from tendon_mj.errors import RecordingError
-from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.verification import BenchReadings, FirstMotion
 from tendon_mj.models import Bench
 from tendon_mj.show import convergence_figure, loops_figure, replay_figure, sweep_figure
 from tendon_mj.show.figures.style import column_label, drawn_unit
+from tests.lab.recorded import recorded
 
 LAM, T0, EA, L, KSE = 0.47, 20.0, 20e3, 0.5, 8e3
 
@@ -43,18 +44,15 @@ def sweep():
 
 def recording(name="rig", angle=1.0):
     time = np.linspace(0.0, 10.0, 200)
-    return Recording(
-        name=name,
-        model="joint",
-        source="a test",
-        time=time,
-        columns={
-            "command_rad": np.sin(time),
-            "joint_rad": angle * np.sin(time - 0.3),
-            "speed_rad_per_s": np.cos(time),
+    return recorded(
+        time,
+        {"command_rad": ("command", np.sin(time))},
+        {
+            "joint_rad": ("joint_angle", None, angle * np.sin(time - 0.3)),
+            "speed_rad_per_s": ("speed", None, np.cos(time)),
         },
-        drive={"command_rad": "command"},
-        measured={"joint_rad": Measured("joint_angle"), "speed_rad_per_s": Measured("speed")},
+        "joint",
+        name=name,
     )
 
 
@@ -126,13 +124,8 @@ def test_the_replay_states_each_rms_error_with_its_unit():
 
 
 def test_a_recording_that_drives_nothing_is_drawn_over_time_alone():
-    plain = Recording(
-        name="plain",
-        model="joint",
-        source="a test",
-        time=[0.0, 1.0],
-        columns={"joint_rad": [0.0, 1.0]},
-        measured={"joint_rad": Measured("joint_angle")},
+    plain = recorded(
+        [0.0, 1.0], {}, {"joint_rad": ("joint_angle", None, [0.0, 1.0])}, "joint", name="plain"
     )
     assert sum(axes.axison for axes in replay_figure(plain, {}).axes) == 1
 

@@ -21,6 +21,7 @@ from tendon_mj.show.render.panel import (
     text_width,
 )
 from tendon_mj.show.render.scene import tension_scale
+from tests.rigs import compiled, rope
 
 # Machado and others (2009): how linear red, green and blue look to dichromats
 SEEN = {
@@ -207,17 +208,10 @@ def test_a_tendon_has_one_colour_in_the_model_the_clip_and_the_charts(pressed):
     ],
 )
 def test_a_controls_unit_is_that_of_its_actuator(actuator, unit):
-    model = mujoco.MjModel.from_xml_string(f"""
-    <mujoco>
-      <worldbody>
-        <site name="a" pos="0 0 1"/>
-        <body><joint name="hinge"/><joint name="slide" type="slide"/><geom size=".1"/>
-          <site name="b"/></body>
-      </worldbody>
-      <tendon>
-        <spatial name="t" range="0 2"><site site="a"/><site site="b"/></spatial>
-        <fixed name="coupled" range="0 2"><joint joint="hinge" coef="1"/></fixed>
-      </tendon>
-      <actuator>{actuator}</actuator>
-    </mujoco>""")
+    fixed = '<fixed name="coupled" range="0 2"><joint joint="hinge" coef="1"/></fixed>'
+    joints = '<joint name="hinge"/><joint name="slide" type="slide"/>'
+    text = rope(
+        "a 0 0 1", "b", tendon='range="0 2"', joint=joints, tendons=fixed, actuator=actuator
+    )
+    model = compiled(text)
     assert control_unit(model, 0) == unit

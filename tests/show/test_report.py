@@ -26,7 +26,7 @@ from tendon_mj.lab.diagnosis import (
     SysidResult,
     Value,
 )
-from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.lab.recordings import Measured
 from tendon_mj.lab.replay import Simulates
 from tendon_mj.show import (
     before_after_figure,
@@ -38,6 +38,7 @@ from tendon_mj.show import (
 from tendon_mj.show.report.charts import correlation_chart, over_drive, over_time, text, thin
 from tendon_mj.show.report.page import as_png
 from tendon_mj.show.report.text import advise, headline, short, what_to_do
+from tests.lab.recorded import recorded as recording_of
 
 COLUMN = "output_tension_N"
 
@@ -45,15 +46,9 @@ COLUMN = "output_tension_N"
 def recorded(name="slow", source="a test", offset=0.0):
     time = np.linspace(0.0, 4.0, 400)
     x = 1e-3 * np.sin(2.0 * np.pi * time)
-    return Recording(
-        name=name,
-        model="bench",
-        source=source,
-        time=time,
-        columns={"input_displacement_m": x, COLUMN: 20.0 + 5e3 * x + offset},
-        drive={"input_displacement_m": "reel"},
-        measured={COLUMN: Measured("output_tension", 0.1)},
-    )
+    measured = {COLUMN: ("output_tension", 0.1, 20.0 + 5e3 * x + offset)}
+    drive = {"input_displacement_m": ("reel", x)}
+    return recording_of(time, drive, measured, name=name, source=source)
 
 
 def located(rms):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.plugin import segment_tensions, sheaths
-from tests.plugin.rigs import config
+from tests.rigs import config
 
 WHY = "the extra `warp` is not installed: pip install 'tendon-mj[warp]'"
 mjw = pytest.importorskip("mujoco_warp", reason=WHY)

@@ -6,8 +6,8 @@ import pytest
 
 from tendon_mj import remove_friction
 from tendon_mj.plugin import segment_tensions
-from tests.plugin.rigs import GIVEN, sheathed
 from tests.plugin.test_reactions import simulate
+from tests.rigs import GIVEN, sheathed
 from tests.warp.models import controls, fingers, fingers_xml, mjw, put, step, tensions, tw
 
 STEPS = 80

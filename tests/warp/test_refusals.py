@@ -5,7 +5,7 @@ import pytest
 
 from tendon_mj import Parameters
 from tendon_mj.errors import InvalidValueError, NoPluginsError
-from tests.plugin import rigs
+from tests import rigs
 from tests.plugin.test_driven import arm
 from tests.refusals import refusing
 from tests.warp.models import fingers, fingers_xml, mjw, tw
@@ -13,7 +13,7 @@ from tests.warp.models import fingers, fingers_xml, mjw, tw
 wp = pytest.importorskip("warp")
 
 MOTOR = '<motor tendon="t" ctrlrange="-20 0"/>'
-PULLEY = '<site site="a"/><site site="b"/><pulley divisor="2"/><site site="c"/><site site="d"/>'
+PULLEY = "a b /2 c d"
 
 
 def reel(**law):

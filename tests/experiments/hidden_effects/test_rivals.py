@@ -14,8 +14,9 @@ from experiments.hidden_effects.rivals.black_box import drive_history
 from experiments.hidden_effects.rivals.term_fit import fit_terms
 from experiments.hidden_effects.verdicts import judge
 from tendon_mj.lab.diagnosis import Term
-from tendon_mj.lab.recordings import Measured, Recording, Uncertain, write_recording
+from tendon_mj.lab.recordings import Uncertain, write_recording
 from tendon_mj.lab.replay import replay_recording
+from tests.lab.recorded import recorded
 
 NOISE = 0.05
 TIME = np.arange(0.0, 2.0, 0.005)
@@ -52,17 +53,11 @@ def test_shared_terms_and_those_of_a_recording_are_recovered_together():
 def bench(name, seed):
     """A recording of the bench with viscous friction that its model lacks, and noise."""
     rng = np.random.default_rng(seed)
-    bare = Recording(
+    bare = recorded(
+        TIME,
+        {"input_displacement_m": ("reel", 1e-3 * np.sin(2.0 * np.pi * (1.0 + seed) * TIME))},
+        {"input_tension_N": ("input_tension", NOISE)},
         name=name,
-        model="bench",
-        source="simulated",
-        time=TIME,
-        columns={
-            "input_displacement_m": 1e-3 * np.sin(2.0 * np.pi * (1.0 + seed) * TIME),
-            "input_tension_N": np.zeros(TIME.size),
-        },
-        drive={"input_displacement_m": "reel"},
-        measured={"input_tension_N": Measured("input_tension", NOISE)},
         uncertain={"sheath.friction": Uncertain(0.15, 0.05, 0.4)},
     )
     clean = replay_recording(bare, parameters={"sheath.viscous_friction": 100.0})
@@ -86,17 +81,12 @@ def played(name, seed):
     time = np.arange(0.0, 8.0, 0.004)
     drive = loops(rng, time)
     behind = drive_history(time, drive, -LOWEST)[:, -6]
-    return Recording(
+    pull = 1e4 * behind + rng.normal(0.0, NOISE, time.size)
+    return recorded(
+        time,
+        {"input_displacement_m": ("reel", drive)},
+        {"input_tension_N": ("input_tension", NOISE, pull)},
         name=name,
-        model="bench",
-        source="computed",
-        time=time,
-        columns={
-            "input_displacement_m": drive,
-            "input_tension_N": 1e4 * behind + rng.normal(0.0, NOISE, time.size),
-        },
-        drive={"input_displacement_m": "reel"},
-        measured={"input_tension_N": Measured("input_tension", NOISE)},
     )
 
 

@@ -53,10 +53,9 @@ def test_a_hit_counts_one_a_tie_a_half_and_a_wrong_name_nothing():
 
 
 def test_a_false_name_is_one_where_nothing_is_hidden():
-    nothing = {"kind": "nothing", "hidden": []}
-    assert judged(nothing).named_effect
-    assert not judged(nothing, verdict="nothing missing", effects=[]).named_effect
-    assert not judged(nothing, verdict="parameter", effects=["friction"]).named_effect
+    assert judged(NOTHING).named_effect
+    assert not judged(NOTHING, verdict="nothing missing", effects=[]).named_effect
+    assert not judged(NOTHING, verdict="parameter", effects=["friction"]).named_effect
 
 
 def test_errors_are_relative_and_intervals_cover_or_not():
@@ -81,7 +80,7 @@ def test_a_drawn_bend_counts_as_the_bend_that_the_key_states_beyond_it():
 
 
 def test_the_table_and_the_matrix_count_every_case():
-    cases = [judged(), judged(effects=["stiffening"]), judged({"kind": "nothing", "hidden": []})]
+    cases = [judged(), judged(effects=["stiffening"]), judged(NOTHING)]
     rows = {quantity: (figure, count) for quantity, _, figure, count in table(cases)}
     assert rows["one effect, residual ≥ 5 noise: first (tie: half)"] == ("50.0 %", 2)
     assert rows["nothing hidden: false name"] == ("100.0 %", 1)
@@ -91,8 +90,7 @@ def test_the_table_and_the_matrix_count_every_case():
 
 def test_a_name_in_part_counts_like_a_name():
     assert judged(verdict="partly").hit == 1.0
-    nothing = {"kind": "nothing", "hidden": []}
-    assert judged(nothing, verdict="partly").named_effect
+    assert judged(NOTHING, verdict="partly").named_effect
     assert judged(verdict="unknown").extra == []
 
 
@@ -215,14 +213,7 @@ def test_of_a_tool_that_only_predicts_no_rate_of_names_is_stated():
     assert "failed" in rows
 
 
-WRITTEN = {
-    "kind": "effect",
-    "hidden": ["creep"],
-    "target": 5.0,
-    "reached": True,
-    "noise": 0.002,
-    "parameters": {"sheath.creep": 0.2},
-}
+WRITTEN = KEY | {"noise": 0.002}
 RIGHT = {"verdict": "named", "effects": ["creep"], "seconds": 2.0}
 
 
@@ -286,7 +277,6 @@ INTERVAL = {"value": 1.0, "low": 0.0, "high": 2.0}
     [
         ("{", "cannot be read as JSON .* write it again"),
         ('{"verdict": "unknown", "seconds": NaN}', "NaN is not a number"),
-        ("[" * 100_000, "cannot be read as JSON"),
         ("[]", r"must be an object, such as .*, got \[\]"),
         ({}, "verdict: must be one of 'named', .*, got nothing"),
         ({"verdict": ["named"]}, r"verdict: must be one of .*, got \['named'\]"),

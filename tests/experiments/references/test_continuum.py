@@ -140,13 +140,7 @@ def test_a_value_out_of_range_is_named(change, message):
         Continuum(**{**good, **change})
 
 
-SPRUNG = {
-    "length": 0.5,
-    "axial_stiffness": 2e4,
-    "pretension": 20.0,
-    "environment_stiffness": 1e4,
-    "sensor_stiffness": 4e4,
-}
+SPRUNG = SHEATH | END
 HISTORIES = {
     "first motion": ([0.0, 1.0], [0.0, 1.0]),
     "first motion, loosening": ([0.0, 1.0], [0.0, -1.0]),
@@ -204,9 +198,7 @@ def test_uneven_curvature_agrees():
     n, mu = 64, 0.2
     edges = turn(np.linspace(0.0, 0.5, n + 1))
     chain = quasi_static(
-        uniform_chain(n, bend_angle=np.diff(edges), static_friction=mu, **SPRUNG),
-        4.0,
-        slowness=300,
+        uniform_chain(n, bend_angle=np.diff(edges), static_friction=mu, **SPRUNG), 4.0, slowness=300
     )
     time = np.linspace(0.0, 5.0, 1001)
     values = 1.2e-3 * np.interp(time, *HISTORIES["outer loop"])

@@ -10,7 +10,7 @@ from experiments.references import ChainState, quasi_static, simulate_chain, uni
 
 SHEATH = {"length": 0.5, "bend_angle": np.pi, "axial_stiffness": 2e4, "pretension": 20.0}
 N = 4
-SOFT_SHEATH = {"length": 0.5, "bend_angle": np.pi, "axial_stiffness": 2e3, "pretension": 20.0}
+SOFT_SHEATH = SHEATH | {"axial_stiffness": 2e3}
 TIME = np.linspace(0.0, 2.0, 401)
 SWING = np.sin(2.0 * np.pi * TIME)
 RUNS = {
@@ -34,28 +34,13 @@ RUNS = {
     "slack": ({"environment_stiffness": 1e4}, {"input_displacement": -3e-3 * SWING}),
     "no friction": ({"static_friction": 0.0}, {"input_tension": 20.0 + 15.0 * SWING}),
 }
-HEAVY_SHEATH = {
-    "length": 0.5,
-    "bend_angle": np.pi,
-    "axial_stiffness": 2e4,
-    "pretension": 20.0,
-    "mass": 0.05,
-    "damping": 2.0,
-}
+HEAVY_SHEATH = SHEATH | {"mass": 0.05, "damping": 2.0}
 
 
 @pytest.mark.parametrize("ends", ["half", "paper"])
 def test_chain_without_friction_is_springs_in_series(ends):
-    chain = uniform_chain(
-        32,
-        static_friction=0.0,
-        ends=ends,
-        environment_stiffness=1e4,
-        sensor_stiffness=4e4,
-        mass=1e-6,
-        damping=2e-3,
-        **SHEATH,
-    )
+    given = SHEATH | {"environment_stiffness": 1e4, "sensor_stiffness": 4e4}
+    chain = uniform_chain(32, static_friction=0.0, ends=ends, mass=1e-6, damping=2e-3, **given)
     time = np.linspace(0.0, 25.0, 501)  # 0.04 Hz, Fig. 4 (a)
     swing = 15.0 * np.sin(2.0 * np.pi * 0.04 * time)
     run = simulate_chain(chain, time, input_tension=20.0 + swing, time_step=1e-3)
@@ -190,8 +175,8 @@ def test_stops_of_an_element_keep_order_2_when_static_is_dynamic_friction():
 @pytest.fixture(scope="module", params=RUNS, ids=str)
 def run(request):
     settings, history = RUNS[request.param]
-    settings = {"static_friction": 0.2, "mass": 0.05, "damping": 2.0, **SHEATH, **settings}
-    return simulate_chain(uniform_chain(16, **settings), TIME, **history)
+    chain = uniform_chain(16, **{"static_friction": 0.2} | HEAVY_SHEATH | settings)
+    return simulate_chain(chain, TIME, **history)
 
 
 def test_input_work_is_stored_plus_dissipated(run):
@@ -215,7 +200,7 @@ def test_tendon_does_not_push(run):
 
 def test_slack_was_reached_by_the_slack_run():
     settings, history = RUNS["slack"]
-    chain = uniform_chain(16, static_friction=0.2, mass=0.05, damping=2.0, **SHEATH, **settings)
+    chain = uniform_chain(16, static_friction=0.2, **HEAVY_SHEATH, **settings)
     run = simulate_chain(chain, TIME, **history)
     assert run.input_tension.min() == 0.0
     assert run.output_tension.min() < 0.1

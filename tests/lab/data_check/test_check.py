@@ -15,6 +15,7 @@ from tendon_mj import Measured, Recording, Uncertain, replay_recording
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.data_check import check_recording, timing_warnings
 from tendon_mj.lab.data_check.samples import spike_warnings, turn_warnings
+from tests.lab.recorded import recorded
 from tests.refusals import refusing
 
 NOISE = 0.05
@@ -23,21 +24,11 @@ NOISE = 0.05
 def sound(name: str = "pull", **parameters: float) -> Recording:
     """Two seconds of the bench, as another friction makes them, with noise."""
     time = np.arange(0.0, 2.0, 0.01)
-    made = Recording(
+    made = recorded(
+        time,
+        {"reel_m": ("reel", 1e-3 * np.sin(5.0 * time))},
+        {"in_N": ("input_tension", NOISE), "out_N": ("output_tension", NOISE)},
         name=name,
-        model="bench",
-        source="a test",
-        time=time,
-        columns={
-            "reel_m": 1e-3 * np.sin(5.0 * time),
-            "in_N": np.zeros(time.size),
-            "out_N": np.zeros(time.size),
-        },
-        drive={"reel_m": "reel"},
-        measured={
-            "in_N": Measured("input_tension", NOISE),
-            "out_N": Measured("output_tension", NOISE),
-        },
         uncertain={"sheath.friction": Uncertain(0.15, 0.05, 0.4)},
     )
     shown = replay_recording(made, parameters={"sheath.friction": 0.2, **parameters})
@@ -152,11 +143,7 @@ FAULTS: dict[str, tuple[Callable[[Recording], Recording], str, tuple[str, ...]]]
     ),
     "another start": (with_output(lambda y: y + 25.0), "start", ("at 45", "the model at 20 N")),
     "a spike": (with_output(at(slice(100, 101), 4e3)), "spike", ("4 kN in row 102, between",)),
-    "hardly moving": (
-        with_output(lambda y: 20.0 + 1e-5 * y),
-        "nothing_moves",
-        ("not connected",),
-    ),
+    "hardly moving": (with_output(lambda y: 20.0 + 1e-5 * y), "nothing_moves", ("not connected",)),
     "frozen": (with_output(at(slice(60, 110))), "frozen", ("from row 62 to 111",)),
     "a model that stands still": (
         lambda p: replace(p, known=SCALED | {"output_tension.scale": 0.0}),
@@ -286,15 +273,12 @@ def driven(limits: str, rest: float = 0.0, settle: float = 0.5) -> dict[str, str
     model = mujoco.MjModel.from_xml_string(MOTOR.format(limits=limits))
     time = np.arange(0.0, 1.0, 0.01)
     angle = rest + 0.3 * np.sin(9.0 * time)
-    made = Recording(
+    made = recorded(
+        time,
+        {"motor_rad": ("motor", angle)},
+        {"spool_rad": ("spool", None, 0.9 * angle)},
         name="pull",
-        model="motor",
         settle=settle,
-        source="a test",
-        time=time,
-        columns={"motor_rad": angle, "spool_rad": 0.9 * angle},
-        drive={"motor_rad": "motor"},
-        measured={"spool_rad": Measured("spool")},
     )
     return said(made, model=model)
 
@@ -339,14 +323,11 @@ def test_a_tension_beyond_what_a_muscle_can_pull_is_told(most: float, weak: bool
     model = mujoco.MjModel.from_xml_string(PULLED)
     time = np.arange(0.0, 1.0, 0.01)
     activation = 0.5 + 0.4 * np.sin(9.0 * time)
-    made = Recording(
+    made = recorded(
+        time,
+        {"activation_N": ("muscle", activation)},
+        {"cable_N": ("pull", None, most * activation / 0.9)},
         name="pull",
-        model="muscle",
-        source="a test",
-        time=time,
-        columns={"activation_N": activation, "cable_N": most * activation / 0.9},
-        drive={"activation_N": "muscle"},
-        measured={"cable_N": Measured("pull")},
     )
     found = said(made, model=model)
     assert ("weak_motor" in found) == weak
@@ -359,14 +340,11 @@ def test_an_angle_that_jumps_by_a_turn_is_told_with_its_row_and_nothing_else_is(
     angle = 3.0 * np.sin(3.0 * time)
     wrapped = np.mod(angle + np.pi, 2.0 * np.pi) - np.pi
     lost = np.where(time > 1.2, angle + 2.0 * np.pi, angle)
-    bare = Recording(
-        name="turns",
-        model="joint",
-        source="a test",
-        time=time,
-        columns={"command_rad": 0.5 * angle, "joint_rad": 1.2 * angle},
-        drive={"command_rad": "command"},
-        measured={"joint_rad": Measured("joint_angle", 0.01)},
+    bare = recorded(
+        time,
+        {"command_rad": ("command", 0.5 * angle)},
+        {"joint_rad": ("joint_angle", 0.01, 1.2 * angle)},
+        "joint",
     )
     assert not list(turn_warnings(bare))
     for series in (lost, np.mod(1.2 * angle, 2.0 * np.pi), wrapped * 1.0):

@@ -21,9 +21,10 @@ from tendon_mj.lab.diagnosis import (
 )
 from tendon_mj.lab.diagnosis.effects.effect import Kind
 from tendon_mj.lab.diagnosis.selection import CONVERGED, select_effects
-from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Parameter, Simulates
 from tendon_mj.typing import FloatArray
+from tests.lab.recorded import recorded
 
 Shape = Mapping[str, float]  # waveform → amplitude
 
@@ -88,14 +89,11 @@ def context(
         blocks = np.repeat(present[k * BLOCKS : (k + 1) * BLOCKS], _RATE)
         series = sum(a * wave(1 + WAVES.index(w), time) for w, a in truth.items())
         made.append(
-            Recording(
+            recorded(
+                time,
+                {},
+                {COLUMN: ("tension", 1.0, blocks * series + wave(_NOISE, time))},
                 name=f"r{k}",
-                model="bench",
-                source="toy",
-                time=time,
-                columns={COLUMN: blocks * series + wave(_NOISE, time)},
-                drive={},
-                measured={COLUMN: Measured("tension", 1.0)},
             )
         )
     problem = Problem(tuple(made), LinearRig(made, shapes), all_samples(made))

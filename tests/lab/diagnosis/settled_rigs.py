@@ -16,67 +16,39 @@ from tendon_mj.attach import add_friction
 from tendon_mj.lab.recordings import Measured, Recording
 from tendon_mj.lab.replay import Adjustable
 from tendon_mj.typing import FloatArray
+from tests.rigs import STILL, rope
 
 SETTLING = 2.0  # [s]
 _SPEED = 0.002  # of the drive [m/s]
 
 # A cable along a duct that turns by 1.8 rad, and then to the end of a lever on a spring.
-LEVER = """
-<mujoco>
-  <option timestep="0.001" gravity="0 0 0" integrator="implicitfast"/>
-  <worldbody>
-    <site name="s0" pos="-0.12 -0.12 0"/>
-    <site name="s1" pos="-0.12 -0.05 0"/>
-    <site name="s2" pos="-0.10 -0.02 0"/>
-    <site name="s3" pos="-0.07 0 0"/>
-    <site name="s4" pos="-0.04 -0.01 0"/>
-    <body>
-      <joint name="lever" axis="0 0 1" stiffness="0.4" damping="0.02"/>
-      <geom type="capsule" fromto="0 0 0 0 0.06 0" size="0.004" mass="0.03"/>
-      <site name="end" pos="0 0.03 0"/>
-    </body>
-  </worldbody>
-  <tendon>
-    <spatial name="cable">
-      <site site="s0"/><site site="s1"/><site site="s2"/><site site="s3"/><site site="s4"/>
-      <site site="end"/>
-    </spatial>
-  </tendon>
-  <sensor><jointpos name="lever" joint="lever"/></sensor>
-</mujoco>
-"""
+LEVER = rope(
+    "s0 -.12 -.12 0; s1 -.12 -.05 0; s2 -.10 -.02 0; s3 -.07 0 0; s4 -.04 -.01 0",
+    "end 0 .03 0",
+    name="cable",
+    joint='name="lever" axis="0 0 1" stiffness="0.4" damping="0.02"',
+    geom='type="capsule" fromto="0 0 0 0 0.06 0" size="0.004" mass="0.03"',
+    option=STILL + ' integrator="implicitfast"',
+    actuator="",
+    sensor='<jointpos name="lever" joint="lever"/>',
+)
 
+KNUCKLE = 'axis="0 0 1" damping="0.01"'
 # A finger of two joints that one cable closes.
-FINGER = """
-<mujoco>
-  <option timestep="0.001" gravity="0 0 0" integrator="implicitfast"/>
-  <default><joint axis="0 0 1" damping="0.01"/></default>
-  <worldbody>
-    <site name="s0" pos="-0.03 0.012 0"/>
-    <body>
-      <joint name="knuckle" stiffness="0.2"/>
-      <geom type="capsule" fromto="0 0 0 0.05 0 0" size="0.006" mass="0.02"/>
-      <site name="a1" pos="0.012 0.009 0"/>
-      <site name="a2" pos="0.04 0.009 0"/>
-      <body pos="0.05 0 0">
-        <joint name="middle" stiffness="0.15"/>
-        <geom type="capsule" fromto="0 0 0 0.035 0 0" size="0.005" mass="0.01"/>
-        <site name="b1" pos="0.01 0.008 0"/>
-        <site name="b2" pos="0.028 0.008 0"/>
-      </body>
-    </body>
-  </worldbody>
-  <tendon>
-    <spatial name="cable">
-      <site site="s0"/><site site="a1"/><site site="a2"/><site site="b1"/><site site="b2"/>
-    </spatial>
-  </tendon>
-  <sensor>
-    <jointpos name="knuckle" joint="knuckle"/>
-    <jointpos name="middle" joint="middle"/>
-  </sensor>
-</mujoco>
-"""
+FINGER = rope(
+    "s0 -.03 .012 0",
+    "a1 .012 .009 0; a2 .04 .009 0",
+    "s0 a1 a2 b1 b2",
+    name="cable",
+    joint=f'<joint name="knuckle" stiffness="0.2" {KNUCKLE}/>',
+    geom='type="capsule" fromto="0 0 0 0.05 0 0" size="0.006" mass="0.02"',
+    option=STILL + ' integrator="implicitfast"',
+    link=f"""<body pos=".05 0 0"><joint name="middle" stiffness="0.15" {KNUCKLE}/>
+      <geom type="capsule" fromto="0 0 0 0.035 0 0" size="0.005" mass="0.01"/>
+      <site name="b1" pos="0.01 0.008 0"/><site name="b2" pos="0.028 0.008 0"/></body>""",
+    actuator="",
+    sensor='<jointpos name="knuckle" joint="knuckle"/><jointpos name="middle" joint="middle"/>',
+)
 
 
 def write_rig(mjcf: str, folder: Path, **law: float) -> Path:

@@ -18,6 +18,7 @@ from tendon_mj.lab.recordings import Measured, Recording
 from tendon_mj.lab.replay import Parameter, Simulates, Simulator
 from tests.lab.diagnosis.settled_rigs import LEVER, settled, stairs, write_rig
 from tests.lab.diagnosis.toy import problem_of
+from tests.lab.recorded import recorded
 from tests.refusals import refusing
 
 NOISE = 0.1
@@ -39,18 +40,12 @@ class Still(Simulates):
 
 def points(rows: int, *, seed: int = 1, noise: float | None = NOISE, **more: object) -> Recording:
     """Readings of noise alone, at points up and down a stair."""
-    return Recording(
+    return recorded(
+        np.arange(rows, dtype=float),
+        {"reel_m": ("reel", stairs(low=0.0, high=1.0, steps=5, rows=rows))},
+        {"pull_N": ("input_tension", noise, np.random.default_rng(seed).normal(0.0, NOISE, rows))},
         name=f"points_{seed}",
-        model="bench",
-        source="noise",
-        time=np.arange(rows, dtype=float),
-        columns={
-            "reel_m": stairs(low=0.0, high=1.0, steps=5, rows=rows),
-            "pull_N": np.random.default_rng(seed).normal(0.0, NOISE, rows),
-        },
-        drive={"reel_m": "reel"},
-        measured={"pull_N": Measured("input_tension", noise)},
-        **{"settling_time": 2.0, **more},  # type: ignore[arg-type]
+        **{"settling_time": 2.0, **more},
     )
 
 

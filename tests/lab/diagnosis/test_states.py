@@ -30,6 +30,7 @@ from tendon_mj.lab.recordings import Measured, Recording, Session, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulates, name_in_session, recording_of, values_for
 from tendon_mj.typing import FloatArray
 from tests.lab.diagnosis.toy import problem_of, system
+from tests.lab.recorded import recorded
 from tests.refusals import refusing
 
 COLUMN, NOISE = "tension_N", 0.05
@@ -89,14 +90,11 @@ def record(
     """Six seconds in one state; ``strange`` is the amplitude of what no effect explains [N]."""
     time = np.arange(0.0, 6.0, 0.01)
     x = np.sin(2.0 * np.pi * 0.4 * time)
-    blank = Recording(
+    blank = recorded(
+        time,
+        {"reel_m": ("reel", x)},
+        {COLUMN: ("gauge", NOISE)},
         name=name,
-        model="bench",
-        source="toy",
-        time=time,
-        columns={"reel_m": x, COLUMN: np.zeros(time.size)},
-        drive={"reel_m": "reel"},
-        measured={COLUMN: Measured("gauge", NOISE)},
         known={"sheath.bend": bend},
         uncertain={"sheath.friction": Uncertain(0.2, 0.05, 0.8)},
         session={"gauge.offset": Session(0.0, 0.3)},

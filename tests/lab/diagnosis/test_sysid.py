@@ -9,8 +9,9 @@ import pytest
 
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.diagnosis import fit_with_sysid, sysid, sysid_is_there
-from tendon_mj.lab.recordings import Measured, Recording, Uncertain
+from tendon_mj.lab.recordings import Recording, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulates
+from tests.lab.recorded import recorded
 from tests.refusals import refusing
 
 needs_sysid = pytest.mark.skipif(not sysid_is_there(), reason="mujoco.sysid lacks its extras")
@@ -51,14 +52,12 @@ def record(seed, stiffness=2e3, friction=2.0, bias=0.0, uncertain=UNCERTAIN):
     time = np.linspace(0.0, 6.0, 900)
     x = 5e-3 * np.sin(2.0 * np.pi * random.uniform(0.3, 0.6) * time)
     y = tension(x, stiffness, friction) + bias + random.normal(0.0, NOISE, time.size)
-    return Recording(
+    return recorded(
+        time,
+        {"displacement_m": ("drive", x)},
+        {"tension_N": ("tension", NOISE, y)},
+        "toy",
         name=f"toy_{seed}",
-        model="toy",
-        source="a test",
-        time=time,
-        columns={"displacement_m": x, "tension_N": y},
-        drive={"displacement_m": "drive"},
-        measured={"tension_N": Measured("tension", NOISE)},
         uncertain=uncertain,
     )
 

@@ -11,9 +11,10 @@ from dataclasses import replace
 import numpy as np
 
 from tendon_mj.lab.diagnosis import MakeSimulator, Problem, SystemDescription, all_samples
-from tendon_mj.lab.recordings import Measured, Recording, Uncertain
+from tendon_mj.lab.recordings import Recording, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulates
 from tendon_mj.typing import FloatArray
+from tests.lab.recorded import recorded
 
 NOISE = 0.05
 COLUMNS = {"input_tension_N": "input_tension", "output_tension_N": "output_tension"}
@@ -132,15 +133,12 @@ def bench_recording(
     **more: object,
 ) -> Recording:
     """The model `bench` driven at its reel, with nothing measured yet."""
-    return Recording(
+    return recorded(
+        time,
+        {"input_displacement_m": ("reel", drive)},
+        {c: (c.removesuffix("_N"), noise) for c in columns},
         name=name,
-        model="bench",
-        source="made",
-        time=time,
-        columns={"input_displacement_m": drive, **dict.fromkeys(columns, 0.0 * time)},
-        drive={"input_displacement_m": "reel"},
-        measured={c: Measured(c.removesuffix("_N"), noise) for c in columns},
-        **more,  # type: ignore[arg-type]
+        **more,
     )
 
 

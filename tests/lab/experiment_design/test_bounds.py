@@ -7,8 +7,9 @@ import pytest
 
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.lab.experiment_design import DriveBounds, ExperimentBounds, check_bounds, read_bounds
-from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.lab.recordings import Measured
 from tests.lab.experiment_design.rig import DRIVE, TENSION, bounds, record
+from tests.lab.recorded import recorded
 from tests.refusals import refusing
 
 FILE = """
@@ -59,11 +60,8 @@ def test_a_file_holds_what_python_says(tmp_path) -> None:
 def test_a_broken_file_is_refused_with_the_place(line, instead, place, fault, tmp_path) -> None:
     path = tmp_path / "bounds.toml"
     path.write_text(FILE.replace(line, instead), encoding="latin-1")
-    with pytest.raises(TendonError) as refused:
+    with refusing(TendonError, str(path), place, fault):
         read_bounds(path)
-    assert str(path) in str(refused.value)
-    assert place in str(refused.value)
-    assert fault in str(refused.value)
 
 
 def test_bounds_need_a_drive_and_the_noise_of_a_further_sensor() -> None:
@@ -88,14 +86,11 @@ def test_bounds_need_a_drive_and_the_noise_of_a_further_sensor() -> None:
 )
 def test_bounds_without_any_recording_of_the_model_are_refused_at_once(within, said) -> None:
     time = np.arange(0.0, 1.0, 0.01)
-    there = Recording(
+    there = recorded(
+        time,
+        {DRIVE: ("reel", 1e-3 * np.sin(time))},
+        {TENSION: ("output_tension", 0.1)},
         name="there",
-        model="bench",
-        source="made",
-        time=time,
-        columns={DRIVE: 1e-3 * np.sin(time), TENSION: np.zeros(time.size)},
-        drive={DRIVE: "reel"},
-        measured={TENSION: Measured("output_tension", 0.1)},
     )
     check_bounds([there], bounds())
     with pytest.raises(InvalidValueError, match=said):

@@ -10,8 +10,9 @@ import pytest
 
 from tendon_mj.cli import main
 from tendon_mj.lab.diagnosis import CATALOGUE
-from tendon_mj.lab.recordings import Measured, Recording, read_recording, write_recording
+from tendon_mj.lab.recordings import Recording, read_recording, write_recording
 from tendon_mj.lab.replay import Simulator
+from tests.lab.recorded import recorded
 
 NOISE = 0.05
 OTHERS = [name for name in CATALOGUE if name not in ("friction", "bend_angle")]
@@ -28,17 +29,11 @@ def record(folder: Path, name: str, seed: int, rate: float) -> str:
     """A bench with more friction than the model says, driven by a sine."""
     random = np.random.default_rng(seed)
     time = np.round(np.arange(0.0, 2.0, 0.01), 6)
-    blank = Recording(
+    blank = recorded(
+        time,
+        {"input_displacement_m": ("reel", 8e-4 * np.sin(2.0 * np.pi * rate * time))},
+        {COLUMN: ("output_tension", NOISE)},
         name=name,
-        model="bench",
-        source="made",
-        time=time,
-        columns={
-            "input_displacement_m": 8e-4 * np.sin(2.0 * np.pi * rate * time),
-            COLUMN: np.zeros(time.size),
-        },
-        drive={"input_displacement_m": "reel"},
-        measured={COLUMN: Measured("output_tension", NOISE)},
     )
     series = Simulator([blank])([{"sheath.friction": 0.2}])[0][0][COLUMN]
     columns = {**blank.columns, COLUMN: series + random.normal(0.0, NOISE, time.size)}

@@ -32,10 +32,7 @@ from tests.refusals import refusing
 A, B, C = "sheath.a", "sheath.b", "sheath.c"
 KINK = 1.0  # mm, beyond the amplitude that was recorded
 # a and b are the same below the kink
-ALIKE_WHEN_SMALL: Shapes = {
-    A: lambda _, x: x,
-    B: lambda _, x: np.clip(x, -KINK, KINK),
-}
+ALIKE_WHEN_SMALL: Shapes = {A: lambda _, x: x, B: lambda _, x: np.clip(x, -KINK, KINK)}
 # the same everywhere but for a factor
 ALIKE: Shapes = {A: lambda _, x: x, B: lambda _, x: 3.0 * x}
 

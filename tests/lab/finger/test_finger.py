@@ -32,6 +32,7 @@ from tendon_mj.lab.finger.trajectories import ANGLES
 from tendon_mj.models import JOINTS, TENDONS, Finger, build_finger, load_model, spool_angles
 from tendon_mj.plugin import unsolved_evaluations
 from tests.refusals import refusing
+from tests.rigs import simulated
 
 FINGER = Finger()
 SHEATH_GUIDES = FINGER.forearm_guides + FINGER.wrist_guides
@@ -146,8 +147,7 @@ def test_spool_angles_are_what_mujocos_tendon_lengths_say(model):
 
 
 def test_the_straight_finger_is_at_rest(model):
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = simulated(model)
     np.testing.assert_allclose(data.qacc, 0.0, atol=1e-9)
     for end in ("input", "output"):
         for tendon in TENDONS:
@@ -358,8 +358,7 @@ def test_what_touches_is_as_the_builder_makes_it(model, geom):
 
 def test_the_scene_shows_conduits_where_the_guides_are():
     model = load_model("finger", scene=True)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = simulated(model)
     for tendon in TENDONS:
         geom, mesh = model.geom(f"{tendon}_conduit").id, model.mesh(f"{tendon}_conduit")
         vertices = model.mesh_vert[mesh.vertadr[0] :][: mesh.vertnum[0]]

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_mj.lab.recordings import Measured, Recording, Session, Uncertain, write_recording
+from tendon_mj.lab.recordings import Session, Uncertain, write_recording
 from tendon_mj.lab.replay import Simulator
 from tendon_mj.models import Bench, build_bench
+from tests.lab.recorded import recorded
 
 DAYS = 7
 FIRST = date(2026, 3, 1)
@@ -37,17 +38,12 @@ def write_fleet(folder: Path, rigs: int = 3, zero: float = 0.0, odd: str = "") -
     (folder / "bench.xml").write_text(model.to_xml() if model.compile() else "", encoding="utf-8")
     time = np.arange(0.0, 0.8, 0.01)
     drive = 1e-3 * np.sin(2.0 * np.pi * 1.5 * time)
-    bare = Recording(
+    bare = recorded(
+        time,
+        {"reel_m": ("reel", drive)},
+        {"input_N": ("input_tension", NOISE), "output_N": ("output_tension", NOISE)},
+        folder / "bench.xml",
         name="any",
-        model=str(folder / "bench.xml"),
-        source="made for a test",
-        time=time,
-        columns={"reel_m": drive, "input_N": 0.0 * time, "output_N": 0.0 * time},
-        drive={"reel_m": "reel"},
-        measured={
-            "input_N": Measured("input_tension", NOISE),
-            "output_N": Measured("output_tension", NOISE),
-        },
         uncertain=UNCERTAIN,
         session={"input_tension.offset": Session(0.0, zero)} if zero else {},
     )

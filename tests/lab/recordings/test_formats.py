@@ -145,9 +145,8 @@ def test_a_broken_parquet_is_refused_with_file_row_and_column(
     tmp_path: Path, columns: dict[str, list[object]], said: str
 ) -> None:
     path = parquet(tmp_path / "r.parquet", **columns)
-    with pytest.raises(RecordingError, match=r"r\.parquet") as caught:
+    with refusing(RecordingError, "r.parquet", said):
         read_table(path)
-    assert said in str(caught.value)
 
 
 # --- MCAP
@@ -264,5 +263,9 @@ def test_a_model_is_sought_beside_its_description_and_then_by_name(
     for load in (lambda: replay_recording(recording), lambda: Simulator([recording])):
         with pytest.raises(UnknownNameError) as caught:
             load()
+<<<<<<< HEAD
         for said in (str(tmp_path), "next to the description", "did you mean 'hand.xml'", "'bench'"):
+=======
+        for said in (str(tmp_path), "the description", "did you mean 'hand.xml'", "'bench'"):
+>>>>>>> rigs
             assert said in str(caught.value)

@@ -1,18 +1,23 @@
-"""Noise of a measured series, where it is known; marks of converters, and no others."""
+"""Noise of a measured series, where it is known; marks of converters; rows that are rests."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from tendon_mj import Measured, Recording
+from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings import (
+    Recording,
     estimate_noise,
     held_values,
     noise_levels,
+    noise_of_repeats,
     range_ends,
     resolution,
 )
+from tendon_mj.lab.recordings.description import parse_description
+from tests.lab.recorded import recorded
+from tests.refusals import refusing
 
 TIME = np.arange(0.0, 10.0, 0.01)
 NOISE = 0.05
@@ -73,14 +78,10 @@ def test_noise_is_at_least_that_of_the_steps() -> None:
         (0.01, step / np.sqrt(12.0)),
         (0.2, 0.2),
     ):
-        recording = Recording(
-            name="coarse",
-            model="bench",
-            source="a test",
-            time=TIME,
-            columns={"cable_N": np.round(tension() / step) * step, "reel_m": np.sin(TIME)},
-            drive={"reel_m": "reel"},
-            measured={"cable_N": Measured("input_tension", stated)},
+        recording = recorded(
+            TIME,
+            {"reel_m": ("reel", np.sin(TIME))},
+            {"cable_N": ("input_tension", stated, np.round(tension() / step) * step)},
         )
         assert noise_levels(recording)["cable_N"] == pytest.approx(expected, rel=0.15)
 
@@ -103,3 +104,61 @@ def test_noise_of_a_quantised_series_is_at_least_its_rounding() -> None:
 def test_even_steps_are_no_rounding() -> None:
     triangle = np.concatenate([np.arange(0.0, 1.0, 0.01), np.arange(1.0, 0.0, -0.01)])
     assert estimate_noise(triangle) < 1e-9
+
+
+HEAD = 'model = "bench"\nsource = "made up"\n'
+
+
+def test_rows_are_samples_of_a_motion_unless_they_are_said_to_be_rests() -> None:
+    for timing in ("", "[timing]\n", "[timing]\nquasi_static = false\n"):
+        described = parse_description(HEAD + timing, "a.toml")
+        assert (described.quasi_static, described.settling_time) == (False, None)
+    described = parse_description(HEAD + "[timing]\nquasi_static = true\n", "a.toml")
+    assert described.quasi_static
+    assert described.settling_time > 0.0
+
+
+@pytest.mark.parametrize(
+    ("timing", "value"),
+    [
+        ("timing = 3", "3"),
+        ("[timing]\nquasi_statik = true", "'quasi_static'"),
+        ("[timing]\nquasi_static = 1", "1"),
+        ("[timing]\nsettling_time = 2.0", "settling_time"),
+        ('[timing]\nquasi_static = true\nsettling_time = "8 s"', "'8 s'"),
+    ],
+)
+def test_a_timing_that_is_none_is_refused_with_its_place(timing: str, value: str) -> None:
+    with refusing(RecordingError, "a.toml, [timing]", f"{value}"):
+        parse_description(f"{HEAD}{timing}\n", "a.toml")
+
+
+@pytest.mark.parametrize("settling", [0.0, -1.0, np.inf, np.nan])
+def test_a_settling_time_that_is_none_is_refused(settling: float) -> None:
+    with refusing(RecordingError, f"settling_time = {settling!r}"):
+        points(np.arange(4.0), np.zeros(4), settling_time=settling)
+
+
+def points(drive: np.ndarray, reading: np.ndarray, settling_time: float = 2.0) -> Recording:
+    return recorded(
+        np.arange(drive.size, dtype=float),
+        {"reel_m": ("reel", drive)},
+        {"pull_N": ("input_tension", None, reading)},
+        settling_time=settling_time,
+    )
+
+
+def test_the_noise_of_rests_is_that_of_their_repeats_whatever_lies_between_them() -> None:
+    random = np.random.default_rng(1)
+    drive = np.resize([0.0, 1.0, 2.0, 3.0, 2.0, 1.0], 600)
+    up = np.diff(drive, prepend=1.0) > 0.0
+    loop = 100.0 * drive**2 + 30.0 * up  # the same drive has one reading on each branch
+    made = points(drive, loop + random.normal(0.0, 0.25, drive.size))
+    deviation, repeats = noise_of_repeats(made, "pull_N")
+    assert repeats == 599 - 6
+    assert deviation == pytest.approx(0.25, rel=0.1)
+    assert noise_levels(made)["pull_N"] == deviation
+
+
+def test_rests_that_repeat_none_have_no_noise_of_repeats() -> None:
+    assert noise_of_repeats(points(np.arange(9.0), np.arange(9.0)), "pull_N") == (0.0, 0)

@@ -6,6 +6,7 @@ from tendon_mj.errors import RecordingError, UnknownNameError
 from tendon_mj.lab.replay import default_motion, read_motion
 from tendon_mj.models import Bench, Joint, build_bench, build_joint
 from tests.refusals import refusing
+from tests.rigs import compiled, lever
 
 TIMES = np.linspace(0.0, 12.0, 2401)
 
@@ -28,13 +29,8 @@ def test_a_named_model_swings_one_actuator_from_rest(name, model, actuator, size
 
 
 def test_any_other_model_stays_within_its_control_ranges():
-    model = mujoco.MjModel.from_xml_string("""
-    <mujoco>
-      <worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
-      <actuator>
-        <motor joint="j" ctrlrange="2 5"/><motor joint="j" ctrlrange="-1 1"/><motor joint="j"/>
-      </actuator>
-    </mujoco>""")
+    ranges = ('ctrlrange="2 5"', 'ctrlrange="-1 1"', "")
+    model = compiled(lever("".join(f'<motor joint="j" {given}/>' for given in ranges)))
     drive = default_motion("mine", model)
     control = np.array([drive(t) for t in TIMES])
     late = control[TIMES > 1.0]
@@ -54,11 +50,8 @@ def test_a_bench_without_its_reel_is_any_other_model():
 @pytest.mark.parametrize("name", ["left_m", "mm", "speed_rad_per_s"])
 @pytest.mark.parametrize("ending", ["_N", "_kN"])
 def test_an_actuator_whose_name_is_or_ends_in_a_unit_is_driven(name, ending, tmp_path):
-    model = mujoco.MjModel.from_xml_string(f"""
-    <mujoco>
-      <worldbody><body><joint name="j" type="slide"/><geom size=".1"/></body></worldbody>
-      <actuator><motor name="other" joint="j"/><motor name="{name}" joint="j"/></actuator>
-    </mujoco>""")
+    motors = "".join(f'<motor name="{motor}" joint="j"/>' for motor in ("other", name))
+    model = compiled(lever(motors, joint='name="j" type="slide"'))
     path = tmp_path / "motion.csv"
     path.write_text(f"time_s,{name}{ending}\n0,0\n2,4\n")
     drive, _ = read_motion(path, model)
@@ -92,11 +85,8 @@ def test_a_column_in_another_unit_than_the_control_is_refused(columns, tmp_path)
 @pytest.mark.parametrize("columns", ["twitch_s,twitch_N", "twitch_mm,twitch_rad"])
 def test_two_columns_of_one_actuator_are_refused(columns, tmp_path):
     """Of a muscle, whose control has no unit of its own."""
-    model = mujoco.MjModel.from_xml_string("""
-    <mujoco>
-      <worldbody><body><joint name="j" range="-1 1"/><geom size=".1"/></body></worldbody>
-      <actuator><muscle name="twitch" joint="j" lengthrange="-1 1"/></actuator>
-    </mujoco>""")
+    muscle = '<muscle name="twitch" joint="j" lengthrange="-1 1"/>'
+    model = compiled(lever(muscle, joint='name="j" range="-1 1"'))
     (tmp_path / "motion.csv").write_text(f"time_s,{columns}\n0,0,0\n1,1,1\n")
     with refusing(RecordingError, "motion.csv", "'twitch'"):
         read_motion(tmp_path / "motion.csv", model)

@@ -15,6 +15,7 @@ from tendon_mj.lab.data_check import check_recording
 from tendon_mj.lab.recordings import parse_description
 from tendon_mj.lab.replay import Adjustable, format_template
 from tests.refusals import refusing
+from tests.rigs import compiled, lever
 
 MODELS = ["bench", "joint", "finger", "finger_spring"]
 
@@ -46,19 +47,20 @@ def test_what_it_says_of_parameters_is_what_the_model_has(name: str) -> None:
         assert guess.value == pytest.approx(there[parameter].value, rel=1e-3)
 
 
-HELD = """<mujoco><worldbody><body><joint name="j" axis="0 1 0" {spring}/><geom size=".1"
-  pos=".1 0 0"/></body></worldbody><actuator><{kind} name="a" joint="j"/></actuator></mujoco>"""
-
-
 @pytest.mark.parametrize("kind", ["motor", "position"])
 def test_a_motor_that_bears_a_load_at_rest_begins_with_the_first_drive_value(kind: str) -> None:
     """From a control of 0 it would let go first; without a load nothing is lost by coming to it."""
-    held = mujoco.MjModel.from_xml_string(HELD.format(kind=kind, spring=""))
+
+    def held_by(spring):
+        joint = f'name="j" axis="0 1 0" {spring}'
+        geom = 'size=".1" pos=".1 0 0"'
+        return compiled(lever(f'<{kind} name="a" joint="j"/>', joint=joint, geom=geom))
+
+    held = held_by("")
     assert parse_description(format_template(held, "m"), "m").settle == 0.0
     held.opt.gravity[:] = 0.0
     assert parse_description(format_template(held, "m"), "m").settle == 0.5
-    sprung = HELD.format(kind=kind, spring='stiffness="1" springref="30"')
-    model = mujoco.MjModel.from_xml_string(sprung)
+    model = held_by('stiffness="1" springref="30"')
     model.opt.gravity[:] = 0.0
     assert parse_description(format_template(model, "m"), "m").settle == 0.0
 
@@ -81,12 +83,15 @@ def test_once_it_is_filled_in_a_check_accepts_it(name: str, tmp_path: Path) -> N
     assert check_recording(read_recording(tmp_path / "r")).simulated is not None
 
 
-HARD = """<mujoco><worldbody><body><joint name="a joint" type="slide"/><geom size="0.1"/>
-<site name="tip"/></body></worldbody>
-<actuator><velocity name="with &quot;quotes&quot;" joint="a joint"/>
-<general name="of a site" site="tip"/><motor joint="a joint"/></actuator>
-<sensor><jointactuatorfrc name="tip_m" joint="a joint"/><framepos name="place" objtype="site"
- objname="tip"/><clock name="clock"/><jointpos joint="a joint"/></sensor></mujoco>"""
+HARD = lever(
+    '<velocity name="with &quot;quotes&quot;" joint="a joint"/>'
+    '<general name="of a site" site="tip"/><motor joint="a joint"/>',
+    '<jointactuatorfrc name="tip_m" joint="a joint"/>'
+    '<framepos name="place" objtype="site" objname="tip"/>'
+    '<clock name="clock"/><jointpos joint="a joint"/>',
+    joint='name="a joint" type="slide"',
+    rest='<worldbody><site name="tip"/></worldbody>',
+)
 
 
 def test_any_name_makes_valid_toml() -> None:

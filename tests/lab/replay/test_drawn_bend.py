@@ -25,6 +25,7 @@ from tendon_mj.lab.replay import (
 from tendon_mj.models import load_model
 from tests.lab.replay.rigs import TENSION, bench
 from tests.refusals import refusing
+from tests.rigs import rope
 
 DRAWN, EXTRA = "sheath.drawn_bend", "sheath.extra_bend"
 PATH_BEND = Adjustable(load_model("bench")).parameters()[DRAWN].value
@@ -96,27 +97,17 @@ def test_a_bend_below_zero_is_refused(value: float) -> None:
         Adjustable(load_model("bench")).set({DRAWN: value})
 
 
-OVER_A_DRUM = """
-<mujoco>
-  <worldbody>
-    <site name="a" pos="-1 0 0.1"/>
-    <site name="side" pos="0 0 1"/>
-    <geom name="drum" type="cylinder" size="0.3 0.1" euler="90 0 0"/>
-    <body pos="1 0 -1">
-      <joint name="slide" type="slide"/>
-      <geom size="0.1"/>
-      <site name="b"/>
-    </body>
-  </worldbody>
-  <tendon>
-    <spatial name="t" stiffness="1000" springlength="1">
-      <site site="a"/>
-      <geom geom="drum" sidesite="side"/>
-      <site site="b"/>
-    </spatial>
-  </tendon>
-</mujoco>
-"""
+OVER_A_DRUM = rope(
+    "a -1 0 .1; side 0 0 1",
+    "b",
+    "a drum@side b",
+    tendon='stiffness="1000" springlength="1"',
+    body='pos="1 0 -1"',
+    joint='name="slide" type="slide"',
+    geom='size=".1"',
+    world='<geom name="drum" type="cylinder" size=".3 .1" euler="90 0 0"/>',
+    actuator="",
+)
 
 
 def test_a_sheath_that_could_not_take_it_up_does_not_have_it() -> None:

@@ -10,6 +10,7 @@ from tendon_mj.models import Bench, build_bench, load_model
 from tendon_mj.show import add_cable, without_tendons
 from tendon_mj.show.render.scene import cable_radius, tension_scale
 from tests.refusals import refusing
+from tests.rigs import compiled, lever, rope
 
 
 @pytest.fixture(scope="module")
@@ -67,11 +68,7 @@ def test_arguments_out_of_range_are_refused_by_name(model, change, facts):
 @pytest.mark.filterwarnings("ignore")
 def test_an_unstable_simulation_is_named_with_its_time(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # MuJoCo writes its log where it runs
-    model = mujoco.MjModel.from_xml_string("""
-    <mujoco>
-      <worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
-      <actuator><motor name="m" joint="j"/></actuator>
-    </mujoco>""")
+    model = compiled(lever('<motor name="m" joint="j"/>'))
     with refusing(TendonError, "unstable before"):
         record_frames(model, lambda time: [1e300], duration=1.0)
 
@@ -106,20 +103,17 @@ def test_the_model_itself_keeps_its_looks(model):
 
 def test_only_the_sites_on_the_path_are_hidden():
     """A path names sites, geoms and pulleys by numbers of three kinds."""
-    spec = mujoco.MjSpec.from_string("""
-    <mujoco><worldbody>
-      <replicate count="20" offset="0 0 1"><geom size=".1"/></replicate>
-      <geom name="drum" type="cylinder" size=".05 .1" pos=".3 0 0" euler="90 0 0"/>
-      <site name="a"/><site name="b" pos=".6 0 0"/>
-      <body pos=".8 0 0"><joint type="slide"/><geom size=".01"/>
-        <site name="c"/><site name="d" pos="0 0 .1"/></body>
-      <site name="beside"/>
-    </worldbody>
-    <tendon><spatial name="t">
-      <site site="a"/><geom geom="drum"/><site site="b"/><pulley divisor="2"/>
-      <site site="c"/><site site="d"/>
-    </spatial></tendon>
-    <actuator><motor tendon="t" gear="-1"/></actuator></mujoco>""")
+    text = rope(
+        "a; b .6 0 0; beside",
+        "c; d 0 0 .1",
+        "a drum@ b /2 c d",
+        body='pos=".8 0 0"',
+        joint='type="slide"',
+        world='<replicate count="20" offset="0 0 1"><geom size=".1"/></replicate>'
+        '<geom name="drum" type="cylinder" size=".05 .1" pos=".3 0 0" euler="90 0 0"/>',
+        actuator='<motor tendon="t" gear="-1"/>',
+    )
+    spec = mujoco.MjSpec.from_string(text)
     add_friction(spec, "t", friction=0.1)
     model = spec.compile()
     assert (model.wrap_objid >= model.nsite).any(), "the number of a geom is that of no site"

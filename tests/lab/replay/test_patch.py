@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import InvalidValueError, TendonError, TendonWarning, UnknownNameError
-from tendon_mj.lab.recordings import Measured, Recording, Uncertain
+from tendon_mj.lab.recordings import Uncertain
 from tendon_mj.lab.replay import (
     Adjustable,
     Simulator,
@@ -19,7 +19,9 @@ from tendon_mj.lab.replay import (
     replay_recording,
 )
 from tendon_mj.models import load_model, load_spec, model_path
+from tests.lab.recorded import recorded
 from tests.refusals import refusing
+from tests.rigs import lever, rope
 
 TIME = np.arange(0.0, 0.4, 0.005)
 DRIVEN = {  # model -> driven column and its actuator, measured columns and their sensors
@@ -31,10 +33,7 @@ DRIVEN = {  # model -> driven column and its actuator, measured columns and thei
         ("command_rad", "command", 0.5),
         {"joint_rad": "joint_angle", "tension_N": "input_tension_1"},
     ),
-    "finger": (
-        ("motor_Nm", None, 0.01),
-        {"tension_N": "flexor_input_tension"},
-    ),
+    "finger": (("motor_Nm", None, 0.01), {"tension_N": "flexor_input_tension"}),
 }
 GIVEN = {
     "bench": {
@@ -75,19 +74,7 @@ GIVEN = {
 def recording_of(name, **more):
     (column, actuator, size), measured = DRIVEN[name]
     actuator = actuator or load_model(name).actuator(0).name
-    columns = {column: size * np.sin(12.0 * TIME)} | dict.fromkeys(measured, 0.0 * TIME)
-    return Recording(
-        **{
-            "name": "made up",
-            "model": name,
-            "source": "made up",
-            "time": TIME,
-            "columns": columns,
-            "drive": {column: actuator},
-            "measured": {c: Measured(s) for c, s in measured.items()},
-        }
-        | more
-    )
+    return recorded(TIME, {column: (actuator, size * np.sin(12.0 * TIME))}, measured, name, **more)
 
 
 @pytest.mark.parametrize("name", DRIVEN)
@@ -340,11 +327,8 @@ def test_a_mass_is_written_with_its_inertia_and_a_damping_ratio_as_what_it_was(b
 
 
 def test_two_numbers_of_an_actuators_user_data_become_three_when_its_command_is_late(tmp_path):
-    (tmp_path / "slide.xml").write_text(
-        """<mujoco><worldbody><body><joint name="slide" type="slide"/><geom size="0.1"/></body>
-        </worldbody>
-        <actuator><motor name="motor" joint="slide" user="2 0.5"/></actuator></mujoco>"""
-    )
+    motor = '<motor name="motor" joint="slide" user="2 0.5"/>'
+    (tmp_path / "slide.xml").write_text(lever(motor, joint='name="slide" type="slide"'))
     path = patch_model(tmp_path / "slide.xml", {"motor.command_delay": 0.1}, tmp_path / "p.xml")
     values = Adjustable(load_model(str(path))).parameters()
     expected = {"command_scale": 2.0, "command_offset": 0.5, "command_delay": 0.1}
@@ -404,22 +388,16 @@ def test_other_parameters_are_refused_and_nothing_is_written(
     assert not list(tmp_path.iterdir())
 
 
-MUSCLE = """
-<mujoco>
-  <worldbody>
-    <site name="fixed" pos="0 0 0.3"/>
-    <body name="arm">
-      <joint name="elbow" axis="0 1 0" range="-60 60" damping="0.1"/>
-      <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.02"/>
-      <site name="moved" pos="0.1 0 0.02"/>
-    </body>
-  </worldbody>
-  <tendon>
-    <spatial name="biceps"><site site="fixed"/><site site="moved"/></spatial>
-  </tendon>
-  <actuator><muscle name="{name}" tendon="biceps"/></actuator>
-  <sensor><jointpos name="angle" joint="elbow"/></sensor>
-</mujoco>"""
+MUSCLE = rope(
+    "fixed 0 0 .3",
+    "moved .1 0 .02",
+    name="biceps",
+    body='name="arm"',
+    joint='name="elbow" axis="0 1 0" range="-60 60" damping=".1"',
+    geom='type="capsule" fromto="0 0 0 .3 0 0" size=".02"',
+    actuator='<muscle name="{name}" tendon="biceps"/>',
+    sensor='<jointpos name="angle" joint="elbow"/>',
+)
 
 
 @pytest.mark.parametrize(
@@ -435,14 +413,11 @@ def test_a_muscle_pulls_as_it_was_simulated(force, given, differs, tmp_path):
     (tmp_path / "arm.xml").write_text(MUSCLE.format(name=f'biceps" force="{force}'))
     model = load_model(str(tmp_path / "arm.xml"))
     time = np.linspace(0.0, 0.5, 51)
-    recording = Recording(
-        name="twitch",
-        model=str(tmp_path / "arm.xml"),
-        source="made by this test",
-        time=time,
-        columns={"excitation_N": 0.3 * np.sin(6.0 * time) ** 2, "angle_rad": 0.0 * time},
-        drive={"excitation_N": "biceps"},
-        measured={"angle_rad": Measured("angle")},
+    recording = recorded(
+        time,
+        {"excitation_N": ("biceps", 0.3 * np.sin(6.0 * time) ** 2)},
+        {"angle_rad": "angle"},
+        tmp_path / "arm.xml",
         settle=0.0,
     )
     plain, simulated = (
@@ -470,12 +445,9 @@ def test_a_muscle_s_gear_is_what_mujoco_makes_of_it(before, gear, tmp_path):
 
 def test_a_mass_is_written_beside_a_muscle_that_is_not_in_the_text(tmp_path):
     """Of which MuJoCo seeks the range of lengths anew, to its own tolerance."""
-    (tmp_path / "child.xml").write_text("""
-    <mujoco>
-      <worldbody><body name="c"><joint name="h" axis="0 1 0" range="-1 1"/>
-        <geom size="0.05" pos="0.1 0 0"/></body></worldbody>
-      <actuator><muscle name="pull" joint="h"/></actuator>
-    </mujoco>""")
+    joint, geom = 'name="h" axis="0 1 0" range="-1 1"', 'size="0.05" pos="0.1 0 0"'
+    child = lever('<muscle name="pull" joint="h"/>', joint=joint, geom=geom, body='name="c"')
+    (tmp_path / "child.xml").write_text(child)
     asset = '<asset><model name="child" file="child.xml"/></asset><worldbody>'
     text = MUSCLE.format(name="biceps").replace("<worldbody>", asset)
     text = text.replace("</body>", '<attach model="child" body="c" prefix="x_"/></body>')

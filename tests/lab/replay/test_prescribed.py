@@ -131,11 +131,7 @@ def test_scale_offset_and_delay_of_a_joint_act_and_are_written_with_the_model(tm
     path = tmp_path / "wrist.xml"
     path.write_text(build("prescribed").to_xml())
     recording = replace(wrist("prescribed"), model=str(path))
-    command = {
-        "spool.command_scale": 0.5,
-        "spool.command_offset": 0.1,
-        "spool.command_delay": 0.02,
-    }
+    command = {"spool.command_scale": 0.5, "spool.command_offset": 0.1, "spool.command_delay": 0.02}
     motor = recording.columns["motor_rad"]
     moved = 0.5 * np.concatenate([motor[:1], motor[:-1]]) + 0.1
     by_hand = replace(recording, columns={**recording.columns, "motor_rad": moved})

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.lab.recordings import Measured, Recording
 from tendon_mj.lab.replay import Adjustable, Readout, replay_recording
 from tendon_mj.lab.replay.readout import low_pass, make_clock, sense_of
+from tests.lab.recorded import recorded
 from tests.refusals import refusing
+from tests.rigs import lever
 
 TIME = 3.0 + np.linspace(0.0, 2.0, 101)
 CLOCK = make_clock(TIME, longest=0.005)
@@ -24,24 +25,23 @@ def wave(time):
 def slider(size="", user="", command=""):
     """A servo that takes a slide where it is told, and a sensor that sees it."""
     return mujoco.MjModel.from_xml_string(
-        f"<mujoco>{size}<option timestep='0.002'/><worldbody><body><joint name='slide' type='slide'"
-        " damping='1'/><geom size='0.1' mass='0.1'/></body></worldbody>"
-        f"<actuator><position name='servo' joint='slide' kp='200' {command}/></actuator>"
-        f"<sensor><jointpos name='place' joint='slide' {user}/><jointvel name='speed'"
-        " joint='slide'/></sensor></mujoco>"
+        lever(
+            f"<position name='servo' joint='slide' kp='200' {command}/>",
+            f"<jointpos name='place' joint='slide' {user}/><jointvel name='speed' joint='slide'/>",
+            joint='name="slide" type="slide" damping="1"',
+            geom='size="0.1" mass="0.1"',
+            rest=size,
+        )
     )
 
 
 def slide_recording(**known):
     time = np.arange(0.0, 1.0, 0.01)
-    return Recording(
-        name="slid",
-        model="slider",
-        source="made up",
-        time=time,
-        columns={"command_m": 0.1 * np.sin(6.0 * time), "place_m": 0.0 * time},
-        drive={"command_m": "servo"},
-        measured={"place_m": Measured("place")},
+    return recorded(
+        time,
+        {"command_m": ("servo", 0.1 * np.sin(6.0 * time))},
+        {"place_m": "place"},
+        "slider",
         known={name.replace("__", "."): value for name, value in known.items()},
     )
 

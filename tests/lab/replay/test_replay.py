@@ -12,10 +12,11 @@ import pytest
 
 from tendon_mj.attach import add_sensor
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
-from tendon_mj.lab.recordings import Measured, Recording, Uncertain, read_recording
+from tendon_mj.lab.recordings import Measured, Uncertain, read_recording
 from tendon_mj.lab.replay import Adjustable, replay_error, replay_recording
 from tendon_mj.lab.replay.readout import make_clock
 from tendon_mj.models import Bench, Joint, build_bench, build_joint, load_model, models_folder
+from tests.lab.recorded import recorded
 from tests.lab.replay.rigs import MEASURED, joint_recording, wave
 from tests.refusals import refusing
 
@@ -53,14 +54,10 @@ def test_what_the_joint_did_it_does_again():
 def test_what_the_bench_did_it_does_again():
     model = build_bench(Bench()).compile()
     time = np.arange(0.0, 0.5, model.opt.timestep)
-    recording = Recording(
-        name="pull",
-        model="bench",
-        source="made up",
-        time=time,
-        columns={"input_displacement_m": 1e-3 * wave(time), "output_tension_N": 0.0 * time},
-        drive={"input_displacement_m": "reel"},
-        measured={"output_tension_N": Measured("output_tension")},
+    recording = recorded(
+        time,
+        {"input_displacement_m": ("reel", 1e-3 * wave(time))},
+        {"output_tension_N": "output_tension"},
     )
     truth = simulated_by_hand(model, recording, 1)
     answer = replay_recording(recording, model, settle=0.0)
@@ -280,8 +277,7 @@ def test_a_mass_and_its_inertia_grow_together():
 
 def test_known_then_uncertain_then_given():
     recording = joint_recording(
-        known={"joint.stiffness": 0.03},
-        uncertain={"sheath_1.friction": Uncertain(0.3, 0.0, 0.5)},
+        known={"joint.stiffness": 0.03}, uncertain={"sheath_1.friction": Uncertain(0.3, 0.0, 0.5)}
     )
     as_described = replay_recording(recording)
     by_hand = replay_recording(

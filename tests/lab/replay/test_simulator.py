@@ -19,8 +19,10 @@ from tendon_mj.lab.replay import (
 )
 from tendon_mj.lab.replay.units import live_unit
 from tendon_mj.models import Bench, build_bench, load_model, model_path
+from tests.lab.recorded import recorded
 from tests.lab.replay.rigs import bench_recording, joint_recording
 from tests.refusals import refusing
+from tests.rigs import lever
 
 from tendon_mj.attach import Parameters  # isort: skip
 import mujoco  # isort: skip
@@ -101,14 +103,7 @@ def test_the_same_simulator_in_other_steps():
 
 def test_contacts_are_simulated_where_there_can_be_any():
     time = np.arange(0.0, 0.2, 0.01)
-    recording = Recording(
-        name="fall",
-        model="ball",
-        source="made up",
-        time=time,
-        columns={"height_m": 0.0 * time},
-        measured={"height_m": Measured("height")},
-    )
+    recording = recorded(time, {}, {"height_m": "height"}, "ball")
     ball = mujoco.MjModel.from_xml_string(
         "<mujoco><worldbody><geom type='plane' size='1 1 1'/><body pos='0 0 0.12'>"
         "<joint name='z' type='slide' axis='0 0 1'/><geom size='0.1'/></body></worldbody>"
@@ -220,20 +215,15 @@ def test_it_names_what_the_model_has_and_what_the_recordings_use():
 )
 def test_only_a_servo_prescribes_a_motion_that_nobody_measured(actuator, sensor, prescribed):
     model = mujoco.MjModel.from_xml_string(
-        "<mujoco><worldbody><body name='link'><joint name='hinge'/><geom size='0.1'/></body>"
-        f"</worldbody><actuator><{actuator} name='drive' joint='hinge'/></actuator>"
-        f"<sensor>{sensor}</sensor></mujoco>"
+        lever(
+            f"<{actuator} name='drive' joint='hinge'/>",
+            sensor,
+            joint='name="hinge"',
+            body='name="link"',
+        )
     )
     time = np.arange(0.0, 0.2, 0.01)
-    recording = Recording(
-        name="turn",
-        model="hinge",
-        source="made up",
-        time=time,
-        columns={"drive_m": 0.0 * time, "read_rad": 0.0 * time},
-        drive={"drive_m": "drive"},
-        measured={"read_rad": Measured("read")},
-    )
+    recording = recorded(time, {"drive_m": ("drive", 0.0 * time)}, {"read_rad": "read"}, "hinge")
     assert Simulator([recording], model).joints == {"hinge": prescribed}
 
 

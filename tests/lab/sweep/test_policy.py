@@ -9,6 +9,7 @@ from tendon_mj.lab.sweep import Sweep, motion_recording, read_policy, run_sweep
 from tendon_mj.lab.tasks import Workers
 from tendon_mj.models import load_model
 from tests.refusals import refusing
+from tests.rigs import lever
 
 POLICIES = '''
 from dataclasses import dataclass
@@ -70,14 +71,12 @@ class Leaving:
 word = "pull"
 '''
 
-ARM = """
-<mujoco>
-  <worldbody>
-    <body><joint name="elbow" stiffness="1" damping="1"/><geom size=".1" pos=".2 0 0"/></body>
-  </worldbody>
-  <actuator><motor name="pull" joint="elbow"/></actuator>
-  <sensor><jointpos name="angle" joint="elbow"/><actuatorfrc name="force" actuator="pull"/></sensor>
-</mujoco>"""
+ARM = lever(
+    '<motor name="pull" joint="elbow"/>',
+    '<jointpos name="angle" joint="elbow"/><actuatorfrc name="force" actuator="pull"/>',
+    joint='name="elbow" stiffness="1" damping="1"',
+    geom='size=".1" pos=".2 0 0"',
+)
 
 
 @pytest.fixture
@@ -175,8 +174,7 @@ def test_a_policy_that_cannot_be_made_is_refused_by_name(name, kind, facts, poli
 
 
 @pytest.mark.parametrize(
-    ("text", "facts"),
-    [("def pull(:", ["SyntaxError"]), ("raise SystemExit(3)", ["SystemExit: 3"])],
+    ("text", "facts"), [("def pull(:", ["SyntaxError"]), ("raise SystemExit(3)", ["SystemExit: 3"])]
 )
 def test_a_file_that_cannot_be_imported_is_refused(text, facts, arm, tmp_path):
     (tmp_path / "bad.py").write_text(text)

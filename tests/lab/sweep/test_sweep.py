@@ -17,6 +17,7 @@ from tendon_mj.lab.sweep.sweep import batch_size, recording_digest
 from tendon_mj.lab.tasks import Workers
 from tendon_mj.models import example_recording, load_model
 from tests.refusals import refusing
+from tests.rigs import lever
 
 VARIED = (
     "flexor.friction=0.05:0.3",
@@ -134,14 +135,12 @@ def test_values_out_of_range_are_refused_by_name(varied, facts, finger):
         (lambda sweep: sweep.rollouts.of(sweep.batch(0, 2)))(finger_sweep(finger, varied))
 
 
-ARM = """
-<mujoco>
-  <worldbody>
-    <body><joint name="elbow" stiffness="1" damping="1"/><geom size=".1" pos=".2 0 0"/></body>
-  </worldbody>
-  <actuator><general name="pull" joint="elbow" gainprm="3" gaintype="affine"/></actuator>
-  <sensor><jointpos name="angle" joint="elbow"/><jointvel joint="elbow"/></sensor>
-</mujoco>"""
+ARM = lever(
+    '<general name="pull" joint="elbow" gainprm="3" gaintype="affine"/>',
+    '<jointpos name="angle" joint="elbow"/><jointvel joint="elbow"/>',
+    joint='name="elbow" stiffness="1" damping="1"',
+    geom='size=".1" pos=".2 0 0"',
+)
 
 
 def test_any_model_moves_as_its_default_motion_has_it():

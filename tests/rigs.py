@@ -1,8 +1,8 @@
-"""Models on which the plugins' laws are tested, and how to read them.
+"""Models on which laws are tested, how to write them in a few words, and how to read them.
 
-The arm (three links in space), sheaths between fixed ends, a sheath between two prescribed drives,
-a motor with a servo, every kind of sheath at once, and models of others in the folder that
-TENDON_MJ_MODELS names.
+`rope` and `lever` write MJCF. Models: a finger of two links, the arm (three links in space),
+sheaths between fixed ends, a sheath between two prescribed drives, a motor with a servo, every kind
+of sheath at once, and models of others in the folder that TENDON_MJ_MODELS names.
 """
 
 import contextlib
@@ -16,6 +16,216 @@ import pytest
 from tendon_mj import add_friction, add_servo, add_sites, add_tendon, arc_points
 from tendon_mj.plugin import sheaths
 from tendon_mj.plugin.sheath_plugin.state import view
+
+NO_CONTACT = '<default><geom contype="0" conaffinity="0"/></default>'
+STILL = 'timestep=".001" gravity="0 0 0"'
+
+
+def numbers(values):
+    """Numbers as MJCF has them."""
+    return " ".join(map(str, values))
+
+
+def config(**values):
+    """MJCF of an instance's configuration; what is None is left out."""
+    return "".join(f'<config key="{k}" value="{v}"/>' for k, v in values.items() if v is not None)
+
+
+def instance(name, **values):
+    return f'<instance name="{name}">{config(**values)}</instance>'
+
+
+def plugin(*instances, kind="sheath"):
+    return f'<plugin plugin="tendon_mj.{kind}">{"".join(instances)}</plugin>'
+
+
+def sheath(name="s", **values):
+    """MJCF of an extension with one sheath."""
+    return f"<extension>{plugin(instance(name, **values))}</extension>"
+
+
+def shown(name="s", more=""):
+    """MJCF of a sensor of both ends of a sheath."""
+    return f'<plugin plugin="tendon_mj.sheath" instance="{name}" {more}/>'
+
+
+def sites(places):
+    """MJCF of sites from "a 0 0 .1; b", their names and positions."""
+    named = (place.split(maxsplit=1) for place in filter(str.strip, places.split(";")))
+    return "".join(
+        f'<site name="{name}"' + (f' pos="{at[0]}"/>' if at else "/>") for name, *at in named
+    )
+
+
+def route(words):
+    """MJCF of a path from "a drum@side b /2 c d": sites, geoms with a side site or without."""
+    elements = []
+    for word in words.split():
+        site, wraps, side = word.partition("@")
+        if word[0] == "/":
+            elements.append(f'<pulley divisor="{word[1:]}"/>')
+        elif wraps:
+            elements.append(f'<geom geom="{site}"' + (f' sidesite="{side}"/>' if side else "/>"))
+        else:
+            elements.append(f'<site site="{site}"/>')
+    return "".join(elements)
+
+
+def spatial(name, words, more=""):
+    return f'<spatial name="{name}" {more}>{route(words)}</spatial>'
+
+
+def rope(
+    ground,
+    moving,
+    words="",
+    *,
+    name="t",
+    tendon="",
+    law=None,
+    body="",
+    joint='name="j" axis="0 1 0"',
+    geom='size=".01"',
+    link="",
+    option="",
+    head="",
+    world="",
+    tendons="",
+    actuator='<motor name="pull" tendon="t"/>',
+    sensor="",
+    rest="",
+):
+    """MJCF of a tendon from sites on the ground to those on a body that a joint lets move.
+
+    Args:
+        ground, moving: sites as `sites` has them.
+        words: path as `route` has it; over all sites in turn if not given.
+        tendon, body, joint, geom, option: attributes; joints may be whole elements too.
+        law: attributes of a sheath ``s`` on the tendon, whose ends the first sensor shows.
+        link: a body on that body.
+        head, world, tendons, sensor, rest: further elements, by where they go.
+    """
+    if law is not None:
+        head += sheath(tendon=name, **law)
+        sensor = shown() + sensor
+    words = words or " ".join(place.split()[0] for place in f"{ground}; {moving}".split(";"))
+    joints = joint if joint.startswith("<") else f"<joint {joint}/>"
+    return f"""<mujoco><option {option}/>{NO_CONTACT}{head}
+      <worldbody>{sites(ground)}{world}
+        <body {body}>{joints}<geom {geom}/>{sites(moving)}{link}</body></worldbody>
+      <tendon>{spatial(name, words, tendon)}{tendons}</tendon>
+      <actuator>{actuator}</actuator><sensor>{sensor}</sensor>{rest}</mujoco>"""
+
+
+def pulled_xml(height=0.3, width=0.005, head="", world="", geom='size=".01" mass="1"'):
+    """MJCF of a mass on a spring that a motor pulls over a guide; its control is the tension."""
+    return rope(
+        f"a; b .5 0 {height}",
+        "c",
+        tendon=f'width="{width}"',
+        body='pos="1 0 0"',
+        joint='name="j" type="slide" axis="1 0 0" stiffness="2000" damping="50"',
+        geom=geom,
+        head=head,
+        world=world,
+        actuator='<motor name="pull" tendon="t" gear="-1"/>',
+    )
+
+
+def lever(actuator="", sensor="", *, joint='name="j"', geom='size=".1"', body="", rest=""):
+    """MJCF of a body on a joint without a tendon."""
+    return f"""<mujoco>{rest}<worldbody><body {body}><joint {joint}/><geom {geom}/></body>
+      </worldbody><actuator>{actuator}</actuator><sensor>{sensor}</sensor></mujoco>"""
+
+
+def compiled(text):
+    return mujoco.MjModel.from_xml_string(text)
+
+
+def simulated(model, steps=0, *, forward=False, **fields):
+    """Data some steps on, with ``fields`` set at the start, evaluated there where asked for."""
+    data = mujoco.MjData(model)
+    for name, value in fields.items():
+        getattr(data, name)[:] = value
+    mujoco.mj_step(model, data, steps)
+    if forward or not steps:
+        mujoco.mj_forward(model, data)
+    return data
+
+
+TWO_LINKS = """
+<mujoco><option {option}/>{extension}
+  <worldbody>
+    <site name="a" pos="-.2 0 .05"/><site name="b" pos="-.02 .01 .05"/><site name="s" pos="0 0 .1"/>
+    <site name="b2" pos="-.02 .01 .05"/>
+    <geom name="wheel" type="cylinder" size=".03 .05" euler="90 0 0" contype="0" conaffinity="0"/>
+    <body><joint name="one" axis="0 1 0" damping=".05" stiffness="2"/>
+      <geom type="capsule" fromto="0 0 0 .2 0 0" size=".01" mass=".3"/>
+      <site name="c" pos=".14 .01 .03"/><site name="t" pos=".2 0 .06"/>
+      <geom name="ball" type="sphere" size=".02" pos=".2 0 0" contype="0" conaffinity="0"/>
+      <body pos=".2 0 0"><joint name="two" axis="0 1 0" damping=".03" stiffness="1"/>
+        <geom type="capsule" fromto="0 0 0 .15 0 0" size=".01" mass=".2"/>
+        <site name="d" pos=".06 0 .02"/><site name="e" pos=".11 .01 .01"/>
+      </body></body>
+    <body pos="0 1 0"><joint name="reel" axis="0 1 0" damping=".01" armature=".02" stiffness=".1"/>
+      <geom size=".03" mass=".3"/></body>
+    <body pos="0 2 0"><joint name="drum" type="slide" axis="0 1 0" damping="5" stiffness="900"/>
+      <geom size=".03" mass=".3"/></body>
+  </worldbody>
+  <tendon>{tendon}</tendon><actuator>{actuator}</actuator><sensor>{sensor}</sensor>
+</mujoco>
+"""
+
+
+def two_links(words="a b c d", *, tendon="", law=None, actuator="", option='timestep=".001"'):
+    """MJCF of two links, pulled by a tendon over bends, and of a reel and a drum beside them.
+
+    A path may go over the sites a, b (b2 is on the same spot), c, d and e, around the cylinder
+    ``wheel@s`` of the first joint and the sphere ``ball@t`` of the second.
+    """
+    return TWO_LINKS.format(
+        option=option,
+        extension="" if law is None else sheath(tendon="t", **law),
+        tendon=spatial("t", words, tendon),
+        actuator=actuator,
+        sensor="" if law is None else shown(),
+    )
+
+
+# of two joints, with a tendon on either side
+FINGER = """
+<mujoco>
+  <default><geom type="box" size=".1 .02 .02" pos=".1 0 0" contype="0" conaffinity="0"/></default>
+  <worldbody>
+    <site name="a" pos="-.1 0 .04"/><site name="d" pos="-.1 0 -.04"/>
+    <body>
+      <joint name="mcp" axis="0 1 0" damping=".002"/><geom/>
+      <site name="b" pos=".05 0 .03"/><site name="e" pos=".05 0 -.03"/>
+      <body pos=".2 0 0">
+        <joint name="pip" axis="0 1 0" damping=".002"/><geom/>
+        <site name="c" pos=".05 0 .03"/><site name="f" pos=".05 0 -.03"/>
+      </body>
+    </body>
+  </worldbody>
+  <tendon>
+    <spatial name="extensor" stiffness="400" springlength="0 .29">
+      <site site="a"/><site site="b"/><site site="c"/>
+    </spatial>
+    <spatial name="flexor" stiffness="300">
+      <site site="d"/><site site="e"/><site site="f"/>
+    </spatial>
+    {more}
+  </tendon>
+</mujoco>
+"""
+# A tendon that nothing pulls.
+LIMP = '<spatial name="limp"><site site="a"/><site site="e"/><site site="c"/></spatial>'
+
+
+def finger(more=""):
+    """A spec of it, with ``more`` among its tendons."""
+    return mujoco.MjSpec.from_string(FINGER.format(more=more))
+
 
 SHEATH = """
   <extension>
@@ -63,17 +273,8 @@ SPOOLS = """
     <body pos=".5 .5 0"><joint name="drum" type="slide" axis="0 1 0" stiffness="900"
       damping="{damping}"/><geom type="sphere" size=".03" mass=".3"/></body>
 """
-SPOOLED = {
-    "reel_joint": "reel",
-    "reel_radius": 0.02,
-    "output_joint": "drum",
-    "output_radius": 0.5,
-}
+SPOOLED = {"reel_joint": "reel", "reel_radius": 0.02, "output_joint": "drum", "output_radius": 0.5}
 VIEWS = ("input_tension", "output_tension", "tension", "bend_angle", "slip", "friction_work")
-
-
-def config(**values):
-    return "".join(f'<config key="{k}" value="{v}"/>' for k, v in values.items())
 
 
 def arm_xml(
@@ -400,7 +601,7 @@ DRIVEN = """
     <site name="a" pos="-.1 0 .03"/><geom name="drum" type="cylinder" size=".02 .1" zaxis="0 1 0"/>
     <site name="side" pos="0 0 .05"/><site name="k" pos="-.02 0 .06"/>
     <body>
-      <joint name="elbow" axis="0 1 0" range="-60 60" damping=".01" armature=".01"/>
+      <joint name="elbow" axis="0 1 0" range="-60 60" damping=".01" {joint}/>
       <geom type="capsule" size=".01" fromto="0 0 0 .2 0 0" contype="0" conaffinity="0"/>
       <site name="b" pos=".1 0 .02"/><site name="c" pos=".2 0 .03"/>
     </body>
@@ -412,14 +613,22 @@ DRIVEN = """
       <site site="c"/></spatial>
     <spatial name="branched" stiffness="60"><site site="a"/><site site="b"/><pulley divisor="2"/>
       <site site="a"/><site site="b"/><site site="c"/></spatial>
+    {tendons}
   </tendon>
-  <actuator><motor name="pull" tendon="wrapped"/></actuator>
+  <actuator>{actuators}</actuator>
 </mujoco>
 """
 
 
+def driven_xml(
+    tendons="", actuators='<motor name="pull" tendon="wrapped"/>', joint='armature=".01"'
+):
+    """A link with a tendon around a drum, one with a spring and one that branches."""
+    return DRIVEN.format(tendons=tendons, actuators=actuators, joint=joint)
+
+
 def driven():
-    spec = mujoco.MjSpec.from_string(DRIVEN)
+    spec = mujoco.MjSpec.from_string(driven_xml())
     return add_friction(spec, "*", friction=0.2, arc_guides=2).compile()
 
 
