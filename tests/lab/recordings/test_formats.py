@@ -263,9 +263,5 @@ def test_a_model_is_sought_beside_its_description_and_then_by_name(
     for load in (lambda: replay_recording(recording), lambda: Simulator([recording])):
         with pytest.raises(UnknownNameError) as caught:
             load()
-<<<<<<< HEAD
-        for said in (str(tmp_path), "next to the description", "did you mean 'hand.xml'", "'bench'"):
-=======
         for said in (str(tmp_path), "the description", "did you mean 'hand.xml'", "'bench'"):
->>>>>>> rigs
             assert said in str(caught.value)
