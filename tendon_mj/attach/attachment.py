@@ -72,7 +72,7 @@ class Row(NamedTuple):
 
     @property
     def is_too_stiff(self) -> bool:
-        """Whether EA is more than a step carries."""
+        """Whether EA exceeds the largest stable value for the time step."""
         return self.axial_stiffness is not None and self.axial_stiffness > self.largest_stiffness
 
     @property

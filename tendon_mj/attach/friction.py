@@ -93,7 +93,7 @@ def add_friction(
             is taken, ``<tendon>_sheath``; of one among several always ``<tendon>_sheath``.
         reel: name of an actuator to add that winds tendon in at the input, control in metres.
             Without one, a sensor named like the sheath is added, which shows T_in and T_out.
-        reel_joint, reel_radius: joint [rad] or slide whose motion winds tendon in, and radius [m].
+        reel_joint, reel_radius: joint [rad] or slide that winds tendon in, and radius [m].
         output_joint, output_radius: the same at the output end.
         spool: that the actuators of a tendon are to turn instead of pulling it: a body
             ``<tendon>_spool`` on a hinge of that name, at the input end and on its body. At rest

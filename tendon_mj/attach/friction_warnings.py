@@ -35,7 +35,7 @@ def warnings_of(
     unnamed: Sequence[str],
     left_out: Mapping[str, str],
 ) -> list[str]:
-    """Warnings of a call whose sheaths are in the spec; ``left_out``: tendon → why."""
+    """Warnings of a call that has added its sheaths; ``left_out``: tendon → reason."""
     pulling = actuators_by_tendon(spec)
     driven = [s for s in sheaths if s.design.is_driven and s.name in pulling]
     messages = [f"tendons without a name are now {listed(unnamed)}"] if unnamed else []

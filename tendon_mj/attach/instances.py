@@ -196,7 +196,7 @@ def add_sensor(
 
     Raises:
         UnknownNameError: no such sheath or kind.
-        InvalidValueError: the name is another sensor's.
+        InvalidValueError: another sensor already has this name.
     """
     sheaths = {plugin.name: tendon for tendon, plugin in sheaths_by_tendon(spec).items()}
     if sheath not in sheaths:

@@ -55,7 +55,8 @@ class _States:
         if not states.ndim or states.shape[-1] not in sizes.values():
             known = ", ".join(f"{size} ({name})" for name, size in sizes.items())
             raise InvalidValueError(
-                f"states of shape {states.shape} are of another model: the last axis is one of "
+                f"states of shape {states.shape} do not fit this model: the last axis must be "
+                f"one of "
                 f"{known}"
             )
         self.numbers = states[..., states.shape[-1] - size :]  # they come last in each
@@ -245,7 +246,7 @@ class SheathView:
 
     @property
     def rebound(self) -> Any:
-        """How often the state was another model's, or empty, and was bound again."""
+        """Number of times that the state was another model's, or empty, and was bound again."""
         return self._read().state["rebound"].astype(int)[()]
 
     @property

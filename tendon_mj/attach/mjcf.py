@@ -94,7 +94,7 @@ class Mjcf:
         return named[name]
 
     def section(self, tag: str, attribute: str) -> Element:
-        """The last top-level element that states an attribute; made if there is none."""
+        """The last ``tag`` at the top level that sets ``attribute``; created if missing."""
         sections = self.root.findall(tag)
         stating = [s for s in sections if s.get(attribute) is not None]
         if sections:

@@ -178,7 +178,7 @@ def _config(
 def idle_reason(
     tendon: mujoco.MjsTendon, config: Mapping[str, str], *, is_driven: bool, is_wound_in: bool
 ) -> str:
-    """Why friction of a sheath can do nothing, and the remedy; empty where it can."""
+    """Reason that friction of a sheath has no effect, and the remedy; empty where it has."""
     inner, end = int(config.get("inner_guides", 0)), config.get("input_end", "first")
     if path_of(tendon).bends() == 0:
         if not (inner and any(float(config.get(key, 0.0)) > 0.0 for key in _RUB_UNBENT)):

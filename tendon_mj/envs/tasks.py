@@ -78,7 +78,7 @@ class FingerTask(ABC):
     estimate of friction no action sequence suits every episode.
 
     Args:
-        finger: whose other numbers it keeps.
+        finger: gives all other parameters.
         ranges: to draw from.
         random: of the draws; the same state of it gives the same episodes.
 

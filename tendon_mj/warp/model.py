@@ -91,7 +91,7 @@ def sheaths_laid_out(data: Any, layout: Layout) -> Sheaths:
 
 
 def evaluate(m: Any, d: Any, layout: Layout, driven: bool) -> None:
-    """Solve the sheaths that are driven, or the others, and add their forces."""
+    """Solve the driven or the wound sheaths, and add their forces."""
     batch = sheaths_laid_out(d, layout)
     scene, motion = _filled(Scene, m, d), _filled(Motion, m.opt, m, d)
     motion.spring = 0.0 if m.opt.disableflags & _SPRING_OFF else 1.0
@@ -211,12 +211,12 @@ def put_data(model: mujoco.MjModel, data: mujoco.MjData, nworld: int = 1, **size
 
     Args:
         model: as given to `put_model`.
-        data: whose state and live parameters every world begins with.
+        data: gives every world its initial state and live parameters.
         nworld: number of worlds.
         sizes: of `mujoco_warp.put_data`.
 
     Returns:
-        `mujoco_warp.Data`, whose sheaths `sheaths_of` gives.
+        `mujoco_warp.Data`; `sheaths_of` gives its sheaths.
 
     Raises:
         NoPluginsError: a live parameter that is not supported.
@@ -241,7 +241,7 @@ def get_data_into(
     """Get a world with its sheaths from the device, as `mujoco_warp.get_data_into` does without.
 
     Args:
-        result: whose state and live parameters are set; evaluate it for tensions and forces.
+        result: its state and live parameters are set; evaluate it for tensions and forces.
         model: as given to `put_model`.
         data: on the device.
         world_id: number of the world.
@@ -313,8 +313,8 @@ def _check_data(model: mujoco.MjModel, data: Any) -> None:
         rows, expected = len(getattr(data, array)), getattr(model, size)
         if rows != expected:
             raise InvalidValueError(
-                f"the data are of another model: their {array} has {rows} rows, and {size} of the"
-                f" model is {expected}"
+                f"the data belong to another model: their {array} has {rows} rows, and {size} of"
+                f" the model is {expected}"
             )
 
 

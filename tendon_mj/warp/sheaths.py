@@ -20,7 +20,7 @@ class Sheaths:
 
     Attributes:
         names: of the sheaths, in the order of the other axis.
-        layout: where each one's numbers are; that of the model whose sheaths they are.
+        layout: addresses of the sheaths' numbers, that of their model.
         nworld: number of worlds.
         parameters: name to (worlds, sheaths) float32, of each world.
         input_tension, output_tension: (worlds, sheaths) float32, of the latest evaluation [N].
@@ -76,7 +76,7 @@ class Sheaths:
             parameter: one of ``parameters``.
             values: a number; (worlds, sheaths) or two dimensions that broadcast to it; with
                 ``sheath`` (worlds,).
-            sheath: name of the one whose it is; all without.
+            sheath: its name; default: all.
 
         Raises:
             InvalidValueError: not numeric, outside its range, or of another shape; an array of one

@@ -1,4 +1,4 @@
-"""Evidence beside a verdict: its sensitivity to the noise, correlations, whiteness, provenance.
+"""Evidence next to a verdict: its sensitivity to the noise, correlations, whiteness, provenance.
 
 For another noise nothing is fitted or simulated again: least squares finds the same values whatever
 the noise is, if it changes for all signals alike. An error of E times the noise is E/f times a
@@ -67,12 +67,12 @@ class NoiseCase:
 
 @dataclass(frozen=True)
 class NoiseSensitivity:
-    """How a verdict depends on the noise.
+    """Dependence of a verdict on the noise.
 
     Attributes:
         cases: in the order of the factors.
         low, high: the verdict is the same from ``low`` to ``high`` times the stated noise.
-        farthest: factor up to which, and down to whose reciprocal, this was tried.
+        farthest: largest factor that was tried; its reciprocal is the smallest.
     """
 
     cases: tuple[NoiseCase, ...]

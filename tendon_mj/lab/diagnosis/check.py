@@ -66,7 +66,7 @@ def _check_same_rig(recording: Recording, first: Recording) -> None:
     """Refuse a recording without measurements, or of another rig than the first."""
     where = f"recording {recording.name!r}"
     if not recording.measured:
-        raise RecordingError(f"{where}: no column is in [measured], to compare with")
+        raise RecordingError(f"{where}: [measured] lists no column to compare with")
     for name in ("model", "uncertain"):
         mine, theirs = getattr(recording, name), getattr(first, name)
         if mine != theirs and not (name == "model" and is_same_model(mine, theirs)):
@@ -121,8 +121,9 @@ def _check_rests(recordings: Sequence[Recording], fewest: int, needs: str) -> No
     rows = sum(recording.time.size for recording in recordings)
     if recordings and all(r.quasi_static for r in recordings) and rows < fewest:
         names = ", ".join(repr(recording.name) for recording in recordings)
+        plural = "s" if len(recordings) > 1 else ""
         raise RecordingError(
-            f"recording {names}: {rows} settled points; {needs} needs {fewest} or more"
+            f"recording{plural} {names}: only {rows} settled points; {needs} needs {fewest} or more"
         )
 
 

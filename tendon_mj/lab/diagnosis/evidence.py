@@ -110,7 +110,7 @@ class Evidence:
         limit: excess χ² below which nothing is named [-].
         largest: excess χ² above which no model is proven [-].
         beyond: uncertain parameters that the findings would take beyond their ranges.
-        at_end: whether a finding stands at an end of its range.
+        at_end: whether a fitted strength lies at a limit of its range.
         non_smooth: whether a finding is of a non-smooth effect.
         excess: excess χ² that the calibrated model leaves on the training data [-].
         step, lumping: excess χ² on held-out data that the simulation's steps, and its guides in

@@ -46,7 +46,7 @@ _LEAST = 0.03, 0.3  # likewise, where none of those explains enough; on a sensor
 _EVENT = 0.1  # of the excess, that an event explains by its scan, to be located
 _EXPLAINS = 0.75  # of the excess may be left by an effect, for no others to be looked at
 _LITTLE = 0.1  # of the initial excess: where more remains, other choices do not help either
-_ROUNDS = 2  # whose second-best choice is tried
+_ROUNDS = 2  # in which the second-best choice is tried too
 _MOST_EFFECTS = 3
 
 

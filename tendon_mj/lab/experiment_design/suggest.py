@@ -52,7 +52,7 @@ _APART = float(np.sqrt(SMALLEST_EXCESS))  # noise, rms: less is not worth a name
 
 @dataclass(frozen=True)
 class Difference:
-    """How far two explanations differ.
+    """Difference between the predictions of two explanations.
 
     Attributes:
         one, other: labels of the two.
@@ -86,7 +86,7 @@ class Suggestion:
 
     @property
     def decided(self) -> int:
-        """How many of the differences the experiment tells apart."""
+        """Number of the differences that the experiment tells apart."""
         return sum(d.decided for d in self.differences) if self.experiment else 0
 
     @property
@@ -96,7 +96,7 @@ class Suggestion:
 
     @property
     def sentence(self) -> str:
-        """What to record, and why."""
+        """The recommended experiment, and the reason."""
         if not self.differences:
             return (
                 "Nothing ties: the recordings decide between all explanations that were compared."

@@ -48,7 +48,7 @@ class RigFound:
         square: (n,) mean square residual of each recording, with the change [noise²].
         change: its course and dates; None without a change.
         series: the number that changed, day by day.
-        rivals: numbers whose change explains the recordings as well.
+        rivals: other numbers of which a change explains the recordings equally well.
         differences: numbers that are not consistent with the fleet.
         compared: number of fitted rigs, this one included.
         remarks: further findings.
@@ -276,14 +276,14 @@ def _in_one_unit(values: Sequence[float], unit: str) -> list[str]:
 
 
 def difference_sentence(difference: Difference, unit: str) -> str:
-    """A difference in words, with both values."""
+    """Sentence that states a difference, with both values."""
     median = difference.spread.median
     value, _ = _in_one_unit([difference.value, median], unit)
     return f"{difference.name} is {value}, the fleet's median {quantity(median, unit)}"
 
 
 def not_judged(recordings: int, rigs: int) -> list[str]:
-    """Why a change is not searched for, or a rig not compared."""
+    """Reasons not to search for a change, or not to compare a rig."""
     reasons = []
     if recordings < 2 * LEAST_DAYS:
         reasons.append(

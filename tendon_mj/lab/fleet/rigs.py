@@ -1,6 +1,6 @@
 """Rigs of a fleet: folders of dated recordings.
 
-    FLEET/description.toml          of all recordings without one of their own
+    FLEET/description.toml          of all recordings that have no other
     FLEET/finger_01/2026-03-01.csv
     FLEET/finger_01/2026-03-02T14:30.csv
 
@@ -101,13 +101,13 @@ def unusable(refused: Mapping[datetime, str]) -> str:
 
 
 def find_rigs(folder: Path, out: Path | None = None) -> list[Rig]:
-    """The rigs of a fleet: each folder in ``folder`` but for results and hidden ones.
+    """The rigs of a fleet: every subfolder except results and hidden folders.
 
     A rig without recordings, with a table without a date or a description, or with two tables of
     one date is returned with its error.
 
     Args:
-        folder: of the fleet, see above.
+        folder: of the fleet, see the module's docstring.
         out: folder for results, which may lie in ``folder``.
 
     Raises:
@@ -119,8 +119,8 @@ def find_rigs(folder: Path, out: Path | None = None) -> list[Rig]:
     for path in _tables(folder):
         if _date(path):
             raise RecordingError(
-                f"{path} lies directly in the fleet's folder; move it to the folder of its rig, as"
-                f" {folder / 'rig_1' / path.name}"
+                f"{path} lies directly in the fleet's folder; move it to the folder of its rig, for"
+                f" example {folder / 'rig_1' / path.name}"
             )
     rigs = [_rig(path, folder) for path in sorted(folder.iterdir()) if _is_rig(path, out)]
     if all(rig.error and not _tables(folder / rig.name) for rig in rigs):
@@ -138,8 +138,8 @@ def _is_rig(folder: Path, out: Path | None) -> bool:
     holds_out = out is not None and out.resolve().is_relative_to(folder.resolve())
     if dated and holds_out:
         raise RecordingError(
-            f"{folder} has recordings, such as {dated[0].name}, and the results go there too"
-            " (--out); give another folder for these"
+            f"{folder} holds recordings, such as {dated[0].name}, and is also --out; choose another"
+            " --out"
         )
     return bool(dated) or not (holds_out or any(folder.rglob(RESULT_TABLE)))
 

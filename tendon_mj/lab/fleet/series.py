@@ -120,9 +120,9 @@ def _parameter(term: Term, number: float, values: Mapping[str, float]) -> float:
 def explanation(ranked: Sequence[Series]) -> tuple[Series, list[Series]]:
     """The series that explains the recordings, and those that explain them as well.
 
-    Two differ where the mean, over the recordings, of how much less one leaves is more than twice
-    its standard error, and a hundredth of its residual. Among those that do not, a parameter that
-    the recordings call uncertain comes first.
+    Two series differ if the mean reduction in residual over the recordings exceeds both twice its
+    standard error and 1 % of the residual. Among those that do not differ, a parameter that the
+    recordings call uncertain comes first.
 
     Args:
         ranked: series, the one with the smallest residual first.

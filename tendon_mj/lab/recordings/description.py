@@ -13,6 +13,7 @@ from tendon_mj.errors import InvalidValueError, RecordingError, unknown
 from tendon_mj.lab.recordings.files import read_toml
 from tendon_mj.lab.recordings.units import (
     ANY,
+    LARGEST,
     NOT_NEGATIVE,
     POSITIVE,
     TIMES,
@@ -90,8 +91,9 @@ class Session:
         POSITIVE.check("spread", self.spread)
         if self.spread < _LEAST_SPREAD * abs(self.value):
             raise InvalidValueError(
-                f"spread = {self.spread!r} is within the rounding of value = {self.value!r}; give"
-                f" at least {_LEAST_SPREAD * abs(self.value):g}, or put the value into [known]"
+                f"spread = {self.spread!r} is smaller than the rounding error of value ="
+                f" {self.value!r}; give at least {_LEAST_SPREAD * abs(self.value):g}, or put the"
+                " value into [known]"
             )
 
 
@@ -259,7 +261,7 @@ class Description:
                 if column in TIMES:
                     fault = "the clock is neither driven nor measured"
                 elif table == "measured" and column in self.drive:
-                    fault = "is in [drive] too; a column is one or the other"
+                    fault = "is also in [drive]; list it in one table only"
                 if fault:
                     raise RecordingError(f"{where}, [{table}] {column!r}: {fault}")
         for column in self.hold:
@@ -280,7 +282,7 @@ class Description:
                     )
                 if name in tables:
                     raise RecordingError(
-                        f"{here}: is in [{tables[name]}] too; a parameter is one or the other"
+                        f"{here}: is also in [{tables[name]}]; list it in one table only"
                     )
                 tables[name] = table
                 if table == "known" and (fault := ANY.fault(repr(name), entry)):
@@ -471,7 +473,7 @@ def _number(entry: Any, here: str) -> float:
     try:
         return float(entry)
     except OverflowError:
-        raise RecordingError(f"{here}: is too large a number") from None
+        raise RecordingError(f"{here}: is too large; at most {LARGEST:g}") from None
 
 
 def _text(entry: Any, here: str) -> str:

@@ -235,7 +235,7 @@ def is_same_model(one: str, other: str) -> bool:
 
 
 def _model_beside(toml: Path, model: str) -> str:
-    """Path of the MJCF file of that name beside the description; else the name as it is."""
+    """Path of the MJCF file of that name next to the description; else the name itself."""
     beside = toml.parent / model
     if not beside.is_file():
         return model

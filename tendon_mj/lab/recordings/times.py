@@ -231,7 +231,7 @@ def in_si(table: Mapping[str, FloatArray], where: str) -> dict[str, FloatArray]:
 
 
 def and_more(count: int) -> str:
-    """How many rows there are beside the first one."""
+    """Number of rows after the first, in words."""
     others = count - 1
     return f" (and {others} more row{'s' if others > 1 else ''})" if others > 0 else ""
 

@@ -212,7 +212,7 @@ class FrameRecorder:
     def frames(self) -> Frames:
         """All frames that were kept; InvalidValueError if there is none."""
         if not self._kept:
-            raise InvalidValueError("no frame was recorded; give the recorder to a simulation")
+            raise InvalidValueError("no frame was recorded; pass the recorder to a simulation")
         poses, controls, readings, contacts = zip(*self._kept, strict=True)
         return Frames(
             fps=self.fps,

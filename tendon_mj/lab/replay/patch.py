@@ -83,7 +83,9 @@ def patch_model(
         if name not in parameters:
             raise UnknownNameError("parameter of an interval", name, parameters)
         if not -math.inf < low <= high < math.inf:
-            raise InvalidValueError(f"{name}: interval {low:g} … {high:g} must be finite, in order")
+            raise InvalidValueError(
+                f"{name}: interval {low:g} … {high:g} must be finite and ascending"
+            )
     patch = _Patch(source, parameters)
     patch.write_all()
     for name, interval in intervals.items():
@@ -248,8 +250,8 @@ class _Patch:
             raise InvalidValueError(f"{name}: a scale of 0 with nothing else cannot be written")
         if 0 < len(there) < fewest:
             raise InvalidValueError(
-                f"{name}: the model's {kind}s have user data of {len(there)} numbers of their own,"
-                f" and {len(row)} are needed there"
+                f"{name}: the model's {kind}s already have user data of {len(there)} numbers, and"
+                f" {len(row)} are needed there"
             )
         size, attribute = max(len(row), len(there)), f"nuser_{kind}"
         self.text.section("size", attribute).set(attribute, str(size))

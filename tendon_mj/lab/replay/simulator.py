@@ -1,4 +1,4 @@
-"""Many simulations of the same recordings, each with parameters of its own, on all cores."""
+"""Many simulations of the same recordings, each with different parameters, on all cores."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rollouts of a sweep: one model and one recording, with parameters of their own each."""
+"""Rollouts of a sweep: one model and one recording, each with different parameters."""
 
 from __future__ import annotations
 

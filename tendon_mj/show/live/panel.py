@@ -53,7 +53,7 @@ _TYPICAL = {
 
 
 def tension_text(tendons: Sequence[str], tensions: FloatArray, time: float) -> tuple[str, str]:
-    """Quantities, and values of the tendons' (tendons, 2) tensions [N], as two columns of text."""
+    """Two columns of text: labels, and values of the (tendons, 2) tensions [N]."""
     left, right = ["time [s]"], [f"{time:.1f}"]
     for name, (first, last) in list(zip(tendons, tensions, strict=True))[:MOST]:
         left.append(f"{name}: input to output tension [N]")

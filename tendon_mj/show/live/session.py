@@ -66,7 +66,7 @@ class LiveSimulation:
         """Simulate for a duration [s], and keep the tensions at its end.
 
         Returns:
-            Simulated time [s], less where ``limit`` [s] has passed on the clock.
+            Simulated time [s], shorter if ``limit`` [s] of wall time ran out.
 
         Raises:
             TendonError: the simulation became unstable; the message says when.

@@ -23,7 +23,7 @@ def by_identifier(effects: Effects) -> dict[str, Effect]:
     """
     if isinstance(effects, str | Effect) or not isinstance(effects, Iterable):
         shown = effects.identifier if isinstance(effects, Effect) else effects
-        raise InvalidValueError(f"catalogue: {shown!r} must be a list of effects, as [effect]")
+        raise InvalidValueError(f"catalogue: {shown!r} must be a list of effects, such as [effect]")
     catalogue: dict[str, Effect] = {}
     for effect in effects.values() if isinstance(effects, Mapping) else effects:
         if not isinstance(effect, Effect):

@@ -26,7 +26,7 @@ class SystemDescription:
         values: parameter → value in the model [its SI unit].
         known: parameters that were measured on the rig and are never fitted.
         uncertain: parameters that are calibrated in any case.
-        spans: sensor → largest less smallest measured value [the sensor's unit].
+        spans: sensor → largest minus smallest measured value [the sensor's unit].
         inputs: driven actuators and joints.
         free_joints: joints that no driven actuator moves.
         motors: inputs whose force depends on their control alone.
