@@ -31,7 +31,7 @@ from tendon_mj.lab.diagnosis.data import (
     training_samples,
     uncertain_terms,
 )
-from tendon_mj.lab.diagnosis.evidence import measure_errors
+from tendon_mj.lab.diagnosis.verdict import measure_errors
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Simulator, suppress_unsolved_warnings

@@ -35,7 +35,7 @@ from tendon_mj.lab.replay.schedule import Schedule as Schedule
 from tendon_mj.lab.replay.schedule import described_values as described_values
 from tendon_mj.lab.replay.schedule import stated_values as stated_values
 from tendon_mj.lab.replay.simulation import Misfit as Misfit
-from tendon_mj.lab.replay.simulation import Progress as Progress
+from tendon_mj.lab.replay.simulation import ProgressShare as ProgressShare
 from tendon_mj.lab.replay.simulation import as_recording as as_recording
 from tendon_mj.lab.replay.simulation import full_state as full_state
 from tendon_mj.lab.replay.simulation import replay_error as replay_error

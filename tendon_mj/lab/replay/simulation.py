@@ -24,7 +24,7 @@ from tendon_mj.models import load_model
 from tendon_mj.plugin import unsolved_evaluations
 from tendon_mj.typing import FloatArray
 
-Progress = Callable[[float], None]
+ProgressShare = Callable[[float], None]  # called with the share that is done, 0 … 1
 
 UNSOLVED_WARNING: Final = "some simulations: sheath"  # how the warning of no equilibrium begins
 _PHYSICS = mujoco.mjtState.mjSTATE_FULLPHYSICS
@@ -40,7 +40,7 @@ def run_open_loop(
     control: FloatArray,
     where: str,
     when: Callable[[int], str],
-    progress: Progress | None = None,
+    progress: ProgressShare | None = None,
     recorder: FrameRecorder | None = None,
     rests: Rests | None = None,
 ) -> FloatArray:
@@ -175,7 +175,7 @@ def replay_recording(
     parameters: Mapping[str, float] | None = None,
     described: bool | None = None,
     settle: float | None = None,
-    progress: Progress | None = None,
+    progress: ProgressShare | None = None,
     recorder: FrameRecorder | None = None,
 ) -> Recording:
     """Drive a model with a recording's driven columns and read off its measured ones.

@@ -1,4 +1,4 @@
-"""Evidence of a diagnosis: errors on held-out data, their limits, and the verdict they allow."""
+"""Verdict of a diagnosis: `decide` reaches it from errors on held-out data and their limits."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ class Evidence:
 
 
 def decide(evidence: Evidence) -> Verdict:
-    """Decide on the verdict from the errors on held-out data."""
+    """The verdict that errors on held-out data and their limits allow."""
     if not evidence.kinds:
         small = evidence.calibrated and evidence.remaining <= evidence.limit
         return "nothing missing" if small else "unknown"
