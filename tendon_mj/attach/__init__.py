@@ -1,4 +1,7 @@
-"""From Python, a model in and a model out: routes sheaths, adds friction, names live parameters."""
+"""Editing of an `MjSpec` or MJCF file: friction, routes, sensors, spools and servos.
+
+Also live parameters and views of the sheaths of a running simulation.
+"""
 
 from tendon_mj.attach.attachment import Attached as Attached
 from tendon_mj.attach.attachment import Row as Row

@@ -1,4 +1,8 @@
-"""Simulation of a recording: schedule of controls, parameters, sensor readings, rollouts."""
+"""Simulation of recordings and motions.
+
+Schedules of controls, named parameters and patched models, sensor readings, rollouts; motions and
+frames for clips; units of columns; and the template of a description.
+"""
 
 from tendon_mj.lab.replay.description_template import column_of as column_of
 from tendon_mj.lab.replay.description_template import format_template as format_template
