@@ -33,7 +33,7 @@ from tendon_mj.attach.tendons import (
     crossed_joints,
     end_sites,
     force_on_tendon,
-    has_spring,
+    has_own_spring,
     path_of,
 )
 from tendon_mj.errors import TendonError, TendonWarning
@@ -132,7 +132,7 @@ def attach_friction(
             tendons = choose_tendons(spec, tendon)
             sheathed = sheaths_by_tendon(spec)
             before = [
-                _Before(t, not t.element.name, has_spring(t.element), t.name in sheathed)
+                _Before(t, not t.element.name, has_own_spring(t.element), t.name in sheathed)
                 for t in tendons
             ]
             add_friction(

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import mujoco
 
-from tendon_mj.attach.sheath_design import Design
+from tendon_mj.attach.sheath_design import SheathDesign
 from tendon_mj.attach.spool import SpoolDesign
 from tendon_mj.attach.tendon_bend import idlers
 from tendon_mj.attach.tendons import (
@@ -25,7 +25,7 @@ class NewSheath(NamedTuple):
 
     tendon: mujoco.MjsTendon
     name: str  # that the tendon has or will have
-    design: Design
+    design: SheathDesign
     spool: SpoolDesign | None
 
 

@@ -167,17 +167,17 @@ def check_suffix(path: Path) -> None:
 def set_first(element: Element, attribute: str, value: float) -> None:
     """Set the first number of an attribute and leave the others."""
     others = str(element.get(attribute, "")).split()[1:]
-    element.set(attribute, " ".join([number(value), *others]))
+    element.set(attribute, " ".join([number_text(value), *others]))
 
 
-def number(value: float) -> str:
+def number_text(value: float) -> str:
     """As text that reads back bit for bit."""
     return repr(float(value)).removesuffix(".0")
 
 
 def numbers(values: Iterable[float]) -> str:
     """As the text of an attribute with several numbers."""
-    return " ".join(map(number, values))
+    return " ".join(map(number_text, values))
 
 
 def _parse(path: Path) -> tuple[list[Element], Element, list[Element]]:

@@ -65,6 +65,8 @@ def render(
     name = model_path(model).stem
     compiled = load_model(model, scene=True)
     find_camera(compiled, camera)
+    if duration is not None:
+        check_frames(compiled, duration, fps)
     chosen = find_motion(name, compiled, motion, duration)
     own_length = chosen.duration if math.isfinite(chosen.duration) else DURATION
     length = own_length if duration is None else duration

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError, UnusedKeyError
 from tendon_mj.sheath import check_range
-from tendon_mj.warp.support import PARAMETERS, Simulated, layout_of
+from tendon_mj.warp.support import LIVE_PARAMETERS, Simulated, layout_of
 from tendon_mj.warp.transfer import allocate
 
 
@@ -57,7 +57,7 @@ class Sheaths:
             wp.full((nworld, nbody), wp.spatial_vector(*[np.nan] * 6), dtype=wp.spatial_vector)
             for _ in range(2)
         ]
-        self.parameters = {name: getattr(self.tendons, name) for name in PARAMETERS}
+        self.parameters = {name: getattr(self.tendons, name) for name in LIVE_PARAMETERS}
         self.input_tension = self.tendons.input_tension
         self.output_tension = self.tendons.output_tension
         self.tension = self.tendons.tension_out

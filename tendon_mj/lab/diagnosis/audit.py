@@ -24,7 +24,13 @@ import numpy as np
 from tendon_mj.lab.diagnosis.result import BeforeAfter, Diagnosis
 from tendon_mj.lab.diagnosis.statistics import correlation_matrix
 from tendon_mj.lab.diagnosis.thresholds import SMALLEST_EXCESS
-from tendon_mj.lab.diagnosis.verdict import LARGEST, ErrorReduction, Evidence, Verdict, decide
+from tendon_mj.lab.diagnosis.verdict import (
+    LARGEST_EXCESS,
+    ErrorReduction,
+    Evidence,
+    Verdict,
+    decide,
+)
 from tendon_mj.lab.diagnosis.wording import reason
 from tendon_mj.lab.recordings import Recording, table_beside
 from tendon_mj.models import model_path
@@ -112,7 +118,7 @@ def with_noise(evidence: Evidence, factor: float) -> Evidence:
         zero_step=evidence.zero_step / factor,
         reproducibility={c: factor * d for c, d in evidence.reproducibility.items()},
         limit=limit,
-        largest=max(LARGEST, lumping),
+        largest=max(LARGEST_EXCESS, lumping),
         excess=excess,
         step=step,
         lumping=lumping,

@@ -35,7 +35,7 @@ from tendon_mj.lab.diagnosis.thresholds import (
     discretisation_error,
     reproducibility,
 )
-from tendon_mj.lab.diagnosis.verdict import LARGEST, Evidence, decide, measure_errors
+from tendon_mj.lab.diagnosis.verdict import LARGEST_EXCESS, Evidence, decide, measure_errors
 from tendon_mj.lab.diagnosis.wording import (
     ABOVE_NOISE,
     state,
@@ -167,7 +167,7 @@ def _weigh(
         zero_step=float(np.sqrt(np.mean(after.extrapolated[mask] ** 2))),
         reproducibility=deviations,
         limit=detection_limit(judged, step, bars, mask),
-        largest=max(LARGEST, lumping),
+        largest=max(LARGEST_EXCESS, lumping),
         beyond=parameters_beyond_range(context.problem, final),
         at_end=not all(final.determines(candidate) for candidate in effects),
         non_smooth=any(candidate.non_smooth for candidate in effects),

@@ -25,7 +25,7 @@ from tendon_mj.lab.diagnosis.statistics import (
     SelectedEffect,
     cross_validate,
     gain,
-    rate,
+    rate_effect,
     simplest,
     tied,
 )
@@ -402,7 +402,7 @@ def select_effects(context: SelectionContext, calibrated: FittedCandidate) -> Se
     model, rivals = selection.model, selection.rivals
     if len(model.fit.effects) > 1 and model.excess < little:
         model, rivals = swap(context, selection)
-    effects = [rate(candidate, rivals[candidate.label]) for candidate in model.fit.effects]
+    effects = [rate_effect(candidate, rivals[candidate.label]) for candidate in model.fit.effects]
     if len(effects) > 1:
         reduced = dict(selection.reduced) if model is selection.model else {}
         for candidate in model.fit.effects:

@@ -17,7 +17,7 @@ from tendon_mj.typing import FloatArray
 Verdict = Literal["named", "parameter", "partly", "nothing missing", "unknown"]
 
 NOISE, NOISE_AND_REPRODUCIBILITY = "noise", "noise and reproducibility"
-LARGEST: Final = 8.0  # excess χ² (3 rms), above which a model is not proven whatever it explains
+LARGEST_EXCESS: Final = 8.0  # excess χ² (3 rms), above which no model is proven
 _WORSE = 1.05  # times the error before, from which a signal got worse
 
 
@@ -125,7 +125,7 @@ class Evidence:
     zero_step: float = 1.0
     reproducibility: Mapping[str, float] = field(default_factory=dict)
     limit: float
-    largest: float = LARGEST
+    largest: float = LARGEST_EXCESS
     beyond: Sequence[str] = ()
     at_end: bool = False
     non_smooth: bool = False

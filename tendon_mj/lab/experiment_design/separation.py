@@ -186,7 +186,7 @@ class Predictions:
 
 
 @dataclass(frozen=True, eq=False)
-class Rig:
+class ExperimentSimulations:
     """Simulations of experiments that have not been run.
 
     Attributes:

@@ -30,8 +30,8 @@ from tendon_mj.lab.experiment_design.experiment import (
 from tendon_mj.lab.experiment_design.separation import (
     Adaptation,
     Alternative,
+    ExperimentSimulations,
     Predictions,
-    Rig,
     Tie,
     find_ties,
 )
@@ -182,7 +182,9 @@ def suggest_experiment(
         if besides:
             levels |= {column: float(m.noise or 0.0) for column, m in bounds.measure.items()}
         step = _step(family, simulator)
-        rig = Rig(context.problem, context.base, levels, bounds.limits, simulator, step)
+        rig = ExperimentSimulations(
+            context.problem, context.base, levels, bounds.limits, simulator, step
+        )
         tried = _Search(family, rig, ties, progress).run()
         if not besides or tried.decided > best.decided:
             best = tried
@@ -242,7 +244,7 @@ class _Search:
     """Search of a family of experiments."""
 
     family: Family
-    rig: Rig
+    rig: ExperimentSimulations
     ties: Sequence[Tie]
     progress: Progress
     alternatives: list[Alternative] = field(init=False)

@@ -110,7 +110,7 @@ def daily(observation: Observation) -> FloatArray:
         return np.where(diagonal > 0.0, -observation.gradient / diagonal, np.nan)
 
 
-def reproducibility(observations: Sequence[Observation]) -> dict[Label, float]:
+def daily_deviations(observations: Sequence[Observation]) -> dict[Label, float]:
     """Number → standard deviation from day to day [its unit], of all rigs together."""
     differences: dict[Label, list[FloatArray]] = {}
     floors: dict[Label, list[float]] = {}

@@ -20,7 +20,7 @@ from tendon_mj.errors import RecordingError, TendonError
 from tendon_mj.lab.recordings import Recording, read_recording
 
 DESCRIPTION = "description.toml"
-TABLES = (".csv", ".parquet", ".mcap")
+_TABLES = (".csv", ".parquet", ".mcap")
 RESULT_TABLE = "fleet.csv"  # of a run over a fleet
 
 
@@ -125,7 +125,7 @@ def find_rigs(folder: Path, out: Path | None = None) -> list[Rig]:
     rigs = [_rig(path, folder) for path in sorted(folder.iterdir()) if _is_rig(path, out)]
     if all(rig.error and not _tables(folder / rig.name) for rig in rigs):
         raise RecordingError(
-            f"{folder}: no folder in it has recordings ({', '.join(TABLES)}); a fleet has one"
+            f"{folder}: no folder in it has recordings ({', '.join(_TABLES)}); a fleet has one"
             " folder for each rig, with its recordings in it"
         )
     return rigs
@@ -158,7 +158,7 @@ def _rig(folder: Path, fleet: Path) -> Rig:
                 raise RecordingError(f"{tables[when]} and {path} are of one date, {stamp(when)}")
             tables[when], descriptions[when] = path, _description(path, fleet)
         if not tables:
-            raise RecordingError(f"{folder}: no recordings ({', '.join(TABLES)})")
+            raise RecordingError(f"{folder}: no recordings ({', '.join(_TABLES)})")
     except RecordingError as error:
         return Rig(folder.name, {}, {}, str(error))
     return Rig(folder.name, dict(sorted(tables.items())), dict(sorted(descriptions.items())))
@@ -175,7 +175,7 @@ def _description(table: Path, fleet: Path) -> Path:
 
 def _tables(folder: Path) -> list[Path]:
     files = sorted(folder.iterdir())
-    return [p for p in files if p.suffix.lower() in TABLES and not p.name.startswith(".")]
+    return [p for p in files if p.suffix.lower() in _TABLES and not p.name.startswith(".")]
 
 
 def _date(table: Path) -> datetime | None:

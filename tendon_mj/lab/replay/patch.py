@@ -29,7 +29,7 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
-from tendon_mj.attach import Mjcf, check_suffix, number, numbers, set_first
+from tendon_mj.attach import Mjcf, check_suffix, number_text, numbers, set_first
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.lab.replay.live_parameters import CORRECTION, DRAWN_BEND, EXTRA_BEND, custom_numbers
 from tendon_mj.lab.replay.parameters import GEAR, GEARED, SLIP, Adjustable, is_muscle
@@ -177,15 +177,15 @@ class _Patch:
         if parameter in (EXTRA_BEND, DRAWN_BEND):
             correction = self.adjustable.live.correction(element)
             if parameter == DRAWN_BEND:
-                self.write_custom(element + CORRECTION, number(correction))
+                self.write_custom(element + CORRECTION, number_text(correction))
             parameter = EXTRA_BEND
             value = self.adjustable.live[f"{element}.{EXTRA_BEND}"] + correction
         holder = self.text.plugin(element)
         for config in holder.iterfind("config"):
             if config.get("key") == parameter:
-                config.set("value", number(value))
+                config.set("value", number_text(value))
                 return
-        ElementTree.SubElement(holder, "config", key=parameter, value=number(value))
+        ElementTree.SubElement(holder, "config", key=parameter, value=number_text(value))
 
     def _write_spring_dampers(self) -> None:
         """Write the stiffness and damping that `springdamper` made of the former masses.
@@ -217,7 +217,7 @@ class _Patch:
                 if attribute in inertial.attrib:
                     stated = str(inertial.get(attribute)).split()
                     inertial.set(attribute, numbers(ratio * float(number) for number in stated))
-        inertial.set("mass", number(value))
+        inertial.set("mass", number_text(value))
 
     def _write_actuator(self, element: str, parameter: str) -> None:
         m, written = self.model, self.text.actuator(element)
@@ -238,8 +238,8 @@ class _Patch:
             written.set("biasprm", numbers(m.actuator_biasprm[k]))
         else:
             written.attrib.pop("dampratio", None)  # which would state kv again, from kp
-            written.set("kp", number(m.actuator_gainprm[k, 0]))
-            written.set("kv", number(0.0 - m.actuator_biasprm[k, 2]))
+            written.set("kp", number_text(m.actuator_gainprm[k, 0]))
+            written.set("kv", number_text(0.0 - m.actuator_biasprm[k, 2]))
 
     def _user(self, name: str, row: FloatArray, there: FloatArray, kind: str, fewest: int) -> str:
         """User data that begins with our row; the ``nuser`` of its kind is enlarged to hold it.

@@ -21,11 +21,11 @@ from tendon_mj.lab.finger import find_motion
 from tendon_mj.lab.replay import Adjustable, Drive, record_frames
 from tendon_mj.models import load_spec, model_path
 from tendon_mj.plugin import TENSION_SCALE, sheaths
-from tendon_mj.show.live.scene import View, first_view
-from tendon_mj.show.render.scene import tension_scale
+from tendon_mj.show.live.scene import Viewpoint, first_view
+from tendon_mj.show.render.scene import colour_limits
 from tendon_mj.typing import FloatArray
 
-FPS = 60.0  # [1/s]
+_FPS = 60.0  # [1/s]
 _TRIAL, _TRIAL_FPS = 8.0, 20.0  # length of the run that sets the colours' limits [s], its frames
 _LAG = 0.5  # that is caught up; with more the simulation is slower than the clock [s]
 _LONGEST = 0.1  # between two frames in any case [s]
@@ -144,7 +144,7 @@ class Prepared:
     """
 
     simulation: LiveSimulation
-    view: View
+    view: Viewpoint
     low: float
     high: float
     still: str
@@ -183,7 +183,7 @@ def prepare(name: str, motion: str | None = None) -> Prepared:
         limits[:] = 0.0
     elif not has_scale:
         trial = record_frames(model, drive, duration=_TRIAL, fps=_TRIAL_FPS)
-        colours = tension_scale(trial.cables)
+        colours = colour_limits(trial.cables)
         limits[:] = colours.vmin, colours.vmax
     low, high = (float(limit) for limit in limits)
     return Prepared(LiveSimulation(model, drive), first_view(model), low, high, still)
@@ -263,7 +263,7 @@ def run_in_real_time(
         watched = show()  # opens the window or page, which does not count for the pace
         last = time.perf_counter()
         while watched and not interrupted() and (seconds is None or elapsed < seconds):
-            time.sleep(max(0.0, last + 1.0 / FPS - time.perf_counter()))
+            time.sleep(max(0.0, last + 1.0 / _FPS - time.perf_counter()))
             now = time.perf_counter()
             passed, last = now - last, now
             if not simulation.paused:
