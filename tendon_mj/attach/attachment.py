@@ -97,7 +97,7 @@ class Attached(NamedTuple):
     path: Path
     rows: tuple[Row, ...]  # of the tendons that were given
     said: tuple[str, ...]  # warnings, and motors that may push
-    limits: tuple[str, ...]  # of the poses whose bends were compared, in sentences
+    limits: tuple[str, ...]  # of the poses in which bends were compared, in sentences
 
 
 def attach_friction(

@@ -36,7 +36,7 @@ def free_name(taken: Container[str], *candidates: str) -> str:
 def add_instance(
     spec: mujoco.MjSpec, name: str, config: Mapping[str, str | float | None], plugin_name: str
 ) -> Any:
-    """Add a plugin instance whose configuration leaves out attributes that are None.
+    """Add a plugin instance, without the attributes that are None.
 
     It keeps its name in the configuration, so that it finds the elements that it names after
     `attach`.

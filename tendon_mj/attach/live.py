@@ -251,7 +251,7 @@ class SheathView:
 
     @property
     def unsolved(self) -> Any:
-        """Evaluations whose flow was not solved since the reset."""
+        """Number of evaluations without a solution since the reset."""
         return self._read().state["unsolved"].astype(int)[()]
 
     def __getattr__(self, name: str) -> Any:

@@ -218,7 +218,7 @@ def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
         The path.
 
     Warns:
-        TendonWarning: the model includes files from outside its folder, whose text is written too.
+        TendonWarning: the model includes files from outside its folder; their text is written too.
 
     Raises:
         InvalidValueError: ``path`` is in no folder, or a file that the model is made of.

@@ -106,7 +106,7 @@ def example(command: _Command) -> str:
 
 
 def documented(command: _Command) -> _Command:
-    """A command whose docstring has each argument in one line, for the terminal to wrap.
+    """A command with each argument of its docstring in one line, for the terminal to wrap.
 
     The example is left out; `example` has it.
     """

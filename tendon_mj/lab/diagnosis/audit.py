@@ -205,7 +205,7 @@ class Autocorrelation:
 
     @property
     def inside(self) -> float:
-        """Share of the lags whose value lies within the band."""
+        """Share of the lags with a value within the band."""
         return float(np.mean(np.abs(self.values) <= self.band))
 
     @property

@@ -21,7 +21,7 @@ from tendon_mj.lab.diagnosis.regimes import motion
 from tendon_mj.lab.recordings import Recording, is_same_model, noise_of_repeats
 from tendon_mj.lab.replay import Parameter, Simulates
 
-_FEWEST = 50  # samples of a motion, whose neighbours repeat each other
+_FEWEST = 50  # samples of a motion, where neighbours repeat each other
 _FEWEST_RESTS, _FEWEST_PROVE = 20, 10  # rows that are rests, in all to fit and in all held out
 _FEWEST_REPEATS = 6  # rests that repeat others, from which noise can be estimated
 _SHOWN = 4  # values of a description, in a message

@@ -449,7 +449,7 @@ def _known(problem: Problem) -> frozenset[str]:
 
 
 def _drawn_bends(names: Iterable[str]) -> list[str]:
-    """The drawn bends of sheaths whose extra bend is among the names."""
+    """Drawn bends of the sheaths that have their extra bend among the names."""
     parts = [name.rpartition(".") for name in names]
     return [f"{sheath}.{DRAWN_BEND}" for sheath, _, parameter in parts if parameter == EXTRA_BEND]
 

@@ -42,7 +42,7 @@ class Fit:
 
     Attributes:
         calibrated: terms of the uncertain parameters; they come first.
-        effects: candidates in the model, whose terms follow.
+        effects: candidates in the model; their terms follow.
         values: (p,) of the terms [their units].
         residual: (m,) of the problem at these values, extrapolated [-].
         correction: (m,) extrapolated less simulated residual.

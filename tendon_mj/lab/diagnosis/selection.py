@@ -56,7 +56,7 @@ class CandidateSet:
 
     Attributes:
         scores: of all that change a residual, best first.
-        fitted: those that were fitted and whose strength the data determine, best first.
+        fitted: fitted candidates of which the data determine the strength, best first.
         at_end: those that were fitted and ended at an end of their range, best first.
     """
 
@@ -115,7 +115,7 @@ class SelectionContext:
     ) -> CandidateSet:
         """Screen all candidates for one more effect, and fit the best.
 
-        Fitted are those whose reduction of χ², by screening, is at least ``share`` of the best; and
+        Fitted are those with a screened reduction of χ² of at least ``share`` of the best; and
         with ``look_down`` others down the list, until one leaves less than three quarters of the
         excess, with a strength that the data determine. Screening is linear, and may see little of
         an effect that trades places with terms of the model.

@@ -324,7 +324,7 @@ class Experiment:
         motions: driven column → how it moves.
         states: parameter → value that is set for it [SI].
         besides: columns that are to be measured for the first time.
-        recording: template, whose measured columns are 0.
+        recording: template; its measured columns are 0.
     """
 
     motions: Mapping[str, _ColumnMotion]

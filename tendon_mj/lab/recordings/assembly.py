@@ -82,7 +82,7 @@ def assemble(
     elements: Collection[str] = (),
     toml: str = "",
 ) -> Table:
-    """Read the columns that a description names, and others whose name and numbers are valid.
+    """Read the columns that a description names, and others with a valid name and valid numbers.
 
     Rows in which none of the named columns has a value are passed over, as of events. Where few of
     the others are complete, a row is a message, and `at_common_times` joins them.
@@ -243,7 +243,7 @@ class _Names(NamedTuple):
     toml: str
 
     def sources(self, elements: Collection[str]) -> tuple[dict[str, Source], list[str]]:
-        """Place of each column that is named, or whose name is valid; and faults of the names."""
+        """Place of each column that is named, or has a valid name; and faults of the names."""
         used = {source.column: column for column, source in self.layout.columns.items()}
         header = f"{self.where}, row {max(self.table.first - 1, 1)}"
         sources, faults = self._mapped()

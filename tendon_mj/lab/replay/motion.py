@@ -180,7 +180,7 @@ class FrameRecorder:
         self._scratch: mujoco.MjData | None = None
 
     def due(self, start: float, timestep: float, steps: int) -> list[int]:
-        """Steps at whose beginning a frame is due, of a run of ``steps`` from ``start`` [s] on."""
+        """Steps that begin with a frame, of a run of ``steps`` from ``start`` [s] on."""
         count = max(1, round((start + steps * timestep) * self.fps))
         wanted = np.rint((np.arange(count) / self.fps - start) / timestep).astype(int)
         return [int(step) for step in wanted if step < max(1, steps)]

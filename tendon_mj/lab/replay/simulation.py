@@ -96,7 +96,7 @@ def try_open_loop(
 
 
 def unsolved_sheaths(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, int]:
-    """Evaluations whose flow was not solved, of every sheath that had such."""
+    """Number of evaluations without a solution, of every sheath that had any."""
     return {name: count for name, count in unsolved_evaluations(model, data).items() if count}
 
 
